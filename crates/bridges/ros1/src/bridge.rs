@@ -25,8 +25,8 @@ use crate::settings::{Ros1Settings, SCHEME, WrittenTopic};
 use crate::topics::{check_clock, input, output};
 use crate::wire::{NodeParts, RosNode, TopicPublication, TopicSubscription};
 
-/// How long the end waits for threads, and for the master.
-const PATIENCE: Duration = Duration::from_secs(2);
+/// Longest wait for threads and the master at the end.
+const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// An agent as a node of ROS 1, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
 pub struct Ros1Bridge {
@@ -48,7 +48,7 @@ pub struct Ros1Bridge {
     network: Option<Runtime>,
 }
 
-/// What is there before the start.
+/// Parts that wait for the start.
 struct WaitingParts {
     topics: Vec<PublishedTopic>,
     clients: Vec<OutboxClient>,
@@ -203,7 +203,7 @@ fn published(composer: &Composer, own: &WrittenTopic) -> Result<PublishedTopic, 
     let publication = publication.map_err(|reason| Ros1Error::definition(&own.topic, reason))?;
     let topic = OutboundTopic::new(&own.topic, message.name(), &own.property, property);
     let publication = Arc::new(publication);
-    Ok(PublishedTopic { topic, message, publication, frame: own.frame.clone(), is_told: false })
+    Ok(PublishedTopic { topic, message, publication, frame: own.frame.clone(), is_error_logged: false })
 }
 
 impl Drop for Ros1Bridge {
@@ -216,7 +216,7 @@ impl Drop for Ros1Bridge {
         let began = Instant::now();
         for thread in self.threads.drain(..) {
             // One that waits for a cycle which does not end is left alone.
-            while !thread.is_finished() && began.elapsed() < PATIENCE {
+            while !thread.is_finished() && began.elapsed() < SHUTDOWN_TIMEOUT {
                 std::thread::sleep(Duration::from_millis(2));
             }
             if thread.is_finished() {
@@ -226,8 +226,8 @@ impl Drop for Ros1Bridge {
         }
         if let Some(network) = self.network.take() {
             // The master may be gone before.
-            let _ = network.block_on(async { timeout(PATIENCE, self.node.unregister()).await });
-            network.shutdown_timeout(PATIENCE);
+            let _ = network.block_on(async { timeout(SHUTDOWN_TIMEOUT, self.node.unregister()).await });
+            network.shutdown_timeout(SHUTDOWN_TIMEOUT);
         }
         for path in &self.filled {
             if let Some((property, _)) = self.composer.board().get(path) {

@@ -41,7 +41,7 @@ impl Ros1Error {
         Self::Definition { name: name.into(), reason }
     }
 
-    /// What to do about it.
+    /// The advice that resolves it.
     pub fn help(&self) -> &str {
         match self {
             Self::Topic(misfit) => misfit.help,

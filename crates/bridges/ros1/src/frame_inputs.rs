@@ -58,7 +58,7 @@ impl FrameSubscriptions {
             let (reader, inbound) = (Arc::clone(&reader), Arc::clone(inbound));
             let sink = move |message: Result<&[u8], String>| {
                 if let Err(reason) = message.and_then(|message| reader.take(message, is_fixed, &inbound)) {
-                    inbound.tell(&format!("{SCHEME}: a transform of {topic} does not fit: {reason}"));
+                    inbound.log_once(&format!("{SCHEME}: a transform of {topic} does not fit: {reason}"));
                 }
             };
             let own = TopicSubscription::new(topic, (&definition.name, &definition.text), Box::new(sink));

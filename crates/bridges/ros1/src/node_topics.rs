@@ -1,4 +1,4 @@
-//! What a node publishes of itself: time, frames and log.
+//! Topics that each node publishes: time, frames and log.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,8 +28,8 @@ const DEPTH: usize = 100;
 
 const SECOND: u64 = 1_000_000_000;
 
-/// How often it is looked whether something has changed without a notice.
-const PAUSE: Duration = Duration::from_millis(100);
+/// Period of the check whether something has changed without a notice.
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 const LOG_DEFINITION: &str = "byte DEBUG=1\nbyte INFO=2\nbyte WARN=4\nbyte ERROR=8\nbyte FATAL=16\n\
                               Header header\nbyte level\nstring name\nstring msg\nstring file\nstring function\n\
@@ -41,7 +41,7 @@ pub struct NodeTopics {
     clock: Option<ClockTopic>,
     frames: Option<FrameTopics>,
     log: Option<LogTopic>,
-    told: Vec<String>,
+    logged: Vec<String>,
 }
 
 struct ClockTopic {
@@ -74,7 +74,7 @@ impl NodeTopics {
     /// When a message has no definition.
     pub fn new(surface: &ControlSurface, settings: &Ros1Settings) -> Result<Self, Ros1Error> {
         let options = &settings.options;
-        let mut topics = Self { clock: None, frames: None, log: None, told: Vec::new() };
+        let mut topics = Self { clock: None, frames: None, log: None, logged: Vec::new() };
         if options.clock {
             let publication = publication(CLOCK, ("rosgraph_msgs/Clock", "time clock"), false)?;
             topics.clock = Some(ClockTopic { publication, sent: None });
@@ -120,12 +120,12 @@ impl NodeTopics {
             ];
             for reason in results.into_iter().filter_map(Result::err) {
                 // The same reason is logged once.
-                if !self.told.contains(&reason) {
+                if !self.logged.contains(&reason) {
                     surface.agent.composer().log(Level::Warn, &format!("{SCHEME}: {reason}"));
-                    self.told.push(reason);
+                    self.logged.push(reason);
                 }
             }
-            wake.wait_timeout(PAUSE);
+            wake.wait_timeout(IDLE_PERIOD);
         }
     }
 }

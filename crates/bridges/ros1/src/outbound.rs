@@ -13,10 +13,10 @@ use crate::message::Ros1Message;
 use crate::settings::SCHEME;
 use crate::wire::TopicPublication;
 
-/// How often it is looked whether something has changed without a notice.
-const PAUSE: Duration = Duration::from_millis(100);
+/// Period of the check whether something has changed without a notice.
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
-/// How often it is looked whether a property is another one.
+/// Period of the check whether a property is another one.
 const RENEW: Duration = Duration::from_millis(500);
 
 /// A topic with its publication.
@@ -25,7 +25,7 @@ pub struct PublishedTopic {
     pub message: Ros1Message,
     pub publication: Arc<TopicPublication>,
     pub frame: String,
-    pub is_told: bool,
+    pub is_error_logged: bool,
 }
 
 /// All topics that have values of properties.
@@ -64,14 +64,14 @@ impl PublishedTopics {
             }
             for own in &mut self.topics {
                 if let Err(reason) = own.send(&self.composer)
-                    && !std::mem::replace(&mut own.is_told, true)
+                    && !std::mem::replace(&mut own.is_error_logged, true)
                 {
                     let (path, topic) = (own.topic.path(), own.topic.topic());
                     let text = format!("{SCHEME}: a value of /{path} is not sent to {topic}: {reason}");
                     self.composer.log(Level::Warn, &text);
                 }
             }
-            self.wake.wait_timeout(PAUSE);
+            self.wake.wait_timeout(IDLE_PERIOD);
         }
     }
 }

@@ -23,8 +23,8 @@ use crate::input_list::InputList;
 use crate::settings::{Ros1Settings, SCHEME};
 use crate::wire::{NodeContext, RosrpcServer, call_service};
 
-/// How often it is looked for messages.
-const LOOK: Duration = Duration::from_millis(5);
+/// Period of the check for messages.
+const POLL_PERIOD: Duration = Duration::from_millis(5);
 
 /// Responses that may wait for the next cycle.
 const DEPTH: u16 = 10;
@@ -61,7 +61,7 @@ pub struct OutboxClient {
     descriptor: &'static Descriptor,
     /// Place of the input for responses among those that the bridge sets, and its fields.
     response: Option<(usize, FieldPairs)>,
-    told: Option<String>,
+    logged: Option<String>,
 }
 
 impl OutboxClient {
@@ -78,7 +78,7 @@ impl OutboxClient {
                 Some((list.add(input, property, (&call.service, call.of.name()), DEPTH), pairs))
             }
         };
-        Ok(Self { call: call.clone(), pairs, descriptor: property.descriptor(), response, told: None })
+        Ok(Self { call: call.clone(), pairs, descriptor: property.descriptor(), response, logged: None })
     }
 
     /// Sends what the outbox has as requests, one after the other, until the end.
@@ -90,23 +90,23 @@ impl OutboxClient {
                 receiver = self.receiver(&node.composer);
             }
             let Some(messages) = &mut receiver else {
-                std::thread::sleep(LOOK * 20);
+                std::thread::sleep(POLL_PERIOD * 20);
                 continue;
             };
             if messages.collect() == 0 {
-                std::thread::sleep(LOOK);
+                std::thread::sleep(POLL_PERIOD);
                 continue;
             }
             let requests: Vec<_> =
                 messages.messages().map(|own| json(self.descriptor, own.bytes(), own.items())).collect();
             for (place, value) in requests.iter().enumerate() {
-                let answer = self.ask(value, node, inbound, network);
-                let (answer, told) = match answer {
+                let answer = self.call(value, node, inbound, network);
+                let (answer, failure) = match answer {
                     Ok(Ok(())) => (Answer::Done, None),
                     Ok(Err(reason)) => (Answer::Refused(UNSUCCESSFUL), reason),
                     Err(reason) => (Answer::Refused(ABANDONED), Some(reason)),
                 };
-                self.tell(&node.composer, told);
+                self.log_once(&node.composer, failure);
                 messages.answer(place, answer);
             }
             messages.release();
@@ -122,7 +122,7 @@ impl OutboxClient {
     }
 
     /// Sends a request and forwards its response, or the reason of its refusal, if the server gives one.
-    fn ask(
+    fn call(
         &self,
         value: &Json,
         node: &NodeContext,
@@ -151,13 +151,13 @@ impl OutboxClient {
     }
 
     /// The same reason is logged once.
-    fn tell(&mut self, composer: &Composer, reason: Option<String>) {
-        if self.told != reason
+    fn log_once(&mut self, composer: &Composer, reason: Option<String>) {
+        if self.logged != reason
             && let Some(reason) = &reason
         {
             let text = format!("{SCHEME}: a message of /{} is not answered: {reason}", self.call.outbox);
             composer.log(Level::Warn, &text);
         }
-        self.told = reason;
+        self.logged = reason;
     }
 }

@@ -21,7 +21,7 @@ pub const SCHEME: &str = "ros1";
 const MASTER: &str = "ROS_MASTER_URI";
 
 /// Largest depth.
-const DEEPEST: i64 = 10_000;
+const MAX_DEPTH: i64 = 10_000;
 
 /// Messages that wait unless said.
 const DEPTH: u16 = 10;
@@ -60,7 +60,7 @@ pub struct Ros1Settings {
     pub serve: Vec<ServiceOffer>,
     /// Services that outboxes call.
     pub call: Vec<ServiceCall>,
-    /// What the node does beside that.
+    /// Its other features.
     pub options: NodeOptions,
 }
 
@@ -105,7 +105,7 @@ const WRITE: &str =
     "write write.\"/cmd_vel\" = \"r2/wheels/command\", or = { from = \"r2/wheels/command\", latched = true }";
 
 impl Ros1Settings {
-    /// What a configuration says in its table `[ros1]`, which it has to be read with as one of
+    /// Reads the table `[ros1]`, which it has to be read with as one of
     /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables), and in links with `ros1:`; nothing without both.
     ///
     /// # Errors
@@ -306,7 +306,7 @@ impl Ros1SettingsReader<'_> {
         }
     }
 
-    /// What an entry is alone, or has under a key.
+    /// Text of an entry, or of one of its keys.
     fn given(&mut self, entry: &Spanned<Value>, key: &str, own: &[&str], help: &str) -> Option<String> {
         if let Some(table) = entry.as_table() {
             let known = [&[key], own].concat();
@@ -330,10 +330,10 @@ impl Ros1SettingsReader<'_> {
 
     fn depth(&mut self, table: &Table) -> u16 {
         let Some(value) = table.get("depth") else { return DEPTH };
-        match value.as_integer().filter(|depth| (1..=DEEPEST).contains(depth)) {
+        match value.as_integer().filter(|depth| (1..=MAX_DEPTH).contains(depth)) {
             Some(depth) => depth as u16,
             None => {
-                let message = format!("`depth` is a number from 1 to {DEEPEST}, found {}", value.value);
+                let message = format!("`depth` is a number from 1 to {MAX_DEPTH}, found {}", value.value);
                 self.note(Some(value.span), message, "write depth = 10");
                 DEPTH
             }

@@ -27,8 +27,8 @@ use crate::participant::RosParticipant;
 use crate::services::ServiceThreads;
 use crate::settings::{RosSettings, TABLE};
 
-/// How long the end waits for a thread that sets inputs.
-const PATIENCE: Duration = Duration::from_secs(2);
+/// Longest wait for threads at the end.
+const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// An agent as a node of ROS, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
 pub struct RosBridge {
@@ -86,7 +86,7 @@ impl RosBridge {
             let writer = participant.writer(&settings.topic, message.name(), settings.quality)?;
             let topic = OutboundTopic::new(&settings.topic, message.name(), &settings.property, property);
             let settings = settings.clone();
-            let topic = WriterTopic { topic, message, writer, settings, is_told: false };
+            let topic = WriterTopic { topic, message, writer, settings, is_error_logged: false };
             own.insert(topic.guid(), endpoint(topic.topic.topic(), &topic.message, false));
             writers.push(topic);
         }
@@ -205,7 +205,7 @@ impl Drop for RosBridge {
         let began = Instant::now();
         for thread in self.threads.drain(..) {
             // One that waits for a cycle which does not end is left alone.
-            while !thread.is_finished() && began.elapsed() < PATIENCE {
+            while !thread.is_finished() && began.elapsed() < SHUTDOWN_TIMEOUT {
                 std::thread::sleep(Duration::from_millis(2));
             }
             if thread.is_finished() {

@@ -18,7 +18,7 @@ pub enum RosError {
     /// A name that ROS forbids.
     #[error("`{name}` can't be offered: {reason}")]
     Name {
-        /// What it is.
+        /// The name.
         name: String,
         /// In words.
         reason: String,
@@ -41,7 +41,7 @@ impl RosError {
         Self::Name { name: name.into(), reason }
     }
 
-    /// What to do about it.
+    /// The advice that resolves it.
     pub fn help(&self) -> &str {
         match self {
             Self::Topic(misfit) => misfit.help,

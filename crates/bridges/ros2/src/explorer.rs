@@ -1,4 +1,4 @@
-//! What is in a domain, for tools: nodes, topics, and the messages of a topic.
+//! Content of a domain, for tools: nodes, topics, and the messages of a topic.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
@@ -13,8 +13,8 @@ use crate::name::{NodeName, message_name};
 use crate::participant::{RosParticipant, TopicReader};
 use crate::quality::TopicQuality;
 
-/// How often it is looked for news.
-const LOOK: Duration = Duration::from_millis(5);
+/// Period of the check for news.
+const POLL_PERIOD: Duration = Duration::from_millis(5);
 
 /// Messages that are kept for a tool that is slow.
 const DEPTH: u16 = 1000;
@@ -96,7 +96,7 @@ impl RosExplorer {
         let began = Instant::now();
         while began.elapsed() < time {
             self.take();
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_PERIOD);
         }
     }
 

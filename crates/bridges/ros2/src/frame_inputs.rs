@@ -21,7 +21,7 @@ use crate::quality::TopicQuality;
 use crate::settings::{RosSettings, TABLE};
 
 /// How long the thread sleeps when nothing comes.
-const PAUSE: Duration = Duration::from_millis(100);
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
 /// As ROS's listeners have it; of each writer, the last messages.
 const DEPTH: u16 = 100;
 
@@ -95,10 +95,10 @@ impl FrameInputs {
             }
             for (message, is_fixed) in messages {
                 if let Err(reason) = self.reader.take(&message.0, is_fixed, inbound) {
-                    inbound.tell(&format!("{TABLE}: a transform does not fit: {reason}"));
+                    inbound.log_once(&format!("{TABLE}: a transform does not fit: {reason}"));
                 }
             }
-            wake.wait_timeout(PAUSE);
+            wake.wait_timeout(IDLE_PERIOD);
         }
     }
 }

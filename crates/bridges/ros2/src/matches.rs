@@ -32,8 +32,8 @@ pub struct Matches {
 struct MatchState {
     /// By own endpoint.
     others: BTreeMap<GUID, BTreeSet<GUID>>,
-    /// What was logged already.
-    told: BTreeSet<(GUID, String)>,
+    /// Texts that were logged.
+    logged: BTreeSet<(GUID, String)>,
 }
 
 impl Matches {
@@ -65,12 +65,12 @@ impl Matches {
                 for others in state.others.values_mut() {
                     others.remove(guid);
                 }
-                state.told.retain(|(other, _)| other != guid);
+                state.logged.retain(|(other, _)| other != guid);
             }
             Event::ParticipantLost { id, .. } => {
                 let is_lost = |guid: &GUID| guid.prefix == *id;
                 state.others.values_mut().for_each(|others| others.retain(|other| !is_lost(other)));
-                state.told.retain(|(other, _)| !is_lost(other));
+                state.logged.retain(|(other, _)| !is_lost(other));
             }
             Event::RemoteReaderQosIncompatible {
                 local_writer: own,
@@ -86,7 +86,7 @@ impl Matches {
             } => {
                 let Some(endpoint) = self.own.get(own) else { return };
                 let text = incompatible(endpoint, requested_qos, offered_qos);
-                tell(&mut state, composer, *other, text);
+                log_once(&mut state, composer, *other, text);
             }
             Event::ReaderDetected { reader: other } => self.note_type(&mut state, other, false, composer),
             Event::WriterDetected { writer: other } => self.note_type(&mut state, other, true, composer),
@@ -109,7 +109,7 @@ impl Matches {
                 "{}: a {who} has type {there} and this agent {}, so they exchange nothing: use another topic or interface",
                 own.topic, own.message
             );
-            tell(state, composer, other.guid, text);
+            log_once(state, composer, other.guid, text);
         }
     }
 }
@@ -118,8 +118,8 @@ fn role(writes: bool) -> &'static str {
     if writes { "publisher" } else { "subscription" }
 }
 
-fn tell(state: &mut MatchState, composer: &Composer, other: GUID, text: String) {
-    if state.told.insert((other, text.clone())) {
+fn log_once(state: &mut MatchState, composer: &Composer, other: GUID, text: String) {
+    if state.logged.insert((other, text.clone())) {
         composer.log(Level::Warn, &format!("ros2: {text}"));
     }
 }

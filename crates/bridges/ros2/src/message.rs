@@ -39,10 +39,10 @@ impl RosMessage {
         type_name(&self.name)
     }
 
-    /// Whether messages tell a whole value.
+    /// Checks that messages have all fields of a value.
     ///
     /// # Errors
-    /// What they don't tell, in words.
+    /// The fields that they lack, in words.
     pub fn check_decodable(&self) -> Result<(), String> {
         self.standard.as_ref().map_or(Ok(()), Standard::check_decodable)
     }

@@ -16,10 +16,10 @@ use crate::participant::TopicWriter;
 use crate::raw::RawMessage;
 use crate::settings::TopicOutput;
 
-/// How often it is looked whether something has changed without a notice.
-const PAUSE: Duration = Duration::from_millis(100);
+/// Period of the check whether something has changed without a notice.
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
-/// How often it is looked whether a property is another one.
+/// Period of the check whether a property is another one.
 const RENEW: Duration = Duration::from_millis(500);
 
 /// A topic that has the values of a property.
@@ -28,7 +28,7 @@ pub struct WriterTopic {
     pub message: RosMessage,
     pub writer: TopicWriter,
     pub settings: TopicOutput,
-    pub is_told: bool,
+    pub is_error_logged: bool,
 }
 
 /// All of them.
@@ -73,14 +73,14 @@ impl WriterTopics {
             for topic in &mut self.topics {
                 let is_read = self.matches.count(topic.guid()) > 0;
                 if let Err(reason) = topic.send(&self.composer, is_read)
-                    && !std::mem::replace(&mut topic.is_told, true)
+                    && !std::mem::replace(&mut topic.is_error_logged, true)
                 {
                     let TopicOutput { topic, property, .. } = &topic.settings;
                     let text = format!("ros2: a value of /{property} is not sent to {topic}: {reason}");
                     self.composer.log(Level::Warn, &text);
                 }
             }
-            self.wake.wait_timeout(PAUSE);
+            self.wake.wait_timeout(IDLE_PERIOD);
         }
     }
 }

@@ -127,7 +127,7 @@ impl RosParticipant {
         self.graph.write(message, None).map_err(|error| refused(self.domain, &error))
     }
 
-    /// What has happened in the domain, if anything has.
+    /// Returns the next event of the domain, if any.
     pub fn next_status(&self) -> Option<DomainParticipantStatusEvent> {
         self.status.try_recv_status()
     }

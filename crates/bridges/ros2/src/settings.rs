@@ -21,10 +21,10 @@ pub const TABLE: &str = "ros2";
 const DOMAIN: &str = "ROS_DOMAIN_ID";
 
 /// The highest domain whose ports exist.
-const HIGHEST: i64 = 232;
+const MAX_DOMAIN: i64 = 232;
 
 /// Largest depth.
-const DEEPEST: i64 = 10_000;
+const MAX_DEPTH: i64 = 10_000;
 
 /// Which topics of ROS an agent reads and writes.
 ///
@@ -57,7 +57,7 @@ pub struct RosSettings {
     pub serve: Vec<ServiceOffer>,
     /// Services that outboxes call.
     pub call: Vec<ServiceCall>,
-    /// What the node does beside that.
+    /// Its other features.
     pub options: NodeOptions,
 }
 
@@ -104,7 +104,7 @@ const WRITE: &str =
     "write write.\"/cmd_vel\" = \"r2/wheels/command\", or = { from = \"r2/wheels/command\", depth = 1 }";
 
 impl RosSettings {
-    /// What a configuration says in its table `[ros2]`, which it has to be read with as one of
+    /// Reads the table `[ros2]`, which it has to be read with as one of
     /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables), and in links with `ros2:`; nothing without both.
     ///
     /// # Errors
@@ -224,10 +224,10 @@ impl RosSettingsReader<'_> {
                 _ => return 0,
             },
         };
-        match number.filter(|number| (0..=HIGHEST).contains(number)) {
+        match number.filter(|number| (0..=MAX_DOMAIN).contains(number)) {
             Some(number) => number as u16,
             None => {
-                let message = format!("a domain is a number from 0 to {HIGHEST}, found {found}");
+                let message = format!("a domain is a number from 0 to {MAX_DOMAIN}, found {found}");
                 let help = "write domain = 7 in [ros2], as ROS_DOMAIN_ID of the other programs";
                 self.wrong.push(match span {
                     Some(span) => self.configuration.diagnostic(span, message, Some(help.into())),
@@ -323,7 +323,7 @@ impl RosSettingsReader<'_> {
         entries.iter().map(|(key, entry)| (key.to_owned(), entry.key, entry.value.clone())).collect()
     }
 
-    /// What an entry is alone, or has under a key.
+    /// Text of an entry, or of one of its keys.
     fn given(&mut self, entry: &Spanned<Value>, key: &str, own: &[&str], help: &str) -> Option<String> {
         if let Some(table) = entry.as_table() {
             let known: Vec<_> = own.iter().chain(&QUALITY).copied().collect();
@@ -372,10 +372,10 @@ impl RosSettingsReader<'_> {
         }
         quality.transient_local = self.truth(table, "transient_local");
         if let Some(value) = table.get("depth") {
-            match value.as_integer().filter(|depth| (1..=DEEPEST).contains(depth)) {
+            match value.as_integer().filter(|depth| (1..=MAX_DEPTH).contains(depth)) {
                 Some(depth) => quality.depth = depth as u16,
                 None => {
-                    let message = format!("`depth` is a number from 1 to {DEEPEST}, found {}", value.value);
+                    let message = format!("`depth` is a number from 1 to {MAX_DEPTH}, found {}", value.value);
                     self.add(value.span, message, "write depth = 10");
                 }
             }

@@ -14,7 +14,7 @@ pub struct TopicMisfit {
     pub topic: String,
     /// In words.
     pub reason: String,
-    /// What to do.
+    /// The advice that resolves it.
     pub help: &'static str,
     /// Where it is written.
     pub place: Option<Span>,

@@ -1,10 +1,10 @@
-//! What a node does beside its topics and services.
+//! Features of a node beside its topics and services.
 
 use slate_runtime::configuration::{Span, Table};
 
 use crate::table_reader::TableReader;
 
-/// What nodes of ROS may do with the parameters of modules.
+/// Access of other nodes to the parameters of modules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ParameterAccess {
     /// Nothing: the node has no services of parameters.
@@ -27,10 +27,10 @@ pub struct FrameInput {
     pub place: Option<Span>,
 }
 
-/// What a node does beside its topics and services.
+/// Features of a node beside its topics and services.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeOptions {
-    /// What others may do with parameters.
+    /// Access of other nodes to parameters.
     pub parameters: ParameterAccess,
     /// Whether the time of a simulation is `/clock`.
     pub clock: bool,
@@ -66,7 +66,7 @@ impl NodeOptions {
         OPTION_KEYS.iter().any(|key| table.get(key).is_some())
     }
 
-    /// What a table says of them.
+    /// Reads them from a table.
     pub fn of(reader: &mut dyn TableReader, table: &Table) -> Self {
         Self {
             parameters: parameters(reader, table),

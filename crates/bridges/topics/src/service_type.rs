@@ -30,7 +30,7 @@ impl PartialEq for ServiceType {
     }
 }
 
-/// What stands before the name of a service in the ROS of a format.
+/// Prefix of a standard service name in a format.
 fn folder(format: WireFormat) -> &'static str {
     if format == WireFormat::Ros1 { "std_srvs/" } else { "std_srvs/srv/" }
 }
@@ -53,7 +53,7 @@ impl ServiceType {
     /// Reads the text of a `.srv` file. Messages in it follow, each behind a line of `=` and `MSG: package/Name`.
     ///
     /// # Errors
-    /// What is wrong with the name or the text, in words.
+    /// The name or the text is invalid; the reason in words.
     pub fn parse(format: WireFormat, name: &str, definition: &str) -> Result<Self, String> {
         let parts: Vec<_> = name.split('/').collect();
         let is_name = match (format, &parts[..]) {
@@ -117,7 +117,7 @@ impl ServiceType {
     /// The message of a request; a field that it lacks is zero or empty.
     ///
     /// # Errors
-    /// What does not fit, in words.
+    /// A value does not fit; the reason in words.
     pub fn encode_request(&self, request: &Json) -> Result<Vec<u8>, String> {
         encode_json_in(self.format, &self.request, request).map_err(|error| error.to_string())
     }
@@ -133,7 +133,7 @@ impl ServiceType {
     /// The message of a response; a field that it lacks is zero or empty.
     ///
     /// # Errors
-    /// What does not fit, in words.
+    /// A value does not fit; the reason in words.
     pub fn encode_response(&self, response: &Json) -> Result<Vec<u8>, String> {
         encode_json_in(self.format, &self.response, response).map_err(|error| error.to_string())
     }

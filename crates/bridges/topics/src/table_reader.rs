@@ -31,6 +31,6 @@ pub trait TableReader {
     /// The type of a service, with its definition if that is given.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// The reason in words.
     fn service_type(&self, name: &str, definition: Option<&str>) -> Result<ServiceType, String>;
 }

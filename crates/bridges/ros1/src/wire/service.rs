@@ -16,13 +16,13 @@ use super::http::TIMEOUT;
 use crate::checksum::service_checksum;
 
 /// Bytes that a request or a response may have.
-const LONGEST: u32 = 1 << 20;
+const MAX_MESSAGE_BYTES: u32 = 1 << 20;
 
 /// How long a client that is not persistent may take for its request.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// How often it is looked whether an agent has begun.
-const LOOK: Duration = Duration::from_millis(2);
+/// Period of the check whether an agent has begun.
+const POLL_PERIOD: Duration = Duration::from_millis(2);
 
 /// Answers a request, or tells why it does not.
 pub type RequestHandler = Box<dyn Fn(&Json) -> Result<Json, String> + Send>;
@@ -57,14 +57,14 @@ impl RosrpcServer {
     ) -> io::Result<Option<String>> {
         if ![self.checksum.as_str(), "*"].contains(&header.get("md5sum")) {
             let [client, of, sum] = ["callerid", "type", "md5sum"].map(|name| header.shown(name));
-            let told = format!(
+            let error = format!(
                 "{}: a client, {client}, has type {of} ({sum}) and this agent {} ({}): use another service",
                 self.service,
                 self.of.name(),
                 self.checksum
             );
-            ConnectionHeader::of([("error", told.as_str())]).write(&mut stream).await?;
-            return Ok(Some(told));
+            ConnectionHeader::of([("error", error.as_str())]).write(&mut stream).await?;
+            return Ok(Some(error));
         }
         let (request, response) = (self.of.request_name(), self.of.response_name());
         let own = [
@@ -81,7 +81,7 @@ impl RosrpcServer {
         }
         loop {
             let is_persistent = header.get("persistent") == "1";
-            let request = read_message(&mut stream, LONGEST);
+            let request = read_message(&mut stream, MAX_MESSAGE_BYTES);
             let read = if is_persistent { request.await } else { timeout(REQUEST_TIMEOUT, request).await? };
             let message = match read {
                 Ok(message) => message,
@@ -90,7 +90,7 @@ impl RosrpcServer {
             };
             // A rerun sends messages after the cycle in which they came.
             while node.composer.is_lockstep() && node.composer.cycles() == 0 {
-                sleep(LOOK).await;
+                sleep(POLL_PERIOD).await;
             }
             let (is_done, body) = match self.answer(&message).await {
                 Ok(response) => (1, response),
@@ -156,7 +156,7 @@ pub async fn call_service(
     let bytes = [&length(request.len()).map_err(lost)?[..], &request].concat();
     stream.write_all(&bytes).await.map_err(lost)?;
     let is_done = stream.read_u8().await.map_err(lost)? == 1;
-    let answer = read_message(&mut stream, LONGEST).await.map_err(lost)?;
+    let answer = read_message(&mut stream, MAX_MESSAGE_BYTES).await.map_err(lost)?;
     if is_done {
         return of.decode_response(&answer).map(Ok);
     }

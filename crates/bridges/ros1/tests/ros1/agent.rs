@@ -16,7 +16,7 @@ use slate_runtime::log::MemoryTarget;
 use slate_runtime::{Agent, Composer, Control, Options, Rate, RecordedTimes, Stopper, TimeSource};
 
 /// The longest that a test waits for something.
-const PATIENCE: Duration = Duration::from_secs(40);
+const TIMEOUT: Duration = Duration::from_secs(40);
 
 /// A number.
 #[interface]
@@ -105,7 +105,7 @@ impl Module for Lamp {
     }
 }
 
-/// What a service has answered.
+/// Response of a service.
 #[interface]
 #[derive(PartialEq)]
 pub struct Reply {
@@ -297,7 +297,7 @@ impl Drop for Running {
 pub fn eventually(what: &str, mut holds: impl FnMut() -> bool) {
     let start = Instant::now();
     while !holds() {
-        assert!(start.elapsed() < PATIENCE, "waited in vain for: {what}");
+        assert!(start.elapsed() < TIMEOUT, "waited in vain for: {what}");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

@@ -83,7 +83,7 @@ fn record_services(path: &Path) {
     bridge.start().unwrap();
     let mut peer = master.peer("person");
     let response = json!({ "success": true, "message": "yes" });
-    peer.tell(
+    peer.request(
         json!({ "do": "serve", "service": "/enable", "type": "std_srvs/SetBool", "response": response }),
     );
     std::thread::scope(|scope| {
@@ -96,7 +96,7 @@ fn record_services(path: &Path) {
                 let request = json!({ "data": number % 3 == 0 });
                 let called =
                     json!({ "do": "call", "service": "/lamp", "type": "std_srvs/SetBool", "request": request });
-                assert_eq!(peer.tell(called)["success"], json!(true));
+                assert_eq!(peer.request(called)["success"], json!(true));
                 let content = ExternalContent::Bytes(vec![u8::from(number % 2 == 0)]);
                 let wish = ExternalValue { input: "asker/wish".into(), content };
                 assert!(composer.set_external(vec![wish])[0].is_ok());

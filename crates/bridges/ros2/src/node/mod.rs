@@ -1,4 +1,4 @@
-//! What a node publishes of itself: time, frames, log and changes of parameters.
+//! Topics that each node publishes: time, frames, log and changes of parameters.
 
 mod clock;
 mod frames;
@@ -25,8 +25,8 @@ pub use frames::{FIXED, MESSAGE, MOVING};
 use log::LogTopic;
 use parameter_events::ParameterEvents;
 
-/// How often it is looked whether something has changed without a notice.
-const PAUSE: Duration = Duration::from_millis(100);
+/// Period of the check whether something has changed without a notice.
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// A topic that a node publishes by itself.
 trait NodeTopic: Send + Sync {
@@ -44,7 +44,7 @@ trait NodeTopic: Send + Sync {
 #[derive(Default)]
 pub struct NodeTopics {
     topics: Vec<Box<dyn NodeTopic>>,
-    told: Vec<String>,
+    logged: Vec<String>,
 }
 
 impl NodeTopics {
@@ -71,7 +71,7 @@ impl NodeTopics {
         if options.parameters == ParameterAccess::Set {
             topics.push(Box::new(ParameterEvents::open(participant, surface, settings)?));
         }
-        Ok(Self { topics, told: Vec::new() })
+        Ok(Self { topics, logged: Vec::new() })
     }
 
     /// Whether no topic is to be published.
@@ -90,13 +90,13 @@ impl NodeTopics {
             for topic in &mut self.topics {
                 // The same reason is logged once.
                 if let Err(reason) = topic.publish(surface)
-                    && !self.told.contains(&reason)
+                    && !self.logged.contains(&reason)
                 {
                     surface.agent.composer().log(Level::Warn, &format!("ros2: {reason}"));
-                    self.told.push(reason);
+                    self.logged.push(reason);
                 }
             }
-            wake.wait_timeout(PAUSE);
+            wake.wait_timeout(IDLE_PERIOD);
         }
     }
 }

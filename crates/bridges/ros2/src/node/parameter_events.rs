@@ -28,7 +28,7 @@ pub struct ParameterEvents {
     schema: Schema,
     node: String,
     known: ParameterTable,
-    /// What the board counts of settings.
+    /// Number of settings on the board.
     settings: u64,
 }
 

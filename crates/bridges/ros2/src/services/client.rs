@@ -23,8 +23,8 @@ use crate::name::{reply_topic, request_topic, type_name};
 use crate::participant::{RosParticipant, TopicReader, TopicWriter};
 use crate::raw::RawMessage;
 
-/// How often it is looked for messages.
-const LOOK: Duration = Duration::from_millis(5);
+/// Period of the check for messages.
+const POLL_PERIOD: Duration = Duration::from_millis(5);
 
 /// The code that a message is refused with whose response says `success: false`.
 const UNSUCCESSFUL: u16 = 1;
@@ -41,7 +41,7 @@ pub struct ServiceClient {
     reported: Option<String>,
 }
 
-/// What a client needs beside itself.
+/// State that clients share.
 pub struct CallContext {
     pub composer: Composer,
     pub matches: Arc<Matches>,
@@ -96,17 +96,17 @@ impl ServiceClient {
                 receiver = self.receiver(&context.composer);
             }
             let Some(messages) = &mut receiver else {
-                wake.wait_timeout(LOOK * 20);
+                wake.wait_timeout(POLL_PERIOD * 20);
                 continue;
             };
             if messages.collect() == 0 {
-                wake.wait_timeout(LOOK);
+                wake.wait_timeout(POLL_PERIOD);
                 continue;
             }
             let requests: Vec<_> =
                 messages.messages().map(|own| json(self.descriptor, own.bytes(), own.items())).collect();
             for (place, value) in requests.iter().enumerate() {
-                let answer = match self.ask(value, context, &wake, &waker) {
+                let answer = match self.call(value, context, &wake, &waker) {
                     Ok(answer) => {
                         self.reported = None;
                         answer
@@ -131,7 +131,13 @@ impl ServiceClient {
     }
 
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
-    fn ask(&self, value: &Json, context: &CallContext, wake: &Wake, waker: &Waker) -> Result<Answer, String> {
+    fn call(
+        &self,
+        value: &Json,
+        context: &CallContext,
+        wake: &Wake,
+        waker: &Waker,
+    ) -> Result<Answer, String> {
         let ServiceCall { service, of, timeout, .. } = &self.call;
         let request = of.encode_request(&self.pairs.message(value))?;
         let began = Instant::now();
@@ -141,7 +147,7 @@ impl ServiceClient {
             if is_late() {
                 return Err(format!("{service} has no server"));
             }
-            wake.wait_timeout(LOOK);
+            wake.wait_timeout(POLL_PERIOD);
         }
         // Servers on Fast DDS wait until this reader can hear them.
         let own =
@@ -169,11 +175,11 @@ impl ServiceClient {
             if is_late() {
                 return Err(format!("{service} has not answered within {timeout:?}"));
             }
-            wake.wait_timeout(LOOK * 4);
+            wake.wait_timeout(POLL_PERIOD * 4);
         }
     }
 
-    /// Passes a response on; what becomes of the message.
+    /// Forwards a response, and returns the outcome of the message.
     fn take(&self, message: &[u8], context: &CallContext) -> Result<Answer, String> {
         let response = self.call.of.decode_response(message)?;
         if let Some((place, pairs)) = &self.response {

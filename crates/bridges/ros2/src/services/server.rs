@@ -21,13 +21,13 @@ use crate::quality::TopicQuality;
 use crate::raw::RawMessage;
 
 /// How long a thread sleeps when nothing comes.
-const PAUSE: Duration = Duration::from_millis(100);
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// How long a response waits until its client can hear it.
 const MATCH: Duration = Duration::from_secs(2);
 
-/// How often it is looked whether it can.
-const LOOK: Duration = Duration::from_millis(2);
+/// Period of the check whether it can.
+const POLL_PERIOD: Duration = Duration::from_millis(2);
 
 /// The bit in the kind of an entity which readers have and writers don't (RTPS 2.5, 9.3.1.2).
 const READER: u8 = 0x04;
@@ -42,7 +42,7 @@ pub trait ServiceHandler: Send + Sync {
 }
 
 impl ServiceHandler for InboxHandler {
-    /// A service of ROS 2 always has a response, also one that can't tell of a failure.
+    /// A service of ROS 2 always has a response, also one that can't report a failure.
     fn answer(&mut self, _: usize, request: &Json) -> Json {
         let (Ok(response) | Err((_, response))) = InboxHandler::answer(self, request);
         response
@@ -124,12 +124,12 @@ impl ServiceServer {
         let client = identity.writer_guid;
         let is_reader = client.to_bytes()[15] & READER != 0;
         let began = Instant::now();
-        // What is written before nobody hears.
+        // A response sent before the match is lost.
         while is_reader && !context.matches.has(self.writer.guid(), client) && !context.is_ended() {
             if began.elapsed() > MATCH {
                 return Err("a client has sent a request, and does not listen for the response".into());
             }
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_PERIOD);
         }
         let options = WriteOptionsBuilder::new()
             .source_timestamp(Timestamp::now())
@@ -149,7 +149,7 @@ impl ServiceServer {
     }
 }
 
-/// What a thread that serves needs beside its servers.
+/// State that servers share.
 pub struct ServeContext {
     pub composer: Composer,
     pub matches: Arc<Matches>,
@@ -169,7 +169,7 @@ pub fn serve(mut servers: Vec<ServiceServer>, mut handler: Box<dyn ServiceHandle
     while !context.is_ended() {
         // A rerun sends messages after the cycle in which they came.
         if context.composer.is_lockstep() && context.composer.cycles() == 0 {
-            context.wake.wait_timeout(LOOK);
+            context.wake.wait_timeout(POLL_PERIOD);
             continue;
         }
         let mut is_idle = true;
@@ -180,7 +180,7 @@ pub fn serve(mut servers: Vec<ServiceServer>, mut handler: Box<dyn ServiceHandle
             is_idle &= !server.answer(place, &mut *handler, context);
         }
         if is_idle {
-            context.wake.wait_timeout(PAUSE);
+            context.wake.wait_timeout(IDLE_PERIOD);
         }
     }
 }

@@ -62,7 +62,7 @@ fn fields(descriptor: &'static Descriptor) -> impl Iterator<Item = &'static str>
 /// The bytes of a value of an interface; fields that it lacks are zero.
 ///
 /// # Errors
-/// What does not fit, in words.
+/// A value does not fit; the reason in words.
 pub fn bytes(descriptor: &'static Descriptor, shape: Shape, value: &Json) -> Result<Vec<u8>, String> {
     let value = serde_json::from_value(value.clone()).map_err(|error| error.to_string())?;
     let mut bytes = vec![0; shape.bytes(shape.capacity)];
@@ -179,7 +179,7 @@ pub fn answer_input(
     Ok((property, pairs))
 }
 
-/// What takes messages at a path, and their memory.
+/// The inbox or outbox at a path, and its memory.
 fn mailbox(composer: &Composer, path: &str) -> Result<(Arc<Property>, Shape), String> {
     let (property, field) = composer.board().find(path).map_err(|error| error.to_string())?;
     match property.carrier() {

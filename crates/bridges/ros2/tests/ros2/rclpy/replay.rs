@@ -91,7 +91,7 @@ fn with_services(path: &Path, domain: u16) {
     bridge.start().unwrap();
     let mut peer = Peer::start("person", domain);
     let response = json!({ "success": true, "message": "yes" });
-    peer.tell(
+    peer.request(
         json!({ "do": "serve", "service": "/enable", "type": "std_srvs/srv/SetBool", "response": response }),
     );
     std::thread::scope(|scope| {
@@ -104,7 +104,7 @@ fn with_services(path: &Path, domain: u16) {
                 let called = json!({
                     "do": "call", "service": "/lamp", "type": "std_srvs/srv/SetBool", "request": { "data": number % 3 == 0 },
                 });
-                assert_eq!(peer.tell(called)["success"], json!(true));
+                assert_eq!(peer.request(called)["success"], json!(true));
                 let wish =
                     ExternalValue {
                         input: "asker/wish".into(),
@@ -113,7 +113,7 @@ fn with_services(path: &Path, domain: u16) {
                 assert!(composer.set_external(vec![wish])[0].is_ok());
                 eventually("an answer", || replies() == Some(f64::from(number)));
             }
-            let asked = peer.tell(json!({ "do": "asked", "service": "/enable" }));
+            let asked = peer.request(json!({ "do": "asked", "service": "/enable" }));
             assert_eq!(asked.as_array().map(Vec::len), Some(30));
             stopper.stop();
         });
