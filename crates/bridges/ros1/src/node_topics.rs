@@ -11,9 +11,9 @@ use slate_module::Level;
 use slate_record::ros::{Schema, WireFormat, encode_json_in, transforms_definition_in};
 use slate_topics::{FrameMessages, LogLines, NodeLogLine};
 
-use crate::error::Ros1Error;
 use crate::settings::{Ros1Settings, SCHEME};
 use crate::wire::TopicPublication;
+use slate_topics::RosError;
 
 /// Topic of transforms that change.
 pub const MOVING: &str = "/tf";
@@ -62,9 +62,9 @@ struct LogTopic {
     lines: LogLines,
 }
 
-fn publication(topic: &str, of: (&str, &str), is_latched: bool) -> Result<Arc<TopicPublication>, Ros1Error> {
+fn publication(topic: &str, of: (&str, &str), is_latched: bool) -> Result<Arc<TopicPublication>, RosError> {
     let own = TopicPublication::new(topic, of, DEPTH, is_latched);
-    own.map(Arc::new).map_err(|reason| Ros1Error::definition(topic, reason))
+    own.map(Arc::new).map_err(|reason| RosError::definition(topic, reason))
 }
 
 impl NodeTopics {
@@ -72,7 +72,7 @@ impl NodeTopics {
     ///
     /// # Errors
     /// When a message has no definition.
-    pub fn new(surface: &ControlSurface, settings: &Ros1Settings) -> Result<Self, Ros1Error> {
+    pub fn new(surface: &ControlSurface, settings: &Ros1Settings) -> Result<Self, RosError> {
         let options = &settings.options;
         let mut topics = Self { clock: None, frames: None, log: None, logged: Vec::new() };
         if options.clock {
@@ -89,7 +89,7 @@ impl NodeTopics {
         if options.log {
             const NAME: &str = "rosgraph_msgs/Log";
             let schema = Schema::parse(NAME, LOG_DEFINITION);
-            let schema = schema.map_err(|error| Ros1Error::definition(NAME, error.to_string()))?;
+            let schema = schema.map_err(|error| RosError::definition(NAME, error.to_string()))?;
             let publication = publication(LOG, (NAME, LOG_DEFINITION), false)?;
             let (node, lines) = (settings.node.clone(), LogLines::default());
             topics.log = Some(LogTopic { publication, schema, node, lines });

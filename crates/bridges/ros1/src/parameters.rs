@@ -11,9 +11,9 @@ use slate_module::Level;
 use slate_topics::{AgentOperations, NodeParameter, ParameterAccess, ParameterTable};
 use tokio::runtime::Handle;
 
-use crate::error::Ros1Error;
 use crate::settings::{Ros1Settings, SCHEME};
 use crate::wire::{CallError, NodeContext, XmlValue};
+use slate_topics::RosError;
 
 /// Period of the check whether a parameter was set here.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
@@ -41,7 +41,7 @@ impl ParameterSync {
         surface: &Arc<ControlSurface>,
         settings: &Ros1Settings,
         node: &Arc<NodeContext>,
-    ) -> Result<Option<Self>, Ros1Error> {
+    ) -> Result<Option<Self>, RosError> {
         if settings.options.parameters == ParameterAccess::None {
             return Ok(None);
         }

@@ -18,10 +18,10 @@ use slate_topics::{
 use tokio::runtime::Handle;
 use tokio::time::timeout;
 
-use crate::error::Ros1Error;
 use crate::input_list::InputList;
 use crate::settings::{Ros1Settings, SCHEME};
 use crate::wire::{NodeContext, RosrpcServer, call_service};
+use slate_topics::RosError;
 
 /// Period of the check for messages.
 const POLL_PERIOD: Duration = Duration::from_millis(5);
@@ -40,7 +40,7 @@ pub fn servers(
     surface: &Arc<ControlSurface>,
     settings: &Ros1Settings,
     list: &mut InputList,
-) -> Result<Vec<RosrpcServer>, Ros1Error> {
+) -> Result<Vec<RosrpcServer>, RosError> {
     let server = |offer: &ServiceOffer| {
         let (property, pairs) = inbox(surface.agent.composer(), offer)?;
         list.add_source(property, &offer.service);
@@ -49,7 +49,7 @@ pub fn servers(
         // A response without a field for it fails, so that its client knows.
         let answer = move |request: &Json| handler.answer(request).map_err(|(reason, _)| reason);
         let server = RosrpcServer::new(&offer.service, &offer.of, Box::new(answer));
-        server.map_err(|reason| Ros1Error::definition(&offer.service, reason))
+        server.map_err(|reason| RosError::definition(&offer.service, reason))
     };
     settings.serve.iter().map(server).collect()
 }
@@ -69,7 +69,7 @@ impl OutboxClient {
     ///
     /// # Errors
     /// When a port does not fit the service.
-    pub fn new(composer: &Composer, call: &ServiceCall, list: &mut InputList) -> Result<Self, Ros1Error> {
+    pub fn new(composer: &Composer, call: &ServiceCall, list: &mut InputList) -> Result<Self, RosError> {
         let (property, pairs) = outbox(composer, call)?;
         let response = match &call.response {
             None => None,

@@ -7,11 +7,11 @@ use rustdds::policy::{Durability, Reliability};
 use rustdds::{DomainParticipantStatusEvent as Event, EndpointDescription, GUID, QosPolicies};
 use slate_record::ros::{Schema, Value, message_definition, transforms_definition};
 
-use crate::error::RosError;
 use crate::graph;
 use crate::name::{NodeName, message_name};
 use crate::participant::{RosParticipant, TopicReader};
 use crate::quality::TopicQuality;
+use slate_topics::RosError;
 
 /// Period of the check for news.
 const POLL_PERIOD: Duration = Duration::from_millis(5);
@@ -85,7 +85,7 @@ impl RosExplorer {
         let quality = TopicQuality { reliable: true, transient_local: true, depth: DEPTH };
         let entities = participant.reader_at(graph::TOPIC.into(), graph::MESSAGE, quality)?;
         let schema = Schema::parse(graph::MESSAGE, ENTITIES);
-        let schema = schema.map_err(|error| RosError::name(graph::MESSAGE, error.to_string()))?;
+        let schema = schema.map_err(|error| RosError::definition(graph::MESSAGE, error.to_string()))?;
         let (endpoints, nodes, all_nodes) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         Ok(Self { participant, entities, schema, endpoints, nodes, all_nodes })
     }
@@ -187,7 +187,7 @@ impl RosExplorer {
     pub fn subscribe(&self, topic: &str) -> Result<TopicStream, RosError> {
         let found = self.topics().remove(topic).unwrap_or_default();
         let Some(first) = found.publishers.first() else {
-            return Err(RosError::name(topic, "nobody publishes it".into()));
+            return Err(RosError::definition(topic, "nobody publishes it".into()));
         };
         let quality = TopicQuality {
             reliable: found.publishers.iter().all(|own| own.reliable),

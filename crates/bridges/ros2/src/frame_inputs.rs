@@ -11,7 +11,6 @@ use slate_record::ros::WireFormat;
 use slate_runtime::Composer;
 use slate_topics::{FrameReader, InboundTopic, InboundTopics, frame_input};
 
-use crate::error::RosError;
 use crate::inbound::ReaderWaker;
 use crate::matches::OwnEndpoint;
 use crate::name::{type_name, wire_topic};
@@ -19,6 +18,7 @@ use crate::node::{FIXED, MESSAGE, MOVING};
 use crate::participant::{RosParticipant, TopicReader};
 use crate::quality::TopicQuality;
 use crate::settings::{RosSettings, TABLE};
+use slate_topics::RosError;
 
 /// How long the thread sleeps when nothing comes.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
@@ -54,7 +54,7 @@ impl FrameInputs {
             inputs.push(InboundTopic::new(MOVING.0, MESSAGE, &own.input, &property, DEPTH.into()));
         }
         let reader = FrameReader::new(WireFormat::Cdr, composer, frames);
-        let reader = reader.map_err(|reason| RosError::name(MESSAGE, reason))?;
+        let reader = reader.map_err(|reason| RosError::definition(MESSAGE, reason))?;
         let mut readers = Vec::new();
         for ((topic, quality), is_fixed) in [(MOVING, false), (FIXED, true)] {
             let quality = TopicQuality { depth: DEPTH, ..quality };

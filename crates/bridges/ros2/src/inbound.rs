@@ -6,9 +6,8 @@ use std::task::Waker;
 use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
-use slate_topics::InboundTopics;
+use slate_topics::{InboundTopics, RosMessage};
 
-use crate::message::RosMessage;
 use crate::participant::TopicReader;
 
 /// How long a thread sleeps when nothing comes.

@@ -10,7 +10,6 @@
 #[cfg(feature = "dds")]
 mod bridge;
 mod check;
-mod error;
 #[cfg(feature = "dds")]
 mod explorer;
 #[cfg(feature = "dds")]
@@ -21,7 +20,6 @@ mod graph;
 mod inbound;
 #[cfg(feature = "dds")]
 mod matches;
-mod message;
 mod name;
 #[cfg(feature = "dds")]
 mod node;
@@ -41,14 +39,12 @@ mod settings;
 #[cfg(feature = "dds")]
 pub use bridge::RosBridge;
 pub use check::check_topics;
-pub use error::RosError;
 #[cfg(feature = "dds")]
 pub use explorer::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream};
-pub use message::RosMessage;
 pub use name::{NodeName, check_topic, type_name, wire_topic};
 pub use quality::TopicQuality;
-pub use settings::{RosSettings, TABLE, TopicInput, TopicOutput};
+pub use settings::{RosSettings, TABLE};
 pub use slate_topics::{
-    FrameInput, NodeOptions, ParameterAccess, ServiceCall, ServiceOffer, ServiceType, TopicMisfit,
-    TopicStatus,
+    FrameInput, NodeOptions, ParameterAccess, RosError, RosMessage, ServiceCall, ServiceOffer, ServiceType,
+    TopicInput, TopicMisfit, TopicOutput, TopicSettings, TopicStatus,
 };

@@ -1,7 +1,7 @@
 //! Matched and incompatible endpoints of an agent's topics.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 use rustdds::policy::{Durability, Reliability};
 use rustdds::{DomainParticipantStatusEvent as Event, EndpointDescription, GUID, QosPolicies};
@@ -24,7 +24,7 @@ pub struct OwnEndpoint {
 /// The other ends of an agent's topics.
 #[derive(Default)]
 pub struct Matches {
-    own: BTreeMap<GUID, OwnEndpoint>,
+    own: OnceLock<BTreeMap<GUID, OwnEndpoint>>,
     state: Mutex<MatchState>,
 }
 
@@ -37,8 +37,18 @@ struct MatchState {
 }
 
 impl Matches {
-    pub fn new(own: BTreeMap<GUID, OwnEndpoint>) -> Self {
-        Self { own, state: Mutex::default() }
+    /// Sets the endpoints of the agent; once, before events are noted.
+    pub fn set_own(&self, own: BTreeMap<GUID, OwnEndpoint>) {
+        // Set only once.
+        let _ = self.own.set(own);
+    }
+
+    fn own(&self) -> impl Iterator<Item = (&GUID, &OwnEndpoint)> {
+        self.own.get().into_iter().flatten()
+    }
+
+    fn endpoint(&self, guid: &GUID) -> Option<&OwnEndpoint> {
+        self.own.get()?.get(guid)
     }
 
     /// How many there are for an endpoint of the agent.
@@ -57,7 +67,7 @@ impl Matches {
         match event {
             Event::RemoteReaderMatched { local_writer: own, remote_reader: other }
             | Event::RemoteWriterMatched { local_reader: own, remote_writer: other }
-                if self.own.contains_key(own) =>
+                if self.endpoint(own).is_some() =>
             {
                 state.others.entry(*own).or_default().insert(*other);
             }
@@ -84,7 +94,7 @@ impl Matches {
                 requested_qos,
                 offered_qos,
             } => {
-                let Some(endpoint) = self.own.get(own) else { return };
+                let Some(endpoint) = self.endpoint(own) else { return };
                 let text = incompatible(endpoint, requested_qos, offered_qos);
                 log_once(&mut state, composer, *other, text);
             }
@@ -103,7 +113,9 @@ impl Matches {
         composer: &Composer,
     ) {
         let same_topic = |own: &&OwnEndpoint| own.is_reader == writes && own.wire.0 == other.topic_name;
-        for own in self.own.values().filter(same_topic).filter(|own| own.wire.1 != other.type_name) {
+        for own in
+            self.own().map(|(_, own)| own).filter(same_topic).filter(|own| own.wire.1 != other.type_name)
+        {
             let (who, there) = (role(writes), message_name(&other.type_name));
             let text = format!(
                 "{}: a {who} has type {there} and this agent {}, so they exchange nothing: use another topic or interface",

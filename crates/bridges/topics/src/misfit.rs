@@ -29,8 +29,8 @@ impl TopicMisfit {
 
     /// The same, written at a place.
     #[must_use]
-    pub fn at(mut self: Box<Self>, place: Option<Span>) -> Box<Self> {
-        self.place = place;
+    pub fn at(mut self: Box<Self>, place: impl Into<Option<Span>>) -> Box<Self> {
+        self.place = place.into();
         self
     }
 

@@ -67,7 +67,7 @@ impl NodeOptions {
     }
 
     /// Reads them from a table.
-    pub fn of(reader: &mut dyn TableReader, table: &Table) -> Self {
+    pub fn of(reader: &mut TableReader<'_>, table: &Table) -> Self {
         Self {
             parameters: parameters(reader, table),
             clock: reader.truth(table, "clock"),
@@ -78,7 +78,7 @@ impl NodeOptions {
     }
 }
 
-fn frames(reader: &mut dyn TableReader, table: &Table) -> Vec<FrameInput> {
+fn frames(reader: &mut TableReader<'_>, table: &Table) -> Vec<FrameInput> {
     let mut frames: Vec<FrameInput> = Vec::new();
     for (input, span, entry) in reader.entries(table, "frames", FRAMES) {
         let input = reader.path(&input, span, FRAMES);
@@ -92,7 +92,7 @@ fn frames(reader: &mut dyn TableReader, table: &Table) -> Vec<FrameInput> {
     frames
 }
 
-fn parameters(reader: &mut dyn TableReader, table: &Table) -> ParameterAccess {
+fn parameters(reader: &mut TableReader<'_>, table: &Table) -> ParameterAccess {
     const HELP: &str = "write parameters = \"none\", \"read\" or \"set\"";
     let Some((text, span)) = reader.text(table, "parameters", HELP) else {
         return ParameterAccess::default();

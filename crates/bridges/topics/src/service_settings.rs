@@ -45,15 +45,15 @@ pub struct ServiceCall {
 }
 
 /// Reads both tables.
-pub struct ServicesReader<'r> {
-    reader: &'r mut dyn TableReader,
+pub struct ServicesReader<'r, 'c> {
+    reader: &'r mut TableReader<'c>,
     serve: String,
     call: String,
 }
 
-impl<'r> ServicesReader<'r> {
+impl<'r, 'c> ServicesReader<'r, 'c> {
     /// Reads both with the reader of a bridge, of whose types of services one is given as an example.
-    pub fn new(reader: &'r mut dyn TableReader, example: &str) -> Self {
+    pub fn new(reader: &'r mut TableReader<'c>, example: &str) -> Self {
         Self {
             reader,
             serve: format!("write serve.\"/arm/enable\" = {{ to = \"arm/requests\", type = \"{example}\" }}"),
@@ -131,7 +131,7 @@ impl<'r> ServicesReader<'r> {
 
     fn service_type(&mut self, own: &Table, span: Span, help: &str) -> Option<ServiceType> {
         if own.get("type").is_none() {
-            self.reader.add(span, "an entry lacks `type`".into(), help);
+            self.reader.add(span, "an entry lacks `type`", help);
         }
         let (name, span) = self.reader.text(own, "type", help)?;
         let definition =

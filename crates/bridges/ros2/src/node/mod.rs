@@ -15,7 +15,6 @@ use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_topics::ParameterAccess;
 
-use crate::error::RosError;
 use crate::participant::{RosParticipant, TopicWriter};
 use crate::raw::RawMessage;
 use crate::settings::RosSettings;
@@ -24,6 +23,7 @@ use frames::FrameTopics;
 pub use frames::{FIXED, MESSAGE, MOVING};
 use log::LogTopic;
 use parameter_events::ParameterEvents;
+use slate_topics::RosError;
 
 /// Period of the check whether something has changed without a notice.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);

@@ -8,13 +8,13 @@ use std::sync::Arc;
 use slate_control::ControlSurface;
 use slate_topics::{AgentOperations, ParameterAccess};
 
-use crate::error::RosError;
 use crate::participant::RosParticipant;
 use crate::services::{ServiceGroup, ServiceServer};
 use crate::settings::{RosSettings, TABLE};
 pub use definitions::MESSAGES;
 use definitions::{SERVICES, service_type};
 use handler::ParameterHandler;
+use slate_topics::RosError;
 
 /// The services of the node's parameters.
 ///
@@ -30,9 +30,11 @@ pub fn parameter_services(
     }
     let mut servers = Vec::new();
     for (name, kind, _) in SERVICES {
-        let service =
-            settings.node.topic(&format!("~/{name}")).map_err(|reason| RosError::name(name, reason))?;
-        let of = service_type(kind).map_err(|reason| RosError::name(kind, reason))?;
+        let service = settings.node.topic(&format!("~/{name}")).map_err(|reason| {
+            let help = "take a shorter name for the node: node = \"r2\" in [ros2]";
+            RosError::Definition { name: name.into(), reason, help }
+        })?;
+        let of = service_type(kind).map_err(|reason| RosError::definition(kind, reason))?;
         servers.push(ServiceServer::open(participant, &service, &of)?);
     }
     let handler = Box::new(ParameterHandler {

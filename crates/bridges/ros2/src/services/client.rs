@@ -16,12 +16,12 @@ use slate_runtime::Composer;
 use slate_topics::{FieldPairs, InboundTopics, ServiceCall, bytes, json, outbox};
 
 use super::server::QUALITY;
-use crate::error::RosError;
 use crate::inbound::ReaderWaker;
 use crate::matches::{Matches, OwnEndpoint};
 use crate::name::{reply_topic, request_topic, type_name};
 use crate::participant::{RosParticipant, TopicReader, TopicWriter};
 use crate::raw::RawMessage;
+use slate_topics::RosError;
 
 /// Period of the check for messages.
 const POLL_PERIOD: Duration = Duration::from_millis(5);

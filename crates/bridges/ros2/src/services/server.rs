@@ -12,13 +12,13 @@ use slate_module::Level;
 use slate_runtime::Composer;
 use slate_topics::{InboxHandler, ServiceType};
 
-use crate::error::RosError;
 use crate::inbound::ReaderWaker;
 use crate::matches::{Matches, OwnEndpoint};
 use crate::name::{reply_topic, request_topic, type_name};
 use crate::participant::{RosParticipant, TopicReader, TopicWriter};
 use crate::quality::TopicQuality;
 use crate::raw::RawMessage;
+use slate_topics::RosError;
 
 /// How long a thread sleeps when nothing comes.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);

@@ -13,10 +13,10 @@ use slate_topics::{AgentOperations, InboundTopic, InboundTopics, InboxHandler, a
 use super::client::{CallContext, ServiceClient};
 use super::server::{ServeContext, serve};
 use super::{ServiceHandler, ServiceServer};
-use crate::error::RosError;
 use crate::matches::{Matches, OwnEndpoint};
 use crate::participant::RosParticipant;
 use crate::settings::{RosSettings, TABLE};
+use slate_topics::RosError;
 
 /// Services that a thread answers, one request after the other.
 pub struct ServiceGroup {

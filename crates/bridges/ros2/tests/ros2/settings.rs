@@ -18,12 +18,17 @@ fn entries_are_a_text_or_a_table() {
     let settings = read(table).unwrap().unwrap();
     assert_eq!((settings.domain, settings.trusted), (7, false));
     assert_eq!((settings.node.namespace.as_str(), settings.node.name.as_str()), ("/robots", "r2_d2"));
-    let read: Vec<_> =
-        settings.read.iter().map(|own| (own.input.as_str(), own.topic.as_str(), own.quality)).collect();
+    let read: Vec<_> = settings
+        .topics
+        .read
+        .iter()
+        .map(|own| (own.input.as_str(), own.topic.as_str(), own.quality))
+        .collect();
     let usual = TopicQuality { reliable: true, transient_local: false, depth: 10 };
     let lossy = TopicQuality { reliable: false, transient_local: false, depth: 1 };
     assert_eq!(read, [("driver/goal", "/goal", usual), ("driver/scan", "/robots/scan", lossy)]);
     let written: Vec<_> = settings
+        .topics
         .write
         .iter()
         .map(|own| (own.topic.as_str(), own.property.as_str(), own.frame.as_str()))
@@ -32,7 +37,7 @@ fn entries_are_a_text_or_a_table() {
         written,
         [("/cmd_vel", "wheels/command", "base_link"), ("/robots/r2_d2/scan", "laser/scan", "laser")]
     );
-    let kept = settings.write.iter().find(|own| own.frame == "laser").unwrap().quality;
+    let kept = settings.topics.write.iter().find(|own| own.frame == "laser").unwrap().quality;
     assert_eq!(kept, TopicQuality { transient_local: true, ..usual });
 }
 
@@ -169,7 +174,7 @@ fn links_name_topics_without_a_table_and_with_one() {
     let links = "agent.name = \"r2\"\n[links]\n\"driver/scan\" = { from = \"ros2:scan\", reliable = false, depth = 2 }\n\
                  \"ros2:/cmd_vel\" = { from = \"wheels/command\", frame = \"base\" }\n";
     let settings = of(links).unwrap();
-    let (read, written) = (&settings.read[0], &settings.write[0]);
+    let (read, written) = (&settings.topics.read[0], &settings.topics.write[0]);
     let lossy = TopicQuality { reliable: false, transient_local: false, depth: 2 };
     assert_eq!((read.input.as_str(), read.topic.as_str(), read.quality), ("driver/scan", "/scan", lossy));
     assert_eq!(
@@ -178,8 +183,8 @@ fn links_name_topics_without_a_table_and_with_one() {
     );
     let settings =
         of(&format!("{links}[ros2]\nnamespace = \"/robots\"\nread.\"driver/goal\" = \"/goal\"\n")).unwrap();
-    let topics: Vec<_> = settings.read.iter().map(|own| own.topic.as_str()).collect();
-    assert_eq!((topics, settings.write.len()), (vec!["/goal", "/robots/scan"], 1));
+    let topics: Vec<_> = settings.topics.read.iter().map(|own| own.topic.as_str()).collect();
+    assert_eq!((topics, settings.topics.write.len()), (vec!["/goal", "/robots/scan"], 1));
     let cases = [
         ("\"driver/scan\" = \"ros2:/my-scan\"", 3, "`/my-scan` can't be the name of a topic"),
         ("\"driver/scan\" = { from = \"ros2:/scan\", stale = \"1s\" }", 3, "stale"),

@@ -42,7 +42,12 @@ fn robot(domain: u16) -> Running {
         ..Sources::default()
     };
     let database = Database::from_text("ros.toml", ROBOT, sources).unwrap();
-    Running::of_database(&database, &[slate_wheeled::plugin()], Options { armed: true, ..Options::default() })
+    Running::load_database(
+        &database,
+        &[slate_wheeled::plugin()],
+        Options { armed: true, ..Options::default() },
+    )
+    .connected()
 }
 
 fn state(agent: &Running) -> Option<String> {

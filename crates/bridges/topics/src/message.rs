@@ -1,33 +1,29 @@
-//! Values as messages of ROS 1.
+//! Values as messages of ROS.
 
 use slate_blackboard::interface::Descriptor;
 use slate_record::ros::{self, Definition, Standard, WireFormat, definition_in, standard_in};
 
-/// How values of an interface lie in messages: as those that ROS has for it, or else as `slate_msgs/NAME`.
+/// How values of an interface lie in messages: as those that ROS has for it, or else as `slate_msgs/msg/NAME`.
 #[derive(Debug)]
-pub struct Ros1Message {
+pub struct RosMessage {
+    format: WireFormat,
     descriptor: &'static Descriptor,
     standard: Option<Standard>,
     definition: Definition,
 }
 
-impl Ros1Message {
-    /// The messages of an interface.
-    pub fn of(descriptor: &'static Descriptor) -> Self {
-        let standard = standard_in(WireFormat::Ros1, descriptor);
+impl RosMessage {
+    /// The messages of an interface in the ROS of a format.
+    pub fn of(format: WireFormat, descriptor: &'static Descriptor) -> Self {
+        let standard = standard_in(format, descriptor);
         let definition = match &standard {
             Some(standard) => standard.definition().clone(),
-            None => definition_in(WireFormat::Ros1, descriptor),
+            None => definition_in(format, descriptor),
         };
-        Self { descriptor, standard, definition }
+        Self { format, descriptor, standard, definition }
     }
 
-    /// The interface.
-    pub fn descriptor(&self) -> &'static Descriptor {
-        self.descriptor
-    }
-
-    /// The type as ROS calls it, such as `sensor_msgs/LaserScan`.
+    /// The type as ROS calls it, such as `sensor_msgs/msg/LaserScan`; in ROS 1 `sensor_msgs/LaserScan`.
     pub fn name(&self) -> &str {
         &self.definition.name
     }
@@ -48,7 +44,7 @@ impl Ros1Message {
     /// Appends the message of a value. `stamp` is its time, ns; `frame` its coordinate frame.
     ///
     /// # Errors
-    /// When the bytes are no value of the interface.
+    /// The bytes are no value of the interface.
     pub fn encode(
         &self,
         bytes: &[u8],
@@ -58,18 +54,18 @@ impl Ros1Message {
     ) -> Result<(), ros::Error> {
         match &self.standard {
             Some(standard) => standard.encode(bytes, stamp, frame, message),
-            None => ros::encode_in(WireFormat::Ros1, self.descriptor, bytes, message),
+            None => ros::encode_in(self.format, self.descriptor, bytes, message),
         }
     }
 
     /// The value of a message.
     ///
     /// # Errors
-    /// When it is no such message, or the interface has no room for it.
+    /// It is no such message, or the interface has no room for it.
     pub fn decode(&self, message: &[u8]) -> Result<Vec<u8>, ros::Error> {
         match &self.standard {
             Some(standard) => standard.decode(message),
-            None => ros::decode_in(WireFormat::Ros1, self.descriptor, message),
+            None => ros::decode_in(self.format, self.descriptor, message),
         }
     }
 }
