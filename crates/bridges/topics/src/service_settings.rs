@@ -136,8 +136,15 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
         let (name, span) = self.reader.text(own, "type", help)?;
         let definition =
             self.reader.text(own, "definition", "write definition = \"bool data\\n---\\nbool success\"");
-        let definition = definition.map(|(text, _)| text);
-        let found = self.reader.service_type(&name, definition.as_deref());
+        let definition = match definition {
+            Some((text, span)) => Some(self.reader.definition_text(&text, span, &name, "srv")?),
+            None => None,
+        };
+        let format = self.reader.format();
+        let found = match definition {
+            Some(text) => ServiceType::parse(format, &name, &text),
+            None => ServiceType::known(format, &name),
+        };
         match found {
             Ok(found) => Some(found),
             Err(reason) => {
