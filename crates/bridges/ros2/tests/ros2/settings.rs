@@ -52,10 +52,7 @@ fn services_have_a_type_and_a_port() {
     assert_eq!((offer.of.name(), &offer.value), ("std_srvs/srv/Empty", &serde_json::json!({ "on": true })));
     let [call] = &settings.call[..] else { panic!("{settings:?}") };
     assert_eq!((call.outbox.as_str(), call.response.as_deref()), ("driver/ask", Some("driver/sum")));
-    assert_eq!(
-        (call.of.request_name().as_str(), call.timeout.as_millis()),
-        ("a_package/srv/Sum_Request", 200)
-    );
+    assert_eq!((call.of.request().name(), call.timeout.as_millis()), ("a_package/srv/Sum_Request", 200));
     assert_eq!(call.of.response().schema().field_names().collect::<Vec<_>>(), ["sum"]);
     assert_eq!(
         call.of,
