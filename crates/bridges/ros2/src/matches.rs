@@ -19,6 +19,8 @@ pub struct OwnEndpoint {
     pub wire: (String, String),
     pub message: String,
     pub is_reader: bool,
+    /// Hash of its type, if that is compared.
+    pub type_hash: Option<String>,
 }
 
 /// The other ends of an agent's topics.
@@ -104,7 +106,7 @@ impl Matches {
         }
     }
 
-    /// A topic of another type is never matched, and nobody says so.
+    /// A topic of another type is never matched, and nobody says so; one of another definition is, but can't be read.
     fn note_type(
         &self,
         state: &mut MatchState,
@@ -113,17 +115,31 @@ impl Matches {
         composer: &Composer,
     ) {
         let same_topic = |own: &&OwnEndpoint| own.is_reader == writes && own.wire.0 == other.topic_name;
-        for own in
-            self.own().map(|(_, own)| own).filter(same_topic).filter(|own| own.wire.1 != other.type_name)
-        {
-            let (who, there) = (role(writes), message_name(&other.type_name));
-            let text = format!(
-                "{}: a {who} has type {there} and this agent {}, so they exchange nothing: use another topic or interface",
-                own.topic, own.message
-            );
+        let (who, theirs) = (role(writes), sent_type_hash(&other.user_data));
+        for own in self.own().map(|(_, own)| own).filter(same_topic) {
+            let (topic, message) = (&own.topic, &own.message);
+            let text = match (&own.type_hash, &theirs) {
+                _ if own.wire.1 != other.type_name => format!(
+                    "{topic}: a {who} has type {} and this agent {message}, so they exchange nothing: use another topic or interface",
+                    message_name(&other.type_name)
+                ),
+                (Some(ours), Some(theirs)) if ours != theirs => format!(
+                    "{topic}: a {who} defines {message} otherwise (type hash {theirs}, here {ours}), so messages can't be read: give both the same .msg file"
+                ),
+                _ => continue,
+            };
             log_once(state, composer, other.guid, text);
         }
     }
+}
+
+/// The type hash that an endpoint sends with its announcement, as `rmw` puts it there.
+pub fn sent_type_hash(user_data: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(user_data);
+    let mut entries = text.split(';').filter_map(|entry| entry.trim_matches('\0').split_once('='));
+    let (_, hash) = entries.find(|(key, _)| key.ends_with("typehash"))?;
+    let is_hash = hash.len() < 100 && hash.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+    is_hash.then(|| hash.to_owned())
 }
 
 fn role(writes: bool) -> &'static str {
