@@ -8,25 +8,26 @@ use std::time::{Duration, Instant};
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
+use slate_record::ros::WireFormat;
 use slate_runtime::Composer;
-use slate_topics::{InboundTopics, OutboundStatus, OutboundTopic, ParameterAccess, TopicStatus};
+use slate_topics::{
+    InboundTopics, NodeAccess, OutboundStatus, OutboundTopic, PublishedTopic, RosError, RosMessage,
+    TopicOutput, TopicStatus, check_clock, publish, topic_input, topic_output,
+};
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
-use crate::error::Ros1Error;
 use crate::frame_inputs::FrameSubscriptions;
 use crate::input_list::InputList;
-use crate::message::Ros1Message;
 use crate::node_topics::NodeTopics;
-use crate::outbound::{PublishedTopic, PublishedTopics};
+use crate::outbound::PublicationSink;
 use crate::parameters::ParameterSync;
 use crate::services::{OutboxClient, servers};
-use crate::settings::{Ros1Settings, SCHEME, WrittenTopic};
-use crate::topics::{check_clock, input, output};
+use crate::settings::{Ros1Settings, SCHEME, TopicQueue};
 use crate::wire::{NodeParts, RosNode, TopicPublication, TopicSubscription};
 
-/// How long the end waits for threads, and for the master.
-const PATIENCE: Duration = Duration::from_secs(2);
+/// Longest wait for threads and the master at the end.
+const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// An agent as a node of ROS 1, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
 pub struct Ros1Bridge {
@@ -48,9 +49,11 @@ pub struct Ros1Bridge {
     network: Option<Runtime>,
 }
 
-/// What is there before the start.
+type WrittenTopic = PublishedTopic<PublicationSink>;
+
+/// Parts that wait for the start.
 struct WaitingParts {
-    topics: Vec<PublishedTopic>,
+    topics: Vec<WrittenTopic>,
     clients: Vec<OutboxClient>,
     node_topics: NodeTopics,
     parameters: Option<ParameterSync>,
@@ -68,18 +71,22 @@ impl Ros1Bridge {
     ///
     /// # Errors
     /// When a property does not fit its topic, or the master refuses or does not answer. The agent is as before then.
-    pub fn open(surface: &Arc<ControlSurface>, settings: &Ros1Settings) -> Result<Self, Ros1Error> {
+    pub fn open(surface: &Arc<ControlSurface>, settings: &Ros1Settings) -> Result<Self, RosError> {
         let composer = surface.agent.composer();
-        check_clock(composer, settings)?;
+        check_clock(composer, &settings.options)?;
         let mut list = InputList::default();
         let mut messages = Vec::new();
-        for own in &settings.read {
-            let (property, message) = input(composer, own)?;
-            list.add(&own.input, property, (&own.topic, message.name()), own.depth);
+        for own in &settings.topics.read {
+            let (property, message) = topic_input(WireFormat::Ros1, composer, own)?;
+            list.add(&own.input, property, (&own.topic, message.name()), own.quality.depth);
             messages.push(message);
         }
-        let topics =
-            settings.write.iter().map(|own| published(composer, own)).collect::<Result<Vec<_>, _>>()?;
+        let topics = settings
+            .topics
+            .write
+            .iter()
+            .map(|own| published(composer, own))
+            .collect::<Result<Vec<_>, _>>()?;
         let calls = settings.call.iter().map(|call| OutboxClient::new(composer, call, &mut list));
         let clients = calls.collect::<Result<Vec<_>, _>>()?;
         let frames = FrameSubscriptions::new(composer, settings, &mut list)?;
@@ -92,16 +99,20 @@ impl Ros1Bridge {
         if let Some(frames) = frames {
             subscriptions.extend(frames.subscriptions(&inbound)?);
         }
-        let publications = topics.iter().map(|own| Arc::clone(&own.publication));
+        let publications = topics.iter().map(|own| Arc::clone(&own.sink().0));
         let parts = NodeParts {
             publications: publications.chain(node_topics.publications()).collect(),
             subscriptions,
             services: servers(surface, settings, &mut list)?,
-            has_parameters: settings.options.parameters != ParameterAccess::None,
+            has_parameters: settings.options.parameters != NodeAccess::None,
         };
         let network = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let node = network.block_on(RosNode::open(settings, composer, parts));
-        let node = node.map_err(|reason| Ros1Error::Master { master: settings.master.clone(), reason })?;
+        let node = node.map_err(|reason| {
+            let network = format!("the master of ROS at {}", settings.master);
+            let help = "start it with roscore, or name another one: [ros1] master = \"http://HOST:11311\"";
+            RosError::Network { network, reason, help }
+        })?;
         let parameters = ParameterSync::new(surface, settings, &node.context)?;
         list.sources.iter().for_each(|(property, source)| property.set_external(source));
         Ok(Self {
@@ -111,7 +122,7 @@ impl Ros1Bridge {
             inbound,
             reading,
             filled: list.sources.iter().map(|(property, _)| property.path().to_owned()).collect(),
-            outbound: topics.iter().map(|own| (own.topic.status(), Arc::clone(&own.publication))).collect(),
+            outbound: topics.iter().map(|own| (own.topic().status(), Arc::clone(&own.sink().0))).collect(),
             waiting: Some(WaitingParts { topics, clients, node_topics, parameters }),
             wakes: Vec::new(),
             ended: Arc::new(AtomicBool::new(false)),
@@ -124,7 +135,7 @@ impl Ros1Bridge {
     ///
     /// # Errors
     /// When no thread is left.
-    pub fn start(&mut self) -> Result<(), Ros1Error> {
+    pub fn start(&mut self) -> Result<(), RosError> {
         let (Some(parts), Some(network)) = (self.waiting.take(), &self.network) else { return Ok(()) };
         let WaitingParts { topics, clients, node_topics, parameters } = parts;
         let (send, look) = (Arc::new(Wake::new()), Arc::new(Wake::new()));
@@ -140,13 +151,9 @@ impl Ros1Bridge {
         self.node.start();
         drop(entered);
         let spawn = |name: &str| Builder::new().name(name.into());
-        let outbound = PublishedTopics {
-            topics,
-            composer: self.composer.clone(),
-            wake: send,
-            ended: Arc::clone(&self.ended),
-        };
-        self.threads.push(spawn("ros1-send").spawn(move || outbound.run())?);
+        let (composer, ended) = (self.composer.clone(), Arc::clone(&self.ended));
+        let publish = move || publish(SCHEME, topics, &composer, &send, &ended);
+        self.threads.push(spawn("ros1-send").spawn(publish)?);
         let inbound = Arc::clone(&self.inbound);
         self.threads.push(spawn("ros1-set").spawn(move || inbound.deliver())?);
         if !node_topics.is_empty() {
@@ -182,8 +189,8 @@ impl Ros1Bridge {
 fn reading(
     inbound: &Arc<InboundTopics>,
     place: usize,
-    message: Ros1Message,
-) -> Result<Arc<TopicSubscription>, Ros1Error> {
+    message: RosMessage,
+) -> Result<Arc<TopicSubscription>, RosError> {
     let topic = inbound.topics()[place].topic().to_owned();
     let (name, definition) = (message.name().to_owned(), message.definition().to_owned());
     let inbound = Arc::clone(inbound);
@@ -192,18 +199,17 @@ fn reading(
         inbound.push(place, value);
     };
     let own = TopicSubscription::new(&topic, (&name, &definition), Box::new(sink));
-    own.map(Arc::new).map_err(|reason| Ros1Error::definition(&topic, reason))
+    own.map(Arc::new).map_err(|reason| RosError::definition(&topic, reason))
 }
 
 /// The topic that has the values of a property.
-fn published(composer: &Composer, own: &WrittenTopic) -> Result<PublishedTopic, Ros1Error> {
-    let (property, message) = output(composer, own)?;
+fn published(composer: &Composer, own: &TopicOutput<TopicQueue>) -> Result<WrittenTopic, RosError> {
+    let (property, message) = topic_output(WireFormat::Ros1, composer, own)?;
     let of = (message.name(), message.definition());
-    let publication = TopicPublication::new(&own.topic, of, own.depth.into(), own.latched);
-    let publication = publication.map_err(|reason| Ros1Error::definition(&own.topic, reason))?;
+    let publication = TopicPublication::new(&own.topic, of, own.quality.depth.into(), own.quality.latched);
+    let publication = publication.map_err(|reason| RosError::definition(&own.topic, reason))?;
     let topic = OutboundTopic::new(&own.topic, message.name(), &own.property, property);
-    let publication = Arc::new(publication);
-    Ok(PublishedTopic { topic, message, publication, frame: own.frame.clone(), is_told: false })
+    Ok(PublishedTopic::new(topic, message, &own.frame, PublicationSink(Arc::new(publication))))
 }
 
 impl Drop for Ros1Bridge {
@@ -216,7 +222,7 @@ impl Drop for Ros1Bridge {
         let began = Instant::now();
         for thread in self.threads.drain(..) {
             // One that waits for a cycle which does not end is left alone.
-            while !thread.is_finished() && began.elapsed() < PATIENCE {
+            while !thread.is_finished() && began.elapsed() < SHUTDOWN_TIMEOUT {
                 std::thread::sleep(Duration::from_millis(2));
             }
             if thread.is_finished() {
@@ -226,8 +232,8 @@ impl Drop for Ros1Bridge {
         }
         if let Some(network) = self.network.take() {
             // The master may be gone before.
-            let _ = network.block_on(async { timeout(PATIENCE, self.node.unregister()).await });
-            network.shutdown_timeout(PATIENCE);
+            let _ = network.block_on(async { timeout(SHUTDOWN_TIMEOUT, self.node.unregister()).await });
+            network.shutdown_timeout(SHUTDOWN_TIMEOUT);
         }
         for path in &self.filled {
             if let Some((property, _)) = self.composer.board().get(path) {

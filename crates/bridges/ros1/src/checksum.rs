@@ -1,4 +1,4 @@
-//! Checksums of definitions, by which nodes of ROS 1 tell whether they mean the same.
+//! Checksums of definitions, by which nodes of ROS 1 compare types.
 
 use std::collections::BTreeMap;
 

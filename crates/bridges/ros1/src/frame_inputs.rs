@@ -6,11 +6,11 @@ use slate_record::ros::{WireFormat, transforms_definition_in};
 use slate_runtime::Composer;
 use slate_topics::{FrameReader, InboundTopics, frame_input};
 
-use crate::error::Ros1Error;
 use crate::input_list::InputList;
 use crate::node_topics::{FIXED, MOVING};
 use crate::settings::{Ros1Settings, SCHEME};
 use crate::wire::TopicSubscription;
+use slate_topics::RosError;
 
 /// As ROS's listeners have it.
 const DEPTH: u16 = 100;
@@ -27,7 +27,7 @@ impl FrameSubscriptions {
         composer: &Composer,
         settings: &Ros1Settings,
         list: &mut InputList,
-    ) -> Result<Option<Self>, Ros1Error> {
+    ) -> Result<Option<Self>, RosError> {
         let definition = transforms_definition_in(WireFormat::Ros1);
         let mut frames = Vec::new();
         for own in &settings.options.frames {
@@ -41,7 +41,7 @@ impl FrameSubscriptions {
         let reader = FrameReader::new(WireFormat::Ros1, composer, frames);
         reader
             .map(|reader| Some(Self(reader)))
-            .map_err(|reason| Ros1Error::definition(&definition.name, reason))
+            .map_err(|reason| RosError::definition(&definition.name, reason))
     }
 
     /// Both topics, which fill the inputs.
@@ -51,18 +51,18 @@ impl FrameSubscriptions {
     pub fn subscriptions(
         self,
         inbound: &Arc<InboundTopics>,
-    ) -> Result<Vec<Arc<TopicSubscription>>, Ros1Error> {
+    ) -> Result<Vec<Arc<TopicSubscription>>, RosError> {
         let definition = transforms_definition_in(WireFormat::Ros1);
         let reader = Arc::new(self.0);
         let subscription = |(topic, is_fixed): (&'static str, bool)| {
             let (reader, inbound) = (Arc::clone(&reader), Arc::clone(inbound));
             let sink = move |message: Result<&[u8], String>| {
                 if let Err(reason) = message.and_then(|message| reader.take(message, is_fixed, &inbound)) {
-                    inbound.tell(&format!("{SCHEME}: a transform of {topic} does not fit: {reason}"));
+                    inbound.log_once(&format!("{SCHEME}: a transform of {topic} does not fit: {reason}"));
                 }
             };
             let own = TopicSubscription::new(topic, (&definition.name, &definition.text), Box::new(sink));
-            own.map(Arc::new).map_err(|reason| Ros1Error::definition(topic, reason))
+            own.map(Arc::new).map_err(|reason| RosError::definition(topic, reason))
         };
         [(MOVING, false), (FIXED, true)].into_iter().map(subscription).collect()
     }

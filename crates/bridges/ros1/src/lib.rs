@@ -1,6 +1,6 @@
 //! An agent as a node of [ROS 1](https://wiki.ros.org): topics, services, parameters and frames, both ways.
 //!
-//! A [`Ros1Settings`] is the table `[ros1]` of a configuration and its links with `ros1:`. A [`Ros1Message`] is how values lie on
+//! A [`Ros1Settings`] is the table `[ros1]` of a configuration and its links with `ros1:`. A [`RosMessage`] is how values lie on
 //! the wire: as the message that ROS has for their interface, or else as `slate_msgs/NAME`. `Ros1Bridge` needs the feature
 //! `tcpros`.
 //!
@@ -9,13 +9,12 @@
 
 #[cfg(feature = "tcpros")]
 mod bridge;
+mod check;
 mod checksum;
-mod error;
 #[cfg(feature = "tcpros")]
 mod frame_inputs;
 #[cfg(feature = "tcpros")]
 mod input_list;
-mod message;
 mod name;
 #[cfg(feature = "tcpros")]
 mod node_topics;
@@ -26,15 +25,13 @@ mod parameters;
 #[cfg(feature = "tcpros")]
 mod services;
 mod settings;
-mod topics;
 #[cfg(feature = "tcpros")]
 mod wire;
 
 #[cfg(feature = "tcpros")]
 pub use bridge::Ros1Bridge;
+pub use check::check_topics;
 pub use checksum::{message_checksum, service_checksum};
-pub use error::Ros1Error;
-pub use message::Ros1Message;
 pub use name::{check_name, node_of_agent};
-pub use settings::{ReadTopic, Ros1Settings, SCHEME, WrittenTopic};
-pub use topics::check_topics;
+pub use settings::{Ros1Settings, SCHEME, TopicQueue};
+pub use slate_topics::{RosError, RosMessage, TopicInput, TopicOutput, TopicSettings};

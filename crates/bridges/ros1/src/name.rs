@@ -9,7 +9,7 @@ pub fn node_of_agent(agent: &str) -> String {
 /// Checks the whole name of a topic or node, such as `/r2/scan`.
 ///
 /// # Errors
-/// What ROS forbids in it, in words.
+/// ROS forbids it; the reason in words.
 pub fn check_name(name: &str) -> Result<(), String> {
     let Some(parts) = name.strip_prefix('/') else { return Err("it does not begin with a slash".into()) };
     if !parts.starts_with(|first: char| first.is_ascii_alphabetic()) {
@@ -28,7 +28,7 @@ pub fn check_name(name: &str) -> Result<(), String> {
 /// The whole name of a topic or a service: `scan` is beside the node, `~/scan` below it.
 ///
 /// # Errors
-/// What ROS forbids in it, in words.
+/// ROS forbids it; the reason in words.
 pub fn whole_name(node: &str, name: &str) -> Result<String, String> {
     let space = node.rsplit_once('/').map_or("", |(space, _)| space);
     let whole = match name.strip_prefix('~') {

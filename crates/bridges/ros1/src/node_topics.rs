@@ -1,4 +1,4 @@
-//! What a node publishes of itself: time, frames and log.
+//! Topics that each node publishes: time, frames and log.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,9 +11,9 @@ use slate_module::Level;
 use slate_record::ros::{Schema, WireFormat, encode_json_in, transforms_definition_in};
 use slate_topics::{FrameMessages, LogLines, NodeLogLine};
 
-use crate::error::Ros1Error;
 use crate::settings::{Ros1Settings, SCHEME};
 use crate::wire::TopicPublication;
+use slate_topics::RosError;
 
 /// Topic of transforms that change.
 pub const MOVING: &str = "/tf";
@@ -28,8 +28,8 @@ const DEPTH: usize = 100;
 
 const SECOND: u64 = 1_000_000_000;
 
-/// How often it is looked whether something has changed without a notice.
-const PAUSE: Duration = Duration::from_millis(100);
+/// Period of the check whether something has changed without a notice.
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 const LOG_DEFINITION: &str = "byte DEBUG=1\nbyte INFO=2\nbyte WARN=4\nbyte ERROR=8\nbyte FATAL=16\n\
                               Header header\nbyte level\nstring name\nstring msg\nstring file\nstring function\n\
@@ -41,7 +41,7 @@ pub struct NodeTopics {
     clock: Option<ClockTopic>,
     frames: Option<FrameTopics>,
     log: Option<LogTopic>,
-    told: Vec<String>,
+    logged: Vec<String>,
 }
 
 struct ClockTopic {
@@ -62,9 +62,9 @@ struct LogTopic {
     lines: LogLines,
 }
 
-fn publication(topic: &str, of: (&str, &str), is_latched: bool) -> Result<Arc<TopicPublication>, Ros1Error> {
+fn publication(topic: &str, of: (&str, &str), is_latched: bool) -> Result<Arc<TopicPublication>, RosError> {
     let own = TopicPublication::new(topic, of, DEPTH, is_latched);
-    own.map(Arc::new).map_err(|reason| Ros1Error::definition(topic, reason))
+    own.map(Arc::new).map_err(|reason| RosError::definition(topic, reason))
 }
 
 impl NodeTopics {
@@ -72,9 +72,9 @@ impl NodeTopics {
     ///
     /// # Errors
     /// When a message has no definition.
-    pub fn new(surface: &ControlSurface, settings: &Ros1Settings) -> Result<Self, Ros1Error> {
+    pub fn new(surface: &ControlSurface, settings: &Ros1Settings) -> Result<Self, RosError> {
         let options = &settings.options;
-        let mut topics = Self { clock: None, frames: None, log: None, told: Vec::new() };
+        let mut topics = Self { clock: None, frames: None, log: None, logged: Vec::new() };
         if options.clock {
             let publication = publication(CLOCK, ("rosgraph_msgs/Clock", "time clock"), false)?;
             topics.clock = Some(ClockTopic { publication, sent: None });
@@ -89,7 +89,7 @@ impl NodeTopics {
         if options.log {
             const NAME: &str = "rosgraph_msgs/Log";
             let schema = Schema::parse(NAME, LOG_DEFINITION);
-            let schema = schema.map_err(|error| Ros1Error::definition(NAME, error.to_string()))?;
+            let schema = schema.map_err(|error| RosError::definition(NAME, error.to_string()))?;
             let publication = publication(LOG, (NAME, LOG_DEFINITION), false)?;
             let (node, lines) = (settings.node.clone(), LogLines::default());
             topics.log = Some(LogTopic { publication, schema, node, lines });
@@ -120,12 +120,12 @@ impl NodeTopics {
             ];
             for reason in results.into_iter().filter_map(Result::err) {
                 // The same reason is logged once.
-                if !self.told.contains(&reason) {
+                if !self.logged.contains(&reason) {
                     surface.agent.composer().log(Level::Warn, &format!("{SCHEME}: {reason}"));
-                    self.told.push(reason);
+                    self.logged.push(reason);
                 }
             }
-            wake.wait_timeout(PAUSE);
+            wake.wait_timeout(IDLE_PERIOD);
         }
     }
 }

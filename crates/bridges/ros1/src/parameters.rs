@@ -8,15 +8,15 @@ use std::time::Duration;
 use serde_json::{Value as Json, json};
 use slate_control::ControlSurface;
 use slate_module::Level;
-use slate_topics::{AgentOperations, NodeParameter, ParameterAccess, ParameterTable};
+use slate_topics::{AgentOperations, NodeAccess, NodeParameter, ParameterTable};
 use tokio::runtime::Handle;
 
-use crate::error::Ros1Error;
 use crate::settings::{Ros1Settings, SCHEME};
 use crate::wire::{CallError, NodeContext, XmlValue};
+use slate_topics::RosError;
 
-/// How often it is looked whether a parameter was set here.
-const PAUSE: Duration = Duration::from_millis(100);
+/// Period of the check whether a parameter was set here.
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Keeps the parameters of modules and those on the master the same.
 pub struct ParameterSync {
@@ -24,11 +24,11 @@ pub struct ParameterSync {
     surface: Arc<ControlSurface>,
     operations: AgentOperations,
     is_settable: bool,
-    /// What the master has, by key.
+    /// Values on the master, by key.
     known: BTreeMap<String, XmlValue>,
     /// How often parameters changed there, and how often the node was registered.
     changes: (u64, u64),
-    /// What the board counts of settings; nothing when the master lacks some.
+    /// Number of settings on the board; nothing when the master lacks some.
     settings: Option<u64>,
 }
 
@@ -41,15 +41,15 @@ impl ParameterSync {
         surface: &Arc<ControlSurface>,
         settings: &Ros1Settings,
         node: &Arc<NodeContext>,
-    ) -> Result<Option<Self>, Ros1Error> {
-        if settings.options.parameters == ParameterAccess::None {
+    ) -> Result<Option<Self>, RosError> {
+        if settings.options.parameters == NodeAccess::None {
             return Ok(None);
         }
         Ok(Some(Self {
             node: Arc::clone(node),
             surface: Arc::clone(surface),
             operations: AgentOperations::new(surface, SCHEME)?,
-            is_settable: settings.options.parameters == ParameterAccess::Set,
+            is_settable: settings.options.parameters == NodeAccess::Set,
             known: BTreeMap::new(),
             changes: node.parameter_changes(),
             settings: None,
@@ -72,7 +72,7 @@ impl ParameterSync {
             if self.settings != Some(count) {
                 self.settings = self.publish(network).then_some(count);
             }
-            self.node.parameter_wake.wait_timeout(PAUSE);
+            self.node.parameter_wake.wait_timeout(IDLE_PERIOD);
         }
         for key in self.known.keys() {
             let call = self.node.master.call("deleteParam", vec![key.as_str().into()]);
@@ -118,7 +118,7 @@ impl ParameterSync {
             self.settings = None;
             let Some(found) = found.filter(|found| *found != value) else { continue };
             if let Err(reason) = self.set(&own, &found) {
-                self.node.tell(Level::Warn, &format!("{key} can't be set: {reason}"));
+                self.node.log_once(Level::Warn, &format!("{key} can't be set: {reason}"));
             }
         }
     }

@@ -12,19 +12,19 @@ use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_runtime::Composer;
 use slate_topics::{
-    AgentOperations, FieldPairs, InboundTopics, InboxHandler, ServiceCall, ServiceOffer, answer_input, bytes,
-    inbox, json, outbox,
+    AgentOperations, FieldPairs, InboundTopics, InboxHandler, ServiceCall, ServiceOffer, answer_input, inbox,
+    json, outbox,
 };
 use tokio::runtime::Handle;
 use tokio::time::timeout;
 
-use crate::error::Ros1Error;
 use crate::input_list::InputList;
 use crate::settings::{Ros1Settings, SCHEME};
 use crate::wire::{NodeContext, RosrpcServer, call_service};
+use slate_topics::RosError;
 
-/// How often it is looked for messages.
-const LOOK: Duration = Duration::from_millis(5);
+/// Period of the check for messages.
+const POLL_PERIOD: Duration = Duration::from_millis(5);
 
 /// Responses that may wait for the next cycle.
 const DEPTH: u16 = 10;
@@ -40,7 +40,7 @@ pub fn servers(
     surface: &Arc<ControlSurface>,
     settings: &Ros1Settings,
     list: &mut InputList,
-) -> Result<Vec<RosrpcServer>, Ros1Error> {
+) -> Result<Vec<RosrpcServer>, RosError> {
     let server = |offer: &ServiceOffer| {
         let (property, pairs) = inbox(surface.agent.composer(), offer)?;
         list.add_source(property, &offer.service);
@@ -49,7 +49,7 @@ pub fn servers(
         // A response without a field for it fails, so that its client knows.
         let answer = move |request: &Json| handler.answer(request).map_err(|(reason, _)| reason);
         let server = RosrpcServer::new(&offer.service, &offer.of, Box::new(answer));
-        server.map_err(|reason| Ros1Error::definition(&offer.service, reason))
+        server.map_err(|reason| RosError::definition(&offer.service, reason))
     };
     settings.serve.iter().map(server).collect()
 }
@@ -61,7 +61,7 @@ pub struct OutboxClient {
     descriptor: &'static Descriptor,
     /// Place of the input for responses among those that the bridge sets, and its fields.
     response: Option<(usize, FieldPairs)>,
-    told: Option<String>,
+    logged: Option<String>,
 }
 
 impl OutboxClient {
@@ -69,7 +69,7 @@ impl OutboxClient {
     ///
     /// # Errors
     /// When a port does not fit the service.
-    pub fn new(composer: &Composer, call: &ServiceCall, list: &mut InputList) -> Result<Self, Ros1Error> {
+    pub fn new(composer: &Composer, call: &ServiceCall, list: &mut InputList) -> Result<Self, RosError> {
         let (property, pairs) = outbox(composer, call)?;
         let response = match &call.response {
             None => None,
@@ -78,7 +78,7 @@ impl OutboxClient {
                 Some((list.add(input, property, (&call.service, call.of.name()), DEPTH), pairs))
             }
         };
-        Ok(Self { call: call.clone(), pairs, descriptor: property.descriptor(), response, told: None })
+        Ok(Self { call: call.clone(), pairs, descriptor: property.descriptor(), response, logged: None })
     }
 
     /// Sends what the outbox has as requests, one after the other, until the end.
@@ -90,23 +90,23 @@ impl OutboxClient {
                 receiver = self.receiver(&node.composer);
             }
             let Some(messages) = &mut receiver else {
-                std::thread::sleep(LOOK * 20);
+                std::thread::sleep(POLL_PERIOD * 20);
                 continue;
             };
             if messages.collect() == 0 {
-                std::thread::sleep(LOOK);
+                std::thread::sleep(POLL_PERIOD);
                 continue;
             }
             let requests: Vec<_> =
                 messages.messages().map(|own| json(self.descriptor, own.bytes(), own.items())).collect();
             for (place, value) in requests.iter().enumerate() {
-                let answer = self.ask(value, node, inbound, network);
-                let (answer, told) = match answer {
+                let answer = self.call(value, node, inbound, network);
+                let (answer, failure) = match answer {
                     Ok(Ok(())) => (Answer::Done, None),
                     Ok(Err(reason)) => (Answer::Refused(UNSUCCESSFUL), reason),
                     Err(reason) => (Answer::Refused(ABANDONED), Some(reason)),
                 };
-                self.tell(&node.composer, told);
+                self.log_once(&node.composer, failure);
                 messages.answer(place, answer);
             }
             messages.release();
@@ -122,7 +122,7 @@ impl OutboxClient {
     }
 
     /// Sends a request and forwards its response, or the reason of its refusal, if the server gives one.
-    fn ask(
+    fn call(
         &self,
         value: &Json,
         node: &NodeContext,
@@ -139,25 +139,20 @@ impl OutboxClient {
             Err(reason) => return Ok(Err(Some(format!("{service} failed: {reason}")))),
         };
         if let Some((place, pairs)) = &self.response {
-            let input = inbound.topics()[*place].input();
-            let found = node.composer.board().get(input).map(|(property, _)| property);
-            let shape = found.as_ref().and_then(|own| Some((own.descriptor(), own.channel()?.shape())));
-            let (descriptor, shape) = shape.ok_or_else(|| format!("/{input} is no longer there"))?;
-            let value = bytes(descriptor, shape, &pairs.value(&response, &Json::Null));
-            inbound.push(*place, Ok(value.map_err(|reason| format!("/{input}: {reason}"))?));
+            inbound.push_json(*place, &pairs.value(&response, &Json::Null))?;
         }
         let is_refused = response.get("success").and_then(Json::as_bool) == Some(false);
         Ok(if is_refused { Err(None) } else { Ok(()) })
     }
 
     /// The same reason is logged once.
-    fn tell(&mut self, composer: &Composer, reason: Option<String>) {
-        if self.told != reason
+    fn log_once(&mut self, composer: &Composer, reason: Option<String>) {
+        if self.logged != reason
             && let Some(reason) = &reason
         {
             let text = format!("{SCHEME}: a message of /{} is not answered: {reason}", self.call.outbox);
             composer.log(Level::Warn, &text);
         }
-        self.told = reason;
+        self.logged = reason;
     }
 }

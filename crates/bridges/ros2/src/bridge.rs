@@ -6,29 +6,31 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-use rustdds::GUID;
+use rustdds::{GUID, RTPSEntity};
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
+use slate_record::ros::WireFormat::Cdr as CDR;
 use slate_runtime::Composer;
-use slate_topics::{InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, TopicStatus};
+use slate_topics::{
+    InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, PublishedTopic, RosError, RosMessage,
+    TopicStatus, check_clock, publish, topic_input, topic_output,
+};
 
-use crate::check::{check_clock, input, output};
-use crate::error::RosError;
 use crate::frame_inputs::FrameInputs;
 use crate::inbound::TopicReaders;
+use crate::lifecycle::lifecycle_services;
 use crate::matches::{Matches, OwnEndpoint};
-use crate::message::RosMessage;
-use crate::name::wire_topic;
+use crate::name::{type_name, wire_topic};
 use crate::node::NodeTopics;
-use crate::outbound::{WriterTopic, WriterTopics};
+use crate::outbound::WriterSink;
 use crate::parameters::parameter_services;
 use crate::participant::RosParticipant;
-use crate::services::ServiceThreads;
 use crate::settings::{RosSettings, TABLE};
+use crate::threads::ServiceThreads;
 
-/// How long the end waits for a thread that sets inputs.
-const PATIENCE: Duration = Duration::from_secs(2);
+/// Longest wait for threads at the end.
+const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// An agent as a node of ROS, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
 pub struct RosBridge {
@@ -41,7 +43,7 @@ pub struct RosBridge {
     outbound: Vec<(GUID, OutboundStatus)>,
     wake: Arc<Wake>,
     ended: Arc<AtomicBool>,
-    waiting: Option<(TopicReaders, Vec<WriterTopic>)>,
+    waiting: Option<(TopicReaders, Vec<PublishedTopic<WriterSink>>)>,
     services: ServiceThreads,
     surface: Arc<ControlSurface>,
     node: Option<NodeTopics>,
@@ -65,11 +67,12 @@ impl RosBridge {
     /// When a property does not fit its topic, or DDS refuses. The agent is as before then.
     pub fn open(surface: &Arc<ControlSurface>, settings: &RosSettings) -> Result<Self, RosError> {
         let composer = surface.agent.composer();
-        let inputs = settings.read.iter().map(|own| Ok((own, input(composer, own)?)));
+        let inputs = settings.topics.read.iter().map(|own| Ok((own, topic_input(CDR, composer, own)?)));
         let inputs = inputs.collect::<Result<Vec<_>, RosError>>()?;
-        let outputs = settings.write.iter().map(|own| Ok((own, output(composer, own)?)));
+        let outputs = settings.topics.write.iter().map(|own| Ok((own, topic_output(CDR, composer, own)?)));
         let outputs = outputs.collect::<Result<Vec<_>, RosError>>()?;
         let participant = RosParticipant::open(settings)?;
+        let matches = Arc::new(Matches::default());
         let mut own = BTreeMap::new();
         let (mut readers, mut topics, mut guids) = (Vec::new(), Vec::new(), Vec::new());
         for (settings, (property, message)) in inputs {
@@ -84,32 +87,35 @@ impl RosBridge {
         let mut writers = Vec::new();
         for (settings, (property, message)) in outputs {
             let writer = participant.writer(&settings.topic, message.name(), settings.quality)?;
+            own.insert(writer.guid(), endpoint(&settings.topic, &message, false));
             let topic = OutboundTopic::new(&settings.topic, message.name(), &settings.property, property);
-            let settings = settings.clone();
-            let topic = WriterTopic { topic, message, writer, settings, is_told: false };
-            own.insert(topic.guid(), endpoint(topic.topic.topic(), &topic.message, false));
-            writers.push(topic);
+            let is_transient_local = settings.quality.transient_local;
+            let sink = WriterSink { writer, is_transient_local, matches: Arc::clone(&matches) };
+            writers.push(PublishedTopic::new(topic, message, &settings.frame, sink));
         }
         let mut services = ServiceThreads::open(&participant, surface, settings, &mut topics)?;
-        check_clock(composer, settings)?;
+        check_clock(composer, &settings.options)?;
         let frames = FrameInputs::open(&participant, composer, settings, &mut topics)?;
         let node = NodeTopics::open(&participant, surface, settings)?;
-        if let Some(group) = parameter_services(&participant, surface, settings)? {
-            services.add(group);
-        }
+        let groups = [
+            parameter_services(&participant, surface, settings)?,
+            lifecycle_services(&participant, surface, settings)?,
+        ];
+        groups.into_iter().flatten().for_each(|group| services.add(group));
         own.extend(services.endpoints());
-        let (mut all_readers, mut all_writers): (Vec<_>, Vec<_>) = services.guids().unzip();
         own.extend(frames.iter().flat_map(FrameInputs::endpoints));
-        all_readers.extend(frames.iter().flat_map(FrameInputs::guids));
-        all_readers.extend(&guids);
-        all_writers.extend(node.guids());
-        all_writers.extend(writers.iter().map(WriterTopic::guid));
+        let side = |is_reader: bool| {
+            own.iter().filter(move |(_, own)| own.is_reader == is_reader).map(|(guid, _)| *guid)
+        };
+        let all_readers: Vec<_> = side(true).collect();
+        let all_writers: Vec<_> = side(false).chain(node.guids()).collect();
+        matches.set_own(own);
         participant.announce(&all_readers, &all_writers)?;
-        let outbound = writers.iter().map(|own| (own.guid(), own.topic.status()));
+        let outbound = writers.iter().map(|own| (own.sink().guid(), own.topic().status()));
         Ok(Self {
             composer: composer.clone(),
             participant: Arc::new(participant),
-            matches: Arc::new(Matches::new(own)),
+            matches,
             inbound: Arc::new(InboundTopics::new(TABLE, composer.clone(), topics)),
             readers: guids,
             outbound: outbound.collect(),
@@ -132,21 +138,18 @@ impl RosBridge {
     pub fn start(&mut self) -> Result<(), RosError> {
         let Some((readers, topics)) = self.waiting.take() else { return Ok(()) };
         let (wake, node_wake) = (Arc::clone(&self.wake), Arc::new(Wake::new()));
-        let wakes = [wake, Arc::clone(&node_wake)];
+        let mut wakes = vec![wake, Arc::clone(&node_wake)];
+        wakes.extend(self.services.tick_wakes());
         if !self.composer.after_tick(Box::new(move || wakes.iter().for_each(|wake| wake.notify(1)))) {
             let text =
                 "ros2: values are looked at now and then only, as the agent was connected often before";
             self.composer.log(Level::Warn, text);
         }
-        let outbound = WriterTopics {
-            topics,
-            composer: self.composer.clone(),
-            matches: Arc::clone(&self.matches),
-            wake: Arc::clone(&self.wake),
-            ended: Arc::clone(&self.ended),
-        };
         let spawn = |name: &str| Builder::new().name(name.into());
-        self.threads.push(spawn("ros2-send").spawn(move || outbound.run())?);
+        let (composer, wake, ended) =
+            (self.composer.clone(), Arc::clone(&self.wake), Arc::clone(&self.ended));
+        let send = move || publish(TABLE, topics, &composer, &wake, &ended);
+        self.threads.push(spawn("ros2-send").spawn(send)?);
         let (inbound, matches) = (Arc::clone(&self.inbound), Arc::clone(&self.matches));
         let (participant, composer) = (Arc::clone(&self.participant), self.composer.clone());
         let look = move || {
@@ -188,9 +191,10 @@ impl RosBridge {
 fn endpoint(topic: &str, message: &RosMessage, is_reader: bool) -> OwnEndpoint {
     OwnEndpoint {
         topic: topic.to_owned(),
-        wire: (wire_topic(topic), message.type_name()),
+        wire: (wire_topic(topic), type_name(message.name())),
         message: message.name().to_owned(),
         is_reader,
+        type_hash: message.type_hash(),
     }
 }
 
@@ -205,7 +209,7 @@ impl Drop for RosBridge {
         let began = Instant::now();
         for thread in self.threads.drain(..) {
             // One that waits for a cycle which does not end is left alone.
-            while !thread.is_finished() && began.elapsed() < PATIENCE {
+            while !thread.is_finished() && began.elapsed() < SHUTDOWN_TIMEOUT {
                 std::thread::sleep(Duration::from_millis(2));
             }
             if thread.is_finished() {

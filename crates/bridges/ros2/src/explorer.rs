@@ -1,20 +1,24 @@
-//! What is in a domain, for tools: nodes, topics, and the messages of a topic.
+//! Content of a domain, for tools: nodes, topics, and the messages of a topic.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use rustdds::policy::{Durability, Reliability};
 use rustdds::{DomainParticipantStatusEvent as Event, EndpointDescription, GUID, QosPolicies};
-use slate_record::ros::{Schema, Value, message_definition, transforms_definition};
+use slate_record::ros::{
+    Definition, DefinitionFiles, Schema, Value, WireFormat, message_definition, transforms_definition,
+};
 
-use crate::error::RosError;
 use crate::graph;
+use crate::matches::sent_type_hash;
 use crate::name::{NodeName, message_name};
 use crate::participant::{RosParticipant, TopicReader};
 use crate::quality::TopicQuality;
+use slate_topics::{RosError, type_hash};
 
-/// How often it is looked for news.
-const LOOK: Duration = Duration::from_millis(5);
+/// Period of the check for news.
+const POLL_PERIOD: Duration = Duration::from_millis(5);
 
 /// Messages that are kept for a tool that is slow.
 const DEPTH: u16 = 1000;
@@ -41,6 +45,8 @@ pub struct FoundEndpoint {
     pub node: Option<String>,
     /// The type as ROS calls it.
     pub message: String,
+    /// Hash of the type, if the node sends one: nodes of Slate don't.
+    pub type_hash: Option<String>,
     /// `RELIABLE`; else `BEST_EFFORT`.
     pub reliable: bool,
     /// `TRANSIENT_LOCAL`; else `VOLATILE`.
@@ -85,7 +91,7 @@ impl RosExplorer {
         let quality = TopicQuality { reliable: true, transient_local: true, depth: DEPTH };
         let entities = participant.reader_at(graph::TOPIC.into(), graph::MESSAGE, quality)?;
         let schema = Schema::parse(graph::MESSAGE, ENTITIES);
-        let schema = schema.map_err(|error| RosError::name(graph::MESSAGE, error.to_string()))?;
+        let schema = schema.map_err(|error| RosError::definition(graph::MESSAGE, error.to_string()))?;
         let (endpoints, nodes, all_nodes) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         Ok(Self { participant, entities, schema, endpoints, nodes, all_nodes })
     }
@@ -96,7 +102,7 @@ impl RosExplorer {
         let began = Instant::now();
         while began.elapsed() < time {
             self.take();
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_PERIOD);
         }
     }
 
@@ -158,6 +164,7 @@ impl RosExplorer {
             let endpoint = FoundEndpoint {
                 node: self.nodes.get(guid).cloned(),
                 message: message_name(&own.type_name),
+                type_hash: sent_type_hash(&own.user_data),
                 reliable: matches!(own.qos.reliability(), Some(Reliability::Reliable { .. })),
                 transient_local: is_kept(&own.qos),
             };
@@ -187,7 +194,7 @@ impl RosExplorer {
     pub fn subscribe(&self, topic: &str) -> Result<TopicStream, RosError> {
         let found = self.topics().remove(topic).unwrap_or_default();
         let Some(first) = found.publishers.first() else {
-            return Err(RosError::name(topic, "nobody publishes it".into()));
+            return Err(RosError::definition(topic, "nobody publishes it".into()));
         };
         let quality = TopicQuality {
             reliable: found.publishers.iter().all(|own| own.reliable),
@@ -248,19 +255,36 @@ impl TopicStream {
         }
     }
 
-    /// How its messages are read: by `definition`, the text of its `.msg` file, or else as those that are known.
+    /// How its messages are read: by the `.msg` file of a path, or else as those that are built in.
     ///
     /// # Errors
     /// In words, when they can't be.
-    pub fn schema(&self, definition: Option<&str>) -> Result<Schema, String> {
-        let other = OTHERS.iter().find(|(name, _)| *name == self.message).map(|(_, text)| (*text).to_owned());
-        let transforms = transforms_definition();
-        let known = || match self.message == transforms.name {
-            true => Some(transforms.text),
-            false => message_definition(&self.message).map(|own| own.text),
-        };
-        let text = definition.map(ToOwned::to_owned).or(other).or_else(known);
-        let text = text.ok_or_else(|| format!("the definition of {} is not known here", self.message))?;
-        Schema::parse(&self.message, &text).map_err(|error| error.to_string())
+    pub fn schema(&self, definition: Option<&Path>) -> Result<Schema, String> {
+        let own = definition_of(&self.message, definition)?;
+        Schema::parse(&own.name, &own.text).map_err(|error| error.to_string())
     }
+}
+
+/// The hash of a type (`RIHS01`), of the `.msg` file of a path, or else as it is built in.
+///
+/// # Errors
+/// The definition is invalid or not known; the reason in words.
+pub fn known_type_hash(message: &str, definition: Option<&Path>) -> Result<String, String> {
+    type_hash(&definition_of(message, definition)?).map_err(|error| error.to_string())
+}
+
+fn definition_of(message: &str, path: Option<&Path>) -> Result<Definition, String> {
+    if let Some(path) = path {
+        let files = DefinitionFiles::read(WireFormat::Cdr, path, Some(message));
+        let files = files.map_err(|error| error.to_string())?;
+        files.schema().map_err(|error| error.to_string())?;
+        return Ok(files.definition().clone());
+    }
+    let other = OTHERS.iter().find(|(name, _)| *name == message);
+    if let Some((name, text)) = other {
+        return Ok(Definition { name: (*name).into(), text: (*text).into() });
+    }
+    let transforms = transforms_definition();
+    let known = if message == transforms.name { Some(transforms) } else { message_definition(message) };
+    known.ok_or_else(|| format!("the definition of {message} is not known here"))
 }

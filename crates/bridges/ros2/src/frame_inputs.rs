@@ -11,7 +11,6 @@ use slate_record::ros::WireFormat;
 use slate_runtime::Composer;
 use slate_topics::{FrameReader, InboundTopic, InboundTopics, frame_input};
 
-use crate::error::RosError;
 use crate::inbound::ReaderWaker;
 use crate::matches::OwnEndpoint;
 use crate::name::{type_name, wire_topic};
@@ -19,9 +18,10 @@ use crate::node::{FIXED, MESSAGE, MOVING};
 use crate::participant::{RosParticipant, TopicReader};
 use crate::quality::TopicQuality;
 use crate::settings::{RosSettings, TABLE};
+use slate_topics::RosError;
 
 /// How long the thread sleeps when nothing comes.
-const PAUSE: Duration = Duration::from_millis(100);
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
 /// As ROS's listeners have it; of each writer, the last messages.
 const DEPTH: u16 = 100;
 
@@ -54,7 +54,7 @@ impl FrameInputs {
             inputs.push(InboundTopic::new(MOVING.0, MESSAGE, &own.input, &property, DEPTH.into()));
         }
         let reader = FrameReader::new(WireFormat::Cdr, composer, frames);
-        let reader = reader.map_err(|reason| RosError::name(MESSAGE, reason))?;
+        let reader = reader.map_err(|reason| RosError::definition(MESSAGE, reason))?;
         let mut readers = Vec::new();
         for ((topic, quality), is_fixed) in [(MOVING, false), (FIXED, true)] {
             let quality = TopicQuality { depth: DEPTH, ..quality };
@@ -63,19 +63,20 @@ impl FrameInputs {
         Ok(Some(Self { reader, readers }))
     }
 
-    /// Its readers.
-    pub fn guids(&self) -> Vec<GUID> {
-        self.readers.iter().map(|(reader, _)| reader.guid()).collect()
-    }
-
-    /// GUIDs, topics and types of the same, for matching.
+    /// GUIDs, topics and types of its readers.
     pub fn endpoints(&self) -> impl Iterator<Item = (GUID, OwnEndpoint)> {
         self.readers.iter().map(|(reader, is_fixed)| {
             let topic = if *is_fixed { FIXED.0 } else { MOVING.0 };
             let wire = (wire_topic(topic), type_name(MESSAGE));
             (
                 reader.guid(),
-                OwnEndpoint { topic: topic.into(), wire, message: MESSAGE.into(), is_reader: true },
+                OwnEndpoint {
+                    topic: topic.into(),
+                    wire,
+                    message: MESSAGE.into(),
+                    is_reader: true,
+                    type_hash: None,
+                },
             )
         })
     }
@@ -95,10 +96,10 @@ impl FrameInputs {
             }
             for (message, is_fixed) in messages {
                 if let Err(reason) = self.reader.take(&message.0, is_fixed, inbound) {
-                    inbound.tell(&format!("{TABLE}: a transform does not fit: {reason}"));
+                    inbound.log_once(&format!("{TABLE}: a transform does not fit: {reason}"));
                 }
             }
-            wake.wait_timeout(PAUSE);
+            wake.wait_timeout(IDLE_PERIOD);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What an agent tells of its node, so that ROS's tools show it: `rmw_dds_common/msg/ParticipantEntitiesInfo`.
+//! Announcement of the agent's node to ROS's tools: `rmw_dds_common/msg/ParticipantEntitiesInfo`.
 
 use rustdds::GUID;
 

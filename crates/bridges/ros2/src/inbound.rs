@@ -6,13 +6,12 @@ use std::task::Waker;
 use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
-use slate_topics::InboundTopics;
+use slate_topics::{InboundTopics, RosMessage};
 
-use crate::message::RosMessage;
 use crate::participant::TopicReader;
 
 /// How long a thread sleeps when nothing comes.
-const PAUSE: Duration = Duration::from_millis(100);
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Messages of a topic that are taken before those of the next.
 const TURN: usize = 256;
@@ -43,7 +42,7 @@ impl TopicReaders {
                 is_done &= take(reader, message, |value| inbound.push(place, value));
             }
             if is_done {
-                wake.wait_timeout(PAUSE);
+                wake.wait_timeout(IDLE_PERIOD);
             }
         }
     }
@@ -61,7 +60,7 @@ fn take(reader: &TopicReader, message: &RosMessage, push: impl Fn(Result<Vec<u8>
     false
 }
 
-/// What stays intact when another thread panicked while it held the lock.
+/// Locks data that stays intact when another thread panics with the lock.
 pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

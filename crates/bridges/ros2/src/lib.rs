@@ -8,9 +8,10 @@
 //! lockstep between two cycles, so that a run with ROS is repeated bit for bit from its recording.
 
 #[cfg(feature = "dds")]
+mod actions;
+#[cfg(feature = "dds")]
 mod bridge;
 mod check;
-mod error;
 #[cfg(feature = "dds")]
 mod explorer;
 #[cfg(feature = "dds")]
@@ -20,8 +21,9 @@ mod graph;
 #[cfg(feature = "dds")]
 mod inbound;
 #[cfg(feature = "dds")]
+mod lifecycle;
+#[cfg(feature = "dds")]
 mod matches;
-mod message;
 mod name;
 #[cfg(feature = "dds")]
 mod node;
@@ -37,18 +39,19 @@ mod raw;
 #[cfg(feature = "dds")]
 mod services;
 mod settings;
+#[cfg(feature = "dds")]
+mod threads;
 
 #[cfg(feature = "dds")]
 pub use bridge::RosBridge;
 pub use check::check_topics;
-pub use error::RosError;
 #[cfg(feature = "dds")]
-pub use explorer::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream};
-pub use message::RosMessage;
+pub use explorer::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream, known_type_hash};
 pub use name::{NodeName, check_topic, type_name, wire_topic};
 pub use quality::TopicQuality;
-pub use settings::{RosSettings, TABLE, TopicInput, TopicOutput};
+pub use settings::{RosSettings, TABLE};
 pub use slate_topics::{
-    FrameInput, NodeOptions, ParameterAccess, ServiceCall, ServiceOffer, ServiceType, TopicMisfit,
-    TopicStatus,
+    ActionCall, ActionOffer, ActionType, CancelMessage, FrameInput, NodeAccess, NodeOptions, RosError,
+    RosMessage, ServiceCall, ServiceOffer, ServiceType, TopicInput, TopicMisfit, TopicOutput, TopicSettings,
+    TopicStatus, type_hash,
 };

@@ -1,7 +1,7 @@
 //! Matched and incompatible endpoints of an agent's topics.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 use rustdds::policy::{Durability, Reliability};
 use rustdds::{DomainParticipantStatusEvent as Event, EndpointDescription, GUID, QosPolicies};
@@ -19,12 +19,14 @@ pub struct OwnEndpoint {
     pub wire: (String, String),
     pub message: String,
     pub is_reader: bool,
+    /// Hash of its type, if that is compared.
+    pub type_hash: Option<String>,
 }
 
 /// The other ends of an agent's topics.
 #[derive(Default)]
 pub struct Matches {
-    own: BTreeMap<GUID, OwnEndpoint>,
+    own: OnceLock<BTreeMap<GUID, OwnEndpoint>>,
     state: Mutex<MatchState>,
 }
 
@@ -32,13 +34,23 @@ pub struct Matches {
 struct MatchState {
     /// By own endpoint.
     others: BTreeMap<GUID, BTreeSet<GUID>>,
-    /// What was logged already.
-    told: BTreeSet<(GUID, String)>,
+    /// Texts that were logged.
+    logged: BTreeSet<(GUID, String)>,
 }
 
 impl Matches {
-    pub fn new(own: BTreeMap<GUID, OwnEndpoint>) -> Self {
-        Self { own, state: Mutex::default() }
+    /// Sets the endpoints of the agent; once, before events are noted.
+    pub fn set_own(&self, own: BTreeMap<GUID, OwnEndpoint>) {
+        // Set only once.
+        let _ = self.own.set(own);
+    }
+
+    fn own(&self) -> impl Iterator<Item = (&GUID, &OwnEndpoint)> {
+        self.own.get().into_iter().flatten()
+    }
+
+    fn endpoint(&self, guid: &GUID) -> Option<&OwnEndpoint> {
+        self.own.get()?.get(guid)
     }
 
     /// How many there are for an endpoint of the agent.
@@ -57,7 +69,7 @@ impl Matches {
         match event {
             Event::RemoteReaderMatched { local_writer: own, remote_reader: other }
             | Event::RemoteWriterMatched { local_reader: own, remote_writer: other }
-                if self.own.contains_key(own) =>
+                if self.endpoint(own).is_some() =>
             {
                 state.others.entry(*own).or_default().insert(*other);
             }
@@ -65,12 +77,12 @@ impl Matches {
                 for others in state.others.values_mut() {
                     others.remove(guid);
                 }
-                state.told.retain(|(other, _)| other != guid);
+                state.logged.retain(|(other, _)| other != guid);
             }
             Event::ParticipantLost { id, .. } => {
                 let is_lost = |guid: &GUID| guid.prefix == *id;
                 state.others.values_mut().for_each(|others| others.retain(|other| !is_lost(other)));
-                state.told.retain(|(other, _)| !is_lost(other));
+                state.logged.retain(|(other, _)| !is_lost(other));
             }
             Event::RemoteReaderQosIncompatible {
                 local_writer: own,
@@ -84,9 +96,9 @@ impl Matches {
                 requested_qos,
                 offered_qos,
             } => {
-                let Some(endpoint) = self.own.get(own) else { return };
+                let Some(endpoint) = self.endpoint(own) else { return };
                 let text = incompatible(endpoint, requested_qos, offered_qos);
-                tell(&mut state, composer, *other, text);
+                log_once(&mut state, composer, *other, text);
             }
             Event::ReaderDetected { reader: other } => self.note_type(&mut state, other, false, composer),
             Event::WriterDetected { writer: other } => self.note_type(&mut state, other, true, composer),
@@ -94,7 +106,7 @@ impl Matches {
         }
     }
 
-    /// A topic of another type is never matched, and nobody says so.
+    /// A topic of another type is never matched, and nobody says so; one of another definition is, but can't be read.
     fn note_type(
         &self,
         state: &mut MatchState,
@@ -103,23 +115,39 @@ impl Matches {
         composer: &Composer,
     ) {
         let same_topic = |own: &&OwnEndpoint| own.is_reader == writes && own.wire.0 == other.topic_name;
-        for own in self.own.values().filter(same_topic).filter(|own| own.wire.1 != other.type_name) {
-            let (who, there) = (role(writes), message_name(&other.type_name));
-            let text = format!(
-                "{}: a {who} has type {there} and this agent {}, so they exchange nothing: use another topic or interface",
-                own.topic, own.message
-            );
-            tell(state, composer, other.guid, text);
+        let (who, theirs) = (role(writes), sent_type_hash(&other.user_data));
+        for own in self.own().map(|(_, own)| own).filter(same_topic) {
+            let (topic, message) = (&own.topic, &own.message);
+            let text = match (&own.type_hash, &theirs) {
+                _ if own.wire.1 != other.type_name => format!(
+                    "{topic}: a {who} has type {} and this agent {message}, so they exchange nothing: use another topic or interface",
+                    message_name(&other.type_name)
+                ),
+                (Some(ours), Some(theirs)) if ours != theirs => format!(
+                    "{topic}: a {who} defines {message} otherwise (type hash {theirs}, here {ours}), so messages can't be read: give both the same .msg file"
+                ),
+                _ => continue,
+            };
+            log_once(state, composer, other.guid, text);
         }
     }
+}
+
+/// The type hash that an endpoint sends with its announcement, as `rmw` puts it there.
+pub fn sent_type_hash(user_data: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(user_data);
+    let mut entries = text.split(';').filter_map(|entry| entry.trim_matches('\0').split_once('='));
+    let (_, hash) = entries.find(|(key, _)| key.ends_with("typehash"))?;
+    let is_hash = hash.len() < 100 && hash.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+    is_hash.then(|| hash.to_owned())
 }
 
 fn role(writes: bool) -> &'static str {
     if writes { "publisher" } else { "subscription" }
 }
 
-fn tell(state: &mut MatchState, composer: &Composer, other: GUID, text: String) {
-    if state.told.insert((other, text.clone())) {
+fn log_once(state: &mut MatchState, composer: &Composer, other: GUID, text: String) {
+    if state.logged.insert((other, text.clone())) {
         composer.log(Level::Warn, &format!("ros2: {text}"));
     }
 }

@@ -23,7 +23,7 @@ impl NodeName {
     /// The whole name of a topic: `scan` is in the namespace, `~/scan` in that of the node.
     ///
     /// # Errors
-    /// What ROS forbids in it, in words.
+    /// ROS forbids it; the reason in words.
     pub fn topic(&self, name: &str) -> Result<String, String> {
         let space = self.namespace.trim_end_matches('/');
         let whole = match name.strip_prefix('~') {
@@ -37,17 +37,32 @@ impl NodeName {
     }
 }
 
+#[cfg(feature = "dds")]
+impl NodeName {
+    /// The whole name of a topic or service of the node itself.
+    ///
+    /// # Errors
+    /// The name of the node is too long.
+    pub fn private(&self, name: &str) -> Result<String, slate_topics::RosError> {
+        self.topic(&format!("~/{name}")).map_err(|reason| slate_topics::RosError::Definition {
+            name: name.into(),
+            reason,
+            help: "take a shorter name for the node: node = \"r2\" in [ros2]",
+        })
+    }
+}
+
 /// The longest name of a topic that `rmw` accepts.
-const LONGEST: usize = 247;
+const MAX_NAME_LENGTH: usize = 247;
 
 /// Checks the whole name of a topic, such as `/r2/scan`.
 ///
 /// # Errors
-/// What ROS forbids in it, in words.
+/// ROS forbids it; the reason in words.
 pub fn check_topic(name: &str) -> Result<(), String> {
     let Some(parts) = name.strip_prefix('/') else { return Err("it does not begin with a slash".into()) };
-    if name.len() > LONGEST {
-        return Err(format!("it has {} letters, more than {LONGEST}", name.len()));
+    if name.len() > MAX_NAME_LENGTH {
+        return Err(format!("it has {} letters, more than {MAX_NAME_LENGTH}", name.len()));
     }
     parts.split('/').try_for_each(check_part)
 }
@@ -55,7 +70,7 @@ pub fn check_topic(name: &str) -> Result<(), String> {
 /// Checks the name of a node.
 ///
 /// # Errors
-/// What ROS forbids in it, in words.
+/// ROS forbids it; the reason in words.
 pub fn check_node(name: &str) -> Result<(), String> {
     check_part(name)
 }

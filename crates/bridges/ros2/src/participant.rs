@@ -10,12 +10,12 @@ use rustdds::{
     StatusEvented, Subscriber, Topic, TopicKind,
 };
 
-use crate::error::RosError;
 use crate::graph;
 use crate::name::{NodeName, type_name, wire_topic};
 use crate::quality::TopicQuality;
 use crate::raw::{RawAdapter, RawMessage};
 use crate::settings::RosSettings;
+use slate_topics::RosError;
 
 /// Reads a topic.
 pub type TopicReader = SimpleDataReader<RawMessage, RawAdapter>;
@@ -127,7 +127,7 @@ impl RosParticipant {
         self.graph.write(message, None).map_err(|error| refused(self.domain, &error))
     }
 
-    /// What has happened in the domain, if anything has.
+    /// Returns the next event of the domain, if any.
     pub fn next_status(&self) -> Option<DomainParticipantStatusEvent> {
         self.status.try_recv_status()
     }
@@ -145,7 +145,9 @@ fn create_topic(
 }
 
 fn refused(domain: u16, error: &dyn std::fmt::Display) -> RosError {
-    RosError::Network { domain, reason: error.to_string() }
+    let help = "take another domain, or end programs that have its UDP ports, 7400 + 250 x domain: ss -lunp";
+    let network = format!("DDS can't be used in domain {domain}");
+    RosError::Network { network, reason: error.to_string(), help }
 }
 
 fn policies(quality: TopicQuality) -> QosPolicies {

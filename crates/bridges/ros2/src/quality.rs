@@ -1,5 +1,8 @@
 //! Quality of service of a topic.
 
+use slate_runtime::configuration::Table;
+use slate_topics::{TableReader, TopicOptions};
+
 /// Quality of service of a topic, as its file says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TopicQuality {
@@ -15,5 +18,19 @@ impl Default for TopicQuality {
     /// ROS's own default: reliable, volatile, the last ten.
     fn default() -> Self {
         Self { reliable: true, transient_local: false, depth: 10 }
+    }
+}
+
+impl TopicOptions for TopicQuality {
+    const READ_KEYS: &'static [&'static str] = &["reliable", "transient_local", "depth"];
+    const WRITE_KEYS: &'static [&'static str] = Self::READ_KEYS;
+
+    fn of(reader: &mut TableReader<'_>, table: &Table) -> Self {
+        let usual = Self::default();
+        Self {
+            reliable: table.get("reliable").is_none() || reader.truth(table, "reliable"),
+            transient_local: reader.truth(table, "transient_local"),
+            depth: reader.depth(table).unwrap_or(usual.depth),
+        }
     }
 }

@@ -139,7 +139,7 @@ impl FrameMessages {
         }
     }
 
-    /// What is new: the message of `/tf`, and that of `/tf_static`, which has all fixed transforms.
+    /// The new transforms: the message of `/tf`, and that of `/tf_static`, which has all fixed transforms.
     ///
     /// # Errors
     /// When they are more than a message can have, in words.
@@ -186,7 +186,7 @@ impl FrameMessages {
     }
 }
 
-/// What comes from outside does not go back there.
+/// Frames from outside are not sent back.
 fn is_foreign(modules: &[String], property: &Property) -> bool {
     modules.iter().any(|module| property.path().starts_with(module.as_str()))
 }

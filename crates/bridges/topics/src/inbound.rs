@@ -4,15 +4,17 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use serde_json::Value as Json;
 use slate_blackboard::Property;
 use slate_blackboard::interface::{Descriptor, Kind};
 use slate_module::Level;
 use slate_runtime::{Composer, ExternalContent, ExternalDelivery};
 
+use crate::services::bytes;
 use crate::status::TopicStatus;
 
 /// Different reasons that are logged.
-const TOLD: usize = 256;
+const MAX_LOGGED: usize = 256;
 
 /// An input that a topic fills.
 #[derive(Debug)]
@@ -107,8 +109,8 @@ pub struct InboundTopics {
     topics: Vec<InboundTopic>,
     composer: Composer,
     delivery: ExternalDelivery,
-    /// What was logged once.
-    told: Mutex<BTreeSet<String>>,
+    /// Texts that were logged.
+    logged: Mutex<BTreeSet<String>>,
 }
 
 impl InboundTopics {
@@ -116,7 +118,7 @@ impl InboundTopics {
     pub fn new(scheme: &'static str, composer: Composer, topics: Vec<InboundTopic>) -> Self {
         let depths = topics.iter().map(|topic| (topic.input.clone(), topic.depth));
         let delivery = ExternalDelivery::new(composer.clone(), depths);
-        Self { scheme, topics, composer, delivery, told: Mutex::default() }
+        Self { scheme, topics, composer, delivery, logged: Mutex::default() }
     }
 
     /// All of them, by place.
@@ -138,6 +140,20 @@ impl InboundTopics {
         }
     }
 
+    /// Takes a value of the input at a place, as [`push`](Self::push) does.
+    ///
+    /// # Errors
+    /// The input is no longer there, or the value does not fit; the reason in words.
+    pub fn push_json(&self, place: usize, value: &Json) -> Result<(), String> {
+        let input = self.topics[place].input();
+        let found = self.composer.board().get(input).map(|(property, _)| property);
+        let shape = found.as_ref().and_then(|own| Some((own.descriptor(), own.channel()?.shape())));
+        let (descriptor, shape) = shape.ok_or_else(|| format!("/{input} is no longer there"))?;
+        let value = bytes(descriptor, shape, value).map_err(|reason| format!("/{input}: {reason}"))?;
+        self.push(place, Ok(value));
+        Ok(())
+    }
+
     /// Sets the inputs to what came, until [`end`](Self::end).
     pub fn deliver(&self) {
         self.delivery.run(|place, result| self.note(place, result.map_err(|error| error.to_string())));
@@ -149,14 +165,14 @@ impl InboundTopics {
     }
 
     /// Logs once what is wrong with messages that are for several inputs.
-    pub fn tell(&self, text: &str) {
-        let mut told = locked(&self.told);
-        if told.len() < TOLD && told.insert(text.into()) {
+    pub fn log_once(&self, text: &str) {
+        let mut logged = locked(&self.logged);
+        if logged.len() < MAX_LOGGED && logged.insert(text.into()) {
             self.composer.log(Level::Warn, text);
         }
     }
 
-    /// Takes note of what became of a message; the same reason is logged once.
+    /// Notes the outcome of a message; the same reason is logged once.
     fn note(&self, place: usize, result: Result<(), String>) {
         let topic = &self.topics[place];
         let mut error = locked(&topic.error);
@@ -177,7 +193,7 @@ impl InboundTopics {
     }
 }
 
-/// What stays intact when another thread panicked while it held the lock.
+/// Locks data that stays intact when another thread panics with the lock.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

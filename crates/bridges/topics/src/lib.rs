@@ -4,30 +4,49 @@
 //! ([`InboxHandler`]). A node has frames ([`FrameMessages`], [`FrameReader`]), parameters ([`ParameterTable`]) and a log
 //! ([`LogLines`]). Bridges bring names, messages and the wire. All of it runs in threads of the bridge; no tick waits for it.
 
+mod action_settings;
+mod action_type;
+mod check;
+mod error;
 mod frames;
 mod inbound;
 mod log_lines;
+mod message;
+mod message_type;
 mod misfit;
 mod options;
 mod outbound;
 mod parameters;
+mod published;
 mod service_settings;
 mod service_type;
 mod services;
 mod status;
 mod table_reader;
+mod topic_settings;
+mod type_hash;
 
+pub use action_settings::{ActionCall, ActionOffer, CancelMessage};
+pub use action_type::ActionType;
+pub use check::{check_clock, check_ports, topic_input, topic_output};
+pub use error::RosError;
 pub use frames::{FrameMessages, FrameReader, frame_input};
 pub use inbound::{InboundTopic, InboundTopics};
 pub use log_lines::{LogLines, NodeLogLine};
-pub use misfit::{TopicMisfit, input, output};
-pub use options::{FrameInput, NodeOptions, OPTION_KEYS, ParameterAccess};
+pub use message::RosMessage;
+pub use message_type::MessageType;
+pub use misfit::TopicMisfit;
+pub use options::{FrameInput, NodeAccess, NodeOptions, OPTION_KEYS};
 pub use outbound::{OutboundStatus, OutboundTopic, OutboundValue, date};
 pub use parameters::{NodeParameter, ParameterTable, value_of};
+pub use published::{PublishedTopic, TopicSink, publish};
 pub use service_settings::{ServiceCall, ServiceOffer, ServicesReader};
 pub use service_type::ServiceType;
 pub use services::{
-    AgentOperations, FieldPairs, InboxHandler, answer_input, bytes, check_services, inbox, json, outbox,
+    AgentOperations, CallingPorts, FieldPairs, FittingPort, InboxHandler, NamedPort, OfferedPorts,
+    answer_input, bytes, check_actions, inbox, json, outbox,
 };
 pub use status::TopicStatus;
-pub use table_reader::{KeyedValue, TableReader};
+pub use table_reader::{KeyedValue, NameResolver, TableReader};
+pub use topic_settings::{TopicInput, TopicOptions, TopicOutput, TopicSettings, link_help};
+pub use type_hash::type_hash;

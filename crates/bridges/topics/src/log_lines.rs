@@ -17,7 +17,7 @@ pub struct NodeLogLine {
     pub level: String,
     /// The module; empty for the agent.
     pub module: String,
-    /// What it says.
+    /// The text.
     pub text: String,
 }
 

@@ -14,7 +14,7 @@ pub struct TopicMisfit {
     pub topic: String,
     /// In words.
     pub reason: String,
-    /// What to do.
+    /// The advice that resolves it.
     pub help: &'static str,
     /// Where it is written.
     pub place: Option<Span>,
@@ -29,8 +29,8 @@ impl TopicMisfit {
 
     /// The same, written at a place.
     #[must_use]
-    pub fn at(mut self: Box<Self>, place: Option<Span>) -> Box<Self> {
-        self.place = place;
+    pub fn at(mut self: Box<Self>, place: impl Into<Option<Span>>) -> Box<Self> {
+        self.place = place.into();
         self
     }
 

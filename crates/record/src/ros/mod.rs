@@ -40,11 +40,13 @@ mod definition;
 mod described;
 mod encode;
 mod error;
+mod files;
 mod frames;
 mod names;
 mod schema;
 mod shown;
 mod standard;
+mod type_description;
 mod value;
 
 pub(crate) use cdr::CdrWriter;
@@ -55,6 +57,7 @@ pub use definition::{Definition, definition, definition_in, definition_named};
 pub use described::Described;
 pub use encode::{encode_json, encode_json_in};
 pub use error::Error;
+pub use files::{DefinitionFiles, FileError};
 pub use frames::{
     FrameTransform, Frames, PublishedTransform, encode_transforms, encode_transforms_in,
     transforms_definition, transforms_definition_in,
@@ -63,5 +66,6 @@ pub use schema::Schema;
 pub use shown::Shown;
 pub use slate_blackboard::interface::Primitive;
 pub use standard::{Standard, message_definition, standard, standard_in};
+pub use type_description::type_description;
 use value::RosPrimitive;
 pub use value::{Map, Numbers, Value};

@@ -61,7 +61,10 @@ fn answer_call(node: &NodeContext, parts: &NodeParts, method: &str, arguments: &
         }
         "requestTopic" => answer_topic(node, parts, text(1), arguments.get(2)),
         "shutdown" => {
-            node.tell(Level::Warn, "a node asks this one to end, which it does not: end its program instead");
+            node.log_once(
+                Level::Warn,
+                "a node asks this one to end, which it does not: end its program instead",
+            );
             refused("this node is an agent of Slate: end its program instead")
         }
         _ => refused("nodes have no such method"),

@@ -1,4 +1,4 @@
-//! What all parts of a node need of it.
+//! State of a node that its parts share.
 
 use std::collections::BTreeSet;
 use std::io;
@@ -16,7 +16,7 @@ use super::master::MasterClient;
 use crate::settings::SCHEME;
 
 /// Different reasons that are logged.
-const TOLD: usize = 256;
+const MAX_LOGGED: usize = 256;
 
 /// Where a node is, and whom it belongs to.
 pub struct NodeContext {
@@ -30,7 +30,7 @@ pub struct NodeContext {
     pub composer: Composer,
     /// Whether it speaks with other machines.
     pub trusted: bool,
-    told: Mutex<BTreeSet<String>>,
+    logged: Mutex<BTreeSet<String>>,
     /// How often it was registered.
     registrations: AtomicU64,
     /// How often parameters of the node changed on the master.
@@ -61,7 +61,7 @@ impl NodeContext {
             port: ports[1],
             composer,
             trusted,
-            told: Mutex::default(),
+            logged: Mutex::default(),
             registrations: AtomicU64::new(0),
             parameter_changes: AtomicU64::new(0),
             parameter_wake: Wake::new(),
@@ -94,9 +94,9 @@ impl NodeContext {
     }
 
     /// Logs a text once.
-    pub fn tell(&self, level: Level, text: &str) {
-        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        if told.len() < TOLD && told.insert(text.into()) {
+    pub fn log_once(&self, level: Level, text: &str) {
+        let mut logged = self.logged.lock().unwrap_or_else(PoisonError::into_inner);
+        if logged.len() < MAX_LOGGED && logged.insert(text.into()) {
             self.composer.log(level, &format!("{SCHEME}: {text}"));
         }
     }

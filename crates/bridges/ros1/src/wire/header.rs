@@ -1,4 +1,4 @@
-//! What both ends of a connection of TCPROS tell each other first, and messages behind it.
+//! Header that both ends of a TCPROS connection exchange first, and framed messages.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -6,7 +6,7 @@ use std::io;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
 /// Bytes that a header may have.
-const LONGEST: u32 = 1 << 20;
+const MAX_HEADER_BYTES: u32 = 1 << 20;
 
 /// Names and values, such as `topic` and `md5sum`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -55,7 +55,7 @@ impl ConnectionHeader {
     /// # Errors
     /// When the connection is lost, or what comes is no header.
     pub async fn read(stream: &mut (impl AsyncRead + Unpin)) -> io::Result<Self> {
-        let bytes = read_message(stream, LONGEST).await?;
+        let bytes = read_message(stream, MAX_HEADER_BYTES).await?;
         let mut rest = &bytes[..];
         let mut fields = BTreeMap::new();
         while let Some((length, behind)) = rest.split_first_chunk::<4>() {

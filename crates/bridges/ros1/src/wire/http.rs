@@ -27,7 +27,7 @@ impl HttpAddress {
     /// Reads an address.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// The reason in words.
     pub fn parse(text: &str) -> Result<Self, String> {
         let rest = text.strip_prefix("http://").ok_or("it does not begin with http://")?;
         let (authority, path) = rest.split_once('/').unwrap_or((rest, ""));

@@ -21,10 +21,10 @@ use super::xml::XmlValue;
 use crate::settings::{Ros1Settings, SCHEME};
 
 /// Connections that a port has at a time.
-const MOST: usize = 128;
+const MAX_CONNECTIONS: usize = 128;
 
-/// How often it is looked whether the master still knows the node.
-const WATCH: Duration = Duration::from_secs(1);
+/// Period of the check whether the master still knows the node.
+const POLL_PERIOD: Duration = Duration::from_secs(1);
 
 /// A node of ROS 1.
 pub struct RosNode {
@@ -141,7 +141,7 @@ impl RosNode {
         let master = format!("the master of ROS at http://{}", self.context.master.address.authority);
         let log = |level, text: String| self.context.composer.log(level, &format!("{SCHEME}: {text}"));
         loop {
-            sleep(WATCH).await;
+            sleep(POLL_PERIOD).await;
             let found = self.context.master.call("lookupNode", vec![name.as_str().into()]).await;
             let found = found.map(|value| value.as_text() == Some(&self.context.api));
             if let Err(CallError::Unreachable(reason)) = &found {
@@ -187,7 +187,7 @@ impl RosNode {
         };
         // Others come and go.
         if let Ok(Some(text)) = served {
-            self.context.tell(Level::Warn, &text);
+            self.context.log_once(Level::Warn, &text);
         }
     }
 }
@@ -198,7 +198,7 @@ where
     S: Fn(TcpStream) -> F,
     F: Future<Output = ()> + Send + 'static,
 {
-    let places = Arc::new(Semaphore::new(MOST));
+    let places = Arc::new(Semaphore::new(MAX_CONNECTIONS));
     loop {
         let Ok((stream, _)) = listener.accept().await else {
             // File descriptors may be exhausted.

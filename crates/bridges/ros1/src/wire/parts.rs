@@ -4,7 +4,7 @@ use super::publication::TopicPublication;
 use super::service::RosrpcServer;
 use super::subscription::TopicSubscription;
 
-/// What a node takes part in.
+/// Topics and services of a node.
 #[derive(Default)]
 pub struct NodeParts {
     pub publications: Vec<Arc<TopicPublication>>,

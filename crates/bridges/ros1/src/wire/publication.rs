@@ -100,9 +100,9 @@ impl TopicPublication {
         node: &str,
     ) -> io::Result<Option<String>> {
         if !header.takes(&self.of, &self.checksum) {
-            let told = misfit(&self.topic, "subscription", header, &self.of, &self.checksum);
-            ConnectionHeader::of([("error", told.as_str())]).write(&mut stream).await?;
-            return Ok(Some(told));
+            let error = misfit(&self.topic, "subscription", header, &self.of, &self.checksum);
+            ConnectionHeader::of([("error", error.as_str())]).write(&mut stream).await?;
+            return Ok(Some(error));
         }
         stream.set_nodelay(header.get("tcp_nodelay") == "1")?;
         let latching = if self.is_latched { "1" } else { "0" };

@@ -16,13 +16,13 @@ use super::http::TIMEOUT;
 use crate::checksum::service_checksum;
 
 /// Bytes that a request or a response may have.
-const LONGEST: u32 = 1 << 20;
+const MAX_MESSAGE_BYTES: u32 = 1 << 20;
 
 /// How long a client that is not persistent may take for its request.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// How often it is looked whether an agent has begun.
-const LOOK: Duration = Duration::from_millis(2);
+/// Period of the check whether an agent has begun.
+const POLL_PERIOD: Duration = Duration::from_millis(2);
 
 /// Answers a request, or tells why it does not.
 pub type RequestHandler = Box<dyn Fn(&Json) -> Result<Json, String> + Send>;
@@ -57,21 +57,21 @@ impl RosrpcServer {
     ) -> io::Result<Option<String>> {
         if ![self.checksum.as_str(), "*"].contains(&header.get("md5sum")) {
             let [client, of, sum] = ["callerid", "type", "md5sum"].map(|name| header.shown(name));
-            let told = format!(
+            let error = format!(
                 "{}: a client, {client}, has type {of} ({sum}) and this agent {} ({}): use another service",
                 self.service,
                 self.of.name(),
                 self.checksum
             );
-            ConnectionHeader::of([("error", told.as_str())]).write(&mut stream).await?;
-            return Ok(Some(told));
+            ConnectionHeader::of([("error", error.as_str())]).write(&mut stream).await?;
+            return Ok(Some(error));
         }
-        let (request, response) = (self.of.request_name(), self.of.response_name());
+        let (request, response) = (self.of.request().name(), self.of.response().name());
         let own = [
             ("callerid", node.name()),
             ("md5sum", &self.checksum),
-            ("request_type", &request),
-            ("response_type", &response),
+            ("request_type", request),
+            ("response_type", response),
             ("service", &self.service),
             ("type", self.of.name()),
         ];
@@ -81,7 +81,7 @@ impl RosrpcServer {
         }
         loop {
             let is_persistent = header.get("persistent") == "1";
-            let request = read_message(&mut stream, LONGEST);
+            let request = read_message(&mut stream, MAX_MESSAGE_BYTES);
             let read = if is_persistent { request.await } else { timeout(REQUEST_TIMEOUT, request).await? };
             let message = match read {
                 Ok(message) => message,
@@ -90,7 +90,7 @@ impl RosrpcServer {
             };
             // A rerun sends messages after the cycle in which they came.
             while node.composer.is_lockstep() && node.composer.cycles() == 0 {
-                sleep(LOOK).await;
+                sleep(POLL_PERIOD).await;
             }
             let (is_done, body) = match self.answer(&message).await {
                 Ok(response) => (1, response),
@@ -105,7 +105,7 @@ impl RosrpcServer {
     }
 
     async fn answer(&self, message: &[u8]) -> Result<Vec<u8>, String> {
-        let request = self.of.decode_request(message)?;
+        let request = self.of.request().decode(message)?;
         let handler = Arc::clone(&self.handler);
         // It waits for a cycle of the agent.
         let answer = move || {
@@ -113,7 +113,7 @@ impl RosrpcServer {
             (*handler)(&request)
         };
         let response = tokio::task::spawn_blocking(answer).await.map_err(|error| error.to_string())??;
-        self.of.encode_response(&response)
+        self.of.response().encode(&response)
     }
 }
 
@@ -122,8 +122,7 @@ impl RosrpcServer {
 /// # Errors
 /// A definition that lacks a message, in words.
 fn checksum(of: &ServiceType) -> Result<String, String> {
-    let (request, response) = of.definitions();
-    service_checksum(of.name(), request, response)
+    service_checksum(of.name(), of.request().definition(), of.response().definition())
 }
 
 /// Calls a service, and returns its response; or else why it failed, as its server says.
@@ -136,7 +135,7 @@ pub async fn call_service(
     of: &ServiceType,
     request: &Json,
 ) -> Result<Result<Json, String>, String> {
-    let request = of.encode_request(request)?;
+    let request = of.request().encode(request)?;
     let found = node.master.call("lookupService", vec![service.into()]).await;
     let found = found.map_err(|error| format!("{service} has no server: {error}"))?;
     let authority = found.as_text().and_then(|own| own.strip_prefix("rosrpc://")).unwrap_or_default();
@@ -156,9 +155,9 @@ pub async fn call_service(
     let bytes = [&length(request.len()).map_err(lost)?[..], &request].concat();
     stream.write_all(&bytes).await.map_err(lost)?;
     let is_done = stream.read_u8().await.map_err(lost)? == 1;
-    let answer = read_message(&mut stream, LONGEST).await.map_err(lost)?;
+    let answer = read_message(&mut stream, MAX_MESSAGE_BYTES).await.map_err(lost)?;
     if is_done {
-        return of.decode_response(&answer).map(Ok);
+        return of.response().decode(&answer).map(Ok);
     }
     Ok(Err(String::from_utf8_lossy(&answer).into_owned()))
 }

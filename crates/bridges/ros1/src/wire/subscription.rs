@@ -20,10 +20,10 @@ use super::xml::XmlValue;
 use crate::checksum::message_checksum;
 
 /// Bytes that a message may have.
-const LONGEST: u32 = 64 << 20;
+const MAX_MESSAGE_BYTES: u32 = 64 << 20;
 
 /// Publishers of a topic that are connected with, at most.
-const MOST: usize = 64;
+const MAX_PUBLISHERS: usize = 64;
 
 /// How long it takes until a lost publisher is connected with again: at first, and at most.
 const RETRY: [Duration; 2] = [Duration::from_millis(50), Duration::from_secs(2)];
@@ -104,7 +104,7 @@ impl TopicSubscription {
 
     /// Takes note of the publishers that the master knows.
     pub fn note_publishers(&self, all: impl IntoIterator<Item = String>) {
-        let all = all.into_iter().take(MOST).collect();
+        let all = all.into_iter().take(MAX_PUBLISHERS).collect();
         *self.publishers.lock().unwrap_or_else(PoisonError::into_inner) = all;
         self.changed.notify_one();
     }
@@ -125,7 +125,7 @@ impl TopicSubscription {
                 self.note_publishers(all);
             }
             let mut wanted = self.publishers.lock().unwrap_or_else(PoisonError::into_inner).clone();
-            // What this node publishes itself it does not read.
+            // Its own publications are not read.
             wanted.remove(&node.api);
             tasks.retain(|publisher, _| wanted.contains(publisher));
             for publisher in wanted {
@@ -146,7 +146,7 @@ impl TopicSubscription {
                     self.receive(stream).await;
                 }
                 Err(error) if error.kind() == io::ErrorKind::InvalidData => {
-                    node.tell(Level::Warn, &error.to_string());
+                    node.log_once(Level::Warn, &error.to_string());
                     pause = MISFIT;
                 }
                 Err(_) => pause = (pause * 2).min(RETRY[1]),
@@ -175,7 +175,7 @@ impl TopicSubscription {
         if theirs.get("error").is_empty() && theirs.takes(&self.of, &self.checksum) {
             return Ok(stream);
         }
-        // What it has instead it tells who takes all.
+        // A wildcard request returns the type that it has instead.
         let theirs = match theirs.get("error") {
             "" => theirs,
             _ => self.exchange(node, &authority, "*", "*").await?.1,
@@ -183,7 +183,7 @@ impl TopicSubscription {
         Err(wrong(&misfit(&self.topic, "publisher", &theirs, &self.of, &self.checksum)))
     }
 
-    /// Tells a publisher what is wanted, and hears what it has.
+    /// Sends the wanted type to a publisher, and returns its header.
     async fn exchange(
         &self,
         node: &NodeContext,
@@ -214,7 +214,7 @@ impl TopicSubscription {
         self.connected.fetch_add(1, Ordering::Relaxed);
         let _connected = Connected(&self.connected);
         loop {
-            match read_message(&mut stream, LONGEST).await {
+            match read_message(&mut stream, MAX_MESSAGE_BYTES).await {
                 Ok(message) => (self.sink)(Ok(&message)),
                 Err(error) if error.kind() == io::ErrorKind::InvalidData => {
                     return (self.sink)(Err(error.to_string()));

@@ -5,10 +5,10 @@ use std::fmt::Write;
 use roxmltree::{Document, Node, ParsingOptions};
 
 /// How deep lists and structures may stand in each other.
-const DEEPEST: usize = 16;
+const MAX_DEPTH: usize = 16;
 
 /// Elements that a document may have.
-const MOST: u32 = 100_000;
+const MAX_ELEMENTS: u32 = 100_000;
 
 /// A value of XML-RPC.
 #[derive(Clone, Debug, PartialEq)]
@@ -141,7 +141,7 @@ pub fn read_answer(text: &str) -> Result<XmlValue, String> {
 }
 
 fn document(text: &str) -> Result<Document<'_>, String> {
-    let options = ParsingOptions { nodes_limit: MOST, ..ParsingOptions::default() };
+    let options = ParsingOptions { nodes_limit: MAX_ELEMENTS, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).map_err(|error| format!("it is no XML: {error}"))
 }
 
@@ -156,8 +156,8 @@ fn read_parameters(root: Node<'_, '_>) -> Result<Vec<XmlValue>, String> {
 }
 
 fn read_value(value: Node<'_, '_>, depth: usize) -> Result<XmlValue, String> {
-    if depth > DEEPEST {
-        return Err(format!("values stand more than {DEEPEST} deep in each other"));
+    if depth > MAX_DEPTH {
+        return Err(format!("values stand more than {MAX_DEPTH} deep in each other"));
     }
     let Some(typed) = value.children().find(Node::is_element) else {
         return Ok(XmlValue::Text(value.text().unwrap_or_default().into()));

@@ -2,7 +2,8 @@
 
 use slate_interfaces::{LaserScan, Odometry, Twist2};
 use slate_module::blackboard::interface::Interface;
-use slate_ros1::{Ros1Message, message_checksum, service_checksum};
+use slate_record::ros::WireFormat;
+use slate_ros1::{RosMessage, message_checksum, service_checksum};
 
 #[test]
 fn checksums_are_those_of_ros() {
@@ -12,7 +13,7 @@ fn checksums_are_those_of_ros() {
         (LaserScan::DESCRIPTOR, "90c7ef2dc6895d81024acba2ac42f369"),
     ];
     for (descriptor, checksum) in known {
-        let message = Ros1Message::of(descriptor);
+        let message = RosMessage::of(WireFormat::Ros1, descriptor);
         assert_eq!(
             message_checksum(message.name(), message.definition()).as_deref(),
             Ok(checksum),

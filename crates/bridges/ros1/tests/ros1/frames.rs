@@ -17,7 +17,7 @@ fn transforms(parent: &str, child: &str, x: f64) -> Json {
 }
 
 fn advertise_latched(peer: &mut Peer, topic: &str) {
-    peer.tell(json!({ "do": "advertise", "topic": topic, "type": "tf2_msgs/TFMessage", "latched": true }));
+    peer.request(json!({ "do": "advertise", "topic": topic, "type": "tf2_msgs/TFMessage", "latched": true }));
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn frames_come_from_two_latched_writers_and_a_moving_one() {
         eventually("the arm", || agent.number("arm_frame/transform/translation/x") == x);
     }
     assert_eq!(agent.number("arm_frame/transform/rotation/z"), 0.6);
-    // What comes from ROS does not go back there.
+    // Transforms from ROS are not sent back.
     let mut listener = master.peer("listener");
     listener.subscribe("/tf_static", "tf2_msgs/TFMessage");
     eventually("both writers", || listener.take("/tf_static").len() == 2);

@@ -47,7 +47,7 @@ fn hostile_bytes_end_neither_the_agent_nor_its_topics() {
     let mut peer = master.peer("steady");
     peer.advertise("/cmd_vel", "geometry_msgs/Twist");
     eventually("a subscription", || peer.matched("/cmd_vel") == 1);
-    let ports = peer.tell(json!({ "do": "ports", "node": "/r2_d2", "topic": "/odom" }));
+    let ports = peer.request(json!({ "do": "ports", "node": "/r2_d2", "topic": "/odom" }));
     let [api, topics] = [0, 1].map(|at| ports[at].as_u64().unwrap() as u16);
     // One that says nothing, and ones that want much memory, stay through all of it.
     let mut open: Vec<_> = [api, topics].map(|port| TcpStream::connect(("127.0.0.1", port)).unwrap()).into();

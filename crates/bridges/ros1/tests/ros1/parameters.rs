@@ -42,7 +42,7 @@ fn rosparam_lists_reads_and_sets_parameters_of_modules() {
     eventually("the old value", || get(&master, "/r2_d2/lamp/brightness") == "0.25");
     master.tool("rosparam", &["delete", "/r2_d2/lamp/brightness"]);
     eventually("the value again", || get(&master, "/r2_d2/lamp/brightness") == "0.25");
-    // What is set here is known there.
+    // Values set here reach the master.
     agent.set("lamp/params", "brightness", Value::Float(0.75));
     eventually("the new value", || get(&master, "/r2_d2/lamp/brightness") == "0.75");
     // A master that begins anew learns them again.

@@ -90,11 +90,11 @@ impl Master {
         let mut child = command.spawn().unwrap();
         let (input, output) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
         let mut peer = Peer { child, input, output };
-        assert_eq!(peer.tell(json!({ "do": "about" })), "rospy");
+        assert_eq!(peer.request(json!({ "do": "about" })), "rospy");
         peer
     }
 
-    /// What a tool of ROS prints.
+    /// Output of a ROS tool.
     pub fn tool(&self, program: &str, arguments: &[&str]) -> String {
         let output = self.run(program, arguments);
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -145,7 +145,7 @@ fn command(program: &str, port: u16) -> Command {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros1-logs");
     std::fs::create_dir_all(&folder).unwrap();
     let mut command = Command::new(program);
-    // What a program leaves behind when it is killed must not keep the output of the test open.
+    // Children of a killed program must not keep the output of the test open.
     command
         .stdout(Stdio::null())
         .stderr(Stdio::null())
@@ -172,7 +172,7 @@ pub struct Peer {
 
 impl Peer {
     /// Has it do something; returns what comes of it.
-    pub fn tell(&mut self, command: Json) -> Json {
+    pub fn request(&mut self, command: Json) -> Json {
         writeln!(self.input, "{command}").unwrap();
         self.input.flush().unwrap();
         let mut line = String::new();
@@ -181,24 +181,24 @@ impl Peer {
     }
 
     pub fn advertise(&mut self, topic: &str, message: &str) {
-        self.tell(json!({ "do": "advertise", "topic": topic, "type": message }));
+        self.request(json!({ "do": "advertise", "topic": topic, "type": message }));
     }
 
     pub fn publish(&mut self, topic: &str, value: &Json) {
-        self.tell(json!({ "do": "publish", "topic": topic, "value": value }));
+        self.request(json!({ "do": "publish", "topic": topic, "value": value }));
     }
 
     pub fn subscribe(&mut self, topic: &str, message: &str) {
-        self.tell(json!({ "do": "subscribe", "topic": topic, "type": message }));
+        self.request(json!({ "do": "subscribe", "topic": topic, "type": message }));
     }
 
-    /// What it has heard since it was asked last.
+    /// Messages received since the last call.
     pub fn take(&mut self, topic: &str) -> Vec<Json> {
-        self.tell(json!({ "do": "take", "topic": topic })).as_array().unwrap().clone()
+        self.request(json!({ "do": "take", "topic": topic })).as_array().unwrap().clone()
     }
 
     pub fn matched(&mut self, topic: &str) -> u64 {
-        self.tell(json!({ "do": "matched", "topic": topic })).as_u64().unwrap()
+        self.request(json!({ "do": "matched", "topic": topic })).as_u64().unwrap()
     }
 }
 

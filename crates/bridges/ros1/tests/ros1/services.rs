@@ -15,7 +15,7 @@ fn text(master: &str, ros1: &str) -> String {
 }
 
 fn call(peer: &mut Peer, service: &str, kind: &str, request: &Json) -> Json {
-    peer.tell(json!({ "do": "call", "service": service, "type": kind, "request": request }))
+    peer.request(json!({ "do": "call", "service": service, "type": kind, "request": request }))
 }
 
 #[test]
@@ -39,7 +39,7 @@ fn rospy_calls_an_inbox_and_learns_how_its_message_fares() {
     // Over one connection, too.
     let many =
         json!({ "do": "call_often", "service": "/lamp", "type": SET_BOOL, "requests": [false, true, false] });
-    assert_eq!(peer.tell(many), json!([true, true, true]));
+    assert_eq!(peer.request(many), json!([true, true, true]));
     assert_eq!(agent.number("lamp/count/value"), 6.0);
     // A module that refuses, in its own code.
     agent.set("lamp/params", "locked", Value::Bool(true));
@@ -51,10 +51,10 @@ fn rospy_calls_an_inbox_and_learns_how_its_message_fares() {
     assert!(failed["error"].as_str().unwrap().contains("refuses the message, with code 7"), "{failed}");
     assert_eq!(agent.number("lamp/count/value"), 6.0);
     // Tools of ROS know the service and its type.
-    let told = master.tool("rosservice", &["type", "/lamp"]);
-    assert_eq!(told.trim(), SET_BOOL);
-    let told = master.tool("rosservice", &["call", "/r2_d2/off"]);
-    assert!(told.contains("success: True"), "{told}");
+    let shown = master.tool("rosservice", &["type", "/lamp"]);
+    assert_eq!(shown.trim(), SET_BOOL);
+    let shown = master.tool("rosservice", &["call", "/r2_d2/off"]);
+    assert!(shown.contains("success: True"), "{shown}");
     // Another type is refused with the checksums of both.
     let failed = call(&mut peer, "/lamp", "std_srvs/Trigger", &json!({}));
     let words = "has type std_srvs/Trigger (937c9679a518e3a18d831e57125ea522) and this agent std_srvs/SetBool \
@@ -72,8 +72,8 @@ fn a_service_of_an_own_definition_is_offered() {
     let table =
         format!("serve.\"/lamp\" = {{ to = \"lamp/switches\", type = \"house/Light\", {definition} }}");
     let agent = Running::of(&text(&master.address(), &table));
-    let told = master.tool("rosservice", &["type", "/lamp"]);
-    assert_eq!(told.trim(), "house/Light");
+    let shown = master.tool("rosservice", &["type", "/lamp"]);
+    assert_eq!(shown.trim(), "house/Light");
     drop(agent);
 }
 
@@ -82,7 +82,7 @@ fn a_service_of_ros_1_that_does_not_fit_its_port_is_refused() {
     let cases = [
         (
             "serve.\"/on\" = { to = \"lamp/switches\", type = \"std_srvs/Empty\" }",
-            "/lamp/switches and /on: std_srvs/Empty has no on",
+            "/lamp/switches and /on: std_srvs/EmptyRequest has no on",
         ),
         (
             "serve.\"/on\" = { to = \"lamp/lit\", type = \"std_srvs/SetBool\" }",
@@ -130,7 +130,7 @@ fn an_outbox_calls_a_service_of_rospy() {
     eventually("what becomes of it", || agent.number("asker/delivery/value") == 2.0);
     let mut peer = master.peer("base");
     let serve = |peer: &mut Peer, response: Json| {
-        peer.tell(json!({ "do": "serve", "service": "/enable", "type": SET_BOOL, "response": response }))
+        peer.request(json!({ "do": "serve", "service": "/enable", "type": SET_BOOL, "response": response }))
     };
     serve(&mut peer, json!({ "success": true, "message": "as you say" }));
     for number in 1..=20 {
@@ -138,7 +138,7 @@ fn an_outbox_calls_a_service_of_rospy() {
         eventually("the next answer", || agent.number("asker/replies/value") == f64::from(number));
     }
     eventually("done", || agent.number("asker/delivery/value") == 1.0);
-    let asked = peer.tell(json!({ "do": "asked" }));
+    let asked = peer.request(json!({ "do": "asked" }));
     let asked: Vec<_> = asked.as_array().unwrap().iter().map(|own| own["data"].as_bool().unwrap()).collect();
     assert_eq!(asked, (1..=20).map(|number| number % 2 == 0).collect::<Vec<_>>());
     assert_eq!(agent.value("asker/reply/message").unwrap().as_str(), Some("as you say"));

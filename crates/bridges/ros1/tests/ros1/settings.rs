@@ -2,7 +2,7 @@
 
 use slate_ros1::{Ros1Settings, check_name, node_of_agent};
 use slate_runtime::configuration::{Configuration, Options};
-use slate_topics::ParameterAccess;
+use slate_topics::NodeAccess;
 
 fn read(text: &str) -> Result<Option<Ros1Settings>, String> {
     let options = Options { extra_tables: vec!["ros1".into()], ..Options::default() };
@@ -25,11 +25,14 @@ fn links_and_table_say_all() {
                 \"ros1:odom\" = { from = \"sensor/odometry\", frame = \"odom\", latched = true, depth = 3 }";
     let settings = read(text).unwrap().unwrap();
     assert_eq!((settings.master.as_str(), settings.node.as_str()), ("http://robot:11311", "/r2_d2"));
-    let input = &settings.read[0];
-    assert_eq!((input.input.as_str(), input.topic.as_str(), input.depth), ("driver/scan", "/scan", 10));
-    let output = &settings.write[0];
+    let input = &settings.topics.read[0];
+    assert_eq!(
+        (input.input.as_str(), input.topic.as_str(), input.quality.depth),
+        ("driver/scan", "/scan", 10)
+    );
+    let output = &settings.topics.write[0];
     assert_eq!((output.topic.as_str(), output.property.as_str()), ("/odom", "sensor/odometry"));
-    assert_eq!((output.frame.as_str(), output.latched, output.depth), ("odom", true, 3));
+    assert_eq!((output.frame.as_str(), output.quality.latched, output.quality.depth), ("odom", true, 3));
     assert_eq!(read("[links]\n\"driver/scan\" = \"laser/scan\""), Ok(None));
 }
 
@@ -54,15 +57,18 @@ fn the_table_says_what_links_say_and_more() {
                 call.\"/enable\" = { from = \"driver/ask\", type = \"std_srvs/SetBool\", timeout = \"2s\" }\n\
                 frames.\"laser_frame/transform\" = \"laser\"";
     let settings = read(text).unwrap().unwrap();
-    assert_eq!((settings.node.as_str(), settings.read[0].topic.as_str()), ("/house/r2", "/house/scan"));
-    let output = &settings.write[0];
+    assert_eq!(
+        (settings.node.as_str(), settings.topics.read[0].topic.as_str()),
+        ("/house/r2", "/house/scan")
+    );
+    let output = &settings.topics.write[0];
     assert_eq!((output.topic.as_str(), output.property.as_str()), ("/house/r2/odom", "sensor/odometry"));
     assert_eq!(
         (settings.serve[0].service.as_str(), settings.serve[0].of.name()),
         ("/house/r2/off", "std_srvs/Trigger")
     );
     assert_eq!(settings.call[0].timeout, std::time::Duration::from_secs(2));
-    assert_eq!(settings.options.parameters, ParameterAccess::Set);
+    assert_eq!(settings.options.parameters, NodeAccess::Set);
     assert!(settings.options.transforms && !settings.options.log && !settings.options.clock);
     assert_eq!(settings.options.frames[0].frame, "laser");
 }

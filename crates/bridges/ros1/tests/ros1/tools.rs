@@ -20,10 +20,10 @@ fn tools_show_a_node_and_write_its_inputs() {
     assert_eq!(master.tool("rostopic", &["type", "/odom"]).trim(), "nav_msgs/Odometry");
     let echo = master.tool("rostopic", &["echo", "-n", "1", "/odom"]);
     assert!(echo.contains("y: -2.5") && echo.contains("frame_id: \"odom\""), "{echo}");
-    let told = master.tool("rosnode", &["info", "/r2_d2"]);
-    assert!(told.contains("* /odom [nav_msgs/Odometry]") && told.contains("* /cmd_vel ["), "{told}");
-    let told = master.tool("rosnode", &["ping", "-c", "1", "/r2_d2"]);
-    assert!(told.contains("xmlrpc reply from"), "{told}");
+    let shown = master.tool("rosnode", &["info", "/r2_d2"]);
+    assert!(shown.contains("* /odom [nav_msgs/Odometry]") && shown.contains("* /cmd_vel ["), "{shown}");
+    let shown = master.tool("rosnode", &["ping", "-c", "1", "/r2_d2"]);
+    assert!(shown.contains("xmlrpc reply from"), "{shown}");
     let twist = "{linear: {x: 0.5}, angular: {z: -0.25}}";
     let publish = ["pub", "-1", "/cmd_vel", "geometry_msgs/Twist", twist];
     master.tool("rostopic", &publish);
@@ -49,12 +49,12 @@ fn rosbag_records_topics_that_others_read() {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ros1/bag.py");
     let mut command = Command::new(python);
     let output = slate_test_tools::run(command.arg(script).arg(&bag), "the bag can't be read");
-    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let shown: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     for (topic, of) in [("/odom", "nav_msgs/msg/Odometry"), ("/sum", "slate_msgs/msg/Number")] {
-        assert_eq!(told[topic]["type"], of, "{told}");
-        assert!(told[topic]["count"].as_u64().unwrap() > 50, "{told}");
+        assert_eq!(shown[topic]["type"], of, "{shown}");
+        assert!(shown[topic]["count"].as_u64().unwrap() > 50, "{shown}");
     }
-    assert_eq!(told["/odom"]["y"], -2.5);
+    assert_eq!(shown["/odom"]["y"], -2.5);
     assert!(agent.bridge().topics().iter().all(|topic| topic.refused == 0));
     std::fs::remove_file(bag).unwrap();
 }

@@ -77,7 +77,7 @@ fn properties_are_topics_with_the_checksums_of_ros() {
     let mut peer = master.peer("listener");
     // rospy takes only messages whose checksum is that of its own definition.
     peer.subscribe("/odom", "nav_msgs/Odometry");
-    peer.tell(json!({ "do": "subscribe", "topic": "/sum" }));
+    peer.request(json!({ "do": "subscribe", "topic": "/sum" }));
     let mut heard = Vec::new();
     eventually("odometry", || {
         heard.extend(peer.take("/odom"));
@@ -93,14 +93,14 @@ fn properties_are_topics_with_the_checksums_of_ros() {
     let sums = peer.take("/sum");
     assert_eq!(sums[0]["type"], "slate_msgs/Number");
     assert_eq!(agent.bridge().topics()[0].others, Some(1));
-    assert_eq!(peer.tell(json!({ "do": "topics" }))["/odom"], "nav_msgs/Odometry");
-    let nodes = peer.tell(json!({ "do": "nodes" }));
+    assert_eq!(peer.request(json!({ "do": "topics" }))["/odom"], "nav_msgs/Odometry");
+    let nodes = peer.request(json!({ "do": "nodes" }));
     assert!(nodes.as_array().unwrap().contains(&"/r2_d2".into()), "{nodes}");
     assert!(agent.bridge().topics()[0].count > 20);
     // With the agent its node goes.
     drop(agent);
     eventually("the end of the node", || {
-        !peer.tell(json!({ "do": "nodes" })).as_array().unwrap().contains(&"/r2_d2".into())
+        !peer.request(json!({ "do": "nodes" })).as_array().unwrap().contains(&"/r2_d2".into())
     });
 }
 
@@ -129,7 +129,7 @@ fn a_killed_node_does_not_keep_its_subscription() {
     eventually("a subscription", || others() == Some(1));
     drop(peer);
     eventually("its end", || others() == Some(0));
-    // What nobody hears is not encoded.
+    // A topic without subscribers is not encoded.
     let count = agent.bridge().topics()[0].count;
     std::thread::sleep(std::time::Duration::from_millis(200));
     assert!(agent.bridge().topics()[0].count <= count + 1);
@@ -145,11 +145,11 @@ fn late_subscribers_hear_the_last_message_of_a_latched_topic() {
     );
     let _agent = Running::of(&text);
     let mut peer = master.peer("person");
-    let called = peer.tell(
+    let called = peer.request(
         json!({ "do": "call", "service": "/lamp", "type": "std_srvs/SetBool", "request": { "data": true } }),
     );
     assert_eq!(called, json!({ "success": true, "message": "done" }));
-    peer.tell(json!({ "do": "subscribe", "topic": "/lit" }));
+    peer.request(json!({ "do": "subscribe", "topic": "/lit" }));
     eventually("the last message", || peer.take("/lit").len() == 1);
 }
 
@@ -206,7 +206,7 @@ fn nodes_on_other_machines_are_not_spoken_with_unless_trusted() {
     let agent = Running::start(&master.address(), "\"base/command\" = \"ros1:/cmd_vel\"");
     let mut peer = master.peer("driver");
     let far = json!({ "do": "register", "topic": "/cmd_vel", "type": "geometry_msgs/Twist", "api": "http://192.0.2.1:9/" });
-    peer.tell(far);
+    peer.request(far);
     eventually("the reason", || agent.logged("192.0.2.1:9 is on another machine: write trusted = true") == 1);
     // Those on this one are read as before.
     peer.advertise("/cmd_vel", "geometry_msgs/Twist");
@@ -227,4 +227,32 @@ fn without_a_master_nothing_begins() {
     assert!(error.help().contains("roscore"), "{}", error.help());
     // The input is as before: a person may set it.
     agent.set("base/command", "linear", Value::Float(1.0));
+}
+
+#[test]
+fn messages_defined_by_files_are_read_and_written() {
+    let master = Master::start();
+    // As ROS itself has it, with the file of the message in it beside it.
+    let file = "/usr/share/geometry_msgs/msg/WrenchStamped.msg";
+    let agent = Running::of(&format!(
+        "[modules.wrist]\n[links]\n\"wrist/load\" = {{ from = \"ros1:/load\", definition = \"{file}\" }}\n[ros1]\n\
+         master = \"{}\"\nwrite.\"/felt\" = {{ from = \"wrist/felt\", definition = \"{file}\", frame = \"wrist\" }}",
+        master.address()
+    ));
+    let mut peer = master.peer("sensor");
+    peer.advertise("/load", "geometry_msgs/WrenchStamped");
+    peer.subscribe("/felt", "geometry_msgs/WrenchStamped");
+    eventually("matches", || peer.matched("/load") == 1 && agent.bridge().topics()[1].others == Some(1));
+    peer.publish(
+        "/load",
+        &json!({ "wrench": { "force": { "x": 1.5, "z": -9.0 }, "torque": { "y": 0.25 } } }),
+    );
+    let mut felt = Vec::new();
+    eventually("the load", || {
+        felt.extend(peer.take("/felt"));
+        !felt.is_empty()
+    });
+    assert_eq!(felt[0]["wrench"]["force"], json!({ "x": 1.5, "y": 0.0, "z": -9.0 }));
+    assert_eq!(felt[0]["wrench"]["torque"], json!({ "x": 0.0, "y": 0.25, "z": 0.0 }));
+    assert_eq!(felt[0]["header"]["frame_id"], "wrist");
 }

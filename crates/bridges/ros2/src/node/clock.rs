@@ -4,9 +4,9 @@ use rustdds::{GUID, RTPSEntity};
 use slate_control::ControlSurface;
 
 use super::{NodeTopic, write};
-use crate::error::RosError;
 use crate::participant::{RosParticipant, TopicWriter};
 use crate::quality::TopicQuality;
+use slate_topics::RosError;
 
 const TOPIC: &str = "/clock";
 const QUALITY: TopicQuality = TopicQuality { reliable: true, transient_local: false, depth: 10 };

@@ -8,10 +8,10 @@ use slate_record::ros::WireFormat;
 use slate_topics::FrameMessages;
 
 use super::{NodeTopic, write};
-use crate::error::RosError;
 use crate::participant::{RosParticipant, TopicWriter};
 use crate::quality::TopicQuality;
 use crate::settings::RosSettings;
+use slate_topics::RosError;
 
 /// Those of ROS's own broadcasters.
 pub const MOVING: (&str, TopicQuality) =

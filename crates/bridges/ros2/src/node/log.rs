@@ -7,10 +7,10 @@ use slate_record::ros::{Schema, encode_json};
 use slate_topics::{LogLines, NodeLogLine};
 
 use super::{NodeTopic, write};
-use crate::error::RosError;
 use crate::participant::{RosParticipant, TopicWriter};
 use crate::quality::TopicQuality;
 use crate::settings::RosSettings;
+use slate_topics::RosError;
 
 const TOPIC: &str = "/rosout";
 const MESSAGE: &str = "rcl_interfaces/msg/Log";
@@ -29,8 +29,8 @@ pub struct LogTopic {
 
 impl LogTopic {
     pub fn open(participant: &RosParticipant, settings: &RosSettings) -> Result<Self, RosError> {
-        let schema =
-            Schema::parse(MESSAGE, DEFINITION).map_err(|error| RosError::name(MESSAGE, error.to_string()))?;
+        let schema = Schema::parse(MESSAGE, DEFINITION)
+            .map_err(|error| RosError::definition(MESSAGE, error.to_string()))?;
         let writer = participant.writer(TOPIC, MESSAGE, QUALITY)?;
         Ok(Self { writer, schema, node: settings.node.name.clone(), lines: LogLines::default() })
     }

@@ -1,9 +1,10 @@
-//! What a node publishes of itself: time, frames, log and changes of parameters.
+//! Topics that each node publishes: time, frames, log and changes of parameters.
 
 mod clock;
 mod frames;
 mod log;
 mod parameter_events;
+mod transition_events;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,9 +14,8 @@ use rustdds::GUID;
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
-use slate_topics::ParameterAccess;
+use slate_topics::NodeAccess;
 
-use crate::error::RosError;
 use crate::participant::{RosParticipant, TopicWriter};
 use crate::raw::RawMessage;
 use crate::settings::RosSettings;
@@ -24,9 +24,11 @@ use frames::FrameTopics;
 pub use frames::{FIXED, MESSAGE, MOVING};
 use log::LogTopic;
 use parameter_events::ParameterEvents;
+use slate_topics::RosError;
+use transition_events::TransitionEvents;
 
-/// How often it is looked whether something has changed without a notice.
-const PAUSE: Duration = Duration::from_millis(100);
+/// Period of the check whether something has changed without a notice.
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// A topic that a node publishes by itself.
 trait NodeTopic: Send + Sync {
@@ -44,7 +46,7 @@ trait NodeTopic: Send + Sync {
 #[derive(Default)]
 pub struct NodeTopics {
     topics: Vec<Box<dyn NodeTopic>>,
-    told: Vec<String>,
+    logged: Vec<String>,
 }
 
 impl NodeTopics {
@@ -68,10 +70,13 @@ impl NodeTopics {
         if options.log {
             topics.push(Box::new(LogTopic::open(participant, settings)?));
         }
-        if options.parameters == ParameterAccess::Set {
+        if options.parameters == NodeAccess::Set {
             topics.push(Box::new(ParameterEvents::open(participant, surface, settings)?));
         }
-        Ok(Self { topics, told: Vec::new() })
+        if settings.lifecycle != NodeAccess::None {
+            topics.push(Box::new(TransitionEvents::open(participant, surface, settings)?));
+        }
+        Ok(Self { topics, logged: Vec::new() })
     }
 
     /// Whether no topic is to be published.
@@ -90,13 +95,13 @@ impl NodeTopics {
             for topic in &mut self.topics {
                 // The same reason is logged once.
                 if let Err(reason) = topic.publish(surface)
-                    && !self.told.contains(&reason)
+                    && !self.logged.contains(&reason)
                 {
                     surface.agent.composer().log(Level::Warn, &format!("ros2: {reason}"));
-                    self.told.push(reason);
+                    self.logged.push(reason);
                 }
             }
-            wake.wait_timeout(PAUSE);
+            wake.wait_timeout(IDLE_PERIOD);
         }
     }
 }

@@ -9,11 +9,11 @@ use slate_record::ros::{Schema, encode_json};
 use slate_topics::{NodeParameter, ParameterTable, date};
 
 use super::{NodeTopic, write};
-use crate::error::RosError;
 use crate::parameters::MESSAGES;
 use crate::participant::{RosParticipant, TopicWriter};
 use crate::quality::TopicQuality;
 use crate::settings::RosSettings;
+use slate_topics::RosError;
 
 const TOPIC: &str = "/parameter_events";
 const MESSAGE: &str = "rcl_interfaces/msg/ParameterEvent";
@@ -28,7 +28,7 @@ pub struct ParameterEvents {
     schema: Schema,
     node: String,
     known: ParameterTable,
-    /// What the board counts of settings.
+    /// Number of settings on the board.
     settings: u64,
 }
 
@@ -42,7 +42,7 @@ impl ParameterEvents {
         let space = settings.node.namespace.trim_end_matches('/');
         Ok(Self {
             writer: participant.writer(TOPIC, MESSAGE, QUALITY)?,
-            schema: schema.map_err(|error| RosError::name(MESSAGE, error.to_string()))?,
+            schema: schema.map_err(|error| RosError::definition(MESSAGE, error.to_string()))?,
             node: format!("{space}/{}", settings.node.name),
             known: ParameterTable::of(surface.agent.composer()),
             settings: surface.board().settings().count(),

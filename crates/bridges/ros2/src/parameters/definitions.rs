@@ -13,7 +13,7 @@ pub const SERVICES: [(&str, &str, ParameterService); 6] = [
     ("list_parameters", "ListParameters", ParameterService::List),
 ];
 
-/// What a service of parameters does.
+/// Operation of a parameter service.
 #[derive(Clone, Copy, Debug)]
 pub enum ParameterService {
     Get,

@@ -34,12 +34,12 @@ impl ServiceHandler for ParameterHandler {
                 json!({ "types": names().map(kind).collect::<Vec<_>>() })
             }
             ParameterService::Describe => {
-                let tell = |name: &str| {
+                let describe = |name: &str| {
                     table
                         .get(name)
                         .map_or_else(|| json!({ "name": name }), |own| own.describe(self.is_settable))
                 };
-                json!({ "descriptors": names().map(tell).collect::<Vec<_>>() })
+                json!({ "descriptors": names().map(describe).collect::<Vec<_>>() })
             }
             ParameterService::List => json!({ "result": list(&table, request) }),
             ParameterService::Set => {

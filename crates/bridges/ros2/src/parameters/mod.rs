@@ -6,15 +6,15 @@ mod handler;
 use std::sync::Arc;
 
 use slate_control::ControlSurface;
-use slate_topics::{AgentOperations, ParameterAccess};
+use slate_topics::{AgentOperations, NodeAccess};
 
-use crate::error::RosError;
 use crate::participant::RosParticipant;
 use crate::services::{ServiceGroup, ServiceServer};
 use crate::settings::{RosSettings, TABLE};
 pub use definitions::MESSAGES;
 use definitions::{SERVICES, service_type};
 use handler::ParameterHandler;
+use slate_topics::RosError;
 
 /// The services of the node's parameters.
 ///
@@ -25,20 +25,19 @@ pub fn parameter_services(
     surface: &Arc<ControlSurface>,
     settings: &RosSettings,
 ) -> Result<Option<ServiceGroup>, RosError> {
-    if settings.options.parameters == ParameterAccess::None {
+    if settings.options.parameters == NodeAccess::None {
         return Ok(None);
     }
     let mut servers = Vec::new();
     for (name, kind, _) in SERVICES {
-        let service =
-            settings.node.topic(&format!("~/{name}")).map_err(|reason| RosError::name(name, reason))?;
-        let of = service_type(kind).map_err(|reason| RosError::name(kind, reason))?;
+        let service = settings.node.private(name)?;
+        let of = service_type(kind).map_err(|reason| RosError::definition(kind, reason))?;
         servers.push(ServiceServer::open(participant, &service, &of)?);
     }
     let handler = Box::new(ParameterHandler {
         operations: AgentOperations::new(surface, TABLE)?,
         composer: surface.agent.composer().clone(),
-        is_settable: settings.options.parameters == ParameterAccess::Set,
+        is_settable: settings.options.parameters == NodeAccess::Set,
     });
     Ok(Some(ServiceGroup { name: "ros2-parameters", servers, handler }))
 }

@@ -1,8 +1,9 @@
 //! Services of ROS: inboxes that are offered, and outboxes that call.
 
+mod caller;
 mod client;
 mod server;
-mod threads;
 
-pub use server::{ServiceHandler, ServiceServer};
-pub use threads::{ServiceGroup, ServiceThreads};
+pub use caller::ServiceCaller;
+pub use client::{CallContext, ServiceClient, receiver_of};
+pub use server::{QUALITY, ServeContext, ServiceGroup, ServiceHandler, ServiceServer, serve, wait_for_start};

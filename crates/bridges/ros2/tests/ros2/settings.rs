@@ -1,7 +1,7 @@
 //! The table `[ros2]`.
 
 use slate_record::ros::WireFormat;
-use slate_ros2::{ParameterAccess, RosSettings, ServiceType, TABLE, TopicQuality};
+use slate_ros2::{NodeAccess, RosSettings, ServiceType, TABLE, TopicQuality};
 use slate_runtime::configuration::{Configuration, Options, Report};
 
 fn read(table: &str) -> Result<Option<RosSettings>, Report> {
@@ -18,12 +18,17 @@ fn entries_are_a_text_or_a_table() {
     let settings = read(table).unwrap().unwrap();
     assert_eq!((settings.domain, settings.trusted), (7, false));
     assert_eq!((settings.node.namespace.as_str(), settings.node.name.as_str()), ("/robots", "r2_d2"));
-    let read: Vec<_> =
-        settings.read.iter().map(|own| (own.input.as_str(), own.topic.as_str(), own.quality)).collect();
+    let read: Vec<_> = settings
+        .topics
+        .read
+        .iter()
+        .map(|own| (own.input.as_str(), own.topic.as_str(), own.quality))
+        .collect();
     let usual = TopicQuality { reliable: true, transient_local: false, depth: 10 };
     let lossy = TopicQuality { reliable: false, transient_local: false, depth: 1 };
     assert_eq!(read, [("driver/goal", "/goal", usual), ("driver/scan", "/robots/scan", lossy)]);
     let written: Vec<_> = settings
+        .topics
         .write
         .iter()
         .map(|own| (own.topic.as_str(), own.property.as_str(), own.frame.as_str()))
@@ -32,7 +37,7 @@ fn entries_are_a_text_or_a_table() {
         written,
         [("/cmd_vel", "wheels/command", "base_link"), ("/robots/r2_d2/scan", "laser/scan", "laser")]
     );
-    let kept = settings.write.iter().find(|own| own.frame == "laser").unwrap().quality;
+    let kept = settings.topics.write.iter().find(|own| own.frame == "laser").unwrap().quality;
     assert_eq!(kept, TopicQuality { transient_local: true, ..usual });
 }
 
@@ -47,11 +52,8 @@ fn services_have_a_type_and_a_port() {
     assert_eq!((offer.of.name(), &offer.value), ("std_srvs/srv/Empty", &serde_json::json!({ "on": true })));
     let [call] = &settings.call[..] else { panic!("{settings:?}") };
     assert_eq!((call.outbox.as_str(), call.response.as_deref()), ("driver/ask", Some("driver/sum")));
-    assert_eq!(
-        (call.of.request_name().as_str(), call.timeout.as_millis()),
-        ("a_package/srv/Sum_Request", 200)
-    );
-    assert_eq!(call.of.response().field_names().collect::<Vec<_>>(), ["sum"]);
+    assert_eq!((call.of.request().name(), call.timeout.as_millis()), ("a_package/srv/Sum_Request", 200));
+    assert_eq!(call.of.response().schema().field_names().collect::<Vec<_>>(), ["sum"]);
     assert_eq!(
         call.of,
         ServiceType::parse(WireFormat::Cdr, "a_package/srv/Sum", "int64 a\nint64 b\n---\nint64 sum").unwrap()
@@ -61,14 +63,11 @@ fn services_have_a_type_and_a_port() {
 #[test]
 fn a_node_has_options_beside_its_topics() {
     let usual = read("read.\"driver/goal\" = \"/goal\"").unwrap().unwrap().options;
-    assert_eq!((usual.parameters, usual.log), (ParameterAccess::Read, true));
+    assert_eq!((usual.parameters, usual.log), (NodeAccess::Read, true));
     assert!(!usual.clock && !usual.transforms && usual.frames.is_empty());
     let table = "parameters = \"set\"\nclock = true\nrosout = false\ntf = true\nframes.\"laser/transform\" = \"laser\"";
     let own = read(table).unwrap().unwrap().options;
-    assert_eq!(
-        (own.parameters, own.clock, own.log, own.transforms),
-        (ParameterAccess::Set, true, false, true)
-    );
+    assert_eq!((own.parameters, own.clock, own.log, own.transforms), (NodeAccess::Set, true, false, true));
     let [frame] = &own.frames[..] else { panic!("{own:?}") };
     assert_eq!((frame.input.as_str(), frame.frame.as_str()), ("laser/transform", "laser"));
 }
@@ -169,7 +168,7 @@ fn links_name_topics_without_a_table_and_with_one() {
     let links = "agent.name = \"r2\"\n[links]\n\"driver/scan\" = { from = \"ros2:scan\", reliable = false, depth = 2 }\n\
                  \"ros2:/cmd_vel\" = { from = \"wheels/command\", frame = \"base\" }\n";
     let settings = of(links).unwrap();
-    let (read, written) = (&settings.read[0], &settings.write[0]);
+    let (read, written) = (&settings.topics.read[0], &settings.topics.write[0]);
     let lossy = TopicQuality { reliable: false, transient_local: false, depth: 2 };
     assert_eq!((read.input.as_str(), read.topic.as_str(), read.quality), ("driver/scan", "/scan", lossy));
     assert_eq!(
@@ -178,8 +177,8 @@ fn links_name_topics_without_a_table_and_with_one() {
     );
     let settings =
         of(&format!("{links}[ros2]\nnamespace = \"/robots\"\nread.\"driver/goal\" = \"/goal\"\n")).unwrap();
-    let topics: Vec<_> = settings.read.iter().map(|own| own.topic.as_str()).collect();
-    assert_eq!((topics, settings.write.len()), (vec!["/goal", "/robots/scan"], 1));
+    let topics: Vec<_> = settings.topics.read.iter().map(|own| own.topic.as_str()).collect();
+    assert_eq!((topics, settings.topics.write.len()), (vec!["/goal", "/robots/scan"], 1));
     let cases = [
         ("\"driver/scan\" = \"ros2:/my-scan\"", 3, "`/my-scan` can't be the name of a topic"),
         ("\"driver/scan\" = { from = \"ros2:/scan\", stale = \"1s\" }", 3, "stale"),
@@ -201,5 +200,52 @@ fn links_name_topics_without_a_table_and_with_one() {
         let found = found.unwrap_or_else(|| panic!("{links}: {report}"));
         assert!(found.placed().starts_with(&format!("r2.toml:{line}:")), "{}", found.placed());
         assert!(found.help_text().is_some(), "{links}");
+    }
+}
+
+#[test]
+fn definitions_are_read_from_files_beside_the_configuration() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros2-definitions");
+    std::fs::create_dir_all(folder.join("own/msg")).unwrap();
+    std::fs::create_dir_all(folder.join("own/srv")).unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+    write("own/msg/Sample.msg", "float64 value\nPart[] parts\n");
+    write("own/msg/Part.msg", "string name\n");
+    write("own/msg/Endless.msg", "bool on\nEndless[] inner\n");
+    write("own/srv/Add.srv", "Part part\n---\nfloat64 sum\n");
+    write("own/srv/Part.msg", "string name\n");
+    let of = |table: &str| {
+        write("r2.toml", &format!("agent.name = \"r2\"\n[ros2]\n{table}\n"));
+        let options = Options { extra_tables: vec![TABLE.into()], ..Options::default() };
+        RosSettings::of(&Configuration::load(folder.join("r2.toml"), &options).unwrap())
+    };
+    let settings = of(
+        "read.\"driver/sample\" = { topic = \"/sample\", definition = \"own/msg/Sample.msg\" }\n\
+                       write.\"/part\" = { from = \"a/b\", definition = \"own/msg/Part.msg\", type = \"other/msg/Part\" }\n\
+                       serve.\"/add\" = { to = \"a/c\", type = \"own/srv/Add\", definition = \"own/srv/Add.srv\" }",
+    );
+    let settings = settings.unwrap().unwrap();
+    let name = |files: &Option<std::sync::Arc<slate_record::ros::DefinitionFiles>>| {
+        files.as_ref().unwrap().definition().name.clone()
+    };
+    assert_eq!(name(&settings.topics.read[0].definition), "own/msg/Sample");
+    assert_eq!(name(&settings.topics.write[0].definition), "other/msg/Part");
+    assert_eq!(settings.serve[0].of.request().schema().field_names().collect::<Vec<_>>(), ["part"]);
+    let read = |rest: &str| format!("read.\"driver/sample\" = {{ topic = \"/sample\", {rest} }}");
+    let cases = [
+        (
+            read("definition = \"own/msg/Endless.msg\""),
+            "own/msg/Endless.msg:2: a message can't contain itself",
+        ),
+        (read("definition = \"own/msg/Missing.msg\""), "own/msg/Missing.msg: the file can't be read"),
+        (read("definition = \"own/msg/Part.msg\", type = \"Part\""), "`Part` is no type of a message"),
+        (read("type = \"own/msg/Part\""), "`type` is the type of a `definition`, and that is missing"),
+    ];
+    for (table, words) in cases {
+        let report = of(&table).unwrap_err();
+        let found = report.diagnostics().iter().find(|own| own.message().contains(words));
+        let found = found.unwrap_or_else(|| panic!("{table}: {report}"));
+        assert_eq!(found.line(), Some(3), "{table}");
+        assert!(found.help_text().is_some(), "{table}");
     }
 }

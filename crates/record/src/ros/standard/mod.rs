@@ -7,12 +7,14 @@ mod source;
 use slate_blackboard::interface::{Descriptor, Enumeration};
 
 use self::cloud::Cloud;
-use self::compiler::steps;
+use self::compiler::{checked_steps, steps};
+pub(super) use self::messages::message_body;
 use self::messages::text;
 use self::source::{Scalar, ValueBytes, scalar, write, write_name};
 use super::cdr::{CdrWriter, WireFormat, wire_length};
 use super::codec::items;
 use super::names::own_frame;
+use super::schema::reference;
 use super::{Definition, Error, Primitive, RosPrimitive, Schema};
 
 /// How a value becomes the message that ROS has for it.
@@ -162,6 +164,20 @@ pub fn standard_in(format: WireFormat, descriptor: &'static Descriptor) -> Optio
 }
 
 impl Standard {
+    /// Values of an interface as messages of a definition: fields of the same name fit, or the only ones of both.
+    ///
+    /// # Errors
+    /// The path of a field that does not fit, empty when none does, and the reason in words.
+    pub(super) fn defined(
+        format: WireFormat,
+        descriptor: &'static Descriptor,
+        definition: Definition,
+        schema: Schema,
+    ) -> Result<Self, (String, String)> {
+        let steps = checked_steps(descriptor, &reference("", &definition.name), &schema)?;
+        Ok(Self { format, descriptor, definition, schema, steps })
+    }
+
     /// The message, as ROS defines it, without the comments.
     pub fn definition(&self) -> &Definition {
         &self.definition

@@ -1,7 +1,9 @@
 //! Agents and nodes of ROS 2 in Python, with rclpy and Fast DDS.
 
+mod actions;
 mod agent;
 mod hostile;
+mod lifecycle;
 mod node;
 mod parameters;
 mod peer;
@@ -9,3 +11,4 @@ mod replay;
 mod robot;
 mod services;
 mod topics;
+mod type_hashes;

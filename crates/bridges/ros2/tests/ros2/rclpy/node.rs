@@ -43,16 +43,16 @@ fn nodes_go_by_the_time_of_the_agent() {
             format!("agent.name = \"house\"\n[modules.lamp]\n[ros2]\ndomain = {domain}\nclock = true\n");
         let agent = Running::lockstep(&text);
         let mut peer = Peer::start("follower", domain);
-        peer.tell(json!({ "do": "follow_clock" }));
-        let mut now = || peer.tell(json!({ "do": "now" })).as_u64().unwrap();
+        peer.request(json!({ "do": "follow_clock" }));
+        let mut now = || peer.request(json!({ "do": "now" })).as_u64().unwrap();
         // Until it has heard of it, a node has no time.
         eventually("a time", || now() > 0);
         for _ in 0..5 {
             let before = agent.composer.now();
             std::thread::sleep(Duration::from_millis(200));
-            let told = now();
+            let shown = now();
             let after = agent.composer.now();
-            assert!(before <= told && told <= after, "{before} {told} {after}");
+            assert!(before <= shown && shown <= after, "{before} {shown} {after}");
         }
     });
 }
@@ -77,8 +77,8 @@ fn frames_come_from_two_static_writers_and_a_moving_one() {
         );
         // Both static ones have said what they say once, before the agent is there.
         let (mut first, mut second) = (Peer::frames(domain), Peer::frames(domain));
-        first.tell(json!({ "do": "publish", "name": "/tf_static", "transforms": [["base_link", "laser", 0.25, 0.0]] }));
-        second.tell(json!({ "do": "publish", "name": "/tf_static", "transforms": [["base_link", "camera", 0.5, -0.125]] }));
+        first.request(json!({ "do": "publish", "name": "/tf_static", "transforms": [["base_link", "laser", 0.25, 0.0]] }));
+        second.request(json!({ "do": "publish", "name": "/tf_static", "transforms": [["base_link", "camera", 0.5, -0.125]] }));
         let agent = Running::of(&text);
         eventually("the laser", || agent.number("laser/frame/translation/x") == 0.25);
         eventually("the camera", || agent.number("camera/frame/translation/y") == -0.125);
@@ -87,7 +87,7 @@ fn frames_come_from_two_static_writers_and_a_moving_one() {
         assert_eq!(read("laser/frame/parent").as_str(), Some("base_link"));
         assert_eq!(read("laser/frame/fixed").as_bool(), Some(true));
         eventually("the base", || {
-            first.tell(
+            first.request(
                 json!({ "do": "publish", "name": "/tf", "transforms": [["odom", "base_link", 1.5, 2.0]] }),
             );
             agent.number("base/frame/translation/x") == 1.5
@@ -97,10 +97,10 @@ fn frames_come_from_two_static_writers_and_a_moving_one() {
         let age = agent.composer.now() as f64 - agent.number("base/frame/time");
         assert!((0.0..5e9).contains(&age), "{age}");
         // A module's own fixed frame goes out, and those that came from ROS do not go back.
-        second.tell(json!({ "do": "subscribe", "name": "/tf_static" }));
+        second.request(json!({ "do": "subscribe", "name": "/tf_static" }));
         let mut heard = Vec::new();
         eventually("the mast", || {
-            let taken = second.tell(json!({ "do": "take", "name": "/tf_static" }));
+            let taken = second.request(json!({ "do": "take", "name": "/tf_static" }));
             let messages = taken.as_array().unwrap().iter();
             heard.extend(messages.flat_map(|own| own["transforms"].as_array().unwrap().clone()));
             heard.iter().any(|own: &Json| own["child_frame_id"] == "mast")

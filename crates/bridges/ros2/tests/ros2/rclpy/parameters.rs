@@ -13,7 +13,7 @@ fn text(ros2: &str) -> String {
 }
 
 fn parameters(peer: &mut Peer, what: &str, arguments: &Json) -> Json {
-    peer.tell(json!({ "do": "parameters", "node": "/house", "what": what, "arguments": arguments }))
+    peer.request(json!({ "do": "parameters", "node": "/house", "what": what, "arguments": arguments }))
 }
 
 #[test]
@@ -29,11 +29,11 @@ fn a_node_lists_reads_and_sets_parameters_of_modules() {
         );
         let names = json!(["lamp.brightness", "lamp.locked", "lamp.colour"]);
         assert_eq!(parameters(&mut peer, "get", &names), json!([0.5, false, null]));
-        let told = parameters(&mut peer, "describe", &json!(["lamp.brightness"]));
-        assert_eq!(told[0]["description"], "Brightness.");
-        assert_eq!(told[0]["type"], 3);
-        assert_eq!(told[0]["read_only"], json!(false));
-        assert_eq!(told[0]["floating_point_range"][0]["to_value"], 1.0);
+        let shown = parameters(&mut peer, "describe", &json!(["lamp.brightness"]));
+        assert_eq!(shown[0]["description"], "Brightness.");
+        assert_eq!(shown[0]["type"], 3);
+        assert_eq!(shown[0]["read_only"], json!(false));
+        assert_eq!(shown[0]["floating_point_range"][0]["to_value"], 1.0);
         assert_eq!(parameters(&mut peer, "types", &json!(["lamp.locked", "lamp.colour"])), json!([1, 0]));
         peer.subscribe("/parameter_events", "rcl_interfaces/msg/ParameterEvent", json!({}));
         std::thread::sleep(std::time::Duration::from_millis(500));
@@ -80,8 +80,8 @@ fn parameters_are_set_by_nodes_only_where_the_file_says_so() {
         assert_eq!(refused[0][0], json!(false));
         assert!(refused[0][1].as_str().unwrap().contains("parameters = \"set\" in [ros2]"), "{refused}");
         assert_eq!(parameters(&mut peer, "get", &json!(["lamp.brightness"])), json!([0.5]));
-        let told = parameters(&mut peer, "describe", &json!(["lamp.brightness"]));
-        assert_eq!(told[0]["read_only"], json!(true));
+        let shown = parameters(&mut peer, "describe", &json!(["lamp.brightness"]));
+        assert_eq!(shown[0]["read_only"], json!(true));
         assert_eq!(agent.number("lamp/params/brightness"), 0.5);
     });
 }

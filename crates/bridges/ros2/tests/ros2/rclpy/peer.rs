@@ -55,12 +55,12 @@ impl Peer {
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let (input, output) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
         let mut peer = Self { child, input, output };
-        assert_eq!(peer.tell(json!({ "do": "about" })), about);
+        assert_eq!(peer.request(json!({ "do": "about" })), about);
         peer
     }
 
     /// Has it do something; returns what comes of it.
-    pub fn tell(&mut self, command: Json) -> Json {
+    pub fn request(&mut self, command: Json) -> Json {
         writeln!(self.input, "{command}").unwrap();
         self.input.flush().unwrap();
         let mut line = String::new();
@@ -69,25 +69,25 @@ impl Peer {
     }
 
     pub fn advertise(&mut self, topic: &str, message: &str, qos: Json) {
-        self.tell(json!({ "do": "advertise", "topic": topic, "type": message, "qos": qos }));
+        self.request(json!({ "do": "advertise", "topic": topic, "type": message, "qos": qos }));
     }
 
     pub fn publish(&mut self, topic: &str, value: &Json) {
-        self.tell(json!({ "do": "publish", "topic": topic, "value": value }));
+        self.request(json!({ "do": "publish", "topic": topic, "value": value }));
     }
 
     pub fn subscribe(&mut self, topic: &str, message: &str, qos: Json) {
-        self.tell(json!({ "do": "subscribe", "topic": topic, "type": message, "qos": qos }));
+        self.request(json!({ "do": "subscribe", "topic": topic, "type": message, "qos": qos }));
     }
 
-    /// What it has heard since it was asked last.
+    /// Messages received since the last call.
     pub fn take(&mut self, topic: &str) -> Vec<Json> {
-        let taken = self.tell(json!({ "do": "take", "topic": topic }));
+        let taken = self.request(json!({ "do": "take", "topic": topic }));
         taken.as_array().unwrap().clone()
     }
 
     pub fn matched(&mut self, topic: &str) -> u64 {
-        self.tell(json!({ "do": "matched", "topic": topic })).as_u64().unwrap()
+        self.request(json!({ "do": "matched", "topic": topic })).as_u64().unwrap()
     }
 
     /// Ends it without a word, as a crash does.

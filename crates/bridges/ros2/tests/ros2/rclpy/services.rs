@@ -17,7 +17,7 @@ fn text(ros2: &str) -> String {
 }
 
 fn call(peer: &mut Peer, service: &str, kind: &str, request: &Json) -> Json {
-    peer.tell(json!({ "do": "call", "service": service, "type": kind, "request": request }))
+    peer.request(json!({ "do": "call", "service": service, "type": kind, "request": request }))
 }
 
 fn wish(agent: &Running, on: bool) {
@@ -62,7 +62,7 @@ fn an_inbox_is_a_service_that_tells_how_messages_fare() {
         assert_eq!(refused["success"], json!(false));
         assert_eq!(refused["message"], "/lamp/switches refuses the message, with code 7");
         assert_eq!(agent.number("lamp/count/value"), 43.0);
-        let services = peer.tell(json!({ "do": "services", "name": "house" }));
+        let services = peer.request(json!({ "do": "services", "name": "house" }));
         assert_eq!(services["/lamp"], json!([SET_BOOL]));
         assert_eq!(services["/house/off"], json!(["std_srvs/srv/Trigger"]));
     });
@@ -73,7 +73,7 @@ fn what_does_not_fit_a_service_is_said_before_it_is_offered() {
     let cases = [
         (
             "serve.\"/on\" = { to = \"lamp/switches\", type = \"std_srvs/srv/Empty\" }",
-            "/lamp/switches and /on: std_srvs/srv/Empty has no on",
+            "/lamp/switches and /on: std_srvs/srv/Empty_Request has no on",
         ),
         (
             "serve.\"/on\" = { to = \"lamp/lit\", type = \"std_srvs/srv/SetBool\" }",
@@ -121,7 +121,9 @@ fn an_outbox_calls_a_service_of_a_node() {
         let mut peer = Peer::start("base", domain);
         let serve = |peer: &mut Peer, service: &str, success: bool| {
             let response = json!({ "success": success, "message": "as you say" });
-            peer.tell(json!({ "do": "serve", "service": service, "type": SET_BOOL, "response": response }));
+            peer.request(
+                json!({ "do": "serve", "service": service, "type": SET_BOOL, "response": response }),
+            );
         };
         serve(&mut peer, "/enable", true);
         // A node that has just come is found within the time that a message waits, or the next one finds it.
@@ -133,7 +135,7 @@ fn an_outbox_calls_a_service_of_a_node() {
             agent.number("asker/replies/value") >= 1.0
         });
         eventually("done", || agent.number("asker/delivery/value") == 1.0);
-        let asked = peer.tell(json!({ "do": "asked", "service": "/enable" }));
+        let asked = peer.request(json!({ "do": "asked", "service": "/enable" }));
         assert!(!asked.as_array().unwrap().is_empty());
         assert!(
             asked.as_array().unwrap().iter().all(|request| *request == json!({ "data": true })),
@@ -148,7 +150,7 @@ fn an_outbox_calls_a_service_of_a_node() {
                 agent.number("asker/replies/value") == before + f64::from(number)
             });
         }
-        let asked = peer.tell(json!({ "do": "asked", "service": "/enable" }));
+        let asked = peer.request(json!({ "do": "asked", "service": "/enable" }));
         let asked: Vec<_> =
             asked.as_array().unwrap().iter().map(|own| own["data"].as_bool().unwrap()).collect();
         assert_eq!(asked, (1..=20).map(|number| number % 2 == 0).collect::<Vec<_>>());
@@ -165,7 +167,7 @@ fn a_response_without_success_refuses_the_message() {
         let agent = Running::of(&text(&table));
         let mut peer = Peer::start("base", domain);
         let response = json!({ "success": false, "message": "the battery is empty" });
-        peer.tell(json!({ "do": "serve", "service": "/enable", "type": SET_BOOL, "response": response }));
+        peer.request(json!({ "do": "serve", "service": "/enable", "type": SET_BOOL, "response": response }));
         wish(&agent, true);
         eventually("a refusal", || agent.number("asker/delivery/value") == f64::from((1 << 16) + 1));
         eventually("the response", || agent.number("asker/replies/value") == 100.0);

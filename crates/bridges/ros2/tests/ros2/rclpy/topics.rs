@@ -1,11 +1,13 @@
 //! Topics both ways.
 #![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
 
+use std::path::Path;
+
 use serde_json::{Value as Json, json};
 use slate_ros2::TopicStatus;
 
 use crate::ros2::rclpy::agent::{Running, alone, eventually};
-use crate::ros2::rclpy::peer::Peer;
+use crate::ros2::rclpy::peer::{Peer, python};
 
 fn scan(ranges: &[f32]) -> Json {
     json!({
@@ -50,8 +52,8 @@ fn a_scan_with_its_header_is_read() {
         let error = status(&agent, "/scan").error.unwrap();
         assert_eq!(error, "`ranges` has 5 items, and the input has room for 4");
         let lines = agent.log.lines();
-        let told = lines.iter().filter(|line| line.to_string().contains("does not fit /driver/scan"));
-        assert_eq!(told.count(), 1);
+        let shown = lines.iter().filter(|line| line.to_string().contains("does not fit /driver/scan"));
+        assert_eq!(shown.count(), 1);
         assert_eq!(agent.number("driver/scan/ranges/1"), 2.0);
         peer.publish("/scan", &scan(&[3.0, 4.0]));
         eventually("the next scan", || agent.number("driver/scan/ranges/1") == 4.0);
@@ -101,14 +103,14 @@ fn properties_are_topics_of_a_node_that_ros_shows() {
         assert_eq!(scans[0]["header"]["frame_id"], "laser");
         assert_eq!((&scans[0]["angle_max"], &scans[0]["ranges"][2]), (&json!(0.5), &json!(2.5)));
         eventually("the node", || {
-            let nodes = peer.tell(json!({ "do": "nodes" }));
+            let nodes = peer.request(json!({ "do": "nodes" }));
             nodes.as_array().unwrap().contains(&"/robots/r2_d2".into())
         });
-        let topics = peer.tell(json!({ "do": "topics" }));
+        let topics = peer.request(json!({ "do": "topics" }));
         assert_eq!(topics["/odom"], json!(["nav_msgs/msg/Odometry"]));
         assert_eq!(topics["/count"], json!(["slate_msgs/msg/Number"]));
         let endpoints = |peer: &mut Peer, topic: &str, publishers: bool| {
-            peer.tell(json!({ "do": "endpoints", "topic": topic, "publishers": publishers }))
+            peer.request(json!({ "do": "endpoints", "topic": topic, "publishers": publishers }))
         };
         assert_eq!(
             endpoints(&mut peer, "/odom", true),
@@ -153,7 +155,8 @@ fn what_can_not_match_is_said_with_the_policy_and_the_type() {
         }
         let mut incompatible = Vec::new();
         eventually("what rclpy says of it", || {
-            incompatible.extend(peer.tell(json!({ "do": "take_incompatible" })).as_array().unwrap().clone());
+            incompatible
+                .extend(peer.request(json!({ "do": "take_incompatible" })).as_array().unwrap().clone());
             let is_said = |topic: &str, policy: &str| {
                 incompatible.iter().any(|own| own[0] == topic && own[1].as_str().unwrap().contains(policy))
             };
@@ -162,8 +165,8 @@ fn what_can_not_match_is_said_with_the_policy_and_the_type() {
                 && is_said("/map_odom", "DURABILITY")
         });
         let lines = agent.log.lines();
-        let told = lines.iter().filter(|line| line.to_string().contains("/scan: a publisher offers"));
-        assert_eq!(told.count(), 1);
+        let shown = lines.iter().filter(|line| line.to_string().contains("/scan: a publisher offers"));
+        assert_eq!(shown.count(), 1);
     });
 }
 
@@ -230,7 +233,7 @@ fn a_reliable_topic_loses_nothing_at_a_thousand_messages_a_second() {
             peer.matched("/cmd_vel") == 1 && status(&agent, "/cmd_vel").others == Some(1)
         });
         let (input, _) = agent.composer.board().get("driver/command").unwrap();
-        peer.tell(json!({ "do": "burst", "topic": "/cmd_vel", "count": 3000, "period": 0.001 }));
+        peer.request(json!({ "do": "burst", "topic": "/cmd_vel", "count": 3000, "period": 0.001 }));
         eventually("all of them", || status(&agent, "/cmd_vel").count == 3000);
         let status = status(&agent, "/cmd_vel");
         assert_eq!((status.dropped, status.refused), (0, 0));
@@ -255,14 +258,45 @@ fn an_image_of_a_mebibyte_goes_through_the_agent() {
             peer.matched("/camera") == 1 && status(&agent, "/seen").others == Some(1)
         });
         let size: u64 = 1 << 20;
-        peer.tell(json!({ "do": "show", "topic": "/camera", "size": size }));
+        peer.request(json!({ "do": "show", "topic": "/camera", "size": size }));
         eventually("the image", || status(&agent, "/camera").count == 1);
         let sum: u64 = (0..size).map(|number| number % 251).sum();
         let mut seen = Vec::new();
         eventually("the image again", || {
-            seen.extend(peer.tell(json!({ "do": "see", "topic": "/seen" })).as_array().unwrap().clone());
+            seen.extend(peer.request(json!({ "do": "see", "topic": "/seen" })).as_array().unwrap().clone());
             !seen.is_empty()
         });
         assert_eq!(seen, [json!([1024, size, sum])]);
+    });
+}
+
+#[test]
+fn messages_defined_by_files_are_read_and_written() {
+    alone("ros2::rclpy::topics::messages_defined_by_files_are_read_and_written", |domain| {
+        // As ROS itself has it, with the file of the message in it beside it.
+        let environment = python().parent().and_then(Path::parent).unwrap().to_owned();
+        let file = environment.join("share/geometry_msgs/msg/WrenchStamped.msg");
+        let text = format!(
+            "agent.name = \"arm\"\nloop.period = \"10ms\"\n[modules.wrist]\n[links]\n\
+             \"wrist/load\" = {{ from = \"ros2:/load\", definition = {file:?} }}\n[ros2]\ndomain = {domain}\n\
+             write.\"/felt\" = {{ from = \"wrist/felt\", definition = {file:?}, frame = \"wrist\" }}"
+        );
+        let agent = Running::of(&text);
+        let mut peer = Peer::start("sensor", domain);
+        peer.advertise("/load", "geometry_msgs/msg/WrenchStamped", json!({}));
+        peer.subscribe("/felt", "geometry_msgs/msg/WrenchStamped", json!({}));
+        eventually("matches", || peer.matched("/load") == 1 && agent.bridge().topics()[1].others == Some(1));
+        peer.publish(
+            "/load",
+            &json!({ "wrench": { "force": { "x": 1.5, "z": -9.0 }, "torque": { "y": 0.25 } } }),
+        );
+        let mut felt = Vec::new();
+        eventually("the load", || {
+            felt.extend(peer.take("/felt"));
+            !felt.is_empty()
+        });
+        assert_eq!(felt[0]["wrench"]["force"], json!({ "x": 1.5, "y": 0.0, "z": -9.0 }));
+        assert_eq!(felt[0]["wrench"]["torque"], json!({ "x": 0.0, "y": 0.25, "z": 0.0 }));
+        assert_eq!(felt[0]["header"]["frame_id"], "wrist");
     });
 }

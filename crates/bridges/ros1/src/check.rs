@@ -1,0 +1,14 @@
+use slate_record::ros::WireFormat;
+use slate_runtime::Composer;
+use slate_topics::{RosError, check_ports};
+
+use crate::settings::Ros1Settings;
+
+/// Checks that the ports that settings name are there and fit their topics and services; opens nothing.
+///
+/// # Errors
+/// The first that does not fit.
+pub fn check_topics(composer: &Composer, settings: &Ros1Settings) -> Result<(), RosError> {
+    let services = (&settings.serve[..], &settings.call[..]);
+    check_ports(WireFormat::Ros1, composer, &settings.topics, services, &settings.options)
+}

@@ -1,0 +1,97 @@
+//! Ports that topics and services name, checked.
+
+use std::sync::Arc;
+
+use slate_blackboard::Property;
+use slate_blackboard::interface::Descriptor;
+use slate_record::ros::{DefinitionFiles, FileError, WireFormat};
+use slate_runtime::Composer;
+
+use crate::error::RosError;
+use crate::frames::frame_input;
+use crate::message::RosMessage;
+use crate::misfit::{TopicMisfit, input, output};
+use crate::options::NodeOptions;
+use crate::service_settings::{ServiceCall, ServiceOffer};
+use crate::services::check_services;
+use crate::topic_settings::{TopicInput, TopicOutput, TopicSettings};
+
+/// Checks that the ports of topics, services and frames are there and fit; opens nothing.
+///
+/// # Errors
+/// The first that does not fit.
+pub fn check_ports<O>(
+    format: WireFormat,
+    composer: &Composer,
+    topics: &TopicSettings<O>,
+    (offers, calls): (&[ServiceOffer], &[ServiceCall]),
+    node: &NodeOptions,
+) -> Result<(), RosError> {
+    topics.read.iter().try_for_each(|own| topic_input(format, composer, own).map(drop))?;
+    topics.write.iter().try_for_each(|own| topic_output(format, composer, own).map(drop))?;
+    check_services(composer, offers, calls)?;
+    node.frames.iter().try_for_each(|own| frame_input(composer, own).map(drop))?;
+    check_clock(composer, node)
+}
+
+/// Checks that the agent has a time of its own, if that is published.
+///
+/// # Errors
+/// The agent goes by the system's clock.
+pub fn check_clock(composer: &Composer, node: &NodeOptions) -> Result<(), RosError> {
+    if node.clock && !composer.is_lockstep() { Err(RosError::Clock) } else { Ok(()) }
+}
+
+/// The input that reads a topic, and its messages.
+///
+/// # Errors
+/// The input is missing or linked, or messages lack one of its fields.
+pub fn topic_input<O>(
+    format: WireFormat,
+    composer: &Composer,
+    own: &TopicInput<O>,
+) -> Result<(Arc<Property>, RosMessage), Box<TopicMisfit>> {
+    let property = input(composer, &own.input, &own.topic).map_err(|misfit| misfit.at(own.place))?;
+    let message = message(format, property.descriptor(), own.definition.as_deref());
+    let message = message.map_err(|error| {
+        TopicMisfit::new(&own.input, &own.topic, error.to_string(), DEFINITION).at(own.place)
+    })?;
+    match message.check_decodable() {
+        Ok(()) => Ok((property, message)),
+        Err(reason) => {
+            let help = "read it with a module that has an input of another interface";
+            Err(TopicMisfit::new(&own.input, &own.topic, reason, help).at(own.place))
+        }
+    }
+}
+
+/// The property whose values a topic has, and its messages.
+///
+/// # Errors
+/// The property is missing, or has no value.
+pub fn topic_output<O>(
+    format: WireFormat,
+    composer: &Composer,
+    own: &TopicOutput<O>,
+) -> Result<(Arc<Property>, RosMessage), Box<TopicMisfit>> {
+    let property = output(composer, &own.property, &own.topic).map_err(|misfit| misfit.at(own.place))?;
+    let message = message(format, property.descriptor(), own.definition.as_deref());
+    let message = message.map_err(|error| {
+        TopicMisfit::new(&own.property, &own.topic, error.to_string(), DEFINITION).at(own.place)
+    })?;
+    Ok((property, message))
+}
+
+/// Advice for a definition that does not fit.
+const DEFINITION: &str = "give the fields of the message the names and types of those of the interface";
+
+fn message(
+    format: WireFormat,
+    descriptor: &'static Descriptor,
+    definition: Option<&DefinitionFiles>,
+) -> Result<RosMessage, FileError> {
+    match definition {
+        Some(files) => RosMessage::defined(format, descriptor, files),
+        None => Ok(RosMessage::of(format, descriptor)),
+    }
+}

@@ -1,0 +1,98 @@
+//! The thread that sends values of properties to topics.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use slate_blackboard::wake::Wake;
+use slate_module::Level;
+use slate_runtime::Composer;
+
+use crate::message::RosMessage;
+use crate::outbound::OutboundTopic;
+
+/// Period of the check whether something has changed without a notice.
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
+
+/// Period of the check whether a property is another one.
+const RENEW: Duration = Duration::from_millis(500);
+
+/// The writer of a topic in the middleware.
+pub trait TopicSink: Send {
+    /// Whether somebody receives messages, now or later.
+    fn is_wanted(&self) -> bool;
+
+    /// Sends a message.
+    ///
+    /// # Errors
+    /// The middleware refuses it; the reason in words.
+    fn send(&self, message: Vec<u8>) -> Result<(), String>;
+}
+
+/// A topic that has the values of a property.
+pub struct PublishedTopic<S> {
+    topic: OutboundTopic,
+    message: RosMessage,
+    frame: String,
+    sink: S,
+    is_error_logged: bool,
+}
+
+impl<S: TopicSink> PublishedTopic<S> {
+    /// A topic whose messages have a frame, and go to a sink.
+    pub fn new(topic: OutboundTopic, message: RosMessage, frame: &str, sink: S) -> Self {
+        Self { topic, message, frame: frame.into(), sink, is_error_logged: false }
+    }
+
+    /// The topic.
+    pub fn topic(&self) -> &OutboundTopic {
+        &self.topic
+    }
+
+    /// Its writer.
+    pub fn sink(&self) -> &S {
+        &self.sink
+    }
+
+    /// Sends the newest value, if it was not sent and somebody receives it.
+    fn send(&mut self, composer: &Composer) -> Result<(), String> {
+        if !self.sink.is_wanted() {
+            // Later subscriptions receive only values written from then on.
+            self.topic.skip();
+            return Ok(());
+        }
+        let Some(value) = self.topic.take(composer)? else { return Ok(()) };
+        let mut message = Vec::new();
+        let encoded = self.message.encode(&value.bytes, value.time, &self.frame, &mut message);
+        encoded.map_err(|error| error.to_string())?;
+        self.sink.send(message)
+    }
+}
+
+/// Sends values as they are written, until the end; `scheme` names the bridge in the log.
+#[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+pub fn publish<S: TopicSink>(
+    scheme: &str,
+    mut topics: Vec<PublishedTopic<S>>,
+    composer: &Composer,
+    wake: &Arc<Wake>,
+    ended: &AtomicBool,
+) {
+    let mut renewed = Instant::now();
+    while !ended.load(Ordering::Acquire) {
+        if renewed.elapsed() > RENEW {
+            renewed = Instant::now();
+            topics.iter_mut().for_each(|own| own.topic.follow(composer));
+        }
+        for own in &mut topics {
+            if let Err(reason) = own.send(composer)
+                && !std::mem::replace(&mut own.is_error_logged, true)
+            {
+                let (path, topic) = (own.topic.path(), own.topic.topic());
+                let text = format!("{scheme}: a value of /{path} is not sent to {topic}: {reason}");
+                composer.log(Level::Warn, &text);
+            }
+        }
+        wake.wait_timeout(IDLE_PERIOD);
+    }
+}
