@@ -46,7 +46,7 @@ pub fn run(effort: Effort, table: &mut Table) {
 /// The ports of a sender.
 #[ports]
 pub struct SenderIo {
-    #[capacity(1048568)]
+    #[capacity(4194296)]
     blob: Output<Blob>,
 }
 
@@ -67,7 +67,7 @@ impl Module for SenderModule {
 }
 
 /// An agent on a network.
-struct AgentSender {
+pub struct AgentSender {
     /// Goes before the agent.
     _network: AgentNetwork,
     agent: Agent,
@@ -75,7 +75,8 @@ struct AgentSender {
 }
 
 impl AgentSender {
-    fn start(size: usize) -> Pair {
+    /// Begins, and waits for the program that reads it.
+    pub fn start(size: usize) -> Pair {
         let port = port();
         let text = format!(
             "agent.name = \"bench\"\n[log.targets]\nconsole = false\n[modules.sender]\n[network]\n\

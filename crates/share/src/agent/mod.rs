@@ -142,7 +142,6 @@ impl Sharing for AgentSharing {
     fn carriers(&self) -> BTreeSet<String> {
         let built_in = ["local"].into_iter();
         let built_in = built_in.chain(cfg!(feature = "tls").then_some("tls"));
-        let built_in = built_in.chain(cfg!(feature = "zenoh").then_some("zenoh"));
         self.carriers.keys().cloned().chain(built_in.map(Into::into)).collect()
     }
 
