@@ -3,13 +3,18 @@ use slate_runtime::Composer;
 use crate::error::NetworkError;
 use crate::settings::{NetworkInput, NetworkOutput, NetworkSettings};
 
-/// Whether the inputs that settings name are there and no link fills them, and the properties that they publish.
+/// Whether the inputs that settings name are there and no link fills them, the properties that they publish, and the team.
 ///
 /// # Errors
-/// The first input that can't read from the network, or property that can't be published.
+/// The first input that can't read from the network, or property that can't be published; a team in which the agent takes no
+/// part.
 pub fn check_properties(composer: &Composer, settings: &NetworkSettings) -> Result<(), NetworkError> {
     settings.read.iter().try_for_each(|(input, reading)| check_input(composer, input, reading))?;
-    settings.write.iter().try_for_each(|output| check_output(composer, output))
+    settings.write.iter().try_for_each(|output| check_output(composer, output))?;
+    match settings.team {
+        Some(_) if composer.team().is_none() => Err(NetworkError::Team { place: settings.team }),
+        _ => Ok(()),
+    }
 }
 
 fn check_input(composer: &Composer, input: &str, reading: &NetworkInput) -> Result<(), NetworkError> {

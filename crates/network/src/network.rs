@@ -31,6 +31,7 @@ use crate::settings::NetworkSettings;
 use crate::shared::{NetworkShared, locked, refused};
 use crate::streams::Streams;
 use crate::subscriber::InputSubscriber;
+use crate::team::NetworkTeam;
 
 /// How often it is looked whether something has changed without a notice.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -54,6 +55,7 @@ pub struct AgentNetwork {
 /// What others see of the agent. Its token goes first.
 struct Declared {
     _token: LivelinessToken,
+    _team: Option<NetworkTeam>,
     _links: Option<LinkEventsListener<()>>,
     _agents: Subscriber<()>,
     _inputs: Vec<InputSubscriber>,
@@ -214,9 +216,17 @@ fn declare(
         .wait()
         .map_err(refused)?;
     let links = links::declare(shared)?;
+    let team = NetworkTeam::start(shared)?;
     // Last, so that everything else is there when it appears.
     let token = session.liveliness().declare_token(alive_key(agent)).wait().map_err(refused)?;
-    Ok(Declared { _token: token, _links: links, _agents: agents, _inputs: inputs, _queryables: queryables })
+    Ok(Declared {
+        _token: token,
+        _team: team,
+        _links: links,
+        _agents: agents,
+        _inputs: inputs,
+        _queryables: queryables,
+    })
 }
 
 /// An agent has come or gone.

@@ -3,6 +3,8 @@
 #[cfg(feature = "zenoh")]
 mod agent;
 #[cfg(feature = "zenoh")]
+mod cable;
+#[cfg(feature = "zenoh")]
 mod certificates;
 #[cfg(feature = "zenoh")]
 mod hostile;
@@ -28,3 +30,5 @@ mod serving;
 #[cfg(feature = "zenoh")]
 mod setting;
 mod settings;
+#[cfg(feature = "zenoh")]
+mod team;

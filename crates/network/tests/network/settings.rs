@@ -144,9 +144,10 @@ fn each_mistake_in_certificates_and_rights_is_told() {
             "unknown key `write` in [network.security.allow.arm]",
         ),
         (secure("[network.security.allow.arm]\nread = [\"a b\"]"), "`a b` is no pattern of paths"),
+        (secure("[network.security.allow.arm]\nteam = 1"), "`team` takes true or false"),
         (
             secure("[network.security.allow.arm]\nteam = true"),
-            "facts of the team don't travel over [network]",
+            "belong to the team, and [network] has no `team`",
         ),
         (secure("[network.security.allow.arm]\nrouter = 1"), "`router` takes true or false"),
         (secure("verify = 1\n[network.security.allow.arm]"), "unknown key `verify` in [network.security]"),

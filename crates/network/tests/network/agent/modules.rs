@@ -1,12 +1,13 @@
 //! What the agent of the tests is made of.
 
 use slate_interfaces::Pose2;
+use slate_mapek::{FactTable, Statements};
 use slate_module::Plugin;
 use slate_module::prelude::*;
 
 /// A speed.
 #[interface]
-#[derive(PartialEq)]
+#[derive(PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Speed {
     /// Forward.
     #[unit("m/s")]
@@ -82,8 +83,36 @@ impl Module for Driver {
     }
 }
 
+#[ports]
+pub struct ScoutIo {
+    seen: Input<Speed>,
+    found: Output<FactTable<Speed>>,
+}
+
+/// States what it sees, about a key of that number; takes it back when it is negative.
+pub struct Scout;
+
+#[module(stage = Think)]
+impl Module for Scout {
+    type Io = ScoutIo;
+    type Params = ();
+    type State = Statements<Speed>;
+
+    fn tick(state: &mut Statements<Speed>, io: &ScoutIo, _: &(), now: &Tick) -> Outcome {
+        if let Some(seen) = io.seen.updated().filter(|seen| seen.value != 0.0) {
+            let key = seen.value.abs().to_string();
+            match seen.value < 0.0 {
+                true => assert!(state.retract(now.now(), &key)),
+                false => assert!(state.state(now.now(), &key, 1.0, *seen)),
+            }
+        }
+        assert!(state.write(now.now(), &io.found));
+        Outcome::Ok
+    }
+}
+
 pub fn plugins() -> Vec<Plugin> {
-    vec![Plugin::linked::<Sensor>(), Plugin::linked::<Driver>()]
+    vec![Plugin::linked::<Sensor>(), Plugin::linked::<Driver>(), Plugin::linked::<Scout>()]
 }
 
 /// How they are put together.

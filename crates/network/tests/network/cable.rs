@@ -1,0 +1,81 @@
+//! A cable between two ends of a connection over TCP.
+#![allow(clippy::disallowed_methods, reason = "a cable goes by the machine's clock")]
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::thread;
+use std::time::Duration;
+
+const CARRIES: u8 = 0;
+/// Takes nothing and closes nothing.
+const SWALLOWS: u8 = 1;
+const CUT: u8 = 2;
+
+/// From one look to the next.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// A cable to a port of this machine.
+pub struct Cable {
+    /// The port of its other end.
+    pub port: u16,
+    state: Arc<AtomicU8>,
+}
+
+impl Cable {
+    pub fn to(target: u16) -> Self {
+        let listener = TcpListener::bind(("127.0.0.1", 0)).unwrap();
+        let port = listener.local_addr().unwrap().port();
+        let state = Arc::new(AtomicU8::new(CARRIES));
+        let shared = Arc::clone(&state);
+        thread::spawn(move || {
+            for near in listener.incoming() {
+                let near = near.unwrap();
+                let far = TcpStream::connect(("127.0.0.1", target));
+                let (Ok(far), CARRIES) = (far, shared.load(Ordering::Relaxed)) else { continue };
+                for (from, to) in [(&near, &far), (&far, &near)] {
+                    let (from, to) = (from.try_clone().unwrap(), to.try_clone().unwrap());
+                    let state = Arc::clone(&shared);
+                    thread::spawn(move || carry(from, to, &state));
+                }
+            }
+        });
+        Self { port, state }
+    }
+
+    /// Ends all connections, and takes no others.
+    pub fn cut(&self) {
+        self.state.store(CUT, Ordering::Relaxed);
+    }
+
+    /// Carries nothing any more, and says so to nobody.
+    pub fn swallow(&self) {
+        self.state.store(SWALLOWS, Ordering::Relaxed);
+    }
+
+    /// Carries again; connections that were cut stay so.
+    pub fn mend(&self) {
+        self.state.store(CARRIES, Ordering::Relaxed);
+    }
+}
+
+fn carry(mut from: TcpStream, mut to: TcpStream, state: &AtomicU8) {
+    from.set_read_timeout(Some(LOOK)).unwrap();
+    let mut bytes = [0; 16 << 10];
+    loop {
+        match state.load(Ordering::Relaxed) {
+            CARRIES => match from.read(&mut bytes) {
+                Ok(0) => break,
+                Ok(length) if to.write_all(&bytes[..length]).is_err() => break,
+                Ok(_) => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                Err(_) => break,
+            },
+            SWALLOWS => thread::sleep(LOOK),
+            _ => break,
+        }
+    }
+    // One of both ends may be closed already.
+    let _ = (from.shutdown(Shutdown::Both), to.shutdown(Shutdown::Both));
+}
