@@ -30,6 +30,8 @@ mod namesake;
 #[cfg(feature = "zenoh")]
 mod network;
 mod options;
+#[cfg(feature = "zenoh")]
+mod order;
 mod payload;
 #[cfg(feature = "zenoh")]
 mod publisher;
@@ -37,6 +39,8 @@ mod publisher;
 mod publishing;
 #[cfg(feature = "zenoh")]
 mod reading;
+#[cfg(feature = "zenoh")]
+mod recovery;
 #[cfg(feature = "zenoh")]
 mod refusal;
 #[cfg(feature = "zenoh")]

@@ -80,8 +80,8 @@ impl AgentNetwork {
         let security = settings.security.as_ref();
         let credentials = security.map(|security| links::load(agent, security)).transpose()?;
         let session = session::open(agent, settings)?;
-        let readers = Arc::new(InputReaders::new(composer, settings));
         let wake = Arc::new(Wake::new());
+        let readers = Arc::new(InputReaders::new(composer, settings, &wake));
         let shared = Arc::new(NetworkShared {
             surface: Arc::clone(surface),
             settings: settings.clone(),
@@ -117,6 +117,8 @@ impl AgentNetwork {
                 let now = own.surface.agent.composer().steady_now();
                 for reader in &due.readers {
                     ask(&own.session, reader, now);
+                    let missing = reader.recovery().and_then(|recovery| recovery.ask(&own.session));
+                    pause = missing.map_or(pause, |next| pause.min(Duration::from_nanos(next)));
                     if let Some(next) = reader.release(now) {
                         pause = pause.min(Duration::from_nanos(next.saturating_sub(now)));
                     }
@@ -199,13 +201,7 @@ fn declare(
     let queryables = keys.iter().map(queryable).collect::<Result<_, _>>().map_err(refused)?;
     let mut inputs = Vec::new();
     for reader in &readers.readers {
-        let (own, wake) = (Arc::clone(reader), Arc::clone(&shared.wake));
-        let take = move |sample: Sample| {
-            if own.take(&sample, false) {
-                wake.notify(1);
-            }
-        };
-        inputs.push(InputSubscriber::new(session, reader.key(), reader.options.mode, take)?);
+        inputs.push(InputSubscriber::new(session, reader, &shared.wake)?);
     }
     let (known, read) = (Arc::clone(shared), Arc::clone(readers));
     let agents = session

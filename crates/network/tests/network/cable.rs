@@ -1,8 +1,9 @@
-//! A cable between two ends of a connection over TCP.
+//! A cable between two ends of a connection.
 #![allow(clippy::disallowed_methods, reason = "a cable goes by the machine's clock")]
 
+use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read, Write};
-use std::net::{Shutdown, TcpListener, TcpStream};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream, UdpSocket};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::thread;
@@ -24,6 +25,7 @@ pub struct Cable {
 }
 
 impl Cable {
+    /// For TCP.
     pub fn to(target: u16) -> Self {
         let listener = TcpListener::bind(("127.0.0.1", 0)).unwrap();
         let port = listener.local_addr().unwrap().port();
@@ -44,6 +46,40 @@ impl Cable {
         Self { port, state }
     }
 
+    /// For UDP, where a cut says nothing to anybody.
+    pub fn for_datagrams(target: u16) -> Self {
+        let near = Arc::new(UdpSocket::bind(("127.0.0.1", 0)).unwrap());
+        let port = near.local_addr().unwrap().port();
+        let state = Arc::new(AtomicU8::new(CARRIES));
+        let shared = Arc::clone(&state);
+        thread::spawn(move || {
+            // Whoever sends to it has a socket of its own, by which answers come back.
+            let mut ways: BTreeMap<SocketAddr, Arc<UdpSocket>> = BTreeMap::new();
+            let mut packet = [0; 1 << 16];
+            while let Ok((length, from)) = near.recv_from(&mut packet) {
+                let way = ways.entry(from).or_insert_with(|| {
+                    let far = Arc::new(UdpSocket::bind("127.0.0.1:0").unwrap());
+                    far.connect(("127.0.0.1", target)).unwrap();
+                    let (back, answers, state) = (Arc::clone(&near), Arc::clone(&far), Arc::clone(&shared));
+                    thread::spawn(move || {
+                        let mut packet = [0; 1 << 16];
+                        // Nobody may listen there for a while.
+                        while let Ok(length) = answers.recv(&mut packet).or_else(refused) {
+                            if state.load(Ordering::Relaxed) == CARRIES {
+                                let _ = back.send_to(&packet[..length], from);
+                            }
+                        }
+                    });
+                    far
+                });
+                if shared.load(Ordering::Relaxed) == CARRIES {
+                    let _ = way.send(&packet[..length]);
+                }
+            }
+        });
+        Self { port, state }
+    }
+
     /// Ends all connections, and takes no others.
     pub fn cut(&self) {
         self.state.store(CUT, Ordering::Relaxed);
@@ -58,6 +94,11 @@ impl Cable {
     pub fn mend(&self) {
         self.state.store(CARRIES, Ordering::Relaxed);
     }
+}
+
+/// What a socket says when nobody listens at its other end is nothing.
+fn refused(error: std::io::Error) -> std::io::Result<usize> {
+    if error.kind() == ErrorKind::ConnectionRefused { Ok(0) } else { Err(error) }
 }
 
 fn carry(mut from: TcpStream, mut to: TcpStream, state: &AtomicU8) {

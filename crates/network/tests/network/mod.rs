@@ -22,6 +22,8 @@ mod quic;
 #[cfg(feature = "zenoh")]
 mod reading;
 #[cfg(feature = "zenoh")]
+mod recovery;
+#[cfg(feature = "zenoh")]
 mod replay;
 #[cfg(feature = "zenoh")]
 mod rights;

@@ -14,11 +14,22 @@ pub struct Speed {
     pub value: f64,
 }
 
+/// Many bytes.
+#[interface]
+pub struct Picture {
+    /// The count.
+    pub number: f64,
+    /// The bytes.
+    pub data: [u8],
+}
+
 #[ports]
 pub struct SensorIo {
     count: Output<Speed>,
     pose: Output<Pose2>,
     trace: Debug<Speed>,
+    #[capacity(1048576)]
+    picture: Output<Picture>,
 }
 
 #[params]
@@ -41,6 +52,9 @@ impl Module for Sensor {
         io.count.set(Speed { value: *state });
         io.pose.set(Pose2 { x: 1.5, y: -2.5, theta: 0.25 });
         io.trace.set(|| Speed { value: -1.0 });
+        if *state % 8.0 < params.step {
+            io.picture.write(1 << 20, |picture| picture.number = *state);
+        }
         Outcome::Ok
     }
 }
@@ -50,35 +64,54 @@ pub struct DriverIo {
     goal: Input<Pose2>,
     ambient: Input<Speed>,
     linked: Input<Speed>,
+    #[capacity(1048576)]
+    picture: Input<Picture>,
+    #[window(1024)]
     speeds: Queue<Speed>,
     notes: Inbox<Speed>,
     heard: Output<Speed>,
     sum: Output<Speed>,
+    last: Output<Speed>,
+    gaps: Output<Speed>,
     seen: Output<Speed>,
 }
 
-/// Repeats what it reads, adds up what comes in its queue, and hears messages that are not negative.
+#[derive(Default, serde::Serialize, serde::Deserialize)]
+pub struct DriverState {
+    heard: f64,
+    sum: f64,
+    last: f64,
+    gaps: f64,
+}
+
+/// Repeats what it reads, adds up what comes in its queue with the gaps in it, and hears messages that are not negative.
 pub struct Driver;
 
 #[module(stage = Act)]
 impl Module for Driver {
     type Io = DriverIo;
     type Params = ();
-    type State = (f64, f64);
+    type State = DriverState;
 
-    fn tick((heard, sum): &mut (f64, f64), io: &DriverIo, _: &(), _: &Tick) -> Outcome {
+    fn tick(state: &mut DriverState, io: &DriverIo, _: &(), _: &Tick) -> Outcome {
         for note in io.notes.iter() {
             match note.value {
                 value if value < 0.0 => note.refuse(1),
-                value => *heard += value,
+                value => state.heard += value,
             }
         }
-        io.heard.set(Speed { value: *heard });
-        *sum += io.speeds.iter().map(|speed| speed.value).sum::<f64>();
-        io.sum.set(Speed { value: *sum });
+        io.heard.set(Speed { value: state.heard });
+        for speed in io.speeds.iter() {
+            state.gaps += f64::from(state.sum > 0.0 && speed.value != state.last + 1.0);
+            state.sum += speed.value;
+            state.last = speed.value;
+        }
+        io.sum.set(Speed { value: state.sum });
+        io.last.set(Speed { value: state.last });
+        io.gaps.set(Speed { value: state.gaps });
         let ambient = io.ambient.get().copied().unwrap_or(Speed { value: 0.0 });
         io.seen.set(Speed { value: ambient.value + io.goal.get().map_or(0.0, |goal| goal.x) });
-        let _ = io.linked.get();
+        let _ = (io.linked.get(), io.picture.get());
         Outcome::Ok
     }
 }
