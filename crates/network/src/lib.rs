@@ -26,6 +26,8 @@ mod key;
 #[cfg(feature = "zenoh")]
 mod links;
 #[cfg(feature = "zenoh")]
+mod messages;
+#[cfg(feature = "zenoh")]
 mod namesake;
 #[cfg(feature = "zenoh")]
 mod network;

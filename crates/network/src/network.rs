@@ -21,6 +21,7 @@ use crate::key::{
     InputSource, alive_agent, alive_key, property_key, read_key, schema_key, set_key, tree_key, tree_key_of,
 };
 use crate::links::{self, LinkWatch};
+use crate::messages::InboxMessages;
 use crate::namesake::NamesakeSearch;
 use crate::publishing::Publishing;
 use crate::reading::{InputReader, InputReaders, ReadingStatus};
@@ -81,7 +82,7 @@ impl AgentNetwork {
         let credentials = security.map(|security| links::load(agent, security)).transpose()?;
         let session = session::open(agent, settings)?;
         let wake = Arc::new(Wake::new());
-        let readers = Arc::new(InputReaders::new(composer, settings, &wake));
+        let readers = Arc::new(InputReaders::new(surface, settings, &wake));
         let shared = Arc::new(NetworkShared {
             surface: Arc::clone(surface),
             settings: settings.clone(),
@@ -133,6 +134,10 @@ impl AgentNetwork {
             let own = Arc::clone(&readers);
             threads.push(Builder::new().name("network-set".into()).spawn(move || own.deliver())?);
         }
+        for reader in readers.readers.iter().filter(|reader| reader.inbox().is_some()) {
+            let own = Arc::clone(reader);
+            threads.push(Builder::new().name("network-send".into()).spawn(move || own.send_messages())?);
+        }
         Ok(Self { shared, readers, requests, threads, declared: Some(declared) })
     }
 
@@ -159,6 +164,7 @@ impl Drop for AgentNetwork {
         if let Some(delivery) = &self.readers.delivery {
             delivery.end();
         }
+        self.readers.readers.iter().filter_map(|reader| reader.inbox()).for_each(InboxMessages::end);
         join(self.threads.drain(..));
         session::close(&self.shared.session, &self.shared.settings);
     }
