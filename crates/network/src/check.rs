@@ -4,18 +4,13 @@ use slate_runtime::Composer;
 use crate::error::NetworkError;
 use crate::settings::{NetworkInput, NetworkOutput, NetworkSettings};
 
-/// Whether the inputs that settings name are there and no link fills them, the properties that they publish, and the team.
+/// Whether the inputs that settings name are there and no link fills them, and the properties that they publish.
 ///
 /// # Errors
-/// The first input that can't read from the network, or property that can't be published; a team in which the agent takes no
-/// part.
+/// The first input that can't read from the network, or property that can't be published.
 pub fn check_properties(composer: &Composer, settings: &NetworkSettings) -> Result<(), NetworkError> {
     settings.read.iter().try_for_each(|(input, reading)| check_input(composer, input, reading))?;
-    settings.write.iter().try_for_each(|output| check_output(composer, output))?;
-    match settings.team {
-        Some(_) if composer.team().is_none() => Err(NetworkError::Team { place: settings.team }),
-        _ => Ok(()),
-    }
+    settings.write.iter().try_for_each(|output| check_output(composer, output))
 }
 
 fn check_input(composer: &Composer, input: &str, reading: &NetworkInput) -> Result<(), NetworkError> {

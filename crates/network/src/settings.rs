@@ -174,8 +174,7 @@ impl NetworkSettingsReader<'_> {
         for link in self.configuration.links_of_scheme(SCHEME) {
             self.link(link, &mut settings);
         }
-        settings.team =
-            self.flag(table, "team").then(|| table.get("team").map_or(root.span, |flag| flag.span));
+        settings.team = self.team(root.span, table);
         settings.security = self.security(table);
         self.check_mode(root.span, table, &settings);
         self.check_security(table, &settings);
@@ -218,6 +217,18 @@ impl NetworkSettingsReader<'_> {
             let help = "say it: unauthenticated = { read = [\"**\"], send = [] } in [network.security]; or use `quic/`";
             self.add(at.unwrap_or(place), message, help);
         }
+    }
+
+    /// Where it is written that facts of the team travel over the network.
+    fn team(&mut self, place: Span, table: &Table) -> Option<Span> {
+        let place = table.get("team").map_or(place, |flag| flag.span);
+        let is_wanted = self.flag(table, "team");
+        if is_wanted && self.configuration.share().is_none_or(|share| share.knowledge.is_none()) {
+            let message =
+                "facts of the team can't travel over the network: the agent takes no part in a team";
+            self.add(place, message, "add [share.knowledge], or take `team` away");
+        }
+        is_wanted.then_some(place)
     }
 
     /// A key that takes true or false, and is false where it is missing.

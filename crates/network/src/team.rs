@@ -44,10 +44,13 @@ impl NetworkTeam {
     /// Takes part, if the settings say so.
     ///
     /// # Errors
-    /// When Zenoh refuses it.
+    /// When the agent takes no part in a team, or Zenoh refuses it.
     pub fn start(shared: &Arc<NetworkShared>) -> Result<Option<Self>, NetworkError> {
-        let exchange = shared.surface.agent.composer().team().filter(|_| shared.settings.team.is_some());
-        let Some(exchange) = exchange else { return Ok(None) };
+        let place = shared.settings.team;
+        if place.is_none() {
+            return Ok(None);
+        }
+        let exchange = shared.surface.agent.composer().team().ok_or(NetworkError::Team { place })?;
         let (session, agent) = (&shared.session, shared.board().agent());
         let mates = Arc::new(TeamMates { shared: Arc::clone(shared), exchange, present: Mutex::default() });
         let (hearing, watching) = (Arc::clone(&mates), Arc::clone(&mates));

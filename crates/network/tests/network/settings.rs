@@ -89,6 +89,7 @@ fn each_mistake_is_told_with_file_line_and_what_to_do() {
         ("read.\"a/in\" = \"zenoh:a/*\"", "is not a key of Zenoh"),
         ("read.\"a/in\" = 3", "an input reads a URL, found a whole number"),
         ("read.\"slate://base/in\" = \"zenoh:a\"", "belongs to agent `base`"),
+        ("listen = [\"tcp/[::1]:1\"]\nteam = true", "the agent takes no part in a team"),
         ("endpoints = []", "endpoints"),
     ];
     for (table, message) in cases {

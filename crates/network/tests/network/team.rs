@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use slate_blackboard::interface::Value;
-use slate_network::{AgentNetwork, NetworkSettings, router_access_control, team_key, team_token_key};
+use slate_network::{NetworkSettings, router_access_control, team_key, team_token_key};
 use zenoh::Wait;
 
 use crate::network::agent::{Running, ask, eventually, ports, session, session_with};
@@ -213,16 +213,4 @@ fn facts_pass_a_router_that_checks_rights_and_comes_back() {
     let _hub = session_with("router", &endpoint, &[], &router);
     all_know(&[&one, &two], &["r1 1", "r1 4", "r2 2"]);
     assert_eq!(facts(&three), ["r3 3"]);
-}
-
-#[test]
-fn an_agent_without_a_team_is_told_so_with_its_line() {
-    let [port] = ports();
-    let agent = Running::load("lonely", &format!("listen = [\"tcp/127.0.0.1:{port}\"]\nteam = true"));
-    let settings = NetworkSettings::of(&agent.configuration).unwrap().unwrap();
-    let error = AgentNetwork::start(&agent.surface, &settings).unwrap_err();
-    let report = error.report(&agent.configuration);
-    let first = &report.diagnostics()[0];
-    assert!(first.placed().contains("takes no part in a team"), "{}", first.placed());
-    assert!(first.line() == Some(13) && first.help_text().unwrap().contains("[share.knowledge]"), "{report}");
 }
