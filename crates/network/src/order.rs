@@ -1,12 +1,14 @@
 //! Numbered samples in their order, when some of them are lost on their way.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
-/// Samples of a source that wait for those before them, at most: as many as an origin keeps.
+/// Samples of a source that wait for those before them, at most, and their bytes: what others send must not fill the memory.
 const WAITING: usize = 512;
+const WAITING_BYTES: usize = 32 << 20;
 
 /// Sources whose samples are followed, at most.
-const SOURCES: usize = 64;
+const SOURCES: usize = 16;
 
 /// From one question for what is missing to the next, ns: one that is asked right after a link is back may be lost.
 pub const RETRY: u64 = 100_000_000;
@@ -35,7 +37,9 @@ struct SourceOrder<T> {
     /// The last sample that was passed on, and the last one that there is.
     passed: u64,
     last: u64,
-    waiting: BTreeMap<u64, T>,
+    /// Samples with their bytes.
+    waiting: BTreeMap<u64, (usize, T)>,
+    bytes: usize,
     /// Since when something is missing, and when it was asked for, ns.
     missing: Option<u64>,
     asked: Option<u64>,
@@ -51,19 +55,25 @@ impl<T> SampleOrder<T> {
         Self { sources: BTreeMap::new(), is_of_agent }
     }
 
-    /// Takes a sample that came at `now`, ns, and gives those whose turn it is to `pass`.
-    pub fn take(&mut self, source: &SampleSource, number: u32, sample: T, now: u64, pass: &mut dyn FnMut(T)) {
+    /// Takes a sample of so many bytes that came at `now`, ns, and gives those whose turn it is to `pass`.
+    pub fn take(
+        &mut self,
+        (source, number): (&SampleSource, u32),
+        (bytes, sample): (usize, T),
+        now: u64,
+        pass: &mut dyn FnMut(T),
+    ) {
         let first = self.first(number);
         let order = self.follow(source, first, now, pass);
         let number = order.whole(number);
         if number > order.passed {
-            order.last = order.last.max(number);
-            order.waiting.insert(number, sample);
-        }
-        if order.waiting.len() > WAITING {
-            order.skip();
+            order.keep(number, bytes, sample);
         }
         order.flush(now, pass);
+        while order.waiting.len() > WAITING || order.bytes > WAITING_BYTES {
+            order.skip();
+            order.flush(now, pass);
+        }
     }
 
     /// Takes note of the last number of a source. One of which no sample has come begins with its next one, unless it takes the
@@ -127,7 +137,7 @@ impl<T> SampleOrder<T> {
         if !self.sources.contains_key(source) {
             if self.is_of_agent {
                 for (_, mut order) in std::mem::take(&mut self.sources) {
-                    std::mem::take(&mut order.waiting).into_values().for_each(&mut *pass);
+                    std::mem::take(&mut order.waiting).into_values().for_each(|(_, sample)| pass(sample));
                 }
             } else if self.sources.len() >= SOURCES
                 && let Some(oldest) = self.sources.iter().min_by_key(|(_, order)| order.heard)
@@ -140,6 +150,7 @@ impl<T> SampleOrder<T> {
             passed,
             last: passed,
             waiting: BTreeMap::new(),
+            bytes: 0,
             missing: None,
             asked: None,
             question: None,
@@ -159,6 +170,14 @@ impl<T> SourceOrder<T> {
         self.passed.saturating_add_signed(distance)
     }
 
+    /// Lets a sample wait, unless it does already.
+    fn keep(&mut self, number: u64, bytes: usize, sample: T) {
+        self.last = self.last.max(number);
+        let Entry::Vacant(place) = self.waiting.entry(number) else { return };
+        place.insert((bytes, sample));
+        self.bytes += bytes;
+    }
+
     /// Gives up what is missing before the next sample that is there, or all if there is none.
     fn skip(&mut self) {
         self.passed = self.waiting.keys().next().map_or(self.last, |next| next - 1);
@@ -167,8 +186,9 @@ impl<T> SourceOrder<T> {
     /// Passes on what is next.
     fn flush(&mut self, now: u64, pass: &mut dyn FnMut(T)) {
         let before = self.passed;
-        while let Some(sample) = self.waiting.remove(&(self.passed + 1)) {
+        while let Some((bytes, sample)) = self.waiting.remove(&(self.passed + 1)) {
             self.passed += 1;
+            self.bytes -= bytes;
             pass(sample);
         }
         if self.passed >= self.last {

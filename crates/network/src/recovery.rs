@@ -75,8 +75,8 @@ impl SampleRecovery {
             return self.change(|_, _, pass| pass(sample));
         };
         let source = (info.source_id().zid().to_string(), info.source_id().eid());
-        let number = info.source_sn();
-        self.change(|order, now, pass| order.take(&source, number, sample, now, pass));
+        let (number, bytes) = (info.source_sn(), sample.payload().len());
+        self.change(|order, now, pass| order.take((&source, number), (bytes, sample), now, pass));
     }
 
     /// Takes what a publisher says of its last sample.
