@@ -37,6 +37,10 @@ use crate::team::NetworkTeam;
 /// How often it is looked whether something has changed without a notice.
 const PAUSE: Duration = Duration::from_millis(500);
 
+/// Cycles that follow each other faster than this, ns, are looked at together: after each look the thread rests.
+const FAST: u64 = 500_000;
+const REST: Duration = Duration::from_millis(1);
+
 /// How often it is looked whether a thread has ended.
 const LOOK: Duration = Duration::from_millis(2);
 
@@ -110,6 +114,7 @@ impl AgentNetwork {
         let mut namesake = NamesakeSearch::new(Arc::clone(&shared));
         let mut streams = Streams::new(Arc::clone(&shared));
         let mut watch = LinkWatch::new(Arc::clone(&shared), credentials);
+        let mut last = 0;
         let thread = Builder::new().name("network".into()).spawn(move || {
             while !own.ended.load(Ordering::Acquire) {
                 publishing.follow();
@@ -126,6 +131,11 @@ impl AgentNetwork {
                 }
                 namesake.look();
                 watch.look();
+                let is_fast = now.saturating_sub(std::mem::replace(&mut last, now)) < FAST;
+                if is_fast {
+                    // Nobody wakes it meanwhile, as that takes a cycle longer than all else in it.
+                    std::thread::sleep(REST);
+                }
                 own.wake.wait_timeout(pause);
             }
         })?;
