@@ -22,7 +22,7 @@ use slate_share::session::{Compression, Identity, Limits, Options};
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
-use super::network::{AGENT, AGENT_KEY, AgentSender, CDR_HEADER};
+use super::network::{AGENT, AGENT_KEY, AgentSender, CDR_HEADER, STALLED, read_stalled};
 use super::scripts::{ALL, Script, script};
 use super::sessions::session;
 use crate::machine::now;
@@ -210,6 +210,7 @@ pub fn read(arguments: &[String]) {
         "slate" => read_slate(place, size),
         "iceoryx" => read_iceoryx(place),
         "tcp" => read_tcp(place, size),
+        STALLED => read_stalled(place),
         AGENT => read_zenoh(place, (AGENT_KEY, CDR_HEADER), false),
         callback => read_zenoh(place, ("value", 0), callback == "zenoh-callback"),
     }
@@ -222,7 +223,8 @@ fn tell(bytes: &[u8]) {
     say(now.saturating_sub(sent));
 }
 
-fn say(nanoseconds: u64) {
+/// Says how long a value took.
+pub fn say(nanoseconds: u64) {
     let mut output = std::io::stdout().lock();
     let _ = writeln!(output, "{nanoseconds}").and_then(|()| output.flush());
 }
