@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use slate_module::Plugin;
 use slate_module::prelude::*;
+use slate_network::TABLE;
 use slate_record::Recorder;
 use slate_runtime::configuration::{Database, Options as Layers};
 use slate_runtime::recording::Recording;
@@ -55,7 +56,8 @@ pub fn row(modules: usize) -> String {
 
 /// The settings of an agent in text, as a file would have them.
 pub fn database(text: &str) -> Database {
-    Database::from_text("bench.toml", text, Layers::default()).expect("the configuration of a bench is right")
+    let layers = Layers { extra_tables: vec![TABLE.into()], ..Layers::default() };
+    Database::from_text("bench.toml", text, layers).expect("the configuration of a bench is right")
 }
 
 /// An agent of segments in lockstep, as fast as it is stepped.

@@ -1,5 +1,6 @@
-//! A property of an agent to a program of Zenoh in another process, beside Zenoh alone. The time goes from before the value is
-//! handed over until a thread of the other program has it, and each value waits for the one before.
+//! A property of an agent to a program of Zenoh in another process, beside Zenoh alone: the time goes from before the value is
+//! handed over until a thread of the other program has it, and each value waits for the one before. And what a program that
+//! has stalled costs the cycles of an agent.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -9,11 +10,16 @@ use std::time::{Duration, Instant};
 use slate_control::ControlSurface;
 use slate_module::Plugin;
 use slate_module::prelude::*;
-use slate_network::{AgentNetwork, NetworkSettings, TABLE};
-use slate_runtime::configuration::{Database, Options as Layers};
+use slate_network::{AgentNetwork, NetworkSettings};
+use slate_runtime::configuration::Database;
 use slate_runtime::{Agent, Options, Rate, RecordedTimes};
+use zenoh::Wait;
 
-use super::process::{Blob, LOST, Pair, Reader, Sender, Zenoh, add, port};
+use super::agents;
+use super::caterpillar::{MODULES, PACES, steps};
+use super::process::{Blob, LOST, Pair, Reader, Sender, Zenoh, add, port, say};
+use super::sessions::session;
+use crate::machine::{pin, unpin};
 use crate::measure::{Contest, Effort};
 use crate::table::{Role, Table};
 
@@ -21,6 +27,10 @@ use crate::table::{Role, Table};
 pub const AGENT: &str = "zenoh-agent";
 /// The key of the property.
 pub const AGENT_KEY: &str = "slate/bench/sender/blob";
+/// The word that makes the other process read all of an agent, and stall with the first value.
+pub const STALLED: &str = "zenoh-stalled";
+/// All keys of an agent.
+const AGENT_KEYS: &str = "slate/bench/**";
 /// Bytes of the header of CDR.
 pub const CDR_HEADER: usize = 4;
 
@@ -41,12 +51,82 @@ pub fn run(effort: Effort, table: &mut Table) {
         add(&mut contest, "zenoh, to a thread of the application", Role::Peer, size, effort, zenoh);
         contest.run(effort, table);
     }
+    stalled(effort, table);
+}
+
+/// The cycles of an agent that nobody reads, and of one whose values all go to a program that has stalled.
+fn stalled(effort: Effort, table: &mut Table) {
+    for (pace, pause) in PACES {
+        // Threads of the network run anywhere.
+        unpin();
+        let row = format!("agent.name = \"bench\"\n{}", agents::row(MODULES));
+        let mut alone = agents::lockstep(&row, None);
+        let mut read = StalledAgent::start(&row);
+        pin(0);
+        let mut contest = Contest::new("a cycle beside a network", format!("{MODULES} modules, {pace}"));
+        contest.with("Slate, on no network", Role::Slate, move |samples| {
+            steps(effort, pause, samples, || assert!(alone.step()));
+        });
+        contest.with("Slate, all values to a program that has stalled", Role::Slate, move |samples| {
+            steps(effort, pause, samples, || assert!(read.agent.step()));
+        });
+        contest.run(effort, table);
+    }
+}
+
+/// An agent that a program reads which has stalled.
+struct StalledAgent {
+    /// Goes before the agent.
+    _network: AgentNetwork,
+    agent: Agent,
+    _reader: Reader,
+}
+
+impl StalledAgent {
+    fn start(row: &str) -> Self {
+        let port = port();
+        let text = format!("{row}[network]\nlisten = [\"tcp/127.0.0.1:{port}\"]\n");
+        let mut agent = agents::lockstep(&text, None);
+        let network = connect(&agent, &agents::database(&text));
+        let reader = Reader::start(STALLED, &port.to_string(), 0);
+        let begin = Instant::now();
+        // It says so when it has a value.
+        while !reader.has_come() {
+            assert!(agent.step(), "its times have not ended");
+            thread::sleep(Duration::from_millis(1));
+            assert!(begin.elapsed() < LOST, "the subscriber is found");
+        }
+        Self { _network: network, agent, _reader: reader }
+    }
+}
+
+/// Reads an agent until the first value comes, and takes no other.
+pub fn read_stalled(place: &str) {
+    let session = session(Some(("connect", place)));
+    let callback = |_| {
+        say(0);
+        loop {
+            thread::park();
+        }
+    };
+    let _subscriber = session.declare_subscriber(AGENT_KEYS).callback(callback).wait().expect("it is a key");
+    say(0);
+    loop {
+        thread::park();
+    }
+}
+
+/// Connects an agent with a table `[network]`.
+fn connect(agent: &Agent, database: &Database) -> AgentNetwork {
+    let surface = Arc::new(ControlSurface::new(agent).expect("the agent can be reached"));
+    let settings = NetworkSettings::of(&database.current()).ok().flatten().expect("it is right");
+    AgentNetwork::start(&surface, &settings).expect("it can listen")
 }
 
 /// The ports of a sender.
 #[ports]
 pub struct SenderIo {
-    #[capacity(1048568)]
+    #[capacity(4194296)]
     blob: Output<Blob>,
 }
 
@@ -67,7 +147,7 @@ impl Module for SenderModule {
 }
 
 /// An agent on a network.
-struct AgentSender {
+pub struct AgentSender {
     /// Goes before the agent.
     _network: AgentNetwork,
     agent: Agent,
@@ -75,14 +155,14 @@ struct AgentSender {
 }
 
 impl AgentSender {
-    fn start(size: usize) -> Pair {
+    /// Begins, and waits for the program that reads it.
+    pub fn start(size: usize) -> Pair {
         let port = port();
         let text = format!(
             "agent.name = \"bench\"\n[log.targets]\nconsole = false\n[modules.sender]\n[network]\n\
              listen = [\"tcp/127.0.0.1:{port}\"]\npublish = [\"sender/blob\"]\n"
         );
-        let layers = Layers { extra_tables: vec![TABLE.into()], ..Layers::default() };
-        let database = Database::from_text("bench.toml", &text, layers).expect("it is right");
+        let database = agents::database(&text);
         let times = (0..1_u64 << 20).map(|cycle| cycle * 1_000_000);
         let options = Options {
             time_source: Some(Box::new(RecordedTimes::new(times.collect()))),
@@ -91,9 +171,7 @@ impl AgentSender {
         };
         let agent = Agent::load_with(&database, &[Plugin::linked::<SenderModule>()], options);
         let agent = agent.expect("it is right");
-        let surface = Arc::new(ControlSurface::new(&agent).expect("the agent can be reached"));
-        let settings = NetworkSettings::of(&database.current()).ok().flatten().expect("it is right");
-        let network = AgentNetwork::start(&surface, &settings).expect("it can listen");
+        let network = connect(&agent, &database);
         let reader = Reader::start(AGENT, &port.to_string(), size);
         let mut sender = Self { _network: network, agent, size };
         // The first value that comes says that the reader was found.

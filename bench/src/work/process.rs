@@ -22,7 +22,7 @@ use slate_share::session::{Compression, Identity, Limits, Options};
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
-use super::network::{AGENT, AGENT_KEY, CDR_HEADER};
+use super::network::{AGENT, AGENT_KEY, AgentSender, CDR_HEADER, STALLED, read_stalled};
 use super::scripts::{ALL, Script, script};
 use super::sessions::session;
 use crate::machine::now;
@@ -41,7 +41,7 @@ pub const LOST: Duration = Duration::from_secs(10);
 pub fn run(effort: Effort, table: &mut Table) {
     for size in SIZES {
         let mut contest = Contest::new("process to process, shared memory", format!("{size} B"));
-        add(&mut contest, "Slate", Role::Slate, size, effort, Slate::start("local", size));
+        add(&mut contest, "Slate", Role::Slate, size, effort, Slate::start(size));
         add(
             &mut contest,
             "iceoryx2 publish-subscribe with an event",
@@ -57,11 +57,11 @@ pub fn run(effort: Effort, table: &mut Table) {
         let mut contest = Contest::new("process to process, sockets", format!("{size} B"));
         add(
             &mut contest,
-            "Slate over the transport of Zenoh",
+            "Slate, to a program of Zenoh",
             Role::Slate,
             size,
             effort,
-            Slate::start("zenoh", size),
+            AgentSender::start(size),
         );
         add(
             &mut contest,
@@ -210,6 +210,7 @@ pub fn read(arguments: &[String]) {
         "slate" => read_slate(place, size),
         "iceoryx" => read_iceoryx(place),
         "tcp" => read_tcp(place, size),
+        STALLED => read_stalled(place),
         AGENT => read_zenoh(place, (AGENT_KEY, CDR_HEADER), false),
         callback => read_zenoh(place, ("value", 0), callback == "zenoh-callback"),
     }
@@ -222,7 +223,8 @@ fn tell(bytes: &[u8]) {
     say(now.saturating_sub(sent));
 }
 
-fn say(nanoseconds: u64) {
+/// Says how long a value took.
+pub fn say(nanoseconds: u64) {
     let mut output = std::io::stdout().lock();
     let _ = writeln!(output, "{nanoseconds}").and_then(|()| output.flush());
 }
@@ -264,12 +266,9 @@ fn setup(name: &str) -> Setup {
 }
 
 impl Slate {
-    fn start(carrier: &str, size: usize) -> Pair {
+    fn start(size: usize) -> Pair {
         let folder = super::folder();
-        let endpoint = match carrier {
-            "local" => format!("local:{}", folder.path().join("base").display()),
-            _ => format!("zenoh:tcp/127.0.0.1:{}", port()),
-        };
+        let endpoint = format!("local:{}", folder.path().join("base").display());
         let board = Arc::new(Board::new("base"));
         let setup = Setup { poll: None, ..setup("base").listen(&endpoint) };
         let peers = Peers::start(&board, setup).expect("it can listen");

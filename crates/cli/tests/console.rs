@@ -167,10 +167,11 @@ fn endpoint_that_run_refuses_is_refused_by_check() {
     let exp1 = include_str!("../../../examples/exp1/exp1.toml");
     let running = Running::new("check-endpoint");
     let tls = if cfg!(feature = "tls") { "certificate" } else { "without TLS" };
-    let mut refused = vec![("tcp:127.0.0.1:7448", "no endpoint"), ("tls:0.0.0.0:7447", tls)];
-    if !cfg!(feature = "zenoh") {
-        refused.push(("zenoh:udp/127.0.0.1:7449", "without Zenoh"));
-    }
+    let refused = [
+        ("tcp:127.0.0.1:7448", "no endpoint"),
+        ("tls:0.0.0.0:7447", tls),
+        ("zenoh:udp/127.0.0.1:7449", "[network]"),
+    ];
     for (endpoint, word) in refused {
         let text = exp1.replacen("[world]", &format!("[share]\nlisten = {endpoint:?}\n[world]"), 1);
         std::fs::write(running.folder().join("shared.toml"), text).unwrap();

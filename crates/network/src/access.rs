@@ -7,7 +7,8 @@ use slate_blackboard::Pattern;
 use zenoh::key_expr::KeyExpr;
 
 use crate::key::{
-    InputSource, alive_key, property_key, read_key, schema_key, set_key, tree_key, tree_key_of,
+    InputSource, alive_key, property_key, read_key, schema_key, set_key, team_key, team_token_key, tree_key,
+    tree_key_of,
 };
 use crate::options::ReadOptions;
 use crate::settings::NetworkRights;
@@ -80,6 +81,9 @@ impl AccessControl {
                 continue;
             };
             serve(&mut from, &mut to, origin, rights, tree_key_of(origin, speaks_for));
+            if settings.team.is_some() && rights.team {
+                tell(&mut from, &mut to, speaks_for, origin);
+            }
             read_keys(&mut from, &mut to, settings);
             write_keys(&mut from, &mut to, settings);
         }
@@ -180,6 +184,16 @@ fn serve(from: &mut MessageKeys, to: &mut MessageKeys, agent: &str, rights: &Net
     to.allow(&["reply"], open.into_iter().chain(read).chain(send));
     to.allow(&["declare_queryable"], own_keys(agent));
     to.allow(&["liveliness_token", "query"], [alive_key(agent)]);
+}
+
+/// Messages of the team's knowledge between an agent and an origin that lets it belong to its team.
+fn tell(from: &mut MessageKeys, to: &mut MessageKeys, agent: &str, origin: &str) {
+    for (flow, sender, receiver) in [(&mut *from, agent, origin), (&mut *to, origin, agent)] {
+        flow.allow(&["put"], [team_key(sender, receiver)]);
+        flow.allow(&["declare_subscriber"], [team_key(ANY, sender)]);
+        flow.allow(&["liveliness_token"], [team_token_key(sender)]);
+        flow.allow(&["liveliness_query", "declare_liveliness_subscriber"], [team_token_key(ANY)]);
+    }
 }
 
 /// Keys of Zenoh that an agent's inputs read: every admitted agent may write them.

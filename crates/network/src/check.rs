@@ -1,3 +1,4 @@
+use slate_blackboard::Access;
 use slate_runtime::Composer;
 
 use crate::error::NetworkError;
@@ -13,7 +14,12 @@ pub fn check_properties(composer: &Composer, settings: &NetworkSettings) -> Resu
 }
 
 fn check_input(composer: &Composer, input: &str, reading: &NetworkInput) -> Result<(), NetworkError> {
-    composer.external_input(input).map(drop).map_err(|error| NetworkError::Input {
+    let is_inbox = composer.board().get(input).is_some_and(|(found, _)| found.access() == Access::Messages);
+    let checked = match is_inbox {
+        true => composer.external_inbox(input).map(drop),
+        false => composer.external_input(input).map(drop),
+    };
+    checked.map_err(|error| NetworkError::Input {
         input: input.into(),
         reason: error.reason,
         help: error.help,

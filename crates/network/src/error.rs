@@ -49,6 +49,12 @@ pub enum NetworkError {
         /// Where it is written.
         place: Option<Span>,
     },
+    /// The agent takes no part in a team.
+    #[error("facts of the team can't travel over the network: the agent takes no part in a team")]
+    Team {
+        /// Where it is written.
+        place: Option<Span>,
+    },
     /// Certificates can't be used.
     #[error("{reason}")]
     Security {
@@ -76,6 +82,7 @@ impl NetworkError {
                 "start the router first: a Zenoh router, or an agent with mode = \"router\"; a peer waits for it"
             }
             Self::Input { help, .. } | Self::Output { help, .. } => help,
+            Self::Team { .. } => "add [share.knowledge], or take `team` away",
             Self::Security { help, .. } => help,
             Self::Session(_) | Self::System(_) => "see the log",
         }
@@ -89,6 +96,7 @@ impl NetworkError {
             | Self::Connect { place, .. }
             | Self::Input { place, .. }
             | Self::Output { place, .. }
+            | Self::Team { place }
             | Self::Security { place, .. } => *place,
             Self::Session(_) | Self::System(_) => None,
         };

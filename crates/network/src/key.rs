@@ -39,9 +39,24 @@ pub fn schema_key(agent: &str, interface: &str) -> String {
     format!("slate/{agent}/@schema/{interface}")
 }
 
+/// The token that exists while an agent takes part in its team over the network.
+pub fn team_token_key(agent: &str) -> String {
+    format!("slate/{agent}/@team")
+}
+
+/// Where an agent tells another one of the team's knowledge.
+pub fn team_key(from: &str, to: &str) -> String {
+    format!("slate/{from}/@team/{to}")
+}
+
+/// The agent of a key `slate/AGENT/...` with that end.
+pub fn agent_before<'k>(key: &'k str, end: &str) -> Option<&'k str> {
+    key.strip_prefix("slate/")?.strip_suffix(end)?.strip_suffix('/').filter(|agent| !agent.contains('/'))
+}
+
 /// The agent whose token a key is.
 pub fn alive_agent(key: &str) -> Option<&str> {
-    key.strip_prefix("slate/")?.strip_suffix("/@alive").filter(|agent| !agent.contains('/'))
+    agent_before(key, "@alive")
 }
 
 /// Where an input reads its values.

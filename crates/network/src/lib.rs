@@ -8,6 +8,7 @@
 //! | `slate/AGENT/@set/PATH` | sets a property or sends a message, by a query with a payload |
 //! | `slate/AGENT/@alive` | liveliness token: the agent is there; answers with its name, as JSON |
 //! | `slate/AGENT/@tree` | answers with the list of its properties, as JSON; `@tree/NAME` with those that NAME may use |
+//! | `slate/AGENT/@team` | liveliness token: the agent takes part in its team; messages to another one are at `@team/NAME` |
 //! | `slate/AGENT/@schema/INTERFACE` | answers with the definition of an interface, as JSON |
 //!
 //! Values are CDR as in recordings, `application/cdr;slate_msgs/msg/NAME`, with a [`SampleAttachment`] beside them.
@@ -25,10 +26,14 @@ mod key;
 #[cfg(feature = "zenoh")]
 mod links;
 #[cfg(feature = "zenoh")]
+mod messages;
+#[cfg(feature = "zenoh")]
 mod namesake;
 #[cfg(feature = "zenoh")]
 mod network;
 mod options;
+#[cfg(feature = "zenoh")]
+mod order;
 mod payload;
 #[cfg(feature = "zenoh")]
 mod publisher;
@@ -36,6 +41,8 @@ mod publisher;
 mod publishing;
 #[cfg(feature = "zenoh")]
 mod reading;
+#[cfg(feature = "zenoh")]
+mod recovery;
 #[cfg(feature = "zenoh")]
 mod refusal;
 #[cfg(feature = "zenoh")]
@@ -51,6 +58,8 @@ mod shared;
 mod streams;
 #[cfg(feature = "zenoh")]
 mod subscriber;
+#[cfg(feature = "zenoh")]
+mod team;
 
 #[cfg(feature = "zenoh")]
 pub use access::router_access_control;
@@ -59,7 +68,8 @@ pub use check::check_properties;
 pub use endpoint::NetworkEndpoint;
 pub use error::NetworkError;
 pub use key::{
-    InputSource, alive_agent, alive_key, property_key, read_key, schema_key, set_key, tree_key, tree_key_of,
+    InputSource, alive_agent, alive_key, property_key, read_key, schema_key, set_key, team_key,
+    team_token_key, tree_key, tree_key_of,
 };
 #[cfg(feature = "zenoh")]
 pub use network::AgentNetwork;

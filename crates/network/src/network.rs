@@ -21,6 +21,7 @@ use crate::key::{
     InputSource, alive_agent, alive_key, property_key, read_key, schema_key, set_key, tree_key, tree_key_of,
 };
 use crate::links::{self, LinkWatch};
+use crate::messages::InboxMessages;
 use crate::namesake::NamesakeSearch;
 use crate::publishing::Publishing;
 use crate::reading::{InputReader, InputReaders, ReadingStatus};
@@ -31,9 +32,14 @@ use crate::settings::NetworkSettings;
 use crate::shared::{NetworkShared, locked, refused};
 use crate::streams::Streams;
 use crate::subscriber::InputSubscriber;
+use crate::team::NetworkTeam;
 
 /// How often it is looked whether something has changed without a notice.
 const PAUSE: Duration = Duration::from_millis(500);
+
+/// Cycles that follow each other faster than this, ns, are looked at together: after each look the thread rests.
+const FAST: u64 = 500_000;
+const REST: Duration = Duration::from_millis(1);
 
 /// How often it is looked whether a thread has ended.
 const LOOK: Duration = Duration::from_millis(2);
@@ -54,6 +60,7 @@ pub struct AgentNetwork {
 /// What others see of the agent. Its token goes first.
 struct Declared {
     _token: LivelinessToken,
+    _team: Option<NetworkTeam>,
     _links: Option<LinkEventsListener<()>>,
     _agents: Subscriber<()>,
     _inputs: Vec<InputSubscriber>,
@@ -78,8 +85,8 @@ impl AgentNetwork {
         let security = settings.security.as_ref();
         let credentials = security.map(|security| links::load(agent, security)).transpose()?;
         let session = session::open(agent, settings)?;
-        let readers = Arc::new(InputReaders::new(composer, settings));
         let wake = Arc::new(Wake::new());
+        let readers = Arc::new(InputReaders::new(surface, settings, &wake));
         let shared = Arc::new(NetworkShared {
             surface: Arc::clone(surface),
             settings: settings.clone(),
@@ -107,6 +114,7 @@ impl AgentNetwork {
         let mut namesake = NamesakeSearch::new(Arc::clone(&shared));
         let mut streams = Streams::new(Arc::clone(&shared));
         let mut watch = LinkWatch::new(Arc::clone(&shared), credentials);
+        let mut last = 0;
         let thread = Builder::new().name("network".into()).spawn(move || {
             while !own.ended.load(Ordering::Acquire) {
                 publishing.follow();
@@ -115,12 +123,19 @@ impl AgentNetwork {
                 let now = own.surface.agent.composer().steady_now();
                 for reader in &due.readers {
                     ask(&own.session, reader, now);
+                    let missing = reader.recovery().and_then(|recovery| recovery.ask(&own.session));
+                    pause = missing.map_or(pause, |next| pause.min(Duration::from_nanos(next)));
                     if let Some(next) = reader.release(now) {
                         pause = pause.min(Duration::from_nanos(next.saturating_sub(now)));
                     }
                 }
                 namesake.look();
                 watch.look();
+                let is_fast = now.saturating_sub(std::mem::replace(&mut last, now)) < FAST;
+                if is_fast {
+                    // Nobody wakes it meanwhile, as that takes a cycle longer than all else in it.
+                    std::thread::sleep(REST);
+                }
                 own.wake.wait_timeout(pause);
             }
         })?;
@@ -128,6 +143,10 @@ impl AgentNetwork {
         if readers.delivery.is_some() {
             let own = Arc::clone(&readers);
             threads.push(Builder::new().name("network-set".into()).spawn(move || own.deliver())?);
+        }
+        for reader in readers.readers.iter().filter(|reader| reader.inbox().is_some()) {
+            let own = Arc::clone(reader);
+            threads.push(Builder::new().name("network-send".into()).spawn(move || own.send_messages())?);
         }
         Ok(Self { shared, readers, requests, threads, declared: Some(declared) })
     }
@@ -155,6 +174,7 @@ impl Drop for AgentNetwork {
         if let Some(delivery) = &self.readers.delivery {
             delivery.end();
         }
+        self.readers.readers.iter().filter_map(|reader| reader.inbox()).for_each(InboxMessages::end);
         join(self.threads.drain(..));
         session::close(&self.shared.session, &self.shared.settings);
     }
@@ -197,13 +217,7 @@ fn declare(
     let queryables = keys.iter().map(queryable).collect::<Result<_, _>>().map_err(refused)?;
     let mut inputs = Vec::new();
     for reader in &readers.readers {
-        let (own, wake) = (Arc::clone(reader), Arc::clone(&shared.wake));
-        let take = move |sample: Sample| {
-            if own.take(&sample, false) {
-                wake.notify(1);
-            }
-        };
-        inputs.push(InputSubscriber::new(session, reader.key(), reader.options.mode, take)?);
+        inputs.push(InputSubscriber::new(session, reader, &shared.wake)?);
     }
     let (known, read) = (Arc::clone(shared), Arc::clone(readers));
     let agents = session
@@ -214,9 +228,17 @@ fn declare(
         .wait()
         .map_err(refused)?;
     let links = links::declare(shared)?;
+    let team = NetworkTeam::start(shared)?;
     // Last, so that everything else is there when it appears.
     let token = session.liveliness().declare_token(alive_key(agent)).wait().map_err(refused)?;
-    Ok(Declared { _token: token, _links: links, _agents: agents, _inputs: inputs, _queryables: queryables })
+    Ok(Declared {
+        _token: token,
+        _team: team,
+        _links: links,
+        _agents: agents,
+        _inputs: inputs,
+        _queryables: queryables,
+    })
 }
 
 /// An agent has come or gone.

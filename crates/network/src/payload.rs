@@ -1,6 +1,7 @@
 //! What a sample or a query holds, and the value that it is.
 
-use slate_blackboard::interface::{Descriptor, Field, Kind, Value};
+use serde_json::Value as Json;
+use slate_blackboard::interface::{Descriptor, Field, Kind, Value, View};
 use slate_record::ros;
 
 use crate::attachment::{AttachmentError, SampleAttachment};
@@ -47,6 +48,24 @@ pub enum Decoded {
     Bytes(Vec<u8>),
     /// A value without its type, of the whole or of a field.
     Value(Value),
+}
+
+impl Decoded {
+    /// The same as JSON, for a value of that interface.
+    ///
+    /// # Errors
+    /// In words, when it is too short.
+    pub fn json(&self, descriptor: &'static Descriptor) -> Result<Json, String> {
+        let json = match self {
+            Self::Value(value) => serde_json::to_value(value),
+            Self::Bytes(bytes) => {
+                let item = descriptor.tail().map_or(0, Kind::size);
+                let items = bytes.len().saturating_sub(descriptor.size).checked_div(item).unwrap_or(0);
+                serde_json::to_value(View::new(descriptor, bytes, items).ok_or("it is too short")?)
+            }
+        };
+        json.map_err(|error| error.to_string())
+    }
 }
 
 /// Why a payload is no value of an interface.

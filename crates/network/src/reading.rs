@@ -1,16 +1,22 @@
 //! Inputs that read from the network.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, Weak};
 
+use serde_json::Value as Json;
+use slate_blackboard::Access;
+use slate_blackboard::wake::Wake;
+use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_runtime::{Composer, ExternalContent, ExternalDelivery, ExternalValue};
 use zenoh::sample::{Sample, SampleKind};
 
 use crate::attachment::SampleAttachment;
 use crate::key::InputSource;
-use crate::options::{ReadOptions, ReadRate, ReadValues};
+use crate::messages::InboxMessages;
+use crate::options::{ReadMode, ReadOptions, ReadRate, ReadValues};
 use crate::payload::{Decoded, Payload};
+use crate::recovery::SampleRecovery;
 use crate::settings::{NetworkInput, NetworkSettings};
 use crate::shared::locked;
 
@@ -47,6 +53,10 @@ pub struct InputReader {
     composer: Composer,
     /// In lockstep, where values wait for the end of a cycle, and the place of the input there.
     delivery: Option<(Arc<ExternalDelivery>, usize)>,
+    /// Where messages wait, if it is an inbox.
+    inbox: Option<InboxMessages>,
+    /// What asks for lost values again, if they are wanted.
+    recovery: Option<Arc<SampleRecovery>>,
     state: Mutex<ReaderState>,
     /// Whether its newest value is to be asked for.
     is_due: AtomicBool,
@@ -77,10 +87,21 @@ impl InputReader {
         input: &str,
         reading: &NetworkInput,
         delivery: Option<(Arc<ExternalDelivery>, usize)>,
-    ) -> Self {
-        Self {
+        inbox: Option<InboxMessages>,
+        wake: &Arc<Wake>,
+    ) -> Arc<Self> {
+        Arc::new_cyclic(|own: &Weak<Self>| Self {
+            recovery: (reading.options.mode == ReadMode::Reliable).then(|| {
+                let (own, composer) = (own.clone(), composer.clone());
+                let is_of_agent = matches!(reading.source, InputSource::Property { .. });
+                let pass = move |sample: &Sample| own.upgrade().is_some_and(|own| own.take(sample, false));
+                let now = move || composer.steady_now();
+                let key = reading.source.key(&reading.options);
+                Arc::new(SampleRecovery::new(key, is_of_agent, now, pass, wake))
+            }),
             input: input.into(),
             delivery,
+            inbox,
             source: reading.source.clone(),
             options: reading.options,
             composer: composer.clone(),
@@ -88,7 +109,12 @@ impl InputReader {
             is_due: AtomicBool::new(true),
             is_answered: AtomicBool::new(false),
             asked: AtomicU64::new(0),
-        }
+        })
+    }
+
+    /// What asks for lost values again, if they are wanted.
+    pub fn recovery(&self) -> Option<&Arc<SampleRecovery>> {
+        self.recovery.as_ref()
     }
 
     /// Whether its newest value is to be asked for now. What begins a stream is asked again until a value comes: a query may be lost.
@@ -150,11 +176,13 @@ impl InputReader {
             };
             state.last = state.last.filter(goes_on);
         }
-        if let (true, Some(last), Some(stamp)) = (was_asked, state.last, stamp)
-            && last.stamp.generation == stamp.stamp.generation
-            && stamp.stamp.sequence <= last.stamp.sequence
-        {
-            return false;
+        if let (Some(last), Some(stamp)) = (state.last, stamp) {
+            let is_old = last.stamp.generation == stamp.stamp.generation
+                && stamp.stamp.sequence <= last.stamp.sequence;
+            // A stream that loses nothing has the answer among its values, in its turn.
+            if is_old && (was_asked || self.recovery.is_some()) || was_asked && self.recovery.is_some() {
+                return false;
+            }
         }
         match self.content(&payload) {
             Ok(content) => {
@@ -211,6 +239,13 @@ impl InputReader {
     }
 
     fn set(&self, state: &mut ReaderState, content: ExternalContent) {
+        if let Some(inbox) = &self.inbox {
+            match self.message(content) {
+                Ok(message) => state.lost += u64::from(!inbox.push(message)),
+                Err(error) => self.note(state, Err(error)),
+            }
+            return;
+        }
         if let Some((delivery, place)) = &self.delivery {
             if !delivery.push(*place, content) {
                 match self.options.values {
@@ -224,6 +259,29 @@ impl InputReader {
         for result in self.composer.set_external(vec![value]) {
             self.note(state, result.map_err(|error| error.to_string()));
         }
+    }
+
+    /// A value as a message.
+    fn message(&self, content: ExternalContent) -> Result<Json, String> {
+        let found = self.composer.board().get(&self.input);
+        let (property, _) = found.ok_or_else(|| format!("/{} is no longer there", self.input))?;
+        let decoded = match content {
+            ExternalContent::Bytes(bytes) => Decoded::Bytes(bytes),
+            ExternalContent::Value { value, .. } => Decoded::Value(value),
+        };
+        decoded.json(property.descriptor())
+    }
+
+    /// Sends messages to the inbox, until the end.
+    pub fn send_messages(&self) {
+        if let Some(inbox) = &self.inbox {
+            inbox.run(|result| self.note_set(result));
+        }
+    }
+
+    /// Where messages wait, if it is an inbox.
+    pub fn inbox(&self) -> Option<&InboxMessages> {
+        self.inbox.as_ref()
     }
 
     /// Takes note of what became of a value that was set later.
@@ -292,7 +350,8 @@ pub struct InputReaders {
 
 impl InputReaders {
     /// Inputs of an agent that were [checked](crate::check_properties). Tools and recordings know from now on what fills them.
-    pub fn new(composer: &Composer, settings: &NetworkSettings) -> Self {
+    pub fn new(surface: &Arc<ControlSurface>, settings: &NetworkSettings, wake: &Arc<Wake>) -> Self {
+        let composer = surface.agent.composer();
         let (usual, many) = WAITING;
         let depth =
             |reading: &NetworkInput| if reading.options.values == ReadValues::All { many } else { usual };
@@ -302,7 +361,10 @@ impl InputReaders {
         });
         let reader = |(place, (input, reading)): (usize, (&String, &NetworkInput))| {
             let delivery = delivery.as_ref().map(|delivery| (Arc::clone(delivery), place));
-            Arc::new(InputReader::new(composer, input, reading, delivery))
+            let found = composer.board().get(input);
+            let is_inbox = found.is_some_and(|(property, _)| property.access() == Access::Messages);
+            let inbox = is_inbox.then(|| InboxMessages::new(surface, input));
+            InputReader::new(composer, input, reading, delivery, inbox, wake)
         };
         let readers = Self { readers: settings.read.iter().enumerate().map(reader).collect(), delivery };
         readers.declare(true);

@@ -24,6 +24,11 @@ impl QueryRefusal {
         Self { status: "full", ..Self::new(reason, "ask again later") }
     }
 
+    /// The reason in words.
+    pub fn into_reason(self) -> String {
+        self.reason
+    }
+
     fn json(&self) -> Json {
         let mut body = json!({ "status": self.status, "reason": self.reason, "help": self.help });
         if let Some(code) = &self.code {

@@ -4,7 +4,6 @@ use std::sync::Arc;
 use std::thread::{Builder, JoinHandle};
 
 use serde_json::{Value as Json, json};
-use slate_blackboard::interface::{Kind, View};
 use slate_blackboard::{Access, Property, nearest_paths};
 use slate_control::operations::by_name;
 use slate_control::{Caller, Connections, Dispatcher, OperationAnswer, Problem, Role, of_interface};
@@ -82,6 +81,18 @@ impl QueryThread {
     }
 }
 
+/// The network, as operations of the agent know it.
+pub fn caller() -> Caller {
+    Caller {
+        // What others may change is said by the configuration, and nothing else is asked for here.
+        role: Role::Developer,
+        who: "network".into(),
+        local: None,
+        is_told: false,
+        place: Arc::new(Arc::new(Connections::default()).admit()),
+    }
+}
+
 struct Answerer {
     shared: Arc<NetworkShared>,
     dispatcher: Dispatcher,
@@ -91,18 +102,9 @@ struct Answerer {
 
 impl Answerer {
     fn new(shared: Arc<NetworkShared>) -> Self {
-        let slot = Arc::new(Connections::default()).admit();
-        let caller = Caller {
-            // What others may change is said by `set`, and nothing else is asked for here.
-            role: Role::Developer,
-            who: "network".into(),
-            local: None,
-            is_told: false,
-            place: Arc::new(slot),
-        };
         Self {
             dispatcher: Dispatcher::new(Arc::clone(&shared.surface), CHANGES, false),
-            caller,
+            caller: caller(),
             places: Arc::new(Semaphore::new(CHANGES)),
             shared,
         }
@@ -387,7 +389,8 @@ impl Answerer {
         let decoded = payload.decode(property.descriptor(), &field);
         let decoded =
             decoded.map_err(|error| QueryRefusal::new(error.to_string(), "@schema describes the value"))?;
-        let body = body(&property, &decoded)?;
+        let body = decoded.json(property.descriptor());
+        let body = body.map_err(|reason| QueryRefusal::new(reason, "@schema describes the value"))?;
         let is_patch = matches!(decoded, Decoded::Value(_)) && body.is_object();
         let name = match property.access() {
             Access::Messages => "send",
@@ -396,22 +399,6 @@ impl Answerer {
         };
         Ok((name, path.to_owned(), body))
     }
-}
-
-fn body(property: &Property, decoded: &Decoded) -> Result<Json, QueryRefusal> {
-    let json = match decoded {
-        Decoded::Value(value) => serde_json::to_value(value),
-        Decoded::Bytes(bytes) => {
-            let descriptor = property.descriptor();
-            let item = descriptor.tail().map_or(0, Kind::size);
-            let items = bytes.len().saturating_sub(descriptor.size).checked_div(item).unwrap_or(0);
-            let view = View::new(descriptor, bytes, items);
-            let view =
-                view.ok_or_else(|| QueryRefusal::new("it is too short", "@schema describes the value"))?;
-            serde_json::to_value(view)
-        }
-    };
-    json.map_err(|error| QueryRefusal::new(error.to_string(), "@schema describes the value"))
 }
 
 fn unwritten(property: &Property) -> QueryRefusal {

@@ -21,6 +21,12 @@ const LEASE: u64 = 3_000;
 /// The largest message that is received, bytes: what others send must not fill the memory.
 const LARGEST: usize = 64 << 20;
 
+/// Packets of 64 KiB that wait in a link, at most: as many as Zenoh allows, so that a large value seldom waits for room.
+const PACKETS: u64 = 16;
+
+/// The longest that a value of several packets waits for room in a link before it is dropped, us: meanwhile, others wait for it.
+const ROOM: u64 = 40_000;
+
 /// The longest that a closed session is waited for, and from one look to the next.
 const CLOSING: (Duration, Duration) = (Duration::from_secs(1), Duration::from_millis(5));
 
@@ -55,6 +61,8 @@ fn config(agent: &str, settings: &NetworkSettings) -> Result<Config, NetworkErro
         ("scouting/gossip/enabled", json!(false)),
         ("scouting/delay", json!(100)),
         ("transport/link/tx/lease", json!(LEASE)),
+        ("transport/link/tx/queue/size/data", json!(PACKETS)),
+        ("transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments", json!(ROOM)),
         ("transport/link/rx/max_message_size", json!(LARGEST)),
         ("adminspace/enabled", json!(false)),
     ];

@@ -54,6 +54,8 @@ pub struct NetworkSettings {
     pub read: BTreeMap<String, NetworkInput>,
     /// Properties that are published at keys which links name.
     pub write: Vec<NetworkOutput>,
+    /// Whether facts of the team travel over the network, and where that is written.
+    pub team: Option<Span>,
     /// Certificates, and what others may do; nothing without `quic/`.
     pub security: Option<NetworkSecurity>,
 }
@@ -95,12 +97,14 @@ impl Default for NetworkSettings {
             set: Vec::new(),
             read: BTreeMap::new(),
             write: Vec::new(),
+            team: None,
             security: None,
         }
     }
 }
 
-const KNOWN: [&str; 8] = ["mode", "listen", "connect", "multicast", "publish", "set", "read", "security"];
+const KNOWN: [&str; 9] =
+    ["mode", "listen", "connect", "multicast", "publish", "set", "read", "team", "security"];
 
 impl NetworkSettings {
     /// Whether others may read a property.
@@ -111,6 +115,12 @@ impl NetworkSettings {
     /// Whether others may set a property, or send messages to it.
     pub fn is_settable(&self, path: &str) -> bool {
         self.set.iter().any(|pattern| pattern.matches(path))
+    }
+
+    /// Whether an agent takes part in the team, directly or through a router.
+    pub fn is_team_mate(&self, agent: &str) -> bool {
+        let may = |security: &NetworkSecurity| security.rights(agent).is_some_and(|rights| rights.team);
+        self.team.is_some() && self.security.as_ref().is_none_or(may)
     }
 
     /// What a configuration says in its table `[network]`, which it has to be read with as one of
@@ -164,6 +174,7 @@ impl NetworkSettingsReader<'_> {
         for link in self.configuration.links_of_scheme(SCHEME) {
             self.link(link, &mut settings);
         }
+        settings.team = self.team(root.span, table);
         settings.security = self.security(table);
         self.check_mode(root.span, table, &settings);
         self.check_security(table, &settings);
@@ -186,6 +197,11 @@ impl NetworkSettingsReader<'_> {
         };
         let place = table.get("security").map(|security| security.span);
         let Some(place) = place.filter(|_| self.wrong.is_empty()) else { return };
+        if settings.team.is_none() && security.allow.values().any(|rights| rights.team) {
+            let message =
+                "agents of [network.security.allow] belong to the team, and [network] has no `team`";
+            self.add(place, message, "add team = true to [network], or take `team` of the agents away");
+        }
         if settings.mode == NetworkMode::Router {
             let help = "let a router of Zenoh pass on what others say, as the book describes, or write mode = \"peer\"";
             self.add(place, "an agent with [network.security] passes on nothing of others", help);
@@ -201,6 +217,28 @@ impl NetworkSettingsReader<'_> {
             let help = "say it: unauthenticated = { read = [\"**\"], send = [] } in [network.security]; or use `quic/`";
             self.add(at.unwrap_or(place), message, help);
         }
+    }
+
+    /// Where it is written that facts of the team travel over the network.
+    fn team(&mut self, place: Span, table: &Table) -> Option<Span> {
+        let place = table.get("team").map_or(place, |flag| flag.span);
+        let is_wanted = self.flag(table, "team");
+        if is_wanted && self.configuration.share().is_none_or(|share| share.knowledge.is_none()) {
+            let message =
+                "facts of the team can't travel over the network: the agent takes no part in a team";
+            self.add(place, message, "add [share.knowledge], or take `team` away");
+        }
+        is_wanted.then_some(place)
+    }
+
+    /// A key that takes true or false, and is false where it is missing.
+    fn flag(&mut self, table: &Table, name: &str) -> bool {
+        let Some(value) = table.get(name) else { return false };
+        if value.as_bool().is_none() {
+            let message = format!("`{name}` takes true or false, found {}", value.describe());
+            self.add(value.span, message, &format!("write {name} = true"));
+        }
+        value.as_bool().unwrap_or_default()
     }
 
     fn mode(&mut self, table: &Table) -> NetworkMode {

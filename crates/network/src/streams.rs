@@ -16,8 +16,9 @@ use crate::payload::encoding;
 use crate::publisher::ValuePublisher;
 use crate::shared::{NetworkShared, locked};
 
-/// So long a stream that nobody reads is kept, ns: its reader's subscription may be on its way.
+/// So long a stream that nobody reads is kept, ns: its reader's subscription may be on its way, or its link may be cut.
 const KEPT: u64 = 5_000_000_000;
+const KEPT_RELIABLE: u64 = 30_000_000_000;
 
 /// Streams of an agent at a time.
 pub const STREAMS: usize = 1024;
@@ -75,7 +76,8 @@ impl Streams {
                 }
                 Err(_) => {}
             }
-            now.saturating_sub(stream.read) < KEPT
+            let kept = if options.mode == ReadMode::Reliable { KEPT_RELIABLE } else { KEPT };
+            now.saturating_sub(stream.read) < kept
         });
         Duration::from_nanos(next.saturating_sub(now))
     }

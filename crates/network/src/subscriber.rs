@@ -1,41 +1,44 @@
 //! Subscriptions of inputs.
 
+use std::sync::Arc;
+
+use slate_blackboard::wake::Wake;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
-use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, RecoveryConfig};
 
 use crate::error::NetworkError;
-use crate::options::ReadMode;
+use crate::reading::InputReader;
 use crate::shared::refused;
 
-/// A subscription, until this is dropped.
-pub enum InputSubscriber {
-    /// Takes what comes.
-    Plain { _subscriber: Subscriber<()> },
-    /// Asks again for what was lost.
-    Recovering { _subscriber: AdvancedSubscriber<()> },
+/// The subscription of an input, until this is dropped.
+pub struct InputSubscriber {
+    _samples: Subscriber<()>,
+    /// What publishers say of their last samples, where lost ones are asked for again.
+    _heartbeats: Option<Subscriber<()>>,
 }
 
 impl InputSubscriber {
-    /// Subscribes; `take` runs in threads of Zenoh.
+    /// Subscribes; what comes is taken in threads of Zenoh, and `wake` is notified when the network's thread has to do with it.
     ///
     /// # Errors
     /// When Zenoh refuses it.
-    pub fn new(
-        session: &Session,
-        key: String,
-        mode: ReadMode,
-        take: impl Fn(Sample) + Send + Sync + 'static,
-    ) -> Result<Self, NetworkError> {
-        let subscriber = session.declare_subscriber(key).callback(take);
-        Ok(match mode {
-            ReadMode::Reliable => {
-                let recovery = RecoveryConfig::default().heartbeat();
-                let subscriber = subscriber.advanced().recovery(recovery).wait().map_err(refused)?;
-                Self::Recovering { _subscriber: subscriber }
-            }
-            _ => Self::Plain { _subscriber: subscriber.wait().map_err(refused)? },
-        })
+    pub fn new(session: &Session, reader: &Arc<InputReader>, wake: &Arc<Wake>) -> Result<Self, NetworkError> {
+        let subscribe = |key: String, take: Box<dyn Fn(Sample) + Send + Sync>| {
+            session.declare_subscriber(key).callback(take).wait().map_err(refused)
+        };
+        let Some(recovery) = reader.recovery() else {
+            let (own, wake) = (Arc::clone(reader), Arc::clone(wake));
+            let take = move |sample: Sample| {
+                if own.take(&sample, false) {
+                    wake.notify(1);
+                }
+            };
+            return Ok(Self { _samples: subscribe(reader.key(), Box::new(take))?, _heartbeats: None });
+        };
+        let (taking, hearing) = (Arc::clone(recovery), Arc::clone(recovery));
+        let heartbeats = subscribe(recovery.kept_key(), Box::new(move |sample| hearing.announce(&sample)))?;
+        let samples = subscribe(reader.key(), Box::new(move |sample| taking.take(sample)))?;
+        Ok(Self { _samples: samples, _heartbeats: Some(heartbeats) })
     }
 }

@@ -39,10 +39,38 @@ pub trait Sharing: Send {
         true
     }
 
+    /// The agent's part in the knowledge of its team; nothing unless it takes part.
+    fn team(&self) -> Option<Arc<dyn TeamExchange>> {
+        None
+    }
+
     /// What looks into other agents for tools, where that is possible.
     fn inspection(&self) -> Option<Arc<dyn Inspection>> {
         None
     }
+}
+
+/// An agent's part in the knowledge of its team, for networks that reach other robots beside the sharing itself.
+///
+/// Messages may be lost, doubled and reordered: later ones make them good. None of these calls waits.
+pub trait TeamExchange: Send + Sync {
+    /// Sends what is for other robots by that carrier, too, until another one or nothing takes its place.
+    fn set_carrier(&self, carrier: Option<Arc<dyn TeamCarrier>>);
+
+    /// Notes that the carrier reaches a robot.
+    fn meet(&self, robot: &str);
+
+    /// Notes that the carrier no longer reaches a robot.
+    fn part(&self, robot: &str);
+
+    /// Takes a message of a robot, which must be authenticated if that matters.
+    fn hear(&self, robot: &str, message: Vec<u8>);
+}
+
+/// Sends messages of a team's knowledge.
+pub trait TeamCarrier: Send + Sync {
+    /// Sends a message to a robot without waiting; false when it is lost already.
+    fn tell(&self, robot: &str, message: &[u8]) -> bool;
 }
 
 /// Looks into other agents. It may be asked by several threads at once, and holds up nobody else.

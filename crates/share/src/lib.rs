@@ -8,8 +8,8 @@
 //! sent.
 //!
 //! [`session`] is the protocol of two agents, without sockets, clocks or threads. A [`carrier`] brings its packets from
-//! one to the other: [`carrier::local`] on one machine, `carrier::tls` (feature `tls`) between machines, `carrier::zenoh`
-//! (feature `zenoh`) over the transports of Zenoh. [`peers`] ties both to a board.
+//! one to the other: [`carrier::local`] on one machine, `carrier::tls` (feature `tls`) between machines. [`peers`] ties
+//! both to a board.
 //!
 //! [`knowledge`] is the protocol by which facts reach every robot that is reachable through any chain of robots that know
 //! each other. It is a state machine without sockets, clocks and threads: the host hands it messages and sends what it

@@ -16,6 +16,7 @@ use slate_module::prelude::*;
 use slate_module::testing::Fixture;
 use slate_runtime::configuration::{Configuration, Options as Reading};
 use slate_runtime::log::MemoryTarget;
+use slate_runtime::sharing::{TeamCarrier, TeamExchange};
 use slate_runtime::{Agent, Control, Options, Rate, Stopper};
 use slate_share::agent::AgentSharing;
 use slate_share::team::robot_number;
@@ -110,6 +111,7 @@ impl Module for Rescuer {
 /// A robot that runs until this is dropped.
 struct Robot {
     board: Arc<Board>,
+    team: Arc<dyn TeamExchange>,
     log: MemoryTarget,
     stopper: Stopper,
     thread: Option<JoinHandle<()>>,
@@ -150,10 +152,11 @@ impl Robot {
         let log = MemoryTarget::default();
         let mut agent = load(name, text, &log).unwrap();
         let (board, stopper) = (Arc::clone(agent.board()), agent.stopper());
+        let team = agent.composer().team().unwrap();
         let thread = std::thread::spawn(move || {
             agent.run(Box::new(|_| Control::Continue)).unwrap();
         });
-        Self { board, log, stopper, thread: Some(thread) }
+        Self { board, team, log, stopper, thread: Some(thread) }
     }
 
     /// Whether a line of its log has all of these words.
@@ -226,6 +229,50 @@ fn a_fact_reaches_robots_that_its_origin_does_not_know() {
     let counted = |name: &str| team[1].number(&format!("share/knowledge/{name}"));
     assert!(counted("sent") > 0.0 && counted("received") > 0.0 && counted("refused") == 0.0);
     assert_eq!(team[1].read("share/knowledge/contested"), Some(Value::Bool(false)));
+}
+
+/// Carries messages to one other robot.
+struct Wire {
+    from: &'static str,
+    to: Arc<dyn TeamExchange>,
+}
+
+impl TeamCarrier for Wire {
+    fn tell(&self, _: &str, message: &[u8]) -> bool {
+        self.to.hear(self.from, message.to_vec());
+        true
+    }
+}
+
+#[test]
+fn facts_travel_by_a_carrier_beside_the_sessions() {
+    let folder = Folder::new();
+    let [one, two] = ["one", "two"].map(|name| Robot::start(name, &text(&folder, name, &[], "")));
+    for (from, to, name) in [(&one, &two, ["one", "two"]), (&two, &one, ["two", "one"])] {
+        from.team.set_carrier(Some(Arc::new(Wire { from: name[0], to: Arc::clone(&to.team) })));
+        from.team.meet(name[1]);
+    }
+    one.say(3, 1.5, 0.8, false);
+    two.say(4, 2.5, 0.8, false);
+    wait_for("both facts", || one.sees("facts", 2.0) && two.sees("facts", 2.0));
+    // By a session, too: the robot is there as long as one of both reaches it.
+    let three = Robot::start("three", &text(&folder, "three", &["one"], ""));
+    let neighbours = || one.number("share/knowledge/neighbours");
+    wait_for("another robot", || neighbours() == 2.0 && three.sees("facts", 2.0));
+    one.team.meet("three");
+    one.team.part("three");
+    one.team.part("three");
+    one.say(5, 0.5, 0.8, false);
+    wait_for("the fact", || three.sees("facts", 3.0));
+    assert_eq!(neighbours(), 2.0);
+    for robot in [&one, &two] {
+        robot.team.set_carrier(None);
+    }
+    one.team.part("two");
+    wait_for("its absence", || neighbours() == 1.0);
+    one.say(6, 0.5, 0.8, false);
+    wait_for("the fact", || three.sees("facts", 4.0));
+    assert!(two.sees("facts", 3.0));
 }
 
 #[test]

@@ -62,11 +62,13 @@ fn an_agent_listens_at_several_places_and_lets_in_whom_it_says() {
     });
 }
 
-#[cfg(not(feature = "zenoh"))]
 #[test]
-fn what_needs_zenoh_says_how_to_get_it() {
+fn endpoint_of_zenoh_names_the_table_that_has_it() {
     let (message, _) = refused("[share]\nlisten = \"zenoh:tcp/127.0.0.1:7447\"\n");
-    assert!(message.contains("--features zenoh"), "{message}");
+    assert!(message.starts_with("4: ") && message.contains("of [network]"), "{message}");
+    let agents = "[share]\nlisten = \"local:x1\"\n[share.agents.arm]\nat = \"zenoh:udp/192.0.2.1:7447\"\n";
+    let (message, _) = refused(agents);
+    assert!(message.starts_with("6: ") && message.contains("of [network]"), "{message}");
 }
 
 #[cfg(not(feature = "tls"))]
@@ -78,17 +80,6 @@ fn what_needs_tls_says_how_to_get_it() {
     let (message, help) = refused(&format!("[share.security]\n{files}"));
     assert!(message.contains("was built without TLS"), "{message}");
     assert!(help.contains("the feature `tls`"), "{help}");
-}
-
-#[cfg(feature = "zenoh")]
-#[test]
-fn what_is_not_encrypted_does_not_leave_the_machine() {
-    let (message, _) = refused("[share]\nlisten = \"zenoh:tcp/0.0.0.0:7447\"\n");
-    assert!(message.starts_with("4: "), "{message}");
-    assert!(message.contains("there it has to be tls:HOST:PORT"), "{message}");
-    let (message, _) =
-        refused("[share]\nlisten = \"local:x1\"\n[share.agents.arm]\nat = \"zenoh:udp/192.0.2.1:7447\"\n");
-    assert!(message.starts_with("6: "), "{message}");
 }
 
 #[cfg(feature = "tls")]

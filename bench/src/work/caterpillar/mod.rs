@@ -25,7 +25,7 @@ const WORK: &str = "caterpillar";
 pub(super) const MODULES: usize = 17;
 
 /// Steps that follow each other at once, and steps between which the one who writes the recording has time.
-const PACES: [(&str, Duration); 2] =
+pub(super) const PACES: [(&str, Duration); 2] =
     [("one cycle after the other", Duration::ZERO), ("a cycle each 100 us", Duration::from_micros(100))];
 
 /// An agent with its recorder.
@@ -84,7 +84,8 @@ pub fn run(effort: Effort, table: &mut Table) {
     }
 }
 
-fn steps(effort: Effort, pause: Duration, samples: &mut Samples, mut step: impl FnMut()) {
+/// Times steps, between which that time passes.
+pub(super) fn steps(effort: Effort, pause: Duration, samples: &mut Samples, mut step: impl FnMut()) {
     for _ in 0..effort.count(5000) {
         let start = Instant::now();
         samples.time(&mut step);

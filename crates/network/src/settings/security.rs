@@ -39,6 +39,8 @@ pub struct NetworkRights {
     pub read: Vec<Pattern>,
     /// The properties that they may set, and the inboxes that they may send messages to.
     pub send: Vec<Pattern>,
+    /// Whether they belong to the team, and exchange facts with it.
+    pub team: bool,
     /// Whether it is a router, which speaks for other agents.
     pub router: bool,
 }
@@ -143,17 +145,11 @@ impl NetworkSettingsReader<'_> {
             return None;
         };
         self.unknown_keys(table, &format!("in [{name}]"), known);
-        if let Some(team) = table.get("team") {
-            let help = "take `team` away here, and let it belong to the team in [share.security.allow]";
-            self.add(team.span, "facts of the team don't travel over [network]", help);
-        }
-        let router = table.get("router").is_some_and(|flag| {
-            if flag.as_bool().is_none() {
-                let message = format!("`router` takes true or false, found {}", flag.describe());
-                self.add(flag.span, message, "write router = true");
-            }
-            flag.as_bool().unwrap_or_default()
-        });
-        Some(NetworkRights { read: self.patterns(table, "read"), send: self.patterns(table, "send"), router })
+        Some(NetworkRights {
+            read: self.patterns(table, "read"),
+            send: self.patterns(table, "send"),
+            team: self.flag(table, "team"),
+            router: self.flag(table, "router"),
+        })
     }
 }

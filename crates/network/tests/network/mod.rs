@@ -3,6 +3,8 @@
 #[cfg(feature = "zenoh")]
 mod agent;
 #[cfg(feature = "zenoh")]
+mod cable;
+#[cfg(feature = "zenoh")]
 mod certificates;
 #[cfg(feature = "zenoh")]
 mod hostile;
@@ -20,6 +22,8 @@ mod quic;
 #[cfg(feature = "zenoh")]
 mod reading;
 #[cfg(feature = "zenoh")]
+mod recovery;
+#[cfg(feature = "zenoh")]
 mod replay;
 #[cfg(feature = "zenoh")]
 mod rights;
@@ -28,3 +32,5 @@ mod serving;
 #[cfg(feature = "zenoh")]
 mod setting;
 mod settings;
+#[cfg(feature = "zenoh")]
+mod team;

@@ -144,6 +144,7 @@ fn an_agent_believes_no_server_of_another_authority() {
     publisher.put("7").wait().unwrap();
     assert_eq!((arm.network().readings()[0].received, server.info().links().wait().count()), (0, 0));
     drop(server);
+    eventually("its port", || UdpSocket::bind(("127.0.0.1", port)).is_ok());
     let _base = base(port, &authority);
     eventually("values of the true one", || arm.number("driver/seen/value") > 5.0);
 }

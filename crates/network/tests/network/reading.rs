@@ -6,7 +6,7 @@ use slate_network::{AgentNetwork, InputSource, NetworkError, NetworkSettings, en
 use zenoh::Wait;
 use zenoh::bytes::Encoding;
 
-use crate::network::agent::{Running, eventually, ports, session};
+use crate::network::agent::{Running, eventually, ports, session, wait_for_agent};
 
 #[test]
 fn an_input_reads_any_program_by_its_type() {
@@ -131,7 +131,7 @@ fn an_input_that_can_not_read_is_told_before_anything_is_opened() {
         ("driver/linked", "it is linked, from /sensor/count"),
         ("sensor/params", "it is no input"),
         ("sensor/count", "it is no input"),
-        ("driver/notes", "it is no input"),
+        ("driver/notes/value", "an inbox takes whole messages"),
     ];
     for (input, reason) in cases {
         let [port] = ports();
@@ -147,4 +147,26 @@ fn an_input_that_can_not_read_is_told_before_anything_is_opened() {
         let place = report.diagnostics()[0].placed();
         assert!(place.starts_with("test.toml:13:"), "{place}");
     }
+}
+
+#[test]
+fn an_inbox_takes_each_value_of_a_key_as_a_message() {
+    let [port] = ports();
+    let agent = Running::start(
+        "hearing",
+        &format!("listen = [\"tcp/127.0.0.1:{port}\"]\nread.\"driver/notes\" = \"zenoh:demo/notes\""),
+    );
+    let other = session("peer", &[], &[port]);
+    wait_for_agent(&other, "hearing");
+    let publisher = other.declare_publisher("demo/notes").wait().unwrap();
+    eventually("the subscriber", || publisher.matching_status().wait().unwrap().matching());
+    for note in ["1", "2", "{\"value\": 4}", "-1", "8", "many", "16"] {
+        publisher.put(note).wait().unwrap();
+    }
+    let status = || agent.network().readings().remove(0);
+    eventually("the messages", || status().received == 5);
+    eventually("their sum", || agent.number("driver/heard/value") == 31.0);
+    // One that the module refuses, and one that is no message.
+    assert_eq!((status().refused, status().lost), (2, 0));
+    assert!(agent.has_logged("/driver/notes refuses the message"), "{:?}", agent.log.lines());
 }

@@ -29,7 +29,11 @@ fn a_run_with_zenoh_is_made_again_bit_for_bit() {
     let [port] = ports();
     let links = "\"driver/ambient\" = \"zenoh:demo/ambient\"\n\"driver/goal/x\" = \"zenoh:demo/x\"\n\
                  \"driver/speeds\" = { from = \"zenoh:demo/speeds\", values = \"all\" }";
-    let text = configuration("mirror", links, &format!("listen = [\"tcp/127.0.0.1:{port}\"]"));
+    let text = configuration(
+        "mirror",
+        links,
+        &format!("listen = [\"tcp/127.0.0.1:{port}\"]\nread.\"driver/notes\" = \"zenoh:demo/notes\""),
+    );
     let sources = Sources { extra_tables: vec![slate_network::TABLE.into()], ..Sources::default() };
     let database = Database::from_text("test.toml", &text, sources).unwrap();
     let recorder = Recorder::new(&Record { enabled: true, ..Record::default() });
@@ -48,7 +52,7 @@ fn a_run_with_zenoh_is_made_again_bit_for_bit() {
         let (stopper, network) = (agent.stopper(), &network);
         let program = scope.spawn(move || {
             let other = session("peer", &[], &[port]);
-            let keys = ["demo/ambient", "demo/x", "demo/speeds"]
+            let keys = ["demo/ambient", "demo/x", "demo/speeds", "demo/notes"]
                 .map(|key| other.declare_publisher(key).wait().unwrap());
             let mut number = 0.0;
             while network.readings().iter().any(|reading| reading.received < VALUES) {
@@ -68,7 +72,7 @@ fn a_run_with_zenoh_is_made_again_bit_for_bit() {
     let received = network.readings().iter().map(|reading| reading.received).sum::<u64>();
     drop(network);
     recorder.end(&mut agent).unwrap();
-    assert!(received >= 3 * VALUES);
+    assert!(received >= 4 * VALUES);
     // Without a network.
     let comparison = Comparison::open(&path).unwrap();
     let database = comparison.run().configuration(Vec::new()).unwrap();
@@ -76,5 +80,5 @@ fn a_run_with_zenoh_is_made_again_bit_for_bit() {
         Options { time_source: Some(times()), recording: Some(comparison.recording()), ..Options::default() };
     let agent = Agent::load_with(&database, &plugins(), options).unwrap();
     let verdict = comparison.compare(agent).unwrap();
-    assert!(matches!(verdict, Verdict::Identical { values: 900.., whole: true, .. }), "{verdict:?}");
+    assert!(matches!(verdict, Verdict::Identical { values: 1200.., whole: true, .. }), "{verdict:?}");
 }

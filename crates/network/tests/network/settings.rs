@@ -89,6 +89,7 @@ fn each_mistake_is_told_with_file_line_and_what_to_do() {
         ("read.\"a/in\" = \"zenoh:a/*\"", "is not a key of Zenoh"),
         ("read.\"a/in\" = 3", "an input reads a URL, found a whole number"),
         ("read.\"slate://base/in\" = \"zenoh:a\"", "belongs to agent `base`"),
+        ("listen = [\"tcp/[::1]:1\"]\nteam = true", "the agent takes no part in a team"),
         ("endpoints = []", "endpoints"),
     ];
     for (table, message) in cases {
@@ -144,9 +145,10 @@ fn each_mistake_in_certificates_and_rights_is_told() {
             "unknown key `write` in [network.security.allow.arm]",
         ),
         (secure("[network.security.allow.arm]\nread = [\"a b\"]"), "`a b` is no pattern of paths"),
+        (secure("[network.security.allow.arm]\nteam = 1"), "`team` takes true or false"),
         (
             secure("[network.security.allow.arm]\nteam = true"),
-            "facts of the team don't travel over [network]",
+            "belong to the team, and [network] has no `team`",
         ),
         (secure("[network.security.allow.arm]\nrouter = 1"), "`router` takes true or false"),
         (secure("verify = 1\n[network.security.allow.arm]"), "unknown key `verify` in [network.security]"),

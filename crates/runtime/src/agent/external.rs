@@ -108,6 +108,29 @@ impl<'a> ExternalInputs<'a> {
         }
     }
 
+    pub fn find_inbox(&self, inbox: &str) -> Result<Arc<Property>, ExternalInputError> {
+        let wrong = |reason: String, help| Err(ExternalInputError { reason, help });
+        let (property, field) = match self.agent.board().find(inbox) {
+            Ok(found) => found,
+            Err(error) => return wrong(error.to_string(), "`slate list` shows the inboxes"),
+        };
+        if property.access() != Access::Messages {
+            return wrong("it takes no messages".into(), "name an inbox");
+        }
+        if !field.is_empty() {
+            return wrong(
+                format!("`{field}` is a field, and an inbox takes whole messages"),
+                "name the inbox alone",
+            );
+        }
+        match refused(self.agent, |_, survey| bridge_refusal(survey, property.path())) {
+            Some(reason) => {
+                wrong(reason.text, "let a Sensor of the robot read it, and the block what follows from that")
+            }
+            None => Ok(property),
+        }
+    }
+
     pub fn set(&self, values: Vec<ExternalValue>) -> Vec<Result<(), ExternalInputError>> {
         let agent = self.agent.clone();
         let set = move |value: &ExternalValue| set(&agent, value);

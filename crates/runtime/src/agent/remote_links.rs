@@ -8,7 +8,8 @@ use super::composition::Composition;
 use super::handle::{AgentHandle, WeakHandle};
 use super::remotes::Remotes;
 use crate::sharing::{
-    About, Inspection, RemotePath, SharingAgent, SharingError, SharingHost, Site, Standing, Want, clocks,
+    About, Inspection, RemotePath, SharingAgent, SharingError, SharingHost, Site, Standing, TeamExchange,
+    Want, clocks,
 };
 use slate_configuration::{Configuration, Report};
 use slate_engine::runner::ModuleCondition;
@@ -172,6 +173,11 @@ impl<'c> RemoteLinks<'c> {
     /// What looks into other agents; nothing when this one shares nothing.
     pub fn inspection(&self) -> Option<Arc<dyn Inspection>> {
         self.agent.composition().remotes.sharing.as_ref()?.inspection()
+    }
+
+    /// The agent's part in the knowledge of its team; nothing unless it takes part.
+    pub fn team(&self) -> Option<Arc<dyn TeamExchange>> {
+        self.agent.composition().remotes.sharing.as_ref()?.team()
     }
 
     /// The time of the clock by which the agent shares.

@@ -21,12 +21,14 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
-use slate_runtime::sharing::{About, Inspection, RemotePath, Sharing, SharingError, Site, TEAM, Want};
+use slate_runtime::sharing::{
+    About, Inspection, RemotePath, Sharing, SharingError, Site, TEAM, TeamExchange, Want,
+};
 
 use crate::carrier::{Carrier, CarrierError};
 use crate::peers::{Happening, KnownCarriers, Notice, Peers, Rights, Setup, locked};
 use crate::session::{Identity, Limits};
-use crate::team::{Team, TeamInbox, TeamNews};
+use crate::team::{Team, TeamInbox, TeamNews, TeamRoute};
 use bridge::Bridge;
 use inspector::Inspector;
 
@@ -45,6 +47,7 @@ pub struct AgentSharing {
     pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
     running: Option<RunningSharing>,
     inspector: Option<Arc<Inspector>>,
+    inbox: Option<Arc<TeamInbox>>,
 }
 
 type Carriers = BTreeMap<String, Arc<dyn Carrier>>;
@@ -99,6 +102,7 @@ impl Sharing for AgentSharing {
         })?;
         check_agents(&peers, &site)?;
         let peers = Arc::new(peers);
+        self.inbox.clone_from(&inbox);
         self.inspector = Some(Arc::new(Inspector::new(&peers, site.agents.clone())));
         let notifier = peers.notifier();
         site.host.after_tick(Box::new(move || notifier.notify()));
@@ -142,12 +146,15 @@ impl Sharing for AgentSharing {
     fn carriers(&self) -> BTreeSet<String> {
         let built_in = ["local"].into_iter();
         let built_in = built_in.chain(cfg!(feature = "tls").then_some("tls"));
-        let built_in = built_in.chain(cfg!(feature = "zenoh").then_some("zenoh"));
         self.carriers.keys().cloned().chain(built_in.map(Into::into)).collect()
     }
 
     fn has_jpeg(&self) -> bool {
         cfg!(feature = "jpeg")
+    }
+
+    fn team(&self) -> Option<Arc<dyn TeamExchange>> {
+        self.inbox.clone().map(|inbox| inbox as Arc<dyn TeamExchange>)
     }
 
     fn inspection(&self) -> Option<Arc<dyn Inspection>> {
@@ -231,9 +238,11 @@ fn notice(site: &Site, inbox: Option<Arc<TeamInbox>>) -> Notice {
         if let Some(inbox) = &inbox {
             match happening {
                 Happening::Connected { .. } if rights.has_team(agent) => {
-                    inbox.put(TeamNews::Connected(agent.into()));
+                    inbox.put(TeamNews::Connected(agent.into(), TeamRoute::Session));
                 }
-                Happening::Disconnected { .. } => inbox.put(TeamNews::Disconnected(agent.into())),
+                Happening::Disconnected { .. } => {
+                    inbox.put(TeamNews::Disconnected(agent.into(), TeamRoute::Session));
+                }
                 Happening::Told { bytes } => inbox.put(TeamNews::Told(agent.into(), bytes.clone())),
                 _ => {}
             }

@@ -3,13 +3,11 @@
 //! A carrier knows what its endpoints look like, listens at them and dials them; a link carries packets. It may lose,
 //! double and reorder them. Sessions do the rest, so a carrier has nothing to know of properties.
 
-#[cfg(any(feature = "tls", feature = "zenoh"))]
+#[cfg(feature = "tls")]
 mod address;
 pub mod local;
 #[cfg(feature = "tls")]
 pub mod tls;
-#[cfg(feature = "zenoh")]
-pub mod zenoh;
 
 use std::fmt;
 use std::io;
@@ -119,7 +117,7 @@ pub trait SharedMemory: Send + Sync {
 }
 
 /// What comes of the first of some addresses that works; else what came of the last.
-#[cfg(any(feature = "tls", feature = "zenoh"))]
+#[cfg(feature = "tls")]
 fn first_of<T>(
     addresses: &[std::net::SocketAddr],
     endpoint: &str,

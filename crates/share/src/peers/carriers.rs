@@ -15,8 +15,6 @@ impl KnownCarriers {
         own.entry("local".into()).or_insert_with(|| Arc::new(Local));
         #[cfg(feature = "tls")]
         own.entry("tls".into()).or_insert_with(|| Arc::new(crate::carrier::tls::Tls::default()));
-        #[cfg(feature = "zenoh")]
-        own.entry("zenoh".into()).or_insert_with(|| Arc::new(crate::carrier::zenoh::Zenoh));
         Self(own)
     }
 
@@ -30,12 +28,9 @@ impl KnownCarriers {
                     "this program was built without TLS: build it with the feature `tls`, as in \
                      `cargo build --release --features tls`"
                 }
-                "zenoh" if endpoint.starts_with("zenoh:tls") => {
-                    "there is no TLS of Zenoh: it has a carrier of its own, such as tls:192.168.1.5:7447"
-                }
                 "zenoh" => {
-                    "this program was built without Zenoh: build it with the feature `zenoh`, as in \
-                     `cargo build --release --features zenoh`"
+                    "Zenoh has a table of its own: put it into `listen` or `connect` of [network], such as \
+                     [network] connect = [\"tcp/127.0.0.1:7447\"], and links to its agents into `read`"
                 }
                 _ => "it begins with the name of a carrier and a colon, such as local:base",
             },

@@ -34,8 +34,8 @@ pub struct Setup {
     pub listen: Vec<String>,
     /// What others may do.
     pub rights: Rights,
-    /// The carriers by the beginnings of their endpoints, before the colon. `local` is there anyhow, and where they were
-    /// built, so are `tls`, which carries nothing without certificates, and `zenoh`, for this machine alone.
+    /// The carriers by the beginnings of their endpoints, before the colon. `local` is there anyhow, and where it was
+    /// built, so is `tls`, which carries nothing without certificates.
     pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
     /// How often the properties that others read are looked at for new values, nanoseconds; nothing when
     /// [`Notifier::notify`] is called after every tick.

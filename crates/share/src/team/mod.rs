@@ -27,7 +27,7 @@ use slate_runtime::configuration::SharedKnowledge;
 use slate_runtime::sharing::Site;
 
 use crate::peers::{Peers, locked};
-pub(crate) use inbox::{TeamInbox, TeamNews};
+pub(crate) use inbox::{TeamInbox, TeamNews, TeamRoute};
 pub use layout::Layout;
 pub use member::{Known, Member};
 pub use number::robot_number;

@@ -1,6 +1,6 @@
 //! What the thread of the team's knowledge does.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -14,7 +14,7 @@ use slate_runtime::sharing::{RemotePath, SharingHost, Site, Standing, TEAM};
 
 use super::showing::Showing;
 use super::stating::Stating;
-use super::{Member, SavedKnowledge, TeamInbox, TeamNews, TeamPost, TeamState, Topics};
+use super::{Member, SavedKnowledge, TeamInbox, TeamNews, TeamPost, TeamRoute, TeamState, Topics};
 use crate::peers::{Clock, Peers, locked};
 
 /// From one time that what is known is saved to the next, nanoseconds.
@@ -35,6 +35,8 @@ pub(super) struct TeamWork {
     stating: Vec<Stating>,
     topics: Topics,
     showing: Showing,
+    /// How other robots are reached; none is left without a route.
+    routes: BTreeMap<String, BTreeSet<TeamRoute>>,
     told: BTreeMap<String, Standing>,
     period: u64,
     saved: Option<SavedKnowledge>,
@@ -82,6 +84,7 @@ impl TeamWork {
             stating: knowledge.facts.iter().map(|(topic, path)| Stating::new(topic, &path.value)).collect(),
             topics: Topics::new(),
             showing: Showing::new(&site.board, knowledge.room),
+            routes: BTreeMap::new(),
             told: BTreeMap::new(),
             period: knowledge.period,
             saved,
@@ -137,12 +140,20 @@ impl TeamWork {
 
     fn take(&mut self, news: TeamNews) {
         match news {
-            TeamNews::Connected(agent) => {
+            TeamNews::Connected(agent, route) => {
+                self.routes.entry(agent.clone()).or_default().insert(route);
                 if let Err(trouble) = self.member.meet(&agent) {
                     self.log(Level::Error, &trouble, &trouble);
                 }
             }
-            TeamNews::Disconnected(agent) => self.member.part(&agent),
+            TeamNews::Disconnected(agent, route) => {
+                let Some(routes) = self.routes.get_mut(&agent) else { return };
+                routes.remove(&route);
+                if routes.is_empty() {
+                    self.routes.remove(&agent);
+                    self.member.part(&agent);
+                }
+            }
             TeamNews::Told(agent, message) => {
                 self.state.received += 1;
                 if let Err(error) = self.member.hear(&agent, &message) {
@@ -156,8 +167,10 @@ impl TeamWork {
     }
 
     fn send(&mut self) {
+        let carrier = self.inbox.carrier();
         while let Some((agent, message)) = self.member.outgoing() {
-            if self.peers.tell(agent, &message) {
+            let is_carried = || carrier.as_ref().is_some_and(|carrier| carrier.tell(agent, &message));
+            if self.peers.tell(agent, &message) || is_carried() {
                 self.state.sent += 1;
             } else {
                 self.state.dropped += 1;

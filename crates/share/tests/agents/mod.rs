@@ -70,11 +70,11 @@ impl Folder {
         }
     }
 
-    /// They are found at ports, by that protocol.
+    /// They are found at ports, over TLS.
     #[cfg(feature = "tls")]
-    pub fn over(protocol: &'static str) -> Self {
+    pub fn over_tls() -> Self {
         let mut folder = Self::new();
-        folder.net = Some(net::Net::new(protocol, &folder.path));
+        folder.net = Some(net::Net::new(&folder.path));
         folder
     }
 
@@ -93,7 +93,7 @@ impl Folder {
     /// The files of a certificate of that agent, its key and its authority, if it needs some.
     pub fn files(&self, name: &str) -> Vec<PathBuf> {
         #[cfg(feature = "tls")]
-        if let Some((own, authority)) = self.net.as_ref().and_then(|net| net.files(name)) {
+        if let Some((own, authority)) = self.net.as_ref().map(|net| net.files(name)) {
             return vec![own.certificate, own.key, authority];
         }
         let _ = name;

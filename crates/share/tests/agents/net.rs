@@ -1,4 +1,4 @@
-//! Agents that are found at ports of this machine, with certificates if need be.
+//! Agents that are found at ports of this machine, with certificates.
 
 use std::collections::BTreeMap;
 use std::net::{TcpListener, UdpSocket};
@@ -27,33 +27,28 @@ pub fn port() -> u16 {
 
 /// The ports of a test's agents.
 pub struct Net {
-    protocol: &'static str,
     ports: Mutex<BTreeMap<String, u16>>,
-    authority: Option<Authority>,
+    authority: Authority,
 }
 
 impl Net {
-    pub fn new(protocol: &'static str, folder: &Path) -> Self {
-        let authority = (protocol == "tls").then(|| Authority::new(folder, "authority"));
-        Self { protocol, ports: Mutex::default(), authority }
+    pub fn new(folder: &Path) -> Self {
+        Self { ports: Mutex::default(), authority: Authority::new(folder, "authority") }
     }
 
     pub fn endpoint(&self, name: &str) -> String {
         let port = *self.ports.lock().unwrap().entry(name.into()).or_insert_with(port);
-        match self.protocol {
-            "tls" => format!("tls:127.0.0.1:{port}"),
-            protocol => format!("zenoh:{protocol}/127.0.0.1:{port}"),
-        }
+        format!("tls:127.0.0.1:{port}")
     }
 
     pub fn carriers(&self, name: &str) -> BTreeMap<String, Arc<dyn Carrier>> {
-        let files = self.files(name);
-        files.map_or_else(BTreeMap::new, |(certificate, authority)| carriers(name, &certificate, &authority))
+        let (certificate, authority) = self.files(name);
+        carriers(name, &certificate, &authority)
     }
 
-    /// A certificate of the agent and that of the authority, if the protocol needs some.
-    pub fn files(&self, name: &str) -> Option<(Certificate, PathBuf)> {
-        self.authority.as_ref().map(|authority| (authority.sign(name), authority.certificate.clone()))
+    /// A certificate of the agent and that of the authority.
+    pub fn files(&self, name: &str) -> (Certificate, PathBuf) {
+        (self.authority.sign(name), self.authority.certificate.clone())
     }
 }
 

@@ -23,11 +23,7 @@ type Test = fn(&'static str);
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    let ways = match (cfg!(feature = "tls"), cfg!(feature = "zenoh")) {
-        (false, _) => &["local"][..],
-        (true, false) => &["local", "tls"],
-        (true, true) => &["local", "tls", "tcp", "udp"],
-    };
+    let ways = if cfg!(feature = "tls") { &["local", "tls"][..] } else { &["local"] };
     if let [_, role, name, endpoint, files @ ..] = &arguments[..] {
         match role.as_str() {
             "agent" => return be_an_agent(setup_with(name, files), endpoint),
@@ -77,7 +73,7 @@ fn launch(name: &str, folder: &Folder) -> Process {
 fn start(way: &'static str, names: &[&str]) -> (Hub, Vec<Process>, Folder) {
     let folder = match way {
         #[cfg(feature = "tls")]
-        "tls" | "tcp" | "udp" => Folder::over(way),
+        "tls" => Folder::over_tls(),
         _ => Folder::new(),
     };
     let setup = folder.setup("hub").listen(&folder.endpoint("hub"));

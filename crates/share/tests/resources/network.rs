@@ -14,27 +14,16 @@ use crate::agents::{Agent, Folder, Number, output, rejected, wait_for, write};
 /// Those who are about to greet, of one machine.
 const PENDING: usize = 8;
 
-/// A test of agents that reach each other in that way.
-type Test = fn(&'static str);
-
-/// How agents reach each other through a cable.
-fn ways() -> &'static [&'static str] {
-    if cfg!(feature = "zenoh") { &["tls", "tcp"] } else { &["tls"] }
-}
-
-/// Runs the tests with that in their names, by each way.
+/// Runs the tests with that in their names.
 pub fn run(filter: Option<&str>) {
-    let tests: [(&str, Test, &[&'static str]); 2] = [
-        ("who_knocks_again_and_again_fills_nothing_and_keeps_nobody_out", knocked, &["tls"]),
-        ("a_cut_cable_costs_nothing_once_it_is_mended", cut, ways()),
+    let tests: [(&str, fn()); 2] = [
+        ("tls::who_knocks_again_and_again_fills_nothing_and_keeps_nobody_out", knocked),
+        ("tls::a_cut_cable_costs_nothing_once_it_is_mended", cut),
     ];
-    for (name, test, ways) in tests {
-        for way in ways {
-            let name = format!("{way}::{name}");
-            if filter.is_none_or(|filter| name.contains(filter)) {
-                test(way);
-                println!("test {name} ... ok");
-            }
+    for (name, test) in tests {
+        if filter.is_none_or(|filter| name.contains(filter)) {
+            test();
+            println!("test {name} ... ok");
         }
     }
 }
@@ -48,8 +37,8 @@ fn taken() -> (usize, usize) {
     (count("/proc/self/fd"), count("/proc/self/task"))
 }
 
-fn knocked(way: &'static str) {
-    let folder = Folder::over(way);
+fn knocked() {
+    let folder = Folder::over_tls();
     let base = Agent::listening("base", &folder);
     let port: u16 = folder.endpoint("base").rsplit(':').next().unwrap().parse().unwrap();
     let connect = || TcpStream::connect(("127.0.0.1", port)).unwrap();
@@ -80,8 +69,8 @@ fn knocked(way: &'static str) {
     });
 }
 
-fn cut(way: &'static str) {
-    let folder = Folder::over(way);
+fn cut() {
+    let folder = Folder::over_tls();
     let base = Agent::listening("base", &folder);
     let cable = Cable::to(&folder.endpoint("base"));
     let arm = Agent::start(folder.setup("arm"));

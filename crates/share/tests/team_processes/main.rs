@@ -33,11 +33,7 @@ fn main() {
     {
         return robot_main(text);
     }
-    let ways = match (cfg!(feature = "tls"), cfg!(feature = "zenoh")) {
-        (false, _) => &["local"][..],
-        (true, false) => &["local", "tls"],
-        (true, true) => &["local", "tls", "tcp"],
-    };
+    let ways = if cfg!(feature = "tls") { &["local", "tls"][..] } else { &["local"] };
     let filter = arguments.get(1).filter(|argument| !argument.starts_with('-'));
     for way in ways {
         let name = format!("{way}::eight_robots");
@@ -185,7 +181,7 @@ fn wait_for_facts(what: &str, team: &mut [Robot], wanted: &[(u32, usize)]) {
 fn eight_robots(way: &'static str) {
     let folder = match way {
         #[cfg(feature = "tls")]
-        "tls" | "tcp" | "udp" => Folder::over(way),
+        "tls" => Folder::over_tls(),
         _ => Folder::new(),
     };
     let texts: Vec<String> = (0..TEAM).map(|robot| text(&folder, robot)).collect();

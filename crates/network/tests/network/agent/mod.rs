@@ -14,7 +14,9 @@ use slate_control::ControlSurface;
 use slate_network::{AgentNetwork, NetworkError, NetworkSettings};
 use slate_runtime::configuration::{Configuration, Database, Options as Sources};
 use slate_runtime::log::MemoryTarget;
+use slate_runtime::sharing::Sharing;
 use slate_runtime::{Agent, Control, Options, Stopper};
+use slate_share::agent::AgentSharing;
 use zenoh::query::Reply;
 use zenoh::{Config, Session, Wait};
 
@@ -50,7 +52,11 @@ impl Running {
         let sources = Sources { extra_tables: vec![slate_network::TABLE.into()], ..Sources::default() };
         let database = Database::from_text("test.toml", &text, sources).unwrap();
         let log = MemoryTarget::default();
-        let options = Options { log: vec![Box::new(log.clone())], ..Options::default() };
+        let sharing: Option<Box<dyn Sharing>> = match database.current().share() {
+            Some(_) => Some(Box::new(AgentSharing::default())),
+            None => None,
+        };
+        let options = Options { log: vec![Box::new(log.clone())], sharing, ..Options::default() };
         let mut agent = Agent::load_with(&database, &modules::plugins(), options).unwrap();
         let surface = Arc::new(ControlSurface::new(&agent).unwrap());
         let stopper = agent.stopper();

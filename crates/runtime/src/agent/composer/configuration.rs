@@ -8,7 +8,7 @@ use crate::agent::links::{LinkEditor, LinkStatus, NewLink, RemoteEnd};
 use crate::agent::remote_links::RemoteLinks;
 use crate::agent::settings::SettingsChanger;
 use crate::agent::snapshot::{SnapshotRestorer, SnapshotTaker};
-use crate::sharing::{Inspection, RemotePath};
+use crate::sharing::{Inspection, RemotePath, TeamExchange};
 use crate::snapshot::{Keepsake, PluginMark, Snapshot, SnapshotError};
 use slate_configuration::{Change, Database, Diagnostic, Proposal, Report};
 
@@ -123,6 +123,11 @@ impl Composer {
     /// What looks into other agents; nothing when this one shares nothing.
     pub fn inspection(&self) -> Option<Arc<dyn Inspection>> {
         RemoteLinks::new(&self.agent).inspection()
+    }
+
+    /// The agent's part in the knowledge of its team, for networks that reach other robots; nothing unless it takes part.
+    pub fn team(&self) -> Option<Arc<dyn TeamExchange>> {
+        RemoteLinks::new(&self.agent).team()
     }
 
     /// The time of the clock by which the agent shares.

@@ -182,6 +182,14 @@ impl Composer {
         output_refusal(&self.agent, path)
     }
 
+    /// The inbox of a path, to which a program outside of the agent may send messages.
+    ///
+    /// # Errors
+    /// When it is no inbox, or takes messages of blocks alone.
+    pub fn external_inbox(&self, inbox: &str) -> Result<Arc<Property>, ExternalInputError> {
+        ExternalInputs::new(&self.agent).find_inbox(inbox)
+    }
+
     /// Sets inputs to values from outside, in their order; returns what came of each. In lockstep it waits for the end of
     /// the cycle and sets all of them before the next one; before the first cycle, values are refused. Nothing is returned
     /// when the loop has ended by a panic.

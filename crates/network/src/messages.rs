@@ -1,0 +1,74 @@
+//! Values of the network as messages to inboxes.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use serde_json::Value as Json;
+use slate_blackboard::wake::Wake;
+use slate_control::{Caller, ControlSurface, Dispatcher};
+
+use crate::refusal::QueryRefusal;
+use crate::requests::caller;
+use crate::shared::locked;
+
+/// Messages that wait, at most; the oldest go first.
+const WAITING: usize = 256;
+
+/// How long the thread sleeps when nothing comes.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// Sends messages to an inbox, one after the other, in a thread of its own: each waits until the module has taken it.
+pub struct InboxMessages {
+    dispatcher: Dispatcher,
+    caller: Caller,
+    inbox: String,
+    waiting: Mutex<VecDeque<Json>>,
+    wake: Wake,
+    ended: AtomicBool,
+}
+
+impl InboxMessages {
+    pub fn new(surface: &Arc<ControlSurface>, inbox: &str) -> Self {
+        Self {
+            dispatcher: Dispatcher::new(Arc::clone(surface), 1, false),
+            caller: caller(),
+            inbox: inbox.into(),
+            waiting: Mutex::default(),
+            wake: Wake::new(),
+            ended: AtomicBool::new(false),
+        }
+    }
+
+    /// Puts a message behind the others; false when the oldest one went for it.
+    pub fn push(&self, message: Json) -> bool {
+        let mut waiting = locked(&self.waiting);
+        let is_full = waiting.len() >= WAITING;
+        if is_full {
+            waiting.pop_front();
+        }
+        waiting.push_back(message);
+        drop(waiting);
+        self.wake.notify(1);
+        !is_full
+    }
+
+    /// Sends messages until the end, and tells what became of each.
+    pub fn run(&self, tell: impl Fn(Result<(), String>)) {
+        while !self.ended.load(Ordering::Acquire) {
+            let next = locked(&self.waiting).pop_front();
+            let Some(message) = next else {
+                self.wake.wait_timeout(PAUSE);
+                continue;
+            };
+            let sent = self.dispatcher.carry_out(&self.caller, "send", &self.inbox, message);
+            tell(sent.map(drop).map_err(|problem| QueryRefusal::from(problem).into_reason()));
+        }
+    }
+
+    pub fn end(&self) {
+        self.ended.store(true, Ordering::Release);
+        self.wake.notify(1);
+    }
+}

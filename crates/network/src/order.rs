@@ -1,0 +1,200 @@
+//! Numbered samples in their order, when some of them are lost on their way.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
+/// Samples of a source that wait for those before them, at most, and their bytes: what others send must not fill the memory.
+const WAITING: usize = 512;
+const WAITING_BYTES: usize = 32 << 20;
+
+/// Sources whose samples are followed, at most.
+const SOURCES: usize = 16;
+
+/// From one question for what is missing to the next, ns: one that is asked right after a link is back may be lost.
+pub const RETRY: u64 = 100_000_000;
+
+/// After so long without an answer, ns, what is missing is lost.
+const PATIENCE: u64 = 5_000_000_000;
+
+/// So many answers without what is next say that the origin no longer has it: a full link drops parts of them.
+const FRUITLESS: u32 = 2;
+
+/// Before the first number of a source. Numbers of 32 bits go on beyond their end.
+const BEGIN: u64 = u32::MAX as u64;
+
+/// A publisher: its session and its number there.
+pub type SampleSource = (String, u32);
+
+/// Passes on the samples of publishers in the order of their numbers, each once, and knows which are missing.
+pub struct SampleOrder<T> {
+    sources: BTreeMap<SampleSource, SourceOrder<T>>,
+    /// Whether all of it is of one agent: another publisher takes the place of the one before, and is followed from its first
+    /// sample on.
+    is_of_agent: bool,
+}
+
+struct SourceOrder<T> {
+    /// The last sample that was passed on, and the last one that there is.
+    passed: u64,
+    last: u64,
+    /// Samples with their bytes.
+    waiting: BTreeMap<u64, (usize, T)>,
+    bytes: usize,
+    /// Since when something is missing, and when it was asked for, ns.
+    missing: Option<u64>,
+    asked: Option<u64>,
+    /// The first number of the question that waits for its answer, and how many answers have brought nothing that was next.
+    question: Option<u64>,
+    fruitless: u32,
+    /// When something came of it last, ns.
+    heard: u64,
+}
+
+impl<T> SampleOrder<T> {
+    pub fn new(is_of_agent: bool) -> Self {
+        Self { sources: BTreeMap::new(), is_of_agent }
+    }
+
+    /// Takes a sample of so many bytes that came at `now`, ns, and gives those whose turn it is to `pass`.
+    pub fn take(
+        &mut self,
+        (source, number): (&SampleSource, u32),
+        (bytes, sample): (usize, T),
+        now: u64,
+        pass: &mut dyn FnMut(T),
+    ) {
+        let first = self.first(number);
+        let order = self.follow(source, first, now, pass);
+        let number = order.whole(number);
+        if number > order.passed {
+            order.keep(number, bytes, sample);
+        }
+        order.flush(now, pass);
+        while order.waiting.len() > WAITING || order.bytes > WAITING_BYTES {
+            order.skip();
+            order.flush(now, pass);
+        }
+    }
+
+    /// Takes note of the last number of a source. One of which no sample has come begins with its next one, unless it takes the
+    /// place of another one.
+    pub fn announce(&mut self, source: &SampleSource, number: u32, now: u64, pass: &mut dyn FnMut(T)) {
+        if !self.sources.contains_key(source) && (self.sources.is_empty() || !self.is_of_agent) {
+            return;
+        }
+        let order = self.follow(source, BEGIN, now, pass);
+        order.last = order.last.max(order.whole(number));
+        order.flush(now, pass);
+    }
+
+    /// The sources that are to be asked at `now`, each with the first number that is missing.
+    pub fn due(&mut self, now: u64) -> Vec<(SampleSource, u32)> {
+        let is_due = |order: &SourceOrder<T>| {
+            order.missing.is_some()
+                && order.question.is_none()
+                && order.asked.is_none_or(|asked| now.saturating_sub(asked) >= RETRY)
+        };
+        let due = self.sources.iter_mut().filter(|(_, order)| is_due(order));
+        due.map(|(source, order)| {
+            let first = order.passed + 1;
+            (order.question, order.asked) = (Some(first), Some(now));
+            // The lower half.
+            (source.clone(), first as u32)
+        })
+        .collect()
+    }
+
+    /// Whether something is missing.
+    pub fn is_waiting(&self) -> bool {
+        self.sources.values().any(|order| order.missing.is_some())
+    }
+
+    /// A question has ended. What answers leave out again and again the origin no longer has.
+    pub fn answered(&mut self, source: &SampleSource, is_answered: bool, now: u64, pass: &mut dyn FnMut(T)) {
+        let Some(order) = self.sources.get_mut(source) else { return };
+        let is_fruitless = order.question.take().is_some_and(|first| order.passed < first);
+        order.fruitless = if is_fruitless { order.fruitless + u32::from(is_answered) } else { 0 };
+        let is_late = order.missing.is_some_and(|since| now.saturating_sub(since) > PATIENCE);
+        if order.fruitless >= FRUITLESS || is_late {
+            order.fruitless = 0;
+            order.skip();
+            order.flush(now, pass);
+        }
+    }
+
+    /// Before the first number of a source that is followed from now on.
+    fn first(&self, number: u32) -> u64 {
+        if self.is_of_agent && !self.sources.is_empty() { BEGIN } else { BEGIN + u64::from(number) }
+    }
+
+    fn follow(
+        &mut self,
+        source: &SampleSource,
+        passed: u64,
+        now: u64,
+        pass: &mut dyn FnMut(T),
+    ) -> &mut SourceOrder<T> {
+        if !self.sources.contains_key(source) {
+            if self.is_of_agent {
+                for (_, mut order) in std::mem::take(&mut self.sources) {
+                    std::mem::take(&mut order.waiting).into_values().for_each(|(_, sample)| pass(sample));
+                }
+            } else if self.sources.len() >= SOURCES
+                && let Some(oldest) = self.sources.iter().min_by_key(|(_, order)| order.heard)
+            {
+                let oldest = oldest.0.clone();
+                self.sources.remove(&oldest);
+            }
+        }
+        let order = self.sources.entry(source.clone()).or_insert_with(|| SourceOrder {
+            passed,
+            last: passed,
+            waiting: BTreeMap::new(),
+            bytes: 0,
+            missing: None,
+            asked: None,
+            question: None,
+            fruitless: 0,
+            heard: now,
+        });
+        order.heard = now;
+        order
+    }
+}
+
+impl<T> SourceOrder<T> {
+    /// The number that these 32 bits mean: the nearest to the last one.
+    fn whole(&self, number: u32) -> u64 {
+        // The lower half.
+        let distance = i64::from(number.wrapping_sub(self.passed as u32).cast_signed());
+        self.passed.saturating_add_signed(distance)
+    }
+
+    /// Lets a sample wait, unless it does already.
+    fn keep(&mut self, number: u64, bytes: usize, sample: T) {
+        self.last = self.last.max(number);
+        let Entry::Vacant(place) = self.waiting.entry(number) else { return };
+        place.insert((bytes, sample));
+        self.bytes += bytes;
+    }
+
+    /// Gives up what is missing before the next sample that is there, or all if there is none.
+    fn skip(&mut self) {
+        self.passed = self.waiting.keys().next().map_or(self.last, |next| next - 1);
+    }
+
+    /// Passes on what is next.
+    fn flush(&mut self, now: u64, pass: &mut dyn FnMut(T)) {
+        let before = self.passed;
+        while let Some((bytes, sample)) = self.waiting.remove(&(self.passed + 1)) {
+            self.passed += 1;
+            self.bytes -= bytes;
+            pass(sample);
+        }
+        if self.passed >= self.last {
+            (self.missing, self.asked) = (None, None);
+        } else if self.missing.is_none() || self.passed > before {
+            self.missing = Some(now);
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! What reliable inputs ask for again.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use slate_blackboard::wake::Wake;
+use zenoh::query::{ConsolidationMode, Reply, ReplyKeyExpr};
+use zenoh::sample::Sample;
+use zenoh::{Session, Wait};
+
+use crate::order::{RETRY, SampleOrder, SampleSource};
+use crate::shared::locked;
+
+/// How long an origin has for an answer.
+const ANSWER: Duration = Duration::from_secs(2);
+
+/// Between the key of a publisher of `zenoh-ext` and its session and number, at which it has its last samples.
+const KEPT: &str = "/@adv/pub/";
+
+/// Passes the samples of a key on in their order, and asks their publishers again for those that were lost, as long as these
+/// keep them.
+///
+/// `zenoh-ext` has a subscriber for that, which asks once: after a link was cut, its question is often earlier there than what
+/// the other end knows of the link, and is lost.
+pub struct SampleRecovery {
+    key: String,
+    order: Mutex<SampleOrder<Sample>>,
+    now: Box<dyn Fn() -> u64 + Send + Sync>,
+    /// Takes the samples in their order; says whether the network's thread has to do with one.
+    pass: Box<dyn Fn(&Sample) -> bool + Send + Sync>,
+    /// Wakes that thread.
+    wake: Arc<Wake>,
+}
+
+/// A question that waits for its answer.
+struct Question {
+    recovery: Arc<SampleRecovery>,
+    source: SampleSource,
+    is_answered: AtomicBool,
+}
+
+impl SampleRecovery {
+    pub fn new(
+        key: String,
+        is_of_agent: bool,
+        now: impl Fn() -> u64 + Send + Sync + 'static,
+        pass: impl Fn(&Sample) -> bool + Send + Sync + 'static,
+        wake: &Arc<Wake>,
+    ) -> Self {
+        let order = Mutex::new(SampleOrder::new(is_of_agent));
+        Self { key, order, now: Box::new(now), pass: Box::new(pass), wake: Arc::clone(wake) }
+    }
+
+    /// Changes the order, and passes on what is next then.
+    fn change(&self, change: impl FnOnce(&mut SampleOrder<Sample>, u64, &mut dyn FnMut(Sample))) {
+        // One after the other.
+        let mut order = locked(&self.order);
+        let mut is_of_thread = false;
+        change(&mut order, (self.now)(), &mut |sample| is_of_thread |= (self.pass)(&sample));
+        if is_of_thread || order.is_waiting() {
+            self.wake.notify(1);
+        }
+    }
+
+    /// The keys at which publishers tell which sample was their last.
+    pub fn kept_key(&self) -> String {
+        format!("{}{KEPT}**", self.key)
+    }
+
+    /// Takes a sample.
+    pub fn take(&self, sample: Sample) {
+        let Some(info) = sample.source_info() else {
+            // Its publisher keeps nothing.
+            return self.change(|_, _, pass| pass(sample));
+        };
+        let source = (info.source_id().zid().to_string(), info.source_id().eid());
+        let (number, bytes) = (info.source_sn(), sample.payload().len());
+        self.change(|order, now, pass| order.take((&source, number), (bytes, sample), now, pass));
+    }
+
+    /// Takes what a publisher says of its last sample.
+    pub fn announce(&self, heartbeat: &Sample) {
+        let source = heartbeat.key_expr().as_str().strip_prefix(&self.key).and_then(|rest| {
+            let (session, rest) = rest.strip_prefix(KEPT)?.split_once('/')?;
+            Some((session.to_owned(), rest.split('/').next()?.parse().ok()?))
+        });
+        let number = zenoh_ext::z_deserialize::<u32>(heartbeat.payload()).ok();
+        if let Some((source, number)) = source.zip(number) {
+            self.change(|order, now, pass| order.announce(&source, number, now, pass));
+        }
+    }
+
+    /// Asks for what is missing; returns when it is to be looked at again, ns from now.
+    pub fn ask(self: &Arc<Self>, session: &Session) -> Option<u64> {
+        let due = locked(&self.order).due((self.now)());
+        for (source, first) in due {
+            let (zid, eid) = &source;
+            let selector = format!("{}{KEPT}{zid}/{eid}/**?_sn={first}..", self.key);
+            let question =
+                Question { recovery: Arc::clone(self), source, is_answered: AtomicBool::new(false) };
+            let take = move |reply: Reply| {
+                if let Ok(sample) = reply.into_result() {
+                    question.is_answered.store(true, Ordering::Release);
+                    question.recovery.take(sample);
+                }
+            };
+            // One that can't be asked ends unanswered.
+            let _ = session
+                .get(selector)
+                .consolidation(ConsolidationMode::None)
+                .accept_replies(ReplyKeyExpr::Any)
+                .timeout(ANSWER)
+                .callback(take)
+                .wait();
+        }
+        locked(&self.order).is_waiting().then_some(RETRY)
+    }
+}
+
+impl Drop for Question {
+    fn drop(&mut self) {
+        let is_answered = self.is_answered.load(Ordering::Acquire);
+        self.recovery.change(|order, now, pass| order.answered(&self.source, is_answered, now, pass));
+    }
+}
