@@ -33,6 +33,7 @@ mod refusals;
 mod remote;
 mod replay;
 mod report;
+mod dds;
 mod ros1;
 mod ros2;
 mod sharing;

@@ -10,7 +10,7 @@ const NAMED: [(&str, &[&str]); 3] =
     [("write", &["from"]), ("serve", &["to"]), ("call", &["from", "response"])];
 
 /// Tables of bridges.
-const BRIDGES: [&str; 2] = ["ros1", "ros2"];
+const BRIDGES: [&str; 3] = ["dds", "ros1", "ros2"];
 
 /// The ports of a configuration that a bridge reads or fills.
 pub struct BridgedPorts<'c>(pub &'c Configuration);

@@ -20,6 +20,7 @@ mod options;
 pub mod output;
 mod printed_error;
 mod robot;
+mod dds;
 mod ros;
 mod ros1;
 mod ros2;
@@ -37,6 +38,7 @@ use std::sync::Arc;
 pub use bridges::check_bridges;
 pub use console::open_browser;
 pub use error::RunError;
+pub use dds::check_dds;
 pub use finding::ConfigurationFinding;
 pub use mission::{Finished, MissionOptions, MissionRun};
 pub use network::check_network;
@@ -53,7 +55,7 @@ use slate_runtime::configuration::{Configuration, Database};
 pub use stay::DEBOUNCE;
 
 /// Names at the top of a configuration that belong to applications.
-pub const EXTRA_TABLES: [&str; 6] = ["world", "report", "console", "network", "ros1", "ros2"];
+pub const EXTRA_TABLES: [&str; 7] = ["world", "report", "console", "network", "dds", "ros1", "ros2"];
 
 /// Settings of applications that may be paths.
 pub const PATHS: [&str; 2] = ["world.arena", "world.robots.*.model"];
