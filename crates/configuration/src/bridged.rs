@@ -6,8 +6,11 @@ use crate::{Configuration, Spanned, Table, Value};
 const FILLED: [&str; 2] = ["read", "frames"];
 
 /// Tables of `[ros2]` whose entries name ports, and by which keys.
-const NAMED: [(&str, &[&str]); 3] =
-    [("write", &["from"]), ("serve", &["to"]), ("call", &["from", "response"])];
+const NAMED: [(&str, &[&str]); 3] = [
+    ("write", &["from"]),
+    ("serve", &["to", "result", "feedback", "cancel"]),
+    ("call", &["from", "response", "result", "feedback", "cancel"]),
+];
 
 /// Tables of bridges.
 const BRIDGES: [&str; 3] = ["dds", "ros1", "ros2"];
@@ -18,7 +21,7 @@ pub struct BridgedPorts<'c>(pub &'c Configuration);
 impl<'c> BridgedPorts<'c> {
     /// Whether the messages of an outbox leave the agent over a bridge.
     pub fn is_outgoing(&self, outbox: &str) -> bool {
-        self.is_named(outbox, "call", &["from"])
+        self.is_named(outbox, "call", &["from", "cancel"])
     }
 
     /// Whether a bridge reads a port, or fills it.
@@ -41,7 +44,12 @@ impl<'c> BridgedPorts<'c> {
     }
 
     fn is_text(&self, name: &Spanned<Value>, port: &str) -> bool {
-        name.as_str().is_some_and(|name| self.is_path(name, port))
+        let name = match name.as_table() {
+            // A port with options of its own.
+            Some(own) => own.get("to").and_then(|name| name.as_str()),
+            None => name.as_str(),
+        };
+        name.is_some_and(|name| self.is_path(name, port))
     }
 
     fn is_path(&self, name: &str, port: &str) -> bool {

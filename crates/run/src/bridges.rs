@@ -107,6 +107,11 @@ fn two_bridges(configuration: &Configuration) -> Result<Vec<Diagnostic>, Report>
     #[cfg(feature = "ros2")]
     if let Some(ros) = slate_ros2::RosSettings::of(configuration)? {
         let read = ros.topics.read.into_iter().map(|own| (own.input, own.topic, Some(own.place)));
+        let actions = ros.called_actions.into_iter().flat_map(|own| {
+            let inputs = [own.result, own.feedback].into_iter().flatten();
+            inputs.map(move |input| (input, format!("the action {} of ROS 2", own.action), own.place))
+        });
+        filled.extend(actions);
         filled.extend(inputs_of_ros(
             "ROS 2",
             slate_ros2::TABLE,

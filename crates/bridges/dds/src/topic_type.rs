@@ -55,6 +55,7 @@ impl TopicOptions for DdsTopic {
     const READ_KEYS: &'static [&'static str] = &["reliable", "transient_local", "depth", "type", "idl"];
     const WRITE_KEYS: &'static [&'static str] =
         &["reliable", "transient_local", "depth", "type", "idl", "representation"];
+    const HAS_DEFINITION: bool = false;
 
     fn of(reader: &mut TableReader<'_>, table: &Table) -> Self {
         let usual = Self::default();

@@ -12,8 +12,8 @@ use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_runtime::Composer;
 use slate_topics::{
-    AgentOperations, FieldPairs, InboundTopics, InboxHandler, ServiceCall, ServiceOffer, answer_input, bytes,
-    inbox, json, outbox,
+    AgentOperations, FieldPairs, InboundTopics, InboxHandler, ServiceCall, ServiceOffer, answer_input, inbox,
+    json, outbox,
 };
 use tokio::runtime::Handle;
 use tokio::time::timeout;
@@ -139,12 +139,7 @@ impl OutboxClient {
             Err(reason) => return Ok(Err(Some(format!("{service} failed: {reason}")))),
         };
         if let Some((place, pairs)) = &self.response {
-            let input = inbound.topics()[*place].input();
-            let found = node.composer.board().get(input).map(|(property, _)| property);
-            let shape = found.as_ref().and_then(|own| Some((own.descriptor(), own.channel()?.shape())));
-            let (descriptor, shape) = shape.ok_or_else(|| format!("/{input} is no longer there"))?;
-            let value = bytes(descriptor, shape, &pairs.value(&response, &Json::Null));
-            inbound.push(*place, Ok(value.map_err(|reason| format!("/{input}: {reason}"))?));
+            inbound.push_json(*place, &pairs.value(&response, &Json::Null))?;
         }
         let is_refused = response.get("success").and_then(Json::as_bool) == Some(false);
         Ok(if is_refused { Err(None) } else { Ok(()) })

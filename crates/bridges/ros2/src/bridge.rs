@@ -100,12 +100,12 @@ impl RosBridge {
             services.add(group);
         }
         own.extend(services.endpoints());
-        let (mut all_readers, mut all_writers): (Vec<_>, Vec<_>) = services.guids().unzip();
         own.extend(frames.iter().flat_map(FrameInputs::endpoints));
-        all_readers.extend(frames.iter().flat_map(FrameInputs::guids));
-        all_readers.extend(&guids);
-        all_writers.extend(node.guids());
-        all_writers.extend(writers.iter().map(|own| own.sink().guid()));
+        let side = |is_reader: bool| {
+            own.iter().filter(move |(_, own)| own.is_reader == is_reader).map(|(guid, _)| *guid)
+        };
+        let all_readers: Vec<_> = side(true).collect();
+        let all_writers: Vec<_> = side(false).chain(node.guids()).collect();
         matches.set_own(own);
         participant.announce(&all_readers, &all_writers)?;
         let outbound = writers.iter().map(|own| (own.sink().guid(), own.topic().status()));
@@ -135,7 +135,8 @@ impl RosBridge {
     pub fn start(&mut self) -> Result<(), RosError> {
         let Some((readers, topics)) = self.waiting.take() else { return Ok(()) };
         let (wake, node_wake) = (Arc::clone(&self.wake), Arc::new(Wake::new()));
-        let wakes = [wake, Arc::clone(&node_wake)];
+        let mut wakes = vec![wake, Arc::clone(&node_wake)];
+        wakes.extend(self.services.tick_wakes());
         if !self.composer.after_tick(Box::new(move || wakes.iter().for_each(|wake| wake.notify(1)))) {
             let text =
                 "ros2: values are looked at now and then only, as the agent was connected often before";

@@ -1,11 +1,14 @@
 //! Content of a domain, for tools: nodes, topics, and the messages of a topic.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use rustdds::policy::{Durability, Reliability};
 use rustdds::{DomainParticipantStatusEvent as Event, EndpointDescription, GUID, QosPolicies};
-use slate_record::ros::{Schema, Value, message_definition, transforms_definition};
+use slate_record::ros::{
+    DefinitionFiles, Schema, Value, WireFormat, message_definition, transforms_definition,
+};
 
 use crate::graph;
 use crate::name::{NodeName, message_name};
@@ -248,18 +251,22 @@ impl TopicStream {
         }
     }
 
-    /// How its messages are read: by `definition`, the text of its `.msg` file, or else as those that are known.
+    /// How its messages are read: by the `.msg` file of a path, or else as those that are built in.
     ///
     /// # Errors
     /// In words, when they can't be.
-    pub fn schema(&self, definition: Option<&str>) -> Result<Schema, String> {
+    pub fn schema(&self, definition: Option<&Path>) -> Result<Schema, String> {
+        if let Some(path) = definition {
+            let files = DefinitionFiles::read(WireFormat::Cdr, path, Some(&self.message));
+            return files.and_then(|files| files.schema()).map_err(|error| error.to_string());
+        }
         let other = OTHERS.iter().find(|(name, _)| *name == self.message).map(|(_, text)| (*text).to_owned());
         let transforms = transforms_definition();
         let known = || match self.message == transforms.name {
             true => Some(transforms.text),
             false => message_definition(&self.message).map(|own| own.text),
         };
-        let text = definition.map(ToOwned::to_owned).or(other).or_else(known);
+        let text = other.or_else(known);
         let text = text.ok_or_else(|| format!("the definition of {} is not known here", self.message))?;
         Schema::parse(&self.message, &text).map_err(|error| error.to_string())
     }

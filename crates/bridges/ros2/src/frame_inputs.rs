@@ -63,12 +63,7 @@ impl FrameInputs {
         Ok(Some(Self { reader, readers }))
     }
 
-    /// Its readers.
-    pub fn guids(&self) -> Vec<GUID> {
-        self.readers.iter().map(|(reader, _)| reader.guid()).collect()
-    }
-
-    /// GUIDs, topics and types of the same, for matching.
+    /// GUIDs, topics and types of its readers.
     pub fn endpoints(&self) -> impl Iterator<Item = (GUID, OwnEndpoint)> {
         self.readers.iter().map(|(reader, is_fixed)| {
             let topic = if *is_fixed { FIXED.0 } else { MOVING.0 };

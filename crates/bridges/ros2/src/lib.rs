@@ -8,6 +8,8 @@
 //! lockstep between two cycles, so that a run with ROS is repeated bit for bit from its recording.
 
 #[cfg(feature = "dds")]
+mod actions;
+#[cfg(feature = "dds")]
 mod bridge;
 mod check;
 #[cfg(feature = "dds")]
@@ -45,6 +47,7 @@ pub use name::{NodeName, check_topic, type_name, wire_topic};
 pub use quality::TopicQuality;
 pub use settings::{RosSettings, TABLE};
 pub use slate_topics::{
-    FrameInput, NodeOptions, ParameterAccess, RosError, RosMessage, ServiceCall, ServiceOffer, ServiceType,
-    TopicInput, TopicMisfit, TopicOutput, TopicSettings, TopicStatus,
+    ActionCall, ActionOffer, ActionType, CancelMessage, FrameInput, NodeOptions, ParameterAccess, RosError,
+    RosMessage, ServiceCall, ServiceOffer, ServiceType, TopicInput, TopicMisfit, TopicOutput, TopicSettings,
+    TopicStatus,
 };

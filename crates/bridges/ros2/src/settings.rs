@@ -1,10 +1,12 @@
 //! The table `[ros2]` of a configuration.
 
+use std::collections::BTreeSet;
+
 use slate_record::ros::WireFormat;
 use slate_runtime::configuration::{Configuration, Report, Span, Spanned, Table, Value};
 use slate_topics::{
-    NameResolver, NodeOptions, OPTION_KEYS, ServiceCall, ServiceOffer, ServicesReader, TableReader,
-    TopicSettings, link_help,
+    ActionCall, ActionOffer, NameResolver, NodeOptions, OPTION_KEYS, ServiceCall, ServiceOffer,
+    ServicesReader, TableReader, TopicSettings, link_help,
 };
 
 use crate::name::{NodeName, check_node, check_topic};
@@ -48,6 +50,10 @@ pub struct RosSettings {
     pub serve: Vec<ServiceOffer>,
     /// Services that outboxes call.
     pub call: Vec<ServiceCall>,
+    /// Inboxes that are servers of actions.
+    pub offered_actions: Vec<ActionOffer>,
+    /// Actions that outboxes call.
+    pub called_actions: Vec<ActionCall>,
     /// Its other features.
     pub options: NodeOptions,
 }
@@ -73,7 +79,9 @@ impl RosSettings {
 
     /// Whether the agent has nothing to do with any other node.
     fn is_empty(&self) -> bool {
-        self.topics.is_empty() && self.serve.is_empty() && self.call.is_empty()
+        let has_services = !self.serve.is_empty() || !self.call.is_empty();
+        let has_actions = !self.offered_actions.is_empty() || !self.called_actions.is_empty();
+        self.topics.is_empty() && !has_services && !has_actions
     }
 }
 
@@ -92,14 +100,30 @@ fn settings(reader: &mut TableReader<'_>, root: Option<&Spanned<Value>>, agent: 
     let trusted = reader.truth(&table, "trusted");
     let mut services = ServicesReader::new(reader, "std_srvs/srv/SetBool");
     let (serve, call) = (services.offers(&table), services.calls(&table));
+    let (offered_actions, called_actions) = (services.action_offers(&table), services.action_calls(&table));
     let options = NodeOptions::of(reader, &table);
     let topics = TopicSettings::of(reader, &table, &options);
-    let settings = RosSettings { domain, node, trusted, topics, serve, call, options };
+    let settings =
+        RosSettings { domain, node, trusted, topics, serve, call, offered_actions, called_actions, options };
+    check_outboxes(reader, &settings);
     if settings.is_empty() && !NodeOptions::is_said(&table) && reader.is_valid() {
         let help = format!("{}; or take [ros2] away", link_help(TABLE));
         reader.add(place, "[ros2] names no topic, and no link does", &help);
     }
     settings
+}
+
+/// An outbox has one receiver.
+fn check_outboxes(reader: &mut TableReader<'_>, settings: &RosSettings) {
+    let mut known: BTreeSet<&String> = settings.call.iter().map(|own| &own.outbox).collect();
+    for call in &settings.called_actions {
+        for outbox in [Some(&call.outbox), call.cancel.as_ref()].into_iter().flatten() {
+            if !known.insert(outbox) {
+                let text = format!("/{outbox} calls two services or actions");
+                reader.add(call.place, text, "an outbox has one receiver: take one away");
+            }
+        }
+    }
 }
 
 /// The domain of the file, or of the environment.

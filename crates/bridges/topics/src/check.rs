@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use slate_blackboard::Property;
-use slate_record::ros::WireFormat;
+use slate_blackboard::interface::Descriptor;
+use slate_record::ros::{DefinitionFiles, FileError, WireFormat};
 use slate_runtime::Composer;
 
 use crate::error::RosError;
@@ -51,7 +52,10 @@ pub fn topic_input<O>(
     own: &TopicInput<O>,
 ) -> Result<(Arc<Property>, RosMessage), Box<TopicMisfit>> {
     let property = input(composer, &own.input, &own.topic).map_err(|misfit| misfit.at(own.place))?;
-    let message = RosMessage::of(format, property.descriptor());
+    let message = message(format, property.descriptor(), own.definition.as_deref());
+    let message = message.map_err(|error| {
+        TopicMisfit::new(&own.input, &own.topic, error.to_string(), DEFINITION).at(own.place)
+    })?;
     match message.check_decodable() {
         Ok(()) => Ok((property, message)),
         Err(reason) => {
@@ -71,6 +75,23 @@ pub fn topic_output<O>(
     own: &TopicOutput<O>,
 ) -> Result<(Arc<Property>, RosMessage), Box<TopicMisfit>> {
     let property = output(composer, &own.property, &own.topic).map_err(|misfit| misfit.at(own.place))?;
-    let message = RosMessage::of(format, property.descriptor());
+    let message = message(format, property.descriptor(), own.definition.as_deref());
+    let message = message.map_err(|error| {
+        TopicMisfit::new(&own.property, &own.topic, error.to_string(), DEFINITION).at(own.place)
+    })?;
     Ok((property, message))
+}
+
+/// Advice for a definition that does not fit.
+const DEFINITION: &str = "give the fields of the message the names and types of those of the interface";
+
+fn message(
+    format: WireFormat,
+    descriptor: &'static Descriptor,
+    definition: Option<&DefinitionFiles>,
+) -> Result<RosMessage, FileError> {
+    match definition {
+        Some(files) => RosMessage::defined(format, descriptor, files),
+        None => Ok(RosMessage::of(format, descriptor)),
+    }
 }

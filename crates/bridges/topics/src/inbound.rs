@@ -4,11 +4,13 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use serde_json::Value as Json;
 use slate_blackboard::Property;
 use slate_blackboard::interface::{Descriptor, Kind};
 use slate_module::Level;
 use slate_runtime::{Composer, ExternalContent, ExternalDelivery};
 
+use crate::services::bytes;
 use crate::status::TopicStatus;
 
 /// Different reasons that are logged.
@@ -136,6 +138,20 @@ impl InboundTopics {
             }
             Err(reason) => self.note(place, Err(reason)),
         }
+    }
+
+    /// Takes a value of the input at a place, as [`push`](Self::push) does.
+    ///
+    /// # Errors
+    /// The input is no longer there, or the value does not fit; the reason in words.
+    pub fn push_json(&self, place: usize, value: &Json) -> Result<(), String> {
+        let input = self.topics[place].input();
+        let found = self.composer.board().get(input).map(|(property, _)| property);
+        let shape = found.as_ref().and_then(|own| Some((own.descriptor(), own.channel()?.shape())));
+        let (descriptor, shape) = shape.ok_or_else(|| format!("/{input} is no longer there"))?;
+        let value = bytes(descriptor, shape, value).map_err(|reason| format!("/{input}: {reason}"))?;
+        self.push(place, Ok(value));
+        Ok(())
     }
 
     /// Sets the inputs to what came, until [`end`](Self::end).

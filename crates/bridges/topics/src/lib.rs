@@ -4,12 +4,15 @@
 //! ([`InboxHandler`]). A node has frames ([`FrameMessages`], [`FrameReader`]), parameters ([`ParameterTable`]) and a log
 //! ([`LogLines`]). Bridges bring names, messages and the wire. All of it runs in threads of the bridge; no tick waits for it.
 
+mod action_settings;
+mod action_type;
 mod check;
 mod error;
 mod frames;
 mod inbound;
 mod log_lines;
 mod message;
+mod message_type;
 mod misfit;
 mod options;
 mod outbound;
@@ -22,12 +25,15 @@ mod status;
 mod table_reader;
 mod topic_settings;
 
+pub use action_settings::{ActionCall, ActionOffer, CancelMessage};
+pub use action_type::ActionType;
 pub use check::{check_clock, check_ports, topic_input, topic_output};
 pub use error::RosError;
 pub use frames::{FrameMessages, FrameReader, frame_input};
 pub use inbound::{InboundTopic, InboundTopics};
 pub use log_lines::{LogLines, NodeLogLine};
 pub use message::RosMessage;
+pub use message_type::MessageType;
 pub use misfit::{TopicMisfit, input, output};
 pub use options::{FrameInput, NodeOptions, OPTION_KEYS, ParameterAccess};
 pub use outbound::{OutboundStatus, OutboundTopic, OutboundValue, date};
@@ -35,7 +41,10 @@ pub use parameters::{NodeParameter, ParameterTable, value_of};
 pub use published::{PublishedTopic, TopicMessage, TopicSink, publish};
 pub use service_settings::{ServiceCall, ServiceOffer, ServicesReader};
 pub use service_type::ServiceType;
-pub use services::{AgentOperations, FieldPairs, InboxHandler, answer_input, bytes, inbox, json, outbox};
+pub use services::{
+    AgentOperations, CallingPorts, FieldPairs, FittingPort, InboxHandler, NamedPort, OfferedPorts,
+    answer_input, bytes, check_actions, inbox, json, outbox,
+};
 pub use status::TopicStatus;
 pub use table_reader::{KeyedValue, NameResolver, TableReader};
 pub use topic_settings::{TopicInput, TopicOptions, TopicOutput, TopicSettings, link_help};

@@ -1,7 +1,9 @@
 //! Values as messages of ROS.
 
 use slate_blackboard::interface::Descriptor;
-use slate_record::ros::{self, Definition, Standard, WireFormat, definition_in, standard_in};
+use slate_record::ros::{
+    self, Definition, DefinitionFiles, FileError, Standard, WireFormat, definition_in, standard_in,
+};
 
 /// How values of an interface lie in messages: as those that ROS has for it, or else as `slate_msgs/msg/NAME`.
 #[derive(Debug)]
@@ -21,6 +23,20 @@ impl RosMessage {
             None => definition_in(format, descriptor),
         };
         Self { format, descriptor, standard, definition }
+    }
+
+    /// The messages of an interface that files define.
+    ///
+    /// # Errors
+    /// A field does not fit, or none does.
+    pub fn defined(
+        format: WireFormat,
+        descriptor: &'static Descriptor,
+        files: &DefinitionFiles,
+    ) -> Result<Self, FileError> {
+        let standard = Standard::defined(format, descriptor, files)?;
+        let definition = standard.definition().clone();
+        Ok(Self { format, descriptor, standard: Some(standard), definition })
     }
 
     /// The type as ROS calls it, such as `sensor_msgs/msg/LaserScan`; in ROS 1 `sensor_msgs/LaserScan`.

@@ -4,8 +4,10 @@ use std::time::Duration;
 
 use serde_json::{Map, Value as Json};
 use slate_module::parse_duration;
+use slate_record::ros::WireFormat;
 use slate_runtime::configuration::{Span, Spanned, Table, Value};
 
+use crate::action_type::ActionType;
 use crate::service_type::ServiceType;
 use crate::table_reader::TableReader;
 
@@ -44,9 +46,15 @@ pub struct ServiceCall {
     pub place: Option<Span>,
 }
 
+/// Whether an entry has the type of an action.
+pub(crate) fn is_action(entry: &Spanned<Value>) -> bool {
+    let of = entry.as_table().and_then(|own| own.get("type")).and_then(|of| of.as_str());
+    of.is_some_and(ActionType::is_name)
+}
+
 /// Reads both tables.
 pub struct ServicesReader<'r, 'c> {
-    reader: &'r mut TableReader<'c>,
+    pub(crate) reader: &'r mut TableReader<'c>,
     serve: String,
     call: String,
 }
@@ -67,6 +75,9 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
         let help = help.as_str();
         let mut offers: Vec<ServiceOffer> = Vec::new();
         for (name, span, entry) in self.reader.entries(table, "serve", help) {
+            if self.is_left_to_actions(&entry) {
+                continue;
+            }
             let service = self.reader.topic(&name, span, help);
             let Some(own) = self.table(&entry, &["to", "type", "definition", "value"], help) else {
                 continue;
@@ -90,6 +101,9 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
         let help = help.as_str();
         let mut calls: Vec<ServiceCall> = Vec::new();
         for (name, span, entry) in self.reader.entries(table, "call", help) {
+            if self.is_left_to_actions(&entry) {
+                continue;
+            }
             let service = self.reader.topic(&name, span, help);
             let keys = ["from", "type", "definition", "response", "timeout"];
             let Some(own) = self.table(&entry, &keys, help) else { continue };
@@ -107,7 +121,17 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
         calls
     }
 
-    fn table<'e>(&mut self, entry: &'e Spanned<Value>, known: &[&str], help: &str) -> Option<&'e Table> {
+    /// Actions exist in ROS 2 alone.
+    fn is_left_to_actions(&self, entry: &Spanned<Value>) -> bool {
+        self.reader.format() == WireFormat::Cdr && is_action(entry)
+    }
+
+    pub(crate) fn table<'e>(
+        &mut self,
+        entry: &'e Spanned<Value>,
+        known: &[&str],
+        help: &str,
+    ) -> Option<&'e Table> {
         match entry.as_table() {
             Some(own) => {
                 self.reader.check_keys(own, "of a service", known);
@@ -121,7 +145,7 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
         }
     }
 
-    fn path(&mut self, own: &Table, key: &str, span: Span, help: &str) -> Option<String> {
+    pub(crate) fn path(&mut self, own: &Table, key: &str, span: Span, help: &str) -> Option<String> {
         if own.get(key).is_none() {
             self.reader.add(span, format!("an entry lacks `{key}`"), help);
         }
@@ -136,8 +160,15 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
         let (name, span) = self.reader.text(own, "type", help)?;
         let definition =
             self.reader.text(own, "definition", "write definition = \"bool data\\n---\\nbool success\"");
-        let definition = definition.map(|(text, _)| text);
-        let found = self.reader.service_type(&name, definition.as_deref());
+        let definition = match definition {
+            Some((text, span)) => Some(self.reader.definition_text(&text, span, &name, "srv")?),
+            None => None,
+        };
+        let format = self.reader.format();
+        let found = match definition {
+            Some(text) => ServiceType::parse(format, &name, &text),
+            None => ServiceType::known(format, &name),
+        };
         match found {
             Ok(found) => Some(found),
             Err(reason) => {
@@ -148,7 +179,7 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
         }
     }
 
-    fn value(&mut self, own: &Table) -> Json {
+    pub(crate) fn value(&mut self, own: &Table) -> Json {
         let Some(value) = own.get("value") else { return Json::Object(Map::new()) };
         let Some(table) = value.as_table() else {
             let message = format!("`value` is a table, found {}", value.describe());
@@ -159,7 +190,7 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
         serde_json::to_value(value).unwrap_or_default()
     }
 
-    fn timeout(&mut self, own: &Table) -> Duration {
+    pub(crate) fn timeout(&mut self, own: &Table) -> Duration {
         let help = "write timeout = \"2s\"";
         let Some((text, span)) = self.reader.text(own, "timeout", help) else { return TIMEOUT };
         match parse_duration(&text).filter(|time| *time > 0) {

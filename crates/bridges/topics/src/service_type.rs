@@ -1,7 +1,8 @@
 //! Types of services.
 
-use serde_json::Value as Json;
-use slate_record::ros::{Schema, WireFormat, encode_json_in};
+use slate_record::ros::WireFormat;
+
+use crate::message_type::MessageType;
 
 /// Services that are known without a definition.
 const KNOWN: [(&str, &str); 3] = [
@@ -14,20 +15,11 @@ const KNOWN: [(&str, &str); 3] = [
 const MIDDLE: &str = "---";
 
 /// The type of a service: its request and its response.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ServiceType {
-    format: WireFormat,
     name: String,
-    /// Definitions of request and response.
-    definitions: (String, String),
-    request: Schema,
-    response: Schema,
-}
-
-impl PartialEq for ServiceType {
-    fn eq(&self, other: &Self) -> bool {
-        (self.format, &self.name, &self.definitions) == (other.format, &other.name, &other.definitions)
-    }
+    request: MessageType,
+    response: MessageType,
 }
 
 /// Prefix of a standard service name in a format.
@@ -65,6 +57,11 @@ impl ServiceType {
         if !is_name {
             return Err(format!("`{name}` is no type of a service, such as {}SetBool", folder(format)));
         }
+        Self::parse_named(format, name, definition)
+    }
+
+    /// As [`parse`](Self::parse), also for the services of actions.
+    pub(crate) fn parse_named(format: WireFormat, name: &str, definition: &str) -> Result<Self, String> {
         let mut lines = definition.lines();
         let request: Vec<_> = lines.by_ref().take_while(|line| line.trim() != MIDDLE).collect();
         let response: Vec<_> = lines.collect();
@@ -73,10 +70,11 @@ impl ServiceType {
         }
         let inside = response.iter().position(|line| line.starts_with("==="));
         let messages = inside.map_or(&[][..], |first| &response[first..]);
-        let definitions = ([&request, messages].concat().join("\n"), response.join("\n"));
-        let schema = |text| Schema::parse(name, text).map_err(|error| error.to_string());
-        let (request, response) = (schema(&definitions.0)?, schema(&definitions.1)?);
-        Ok(Self { format, name: name.into(), definitions, request, response })
+        let between = if format == WireFormat::Ros1 { "" } else { "_" };
+        let part =
+            |part: &str, text: String| MessageType::parse(format, &format!("{name}{between}{part}"), &text);
+        let request = part("Request", [&request, messages].concat().join("\n"))?;
+        Ok(Self { name: name.into(), request, response: part("Response", response.join("\n"))? })
     }
 
     /// As ROS calls it, such as `std_srvs/srv/SetBool`.
@@ -84,70 +82,13 @@ impl ServiceType {
         &self.name
     }
 
-    /// The request as ROS calls it.
-    pub fn request_name(&self) -> String {
-        self.part("Request")
-    }
-
-    /// The response as ROS calls it.
-    pub fn response_name(&self) -> String {
-        self.part("Response")
-    }
-
-    fn part(&self, part: &str) -> String {
-        let between = if self.format == WireFormat::Ros1 { "" } else { "_" };
-        format!("{}{between}{part}", self.name)
-    }
-
-    /// Definitions of request and response.
-    pub fn definitions(&self) -> (&str, &str) {
-        (&self.definitions.0, &self.definitions.1)
-    }
-
-    /// Fields of the request.
-    pub fn request(&self) -> &Schema {
+    /// The request.
+    pub fn request(&self) -> &MessageType {
         &self.request
     }
 
-    /// Fields of the response.
-    pub fn response(&self) -> &Schema {
+    /// The response.
+    pub fn response(&self) -> &MessageType {
         &self.response
-    }
-
-    /// The message of a request; a field that it lacks is zero or empty.
-    ///
-    /// # Errors
-    /// A value does not fit; the reason in words.
-    pub fn encode_request(&self, request: &Json) -> Result<Vec<u8>, String> {
-        encode_json_in(self.format, &self.request, request).map_err(|error| error.to_string())
-    }
-
-    /// The request of a message.
-    ///
-    /// # Errors
-    /// When it is none, in words.
-    pub fn decode_request(&self, message: &[u8]) -> Result<Json, String> {
-        self.decode(&self.request, message)
-    }
-
-    /// The message of a response; a field that it lacks is zero or empty.
-    ///
-    /// # Errors
-    /// A value does not fit; the reason in words.
-    pub fn encode_response(&self, response: &Json) -> Result<Vec<u8>, String> {
-        encode_json_in(self.format, &self.response, response).map_err(|error| error.to_string())
-    }
-
-    /// The response of a message.
-    ///
-    /// # Errors
-    /// When it is none, in words.
-    pub fn decode_response(&self, message: &[u8]) -> Result<Json, String> {
-        self.decode(&self.response, message)
-    }
-
-    fn decode(&self, schema: &Schema, message: &[u8]) -> Result<Json, String> {
-        let value = schema.decode_in(self.format, message).map_err(|error| error.to_string())?;
-        serde_json::to_value(value).map_err(|error| error.to_string())
     }
 }

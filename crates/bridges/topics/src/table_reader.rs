@@ -1,11 +1,15 @@
-use slate_record::ros::WireFormat;
+use std::path::Path;
+use std::sync::Arc;
+
+use slate_record::ros::{DefinitionFiles, WireFormat};
 use slate_runtime::Message;
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
 
-use crate::service_type::ServiceType;
-
 /// Largest depth of a topic.
 const MAX_DEPTH: i64 = 10_000;
+
+const DEFINITION: &str = "write definition = \"PACKAGE/msg/NAME.msg\", a path from the folder of this file, with the files of messages in it beside it";
+const TYPE: &str = "write type = \"my_package/msg/Sample\"; in ROS 1 \"my_package/Sample\"";
 
 /// An entry of a table: its key, the place of the key, and its value.
 pub type KeyedValue = (String, Span, Spanned<Value>);
@@ -149,14 +153,53 @@ impl<'c> TableReader<'c> {
         }
     }
 
-    /// The type of a service, with its definition if that is given.
-    ///
-    /// # Errors
-    /// The type is invalid or unknown; the reason in words.
-    pub fn service_type(&self, name: &str, definition: Option<&str>) -> Result<ServiceType, String> {
-        match definition {
-            Some(text) => ServiceType::parse(self.format, name, text),
-            None => ServiceType::known(self.format, name),
+    /// The definition of messages that `definition` names a file of, with `type` where the path does not tell it.
+    pub fn message_definition(&mut self, table: &Table) -> Option<Arc<DefinitionFiles>> {
+        let name = self.text(table, "type", TYPE);
+        let Some((file, span)) = self.text(table, "definition", DEFINITION) else {
+            if let Some((_, span)) = name {
+                self.add(span, "`type` is the type of a `definition`, and that is missing", DEFINITION);
+            }
+            return None;
+        };
+        if let Some((name, span)) = &name {
+            let parts: Vec<_> = name.split('/').collect();
+            let is_type = match (self.format, &parts[..]) {
+                (WireFormat::Ros1, [package, own]) | (WireFormat::Cdr, [package, "msg", own]) => {
+                    !package.is_empty() && !own.is_empty()
+                }
+                _ => false,
+            };
+            if !is_type {
+                self.add(*span, format!("`{name}` is no type of a message"), TYPE);
+                return None;
+            }
         }
+        self.definition_files(&file, span, name.as_ref().map(|(name, _)| name.as_str()))
+    }
+
+    /// The definition of a service or an action: the file of a path that ends in `extension`, or else the text.
+    pub fn definition_text(&mut self, text: &str, span: Span, name: &str, extension: &str) -> Option<String> {
+        let is_file = Path::new(text).extension().is_some_and(|own| own == extension) && !text.contains('\n');
+        match is_file {
+            true => Some(self.definition_files(text, span, Some(name))?.definition().text.clone()),
+            false => Some(text.to_owned()),
+        }
+    }
+
+    fn definition_files(
+        &mut self,
+        file: &str,
+        span: Span,
+        name: Option<&str>,
+    ) -> Option<Arc<DefinitionFiles>> {
+        let path = self.configuration.folder_of(span).join(file);
+        let found = DefinitionFiles::read(self.format, &path, name);
+        found.map(Arc::new).map_err(|error| self.add(span, error.to_string(), DEFINITION)).ok()
+    }
+
+    /// Format of its messages.
+    pub fn format(&self) -> WireFormat {
+        self.format
     }
 }

@@ -1,7 +1,9 @@
 //! Topics that the table of a bridge and its links name.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
+use slate_record::ros::DefinitionFiles;
 use slate_runtime::configuration::{ExternalDirection, ExternalLink, Span, Spanned, Table, Value};
 
 use crate::options::NodeOptions;
@@ -22,6 +24,9 @@ pub trait TopicOptions: Clone + Default {
     /// Keys of entries that write a topic.
     const WRITE_KEYS: &'static [&'static str];
 
+    /// Whether files of ROS may define messages, by the keys `definition` and `type`.
+    const HAS_DEFINITION: bool = true;
+
     /// Reads them.
     fn of(reader: &mut TableReader<'_>, table: &Table) -> Self;
 }
@@ -33,6 +38,8 @@ pub struct TopicInput<O> {
     pub input: String,
     /// The topic, from the root.
     pub topic: String,
+    /// Definition of its messages, unless those of the interface.
+    pub definition: Option<Arc<DefinitionFiles>>,
     /// Quality of service that it requests.
     pub quality: O,
     /// Place in the configuration.
@@ -48,6 +55,8 @@ pub struct TopicOutput<O> {
     pub property: String,
     /// Frame in the header of messages that have one.
     pub frame: String,
+    /// Definition of its messages, unless those of the interface.
+    pub definition: Option<Arc<DefinitionFiles>>,
     /// Quality of service that it offers.
     pub quality: O,
     /// Place in the configuration.
@@ -95,11 +104,13 @@ impl<O: TopicOptions> TopicSettings<O> {
         let empty = Table::default();
         for (input, span, entry) in reader.entries(table, "read", READ) {
             let input = reader.path(&input, span, READ);
-            let topic = given(reader, &entry, "topic", O::READ_KEYS, READ);
+            let topic = given(reader, &entry, "topic", &read_keys::<O>(), READ);
             let topic = topic.and_then(|topic| reader.topic(&topic, entry.span, READ));
-            let quality = O::of(reader, entry.as_table().unwrap_or(&empty));
+            let own = entry.as_table().unwrap_or(&empty);
+            let (definition, quality) = (definition::<O>(reader, own), O::of(reader, own));
             let (Some(input), Some(topic)) = (input, topic) else { continue };
-            self.add_input(reader, TopicInput { input, topic, quality, place: entry.span }, span);
+            let input = TopicInput { input, topic, definition, quality, place: entry.span };
+            self.add_input(reader, input, span);
         }
     }
 
@@ -110,9 +121,10 @@ impl<O: TopicOptions> TopicSettings<O> {
             let property = given(reader, &entry, "from", &write_keys::<O>(), WRITE);
             let property = property.and_then(|path| reader.path(&path, entry.span, WRITE));
             let own = entry.as_table().unwrap_or(&empty);
+            let definition = definition::<O>(reader, own);
             let (frame, quality) = (frame(reader, own), O::of(reader, own));
             let (Some(topic), Some(property)) = (topic, property) else { continue };
-            self.write.push(TopicOutput { topic, property, frame, quality, place: span });
+            self.write.push(TopicOutput { topic, property, frame, definition, quality, place: span });
         }
     }
 
@@ -121,14 +133,15 @@ impl<O: TopicOptions> TopicSettings<O> {
         let help = link_help(reader.scheme());
         let topic = reader.topic(&link.other.value.address, place, &help);
         let is_in = link.direction == ExternalDirection::In;
-        let known = if is_in { O::READ_KEYS.to_vec() } else { write_keys::<O>() };
-        reader.check_keys(own, "of a topic", &known);
+        reader.check_keys(own, "of a topic", &if is_in { read_keys::<O>() } else { write_keys::<O>() });
+        let definition = definition::<O>(reader, own);
         let (frame, quality) = (frame(reader, own), O::of(reader, own));
         let Some(topic) = topic else { return };
         if is_in {
-            self.add_input(reader, TopicInput { input: path, topic, quality, place }, link.path.span);
+            let input = TopicInput { input: path, topic, definition, quality, place };
+            self.add_input(reader, input, link.path.span);
         } else {
-            self.write.push(TopicOutput { topic, property: path, frame, quality, place });
+            self.write.push(TopicOutput { topic, property: path, frame, definition, quality, place });
         }
     }
 
@@ -176,8 +189,18 @@ impl<O: TopicOptions> TopicSettings<O> {
     }
 }
 
+fn read_keys<O: TopicOptions>() -> Vec<&'static str> {
+    let definition: &[_] = if O::HAS_DEFINITION { &["definition", "type"] } else { &[] };
+    [O::READ_KEYS, definition].concat()
+}
+
 fn write_keys<O: TopicOptions>() -> Vec<&'static str> {
-    [O::WRITE_KEYS, &["frame"]].concat()
+    let definition: &[_] = if O::HAS_DEFINITION { &["definition", "type"] } else { &[] };
+    [O::WRITE_KEYS, &["frame"], definition].concat()
+}
+
+fn definition<O: TopicOptions>(reader: &mut TableReader<'_>, table: &Table) -> Option<Arc<DefinitionFiles>> {
+    if O::HAS_DEFINITION { reader.message_definition(table) } else { None }
 }
 
 /// Text of an entry, or of one of its keys.

@@ -163,12 +163,51 @@ impl Module for Mast {
     }
 }
 
+/// A force and a torque.
+#[interface]
+#[derive(PartialEq)]
+pub struct Wrench {
+    pub force: Position,
+    pub torque: Position,
+}
+
+/// The load of a wrist.
+#[interface]
+#[derive(PartialEq)]
+pub struct Load {
+    pub wrench: Wrench,
+}
+
+#[ports]
+pub struct WristIo {
+    load: Input<Load>,
+    felt: Output<Load>,
+}
+
+/// Passes its load on.
+pub struct Wrist;
+
+#[module(stage = Act)]
+impl Module for Wrist {
+    type Io = WristIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), io: &WristIo, _: &(), _: &Tick) -> Outcome {
+        if let Some(load) = io.load.updated() {
+            io.felt.set(*load);
+        }
+        Outcome::Ok
+    }
+}
+
 /// Plugins of the modules here.
 pub fn shared_plugins() -> Vec<Plugin> {
     vec![
         Plugin::linked::<Lamp>(),
         Plugin::linked::<Asker>(),
         Plugin::linked::<Mast>(),
+        Plugin::linked::<Wrist>(),
         Plugin::linked::<slate_mapping::ExternalFrame>(),
     ]
 }

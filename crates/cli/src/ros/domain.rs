@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use serde_json::{Value as Json, json};
-use slate_ros2::{FoundEndpoint, FoundTopic, RosError, RosExplorer, TopicStream};
+use slate_ros2::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream};
 
 use super::{RosDomain, RosEchoOptions, RosInfoOptions, RosListOptions, RosRateOptions, yaml};
 use crate::clock::now;
@@ -16,7 +16,7 @@ const DOMAIN: &str = "ROS_DOMAIN_ID";
 /// How long one wait for a message takes at most, so that Ctrl-C ends it soon.
 const LOOK: Duration = Duration::from_millis(100);
 
-fn failed(error: &RosError) -> Failure {
+fn failed(error: &slate_ros2::RosError) -> Failure {
     Failure::Ros { problem: error.to_string(), help: error.help().to_owned(), code: 2 }
 }
 
@@ -145,14 +145,10 @@ fn subscribed(domain: &RosDomain, topic: &str) -> Result<(RosExplorer, TopicStre
 
 /// Prints messages until it is enough.
 pub fn echo(options: &RosEchoOptions) -> Result<u8, Failure> {
-    let definition = options.definition.as_ref().map(|path| {
-        std::fs::read_to_string(path).map_err(|source| Failure::File { path: path.clone(), source })
-    });
-    let definition = definition.transpose()?;
     let (_explorer, stream) = subscribed(&options.domain, &options.topic)?;
-    let schema = stream.schema(definition.as_deref()).map_err(|problem| Failure::Ros {
+    let schema = stream.schema(options.definition.as_deref()).map_err(|problem| Failure::Ros {
         problem,
-        help: "name the file that defines it: --definition FILE.msg; `slate ros hz` needs none".into(),
+        help: "name the file that defines it, with those of messages in it beside it: --definition FILE.msg; `slate ros hz` needs none".into(),
         code: 2,
     })?;
     interrupt::catch();

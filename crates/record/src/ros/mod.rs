@@ -40,6 +40,7 @@ mod definition;
 mod described;
 mod encode;
 mod error;
+mod files;
 mod frames;
 mod names;
 mod schema;
@@ -55,6 +56,7 @@ pub use definition::{Definition, definition, definition_in, definition_named};
 pub use described::Described;
 pub use encode::{encode_json, encode_json_in};
 pub use error::Error;
+pub use files::{DefinitionFiles, FileError};
 pub use frames::{
     FrameTransform, Frames, PublishedTransform, encode_transforms, encode_transforms_in,
     transforms_definition, transforms_definition_in,

@@ -7,7 +7,7 @@ use super::value::Map;
 use super::{Error, Numbers, Primitive, RosPrimitive, Value};
 
 /// How deep messages may stand in each other.
-const DEEPEST: usize = 32;
+pub(super) const MAX_NESTING: usize = 32;
 
 /// A message's definition in the language of ROS's `.msg` files, with those of the messages in it: the schema encoding
 /// `ros2msg` of MCAP.
@@ -23,6 +23,8 @@ pub(super) struct SchemaRecord {
     pub name: String,
     pub names: Arc<Vec<String>>,
     pub types: Vec<FieldType>,
+    /// Lines of the fields in the definition, from 1; none for those that readers know.
+    pub lines: Vec<usize>,
     /// The names of those fields that are shown.
     pub shown: Arc<Vec<String>>,
     /// The names of constants, by field; only of Slate's own messages.
@@ -53,9 +55,10 @@ pub(super) enum Count {
 }
 
 /// A field before the types are known.
-struct SchemaField<'a> {
-    number: usize,
-    of: &'a str,
+pub(super) struct SchemaField<'a> {
+    /// Line from 1.
+    pub number: usize,
+    pub of: &'a str,
     name: &'a str,
 }
 
@@ -115,6 +118,7 @@ impl Schema {
                 shown: names.clone(),
                 names,
                 types,
+                lines: lines.iter().map(|line| line.number).collect(),
                 constants: BTreeMap::new(),
             });
         }
@@ -126,6 +130,7 @@ impl Schema {
                 shown: Arc::clone(&names),
                 names,
                 types: vec![field(Primitive::I32), field(Primitive::U32)],
+                lines: Vec::new(),
                 constants: BTreeMap::new(),
             });
         }
@@ -135,7 +140,7 @@ impl Schema {
             None => Err(Error::Definition {
                 name: name.into(),
                 line: 1,
-                reason: format!("messages stand in themselves, or more than {DEEPEST} deep"),
+                reason: format!("messages stand in themselves, or more than {MAX_NESTING} deep"),
             }),
         }
     }
@@ -160,11 +165,25 @@ impl Schema {
         // fills up, one byte may stand within several messages.
         let mut room = match format {
             WireFormat::Cdr => message.len(),
-            WireFormat::Ros1 => DEEPEST + 4 * message.len(),
+            WireFormat::Ros1 => MAX_NESTING + 4 * message.len(),
         };
         let value = self.record(&mut reader, 0, &mut room)?;
         reader.end()?;
         Ok(value)
+    }
+
+    /// Line of the field at a path such as `pose/position`, from 1.
+    pub(super) fn line(&self, path: &str) -> Option<usize> {
+        let (mut index, mut line) = (0, None);
+        for name in path.split('/') {
+            let record = &self.records[index];
+            let at = record.names.iter().position(|own| own == name)?;
+            line = record.lines.get(at).copied();
+            if let Item::Record(inner) = record.types[at].item {
+                index = inner;
+            }
+        }
+        line
     }
 
     /// Names of the message's own fields, in their order.
@@ -305,7 +324,7 @@ const TIME: &str = "builtin_interfaces/Time";
 const DURATION: &str = "builtin_interfaces/Duration";
 
 /// The messages of a text, each with its fields; the first is called `name`.
-fn sections<'a>(name: &str, text: &'a str) -> Result<Vec<(String, Vec<SchemaField<'a>>)>, Error> {
+pub(super) fn sections<'a>(name: &str, text: &'a str) -> Result<Vec<(String, Vec<SchemaField<'a>>)>, Error> {
     let mut sections = vec![(reference("", name), Vec::new())];
     // Whether a separator was the last that stood there.
     let mut opened = false;
@@ -360,7 +379,7 @@ fn shortened(line: &str) -> &str {
 }
 
 /// Package and name of a message: `pkg/msg/Name`, `pkg/Name`, or `Name` of the same package.
-fn reference(package: &str, name: &str) -> String {
+pub(super) fn reference(package: &str, name: &str) -> String {
     match (name.split_once('/'), name.rsplit_once('/')) {
         (Some((package, _)), Some((_, name))) => format!("{package}/{name}"),
         _ => format!("{package}/{name}"),
@@ -368,7 +387,7 @@ fn reference(package: &str, name: &str) -> String {
 }
 
 /// A type without its brackets, and what those say.
-fn suffix(of: &str) -> Result<(&str, Count), String> {
+pub(super) fn suffix(of: &str) -> Result<(&str, Count), String> {
     let Some((item, inside)) = of.strip_suffix(']').and_then(|of| of.rsplit_once('[')) else {
         return Ok((of, Count::One));
     };
@@ -384,7 +403,7 @@ fn suffix(of: &str) -> Result<(&str, Count), String> {
 }
 
 /// Nothing for a message.
-fn primitive(name: &str) -> Result<Option<Item>, String> {
+pub(super) fn primitive(name: &str) -> Result<Option<Item>, String> {
     if let Some(kind) = Primitive::named(name) {
         return Ok(Some(Item::Primitive(kind)));
     }
@@ -407,11 +426,11 @@ fn height(
     depth: usize,
     known: &mut Vec<Option<usize>>,
 ) -> Option<usize> {
-    if depth > DEEPEST {
+    if depth > MAX_NESTING {
         return None;
     }
     if let Some(height) = known[index] {
-        return (depth + height <= DEEPEST).then_some(height);
+        return (depth + height <= MAX_NESTING).then_some(height);
     }
     let mut own = 0;
     for field in &records[index].types {

@@ -5,7 +5,9 @@
 mod codec;
 mod decode;
 mod definition;
+
 mod described;
+mod files;
 mod interfaces;
 #[cfg(feature = "external-tools")]
 mod others;

@@ -57,7 +57,7 @@ pub fn python(folder: &Path, packages: &[&str]) -> PathBuf {
 }
 
 /// Packages of PyPI: a build of ROS 2 Kilted with rclpy and Fast DDS.
-const ROS2: [&str; 10] = [
+const ROS2: [&str; 11] = [
     "ros-rclpy==9.1.2",
     "ros-rcl==10.1.3",
     "ros-rmw-fastrtps-cpp==9.3.3",
@@ -68,6 +68,7 @@ const ROS2: [&str; 10] = [
     "ros-sensor-msgs==5.5.1",
     "ros-nav-msgs==5.5.1",
     "ros-std-srvs==5.5.1",
+    "ros-test-msgs==2.3.0",
 ];
 
 /// Returns a Python that has ROS 2, in a folder of a target's temporary ones.

@@ -66,12 +66,12 @@ impl RosrpcServer {
             ConnectionHeader::of([("error", error.as_str())]).write(&mut stream).await?;
             return Ok(Some(error));
         }
-        let (request, response) = (self.of.request_name(), self.of.response_name());
+        let (request, response) = (self.of.request().name(), self.of.response().name());
         let own = [
             ("callerid", node.name()),
             ("md5sum", &self.checksum),
-            ("request_type", &request),
-            ("response_type", &response),
+            ("request_type", request),
+            ("response_type", response),
             ("service", &self.service),
             ("type", self.of.name()),
         ];
@@ -105,7 +105,7 @@ impl RosrpcServer {
     }
 
     async fn answer(&self, message: &[u8]) -> Result<Vec<u8>, String> {
-        let request = self.of.decode_request(message)?;
+        let request = self.of.request().decode(message)?;
         let handler = Arc::clone(&self.handler);
         // It waits for a cycle of the agent.
         let answer = move || {
@@ -113,7 +113,7 @@ impl RosrpcServer {
             (*handler)(&request)
         };
         let response = tokio::task::spawn_blocking(answer).await.map_err(|error| error.to_string())??;
-        self.of.encode_response(&response)
+        self.of.response().encode(&response)
     }
 }
 
@@ -122,8 +122,7 @@ impl RosrpcServer {
 /// # Errors
 /// A definition that lacks a message, in words.
 fn checksum(of: &ServiceType) -> Result<String, String> {
-    let (request, response) = of.definitions();
-    service_checksum(of.name(), request, response)
+    service_checksum(of.name(), of.request().definition(), of.response().definition())
 }
 
 /// Calls a service, and returns its response; or else why it failed, as its server says.
@@ -136,7 +135,7 @@ pub async fn call_service(
     of: &ServiceType,
     request: &Json,
 ) -> Result<Result<Json, String>, String> {
-    let request = of.encode_request(request)?;
+    let request = of.request().encode(request)?;
     let found = node.master.call("lookupService", vec![service.into()]).await;
     let found = found.map_err(|error| format!("{service} has no server: {error}"))?;
     let authority = found.as_text().and_then(|own| own.strip_prefix("rosrpc://")).unwrap_or_default();
@@ -158,7 +157,7 @@ pub async fn call_service(
     let is_done = stream.read_u8().await.map_err(lost)? == 1;
     let answer = read_message(&mut stream, MAX_MESSAGE_BYTES).await.map_err(lost)?;
     if is_done {
-        return of.decode_response(&answer).map(Ok);
+        return of.response().decode(&answer).map(Ok);
     }
     Ok(Err(String::from_utf8_lossy(&answer).into_owned()))
 }

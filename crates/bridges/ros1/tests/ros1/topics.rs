@@ -228,3 +228,31 @@ fn without_a_master_nothing_begins() {
     // The input is as before: a person may set it.
     agent.set("base/command", "linear", Value::Float(1.0));
 }
+
+#[test]
+fn messages_defined_by_files_are_read_and_written() {
+    let master = Master::start();
+    // As ROS itself has it, with the file of the message in it beside it.
+    let file = "/usr/share/geometry_msgs/msg/WrenchStamped.msg";
+    let agent = Running::of(&format!(
+        "[modules.wrist]\n[links]\n\"wrist/load\" = {{ from = \"ros1:/load\", definition = \"{file}\" }}\n[ros1]\n\
+         master = \"{}\"\nwrite.\"/felt\" = {{ from = \"wrist/felt\", definition = \"{file}\", frame = \"wrist\" }}",
+        master.address()
+    ));
+    let mut peer = master.peer("sensor");
+    peer.advertise("/load", "geometry_msgs/WrenchStamped");
+    peer.subscribe("/felt", "geometry_msgs/WrenchStamped");
+    eventually("matches", || peer.matched("/load") == 1 && agent.bridge().topics()[1].others == Some(1));
+    peer.publish(
+        "/load",
+        &json!({ "wrench": { "force": { "x": 1.5, "z": -9.0 }, "torque": { "y": 0.25 } } }),
+    );
+    let mut felt = Vec::new();
+    eventually("the load", || {
+        felt.extend(peer.take("/felt"));
+        !felt.is_empty()
+    });
+    assert_eq!(felt[0]["wrench"]["force"], json!({ "x": 1.5, "y": 0.0, "z": -9.0 }));
+    assert_eq!(felt[0]["wrench"]["torque"], json!({ "x": 0.0, "y": 0.25, "z": 0.0 }));
+    assert_eq!(felt[0]["header"]["frame_id"], "wrist");
+}

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::Waker;
 use std::time::{Duration, Instant};
 
-use rustdds::{GUID, RTPSEntity, SampleIdentity, SequenceNumber, Timestamp, WriteOptionsBuilder};
+use rustdds::GUID;
 use serde_json::Value as Json;
 use slate_blackboard::Carrier;
 use slate_blackboard::interface::Descriptor;
@@ -13,15 +13,12 @@ use slate_blackboard::message::{ABANDONED, Answer, Receiver};
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
 use slate_runtime::Composer;
-use slate_topics::{FieldPairs, InboundTopics, ServiceCall, bytes, json, outbox};
+use slate_topics::{FieldPairs, InboundTopics, RosError, ServiceCall, json, outbox};
 
-use super::server::QUALITY;
+use super::caller::ServiceCaller;
 use crate::inbound::ReaderWaker;
 use crate::matches::{Matches, OwnEndpoint};
-use crate::name::{reply_topic, request_topic, type_name};
-use crate::participant::{RosParticipant, TopicReader, TopicWriter};
-use crate::raw::RawMessage;
-use slate_topics::RosError;
+use crate::participant::RosParticipant;
 
 /// Period of the check for messages.
 const POLL_PERIOD: Duration = Duration::from_millis(5);
@@ -34,8 +31,7 @@ pub struct ServiceClient {
     call: ServiceCall,
     pairs: FieldPairs,
     descriptor: &'static Descriptor,
-    reader: TopicReader,
-    writer: TopicWriter,
+    caller: ServiceCaller,
     /// Place of the input for responses among those that the bridge sets, and its fields.
     response: Option<(usize, FieldPairs)>,
     reported: Option<String>,
@@ -61,29 +57,14 @@ impl ServiceClient {
         response: Option<(usize, FieldPairs)>,
     ) -> Result<Self, RosError> {
         let (property, pairs) = outbox(composer, call)?;
-        let reader = participant.reader_at(reply_topic(&call.service), &call.of.response_name(), QUALITY)?;
-        let writer = participant.writer_at(request_topic(&call.service), &call.of.request_name(), QUALITY)?;
+        let caller = ServiceCaller::open(participant, &call.service, &call.of)?;
         let descriptor = property.descriptor();
-        Ok(Self { call: call.clone(), pairs, descriptor, reader, writer, response, reported: None })
+        Ok(Self { call: call.clone(), pairs, descriptor, caller, response, reported: None })
     }
 
-    /// Its reader and its writer.
-    pub fn guids(&self) -> (GUID, GUID) {
-        (self.reader.guid(), self.writer.guid())
-    }
-
-    /// GUID, topic and type of both, for matching.
+    /// GUID, topic and type of its reader and its writer, for matching.
     pub fn endpoints(&self) -> [(GUID, OwnEndpoint); 2] {
-        let ServiceCall { service, of, .. } = &self.call;
-        let endpoint = |topic: String, message: String, is_reader| OwnEndpoint {
-            topic: service.clone(),
-            wire: (topic, type_name(&message)),
-            message: of.name().into(),
-            is_reader,
-        };
-        let replies = endpoint(reply_topic(service), of.response_name(), true);
-        let requests = endpoint(request_topic(service), of.request_name(), false);
-        [(self.reader.guid(), replies), (self.writer.guid(), requests)]
+        self.caller.endpoints()
     }
 
     /// Sends what the outbox has as requests, one after the other, until the end.
@@ -93,7 +74,7 @@ impl ServiceClient {
         let mut receiver: Option<Receiver> = None;
         while !context.ended.load(Ordering::Acquire) {
             if receiver.is_none() {
-                receiver = self.receiver(&context.composer);
+                receiver = receiver_of(&context.composer, &self.call.outbox);
             }
             let Some(messages) = &mut receiver else {
                 wake.wait_timeout(POLL_PERIOD * 20);
@@ -122,14 +103,6 @@ impl ServiceClient {
         }
     }
 
-    fn receiver(&self, composer: &Composer) -> Option<Receiver> {
-        let (property, _) = composer.board().get(&self.call.outbox)?;
-        match property.carrier() {
-            Carrier::Mailbox(mailbox) => mailbox.receiver().ok(),
-            _ => None,
-        }
-    }
-
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
     fn call(
         &self,
@@ -138,39 +111,19 @@ impl ServiceClient {
         wake: &Wake,
         waker: &Waker,
     ) -> Result<Answer, String> {
-        let ServiceCall { service, of, timeout, .. } = &self.call;
-        let request = of.encode_request(&self.pairs.message(value))?;
+        let ServiceCall { service, timeout, .. } = &self.call;
         let began = Instant::now();
         let is_late = || began.elapsed() > *timeout || context.ended.load(Ordering::Acquire);
-        while context.matches.count(self.writer.guid()) == 0 || context.matches.count(self.reader.guid()) == 0
-        {
+        while !self.caller.has_server(&context.matches) {
             if is_late() {
                 return Err(format!("{service} has no server"));
             }
             wake.wait_timeout(POLL_PERIOD);
         }
-        // Servers on Fast DDS wait until this reader can hear them.
-        let own =
-            SampleIdentity { writer_guid: self.reader.guid(), sequence_number: SequenceNumber::UNKNOWN };
-        let options = WriteOptionsBuilder::new()
-            .source_timestamp(Timestamp::now())
-            .related_sample_identity(own)
-            .build();
-        let sent = self.writer.write_with_options(RawMessage(request), options);
-        let sent = sent.map_err(|error| error.to_string())?;
-        let is_mine = |related: &SampleIdentity| {
-            related.sequence_number == sent.sequence_number
-                && (related.writer_guid == self.reader.guid() || related.writer_guid == self.writer.guid())
-        };
+        let request = self.caller.send(&self.pairs.message(value))?;
         loop {
-            self.reader.drain_read_notifications();
-            // Before it is looked: what comes after that wakes this thread.
-            self.reader.set_waker(Some(waker.clone()));
-            while let Some(change) = self.reader.try_take_one().map_err(|error| error.to_string())? {
-                // Responses to other clients come here, too, and late ones to earlier requests.
-                if change.related_sample_identity().as_ref().is_some_and(is_mine) {
-                    return self.take(&change.into_value().0, context);
-                }
+            if let Some(response) = self.caller.take(request, waker)? {
+                return self.forward(&response, context);
             }
             if is_late() {
                 return Err(format!("{service} has not answered within {timeout:?}"));
@@ -180,15 +133,9 @@ impl ServiceClient {
     }
 
     /// Forwards a response, and returns the outcome of the message.
-    fn take(&self, message: &[u8], context: &CallContext) -> Result<Answer, String> {
-        let response = self.call.of.decode_response(message)?;
+    fn forward(&self, response: &Json, context: &CallContext) -> Result<Answer, String> {
         if let Some((place, pairs)) = &self.response {
-            let input = context.inbound.topics()[*place].input();
-            let found = context.composer.board().get(input).map(|(property, _)| property);
-            let shape = found.as_ref().and_then(|own| Some((own.descriptor(), own.channel()?.shape())));
-            let (descriptor, shape) = shape.ok_or_else(|| format!("/{input} is no longer there"))?;
-            let value = bytes(descriptor, shape, &pairs.value(&response, &Json::Null));
-            context.inbound.push(*place, Ok(value.map_err(|reason| format!("/{input}: {reason}"))?));
+            context.inbound.push_json(*place, &pairs.value(response, &Json::Null))?;
         }
         let is_refused = response.get("success").and_then(Json::as_bool) == Some(false);
         Ok(if is_refused { Answer::Refused(UNSUCCESSFUL) } else { Answer::Done })
@@ -201,5 +148,14 @@ impl ServiceClient {
             composer.log(Level::Warn, &format!("ros2: a message of /{outbox} is not answered: {reason}"));
             self.reported = Some(reason);
         }
+    }
+}
+
+/// The receiver of an outbox that is not linked; nothing while that is missing.
+pub fn receiver_of(composer: &Composer, outbox: &str) -> Option<Receiver> {
+    let (property, _) = composer.board().get(outbox)?;
+    match property.carrier() {
+        Carrier::Mailbox(mailbox) => mailbox.receiver().ok(),
+        _ => None,
     }
 }

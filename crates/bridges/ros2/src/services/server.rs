@@ -64,22 +64,17 @@ impl ServiceServer {
     /// # Errors
     /// When DDS refuses.
     pub fn open(participant: &RosParticipant, service: &str, of: &ServiceType) -> Result<Self, RosError> {
-        let reader = participant.reader_at(request_topic(service), &of.request_name(), QUALITY)?;
-        let writer = participant.writer_at(reply_topic(service), &of.response_name(), QUALITY)?;
+        let reader = participant.reader_at(request_topic(service), of.request().name(), QUALITY)?;
+        let writer = participant.writer_at(reply_topic(service), of.response().name(), QUALITY)?;
         Ok(Self { service: service.into(), of: of.clone(), reader, writer, reported: None })
-    }
-
-    /// Its reader and its writer.
-    pub fn guids(&self) -> (GUID, GUID) {
-        (self.reader.guid(), self.writer.guid())
     }
 
     /// GUID, topic and type of both, for matching.
     pub fn endpoints(&self) -> [(GUID, OwnEndpoint); 2] {
-        let wire = |topic, message: String| (topic, type_name(&message));
+        let wire = |topic, message: &str| (topic, type_name(message));
         let (requests, replies) = (
-            wire(request_topic(&self.service), self.of.request_name()),
-            wire(reply_topic(&self.service), self.of.response_name()),
+            wire(request_topic(&self.service), self.of.request().name()),
+            wire(reply_topic(&self.service), self.of.response().name()),
         );
         let endpoint = |wire, is_reader| OwnEndpoint {
             topic: self.service.clone(),
@@ -90,37 +85,41 @@ impl ServiceServer {
         [(self.reader.guid(), endpoint(requests, true)), (self.writer.guid(), endpoint(replies, false))]
     }
 
-    /// Answers the next request; whether there was one.
-    fn answer(&mut self, place: usize, handler: &mut dyn ServiceHandler, context: &ServeContext) -> bool {
-        let change = match self.reader.try_take_one() {
-            Ok(Some(change)) => change,
-            Ok(None) => return false,
-            Err(error) => {
-                self.report(&context.composer, error.to_string());
-                return true;
+    /// Takes the next request and its identity, if one has come or is invalid; otherwise it wakes the waker.
+    pub fn take(&mut self, waker: &Waker, context: &ServeContext) -> Option<(SampleIdentity, Json)> {
+        self.reader.drain_read_notifications();
+        // Set before the check, so that a later request wakes this thread.
+        self.reader.set_waker(Some(waker.clone()));
+        loop {
+            let change = match self.reader.try_take_one() {
+                Ok(change) => change?,
+                Err(error) => {
+                    self.report(&context.composer, error.to_string());
+                    continue;
+                }
+            };
+            // Clients of Fast DDS name the reader of their response there; others none.
+            let related = change.related_sample_identity().map(|related| related.writer_guid);
+            let client = related.filter(|guid| *guid != GUID::GUID_UNKNOWN).unwrap_or(change.writer_guid);
+            let identity = SampleIdentity { writer_guid: client, sequence_number: change.sequence_number };
+            match self.of.request().decode(&change.into_value().0) {
+                Ok(request) => return Some((identity, request)),
+                Err(reason) => self.report(&context.composer, reason),
             }
-        };
-        // Clients of Fast DDS name the reader of their response there; others none.
-        let related = change.related_sample_identity().map(|related| related.writer_guid);
-        let client = related.filter(|guid| *guid != GUID::GUID_UNKNOWN).unwrap_or(change.writer_guid);
-        let identity = SampleIdentity { writer_guid: client, sequence_number: change.sequence_number };
-        let request = self.of.decode_request(&change.into_value().0);
-        let answer = request.and_then(|request| self.of.encode_response(&handler.answer(place, &request)));
-        let answer = answer.and_then(|message| self.reply(identity, message, context));
-        match answer {
+        }
+    }
+
+    /// Responds to a request.
+    pub fn reply(&mut self, identity: SampleIdentity, response: &Json, context: &ServeContext) {
+        let message = self.of.response().encode(response);
+        match message.and_then(|message| self.send(identity, message, context)) {
             Ok(()) => self.reported = None,
             Err(reason) => self.report(&context.composer, reason),
         }
-        true
     }
 
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
-    fn reply(
-        &self,
-        identity: SampleIdentity,
-        message: Vec<u8>,
-        context: &ServeContext,
-    ) -> Result<(), String> {
+    fn send(&self, identity: SampleIdentity, message: Vec<u8>, context: &ServeContext) -> Result<(), String> {
         let client = identity.writer_guid;
         let is_reader = client.to_bytes()[15] & READER != 0;
         let began = Instant::now();
@@ -158,26 +157,29 @@ pub struct ServeContext {
 }
 
 impl ServeContext {
-    fn is_ended(&self) -> bool {
+    pub fn is_ended(&self) -> bool {
         self.ended.load(Ordering::Acquire)
+    }
+}
+
+/// Waits until a rerun can repeat messages, as it sends them after the cycle in which they came.
+pub fn wait_for_start(context: &ServeContext) {
+    while !context.is_ended() && context.composer.is_lockstep() && context.composer.cycles() == 0 {
+        context.wake.wait_timeout(POLL_PERIOD);
     }
 }
 
 /// Answers requests of services, one after the other, until the end.
 pub fn serve(mut servers: Vec<ServiceServer>, mut handler: Box<dyn ServiceHandler>, context: &ServeContext) {
     let waker = Waker::from(Arc::new(ReaderWaker(Arc::clone(&context.wake))));
+    wait_for_start(context);
     while !context.is_ended() {
-        // A rerun sends messages after the cycle in which they came.
-        if context.composer.is_lockstep() && context.composer.cycles() == 0 {
-            context.wake.wait_timeout(POLL_PERIOD);
-            continue;
-        }
         let mut is_idle = true;
         for (place, server) in servers.iter_mut().enumerate() {
-            server.reader.drain_read_notifications();
-            // Before it is looked: what comes after that wakes this thread.
-            server.reader.set_waker(Some(waker.clone()));
-            is_idle &= !server.answer(place, &mut *handler, context);
+            if let Some((identity, request)) = server.take(&waker, context) {
+                is_idle = false;
+                server.reply(identity, &handler.answer(place, &request), context);
+            }
         }
         if is_idle {
             context.wake.wait_timeout(IDLE_PERIOD);

@@ -13,6 +13,7 @@ use slate_topics::{AgentOperations, InboundTopic, InboundTopics, InboxHandler, a
 use super::client::{CallContext, ServiceClient};
 use super::server::{ServeContext, serve};
 use super::{ServiceHandler, ServiceServer};
+use crate::actions::{ActionClient, ActionServer};
 use crate::matches::{Matches, OwnEndpoint};
 use crate::participant::RosParticipant;
 use crate::settings::{RosSettings, TABLE};
@@ -30,6 +31,8 @@ pub struct ServiceGroup {
 pub struct ServiceThreads {
     groups: Vec<ServiceGroup>,
     clients: Vec<ServiceClient>,
+    offered: Vec<(ActionServer, Arc<Wake>)>,
+    called: Vec<ActionClient>,
     wakes: Vec<Arc<Wake>>,
     ended: Arc<AtomicBool>,
 }
@@ -68,6 +71,13 @@ impl ServiceThreads {
             };
             threads.clients.push(ServiceClient::open(participant, composer, call, response)?);
         }
+        for offer in &settings.offered_actions {
+            let server = ActionServer::open(participant, surface, offer)?;
+            threads.offered.push((server, Arc::new(Wake::new())));
+        }
+        for call in &settings.called_actions {
+            threads.called.push(ActionClient::open(participant, composer, call, inputs)?);
+        }
         Ok(threads)
     }
 
@@ -76,17 +86,18 @@ impl ServiceThreads {
         self.groups.push(group);
     }
 
-    /// Readers and writers of all services.
-    pub fn guids(&self) -> impl Iterator<Item = (GUID, GUID)> {
-        let servers = self.groups.iter().flat_map(|group| &group.servers).map(ServiceServer::guids);
-        servers.chain(self.clients.iter().map(ServiceClient::guids))
-    }
-
-    /// GUIDs, topics and types of the same, for matching.
+    /// GUIDs, topics and types of all their readers and writers.
     pub fn endpoints(&self) -> impl Iterator<Item = (GUID, OwnEndpoint)> {
         let servers = self.groups.iter().flat_map(|group| &group.servers);
         let servers = servers.flat_map(ServiceServer::endpoints);
-        servers.chain(self.clients.iter().flat_map(ServiceClient::endpoints))
+        let services = servers.chain(self.clients.iter().flat_map(ServiceClient::endpoints));
+        let offered = self.offered.iter().flat_map(|(server, _)| server.endpoints());
+        services.chain(offered).chain(self.called.iter().flat_map(ActionClient::endpoints))
+    }
+
+    /// Wakes of threads that look at values after each cycle.
+    pub fn tick_wakes(&self) -> impl Iterator<Item = Arc<Wake>> {
+        self.offered.iter().map(|(_, wake)| Arc::clone(wake))
     }
 
     /// Starts the threads; once.
@@ -100,21 +111,37 @@ impl ServiceThreads {
         inbound: &Arc<InboundTopics>,
     ) -> Result<Vec<JoinHandle<()>>, RosError> {
         let mut threads = Vec::new();
+        let spawn = |name: &str| Builder::new().name(name.into());
+        let serving = |wake: Arc<Wake>| ServeContext {
+            composer: composer.clone(),
+            matches: Arc::clone(matches),
+            wake,
+            ended: Arc::clone(&self.ended),
+        };
+        let calling = || CallContext {
+            composer: composer.clone(),
+            matches: Arc::clone(matches),
+            inbound: Arc::clone(inbound),
+            ended: Arc::clone(&self.ended),
+        };
         for ServiceGroup { name, servers, handler } in self.groups.drain(..) {
             let wake = Arc::new(Wake::new());
             self.wakes.push(Arc::clone(&wake));
-            let (composer, matches) = (composer.clone(), Arc::clone(matches));
-            let context = ServeContext { composer, matches, wake, ended: Arc::clone(&self.ended) };
-            threads.push(Builder::new().name(name.into()).spawn(move || serve(servers, handler, &context))?);
+            let context = serving(wake);
+            threads.push(spawn(name).spawn(move || serve(servers, handler, &context))?);
         }
         for client in self.clients.drain(..) {
-            let context = CallContext {
-                composer: composer.clone(),
-                matches: Arc::clone(matches),
-                inbound: Arc::clone(inbound),
-                ended: Arc::clone(&self.ended),
-            };
-            threads.push(Builder::new().name("ros2-call".into()).spawn(move || client.run(&context))?);
+            let context = calling();
+            threads.push(spawn("ros2-call").spawn(move || client.run(&context))?);
+        }
+        for (server, wake) in self.offered.drain(..) {
+            self.wakes.push(Arc::clone(&wake));
+            let context = serving(wake);
+            threads.push(spawn("ros2-action").spawn(move || server.run(&context))?);
+        }
+        for client in self.called.drain(..) {
+            let context = calling();
+            threads.push(spawn("ros2-goals").spawn(move || client.run(&context))?);
         }
         Ok(threads)
     }

@@ -52,11 +52,8 @@ fn services_have_a_type_and_a_port() {
     assert_eq!((offer.of.name(), &offer.value), ("std_srvs/srv/Empty", &serde_json::json!({ "on": true })));
     let [call] = &settings.call[..] else { panic!("{settings:?}") };
     assert_eq!((call.outbox.as_str(), call.response.as_deref()), ("driver/ask", Some("driver/sum")));
-    assert_eq!(
-        (call.of.request_name().as_str(), call.timeout.as_millis()),
-        ("a_package/srv/Sum_Request", 200)
-    );
-    assert_eq!(call.of.response().field_names().collect::<Vec<_>>(), ["sum"]);
+    assert_eq!((call.of.request().name(), call.timeout.as_millis()), ("a_package/srv/Sum_Request", 200));
+    assert_eq!(call.of.response().schema().field_names().collect::<Vec<_>>(), ["sum"]);
     assert_eq!(
         call.of,
         ServiceType::parse(WireFormat::Cdr, "a_package/srv/Sum", "int64 a\nint64 b\n---\nint64 sum").unwrap()
@@ -206,5 +203,52 @@ fn links_name_topics_without_a_table_and_with_one() {
         let found = found.unwrap_or_else(|| panic!("{links}: {report}"));
         assert!(found.placed().starts_with(&format!("r2.toml:{line}:")), "{}", found.placed());
         assert!(found.help_text().is_some(), "{links}");
+    }
+}
+
+#[test]
+fn definitions_are_read_from_files_beside_the_configuration() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros2-definitions");
+    std::fs::create_dir_all(folder.join("own/msg")).unwrap();
+    std::fs::create_dir_all(folder.join("own/srv")).unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+    write("own/msg/Sample.msg", "float64 value\nPart[] parts\n");
+    write("own/msg/Part.msg", "string name\n");
+    write("own/msg/Endless.msg", "bool on\nEndless[] inner\n");
+    write("own/srv/Add.srv", "Part part\n---\nfloat64 sum\n");
+    write("own/srv/Part.msg", "string name\n");
+    let of = |table: &str| {
+        write("r2.toml", &format!("agent.name = \"r2\"\n[ros2]\n{table}\n"));
+        let options = Options { extra_tables: vec![TABLE.into()], ..Options::default() };
+        RosSettings::of(&Configuration::load(folder.join("r2.toml"), &options).unwrap())
+    };
+    let settings = of(
+        "read.\"driver/sample\" = { topic = \"/sample\", definition = \"own/msg/Sample.msg\" }\n\
+                       write.\"/part\" = { from = \"a/b\", definition = \"own/msg/Part.msg\", type = \"other/msg/Part\" }\n\
+                       serve.\"/add\" = { to = \"a/c\", type = \"own/srv/Add\", definition = \"own/srv/Add.srv\" }",
+    );
+    let settings = settings.unwrap().unwrap();
+    let name = |files: &Option<std::sync::Arc<slate_record::ros::DefinitionFiles>>| {
+        files.as_ref().unwrap().definition().name.clone()
+    };
+    assert_eq!(name(&settings.topics.read[0].definition), "own/msg/Sample");
+    assert_eq!(name(&settings.topics.write[0].definition), "other/msg/Part");
+    assert_eq!(settings.serve[0].of.request().schema().field_names().collect::<Vec<_>>(), ["part"]);
+    let read = |rest: &str| format!("read.\"driver/sample\" = {{ topic = \"/sample\", {rest} }}");
+    let cases = [
+        (
+            read("definition = \"own/msg/Endless.msg\""),
+            "own/msg/Endless.msg:2: a message can't contain itself",
+        ),
+        (read("definition = \"own/msg/Missing.msg\""), "own/msg/Missing.msg: the file can't be read"),
+        (read("definition = \"own/msg/Part.msg\", type = \"Part\""), "`Part` is no type of a message"),
+        (read("type = \"own/msg/Part\""), "`type` is the type of a `definition`, and that is missing"),
+    ];
+    for (table, words) in cases {
+        let report = of(&table).unwrap_err();
+        let found = report.diagnostics().iter().find(|own| own.message().contains(words));
+        let found = found.unwrap_or_else(|| panic!("{table}: {report}"));
+        assert_eq!(found.line(), Some(3), "{table}");
+        assert!(found.help_text().is_some(), "{table}");
     }
 }

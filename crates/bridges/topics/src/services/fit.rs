@@ -7,10 +7,11 @@ use slate_blackboard::interface::{Descriptor, View, edit};
 use slate_blackboard::{Carrier, Property, Shape};
 use slate_record::ros::Schema;
 use slate_runtime::Composer;
+use slate_runtime::configuration::Span;
 
-use crate::misfit::TopicMisfit;
+use crate::message_type::MessageType;
+use crate::misfit::{TopicMisfit, input, output};
 use crate::service_settings::{ServiceCall, ServiceOffer};
-use crate::service_type::ServiceType;
 
 /// A field of an interface that only fills up.
 const RESERVED: &str = "reserved";
@@ -77,7 +78,7 @@ pub fn json(descriptor: &'static Descriptor, bytes: &[u8], items: usize) -> Json
     view.and_then(|view| serde_json::to_value(view.value()).ok()).unwrap_or_default()
 }
 
-/// Whether the ports that services name are there and fit them; nothing is opened.
+/// Checks that the ports that services name are there and fit them; opens nothing.
 ///
 /// # Errors
 /// The first that does not fit.
@@ -87,96 +88,149 @@ pub fn check_services(
     calls: &[ServiceCall],
 ) -> Result<(), Box<TopicMisfit>> {
     offers.iter().try_for_each(|offer| inbox(composer, offer).map(drop))?;
-    calls.iter().try_for_each(|call| outbox(composer, call).map(drop))
-}
-
-/// Values of an empty request and an empty response.
-fn empty_request(of: &ServiceType) -> Result<Json, String> {
-    of.decode_request(&of.encode_request(&Json::Object(Map::new()))?)
-}
-
-fn empty_response(of: &ServiceType) -> Result<Json, String> {
-    of.decode_response(&of.encode_response(&Json::Object(Map::new()))?)
+    calls.iter().try_for_each(|call| {
+        outbox(composer, call)?;
+        call.response.as_ref().map_or(Ok(()), |input| answer_input(composer, call, input).map(drop))
+    })
 }
 
 /// The inbox of a service, and how its requests are messages.
 ///
 /// # Errors
-/// When it does not fit.
-pub fn inbox(
-    composer: &Composer,
-    offer: &ServiceOffer,
-) -> Result<(Arc<Property>, FieldPairs), Box<TopicMisfit>> {
-    let wrong = |reason: String, help: &'static str| {
-        let (property, topic) = (offer.inbox.clone(), offer.service.clone());
-        Box::new(TopicMisfit { property, topic, reason, help, place: offer.place })
-    };
-    let (property, shape) =
-        mailbox(composer, &offer.inbox).map_err(|reason| wrong(reason, "`slate list` shows the inboxes"))?;
-    let descriptor = property.descriptor();
-    let pairs = FieldPairs::new(offer.of.request(), descriptor);
-    let value = empty_request(&offer.of).map(|message| pairs.value(&message, &offer.value));
-    let value = value.map_err(|reason| wrong(reason, "correct `definition`"))?;
-    let lacking: Vec<_> = fields(descriptor).filter(|name| value.get(name).is_none()).collect();
-    if !lacking.is_empty() {
-        let reason = format!("{} has no {}", offer.of.name(), lacking.join(", "));
-        return Err(wrong(reason, "say it in the entry, as in value = { brightness = 0.5 }"));
-    }
-    let is_fit = bytes(descriptor, shape, &value);
-    is_fit.map_err(|reason| wrong(reason, "take a service with fields of the types of the inbox"))?;
-    Ok((property, pairs))
+/// The inbox is missing, or does not fit.
+pub fn inbox(composer: &Composer, offer: &ServiceOffer) -> Result<FittingPort, Box<TopicMisfit>> {
+    let port = NamedPort { path: &offer.inbox, topic: &offer.service, place: offer.place };
+    port.inbox(composer, offer.of.request(), &offer.value)
 }
 
 /// The outbox that calls a service, and how its messages are requests.
 ///
 /// # Errors
-/// When it does not fit.
-pub fn outbox(
-    composer: &Composer,
-    call: &ServiceCall,
-) -> Result<(Arc<Property>, FieldPairs), Box<TopicMisfit>> {
-    let wrong = |reason: String, help: &'static str| {
-        let (property, topic) = (call.outbox.clone(), call.service.clone());
-        Box::new(TopicMisfit { property, topic, reason, help, place: call.place })
-    };
-    let found = mailbox(composer, &call.outbox);
-    let help = "name an outbox that no link of [links] has; `slate graph` shows the ports";
-    let (property, shape) = found.map_err(|reason| wrong(reason, help))?;
-    let descriptor = property.descriptor();
-    let pairs = FieldPairs::new(call.of.request(), descriptor);
-    let zero = vec![0; shape.bytes(0)];
-    let request = pairs.message(&json(descriptor, &zero, 0));
-    let is_fit = call.of.encode_request(&request);
-    is_fit.map_err(|reason| wrong(reason, "take a service with fields of the types of the outbox"))?;
-    if let Some(input) = &call.response {
-        answer_input(composer, call, input)?;
-    }
-    Ok((property, pairs))
+/// The outbox is missing, or does not fit.
+pub fn outbox(composer: &Composer, call: &ServiceCall) -> Result<FittingPort, Box<TopicMisfit>> {
+    let port = NamedPort { path: &call.outbox, topic: &call.service, place: call.place };
+    port.outbox(composer, call.of.request())
 }
 
 /// The input that is set to responses, and how those are its values.
 ///
 /// # Errors
-/// When it does not fit.
+/// The input is missing, or does not fit.
 pub fn answer_input(
     composer: &Composer,
     call: &ServiceCall,
     input: &str,
-) -> Result<(Arc<Property>, FieldPairs), Box<TopicMisfit>> {
-    let wrong = |reason: String, help: &'static str| {
-        let (property, topic) = (input.to_owned(), call.service.clone());
-        Box::new(TopicMisfit { property, topic, reason, help, place: call.place })
-    };
-    let property =
-        crate::misfit::input(composer, input, &call.service).map_err(|misfit| misfit.at(call.place))?;
-    let pairs = FieldPairs::new(call.of.response(), property.descriptor());
-    let shape = property.channel().map(|channel| channel.shape());
-    let fits = empty_response(&call.of).and_then(|message| {
-        let value = pairs.value(&message, &Json::Null);
-        shape.map_or(Ok(Vec::new()), |shape| bytes(property.descriptor(), shape, &value))
-    });
-    fits.map_err(|reason| wrong(reason, "read it with an input whose fields have the response's types"))?;
-    Ok((property, pairs))
+) -> Result<FittingPort, Box<TopicMisfit>> {
+    let port = NamedPort { path: input, topic: &call.service, place: call.place };
+    port.input(composer, call.of.response())
+}
+
+/// A port that fits messages, and how those are its values.
+pub type FittingPort = (Arc<Property>, FieldPairs);
+
+/// A port that a service or an action names.
+#[derive(Clone, Copy, Debug)]
+pub struct NamedPort<'n> {
+    /// Its path.
+    pub path: &'n str,
+    /// The service or action.
+    pub topic: &'n str,
+    /// Place in the configuration.
+    pub place: Option<Span>,
+}
+
+impl NamedPort<'_> {
+    fn misfit(&self, reason: impl Into<String>, help: &'static str) -> Box<TopicMisfit> {
+        TopicMisfit::new(self.path, self.topic, reason, help).at(self.place)
+    }
+
+    /// As an inbox that receives messages, with fields of `value` that those lack.
+    ///
+    /// # Errors
+    /// The inbox is missing, or does not fit.
+    pub fn inbox(
+        &self,
+        composer: &Composer,
+        of: &MessageType,
+        value: &Json,
+    ) -> Result<FittingPort, Box<TopicMisfit>> {
+        let (property, shape) = mailbox(composer, self.path)
+            .map_err(|reason| self.misfit(reason, "`slate list` shows the inboxes"))?;
+        let descriptor = property.descriptor();
+        let pairs = FieldPairs::new(of.schema(), descriptor);
+        let value = of.empty().map(|message| pairs.value(&message, value));
+        let value = value.map_err(|reason| self.misfit(reason, "correct `definition`"))?;
+        let lacking: Vec<_> = fields(descriptor).filter(|name| value.get(name).is_none()).collect();
+        if !lacking.is_empty() {
+            let reason = format!("{} has no {}", of.name(), lacking.join(", "));
+            return Err(self.misfit(reason, "say it in the entry, as in value = { brightness = 0.5 }"));
+        }
+        let is_fit = bytes(descriptor, shape, &value);
+        is_fit.map_err(|reason| self.misfit(reason, "take a type with fields of the types of the inbox"))?;
+        Ok((property, pairs))
+    }
+
+    /// As an inbox or outbox of any interface.
+    ///
+    /// # Errors
+    /// It is missing.
+    pub fn mailbox(&self, composer: &Composer) -> Result<Arc<Property>, Box<TopicMisfit>> {
+        let help = "name an outbox that no link of [links] has; `slate graph` shows the ports";
+        let found = mailbox(composer, self.path);
+        found.map(|(property, _)| property).map_err(|reason| self.misfit(reason, help))
+    }
+
+    /// As an outbox whose messages are sent.
+    ///
+    /// # Errors
+    /// The outbox is missing, or does not fit.
+    pub fn outbox(&self, composer: &Composer, of: &MessageType) -> Result<FittingPort, Box<TopicMisfit>> {
+        let property = self.mailbox(composer)?;
+        let pairs = self.sent(&property, of)?;
+        Ok((property, pairs))
+    }
+
+    /// As an output whose values are sent.
+    ///
+    /// # Errors
+    /// The output is missing, or no field of it fits.
+    pub fn output(&self, composer: &Composer, of: &MessageType) -> Result<FittingPort, Box<TopicMisfit>> {
+        let property = output(composer, self.path, self.topic).map_err(|misfit| misfit.at(self.place))?;
+        let pairs = self.sent(&property, of)?;
+        if pairs.pairs.is_empty() && of.schema().field_names().next().is_some() {
+            let theirs: Vec<_> = of.schema().field_names().collect();
+            let reason = format!("no field of it is one of {}, which has {}", of.name(), theirs.join(", "));
+            return Err(self.misfit(reason, "name an output with fields of that name"));
+        }
+        Ok((property, pairs))
+    }
+
+    /// How values of a port are messages.
+    fn sent(&self, property: &Property, of: &MessageType) -> Result<FieldPairs, Box<TopicMisfit>> {
+        let descriptor = property.descriptor();
+        let pairs = FieldPairs::new(of.schema(), descriptor);
+        let zero = vec![0; descriptor.size];
+        let is_fit = of.encode(&pairs.message(&json(descriptor, &zero, 0)));
+        is_fit.map_err(|reason| self.misfit(reason, "take a type with fields of the types of the port"))?;
+        Ok(pairs)
+    }
+
+    /// As an input that is set to messages.
+    ///
+    /// # Errors
+    /// The input is missing, or does not fit.
+    pub fn input(&self, composer: &Composer, of: &MessageType) -> Result<FittingPort, Box<TopicMisfit>> {
+        let property = input(composer, self.path, self.topic).map_err(|misfit| misfit.at(self.place))?;
+        let pairs = FieldPairs::new(of.schema(), property.descriptor());
+        let shape = property.channel().map(|channel| channel.shape());
+        let fits = of.empty().and_then(|message| {
+            let value = pairs.value(&message, &Json::Null);
+            shape.map_or(Ok(Vec::new()), |shape| bytes(property.descriptor(), shape, &value))
+        });
+        let help = "read it with an input whose fields have the types of the message's";
+        fits.map_err(|reason| self.misfit(reason, help))?;
+        Ok((property, pairs))
+    }
 }
 
 /// The inbox or outbox at a path, and its memory.

@@ -13,9 +13,54 @@ pub(super) fn steps(
     name: &str,
     schema: &Schema,
 ) -> Option<Vec<MessageStep>> {
-    let mut compiler = Compiler { descriptor, message: name, schema, steps: Vec::new(), used: false };
+    let mut compiler = Compiler::new(descriptor, name, schema);
     compiler.record(0, "", Some(""))?;
     compiler.used.then_some(compiler.steps)
+}
+
+/// The steps that encode a value as a message that was defined for it: fields of the same name fit, or the only ones of both.
+///
+/// # Errors
+/// The path of a field of the message that does not fit, and the reason in words.
+pub(super) fn checked_steps(
+    descriptor: &'static Descriptor,
+    name: &str,
+    schema: &Schema,
+) -> Result<Vec<MessageStep>, (String, String)> {
+    let mut compiler = Compiler { is_checked: true, ..Compiler::new(descriptor, name, schema) };
+    let compiled = match only_fields(descriptor, schema) {
+        Some((theirs, own)) => compiler.only_record(theirs, own),
+        None => compiler.record(0, "", Some("")),
+    };
+    let Compiler { steps, used, misfit, .. } = compiler;
+    let of = descriptor.name;
+    match (compiled, misfit) {
+        (_, Some((path, None))) => {
+            let reason = "a fixed number of texts or messages is not supported: take a list";
+            Err((path, reason.into()))
+        }
+        (_, Some((path, Some(same)))) => {
+            let own = find(descriptor, &same).map_or_else(|_| "another".into(), |own| own.kind().describe());
+            Err((path, format!("the type of this field does not fit `{same}` of {of}, {own}")))
+        }
+        (Some(()), None) if used => Ok(steps),
+        _ => {
+            let own: Vec<_> = descriptor.fields.iter().map(|field| field.name).collect();
+            Err((String::new(), format!("no field of {name} is one of {of}, which has {}", own.join(", "))))
+        }
+    }
+}
+
+/// The only field of a message beside its header, and that of an interface, if they have other names.
+fn only_fields(descriptor: &'static Descriptor, schema: &Schema) -> Option<(usize, &'static str)> {
+    let record = &schema.records()[0];
+    let is_header = |of: &FieldType| match of.item {
+        Item::Record(index) => schema.records()[index].name == "std_msgs/Header",
+        _ => false,
+    };
+    let mut theirs = record.types.iter().enumerate().filter(|(_, of)| !is_header(of)).map(|(at, _)| at);
+    let ([own], Some(at), None) = (descriptor.fields, theirs.next(), theirs.next()) else { return None };
+    (record.names[at] != own.name).then_some((at, own.name))
 }
 
 struct Compiler<'a> {
@@ -25,9 +70,27 @@ struct Compiler<'a> {
     steps: Vec<MessageStep>,
     /// Whether anything of the value is in the message.
     used: bool,
+    /// Whether a field of the same name must fit.
+    is_checked: bool,
+    /// Path of the first field that does not fit, and that of its field of the interface.
+    misfit: Option<(String, Option<String>)>,
 }
 
-impl Compiler<'_> {
+impl<'a> Compiler<'a> {
+    fn new(descriptor: &'static Descriptor, message: &'a str, schema: &'a Schema) -> Self {
+        Self { descriptor, message, schema, steps: Vec::new(), used: false, is_checked: false, misfit: None }
+    }
+
+    /// The whole message, of which the field at an index has the value of the only field of the interface.
+    fn only_record(&mut self, at: usize, own: &str) -> Option<()> {
+        let schema = self.schema;
+        let record = &schema.records()[0];
+        for (index, (name, of)) in record.names.iter().zip(&record.types).enumerate() {
+            self.field(name, *of, (index == at).then(|| own.to_owned()))?;
+        }
+        Some(())
+    }
+
     /// `scope` is where in the value the fields of the same name are.
     fn record(&mut self, index: usize, path: &str, scope: Option<&str>) -> Option<()> {
         let schema = self.schema;
@@ -50,6 +113,19 @@ impl Compiler<'_> {
 
     fn field(&mut self, path: &str, of: FieldType, same: Option<String>) -> Option<()> {
         let same = same.filter(|same| self.find(same).is_some());
+        let is_record = matches!((of.item, of.count), (Item::Record(_), Count::One));
+        let used = std::mem::take(&mut self.used);
+        let is_expected = self.is_checked && same.is_some() && !is_record;
+        let own = same.clone();
+        let done = self.field_step(path, of, same);
+        if self.misfit.is_none() && (done.is_none() || (is_expected && !self.used)) {
+            self.misfit = Some((path.to_owned(), own));
+        }
+        self.used |= used;
+        done
+    }
+
+    fn field_step(&mut self, path: &str, of: FieldType, same: Option<String>) -> Option<()> {
         let step = match (of.item, of.count) {
             (Item::Record(index), Count::One)
                 if self.schema.records()[index].name == "builtin_interfaces/Time" =>
@@ -254,7 +330,7 @@ impl Compiler<'_> {
         let Kind::Nested(descriptor) = *item else { return None };
         let (message, schema) = (self.message, self.schema);
         // Rules for what is in the list name the fields of its items.
-        let mut inner = Compiler { descriptor, message, schema, steps: Vec::new(), used: false };
+        let mut inner = Compiler::new(descriptor, message, schema);
         inner.record(index, path, Some(""))?;
         let Compiler { steps, used, .. } = inner;
         used.then_some(EncodeStep::Messages { count, start, item: descriptor, steps })

@@ -380,13 +380,15 @@ const MESSAGES_OF_ROS1: &[(&str, &str)] = &[
     ("std_msgs/Header", "uint32 seq\ntime stamp\nstring frame_id\n"),
 ];
 
+/// The fields of a message such as `std_msgs/Header`.
+pub(in crate::ros) fn message_body(format: WireFormat, name: &str) -> Option<&'static str> {
+    let own = if format == WireFormat::Ros1 { MESSAGES_OF_ROS1 } else { &[] };
+    own.iter().chain(MESSAGES).find(|(known, _)| *known == name).map(|(_, body)| *body)
+}
+
 /// The whole definition of a message such as `std_msgs/Header`, followed by those of the messages in it.
 pub(super) fn text(name: &str, format: WireFormat) -> Option<String> {
-    let own = if format == WireFormat::Ros1 { MESSAGES_OF_ROS1 } else { &[] };
-    let body = |name: &str| {
-        let mut known = own.iter().chain(MESSAGES);
-        known.find(|(known, _)| *known == name).map(|(_, body)| *body)
-    };
+    let body = |name: &str| message_body(format, name);
     let inside = |body: &'static str| {
         let types = body.lines().filter_map(|line| line.split_whitespace().next());
         types.filter(|of| of.contains('/')).map(|of| of.trim_end_matches("[]")).collect::<Vec<_>>()

@@ -7,13 +7,15 @@ mod source;
 use slate_blackboard::interface::{Descriptor, Enumeration};
 
 use self::cloud::Cloud;
-use self::compiler::steps;
+use self::compiler::{checked_steps, steps};
+pub(super) use self::messages::message_body;
 use self::messages::text;
 use self::source::{Scalar, ValueBytes, scalar, write, write_name};
 use super::cdr::{CdrWriter, WireFormat, wire_length};
 use super::codec::items;
 use super::names::own_frame;
-use super::{Definition, Error, Primitive, RosPrimitive, Schema};
+use super::schema::reference;
+use super::{Definition, DefinitionFiles, Error, FileError, Primitive, RosPrimitive, Schema};
 
 /// How a value becomes the message that ROS has for it.
 ///
@@ -162,6 +164,24 @@ pub fn standard_in(format: WireFormat, descriptor: &'static Descriptor) -> Optio
 }
 
 impl Standard {
+    /// Values of an interface as messages of a definition from files: fields of the same name fit, or the only ones of both.
+    ///
+    /// # Errors
+    /// A field does not fit, or none does.
+    pub fn defined(
+        format: WireFormat,
+        descriptor: &'static Descriptor,
+        files: &DefinitionFiles,
+    ) -> Result<Self, FileError> {
+        let (definition, schema) = (files.definition().clone(), files.schema()?);
+        let steps = checked_steps(descriptor, &reference("", &definition.name), &schema);
+        let steps = steps.map_err(|(path, reason)| {
+            let line = schema.line(&path).unwrap_or(1);
+            files.error(Error::Definition { name: definition.name.clone(), line, reason })
+        })?;
+        Ok(Self { format, descriptor, definition, schema, steps })
+    }
+
     /// The message, as ROS defines it, without the comments.
     pub fn definition(&self) -> &Definition {
         &self.definition

@@ -122,7 +122,13 @@ impl Module for Eye {
 }
 
 pub fn plugins() -> Vec<Plugin> {
-    let own = [Plugin::linked::<Sensor>(), Plugin::linked::<Driver>(), Plugin::linked::<Eye>()];
+    let own = [
+        Plugin::linked::<Sensor>(),
+        Plugin::linked::<Driver>(),
+        Plugin::linked::<Eye>(),
+        Plugin::linked::<super::actions::Counter>(),
+        Plugin::linked::<super::actions::Seeker>(),
+    ];
     own.into_iter().chain(shared_plugins()).collect()
 }
 

@@ -1,5 +1,6 @@
 //! Agents and nodes of ROS 2 in Python, with rclpy and Fast DDS.
 
+mod actions;
 mod agent;
 mod hostile;
 mod node;

@@ -8,8 +8,10 @@ import threading
 import time
 
 import rclpy
+from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -55,6 +57,7 @@ class Peer:
         self.publishers, self.heard, self.incompatible = {}, {}, []
         self.lock = threading.Lock()
         self.clients, self.requests = {}, {}
+        self.goals, self.feedback = [], []
 
     def note(self, topic, event):
         with self.lock:
@@ -124,6 +127,72 @@ class Peer:
     def asked(self, service):
         with self.lock:
             return self.requests.pop(service, [])
+
+    def wait_for(self, future):
+        """Result of a future; nothing when none comes."""
+        done = threading.Event()
+        future.add_done_callback(lambda _: done.set())
+        return future.result() if done.wait(20.0) else None
+
+    def send_goal(self, action, type, goal):
+        """Number of a goal that was accepted; nothing if it was rejected."""
+        client = self.clients.get(action)
+        if client is None:
+            client = self.clients[action] = ActionClient(self.node, load(type), action)
+        if not client.wait_for_server(20.0):
+            return "no server"
+        number = len(self.goals)
+        self.feedback.append([])
+        note = lambda message: self.feedback[number].append(plain(message.feedback))
+        handle = self.wait_for(client.send_goal_async(fill(load(type).Goal(), goal), feedback_callback=note))
+        self.goals.append(handle)
+        return number if handle.accepted else None
+
+    def goal_state(self, number):
+        return self.goals[number].status
+
+    def goal_result(self, number):
+        """State and result of a goal, and the feedback that came before."""
+        response = self.wait_for(self.goals[number].get_result_async())
+        return [response.status, plain(response.result), self.feedback[number]]
+
+    def cancel_goal(self, number):
+        """Code of the response, and how many goals are being cancelled."""
+        response = self.wait_for(self.goals[number].cancel_goal_async())
+        return [response.return_code, len(response.goals_canceling)]
+
+    def offer_fibonacci(self, action, type):
+        """Counts as long as it is told, 20 ms a number; rejects negative orders and aborts those above 40."""
+        kind = load(type)
+
+        def count(goal):
+            message = kind.Feedback(sequence=[0, 1])
+            if goal.request.order > 40:
+                goal.abort()
+                return kind.Result()
+            while len(message.sequence) <= goal.request.order:
+                if goal.is_cancel_requested:
+                    goal.canceled()
+                    return kind.Result(sequence=message.sequence)
+                message.sequence.append(message.sequence[-1] + message.sequence[-2])
+                goal.publish_feedback(message)
+                time.sleep(0.02)
+            goal.succeed()
+            return kind.Result(sequence=message.sequence)
+
+        node = rclpy.create_node(self.node.get_name() + "_actions")
+        self.server = ActionServer(
+            node,
+            kind,
+            action,
+            count,
+            goal_callback=lambda goal: GoalResponse.REJECT if goal.order < 0 else GoalResponse.ACCEPT,
+            cancel_callback=lambda goal: CancelResponse.ACCEPT,
+            callback_group=ReentrantCallbackGroup(),
+        )
+        executor = MultiThreadedExecutor(4)
+        executor.add_node(node)
+        threading.Thread(target=executor.spin, daemon=True).start()
 
     def parameters(self, node, what, arguments):
         """What rclpy's client of parameters gets."""

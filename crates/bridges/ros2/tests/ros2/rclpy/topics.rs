@@ -1,11 +1,13 @@
 //! Topics both ways.
 #![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
 
+use std::path::Path;
+
 use serde_json::{Value as Json, json};
 use slate_ros2::TopicStatus;
 
 use crate::ros2::rclpy::agent::{Running, alone, eventually};
-use crate::ros2::rclpy::peer::Peer;
+use crate::ros2::rclpy::peer::{Peer, python};
 
 fn scan(ranges: &[f32]) -> Json {
     json!({
@@ -265,5 +267,36 @@ fn an_image_of_a_mebibyte_goes_through_the_agent() {
             !seen.is_empty()
         });
         assert_eq!(seen, [json!([1024, size, sum])]);
+    });
+}
+
+#[test]
+fn messages_defined_by_files_are_read_and_written() {
+    alone("ros2::rclpy::topics::messages_defined_by_files_are_read_and_written", |domain| {
+        // As ROS itself has it, with the file of the message in it beside it.
+        let environment = python().parent().and_then(Path::parent).unwrap().to_owned();
+        let file = environment.join("share/geometry_msgs/msg/WrenchStamped.msg");
+        let text = format!(
+            "agent.name = \"arm\"\nloop.period = \"10ms\"\n[modules.wrist]\n[links]\n\
+             \"wrist/load\" = {{ from = \"ros2:/load\", definition = {file:?} }}\n[ros2]\ndomain = {domain}\n\
+             write.\"/felt\" = {{ from = \"wrist/felt\", definition = {file:?}, frame = \"wrist\" }}"
+        );
+        let agent = Running::of(&text);
+        let mut peer = Peer::start("sensor", domain);
+        peer.advertise("/load", "geometry_msgs/msg/WrenchStamped", json!({}));
+        peer.subscribe("/felt", "geometry_msgs/msg/WrenchStamped", json!({}));
+        eventually("matches", || peer.matched("/load") == 1 && agent.bridge().topics()[1].others == Some(1));
+        peer.publish(
+            "/load",
+            &json!({ "wrench": { "force": { "x": 1.5, "z": -9.0 }, "torque": { "y": 0.25 } } }),
+        );
+        let mut felt = Vec::new();
+        eventually("the load", || {
+            felt.extend(peer.take("/felt"));
+            !felt.is_empty()
+        });
+        assert_eq!(felt[0]["wrench"]["force"], json!({ "x": 1.5, "y": 0.0, "z": -9.0 }));
+        assert_eq!(felt[0]["wrench"]["torque"], json!({ "x": 0.0, "y": 0.25, "z": 0.0 }));
+        assert_eq!(felt[0]["header"]["frame_id"], "wrist");
     });
 }

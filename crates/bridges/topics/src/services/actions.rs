@@ -1,0 +1,106 @@
+//! Ports of actions, checked.
+
+use std::sync::Arc;
+
+use serde_json::{Value as Json, json};
+use slate_blackboard::Property;
+use slate_record::ros::WireFormat;
+use slate_runtime::Composer;
+
+use super::fit::{FittingPort, NamedPort};
+use crate::action_settings::{ActionCall, ActionOffer};
+use crate::message_type::MessageType;
+use crate::misfit::TopicMisfit;
+
+/// Field of an interface that says whether a goal was reached.
+const SUCCESS: &str = "success";
+
+/// Ports of an action that an agent offers.
+#[derive(Debug)]
+pub struct OfferedPorts {
+    /// The inbox, and how goals are its messages.
+    pub inbox: FittingPort,
+    /// The output that ends a goal, and how its values are results.
+    pub result: FittingPort,
+    /// The output of feedback.
+    pub feedback: Option<FittingPort>,
+    /// The inbox that cancels.
+    pub cancel: Option<Arc<Property>>,
+}
+
+impl OfferedPorts {
+    /// Finds the ports of an action.
+    ///
+    /// # Errors
+    /// The first that is missing or does not fit.
+    pub fn of(composer: &Composer, offer: &ActionOffer) -> Result<Self, Box<TopicMisfit>> {
+        let port = |path| NamedPort { path, topic: &offer.action, place: offer.place };
+        let feedback = offer.feedback.as_ref();
+        let cancel = offer.cancel.as_ref().map(|cancel| {
+            let none = MessageType::parse(WireFormat::Cdr, "action_msgs/srv/CancelGoal", "");
+            let wrong = |reason| TopicMisfit::new(&cancel.inbox, &offer.action, reason, "name an inbox");
+            let fit = port(&cancel.inbox).inbox(composer, &none.map_err(wrong)?, &cancel.value);
+            fit.map(|(property, _)| property)
+        });
+        Ok(Self {
+            inbox: port(&offer.inbox).inbox(composer, offer.of.goal(), &offer.value)?,
+            result: port(&offer.result).output(composer, offer.of.result())?,
+            feedback: feedback.map(|path| port(path).output(composer, offer.of.feedback())).transpose()?,
+            cancel: cancel.transpose()?,
+        })
+    }
+
+    /// Whether a value of the result's output says that the goal was reached.
+    pub fn is_success(value: &Json) -> bool {
+        value.get(SUCCESS).and_then(Json::as_bool) != Some(false)
+    }
+}
+
+/// Ports of an action that an outbox calls.
+#[derive(Debug)]
+pub struct CallingPorts {
+    /// The outbox, and how its messages are goals.
+    pub outbox: FittingPort,
+    /// The input that is set to results.
+    pub result: Option<FittingPort>,
+    /// The input that is set to feedback.
+    pub feedback: Option<FittingPort>,
+}
+
+impl CallingPorts {
+    /// Finds the ports of an action.
+    ///
+    /// # Errors
+    /// The first that is missing or does not fit.
+    pub fn of(composer: &Composer, call: &ActionCall) -> Result<Self, Box<TopicMisfit>> {
+        let port = |path| NamedPort { path, topic: &call.action, place: call.place };
+        let (result, feedback) = (call.result.as_ref(), call.feedback.as_ref());
+        if let Some(cancel) = &call.cancel {
+            port(cancel).mailbox(composer)?;
+        }
+        Ok(Self {
+            outbox: port(&call.outbox).outbox(composer, call.of.goal())?,
+            result: result.map(|path| port(path).input(composer, call.of.result())).transpose()?,
+            feedback: feedback.map(|path| port(path).input(composer, call.of.feedback())).transpose()?,
+        })
+    }
+
+    /// The value of an input for results, with whether the goal was reached if it has a field for that.
+    pub fn result_value((property, pairs): &FittingPort, result: &Json, is_success: bool) -> Json {
+        let has_field = property.descriptor().field(SUCCESS).is_some() && result.get(SUCCESS).is_none();
+        pairs.value(result, &if has_field { json!({ SUCCESS: is_success }) } else { Json::Null })
+    }
+}
+
+/// Checks that the ports of actions are there and fit; opens nothing.
+///
+/// # Errors
+/// The first that does not fit.
+pub fn check_actions(
+    composer: &Composer,
+    offers: &[ActionOffer],
+    calls: &[ActionCall],
+) -> Result<(), Box<TopicMisfit>> {
+    offers.iter().try_for_each(|offer| OfferedPorts::of(composer, offer).map(drop))?;
+    calls.iter().try_for_each(|call| CallingPorts::of(composer, call).map(drop))
+}

@@ -1,0 +1,174 @@
+//! Definitions from files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use slate_interfaces::Position;
+use slate_module::blackboard::interface::{Interface, View};
+use slate_module::interface;
+use slate_record::ros::{DefinitionFiles, Standard, WireFormat};
+
+/// A force and a torque at a point.
+#[interface]
+#[derive(PartialEq)]
+struct Load {
+    force: Position,
+    torque: Position,
+}
+
+/// A number.
+#[interface]
+#[derive(PartialEq)]
+struct Number {
+    value: f64,
+}
+
+/// An empty folder with these files.
+fn folder(name: &str, files: &[(&str, &str)]) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("definitions").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    for (path, text) in files {
+        let path = folder.join(path);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    folder
+}
+
+fn read(folder: &Path, file: &str) -> Result<DefinitionFiles, String> {
+    let folder_text = format!("{}/", folder.display());
+    DefinitionFiles::read(WireFormat::Cdr, &folder.join(file), None)
+        .map_err(|error| error.to_string().replace(&folder_text, ""))
+}
+
+#[test]
+fn messages_in_a_message_are_found_beside_it_and_in_other_packages() {
+    let folder = folder(
+        "nested",
+        &[
+            (
+                "arm_msgs/msg/State.msg",
+                "# A state.\nuint8 IDLE=0\nHeader header\nLoad load\nhand_msgs/Grip[] grips\n",
+            ),
+            ("arm_msgs/msg/Load.msg", "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque # N m\n"),
+            ("hand_msgs/msg/Grip.msg", "float64 width\nFinger[2] fingers\n"),
+            ("hand_msgs/msg/Finger.msg", "string<=8 name \"thumb\"\n"),
+        ],
+    );
+    let files = read(&folder, "arm_msgs/msg/State.msg").unwrap();
+    assert_eq!(files.definition().name, "arm_msgs/msg/State");
+    let inside: Vec<_> = files.definition().text.lines().filter(|line| line.starts_with("MSG: ")).collect();
+    let expected =
+        ["std_msgs/Header", "arm_msgs/Load", "geometry_msgs/Vector3", "hand_msgs/Grip", "hand_msgs/Finger"];
+    assert_eq!(inside, expected.map(|name| format!("MSG: {name}")));
+    assert_eq!(files.schema().unwrap().field_names().collect::<Vec<_>>(), ["header", "load", "grips"]);
+}
+
+#[test]
+fn one_file_may_have_all_messages() {
+    let text = "Load load\n===\nMSG: own/Load\nfloat64 force\n";
+    let folder = folder("one", &[("own.msg", text)]);
+    let own = DefinitionFiles::read(WireFormat::Cdr, &folder.join("own.msg"), Some("own/msg/State")).unwrap();
+    assert_eq!(own.schema().unwrap().field_names().collect::<Vec<_>>(), ["load"]);
+    let error = read(&folder, "own.msg").unwrap_err();
+    assert!(error.starts_with("own.msg: the type is not known from the path"), "{error}");
+}
+
+#[test]
+fn invalid_definitions_are_named_with_file_and_line() {
+    let cases = [
+        (
+            &[("a/msg/A.msg", "bool on\nB b\n"), ("a/msg/B.msg", "\nC[] c\n"), ("a/msg/C.msg", "A a\n")][..],
+            "a/msg/C.msg:1: a message can't contain itself: a/A > a/B > a/C > a/A",
+        ),
+        (&[("a/msg/A.msg", "A[] inner\n")], "a/msg/A.msg:1: a message can't contain itself: a/A > a/A"),
+        (
+            &[("a/msg/A.msg", "float32 x\nfloat y\n")],
+            "a/msg/A.msg:2: unknown type `float`: expected a primitive type, a built-in message, or a file a/msg/float.msg",
+        ),
+        (&[("a/msg/A.msg", "b/B b\n")], "a/msg/A.msg:1: unknown type `b/B`"),
+        (
+            &[("a/msg/A.msg", "b/B b\n"), ("b/msg/B.msg", "bool on\nbool\n")],
+            "b/msg/B.msg:2: expected a type and a name, not `bool`",
+        ),
+        (&[("a/msg/A.msg", "int32[x] b\n")], "a/msg/A.msg:1: `x` is not a number of items"),
+        (&[("a/msg/A.msg", "wstring b\n")], "a/msg/A.msg:1: a `wstring` can't be read"),
+        (&[("a/msg/A.msg", "bool a\n=====\nbool b\n")], "a/msg/A.msg:3: expected `MSG: package/Name`"),
+        (&[], "a/msg/A.msg: the file can't be read"),
+    ];
+    for (number, (files, words)) in cases.into_iter().enumerate() {
+        let folder = folder(&format!("wrong{number}"), files);
+        let error = read(&folder, "a/msg/A.msg").unwrap_err();
+        assert!(error.starts_with(words), "{error}");
+    }
+}
+
+#[test]
+fn values_become_messages_of_files_and_come_back() {
+    let folder = folder(
+        "wrench",
+        &[
+            (
+                "own/msg/Wrench.msg",
+                "std_msgs/Header header\ngeometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\nstring frame\n",
+            ),
+            ("own/msg/Level.msg", "Header header\nfloat32 data\n"),
+        ],
+    );
+    let mut load =
+        Load { force: Position { x: 1.0, y: 2.0, z: 3.0 }, torque: Position { x: -1.0, y: 0.0, z: 0.5 } };
+    let value = View::of(&mut load).bytes().to_vec();
+    for format in [WireFormat::Cdr, WireFormat::Ros1] {
+        let read =
+            |file: &str, name: &str| DefinitionFiles::read(format, &folder.join(file), Some(name)).unwrap();
+        let files = read("own/msg/Wrench.msg", "own/Wrench");
+        let standard = Standard::defined(format, Load::DESCRIPTOR, &files).unwrap();
+        assert_eq!(standard.check_decodable(), Ok(()));
+        let mut message = Vec::new();
+        standard.encode(&value, 2_000_000_003, "wrist", &mut message).unwrap();
+        let seen = files.schema().unwrap().decode_in(format, &message).unwrap();
+        assert_eq!(seen.at("force").unwrap().to_string(), "{ x = 1, y = 2, z = 3 }");
+        assert_eq!(seen.at("header/frame_id").unwrap().as_str(), Some("wrist"));
+        assert_eq!(standard.decode(&message).unwrap(), value);
+        // The only fields of both are the same whatever their names.
+        let level =
+            Standard::defined(format, Number::DESCRIPTOR, &read("own/msg/Level.msg", "own/Level")).unwrap();
+        assert_eq!(level.check_decodable(), Ok(()));
+        let mut message = Vec::new();
+        level.encode(&2.5_f64.to_ne_bytes(), 0, "", &mut message).unwrap();
+        assert_eq!(level.decode(&message).unwrap(), 2.5_f64.to_ne_bytes());
+    }
+}
+
+#[test]
+fn a_message_that_does_not_fit_is_named_with_its_line() {
+    let folder = folder(
+        "misfit",
+        &[
+            ("own/msg/A.msg", "string note\nWrong force\n"),
+            ("own/msg/Wrong.msg", "float64 x\nstring y\n"),
+            ("own/msg/None.msg", "bool on\nbool off\n"),
+            ("own/msg/Half.msg", "geometry_msgs/Vector3 force\nbool on\n"),
+        ],
+    );
+    let refused = |file: &str| {
+        let files = read(&folder, file).unwrap();
+        let found = Standard::defined(WireFormat::Cdr, Load::DESCRIPTOR, &files);
+        let error =
+            found.and_then(|own| own.check_decodable().map_err(|reason| files_error(&reason))).unwrap_err();
+        error.to_string().replace(&format!("{}/", folder.display()), "")
+    };
+    assert_eq!(
+        refused("own/msg/A.msg"),
+        "own/msg/Wrong.msg:2: the type of this field does not fit `force/y` of Load, f64"
+    );
+    assert_eq!(
+        refused("own/msg/None.msg"),
+        "own/msg/None.msg:1: no field of own/None is one of Load, which has force, torque"
+    );
+    assert!(refused("own/msg/Half.msg").contains("Load can't be read from own/msg/Half"));
+}
+
+fn files_error(reason: &str) -> slate_record::ros::FileError {
+    slate_record::ros::FileError { place: String::new(), reason: reason.into() }
+}
