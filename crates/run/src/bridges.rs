@@ -89,9 +89,8 @@ fn two_bridges(configuration: &Configuration) -> Result<Vec<Diagnostic>, Report>
     #[cfg(feature = "dds")]
     if let Some(dds) = slate_dds::DdsSettings::of(configuration)? {
         let source = |topic: &str| format!("{}:{topic}", slate_dds::TABLE);
-        filled.extend(
-            dds.topics.read.into_iter().map(|own| (own.input, source(&own.topic), Some(own.place))),
-        );
+        filled
+            .extend(dds.topics.read.into_iter().map(|own| (own.input, source(&own.topic), Some(own.place))));
     }
     #[cfg(feature = "ros1")]
     if let Some(ros) = slate_ros1::Ros1Settings::of(configuration)? {

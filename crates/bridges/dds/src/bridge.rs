@@ -120,8 +120,7 @@ impl DdsBridge {
         let [send_wake, receive_wake] = self.wakes.clone();
         let wake = Arc::clone(&send_wake);
         if !self.composer.after_tick(Box::new(move || wake.notify(1))) {
-            let text =
-                "dds: values are looked at now and then only, as the agent was connected often before";
+            let text = "dds: values are looked at now and then only, as the agent was connected often before";
             self.composer.log(Level::Warn, text);
         }
         let spawn = |name: &str| Builder::new().name(name.into());

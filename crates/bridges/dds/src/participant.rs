@@ -76,9 +76,9 @@ impl DdsParticipant {
     ) -> Result<TopicReader, DdsError> {
         let depth = if message.has_key() { WAITING.max(quality.depth.into()) } else { quality.depth.into() };
         let policies = policies(quality, depth, message.readable());
-        self.topic(name, message, &policies).and_then(|topic| self.reader_of(&topic, policies)).map_err(
-            |error| DdsError::Network { domain: self.domain, reason: error.to_string() },
-        )
+        self.topic(name, message, &policies)
+            .and_then(|topic| self.reader_of(&topic, policies))
+            .map_err(|error| DdsError::Network { domain: self.domain, reason: error.to_string() })
     }
 
     fn reader_of(&self, topic: &Topic, policies: QosPolicies) -> CreateResult<TopicReader> {
@@ -109,8 +109,8 @@ impl DdsParticipant {
             7 => self.writer_of::<7>(&topic, policies),
             _ => self.writer_of::<1>(&topic, policies),
         });
-        let (guid, write) = writer
-            .map_err(|error| DdsError::Network { domain: self.domain, reason: error.to_string() })?;
+        let (guid, write) =
+            writer.map_err(|error| DdsError::Network { domain: self.domain, reason: error.to_string() })?;
         let is_transient_local = quality.transient_local;
         Ok(WriterSink { guid, write, is_transient_local, matches: Arc::clone(matches) })
     }
@@ -168,7 +168,7 @@ fn policies(quality: &DdsTopic, depth: i32, representations: &[Representation]) 
 }
 
 /// Sends a message.
-type WriteMessage = Box<dyn Fn(RawMessage) -> Result<(), String> + Send>;
+type WriteMessage = Box<dyn Fn(RawMessage) -> Result<(), String> + Send + Sync>;
 
 /// The writer of a topic.
 pub struct WriterSink {

@@ -7,8 +7,7 @@ use slate_topics::{TableReader, TopicOptions};
 
 use crate::idl::{IdlFile, IdlStruct};
 
-const TYPE: &str =
-    "write type = \"demo::Target\", idl = \"target.idl\", a path from the folder of this file";
+const TYPE: &str = "write type = \"demo::Target\", idl = \"target.idl\", a path from the folder of this file";
 
 /// Type and quality of service of a topic.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use slate_blackboard::interface::Primitive;
 
 use super::lexer::{Lexer, TokenKind};
 use super::scope::{Definition, Scope};
-use super::{IdlEnum, IdlError, IdlKind, IdlMember, IdlStruct, MAX_DEPTH, MAX_SIZE};
+use super::{Extent, IdlEnum, IdlError, IdlKind, IdlMember, IdlStruct, MAX_DEPTH, MAX_MEMBERS, MAX_SIZE};
 
 /// An annotation, such as `@key` or `@value(3)`.
 pub struct Annotation {
@@ -82,14 +82,19 @@ impl DefinitionParser {
         if let Some(twice) = members.iter().find(|member| !names.insert(member.name.as_str())) {
             return Err(self.lexer.error(format!("`{name}` has two members `{}`", twice.name)));
         }
-        let size = members.iter().map(|member| member.kind.size()).fold(0, usize::saturating_add);
-        let depth = 1 + members.iter().map(|member| member.kind.depth()).max().unwrap_or(0);
         if members.is_empty() {
             return Err(self.lexer.error(format!("`{name}` has no members")));
         }
-        self.check_extent(&name, depth, size)?;
+        let extents = members.iter().map(|member| member.kind.extent());
+        let none = Extent { depth: 1, size: 0, members: 0 };
+        let extent = extents.fold(none, |all, own| Extent {
+            depth: all.depth.max(own.depth + 1),
+            size: all.size.saturating_add(own.size),
+            members: all.members + own.members,
+        });
+        self.check_extent(&name, extent)?;
         let whole = self.scope.whole(&name);
-        let own = IdlStruct { name: whole, place, is_appendable, members, depth, size };
+        let own = IdlStruct { name: whole, place, is_appendable, members, extent };
         self.define(&name, Definition::Type(IdlKind::Struct(Arc::new(own))))
     }
 
@@ -125,7 +130,9 @@ impl DefinitionParser {
             None | Some(17..=32) => Primitive::I32,
             Some(1..=8) => Primitive::I8,
             Some(9..=16) => Primitive::I16,
-            Some(other) => return Err(self.lexer.error(format!("@bit_bound is from 1 to 32, found {other}"))),
+            Some(other) => {
+                return Err(self.lexer.error(format!("@bit_bound is from 1 to 32, found {other}")));
+            }
         };
         self.symbol('{')?;
         let (mut values, mut next) = (Vec::<(String, i64)>::new(), 0_i64);
@@ -157,7 +164,7 @@ impl DefinitionParser {
         let kind = self.kind(0)?;
         loop {
             let (name, kind) = self.declarator(kind.clone())?;
-            self.check_extent(&name, kind.depth(), kind.size())?;
+            self.check_extent(&name, kind.extent())?;
             self.define(&name, Definition::Type(kind))?;
             if !self.is_next(',') {
                 return Ok(());
@@ -181,11 +188,16 @@ impl DefinitionParser {
         }
     }
 
-    pub fn check_extent(&self, name: &str, depth: usize, size: usize) -> Result<(), IdlError> {
-        if depth > MAX_DEPTH {
+    pub fn check_extent(&self, name: &str, extent: Extent) -> Result<(), IdlError> {
+        if extent.members > MAX_MEMBERS {
+            return Err(self
+                .lexer
+                .error(format!("`{name}` has more than {MAX_MEMBERS} members with all in it")));
+        }
+        if extent.depth > MAX_DEPTH {
             return Err(self.lexer.error(format!("types stand more than {MAX_DEPTH} deep in `{name}`")));
         }
-        if size > MAX_SIZE {
+        if extent.size > MAX_SIZE {
             return Err(self.lexer.error(format!("`{name}` has more than {MAX_SIZE} bytes")));
         }
         Ok(())

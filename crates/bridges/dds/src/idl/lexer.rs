@@ -124,7 +124,8 @@ impl Lexer {
                 Ok(())
             }
             _ => {
-                let reason = format!("`#{directive}` is not supported: only includes, their guards and pragmas are");
+                let reason =
+                    format!("`#{directive}` is not supported: only includes, their guards and pragmas are");
                 wrong(self, reason)
             }
         }
@@ -231,8 +232,8 @@ impl Scanner<'_> {
                 self.take();
                 Ok(TokenKind::Scope)
             }
-            '{' | '}' | '(' | ')' | '[' | ']' | '<' | '>' | ',' | ';' | ':' | '=' | '@' | '-' | '+' | '*' | '/'
-            | '|' | '&' | '^' | '~' | '%' | '.' => Ok(TokenKind::Symbol(first)),
+            '{' | '}' | '(' | ')' | '[' | ']' | '<' | '>' | ',' | ';' | ':' | '=' | '@' | '-' | '+' | '*'
+            | '/' | '|' | '&' | '^' | '~' | '%' | '.' => Ok(TokenKind::Symbol(first)),
             other => Err(format!("{other:?} does not belong to IDL")),
         }
     }

@@ -11,7 +11,8 @@ impl DefinitionParser {
     /// Adds the members of a line.
     pub fn member(&mut self, members: &mut Vec<IdlMember>) -> Result<(), IdlError> {
         let annotations = self.annotations()?;
-        if let Some(own) = annotations.iter().find(|own| matches!(own.name.as_str(), "optional" | "mutable")) {
+        if let Some(own) = annotations.iter().find(|own| matches!(own.name.as_str(), "optional" | "mutable"))
+        {
             return Err(self.lexer.error(format!("@{} is not supported", own.name)));
         }
         let is_key = annotations
@@ -41,7 +42,7 @@ impl DefinitionParser {
             Some(count) => IdlKind::Array(Box::new(kind), count),
             None => kind,
         };
-        self.check_extent(&name, kind.depth(), kind.size())?;
+        self.check_extent(&name, kind.extent())?;
         Ok((name, kind))
     }
 
@@ -145,11 +146,16 @@ impl DefinitionParser {
                 let name = self.scoped_name()?;
                 match self.scope.find(&name) {
                     Some(Definition::Constant(value)) => *value,
-                    _ => return Err(self.lexer.error(format!("`{name}` is no constant that is defined before"))),
+                    _ => {
+                        return Err(self
+                            .lexer
+                            .error(format!("`{name}` is no constant that is defined before")));
+                    }
                 }
             }
         };
-        if matches!(self.lexer.peek(), TokenKind::Symbol('+' | '-' | '*' | '/' | '%' | '|' | '&' | '^' | '<')) {
+        if matches!(self.lexer.peek(), TokenKind::Symbol('+' | '-' | '*' | '/' | '%' | '|' | '&' | '^' | '<'))
+        {
             return Err(self.lexer.error("expressions are not supported: write the number"));
         }
         Ok(sign * number)

@@ -28,6 +28,20 @@ const MAX_DEPTH: usize = 32;
 /// Most bytes of a value's fixed part.
 const MAX_SIZE: usize = 64 << 20;
 
+/// Most members of a type, with those of the structs in it.
+const MAX_MEMBERS: usize = 10_000;
+
+/// How large a type is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Extent {
+    /// Nesting of types in it.
+    depth: usize,
+    /// Fewest bytes of a value, without padding; at least one.
+    size: usize,
+    /// Members, with those of the structs in it.
+    members: usize,
+}
+
 /// A type of IDL.
 #[derive(Clone, Debug, PartialEq)]
 pub enum IdlKind {
@@ -56,10 +70,7 @@ pub struct IdlStruct {
     pub is_appendable: Option<bool>,
     /// Members in their order, those of the base first.
     pub members: Vec<IdlMember>,
-    /// Nesting of types in it.
-    depth: usize,
-    /// Fewest bytes of a value.
-    size: usize,
+    extent: Extent,
 }
 
 /// A member of a struct.
@@ -106,22 +117,21 @@ impl IdlKind {
         }
     }
 
-    fn depth(&self) -> usize {
+    fn extent(&self) -> Extent {
+        let single = |size| Extent { depth: 1, size, members: 1 };
         match self {
-            Self::Primitive(_) | Self::Enumeration(_) | Self::Text(_) => 1,
-            Self::Struct(own) => own.depth,
-            Self::Array(item, _) | Self::Sequence(item, _) => 1 + item.depth(),
-        }
-    }
-
-    /// Fewest bytes of a value, without padding; at least one.
-    fn size(&self) -> usize {
-        match self {
-            Self::Primitive(primitive) => primitive.size(),
-            Self::Enumeration(own) => own.carrier.size(),
-            Self::Text(_) | Self::Sequence(..) => 4,
-            Self::Struct(own) => own.size,
-            Self::Array(item, count) => item.size().saturating_mul(*count),
+            Self::Primitive(primitive) => single(primitive.size()),
+            Self::Enumeration(own) => single(own.carrier.size()),
+            Self::Text(_) => single(4),
+            Self::Struct(own) => own.extent,
+            Self::Array(item, count) => {
+                let Extent { depth, size, members } = item.extent();
+                Extent { depth: depth + 1, size: size.saturating_mul(*count), members }
+            }
+            Self::Sequence(item, _) => {
+                let Extent { depth, members, .. } = item.extent();
+                Extent { depth: depth + 1, size: 4, members }
+            }
         }
     }
 }
@@ -196,8 +206,7 @@ impl IdlFile {
 
     /// Names of the structs, in order.
     pub fn structures(&self) -> impl Iterator<Item = &str> {
-        let is_struct =
-            |(name, own): &(&String, &Definition)| matches!(own, Definition::Type(IdlKind::Struct(s)) if s.name == **name);
+        let is_struct = |(name, own): &(&String, &Definition)| matches!(own, Definition::Type(IdlKind::Struct(s)) if s.name == **name);
         self.definitions.iter().filter(is_struct).map(|(name, _)| name.as_str())
     }
 }

@@ -9,11 +9,25 @@ use crate::idl::{IdlKind, IdlStruct};
 /// A type on the wire, and where its parts are in a value; nowhere for what the interface does not have.
 #[derive(Debug)]
 pub enum TypeMap {
-    Number { wire: Primitive, memory: Option<Primitive>, is_enumeration: bool },
-    Text { bound: Option<usize>, capacity: Option<usize> },
+    Number {
+        wire: Primitive,
+        memory: Option<Primitive>,
+        is_enumeration: bool,
+    },
+    Text {
+        bound: Option<usize>,
+        capacity: Option<usize>,
+    },
     /// Members with their offsets.
-    Struct { own: Arc<IdlStruct>, members: Vec<(usize, TypeMap)> },
-    List { item: Box<TypeMap>, count: WireCount, memory: Option<MemoryList> },
+    Struct {
+        own: Arc<IdlStruct>,
+        members: Vec<(usize, TypeMap)>,
+    },
+    List {
+        item: Box<TypeMap>,
+        count: WireCount,
+        memory: Option<MemoryList>,
+    },
 }
 
 /// Number of a list's items on the wire.
@@ -82,9 +96,7 @@ impl StructMapper<'_> {
 
     fn kind(&mut self, wire: &IdlKind, memory: Option<Kind>, path: &str) -> Result<TypeMap, String> {
         match (wire, memory) {
-            (IdlKind::Primitive(wire), memory) if fits(*wire, memory) => {
-                Ok(number(*wire, memory, false))
-            }
+            (IdlKind::Primitive(wire), memory) if fits(*wire, memory) => Ok(number(*wire, memory, false)),
             (IdlKind::Enumeration(own), memory) if fits(own.carrier, memory) => {
                 Ok(number(own.carrier, memory, true))
             }
@@ -100,9 +112,7 @@ impl StructMapper<'_> {
             (IdlKind::Array(item, count), Some(Kind::Array(own, size))) if *count == size => {
                 self.list(item, WireCount::Fixed(*count), Some((*own, MemoryListKind::Array)), path)
             }
-            (IdlKind::Sequence(item, bound), None) => {
-                self.list(item, WireCount::Counted(*bound), None, path)
-            }
+            (IdlKind::Sequence(item, bound), None) => self.list(item, WireCount::Counted(*bound), None, path),
             (IdlKind::Sequence(item, bound), Some(Kind::Sequence(own, room))) => {
                 let memory = Some((*own, MemoryListKind::Sequence(room)));
                 self.list(item, WireCount::Counted(*bound), memory, path)

@@ -59,16 +59,46 @@ pub enum Number {
 macro_rules! primitives {
     ($kind:expr, $type:ident => $integer:expr, $float:expr) => {
         match $kind {
-            Primitive::Bool | Primitive::U8 => { type $type = u8; $integer }
-            Primitive::I8 => { type $type = i8; $integer }
-            Primitive::U16 => { type $type = u16; $integer }
-            Primitive::I16 => { type $type = i16; $integer }
-            Primitive::U32 => { type $type = u32; $integer }
-            Primitive::I32 => { type $type = i32; $integer }
-            Primitive::U64 => { type $type = u64; $integer }
-            Primitive::I64 => { type $type = i64; $integer }
-            Primitive::F32 => { type $type = f32; $float }
-            Primitive::F64 => { type $type = f64; $float }
+            Primitive::Bool | Primitive::U8 => {
+                type $type = u8;
+                $integer
+            }
+            Primitive::I8 => {
+                type $type = i8;
+                $integer
+            }
+            Primitive::U16 => {
+                type $type = u16;
+                $integer
+            }
+            Primitive::I16 => {
+                type $type = i16;
+                $integer
+            }
+            Primitive::U32 => {
+                type $type = u32;
+                $integer
+            }
+            Primitive::I32 => {
+                type $type = i32;
+                $integer
+            }
+            Primitive::U64 => {
+                type $type = u64;
+                $integer
+            }
+            Primitive::I64 => {
+                type $type = i64;
+                $integer
+            }
+            Primitive::F32 => {
+                type $type = f32;
+                $float
+            }
+            Primitive::F64 => {
+                type $type = f64;
+                $float
+            }
         }
     };
 }

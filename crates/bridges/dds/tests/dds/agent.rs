@@ -85,11 +85,11 @@ impl Module for Planner {
     type State = f64;
 
     fn tick(state: &mut f64, io: &PlannerIo, _: &(), _: &Tick) -> Outcome {
-        if let Some(target) = io.target.fresh() {
+        if let Some(target) = io.target.updated() {
             io.seen.set(*target);
             *state += target.position.x + target.weights.iter().map(|weight| f64::from(*weight)).sum::<f64>();
         }
-        if let Some(command) = io.command.fresh() {
+        if let Some(command) = io.command.updated() {
             io.wheels.set(*command);
         }
         let _ = (io.number.get(), io.point.get());

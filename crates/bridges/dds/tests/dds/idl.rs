@@ -43,7 +43,8 @@ fn every_number_of_idl_is_read() {
                 uint64 s; };";
     let all = IdlFile::parse("all.idl", text).unwrap().structure("All").unwrap();
     use Primitive::{Bool, F32, F64, I8, I16, I32, I64, U8, U16, U32, U64};
-    let expected = [Bool, U8, U8, I8, I16, U16, I32, U32, I64, U64, F32, F64, U8, I16, U16, I32, U32, I64, U64];
+    let expected =
+        [Bool, U8, U8, I8, I16, U16, I32, U32, I64, U64, F32, F64, U8, I16, U16, I32, U32, I64, U64];
     let found: Vec<_> = all.members.iter().map(|own| own.kind.clone()).collect();
     assert_eq!(found, expected.map(IdlKind::Primitive));
 }
@@ -101,6 +102,9 @@ fn what_is_not_supported_is_named_with_its_line() {
     assert!(wrong(&deep).reason.contains("more than 32 deep"));
     let deep = format!("{}struct A {{ long a; }};{}", "module m {".repeat(40), "};".repeat(40));
     assert!(wrong(&deep).reason.contains("more than 32 deep"));
+    let mut wide = "struct S0 { long a; };".to_owned();
+    (1..20).for_each(|at| wide += &format!("struct S{at} {{ S{0} a, b; }};", at - 1));
+    assert!(wrong(&wide).reason.contains("`S14` has more than 10000 members"));
     let mut deep = "struct S0 { long a; };".to_owned();
     (1..40).for_each(|at| deep += &format!("struct S{at} {{ S{} inner; }};", at - 1));
     assert!(wrong(&deep).reason.contains("more than 32 deep"));
@@ -111,7 +115,8 @@ fn a_missing_or_circular_include_is_said() {
     let folder = std::env::temp_dir().join(format!("slate-idl-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("a.idl"), "#include \"b.idl\"\nstruct A { B b; };").unwrap();
-    std::fs::write(folder.join("b.idl"), "#include \"a.idl\"\n#include <c.idl>\nstruct B { long x; };").unwrap();
+    std::fs::write(folder.join("b.idl"), "#include \"a.idl\"\n#include <c.idl>\nstruct B { long x; };")
+        .unwrap();
     let error = IdlFile::read(&folder.join("a.idl")).unwrap_err();
     assert!(error.file.ends_with("b.idl") && error.line == 2, "{error}");
     assert!(error.reason.contains("`c.idl` can't be included: No such file"), "{error}");
@@ -133,11 +138,14 @@ fn kind() -> impl Strategy<Value = (String, String)> {
         plain("string", "string"),
         plain("Point", "struct demo::Point"),
         plain("::demo::Mode", "enum demo::Mode"),
-        (1_u32..100).prop_map(|bound| (format!("string<{bound}>"), format!("string of at most {bound} bytes"))),
+        (1_u32..100)
+            .prop_map(|bound| (format!("string<{bound}>"), format!("string of at most {bound} bytes"))),
     ];
     leaf.prop_recursive(4, 8, 1, |inner| {
         (inner, prop::option::of(1_u32..100)).prop_map(|((idl, shown), bound)| match bound {
-            Some(bound) => (format!("sequence<{idl}, {bound}>"), format!("sequence of at most {bound} x {shown}")),
+            Some(bound) => {
+                (format!("sequence<{idl}, {bound}>"), format!("sequence of at most {bound} x {shown}"))
+            }
             None => (format!("sequence < {idl} >"), format!("sequence of {shown}")),
         })
     })

@@ -19,8 +19,12 @@ fn topics_are_named_by_entries_and_links() {
     );
     let settings = read(&text).unwrap().unwrap();
     assert_eq!((settings.domain, settings.trusted), (7, false));
-    let read: Vec<_> =
-        settings.topics.read.iter().map(|own| (own.input.as_str(), own.topic.as_str(), own.quality.depth)).collect();
+    let read: Vec<_> = settings
+        .topics
+        .read
+        .iter()
+        .map(|own| (own.input.as_str(), own.topic.as_str(), own.quality.depth))
+        .collect();
     assert_eq!(read, [("planner/target", "Target", 1), ("planner/goal", "Goal", 10)]);
     let of = settings.topics.read[0].quality.of.as_ref().unwrap();
     assert!(of.structure.as_ref().is_some_and(|own| own.has_key()) && of.name == "demo::Target");
@@ -46,7 +50,10 @@ fn mistakes_come_with_their_line_and_advice() {
             entry("{ topic = \"Target\", type = \"demo::Goal\", idl = \"none.idl\" }"),
             "none.idl:1: No such file",
         ),
-        (entry("{ topic = \"Target\", type = \"demo Target\" }"), "`demo Target` can't be the name of a type"),
+        (
+            entry("{ topic = \"Target\", type = \"demo Target\" }"),
+            "`demo Target` can't be the name of a type",
+        ),
         (entry("\"a topic\""), "`a topic` can't be the name of a topic: it has ' '"),
         (entry("{ topic = \"Target\", representation = \"xcdr2\" }"), "representation"),
         (entry("{ topic = \"Target\", depth = 0 }"), "`depth` is a number from 1"),
@@ -55,11 +62,13 @@ fn mistakes_come_with_their_line_and_advice() {
         (entry("\"T\"\nqos = 1"), "qos"),
         ("agent.name = \"r2\"\n[dds]\ndomain = 7\n".to_owned(), "[dds] names no topic"),
         (
-            "agent.name = \"r2\"\n[dds]\nwrite.\"T\" = { from = \"a/b\", representation = \"xcdr2\" }\n".to_owned(),
+            "agent.name = \"r2\"\n[dds]\nwrite.\"T\" = { from = \"a/b\", representation = \"xcdr2\" }\n"
+                .to_owned(),
             "messages of ROS are xcdr1",
         ),
         (
-            "agent.name = \"r2\"\n[dds]\nwrite.\"T\" = { from = \"a/b\", representation = \"xml\" }\n".to_owned(),
+            "agent.name = \"r2\"\n[dds]\nwrite.\"T\" = { from = \"a/b\", representation = \"xml\" }\n"
+                .to_owned(),
             "expected `representation` to be xcdr1 or xcdr2, found \"xml\"",
         ),
     ];
@@ -67,6 +76,7 @@ fn mistakes_come_with_their_line_and_advice() {
         let report = read(&text).unwrap_err().to_string();
         assert!(report.contains(words) && report.contains("r2.toml:"), "{text}\n{report}");
     }
-    let report = read(&entry(&format!("{{ topic = \"T\", {} }}", TARGET.replace("Target", "Goal")))).unwrap_err();
+    let report =
+        read(&entry(&format!("{{ topic = \"T\", {} }}", TARGET.replace("Target", "Goal")))).unwrap_err();
     assert!(report.to_string().contains("demo::GrowingTarget"), "{report}");
 }

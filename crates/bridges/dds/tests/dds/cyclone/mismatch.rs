@@ -79,9 +79,8 @@ fn what_does_not_match_is_said_with_its_policy() {
 fn messages_that_do_not_fit_are_counted_and_logged_once() {
     alone("dds::cyclone::mismatch::messages_that_do_not_fit_are_counted_and_logged_once", |domain| {
         let of = "type = \"demo::Target\", idl = \"tests/dds/target.idl\"";
-        let agent = start(&format!(
-            "domain = {domain}\nread.\"planner/target\" = {{ topic = \"Target\", {of} }}"
-        ));
+        let agent =
+            start(&format!("domain = {domain}\nread.\"planner/target\" = {{ topic = \"Target\", {of} }}"));
         let mut peer = Peer::cyclone(domain);
         peer.advertise("Target", "Target", json!({}));
         let status = || agent.bridge().topics()[0].clone();

@@ -40,7 +40,9 @@ fn both_ways(test: &str, there: &str, here: &str, representation: &str) {
         peer.subscribe("Seen", there, qos.clone());
         peer.subscribe("Found", there, qos);
         eventually("both ends", || {
-            peer.matched("Target") == 1 && status(&agent, "Seen").others == Some(1) && peer.matched("Seen") == 1
+            peer.matched("Target") == 1
+                && status(&agent, "Seen").others == Some(1)
+                && peer.matched("Seen") == 1
         });
         for number in 1..=12_u8 {
             let mut sent = on_wire(number);
@@ -105,7 +107,8 @@ fn instances_fill_one_input_and_may_be_disposed() {
             let mut peer = Peer::cyclone(domain);
             peer.advertise("Target", "Target", json!({}));
             eventually("a reader", || {
-                peer.matched("Target") == 1 && status(&agent, "Target").others.is_some_and(|others| others > 0)
+                peer.matched("Target") == 1
+                    && status(&agent, "Target").others.is_some_and(|others| others > 0)
             });
             for number in 1..=5 {
                 peer.publish("Target", &target(number));
@@ -146,9 +149,9 @@ fn late_readers_receive_the_last_value() {
 }
 
 #[test]
-fn a_reliable_topic_loses_nothing_at_a_thousand_messages_a_second() {
+fn a_reliable_topic_loses_nothing_at_a_thousand_messages_of_dds_a_second() {
     alone(
-        "dds::cyclone::topics::a_reliable_topic_loses_nothing_at_a_thousand_messages_a_second",
+        "dds::cyclone::topics::a_reliable_topic_loses_nothing_at_a_thousand_messages_of_dds_a_second",
         |domain| {
             let agent = start(&format!(
                 "domain = {domain}\nread.\"planner/number\" = {{ topic = \"Count\", type = \"demo::Count\", \
