@@ -11,7 +11,7 @@ use slate_module::Level;
 use slate_record::ros::WireFormat;
 use slate_runtime::Composer;
 use slate_topics::{
-    InboundTopics, OutboundStatus, OutboundTopic, ParameterAccess, PublishedTopic, RosError, RosMessage,
+    InboundTopics, NodeAccess, OutboundStatus, OutboundTopic, PublishedTopic, RosError, RosMessage,
     TopicOutput, TopicStatus, check_clock, publish, topic_input, topic_output,
 };
 use tokio::runtime::Runtime;
@@ -104,7 +104,7 @@ impl Ros1Bridge {
             publications: publications.chain(node_topics.publications()).collect(),
             subscriptions,
             services: servers(surface, settings, &mut list)?,
-            has_parameters: settings.options.parameters != ParameterAccess::None,
+            has_parameters: settings.options.parameters != NodeAccess::None,
         };
         let network = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let node = network.block_on(RosNode::open(settings, composer, parts));

@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde_json::{Value as Json, json};
 use slate_control::ControlSurface;
 use slate_module::Level;
-use slate_topics::{AgentOperations, NodeParameter, ParameterAccess, ParameterTable};
+use slate_topics::{AgentOperations, NodeAccess, NodeParameter, ParameterTable};
 use tokio::runtime::Handle;
 
 use crate::settings::{Ros1Settings, SCHEME};
@@ -42,14 +42,14 @@ impl ParameterSync {
         settings: &Ros1Settings,
         node: &Arc<NodeContext>,
     ) -> Result<Option<Self>, RosError> {
-        if settings.options.parameters == ParameterAccess::None {
+        if settings.options.parameters == NodeAccess::None {
             return Ok(None);
         }
         Ok(Some(Self {
             node: Arc::clone(node),
             surface: Arc::clone(surface),
             operations: AgentOperations::new(surface, SCHEME)?,
-            is_settable: settings.options.parameters == ParameterAccess::Set,
+            is_settable: settings.options.parameters == NodeAccess::Set,
             known: BTreeMap::new(),
             changes: node.parameter_changes(),
             settings: None,

@@ -19,14 +19,15 @@ use slate_topics::{
 
 use crate::frame_inputs::FrameInputs;
 use crate::inbound::TopicReaders;
+use crate::lifecycle::lifecycle_services;
 use crate::matches::{Matches, OwnEndpoint};
 use crate::name::{type_name, wire_topic};
 use crate::node::NodeTopics;
 use crate::outbound::WriterSink;
 use crate::parameters::parameter_services;
 use crate::participant::RosParticipant;
-use crate::services::ServiceThreads;
 use crate::settings::{RosSettings, TABLE};
+use crate::threads::ServiceThreads;
 
 /// Longest wait for threads at the end.
 const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
@@ -96,9 +97,11 @@ impl RosBridge {
         check_clock(composer, &settings.options)?;
         let frames = FrameInputs::open(&participant, composer, settings, &mut topics)?;
         let node = NodeTopics::open(&participant, surface, settings)?;
-        if let Some(group) = parameter_services(&participant, surface, settings)? {
-            services.add(group);
-        }
+        let groups = [
+            parameter_services(&participant, surface, settings)?,
+            lifecycle_services(&participant, surface, settings)?,
+        ];
+        groups.into_iter().flatten().for_each(|group| services.add(group));
         own.extend(services.endpoints());
         own.extend(frames.iter().flat_map(FrameInputs::endpoints));
         let side = |is_reader: bool| {

@@ -21,6 +21,8 @@ mod graph;
 #[cfg(feature = "dds")]
 mod inbound;
 #[cfg(feature = "dds")]
+mod lifecycle;
+#[cfg(feature = "dds")]
 mod matches;
 mod name;
 #[cfg(feature = "dds")]
@@ -37,6 +39,8 @@ mod raw;
 #[cfg(feature = "dds")]
 mod services;
 mod settings;
+#[cfg(feature = "dds")]
+mod threads;
 
 #[cfg(feature = "dds")]
 pub use bridge::RosBridge;
@@ -47,7 +51,7 @@ pub use name::{NodeName, check_topic, type_name, wire_topic};
 pub use quality::TopicQuality;
 pub use settings::{RosSettings, TABLE};
 pub use slate_topics::{
-    ActionCall, ActionOffer, ActionType, CancelMessage, FrameInput, NodeOptions, ParameterAccess, RosError,
+    ActionCall, ActionOffer, ActionType, CancelMessage, FrameInput, NodeAccess, NodeOptions, RosError,
     RosMessage, ServiceCall, ServiceOffer, ServiceType, TopicInput, TopicMisfit, TopicOutput, TopicSettings,
     TopicStatus,
 };

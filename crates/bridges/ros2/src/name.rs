@@ -37,6 +37,21 @@ impl NodeName {
     }
 }
 
+#[cfg(feature = "dds")]
+impl NodeName {
+    /// The whole name of a topic or service of the node itself.
+    ///
+    /// # Errors
+    /// The name of the node is too long.
+    pub fn private(&self, name: &str) -> Result<String, slate_topics::RosError> {
+        self.topic(&format!("~/{name}")).map_err(|reason| slate_topics::RosError::Definition {
+            name: name.into(),
+            reason,
+            help: "take a shorter name for the node: node = \"r2\" in [ros2]",
+        })
+    }
+}
+
 /// The longest name of a topic that `rmw` accepts.
 const MAX_NAME_LENGTH: usize = 247;
 

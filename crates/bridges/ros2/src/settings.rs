@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use slate_record::ros::WireFormat;
 use slate_runtime::configuration::{Configuration, Report, Span, Spanned, Table, Value};
 use slate_topics::{
-    ActionCall, ActionOffer, NameResolver, NodeOptions, OPTION_KEYS, ServiceCall, ServiceOffer,
+    ActionCall, ActionOffer, NameResolver, NodeAccess, NodeOptions, OPTION_KEYS, ServiceCall, ServiceOffer,
     ServicesReader, TableReader, TopicSettings, link_help,
 };
 
@@ -54,11 +54,14 @@ pub struct RosSettings {
     pub offered_actions: Vec<ActionOffer>,
     /// Actions that outboxes call.
     pub called_actions: Vec<ActionCall>,
+    /// Access of other nodes to the state of the agent as that of a lifecycle node.
+    pub lifecycle: NodeAccess,
     /// Its other features.
     pub options: NodeOptions,
 }
 
-const KNOWN: [&str; 8] = ["domain", "node", "namespace", "trusted", "read", "write", "serve", "call"];
+const KNOWN: [&str; 9] =
+    ["domain", "node", "namespace", "trusted", "read", "write", "serve", "call", "lifecycle"];
 
 impl RosSettings {
     /// Reads the table `[ros2]`, which it has to be read with as one of
@@ -101,12 +104,24 @@ fn settings(reader: &mut TableReader<'_>, root: Option<&Spanned<Value>>, agent: 
     let mut services = ServicesReader::new(reader, "std_srvs/srv/SetBool");
     let (serve, call) = (services.offers(&table), services.calls(&table));
     let (offered_actions, called_actions) = (services.action_offers(&table), services.action_calls(&table));
+    let lifecycle = NodeAccess::of(reader, &table, "lifecycle", NodeAccess::None);
     let options = NodeOptions::of(reader, &table);
     let topics = TopicSettings::of(reader, &table, &options);
-    let settings =
-        RosSettings { domain, node, trusted, topics, serve, call, offered_actions, called_actions, options };
+    let settings = RosSettings {
+        domain,
+        node,
+        trusted,
+        topics,
+        serve,
+        call,
+        offered_actions,
+        called_actions,
+        lifecycle,
+        options,
+    };
     check_outboxes(reader, &settings);
-    if settings.is_empty() && !NodeOptions::is_said(&table) && reader.is_valid() {
+    let is_node = settings.lifecycle != NodeAccess::None || NodeOptions::is_said(&table);
+    if settings.is_empty() && !is_node && reader.is_valid() {
         let help = format!("{}; or take [ros2] away", link_help(TABLE));
         reader.add(place, "[ros2] names no topic, and no link does", &help);
     }

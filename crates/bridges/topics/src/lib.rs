@@ -35,7 +35,7 @@ pub use log_lines::{LogLines, NodeLogLine};
 pub use message::RosMessage;
 pub use message_type::MessageType;
 pub use misfit::{TopicMisfit, input, output};
-pub use options::{FrameInput, NodeOptions, OPTION_KEYS, ParameterAccess};
+pub use options::{FrameInput, NodeAccess, NodeOptions, OPTION_KEYS};
 pub use outbound::{OutboundStatus, OutboundTopic, OutboundValue, date};
 pub use parameters::{NodeParameter, ParameterTable, value_of};
 pub use published::{PublishedTopic, TopicMessage, TopicSink, publish};

@@ -34,7 +34,7 @@ impl RosMessage {
         descriptor: &'static Descriptor,
         files: &DefinitionFiles,
     ) -> Result<Self, FileError> {
-        let standard = Standard::defined(format, descriptor, files)?;
+        let standard = files.standard(descriptor)?;
         let definition = standard.definition().clone();
         Ok(Self { format, descriptor, standard: Some(standard), definition })
     }

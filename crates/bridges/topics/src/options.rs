@@ -4,15 +4,15 @@ use slate_runtime::configuration::{Span, Table};
 
 use crate::table_reader::TableReader;
 
-/// Access of other nodes to the parameters of modules.
+/// Access of other nodes to a feature of the node, such as the parameters of modules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ParameterAccess {
-    /// Nothing: the node has no services of parameters.
+pub enum NodeAccess {
+    /// None: the node has no services of it.
     None,
-    /// List and read them.
+    /// List and read.
     #[default]
     Read,
-    /// Set them, too, with the checks of `slate set`.
+    /// Set, too, with the checks that tools have.
     Set,
 }
 
@@ -31,7 +31,7 @@ pub struct FrameInput {
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeOptions {
     /// Access of other nodes to parameters.
-    pub parameters: ParameterAccess,
+    pub parameters: NodeAccess,
     /// Whether the time of a simulation is `/clock`.
     pub clock: bool,
     /// Whether the log is `/rosout`.
@@ -46,7 +46,7 @@ impl Default for NodeOptions {
     /// As nodes of ROS have it: parameters that are read, and a log.
     fn default() -> Self {
         Self {
-            parameters: ParameterAccess::default(),
+            parameters: NodeAccess::default(),
             clock: false,
             log: true,
             transforms: false,
@@ -69,7 +69,7 @@ impl NodeOptions {
     /// Reads them from a table.
     pub fn of(reader: &mut TableReader<'_>, table: &Table) -> Self {
         Self {
-            parameters: parameters(reader, table),
+            parameters: NodeAccess::of(reader, table, "parameters", NodeAccess::default()),
             clock: reader.truth(table, "clock"),
             log: table.get("rosout").is_none() || reader.truth(table, "rosout"),
             transforms: reader.truth(table, "tf"),
@@ -92,19 +92,20 @@ fn frames(reader: &mut TableReader<'_>, table: &Table) -> Vec<FrameInput> {
     frames
 }
 
-fn parameters(reader: &mut TableReader<'_>, table: &Table) -> ParameterAccess {
-    const HELP: &str = "write parameters = \"none\", \"read\" or \"set\"";
-    let Some((text, span)) = reader.text(table, "parameters", HELP) else {
-        return ParameterAccess::default();
-    };
-    match text.as_str() {
-        "none" => ParameterAccess::None,
-        "read" => ParameterAccess::Read,
-        "set" => ParameterAccess::Set,
-        other => {
-            let message = format!("expected `parameters` to be none, read or set, found {other:?}");
-            reader.add(span, message, HELP);
-            ParameterAccess::default()
+impl NodeAccess {
+    /// Reads the access of a key.
+    pub fn of(reader: &mut TableReader<'_>, table: &Table, key: &str, usual: Self) -> Self {
+        let help = format!("write {key} = \"none\", \"read\" or \"set\"");
+        let Some((text, span)) = reader.text(table, key, &help) else { return usual };
+        match text.as_str() {
+            "none" => Self::None,
+            "read" => Self::Read,
+            "set" => Self::Set,
+            other => {
+                let message = format!("expected `{key}` to be none, read or set, found {other:?}");
+                reader.add(span, message, &help);
+                usual
+            }
         }
     }
 }

@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use slate_blackboard::interface::Descriptor;
+
 use super::cdr::WireFormat;
 use super::definition::{Definition, SEPARATOR};
 use super::schema::{MAX_NESTING, SchemaField, primitive, reference, sections, suffix};
 use super::standard::message_body;
-use super::{Error, Schema};
+use super::{Error, Schema, Standard};
 
 /// Largest file, bytes.
 const MAX_BYTES: u64 = 1 << 20;
@@ -32,6 +34,7 @@ pub struct FileError {
 /// A definition from a file, with those of the messages in it, and the place of each line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DefinitionFiles {
+    format: WireFormat,
     definition: Definition,
     /// By line of the text.
     places: Vec<FilePlace>,
@@ -68,7 +71,7 @@ impl DefinitionFiles {
         reader.add_file(&key, path)?;
         reader.visit(&key, &mut Vec::new(), &mut Vec::new())?;
         let (lines, places): (Vec<_>, Vec<_>) = reader.lines.into_iter().unzip();
-        Ok(Self { definition: Definition { name, text: lines.join("\n") + "\n" }, places })
+        Ok(Self { format, definition: Definition { name, text: lines.join("\n") + "\n" }, places })
     }
 
     /// The type, and its fields followed by the messages in it.
@@ -82,6 +85,18 @@ impl DefinitionFiles {
     /// Messages stand too deep in each other.
     pub fn schema(&self) -> Result<Schema, FileError> {
         Schema::parse(&self.definition.name, &self.definition.text).map_err(|error| self.error(error))
+    }
+
+    /// Values of an interface as these messages: fields of the same name fit, or the only ones of both.
+    ///
+    /// # Errors
+    /// A field does not fit, or none does.
+    pub fn standard(&self, descriptor: &'static Descriptor) -> Result<Standard, FileError> {
+        let (definition, schema) = (self.definition.clone(), self.schema()?);
+        let name = definition.name.clone();
+        let line = |path: &str| self.schema().ok().and_then(|schema| schema.line(path)).unwrap_or(1);
+        Standard::defined(self.format, descriptor, definition, schema)
+            .map_err(|(path, reason)| self.error(Error::Definition { name, line: line(&path), reason }))
     }
 
     /// An error of the definition, at its place in the files.

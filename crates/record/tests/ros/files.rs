@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use slate_interfaces::Position;
 use slate_module::blackboard::interface::{Interface, View};
 use slate_module::interface;
-use slate_record::ros::{DefinitionFiles, Standard, WireFormat};
+use slate_record::ros::{DefinitionFiles, WireFormat};
 
 /// A force and a torque at a point.
 #[interface]
@@ -122,7 +122,7 @@ fn values_become_messages_of_files_and_come_back() {
         let read =
             |file: &str, name: &str| DefinitionFiles::read(format, &folder.join(file), Some(name)).unwrap();
         let files = read("own/msg/Wrench.msg", "own/Wrench");
-        let standard = Standard::defined(format, Load::DESCRIPTOR, &files).unwrap();
+        let standard = files.standard(Load::DESCRIPTOR).unwrap();
         assert_eq!(standard.check_decodable(), Ok(()));
         let mut message = Vec::new();
         standard.encode(&value, 2_000_000_003, "wrist", &mut message).unwrap();
@@ -131,8 +131,7 @@ fn values_become_messages_of_files_and_come_back() {
         assert_eq!(seen.at("header/frame_id").unwrap().as_str(), Some("wrist"));
         assert_eq!(standard.decode(&message).unwrap(), value);
         // The only fields of both are the same whatever their names.
-        let level =
-            Standard::defined(format, Number::DESCRIPTOR, &read("own/msg/Level.msg", "own/Level")).unwrap();
+        let level = read("own/msg/Level.msg", "own/Level").standard(Number::DESCRIPTOR).unwrap();
         assert_eq!(level.check_decodable(), Ok(()));
         let mut message = Vec::new();
         level.encode(&2.5_f64.to_ne_bytes(), 0, "", &mut message).unwrap();
@@ -153,7 +152,7 @@ fn a_message_that_does_not_fit_is_named_with_its_line() {
     );
     let refused = |file: &str| {
         let files = read(&folder, file).unwrap();
-        let found = Standard::defined(WireFormat::Cdr, Load::DESCRIPTOR, &files);
+        let found = files.standard(Load::DESCRIPTOR);
         let error =
             found.and_then(|own| own.check_decodable().map_err(|reason| files_error(&reason))).unwrap_err();
         error.to_string().replace(&format!("{}/", folder.display()), "")

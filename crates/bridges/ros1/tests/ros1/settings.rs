@@ -2,7 +2,7 @@
 
 use slate_ros1::{Ros1Settings, check_name, node_of_agent};
 use slate_runtime::configuration::{Configuration, Options};
-use slate_topics::ParameterAccess;
+use slate_topics::NodeAccess;
 
 fn read(text: &str) -> Result<Option<Ros1Settings>, String> {
     let options = Options { extra_tables: vec!["ros1".into()], ..Options::default() };
@@ -68,7 +68,7 @@ fn the_table_says_what_links_say_and_more() {
         ("/house/r2/off", "std_srvs/Trigger")
     );
     assert_eq!(settings.call[0].timeout, std::time::Duration::from_secs(2));
-    assert_eq!(settings.options.parameters, ParameterAccess::Set);
+    assert_eq!(settings.options.parameters, NodeAccess::Set);
     assert!(settings.options.transforms && !settings.options.log && !settings.options.clock);
     assert_eq!(settings.options.frames[0].frame, "laser");
 }

@@ -53,7 +53,7 @@ pub struct ActionServer {
     result_output: ActionOutput,
     feedback_output: Option<ActionOutput>,
     /// The newest last; all but that have ended.
-    known: VecDeque<Goal>,
+    known: VecDeque<KnownGoal>,
 }
 
 /// An output whose values a goal has.
@@ -86,7 +86,7 @@ impl ActionOutput {
     }
 }
 
-struct Goal {
+struct KnownGoal {
     id: [u8; 16],
     /// When it was accepted.
     stamp: Json,
@@ -96,7 +96,7 @@ struct Goal {
     waiting: Vec<SampleIdentity>,
 }
 
-impl Goal {
+impl KnownGoal {
     fn is_active(&self) -> bool {
         matches!(self.state, GoalState::Executing | GoalState::Canceling)
     }
@@ -186,7 +186,7 @@ impl ActionServer {
                 is_idle = false;
                 self.request_result(identity, goal_id(&request), context);
             }
-            if self.known.back().is_some_and(Goal::is_active) {
+            if self.known.back().is_some_and(KnownGoal::is_active) {
                 self.pursue(context);
             }
             if is_idle {
@@ -201,7 +201,7 @@ impl ActionServer {
         let rejected = json!({ "accepted": false, "stamp": stamp });
         let id = goal_id(request);
         let is_known = self.known.iter().any(|goal| goal.id == id);
-        if is_known || self.known.back().is_some_and(Goal::is_active) {
+        if is_known || self.known.back().is_some_and(KnownGoal::is_active) {
             return rejected;
         }
         // Before the module receives the goal, as it may end it in the same cycle.
@@ -215,7 +215,7 @@ impl ActionServer {
             self.known.pop_front();
         }
         let (state, result) = (GoalState::Executing, Json::Object(Map::new()));
-        self.known.push_back(Goal { id, stamp: stamp.clone(), state, result, waiting: Vec::new() });
+        self.known.push_back(KnownGoal { id, stamp: stamp.clone(), state, result, waiting: Vec::new() });
         json!({ "accepted": true, "stamp": stamp })
     }
 
@@ -230,7 +230,7 @@ impl ActionServer {
         if id != [0; 16] && named.is_none() {
             return code(CANCEL_UNKNOWN_GOAL);
         }
-        let is_meant = |goal: &Goal| {
+        let is_meant = |goal: &KnownGoal| {
             goal.id == id || (id == [0; 16] && !has_time) || (has_time && time(&goal.stamp) <= until)
         };
         let Some(goal) = self.known.back_mut().filter(|goal| goal.is_active() && is_meant(goal)) else {
@@ -303,7 +303,7 @@ impl ActionServer {
     }
 
     fn publish_status(&self, context: &ServeContext) {
-        let state = |goal: &Goal| json!({ "goal_info": goal.info(), "status": goal.state as u8 });
+        let state = |goal: &KnownGoal| json!({ "goal_info": goal.info(), "status": goal.state as u8 });
         let list: Vec<_> = self.known.iter().map(state).collect();
         let message = self.status_message.encode(&json!({ "status_list": list }));
         let sent = message.and_then(|message| {

@@ -4,6 +4,7 @@ mod clock;
 mod frames;
 mod log;
 mod parameter_events;
+mod transition_events;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,7 +14,7 @@ use rustdds::GUID;
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
-use slate_topics::ParameterAccess;
+use slate_topics::NodeAccess;
 
 use crate::participant::{RosParticipant, TopicWriter};
 use crate::raw::RawMessage;
@@ -24,6 +25,7 @@ pub use frames::{FIXED, MESSAGE, MOVING};
 use log::LogTopic;
 use parameter_events::ParameterEvents;
 use slate_topics::RosError;
+use transition_events::TransitionEvents;
 
 /// Period of the check whether something has changed without a notice.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
@@ -68,8 +70,11 @@ impl NodeTopics {
         if options.log {
             topics.push(Box::new(LogTopic::open(participant, settings)?));
         }
-        if options.parameters == ParameterAccess::Set {
+        if options.parameters == NodeAccess::Set {
             topics.push(Box::new(ParameterEvents::open(participant, surface, settings)?));
+        }
+        if settings.lifecycle != NodeAccess::None {
+            topics.push(Box::new(TransitionEvents::open(participant, surface, settings)?));
         }
         Ok(Self { topics, logged: Vec::new() })
     }

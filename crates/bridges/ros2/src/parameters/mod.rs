@@ -6,7 +6,7 @@ mod handler;
 use std::sync::Arc;
 
 use slate_control::ControlSurface;
-use slate_topics::{AgentOperations, ParameterAccess};
+use slate_topics::{AgentOperations, NodeAccess};
 
 use crate::participant::RosParticipant;
 use crate::services::{ServiceGroup, ServiceServer};
@@ -25,22 +25,19 @@ pub fn parameter_services(
     surface: &Arc<ControlSurface>,
     settings: &RosSettings,
 ) -> Result<Option<ServiceGroup>, RosError> {
-    if settings.options.parameters == ParameterAccess::None {
+    if settings.options.parameters == NodeAccess::None {
         return Ok(None);
     }
     let mut servers = Vec::new();
     for (name, kind, _) in SERVICES {
-        let service = settings.node.topic(&format!("~/{name}")).map_err(|reason| {
-            let help = "take a shorter name for the node: node = \"r2\" in [ros2]";
-            RosError::Definition { name: name.into(), reason, help }
-        })?;
+        let service = settings.node.private(name)?;
         let of = service_type(kind).map_err(|reason| RosError::definition(kind, reason))?;
         servers.push(ServiceServer::open(participant, &service, &of)?);
     }
     let handler = Box::new(ParameterHandler {
         operations: AgentOperations::new(surface, TABLE)?,
         composer: surface.agent.composer().clone(),
-        is_settable: settings.options.parameters == ParameterAccess::Set,
+        is_settable: settings.options.parameters == NodeAccess::Set,
     });
     Ok(Some(ServiceGroup { name: "ros2-parameters", servers, handler }))
 }

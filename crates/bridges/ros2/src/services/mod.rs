@@ -3,9 +3,7 @@
 mod caller;
 mod client;
 mod server;
-mod threads;
 
 pub use caller::ServiceCaller;
-pub use client::{CallContext, receiver_of};
-pub use server::{ServeContext, ServiceHandler, ServiceServer, wait_for_start};
-pub use threads::{ServiceGroup, ServiceThreads};
+pub use client::{CallContext, ServiceClient, receiver_of};
+pub use server::{QUALITY, ServeContext, ServiceGroup, ServiceHandler, ServiceServer, serve, wait_for_start};

@@ -148,6 +148,13 @@ impl ServiceServer {
     }
 }
 
+/// Services that a thread answers, one request after the other.
+pub struct ServiceGroup {
+    pub name: &'static str,
+    pub servers: Vec<ServiceServer>,
+    pub handler: Box<dyn ServiceHandler>,
+}
+
 /// State that servers share.
 pub struct ServeContext {
     pub composer: Composer,

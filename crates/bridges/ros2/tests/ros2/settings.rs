@@ -1,7 +1,7 @@
 //! The table `[ros2]`.
 
 use slate_record::ros::WireFormat;
-use slate_ros2::{ParameterAccess, RosSettings, ServiceType, TABLE, TopicQuality};
+use slate_ros2::{NodeAccess, RosSettings, ServiceType, TABLE, TopicQuality};
 use slate_runtime::configuration::{Configuration, Options, Report};
 
 fn read(table: &str) -> Result<Option<RosSettings>, Report> {
@@ -63,14 +63,11 @@ fn services_have_a_type_and_a_port() {
 #[test]
 fn a_node_has_options_beside_its_topics() {
     let usual = read("read.\"driver/goal\" = \"/goal\"").unwrap().unwrap().options;
-    assert_eq!((usual.parameters, usual.log), (ParameterAccess::Read, true));
+    assert_eq!((usual.parameters, usual.log), (NodeAccess::Read, true));
     assert!(!usual.clock && !usual.transforms && usual.frames.is_empty());
     let table = "parameters = \"set\"\nclock = true\nrosout = false\ntf = true\nframes.\"laser/transform\" = \"laser\"";
     let own = read(table).unwrap().unwrap().options;
-    assert_eq!(
-        (own.parameters, own.clock, own.log, own.transforms),
-        (ParameterAccess::Set, true, false, true)
-    );
+    assert_eq!((own.parameters, own.clock, own.log, own.transforms), (NodeAccess::Set, true, false, true));
     let [frame] = &own.frames[..] else { panic!("{own:?}") };
     assert_eq!((frame.input.as_str(), frame.frame.as_str()), ("laser/transform", "laser"));
 }

@@ -15,7 +15,7 @@ use super::cdr::{CdrWriter, WireFormat, wire_length};
 use super::codec::items;
 use super::names::own_frame;
 use super::schema::reference;
-use super::{Definition, DefinitionFiles, Error, FileError, Primitive, RosPrimitive, Schema};
+use super::{Definition, Error, Primitive, RosPrimitive, Schema};
 
 /// How a value becomes the message that ROS has for it.
 ///
@@ -164,21 +164,17 @@ pub fn standard_in(format: WireFormat, descriptor: &'static Descriptor) -> Optio
 }
 
 impl Standard {
-    /// Values of an interface as messages of a definition from files: fields of the same name fit, or the only ones of both.
+    /// Values of an interface as messages of a definition: fields of the same name fit, or the only ones of both.
     ///
     /// # Errors
-    /// A field does not fit, or none does.
-    pub fn defined(
+    /// The path of a field that does not fit, empty when none does, and the reason in words.
+    pub(super) fn defined(
         format: WireFormat,
         descriptor: &'static Descriptor,
-        files: &DefinitionFiles,
-    ) -> Result<Self, FileError> {
-        let (definition, schema) = (files.definition().clone(), files.schema()?);
-        let steps = checked_steps(descriptor, &reference("", &definition.name), &schema);
-        let steps = steps.map_err(|(path, reason)| {
-            let line = schema.line(&path).unwrap_or(1);
-            files.error(Error::Definition { name: definition.name.clone(), line, reason })
-        })?;
+        definition: Definition,
+        schema: Schema,
+    ) -> Result<Self, (String, String)> {
+        let steps = checked_steps(descriptor, &reference("", &definition.name), &schema)?;
         Ok(Self { format, descriptor, definition, schema, steps })
     }
 

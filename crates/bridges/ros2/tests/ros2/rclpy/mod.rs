@@ -3,6 +3,7 @@
 mod actions;
 mod agent;
 mod hostile;
+mod lifecycle;
 mod node;
 mod parameters;
 mod peer;

@@ -35,10 +35,14 @@ impl Drop for Base {
     }
 }
 
-fn robot(domain: u16) -> Running {
+/// The robot with further settings, armed.
+pub fn robot(domain: u16, sets: &[&str]) -> Running {
     let sources = Sources {
         extra_tables: [slate_ros2::TABLE, "report"].map(Into::into).to_vec(),
-        sets: vec![format!("ros2.domain={domain}")],
+        sets: [format!("ros2.domain={domain}")]
+            .into_iter()
+            .chain(sets.iter().map(|set| (*set).into()))
+            .collect(),
         ..Sources::default()
     };
     let database = Database::from_text("ros.toml", ROBOT, sources).unwrap();
@@ -63,7 +67,7 @@ fn speed(twist: &Json) -> f64 {
 fn a_robot_whose_devices_are_nodes_reaches_its_goal() {
     alone("ros2::rclpy::robot::a_robot_whose_devices_are_nodes_reaches_its_goal", |domain| {
         let _base = Base::start(domain);
-        let agent = robot(domain);
+        let agent = robot(domain, &[]);
         let mut peer = Peer::start("observer", domain);
         peer.subscribe("/cmd_vel", "geometry_msgs/msg/Twist", json!({}));
         peer.subscribe("/position", "geometry_msgs/msg/Point", json!({}));
@@ -91,7 +95,7 @@ fn a_robot_whose_devices_are_nodes_reaches_its_goal() {
 fn the_gate_stands_before_the_topic_of_commands() {
     alone("ros2::rclpy::robot::the_gate_stands_before_the_topic_of_commands", |domain| {
         let _base = Base::start(domain);
-        let agent = robot(domain);
+        let agent = robot(domain, &[]);
         let mut peer = Peer::start("observer", domain);
         peer.subscribe("/cmd_vel", "geometry_msgs/msg/Twist", json!({}));
         eventually("motion", || peer.take("/cmd_vel").iter().any(|twist| speed(twist) > 0.02));

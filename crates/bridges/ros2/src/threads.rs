@@ -1,4 +1,4 @@
-//! Threads that serve and call services.
+//! Threads that serve and call services and actions.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,21 +10,14 @@ use slate_control::ControlSurface;
 use slate_runtime::Composer;
 use slate_topics::{AgentOperations, InboundTopic, InboundTopics, InboxHandler, answer_input, inbox};
 
-use super::client::{CallContext, ServiceClient};
-use super::server::{ServeContext, serve};
-use super::{ServiceHandler, ServiceServer};
 use crate::actions::{ActionClient, ActionServer};
 use crate::matches::{Matches, OwnEndpoint};
 use crate::participant::RosParticipant;
+use crate::services::{
+    CallContext, QUALITY, ServeContext, ServiceClient, ServiceGroup, ServiceServer, serve,
+};
 use crate::settings::{RosSettings, TABLE};
 use slate_topics::RosError;
-
-/// Services that a thread answers, one request after the other.
-pub struct ServiceGroup {
-    pub name: &'static str,
-    pub servers: Vec<ServiceServer>,
-    pub handler: Box<dyn ServiceHandler>,
-}
 
 /// The services of an agent, and what serves and calls them.
 #[derive(Default)]
@@ -64,7 +57,7 @@ impl ServiceThreads {
                 Some(input) => {
                     let (property, pairs) = answer_input(composer, call, input)?;
                     property.set_external(&format!("ros2:{}", call.service));
-                    let depth = super::server::QUALITY.depth.into();
+                    let depth = QUALITY.depth.into();
                     inputs.push(InboundTopic::new(&call.service, call.of.name(), input, &property, depth));
                     Some((inputs.len() - 1, pairs))
                 }
