@@ -19,19 +19,27 @@ use slate_topics::{
 use crate::check::{topic_input, topic_output};
 use crate::error::DdsError;
 use crate::inbound::receive;
-use crate::matches::{Matches, OwnEndpoint};
 use crate::message::DdsMessage;
-use crate::participant::{DdsParticipant, TopicReader, WriterSink};
+use crate::participant::{DdsParticipant, DdsReader, DdsSink};
 use crate::settings::{DdsSettings, TABLE};
+use crate::wire::{MatchWords, Matches, OwnEndpoint};
 
 /// Longest wait for threads at the end.
 const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
 
+/// DDS calls both ends so.
+const WORDS: MatchWords = MatchWords {
+    scheme: TABLE,
+    roles: ["writer", "reader"],
+    message_name: |type_name| type_name.into(),
+    advice: "give the topic that type",
+};
+
 /// A topic that is read, and its messages.
-type ReadTopic = (TopicReader, DdsMessage);
+type ReceivedTopic = (DdsReader, DdsMessage);
 
 /// A topic that is written.
-type WrittenTopic = PublishedTopic<WriterSink, DdsMessage>;
+type SentTopic = PublishedTopic<DdsSink, DdsMessage>;
 
 /// An agent as a participant of DDS, until this is dropped. All of it runs in threads of its own: no tick waits for DDS.
 pub struct DdsBridge {
@@ -42,7 +50,7 @@ pub struct DdsBridge {
     /// By place among those that are read.
     readers: Vec<GUID>,
     outbound: Vec<(GUID, OutboundStatus)>,
-    waiting: Option<(Vec<ReadTopic>, Vec<WrittenTopic>)>,
+    waiting: Option<(Vec<ReceivedTopic>, Vec<SentTopic>)>,
     ended: Arc<AtomicBool>,
     /// Of the threads that send and receive.
     wakes: [Arc<Wake>; 2],
@@ -74,14 +82,14 @@ impl DdsBridge {
         let outputs = settings.topics.write.iter().map(|own| Ok((own, topic_output(composer, own)?)));
         let outputs = outputs.collect::<Result<Vec<_>, DdsError>>()?;
         let participant = DdsParticipant::join(settings.domain, settings.trusted)?;
-        let matches = Arc::new(Matches::default());
+        let matches = Arc::new(Matches::new(WORDS));
         let mut own = BTreeMap::new();
         let (mut readers, mut topics, mut external) = (Vec::new(), Vec::new(), Vec::new());
         for (settings, (property, message)) in inputs {
             let topic = &settings.topic;
             let reader = participant.reader(topic, &message, &settings.quality)?;
             own.insert(reader.guid(), endpoint(topic, &message, true));
-            let depth = settings.quality.depth.into();
+            let depth = settings.quality.quality.depth.into();
             topics.push(InboundTopic::new(topic, message.type_name(), &settings.input, &property, depth));
             external.push((property, format!("{TABLE}:{topic}")));
             readers.push((reader, message));
@@ -155,8 +163,8 @@ impl DdsBridge {
 fn endpoint(topic: &str, message: &DdsMessage, is_reader: bool) -> OwnEndpoint {
     OwnEndpoint {
         topic: topic.to_owned(),
-        type_name: message.type_name().to_owned(),
-        has_key: message.has_key(),
+        wire: (topic.to_owned(), message.type_name().to_owned()),
+        message: message.type_name().to_owned(),
         is_reader,
     }
 }

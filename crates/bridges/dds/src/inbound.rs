@@ -9,7 +9,8 @@ use slate_blackboard::wake::Wake;
 use slate_topics::InboundTopics;
 
 use crate::message::DdsMessage;
-use crate::participant::TopicReader;
+use crate::participant::DdsReader;
+use crate::wire::ReaderWaker;
 
 /// How long the thread sleeps when nothing comes.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
@@ -17,18 +18,9 @@ const IDLE_PERIOD: Duration = Duration::from_millis(100);
 /// Messages of a topic that are taken before those of the next.
 const TURN: usize = 256;
 
-/// Wakes the thread that receives.
-struct ReaderWaker(Arc<Wake>);
-
-impl std::task::Wake for ReaderWaker {
-    fn wake(self: Arc<Self>) {
-        self.0.notify(1);
-    }
-}
-
 /// Takes what comes on topics for inputs, by place, until the end; `look` is called now and then.
 pub fn receive(
-    mut readers: Vec<(TopicReader, DdsMessage)>,
+    mut readers: Vec<(DdsReader, DdsMessage)>,
     inbound: &InboundTopics,
     wake: &Arc<Wake>,
     ended: &AtomicBool,

@@ -14,15 +14,14 @@ mod error;
 mod idl;
 #[cfg(feature = "rtps")]
 mod inbound;
-#[cfg(feature = "rtps")]
-mod matches;
 mod message;
 #[cfg(feature = "rtps")]
 mod participant;
-#[cfg(feature = "rtps")]
-mod raw;
+mod quality;
 mod settings;
 mod topic_type;
+#[cfg(feature = "rtps")]
+pub mod wire;
 
 #[cfg(feature = "rtps")]
 pub use bridge::DdsBridge;
@@ -30,6 +29,7 @@ pub use check::check_topics;
 pub use error::DdsError;
 pub use idl::{IdlEnum, IdlError, IdlFile, IdlKind, IdlMember, IdlStruct};
 pub use message::{DdsMessage, IdlMessage, ros_type_name};
+pub use quality::{Representation, TopicQuality};
 pub use settings::{DdsSettings, TABLE};
 pub use slate_topics::{TopicInput, TopicMisfit, TopicOutput, TopicStatus};
-pub use topic_type::{DdsTopic, Representation, TopicType};
+pub use topic_type::{DdsTopic, TopicType};

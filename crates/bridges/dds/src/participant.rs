@@ -8,30 +8,19 @@ use std::task::{Context, Poll, Waker};
 use futures_util::Stream;
 use rustdds::dds::CreateResult;
 use rustdds::no_key::SimpleDataReader;
-use rustdds::policy::{
-    DataRepresentation, Durability, History, Reliability, ResourceLimits, XCDR_DATA_REPRESENTATION,
-    XCDR2_DATA_REPRESENTATION,
-};
 use rustdds::with_key::{BareDataReaderStream, DataReader, Sample};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent,
-    DomainParticipantStatusListener, Duration, GUID, Publisher, QosPolicies, QosPolicyBuilder, RTPSEntity,
+    DomainParticipantStatusListener, GUID, Publisher, QosPolicies, QosPolicyBuilder, RTPSEntity,
     StatusEvented, Subscriber, Topic, TopicKind,
 };
 use slate_topics::TopicSink;
 
 use crate::error::DdsError;
-use crate::matches::Matches;
 use crate::message::DdsMessage;
-use crate::raw::{RawAdapter, RawMessage};
-use crate::topic_type::{DdsTopic, Representation};
-
-/// The longest that a reliable writer waits for room, in its own thread.
-const BLOCKING: Duration = Duration::from_millis(100);
-
-/// Values for late readers that are kept at least. RustDDS tidies up every 6 s, so for so long it keeps more than the depth; with
-/// fewer it would wait for each acknowledgement.
-const KEPT: i32 = 64;
+use crate::quality::Representation;
+use crate::topic_type::DdsTopic;
+use crate::wire::{Matches, RawAdapter, RawMessage, policies};
 
 /// Messages of all instances of a topic that wait at least.
 const WAITING: i32 = 256;
@@ -72,23 +61,27 @@ impl DdsParticipant {
         &self,
         name: &str,
         message: &DdsMessage,
-        quality: &DdsTopic,
-    ) -> Result<TopicReader, DdsError> {
-        let depth = if message.has_key() { WAITING.max(quality.depth.into()) } else { quality.depth.into() };
-        let policies = policies(quality, depth, message.readable());
+        options: &DdsTopic,
+    ) -> Result<DdsReader, DdsError> {
+        let depth = if message.has_key() {
+            WAITING.max(options.quality.depth.into())
+        } else {
+            options.quality.depth.into()
+        };
+        let policies = policies(options.quality, depth, message.readable());
         self.topic(name, message, &policies)
             .and_then(|topic| self.reader_of(&topic, policies))
             .map_err(|error| DdsError::Network { domain: self.domain, reason: error.to_string() })
     }
 
-    fn reader_of(&self, topic: &Topic, policies: QosPolicies) -> CreateResult<TopicReader> {
+    fn reader_of(&self, topic: &Topic, policies: QosPolicies) -> CreateResult<DdsReader> {
         if topic.kind() == TopicKind::NoKey {
             let reader = self.subscriber.create_simple_datareader_no_key(topic, Some(policies))?;
-            return Ok(TopicReader::NoKey(reader));
+            return Ok(DdsReader::NoKey(reader));
         }
         let reader: DataReader<RawMessage, RawAdapter<1>> =
             self.subscriber.create_datareader(topic, Some(policies))?;
-        Ok(TopicReader::WithKey(reader.guid(), Box::new(reader.async_bare_sample_stream())))
+        Ok(DdsReader::WithKey(reader.guid(), Box::new(reader.async_bare_sample_stream())))
     }
 
     /// Writes a topic.
@@ -99,11 +92,11 @@ impl DdsParticipant {
         &self,
         name: &str,
         message: &DdsMessage,
-        quality: &DdsTopic,
+        options: &DdsTopic,
         matches: &Arc<Matches>,
-    ) -> Result<WriterSink, DdsError> {
+    ) -> Result<DdsSink, DdsError> {
         let written = if message.identifier() == 1 { Representation::Xcdr1 } else { Representation::Xcdr2 };
-        let policies = policies(quality, quality.depth.into(), &[written]);
+        let policies = policies(options.quality, options.quality.depth.into(), &[written]);
         let writer = self.topic(name, message, &policies).and_then(|topic| match message.identifier() {
             9 => self.writer_of::<9>(&topic, policies),
             7 => self.writer_of::<7>(&topic, policies),
@@ -111,8 +104,8 @@ impl DdsParticipant {
         });
         let (guid, write) =
             writer.map_err(|error| DdsError::Network { domain: self.domain, reason: error.to_string() })?;
-        let is_transient_local = quality.transient_local;
-        Ok(WriterSink { guid, write, is_transient_local, matches: Arc::clone(matches) })
+        let is_transient_local = options.quality.transient_local;
+        Ok(DdsSink { guid, write, is_transient_local, matches: Arc::clone(matches) })
     }
 
     fn writer_of<const ENCODING: u8>(
@@ -145,33 +138,11 @@ impl DdsParticipant {
     }
 }
 
-fn policies(quality: &DdsTopic, depth: i32, representations: &[Representation]) -> QosPolicies {
-    let reliability = match quality.reliable {
-        true => Reliability::Reliable { max_blocking_time: BLOCKING },
-        false => Reliability::BestEffort,
-    };
-    let durability = if quality.transient_local { Durability::TransientLocal } else { Durability::Volatile };
-    let mut policies = QosPolicyBuilder::new()
-        .reliability(reliability)
-        .durability(durability)
-        .history(History::KeepLast { depth });
-    if quality.transient_local {
-        let kept = depth.max(KEPT);
-        let limits = ResourceLimits { max_samples: kept, max_instances: 1, max_samples_per_instance: kept };
-        policies = policies.resource_limits(limits);
-    }
-    let value = representations.iter().map(|own| match own {
-        Representation::Xcdr1 => XCDR_DATA_REPRESENTATION,
-        Representation::Xcdr2 => XCDR2_DATA_REPRESENTATION,
-    });
-    policies.build().with_data_representation(DataRepresentation { value: value.collect() })
-}
-
 /// Sends a message.
 type WriteMessage = Box<dyn Fn(RawMessage) -> Result<(), String> + Send + Sync>;
 
 /// The writer of a topic.
-pub struct WriterSink {
+pub struct DdsSink {
     guid: GUID,
     write: WriteMessage,
     /// Whether later readers receive values, too.
@@ -179,13 +150,13 @@ pub struct WriterSink {
     matches: Arc<Matches>,
 }
 
-impl WriterSink {
+impl DdsSink {
     pub fn guid(&self) -> GUID {
         self.guid
     }
 }
 
-impl TopicSink for WriterSink {
+impl TopicSink for DdsSink {
     fn is_wanted(&self) -> bool {
         self.is_transient_local || self.matches.count(self.guid) > 0
     }
@@ -196,12 +167,12 @@ impl TopicSink for WriterSink {
 }
 
 /// The reader of a topic, without a key or with one.
-pub enum TopicReader {
+pub enum DdsReader {
     NoKey(SimpleDataReader<RawMessage, RawAdapter<1>>),
     WithKey(GUID, Box<BareDataReaderStream<RawMessage, RawAdapter<1>>>),
 }
 
-impl TopicReader {
+impl DdsReader {
     pub fn guid(&self) -> GUID {
         match self {
             Self::NoKey(reader) => reader.guid(),
@@ -209,7 +180,7 @@ impl TopicReader {
         }
     }
 
-    /// Has it wake `waker` when something comes; then [`take`](TopicReader::take) is called.
+    /// Has it wake `waker` when something comes; then [`take`](DdsReader::take) is called.
     pub fn watch(&self, waker: &Waker) {
         if let Self::NoKey(reader) = self {
             reader.drain_read_notifications();

@@ -6,18 +6,15 @@ use slate_runtime::configuration::Table;
 use slate_topics::{TableReader, TopicOptions};
 
 use crate::idl::{IdlFile, IdlStruct};
+use crate::quality::{Representation, TopicQuality};
 
 const TYPE: &str = "write type = \"demo::Target\", idl = \"target.idl\", a path from the folder of this file";
 
 /// Type and quality of service of a topic.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DdsTopic {
-    /// `RELIABLE`; else `BEST_EFFORT`.
-    pub reliable: bool,
-    /// `TRANSIENT_LOCAL`: late readers receive the last values; else `VOLATILE`.
-    pub transient_local: bool,
-    /// Values that are kept.
-    pub depth: u16,
+    /// Quality of service.
+    pub quality: TopicQuality,
     /// Its type; that of ROS 2 for the interface without one.
     pub of: Option<TopicType>,
 }
@@ -33,23 +30,6 @@ pub struct TopicType {
     pub representation: Representation,
 }
 
-/// How values lie in messages (DDS-XTypes 1.3, 7.4).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Representation {
-    /// Version 1, the default of DDS.
-    #[default]
-    Xcdr1,
-    /// Version 2.
-    Xcdr2,
-}
-
-impl Default for DdsTopic {
-    /// Reliable, volatile, the last ten.
-    fn default() -> Self {
-        Self { reliable: true, transient_local: false, depth: 10, of: None }
-    }
-}
-
 impl TopicOptions for DdsTopic {
     const READ_KEYS: &'static [&'static str] = &["reliable", "transient_local", "depth", "type", "idl"];
     const WRITE_KEYS: &'static [&'static str] =
@@ -57,13 +37,7 @@ impl TopicOptions for DdsTopic {
     const HAS_DEFINITION: bool = false;
 
     fn of(reader: &mut TableReader<'_>, table: &Table) -> Self {
-        let usual = Self::default();
-        Self {
-            reliable: table.get("reliable").is_none() || reader.truth(table, "reliable"),
-            transient_local: reader.truth(table, "transient_local"),
-            depth: reader.depth(table).unwrap_or(usual.depth),
-            of: topic_type(reader, table),
-        }
+        Self { quality: TopicQuality::of(reader, table), of: topic_type(reader, table) }
     }
 }
 

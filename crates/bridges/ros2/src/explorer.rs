@@ -13,7 +13,7 @@ use slate_record::ros::{
 use crate::graph;
 use crate::name::{NodeName, message_name};
 use crate::participant::{RosParticipant, TopicReader};
-use crate::quality::TopicQuality;
+use slate_dds::TopicQuality;
 use slate_topics::RosError;
 
 /// Period of the check for news.

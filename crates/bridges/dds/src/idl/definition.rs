@@ -6,8 +6,8 @@ use std::sync::Arc;
 use slate_blackboard::interface::Primitive;
 
 use super::lexer::{Lexer, TokenKind};
-use super::scope::{Definition, Scope};
-use super::{Extent, IdlEnum, IdlError, IdlKind, IdlMember, IdlStruct, MAX_DEPTH, MAX_MEMBERS, MAX_SIZE};
+use super::scope::{IdlDefinition, Scope};
+use super::{IdlEnum, IdlError, IdlKind, IdlMember, IdlStruct, MAX_DEPTH, MAX_MEMBERS, MAX_SIZE, TypeExtent};
 
 /// An annotation, such as `@key` or `@value(3)`.
 pub struct Annotation {
@@ -26,7 +26,7 @@ impl DefinitionParser {
         Self { lexer, scope: Scope::default() }
     }
 
-    pub fn parse(mut self) -> Result<BTreeMap<String, Definition>, IdlError> {
+    pub fn parse(mut self) -> Result<BTreeMap<String, IdlDefinition>, IdlError> {
         while *self.lexer.peek() != TokenKind::End {
             self.definition()?;
         }
@@ -86,8 +86,8 @@ impl DefinitionParser {
             return Err(self.lexer.error(format!("`{name}` has no members")));
         }
         let extents = members.iter().map(|member| member.kind.extent());
-        let none = Extent { depth: 1, size: 0, members: 0 };
-        let extent = extents.fold(none, |all, own| Extent {
+        let none = TypeExtent { depth: 1, size: 0, members: 0 };
+        let extent = extents.fold(none, |all, own| TypeExtent {
             depth: all.depth.max(own.depth + 1),
             size: all.size.saturating_add(own.size),
             members: all.members + own.members,
@@ -95,14 +95,14 @@ impl DefinitionParser {
         self.check_extent(&name, extent)?;
         let whole = self.scope.whole(&name);
         let own = IdlStruct { name: whole, place, is_appendable, members, extent };
-        self.define(&name, Definition::Type(IdlKind::Struct(Arc::new(own))))
+        self.define(&name, IdlDefinition::Type(IdlKind::Struct(Arc::new(own))))
     }
 
     /// Members of the struct that another one extends.
     fn base(&mut self) -> Result<Vec<IdlMember>, IdlError> {
         let name = self.scoped_name()?;
         match self.scope.find(&name) {
-            Some(Definition::Type(IdlKind::Struct(base))) => Ok(base.members.clone()),
+            Some(IdlDefinition::Type(IdlKind::Struct(base))) => Ok(base.members.clone()),
             _ => Err(self.lexer.error(format!("`{name}` is no struct that is defined before"))),
         }
     }
@@ -146,7 +146,7 @@ impl DefinitionParser {
                 return Err(self.lexer.error(reason));
             }
             next = value.saturating_add(1);
-            self.define(&own, Definition::Enumerator)?;
+            self.define(&own, IdlDefinition::Enumerator)?;
             values.push((own, value));
             if self.is_next('}') {
                 break;
@@ -157,7 +157,7 @@ impl DefinitionParser {
             }
         }
         let own = IdlEnum { name: self.scope.whole(&name), carrier, values };
-        self.define(&name, Definition::Type(IdlKind::Enumeration(Arc::new(own))))
+        self.define(&name, IdlDefinition::Type(IdlKind::Enumeration(Arc::new(own))))
     }
 
     fn typedef(&mut self) -> Result<(), IdlError> {
@@ -165,7 +165,7 @@ impl DefinitionParser {
         loop {
             let (name, kind) = self.declarator(kind.clone())?;
             self.check_extent(&name, kind.extent())?;
-            self.define(&name, Definition::Type(kind))?;
+            self.define(&name, IdlDefinition::Type(kind))?;
             if !self.is_next(',') {
                 return Ok(());
             }
@@ -179,7 +179,7 @@ impl DefinitionParser {
         match kind {
             IdlKind::Primitive(own) if own.integers().is_some() => {
                 let value = self.integer()?;
-                self.define(&name, Definition::Constant(value))
+                self.define(&name, IdlDefinition::Constant(value))
             }
             other => {
                 let reason = format!("a constant is an integer, found a {}", other.describe());
@@ -188,7 +188,7 @@ impl DefinitionParser {
         }
     }
 
-    pub fn check_extent(&self, name: &str, extent: Extent) -> Result<(), IdlError> {
+    pub fn check_extent(&self, name: &str, extent: TypeExtent) -> Result<(), IdlError> {
         if extent.members > MAX_MEMBERS {
             return Err(self
                 .lexer
@@ -203,7 +203,7 @@ impl DefinitionParser {
         Ok(())
     }
 
-    fn define(&mut self, name: &str, definition: Definition) -> Result<(), IdlError> {
+    fn define(&mut self, name: &str, definition: IdlDefinition) -> Result<(), IdlError> {
         match self.scope.define(name, definition) {
             true => Ok(()),
             false => Err(self.lexer.error(format!("`{name}` is defined twice"))),

@@ -4,7 +4,7 @@ use slate_blackboard::interface::Primitive;
 
 use super::definition::{Annotation, DefinitionParser};
 use super::lexer::TokenKind;
-use super::scope::Definition;
+use super::scope::IdlDefinition;
 use super::{IdlError, IdlKind, IdlMember, MAX_DEPTH};
 
 impl DefinitionParser {
@@ -114,7 +114,7 @@ impl DefinitionParser {
     fn named_kind(&mut self, first: Option<String>) -> Result<IdlKind, IdlError> {
         let name = self.scoped_name_from(first)?;
         match self.scope.find(&name) {
-            Some(Definition::Type(kind)) => Ok(kind.clone()),
+            Some(IdlDefinition::Type(kind)) => Ok(kind.clone()),
             Some(_) => Err(self.lexer.error(format!("`{name}` is no type"))),
             None => Err(self.lexer.error(format!("`{name}` is not defined before"))),
         }
@@ -145,7 +145,7 @@ impl DefinitionParser {
             _ => {
                 let name = self.scoped_name()?;
                 match self.scope.find(&name) {
-                    Some(Definition::Constant(value)) => *value,
+                    Some(IdlDefinition::Constant(value)) => *value,
                     _ => {
                         return Err(self
                             .lexer
@@ -188,7 +188,8 @@ impl DefinitionParser {
     pub fn annotations(&mut self) -> Result<Vec<Annotation>, IdlError> {
         let mut annotations = Vec::new();
         while self.is_next('@') {
-            let name = self.scoped_name()?;
+            // One word, as the type that follows may begin with `::`.
+            let name = self.word("the name of an annotation")?;
             let argument = if self.is_next('(') { Some(self.argument()?) } else { None };
             annotations.push(Annotation { name, argument });
         }

@@ -20,7 +20,7 @@ pub use error::IdlError;
 
 use definition::DefinitionParser;
 use lexer::Lexer;
-use scope::Definition;
+use scope::IdlDefinition;
 
 /// Deepest nesting of types.
 const MAX_DEPTH: usize = 32;
@@ -33,7 +33,7 @@ const MAX_MEMBERS: usize = 10_000;
 
 /// How large a type is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Extent {
+struct TypeExtent {
     /// Nesting of types in it.
     depth: usize,
     /// Fewest bytes of a value, without padding; at least one.
@@ -70,7 +70,7 @@ pub struct IdlStruct {
     pub is_appendable: Option<bool>,
     /// Members in their order, those of the base first.
     pub members: Vec<IdlMember>,
-    extent: Extent,
+    extent: TypeExtent,
 }
 
 /// A member of a struct.
@@ -117,20 +117,20 @@ impl IdlKind {
         }
     }
 
-    fn extent(&self) -> Extent {
-        let single = |size| Extent { depth: 1, size, members: 1 };
+    fn extent(&self) -> TypeExtent {
+        let single = |size| TypeExtent { depth: 1, size, members: 1 };
         match self {
             Self::Primitive(primitive) => single(primitive.size()),
             Self::Enumeration(own) => single(own.carrier.size()),
             Self::Text(_) => single(4),
             Self::Struct(own) => own.extent,
             Self::Array(item, count) => {
-                let Extent { depth, size, members } = item.extent();
-                Extent { depth: depth + 1, size: size.saturating_mul(*count), members }
+                let TypeExtent { depth, size, members } = item.extent();
+                TypeExtent { depth: depth + 1, size: size.saturating_mul(*count), members }
             }
             Self::Sequence(item, _) => {
-                let Extent { depth, members, .. } = item.extent();
-                Extent { depth: depth + 1, size: 4, members }
+                let TypeExtent { depth, members, .. } = item.extent();
+                TypeExtent { depth: depth + 1, size: 4, members }
             }
         }
     }
@@ -168,7 +168,7 @@ fn primitive_name(primitive: Primitive) -> &'static str {
 /// ```
 #[derive(Clone, Debug)]
 pub struct IdlFile {
-    definitions: BTreeMap<String, Definition>,
+    definitions: BTreeMap<String, IdlDefinition>,
 }
 
 impl IdlFile {
@@ -199,14 +199,14 @@ impl IdlFile {
     /// The struct of a name with its modules, such as `demo::Target`.
     pub fn structure(&self, name: &str) -> Option<Arc<IdlStruct>> {
         match self.definitions.get(name)? {
-            Definition::Type(IdlKind::Struct(own)) => Some(Arc::clone(own)),
+            IdlDefinition::Type(IdlKind::Struct(own)) => Some(Arc::clone(own)),
             _ => None,
         }
     }
 
     /// Names of the structs, in order.
     pub fn structures(&self) -> impl Iterator<Item = &str> {
-        let is_struct = |(name, own): &(&String, &Definition)| matches!(own, Definition::Type(IdlKind::Struct(s)) if s.name == **name);
+        let is_struct = |(name, own): &(&String, &IdlDefinition)| matches!(own, IdlDefinition::Type(IdlKind::Struct(s)) if s.name == **name);
         self.definitions.iter().filter(is_struct).map(|(name, _)| name.as_str())
     }
 }

@@ -6,7 +6,7 @@ use super::IdlKind;
 
 /// Meaning of a name.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Definition {
+pub enum IdlDefinition {
     Type(IdlKind),
     Constant(i64),
     /// An enumerator, which is a name of its own and no type.
@@ -16,7 +16,7 @@ pub enum Definition {
 /// Definitions by their names with modules, and the modules that are open.
 #[derive(Default)]
 pub struct Scope {
-    pub definitions: BTreeMap<String, Definition>,
+    pub definitions: BTreeMap<String, IdlDefinition>,
     modules: Vec<String>,
 }
 
@@ -45,12 +45,12 @@ impl Scope {
     }
 
     /// Defines a name in the innermost module; whether it was free.
-    pub fn define(&mut self, name: &str, definition: Definition) -> bool {
+    pub fn define(&mut self, name: &str, definition: IdlDefinition) -> bool {
         self.definitions.insert(self.whole(name), definition).is_none()
     }
 
     /// What a name means here: the innermost module that has it decides. One that begins with `::` is whole.
-    pub fn find(&self, name: &str) -> Option<&Definition> {
+    pub fn find(&self, name: &str) -> Option<&IdlDefinition> {
         if let Some(whole) = name.strip_prefix("::") {
             return self.definitions.get(whole);
         }

@@ -12,7 +12,8 @@ use slate_record::ros::WireFormat;
 use slate_topics::RosMessage;
 
 use crate::idl::IdlStruct;
-use crate::topic_type::{Representation, TopicType};
+use crate::quality::Representation;
+use crate::topic_type::TopicType;
 use map::{StructMapper, TypeMap};
 pub(crate) use xcdr::HEADER;
 use xcdr::{Encapsulation, XcdrReader, XcdrWriter};

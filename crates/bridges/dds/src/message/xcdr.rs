@@ -51,7 +51,7 @@ impl Encapsulation {
 
 /// A number or truth value, of any size.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Number {
+pub enum XcdrNumber {
     Integer(i128),
     Float(f64),
 }
@@ -104,28 +104,28 @@ macro_rules! primitives {
 }
 
 /// The number in the first bytes of memory.
-pub fn load(kind: Primitive, memory: &[u8]) -> Number {
+pub fn load(kind: Primitive, memory: &[u8]) -> XcdrNumber {
     fn first<const N: usize>(memory: &[u8]) -> [u8; N] {
         let mut bytes = [0; N];
         bytes.copy_from_slice(&memory[..N]);
         bytes
     }
-    primitives!(kind, N => Number::Integer(N::from_ne_bytes(first(memory)).into()),
-        Number::Float(N::from_ne_bytes(first(memory)).into()))
+    primitives!(kind, N => XcdrNumber::Integer(N::from_ne_bytes(first(memory)).into()),
+        XcdrNumber::Float(N::from_ne_bytes(first(memory)).into()))
 }
 
 /// Puts a number into the first bytes of memory.
 ///
 /// # Errors
 /// It does not fit, in words.
-pub fn store(kind: Primitive, number: Number, memory: &mut [u8]) -> Result<(), String> {
+pub fn store(kind: Primitive, number: XcdrNumber, memory: &mut [u8]) -> Result<(), String> {
     let wrong = || format!("{number:?} does not fit a {}", kind.name());
     let out = &mut memory[..kind.size()];
     match (number, kind) {
-        (Number::Integer(number), Primitive::Bool) => out[0] = u8::from(number != 0),
-        (Number::Float(number), Primitive::F32) => out.copy_from_slice(&(number as f32).to_ne_bytes()),
-        (Number::Float(number), Primitive::F64) => out.copy_from_slice(&number.to_ne_bytes()),
-        (Number::Integer(number), _) => {
+        (XcdrNumber::Integer(number), Primitive::Bool) => out[0] = u8::from(number != 0),
+        (XcdrNumber::Float(number), Primitive::F32) => out.copy_from_slice(&(number as f32).to_ne_bytes()),
+        (XcdrNumber::Float(number), Primitive::F64) => out.copy_from_slice(&number.to_ne_bytes()),
+        (XcdrNumber::Integer(number), _) => {
             if !kind.integers().is_some_and(|range| range.contains(&number)) {
                 return Err(wrong());
             }
@@ -135,7 +135,7 @@ pub fn store(kind: Primitive, number: Number, memory: &mut [u8]) -> Result<(), S
                 out.reverse();
             }
         }
-        (Number::Float(_), _) => return Err(wrong()),
+        (XcdrNumber::Float(_), _) => return Err(wrong()),
     }
     Ok(())
 }
@@ -203,7 +203,7 @@ impl<'a> XcdrReader<'a> {
         Ok(())
     }
 
-    pub fn number(&mut self, kind: Primitive) -> Result<Number, String> {
+    pub fn number(&mut self, kind: Primitive) -> Result<XcdrNumber, String> {
         let mut memory = [0; 8];
         self.numbers(&mut memory[..kind.size()], kind.size())?;
         Ok(load(kind, &memory))

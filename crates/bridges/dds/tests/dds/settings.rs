@@ -23,7 +23,7 @@ fn topics_are_named_by_entries_and_links() {
         .topics
         .read
         .iter()
-        .map(|own| (own.input.as_str(), own.topic.as_str(), own.quality.depth))
+        .map(|own| (own.input.as_str(), own.topic.as_str(), own.quality.quality.depth))
         .collect();
     assert_eq!(read, [("planner/target", "Target", 1), ("planner/goal", "Goal", 10)]);
     let of = settings.topics.read[0].quality.of.as_ref().unwrap();
@@ -33,7 +33,9 @@ fn topics_are_named_by_entries_and_links() {
         settings.topics.write.iter().map(|own| (own.topic.as_str(), own.property.as_str())).collect();
     assert_eq!(written, [("rt/scan", "laser/scan"), ("Seen", "planner/seen")]);
     let seen = &settings.topics.write[1].quality;
-    assert!(seen.transient_local && seen.of.as_ref().unwrap().representation == Representation::Xcdr2);
+    assert!(
+        seen.quality.transient_local && seen.of.as_ref().unwrap().representation == Representation::Xcdr2
+    );
     assert!(self::read("agent.name = \"r2\"").unwrap().is_none());
 }
 

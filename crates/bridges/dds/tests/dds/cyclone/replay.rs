@@ -28,6 +28,6 @@ fn a_run_with_dds_is_made_again_bit_for_bit() {
                 assert!(number < 100_000, "{:?}", bridge.topics());
             }
         });
-        assert_repeated(&path, &plugins(), 250);
+        assert_repeated(&path, &plugins(), 100);
     });
 }

@@ -24,10 +24,11 @@ impl Keyed for RawMessage {
 }
 
 /// Leaves messages as they are; writers' messages have an encoding of that number.
-pub struct RawAdapter<const ENCODING: u8>;
+#[derive(Debug)]
+pub struct RawAdapter<const ENCODING: u8 = 1>;
 
 /// Reads them.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct RawDecoder;
 
 impl<const ENCODING: u8> NoKeySerializer<RawMessage> for RawAdapter<ENCODING> {

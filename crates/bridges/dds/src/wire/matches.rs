@@ -8,24 +8,41 @@ use rustdds::{DomainParticipantStatusEvent as Event, EndpointDescription, GUID, 
 use slate_module::Level;
 use slate_runtime::Composer;
 
-use crate::settings::TABLE;
-
 /// An endpoint of the agent.
+#[derive(Debug)]
 pub struct OwnEndpoint {
+    /// The topic as its users call it.
     pub topic: String,
-    pub type_name: String,
-    pub has_key: bool,
+    /// Topic and type as DDS calls them.
+    pub wire: (String, String),
+    /// The type as its users call it.
+    pub message: String,
+    /// Whether it reads.
     pub is_reader: bool,
 }
 
+/// Words of a middleware for what it has in common with all on DDS.
+#[derive(Clone, Copy, Debug)]
+pub struct MatchWords {
+    /// Scheme of the bridge, for the log.
+    pub scheme: &'static str,
+    /// The ends that write and read.
+    pub roles: [&'static str; 2],
+    /// What it calls a type of DDS.
+    pub message_name: fn(&str) -> String,
+    /// What to do when both ends have other types.
+    pub advice: &'static str,
+}
+
 /// The other ends of an agent's topics.
-#[derive(Default)]
+#[derive(Debug)]
 pub struct Matches {
+    words: MatchWords,
     own: OnceLock<BTreeMap<GUID, OwnEndpoint>>,
     state: Mutex<MatchState>,
 }
 
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct MatchState {
     /// By own endpoint.
     others: BTreeMap<GUID, BTreeSet<GUID>>,
@@ -34,6 +51,11 @@ struct MatchState {
 }
 
 impl Matches {
+    /// None yet, said in the words of a middleware.
+    pub fn new(words: MatchWords) -> Self {
+        Self { words, own: OnceLock::new(), state: Mutex::default() }
+    }
+
     /// Sets the endpoints of the agent; once, before events are noted.
     pub fn set_own(&self, own: BTreeMap<GUID, OwnEndpoint>) {
         // Set only once.
@@ -51,6 +73,11 @@ impl Matches {
     /// How many there are for an endpoint of the agent.
     pub fn count(&self, own: GUID) -> usize {
         locked(&self.state).others.get(&own).map_or(0, BTreeSet::len)
+    }
+
+    /// Whether another endpoint is the other end of one of the agent.
+    pub fn has(&self, own: GUID, other: GUID) -> bool {
+        locked(&self.state).others.get(&own).is_some_and(|others| others.contains(&other))
     }
 
     /// Takes note of what has happened in the domain, and logs what can't work.
@@ -87,8 +114,8 @@ impl Matches {
                 offered_qos,
             } => {
                 let Some(endpoint) = self.endpoint(own) else { return };
-                let text = incompatible(endpoint, requested_qos, offered_qos);
-                log_once(&mut state, composer, *other, text);
+                let text = self.incompatible(endpoint, requested_qos, offered_qos);
+                self.log_once(&mut state, composer, *other, text);
             }
             Event::ReaderDetected { reader: other } => self.note_type(&mut state, other, false, composer),
             Event::WriterDetected { writer: other } => self.note_type(&mut state, other, true, composer),
@@ -104,25 +131,67 @@ impl Matches {
         writes: bool,
         composer: &Composer,
     ) {
-        let same_topic = |own: &&OwnEndpoint| own.is_reader == writes && own.topic == other.topic_name;
-        for own in self.own().map(|(_, own)| own).filter(same_topic) {
-            let (who, there) = (role(writes), other.type_name.chars().take(120).collect::<String>());
-            let text = if own.type_name != other.type_name {
+        let same_topic =
+            |(_, own): &(&GUID, &OwnEndpoint)| own.is_reader == writes && own.wire.0 == other.topic_name;
+        for (guid, own) in self.own().filter(same_topic) {
+            let (who, topic) = (self.role(writes), &own.topic);
+            let there: String = (self.words.message_name)(&other.type_name).chars().take(120).collect();
+            let text = if own.wire.1 != other.type_name {
+                let (here, advice) = (&own.message, self.words.advice);
                 format!(
-                    "{}: a {who} has type {there} and this agent {}, so they exchange nothing: give the topic that type",
-                    own.topic, own.type_name
+                    "{topic}: a {who} has type {there} and this agent {here}, so they exchange nothing: {advice}"
                 )
-            } else if own.has_key != has_key(other.guid) {
-                let (there, here) = if own.has_key { ("no key", "one") } else { ("a key", "none") };
+            } else if has_key(*guid) != has_key(other.guid) {
+                let (other, own) = if has_key(*guid) { ("no key", "one") } else { ("a key", "none") };
                 format!(
-                    "{}: {} has {there} in a {who} and {here} here, so they exchange nothing: write the same @key in both IDL files",
-                    own.topic, own.type_name
+                    "{topic}: {there} has {other} in a {who} and {own} here, so they exchange nothing: write the same @key in both IDL files"
                 )
             } else {
                 continue;
             };
-            log_once(state, composer, other.guid, text);
+            self.log_once(state, composer, other.guid, text);
         }
+    }
+
+    fn role(&self, writes: bool) -> &'static str {
+        self.words.roles[usize::from(!writes)]
+    }
+
+    fn log_once(&self, state: &mut MatchState, composer: &Composer, other: GUID, text: String) {
+        if state.logged.insert((other, text.clone())) {
+            composer.log(Level::Warn, &format!("{}: {text}", self.words.scheme));
+        }
+    }
+
+    /// Which policy keeps two ends from each other, in the words of DDS.
+    fn incompatible(&self, own: &OwnEndpoint, requested: &QosPolicies, offered: &QosPolicies) -> String {
+        let who = self.role(own.is_reader);
+        let (verb, effect) = match own.is_reader {
+            true => ("offers", "nothing is received from it"),
+            false => ("requests", "nothing is sent to it"),
+        };
+        let policy = offered.compliance_failure_wrt(requested).map(|policy| format!("{policy:?}"));
+        let policy = policy.unwrap_or_else(|| "unknown".into()).to_uppercase();
+        let [requested, offered] = [requested, offered].map(|qos| match policy.as_str() {
+            "RELIABILITY" => reliability(qos).to_owned(),
+            "DURABILITY" => durability(qos).to_owned(),
+            "DEADLINE" => format!("{:?}", qos.deadline()),
+            "LIVELINESS" => format!("{:?}", qos.liveliness()),
+            "REPRESENTATION" => representations(qos),
+            _ => "another".to_owned(),
+        });
+        let help = match (policy.as_str(), own.is_reader) {
+            ("RELIABILITY", true) => "; reliable = false reads it",
+            ("RELIABILITY", false) => "; take reliable = false away",
+            ("DURABILITY", true) => "; take transient_local = true away",
+            ("DURABILITY", false) => "; transient_local = true offers it",
+            ("REPRESENTATION", false) => "; representation says which is written",
+            _ => "",
+        };
+        format!(
+            "{}: a {who} {verb} incompatible QoS, so {effect}: {policy} (offered {offered}, requested {requested}){help}",
+            own.topic
+        )
     }
 }
 
@@ -135,46 +204,6 @@ fn has_key(endpoint: GUID) -> bool {
 /// Locks data that stays intact when another thread panics with the lock.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn role(writes: bool) -> &'static str {
-    if writes { "writer" } else { "reader" }
-}
-
-fn log_once(state: &mut MatchState, composer: &Composer, other: GUID, text: String) {
-    if state.logged.insert((other, text.clone())) {
-        composer.log(Level::Warn, &format!("{TABLE}: {text}"));
-    }
-}
-
-/// Which policy keeps two ends from each other, in the words of DDS.
-fn incompatible(own: &OwnEndpoint, requested: &QosPolicies, offered: &QosPolicies) -> String {
-    let (who, verb, effect) = match own.is_reader {
-        true => ("writer", "offers", "nothing is received from it"),
-        false => ("reader", "requests", "nothing is sent to it"),
-    };
-    let policy = offered.compliance_failure_wrt(requested).map(|policy| format!("{policy:?}"));
-    let policy = policy.unwrap_or_else(|| "unknown".into()).to_uppercase();
-    let [requested, offered] = [requested, offered].map(|qos| match policy.as_str() {
-        "RELIABILITY" => reliability(qos).to_owned(),
-        "DURABILITY" => durability(qos).to_owned(),
-        "DEADLINE" => format!("{:?}", qos.deadline()),
-        "LIVELINESS" => format!("{:?}", qos.liveliness()),
-        "REPRESENTATION" => representations(qos),
-        _ => "another".to_owned(),
-    });
-    let help = match (policy.as_str(), own.is_reader) {
-        ("RELIABILITY", true) => "; reliable = false reads it",
-        ("RELIABILITY", false) => "; take reliable = false away",
-        ("DURABILITY", true) => "; take transient_local = true away",
-        ("DURABILITY", false) => "; transient_local = true offers it",
-        ("REPRESENTATION", false) => "; representation says which is written",
-        _ => "",
-    };
-    format!(
-        "{}: a {who} {verb} incompatible QoS, so {effect}: {policy} (offered {offered}, requested {requested}){help}",
-        own.topic
-    )
 }
 
 fn reliability(qos: &QosPolicies) -> &'static str {
