@@ -46,11 +46,7 @@ fn what_does_not_fit_dds_is_told_before_a_run() {
     }
     std::fs::write(&robot, block("toml")).unwrap();
     let wrong = [
-        (
-            "double left",
-            "string left",
-            "`left` is string in demo::Wheels (robot.idl:3), and f64 in",
-        ),
+        ("double left", "string left", "`left` is string in demo::Wheels (robot.idl:3), and f64 in"),
         ("double left", "any left", "robot.idl:4: `any` is not supported"),
         ("double left, right;", "double left, left;", "robot.idl:5: `Wheels` has two members `left`"),
     ];

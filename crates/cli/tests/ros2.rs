@@ -154,6 +154,8 @@ fn topics_of_a_domain_are_listed_printed_and_measured() {
     assert!(list["topics"].as_array().unwrap().iter().any(|topic| topic["topic"] == "/cmd_vel"), "{list}");
     let info = ros(&["info", "/scan"]);
     assert!(info.contains("publisher") && info.contains("/base") && info.contains("BEST_EFFORT"), "{info}");
+    let hash = "RIHS01_64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828";
+    assert_eq!(info.matches(hash).count(), 2, "{info}");
     let echo = ros(&["echo", "/odom", "--count", "2", "--timeout", "10s"]);
     assert!(echo.contains("child_frame_id: \"base_link\"") && echo.ends_with("---\n"), "{echo}");
     let scan = ros(&["echo", "/scan", "--count", "1", "--timeout", "10s", "--json"]);

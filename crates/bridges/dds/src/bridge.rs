@@ -166,6 +166,7 @@ fn endpoint(topic: &str, message: &DdsMessage, is_reader: bool) -> OwnEndpoint {
         wire: (topic.to_owned(), message.type_name().to_owned()),
         message: message.type_name().to_owned(),
         is_reader,
+        type_hash: None,
     }
 }
 

@@ -77,7 +77,7 @@ impl DdsParticipant {
     fn reader_of(&self, topic: &Topic, policies: QosPolicies) -> CreateResult<DdsReader> {
         if topic.kind() == TopicKind::NoKey {
             let reader = self.subscriber.create_simple_datareader_no_key(topic, Some(policies))?;
-            return Ok(DdsReader::NoKey(reader));
+            return Ok(DdsReader::NoKey(Box::new(reader)));
         }
         let reader: DataReader<RawMessage, RawAdapter<1>> =
             self.subscriber.create_datareader(topic, Some(policies))?;
@@ -168,7 +168,7 @@ impl TopicSink for DdsSink {
 
 /// The reader of a topic, without a key or with one.
 pub enum DdsReader {
-    NoKey(SimpleDataReader<RawMessage, RawAdapter<1>>),
+    NoKey(Box<SimpleDataReader<RawMessage, RawAdapter<1>>>),
     WithKey(GUID, Box<BareDataReaderStream<RawMessage, RawAdapter<1>>>),
 }
 

@@ -13,8 +13,8 @@ use slate_module::Level;
 use slate_record::ros::WireFormat::Cdr as CDR;
 use slate_runtime::Composer;
 use slate_topics::{
-    InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, PublishedTopic, RosError, TopicStatus,
-    check_clock, publish, topic_input, topic_output,
+    InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, PublishedTopic, RosError, RosMessage,
+    TopicStatus, check_clock, publish, topic_input, topic_output,
 };
 
 use crate::frame_inputs::FrameInputs;
@@ -85,7 +85,7 @@ impl RosBridge {
         let (mut readers, mut topics, mut guids) = (Vec::new(), Vec::new(), Vec::new());
         for (settings, (property, message)) in inputs {
             let reader = participant.reader(&settings.topic, message.name(), settings.quality)?;
-            own.insert(reader.guid(), endpoint(&settings.topic, message.name(), true));
+            own.insert(reader.guid(), endpoint(&settings.topic, &message, true));
             guids.push(reader.guid());
             property.set_external(&format!("{TABLE}:{}", settings.topic));
             let (topic, depth) = (&settings.topic, settings.quality.depth.into());
@@ -95,7 +95,7 @@ impl RosBridge {
         let mut writers = Vec::new();
         for (settings, (property, message)) in outputs {
             let writer = participant.writer(&settings.topic, message.name(), settings.quality)?;
-            own.insert(writer.guid(), endpoint(&settings.topic, message.name(), false));
+            own.insert(writer.guid(), endpoint(&settings.topic, &message, false));
             let topic = OutboundTopic::new(&settings.topic, message.name(), &settings.property, property);
             let is_transient_local = settings.quality.transient_local;
             let sink = WriterSink { writer, is_transient_local, matches: Arc::clone(&matches) };
@@ -196,12 +196,13 @@ impl RosBridge {
     }
 }
 
-fn endpoint(topic: &str, message: &str, is_reader: bool) -> OwnEndpoint {
+fn endpoint(topic: &str, message: &RosMessage, is_reader: bool) -> OwnEndpoint {
     OwnEndpoint {
         topic: topic.to_owned(),
-        wire: (wire_topic(topic), type_name(message)),
-        message: message.to_owned(),
+        wire: (wire_topic(topic), type_name(message.name())),
+        message: message.name().to_owned(),
         is_reader,
+        type_hash: message.type_hash(),
     }
 }
 

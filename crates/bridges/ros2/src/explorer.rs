@@ -7,14 +7,15 @@ use std::time::{Duration, Instant};
 use rustdds::policy::{Durability, Reliability};
 use rustdds::{DomainParticipantStatusEvent as Event, EndpointDescription, GUID, QosPolicies};
 use slate_record::ros::{
-    DefinitionFiles, Schema, Value, WireFormat, message_definition, transforms_definition,
+    Definition, DefinitionFiles, Schema, Value, WireFormat, message_definition, transforms_definition,
 };
 
 use crate::graph;
 use crate::name::{NodeName, message_name};
 use crate::participant::{RosParticipant, TopicReader};
 use slate_dds::TopicQuality;
-use slate_topics::RosError;
+use slate_dds::wire::sent_type_hash;
+use slate_topics::{RosError, type_hash};
 
 /// Period of the check for news.
 const POLL_PERIOD: Duration = Duration::from_millis(5);
@@ -44,6 +45,8 @@ pub struct FoundEndpoint {
     pub node: Option<String>,
     /// The type as ROS calls it.
     pub message: String,
+    /// Hash of the type, if the node sends one: nodes of Slate don't.
+    pub type_hash: Option<String>,
     /// `RELIABLE`; else `BEST_EFFORT`.
     pub reliable: bool,
     /// `TRANSIENT_LOCAL`; else `VOLATILE`.
@@ -161,6 +164,7 @@ impl RosExplorer {
             let endpoint = FoundEndpoint {
                 node: self.nodes.get(guid).cloned(),
                 message: message_name(&own.type_name),
+                type_hash: sent_type_hash(&own.user_data),
                 reliable: matches!(own.qos.reliability(), Some(Reliability::Reliable { .. })),
                 transient_local: is_kept(&own.qos),
             };
@@ -256,18 +260,31 @@ impl TopicStream {
     /// # Errors
     /// In words, when they can't be.
     pub fn schema(&self, definition: Option<&Path>) -> Result<Schema, String> {
-        if let Some(path) = definition {
-            let files = DefinitionFiles::read(WireFormat::Cdr, path, Some(&self.message));
-            return files.and_then(|files| files.schema()).map_err(|error| error.to_string());
-        }
-        let other = OTHERS.iter().find(|(name, _)| *name == self.message).map(|(_, text)| (*text).to_owned());
-        let transforms = transforms_definition();
-        let known = || match self.message == transforms.name {
-            true => Some(transforms.text),
-            false => message_definition(&self.message).map(|own| own.text),
-        };
-        let text = other.or_else(known);
-        let text = text.ok_or_else(|| format!("the definition of {} is not known here", self.message))?;
-        Schema::parse(&self.message, &text).map_err(|error| error.to_string())
+        let own = definition_of(&self.message, definition)?;
+        Schema::parse(&own.name, &own.text).map_err(|error| error.to_string())
     }
+}
+
+/// The hash of a type (`RIHS01`), of the `.msg` file of a path, or else as it is built in.
+///
+/// # Errors
+/// The definition is invalid or not known; the reason in words.
+pub fn known_type_hash(message: &str, definition: Option<&Path>) -> Result<String, String> {
+    type_hash(&definition_of(message, definition)?).map_err(|error| error.to_string())
+}
+
+fn definition_of(message: &str, path: Option<&Path>) -> Result<Definition, String> {
+    if let Some(path) = path {
+        let files = DefinitionFiles::read(WireFormat::Cdr, path, Some(message));
+        let files = files.map_err(|error| error.to_string())?;
+        files.schema().map_err(|error| error.to_string())?;
+        return Ok(files.definition().clone());
+    }
+    let other = OTHERS.iter().find(|(name, _)| *name == message);
+    if let Some((name, text)) = other {
+        return Ok(Definition { name: (*name).into(), text: (*text).into() });
+    }
+    let transforms = transforms_definition();
+    let known = if message == transforms.name { Some(transforms) } else { message_definition(message) };
+    known.ok_or_else(|| format!("the definition of {message} is not known here"))
 }

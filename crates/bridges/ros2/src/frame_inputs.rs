@@ -70,7 +70,13 @@ impl FrameInputs {
             let wire = (wire_topic(topic), type_name(MESSAGE));
             (
                 reader.guid(),
-                OwnEndpoint { topic: topic.into(), wire, message: MESSAGE.into(), is_reader: true },
+                OwnEndpoint {
+                    topic: topic.into(),
+                    wire,
+                    message: MESSAGE.into(),
+                    is_reader: true,
+                    type_hash: None,
+                },
             )
         })
     }

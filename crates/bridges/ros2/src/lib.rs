@@ -41,12 +41,12 @@ mod threads;
 pub use bridge::RosBridge;
 pub use check::check_topics;
 #[cfg(feature = "dds")]
-pub use explorer::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream};
+pub use explorer::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream, known_type_hash};
 pub use name::{NodeName, check_topic, type_name, wire_topic};
 pub use settings::{RosSettings, TABLE};
 pub use slate_dds::TopicQuality;
 pub use slate_topics::{
     ActionCall, ActionOffer, ActionType, CancelMessage, FrameInput, NodeAccess, NodeOptions, RosError,
     RosMessage, ServiceCall, ServiceOffer, ServiceType, TopicInput, TopicMisfit, TopicOutput, TopicSettings,
-    TopicStatus,
+    TopicStatus, type_hash,
 };

@@ -24,6 +24,7 @@ mod services;
 mod status;
 mod table_reader;
 mod topic_settings;
+mod type_hash;
 
 pub use action_settings::{ActionCall, ActionOffer, CancelMessage};
 pub use action_type::ActionType;
@@ -48,3 +49,4 @@ pub use services::{
 pub use status::TopicStatus;
 pub use table_reader::{KeyedValue, NameResolver, TableReader};
 pub use topic_settings::{TopicInput, TopicOptions, TopicOutput, TopicSettings, link_help};
+pub use type_hash::type_hash;

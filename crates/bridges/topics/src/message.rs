@@ -5,6 +5,8 @@ use slate_record::ros::{
     self, Definition, DefinitionFiles, FileError, Standard, WireFormat, definition_in, standard_in,
 };
 
+use crate::type_hash::type_hash;
+
 /// How values of an interface lie in messages: as those that ROS has for it, or else as `slate_msgs/msg/NAME`.
 #[derive(Debug)]
 pub struct RosMessage {
@@ -47,6 +49,11 @@ impl RosMessage {
     /// Its fields, followed by the messages in it.
     pub fn definition(&self) -> &str {
         &self.definition.text
+    }
+
+    /// The hash by which nodes of ROS 2 compare its type.
+    pub fn type_hash(&self) -> Option<String> {
+        type_hash(&self.definition).ok()
     }
 
     /// Checks that messages have all fields of a value.

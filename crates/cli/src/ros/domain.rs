@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use serde_json::{Value as Json, json};
-use slate_ros2::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream};
+use slate_ros2::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream, known_type_hash};
 
 use super::{RosDomain, RosEchoOptions, RosInfoOptions, RosListOptions, RosRateOptions, yaml};
 use crate::clock::now;
@@ -79,6 +79,7 @@ fn described(name: &str, topic: &FoundTopic) -> Json {
         json!({
             "node": own.node,
             "type": own.message,
+            "type_hash": own.type_hash,
             "reliability": reliability(own),
             "durability": durability(own),
         })
@@ -104,13 +105,31 @@ pub fn info(options: &RosInfoOptions) -> Result<u8, Failure> {
     let explorer = joined(&options.domain)?;
     let mut topics = explorer.topics();
     let topic = topics.remove(&options.topic).ok_or_else(|| unknown(&explorer, &options.topic))?;
+    let own_hash = match (kind(&topic), &options.definition) {
+        (Some(kind), Some(path)) => {
+            let hash = known_type_hash(&kind, Some(path)).map_err(|problem| Failure::Ros {
+                problem,
+                help: "name the file that defines the type: --definition FILE.msg".into(),
+                code: 2,
+            });
+            Some(hash?)
+        }
+        (Some(kind), None) => known_type_hash(&kind, None).ok(),
+        (None, _) => None,
+    };
     if options.json {
-        output::document("slate.ros_info/1", &described(&options.topic, &topic));
+        let mut document = described(&options.topic, &topic);
+        document["type_hash"] = own_hash.into();
+        output::document("slate.ros_info/1", &document);
         return Ok(0);
+    }
+    if let (Some(kind), Some(hash)) = (kind(&topic), &own_hash) {
+        output::line(format_args!("{kind} is {hash} here"));
     }
     let row = |what: &str, own: &FoundEndpoint| {
         let node = own.node.clone().unwrap_or_else(|| "?".into());
-        [what.to_owned(), node, own.message.clone(), reliability(own).into(), durability(own).into()]
+        let hash = own.type_hash.clone().unwrap_or_else(|| "no type hash".into());
+        [what.to_owned(), node, own.message.clone(), reliability(own).into(), durability(own).into(), hash]
     };
     let publishers = topic.publishers.iter().map(|own| row("publisher", own));
     let subscriptions = topic.subscriptions.iter().map(|own| row("subscription", own));

@@ -78,6 +78,9 @@ pub struct RosRateOptions {
 pub struct RosInfoOptions {
     /// Topic, such as `/odom`
     topic: String,
+    /// File that defines the message, whose type hash is shown, of a type that is not built in
+    #[arg(long, value_name = "FILE.msg")]
+    definition: Option<PathBuf>,
     /// Print as JSON
     #[arg(long)]
     json: bool,

@@ -46,6 +46,7 @@ mod names;
 mod schema;
 mod shown;
 mod standard;
+mod type_description;
 mod value;
 
 pub(crate) use cdr::CdrWriter;
@@ -65,5 +66,6 @@ pub use schema::Schema;
 pub use shown::Shown;
 pub use slate_blackboard::interface::Primitive;
 pub use standard::{Standard, message_definition, standard, standard_in};
+pub use type_description::type_description;
 use value::RosPrimitive;
 pub use value::{Map, Numbers, Value};

@@ -59,7 +59,7 @@ pub(super) struct SchemaField<'a> {
     /// Line from 1.
     pub number: usize,
     pub of: &'a str,
-    name: &'a str,
+    pub name: &'a str,
 }
 
 impl Schema {

@@ -12,7 +12,7 @@ use slate_interfaces::LaserScan;
 use slate_module::blackboard::interface::Interface;
 use slate_record::ros::{
     Definition, Schema, Shown, Value, WireFormat, definition, definition_in, encode, encode_in, standard,
-    standard_in,
+    standard_in, type_description,
 };
 
 use crate::ros::interfaces::{all, value};
@@ -178,6 +178,30 @@ fn a_library_of_others_reads_messages_of_ros_1_and_knows_their_types() {
         if is_of_ros {
             assert_eq!(line["checksum"], line["ros"], "{name}");
         }
+    }
+}
+
+#[test]
+fn hashes_of_all_types_are_those_that_others_compute() {
+    let all = all();
+    let standards = all.iter().filter_map(|own| standard(own)).map(|own| own.definition().clone());
+    let definitions: Vec<_> = all.iter().map(|own| definition(own)).chain(standards).collect();
+    let line = |own: &Definition| {
+        let description = type_description(own).unwrap();
+        json!({ "name": own.name, "text": own.text, "description": description }).to_string()
+    };
+    let lines: Vec<_> = definitions.iter().map(line).collect();
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hashes.jsonl");
+    std::fs::write(&path, lines.join("\n")).unwrap();
+    let mut command = Command::new(python());
+    command.env("PYTHONDONTWRITEBYTECODE", "1").arg(script("hashes.py"));
+    command.stdin(std::fs::File::open(&path).unwrap());
+    let output = run(&mut command, "rosbags can't read definitions");
+    let found = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(found.lines().count(), definitions.len());
+    for line in found.lines() {
+        let line: Json = serde_json::from_str(line).unwrap();
+        assert_eq!(line[1], line[2], "{}", line[0]);
     }
 }
 

@@ -188,10 +188,10 @@ impl Scanner<'_> {
             let text = self.rest.as_str();
             if text.starts_with("//") {
                 self.rest_of_line();
-            } else if text.starts_with("/*") {
-                let end = text[2..].find("*/").ok_or("a comment has no end: write */")?;
-                self.line += text[..end].matches('\n').count();
-                self.rest = text[end + 4..].chars();
+            } else if let Some(inside) = text.strip_prefix("/*") {
+                let (comment, rest) = inside.split_once("*/").ok_or("a comment has no end: write */")?;
+                self.line += comment.matches('\n').count();
+                self.rest = rest.chars();
             } else if self.peek().is_some_and(char::is_whitespace) {
                 self.take();
             } else {

@@ -56,62 +56,26 @@ pub enum XcdrNumber {
     Float(f64),
 }
 
-macro_rules! primitives {
-    ($kind:expr, $type:ident => $integer:expr, $float:expr) => {
-        match $kind {
-            Primitive::Bool | Primitive::U8 => {
-                type $type = u8;
-                $integer
-            }
-            Primitive::I8 => {
-                type $type = i8;
-                $integer
-            }
-            Primitive::U16 => {
-                type $type = u16;
-                $integer
-            }
-            Primitive::I16 => {
-                type $type = i16;
-                $integer
-            }
-            Primitive::U32 => {
-                type $type = u32;
-                $integer
-            }
-            Primitive::I32 => {
-                type $type = i32;
-                $integer
-            }
-            Primitive::U64 => {
-                type $type = u64;
-                $integer
-            }
-            Primitive::I64 => {
-                type $type = i64;
-                $integer
-            }
-            Primitive::F32 => {
-                type $type = f32;
-                $float
-            }
-            Primitive::F64 => {
-                type $type = f64;
-                $float
-            }
-        }
-    };
-}
-
 /// The number in the first bytes of memory.
 pub fn load(kind: Primitive, memory: &[u8]) -> XcdrNumber {
+    use XcdrNumber::{Float, Integer};
     fn first<const N: usize>(memory: &[u8]) -> [u8; N] {
         let mut bytes = [0; N];
         bytes.copy_from_slice(&memory[..N]);
         bytes
     }
-    primitives!(kind, N => XcdrNumber::Integer(N::from_ne_bytes(first(memory)).into()),
-        XcdrNumber::Float(N::from_ne_bytes(first(memory)).into()))
+    match kind {
+        Primitive::Bool | Primitive::U8 => Integer(memory[0].into()),
+        Primitive::I8 => Integer(i8::from_ne_bytes(first(memory)).into()),
+        Primitive::U16 => Integer(u16::from_ne_bytes(first(memory)).into()),
+        Primitive::I16 => Integer(i16::from_ne_bytes(first(memory)).into()),
+        Primitive::U32 => Integer(u32::from_ne_bytes(first(memory)).into()),
+        Primitive::I32 => Integer(i32::from_ne_bytes(first(memory)).into()),
+        Primitive::U64 => Integer(u64::from_ne_bytes(first(memory)).into()),
+        Primitive::I64 => Integer(i64::from_ne_bytes(first(memory)).into()),
+        Primitive::F32 => Float(f32::from_ne_bytes(first(memory)).into()),
+        Primitive::F64 => Float(f64::from_ne_bytes(first(memory))),
+    }
 }
 
 /// Puts a number into the first bytes of memory.

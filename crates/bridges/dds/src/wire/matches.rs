@@ -19,6 +19,8 @@ pub struct OwnEndpoint {
     pub message: String,
     /// Whether it reads.
     pub is_reader: bool,
+    /// Hash of its type, if that is compared.
+    pub type_hash: Option<String>,
 }
 
 /// Words of a middleware for what it has in common with all on DDS.
@@ -123,7 +125,8 @@ impl Matches {
         }
     }
 
-    /// A topic of another type, or with a key here alone, is never matched, and nobody says so.
+    /// A topic of another type, or with a key here alone, is never matched, and nobody says so; one of another definition is, but
+    /// can't be read.
     fn note_type(
         &self,
         state: &mut MatchState,
@@ -133,6 +136,7 @@ impl Matches {
     ) {
         let same_topic =
             |(_, own): &(&GUID, &OwnEndpoint)| own.is_reader == writes && own.wire.0 == other.topic_name;
+        let hash = sent_type_hash(&other.user_data);
         for (guid, own) in self.own().filter(same_topic) {
             let (who, topic) = (self.role(writes), &own.topic);
             let there: String = (self.words.message_name)(&other.type_name).chars().take(120).collect();
@@ -145,6 +149,12 @@ impl Matches {
                 let (other, own) = if has_key(*guid) { ("no key", "one") } else { ("a key", "none") };
                 format!(
                     "{topic}: {there} has {other} in a {who} and {own} here, so they exchange nothing: write the same @key in both IDL files"
+                )
+            } else if let (Some(ours), Some(theirs)) = (&own.type_hash, &hash)
+                && ours != theirs
+            {
+                format!(
+                    "{topic}: a {who} defines {there} otherwise (type hash {theirs}, here {ours}), so messages can't be read: give both the same .msg file"
                 )
             } else {
                 continue;
@@ -193,6 +203,15 @@ impl Matches {
             own.topic
         )
     }
+}
+
+/// The type hash that an endpoint sends with its announcement, as `rmw` puts it there.
+pub fn sent_type_hash(user_data: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(user_data);
+    let mut entries = text.split(';').filter_map(|entry| entry.trim_matches('\0').split_once('='));
+    let (_, hash) = entries.find(|(key, _)| key.ends_with("typehash"))?;
+    let is_hash = hash.len() < 100 && hash.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+    is_hash.then(|| hash.to_owned())
 }
 
 /// Whether the topic of an endpoint has a key, which the kind of its entity tells.

@@ -7,7 +7,7 @@ use slate_dds::{IdlError, IdlFile, IdlKind};
 use crate::dds::interfaces::structure;
 
 fn wrong(text: &str) -> IdlError {
-    IdlFile::parse("test.idl", text).expect_err(text)
+    IdlFile::parse("test.idl", text).err().unwrap_or_else(|| panic!("no error: {text}"))
 }
 
 #[test]

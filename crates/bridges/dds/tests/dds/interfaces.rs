@@ -59,7 +59,7 @@ pub fn target(number: u8) -> Json {
         "id": -i64::from(number),
         "name": format!("target {number}"),
         "mode": mode,
-        "valid": number % 2 == 0,
+        "valid": number.is_multiple_of(2),
     })
 }
 

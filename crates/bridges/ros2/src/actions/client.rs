@@ -97,7 +97,7 @@ impl ActionClient {
         let topic = part(&self.call.action, "feedback");
         let message = self.call.of.feedback_message().name();
         let wire = (wire_topic(&topic), type_name(message));
-        let feedback = OwnEndpoint { topic, wire, message: message.into(), is_reader: true };
+        let feedback = OwnEndpoint { topic, wire, message: message.into(), is_reader: true, type_hash: None };
         let services = [&self.goals, &self.results, &self.cancels];
         services.into_iter().flat_map(ServiceCaller::endpoints).chain([(self.feedback.guid(), feedback)])
     }

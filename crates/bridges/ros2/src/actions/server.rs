@@ -154,7 +154,10 @@ impl ActionServer {
         let topic = |writer: &TopicWriter, name: &str, message: &str| {
             let topic = part(&self.offer.action, name);
             let wire = (wire_topic(&topic), type_name(message));
-            (writer.guid(), OwnEndpoint { topic, wire, message: message.into(), is_reader: false })
+            (
+                writer.guid(),
+                OwnEndpoint { topic, wire, message: message.into(), is_reader: false, type_hash: None },
+            )
         };
         let services = [&self.goals, &self.results, &self.cancels];
         services.into_iter().flat_map(ServiceServer::endpoints).chain([

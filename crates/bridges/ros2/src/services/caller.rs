@@ -38,6 +38,7 @@ impl ServiceCaller {
             wire: (topic, type_name(message)),
             message: self.of.name().into(),
             is_reader,
+            type_hash: None,
         };
         let replies = endpoint(reply_topic(&self.service), self.of.response().name(), true);
         let requests = endpoint(request_topic(&self.service), self.of.request().name(), false);

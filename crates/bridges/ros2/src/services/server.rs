@@ -81,6 +81,7 @@ impl ServiceServer {
             wire,
             message: self.of.name().into(),
             is_reader,
+            type_hash: None,
         };
         [(self.reader.guid(), endpoint(requests, true)), (self.writer.guid(), endpoint(replies, false))]
     }

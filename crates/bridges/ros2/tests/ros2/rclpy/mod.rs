@@ -11,3 +11,4 @@ mod replay;
 mod robot;
 mod services;
 mod topics;
+mod type_hashes;

@@ -1,0 +1,97 @@
+//! Hashes of types against those of ROS.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde_json::{Value as Json, json};
+use slate_record::ros::{DefinitionFiles, WireFormat, message_definition};
+use slate_ros2::{RosExplorer, known_type_hash, type_hash};
+
+use crate::ros2::rclpy::agent::{Running, alone, eventually};
+use crate::ros2::rclpy::peer::{Peer, python};
+
+/// Packages of ROS in its own layout.
+fn packages() -> PathBuf {
+    python().parent().and_then(Path::parent).unwrap().join("share")
+}
+
+/// The hash that ROS computed for a message.
+fn hash_of_ros(path: &Path, name: &str) -> String {
+    let text = std::fs::read_to_string(path.with_extension("json")).unwrap();
+    let all: Json = serde_json::from_str(&text).unwrap();
+    let all = all["type_hashes"].as_array().unwrap();
+    let own = all.iter().find(|own| own["type_name"] == name).unwrap();
+    own["hash_string"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn messages_of_files_have_the_hashes_of_ros() {
+    let mut checked = 0;
+    for package in std::fs::read_dir(packages()).unwrap() {
+        let folder = package.unwrap().path().join("msg");
+        let files = std::fs::read_dir(folder).into_iter().flatten().map(|file| file.unwrap().path());
+        for path in files.filter(|path| path.extension().is_some_and(|own| own == "msg")) {
+            let files = match DefinitionFiles::read(WireFormat::Cdr, &path, None) {
+                Ok(files) => files,
+                // Of which implementations of ROS disagree.
+                Err(error) if error.to_string().contains("wstring") => continue,
+                Err(error) => panic!("{error}"),
+            };
+            let definition = files.definition();
+            assert_eq!(
+                type_hash(definition).unwrap(),
+                hash_of_ros(&path, &definition.name),
+                "{}",
+                definition.name
+            );
+            checked += 1;
+        }
+    }
+    assert!(checked > 120, "{checked}");
+}
+
+#[test]
+fn built_in_messages_have_the_hashes_of_ros() {
+    for name in [
+        "sensor_msgs/msg/LaserScan",
+        "nav_msgs/msg/Odometry",
+        "geometry_msgs/msg/Twist",
+        "sensor_msgs/msg/Image",
+    ] {
+        let path = packages().join(name);
+        assert_eq!(type_hash(&message_definition(name).unwrap()).unwrap(), hash_of_ros(&path, name));
+    }
+}
+
+#[test]
+fn hashes_of_others_are_seen_and_compared() {
+    alone("ros2::rclpy::type_hashes::hashes_of_others_are_seen_and_compared", |domain| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros2-hashes/geometry_msgs/msg");
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("WrenchStamped.msg");
+        std::fs::write(&file, "Header header\nWrench wrench\n").unwrap();
+        std::fs::write(folder.join("Wrench.msg"), "Vector3 torque\nVector3 force\n").unwrap();
+        std::fs::write(folder.join("Vector3.msg"), "float64 x\nfloat64 y\nfloat64 z\n").unwrap();
+        let mut peer = Peer::start("sensor", domain);
+        peer.advertise("/load", "geometry_msgs/msg/WrenchStamped", json!({}));
+        peer.advertise("/scan", "sensor_msgs/msg/LaserScan", json!({}));
+        let agent = Running::of(&format!(
+            "agent.name = \"arm\"\n[modules.wrist]\n[modules.driver]\n[ros2]\ndomain = {domain}\n\
+             read.\"wrist/load\" = {{ topic = \"/load\", definition = {file:?} }}\nread.\"driver/scan\" = \"/scan\""
+        ));
+        let name = "geometry_msgs/msg/WrenchStamped";
+        let theirs = hash_of_ros(&packages().join(name), name);
+        let ours = known_type_hash(name, Some(&file)).unwrap();
+        let line = format!("/load: a publisher defines {name} otherwise (type hash {theirs}, here {ours})");
+        eventually("the difference", || agent.has_logged(&line));
+        eventually("the scan's publisher", || agent.bridge().topics()[0].others == Some(1));
+        assert_eq!(agent.logged("otherwise"), 1);
+        let mut explorer = RosExplorer::join(domain, false).unwrap();
+        eventually("the publisher", || {
+            explorer.look(Duration::from_millis(100));
+            let topics = explorer.topics();
+            let found = topics.get("/load").and_then(|topic| topic.publishers.first());
+            found.and_then(|own| own.type_hash.as_ref()) == Some(&theirs)
+        });
+    });
+}

@@ -1,0 +1,20 @@
+use std::fmt::Write;
+
+use sha2::{Digest, Sha256};
+use slate_record::ros::{Definition, Error, type_description};
+
+/// Version of hashes, which they begin with.
+const VERSION: &str = "RIHS01";
+
+/// The hash by which nodes of ROS 2 compare types (REP 2011), such as `RIHS01_df66...`.
+///
+/// # Errors
+/// The definition is invalid, or lacks a message.
+pub fn type_hash(definition: &Definition) -> Result<String, Error> {
+    let mut hash = format!("{VERSION}_");
+    for byte in Sha256::digest(type_description(definition)?.as_bytes()) {
+        // Writing into a string can't fail.
+        let _ = write!(hash, "{byte:02x}");
+    }
+    Ok(hash)
+}
