@@ -82,7 +82,7 @@ fn a_service_of_ros_1_that_does_not_fit_its_port_is_refused() {
     let cases = [
         (
             "serve.\"/on\" = { to = \"lamp/switches\", type = \"std_srvs/Empty\" }",
-            "/lamp/switches and /on: std_srvs/Empty has no on",
+            "/lamp/switches and /on: std_srvs/EmptyRequest has no on",
         ),
         (
             "serve.\"/on\" = { to = \"lamp/lit\", type = \"std_srvs/SetBool\" }",

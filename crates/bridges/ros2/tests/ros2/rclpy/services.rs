@@ -73,7 +73,7 @@ fn what_does_not_fit_a_service_is_said_before_it_is_offered() {
     let cases = [
         (
             "serve.\"/on\" = { to = \"lamp/switches\", type = \"std_srvs/srv/Empty\" }",
-            "/lamp/switches and /on: std_srvs/srv/Empty has no on",
+            "/lamp/switches and /on: std_srvs/srv/Empty_Request has no on",
         ),
         (
             "serve.\"/on\" = { to = \"lamp/lit\", type = \"std_srvs/srv/SetBool\" }",
