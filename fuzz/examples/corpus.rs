@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::json;
 use slate_blackboard::interface::{Descriptor, Interface, View};
+use slate_dds::{IdlFile, IdlMessage, Representation};
 use slate_fuzz::agents::{Agent, Blob, MILLISECOND, Number};
 use slate_fuzz::input::append_counted;
 use slate_fuzz::{
@@ -36,6 +37,7 @@ fn main() {
     recordings();
     logs();
     definitions();
+    idl();
     samples();
 }
 
@@ -457,6 +459,30 @@ fn definitions() {
         let mut source = vec![definition::SOURCE];
         source.extend(fs::read(folder.join(name).with_extension("rs")).expect("it is there"));
         keep("definition", &format!("source-{name}"), &source);
+    }
+}
+
+/// Files of IDL with messages of their structs.
+fn idl() {
+    let image = "module m { @final struct Image { unsigned long width, height, step; octet format; sequence<octet> data; }; };";
+    let pose = "@appendable struct Pose { double x, y, theta; string name; };";
+    let list = "struct One { double range; double bearing; string<28> name; }; struct Two { @key long id; sequence<One, 8> list; };";
+    for (name, text, structure, descriptor) in [
+        ("image", image, "m::Image", Image::DESCRIPTOR),
+        ("pose", pose, "Pose", Pose2::DESCRIPTOR),
+        ("list", list, "Two", Sightings::DESCRIPTOR),
+    ] {
+        let file = IdlFile::parse(name, text).expect("it is IDL");
+        let structure = file.structure(structure).expect("it is there");
+        let mut script = Vec::new();
+        append_counted(text.as_bytes(), &mut script);
+        for representation in [Representation::Xcdr1, Representation::Xcdr2] {
+            let own = IdlMessage::of(descriptor, &structure, representation).expect("it fits");
+            let mut message = Vec::new();
+            own.encode(&vec![1; descriptor.shape(3).bytes(3)], &mut message).expect("it is a value");
+            append_counted(&message, &mut script);
+        }
+        keep("idl", name, &script);
     }
 }
 

@@ -11,6 +11,7 @@ pub mod configuration;
 pub mod conversation;
 pub mod definition;
 pub mod encoding;
+pub mod idl;
 pub mod input;
 pub mod interface;
 pub mod knowledge;

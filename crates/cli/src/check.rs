@@ -18,7 +18,7 @@ use slate::runtime::StartError;
 use slate::runtime::composition::{Catalogue, DescribedLimits, Survey, Wired, described_limits, loose};
 use slate::runtime::configuration::{Configuration, Diagnostic, Report, Variant};
 use slate::runtime::directory::check_reach;
-use slate_run::{Application, Observation, check_bridges, check_network, check_ros1, check_ros2};
+use slate_run::{Application, Observation, check_bridges, check_dds, check_network, check_ros1, check_ros2};
 
 use crate::examples;
 use crate::failure::{ASSERTION_FALSE, Failure};
@@ -234,6 +234,7 @@ fn look(application: &Application) -> Result<CheckedConfiguration, Failure> {
     scene::of(configuration)?;
     check_bridges(configuration)?;
     check_network(&agent)?;
+    check_dds(&agent)?;
     check_ros1(&agent)?;
     check_ros2(&agent)?;
     let mut warnings = unused(configuration, &catalogue, &survey);

@@ -3,8 +3,9 @@
 use std::sync::LazyLock;
 
 /// Name of each feature, and whether it is built in.
-const FEATURES: [(&str, bool); 7] = [
+const FEATURES: [(&str, bool); 8] = [
     ("console", cfg!(feature = "console")),
+    ("dds", cfg!(feature = "dds")),
     ("jpeg", cfg!(feature = "jpeg")),
     ("mcp", cfg!(feature = "mcp")),
     ("ros1", cfg!(feature = "ros1")),

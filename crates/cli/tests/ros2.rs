@@ -54,8 +54,8 @@ fn a_link_needs_a_bridge_that_is_known_and_built_in() {
         running.fails(7, &["check", "robot.toml"], &[words, &["robot.toml:13:"]].concat());
         running.fails(2, &["run", "robot.toml", "--headless"], words);
     };
-    with("\"simulator/r2/wheels\" = \"dds:wheels\"");
-    refused(&["`dds:wheels` has an unknown scheme", "there are ros1:, ros2:, zenoh: and slate://"]);
+    with("\"simulator/r2/wheels\" = \"lcm:wheels\"");
+    refused(&["`lcm:wheels` has an unknown scheme", "there are dds:, ros1:, ros2:, zenoh: and slate://"]);
     with("\"simulator/r2/wheel\" = \"ros2:/wheels\"");
     running.fails(7, &["check", "robot.toml"], &["`simulator` has no input `r2/wheel`", "r2/wheels"]);
     with("\"zenoh:demo/odometry\" = \"simulator/r2/odometry\"");

@@ -8,6 +8,7 @@ mod browser;
 mod command;
 mod common;
 mod console;
+mod dds;
 mod deployment;
 mod display;
 mod gates;

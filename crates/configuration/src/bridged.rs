@@ -13,7 +13,7 @@ const NAMED: [(&str, &[&str]); 3] = [
 ];
 
 /// Tables of bridges.
-const BRIDGES: [&str; 2] = ["ros1", "ros2"];
+const BRIDGES: [&str; 3] = ["dds", "ros1", "ros2"];
 
 /// The ports of a configuration that a bridge reads or fills.
 pub struct BridgedPorts<'c>(pub &'c Configuration);

@@ -297,7 +297,7 @@ impl Configuration {
         BridgedPorts(self).is_outgoing(outbox)
     }
 
-    /// Whether a bridge reads a port, or fills it, as `[ros1]` or `[ros2]` names it.
+    /// Whether a bridge reads a port, or fills it, as `[dds]`, `[ros1]` or `[ros2]` names it.
     pub fn is_bridged(&self, port: &str) -> bool {
         BridgedPorts(self).has(port)
     }

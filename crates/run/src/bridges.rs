@@ -13,7 +13,8 @@ struct SchemeBridge {
     feature: (&'static str, bool),
 }
 
-const BRIDGES: [SchemeBridge; 3] = [
+const BRIDGES: [SchemeBridge; 4] = [
+    SchemeBridge { scheme: "dds", name: "DDS", feature: ("dds", cfg!(feature = "dds")) },
     SchemeBridge { scheme: "ros1", name: "ROS 1", feature: ("ros1", cfg!(feature = "ros1")) },
     SchemeBridge { scheme: "ros2", name: "ROS 2", feature: ("ros2", cfg!(feature = "ros2")) },
     SchemeBridge {
@@ -84,6 +85,12 @@ fn two_bridges(configuration: &Configuration) -> Result<Vec<Diagnostic>, Report>
     if let Some(network) = NetworkSettings::of(configuration)? {
         let inputs = network.read.into_iter();
         filled.extend(inputs.map(|(input, reading)| (input, reading.source.to_string(), reading.place)));
+    }
+    #[cfg(feature = "dds")]
+    if let Some(dds) = slate_dds::DdsSettings::of(configuration)? {
+        let source = |topic: &str| format!("{}:{topic}", slate_dds::TABLE);
+        filled
+            .extend(dds.topics.read.into_iter().map(|own| (own.input, source(&own.topic), Some(own.place))));
     }
     #[cfg(feature = "ros1")]
     if let Some(ros) = slate_ros1::Ros1Settings::of(configuration)? {

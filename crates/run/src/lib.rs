@@ -8,6 +8,7 @@ mod bridges;
 mod causes;
 pub mod clock;
 mod console;
+mod dds;
 mod display;
 mod error;
 mod finding;
@@ -36,6 +37,7 @@ use std::sync::Arc;
 
 pub use bridges::check_bridges;
 pub use console::open_browser;
+pub use dds::check_dds;
 pub use error::RunError;
 pub use finding::ConfigurationFinding;
 pub use mission::{Finished, MissionOptions, MissionRun};
@@ -53,7 +55,7 @@ use slate_runtime::configuration::{Configuration, Database};
 pub use stay::DEBOUNCE;
 
 /// Names at the top of a configuration that belong to applications.
-pub const EXTRA_TABLES: [&str; 6] = ["world", "report", "console", "network", "ros1", "ros2"];
+pub const EXTRA_TABLES: [&str; 7] = ["world", "report", "console", "network", "dds", "ros1", "ros2"];
 
 /// Settings of applications that may be paths.
 pub const PATHS: [&str; 2] = ["world.arena", "world.robots.*.model"];

@@ -1,4 +1,4 @@
-//! How a run takes part in ROS, of either generation.
+//! How a run takes part in DDS and in ROS, of either generation.
 
 use std::sync::Arc;
 
@@ -7,11 +7,13 @@ use slate_runtime::Agent;
 use slate_runtime::configuration::Report;
 
 use crate::RunError;
+use crate::dds::DdsRun;
 use crate::ros1::Ros1Run;
 use crate::ros2::RunBridge;
 
-/// Nodes of ROS that an agent is, as long as this lives.
+/// The participant of DDS and the nodes of ROS that an agent is, as long as this lives.
 pub struct RosBridges {
+    dds: Option<DdsRun>,
     ros1: Option<Ros1Run>,
     ros2: Option<RunBridge>,
 }
@@ -19,11 +21,16 @@ pub struct RosBridges {
 impl RosBridges {
     /// Joins the graphs that a configuration names; nothing is sent or set yet.
     pub fn open(agent: &Agent, surface: &Arc<ControlSurface>) -> Result<Self, Report> {
-        Ok(Self { ros2: RunBridge::open(agent, surface)?, ros1: Ros1Run::open(agent, surface)? })
+        Ok(Self {
+            dds: DdsRun::open(agent, surface)?,
+            ros2: RunBridge::open(agent, surface)?,
+            ros1: Ros1Run::open(agent, surface)?,
+        })
     }
 
     /// Begins to send and to set inputs.
     pub fn start(&mut self, agent: &Agent) -> Result<(), RunError> {
+        self.dds.as_mut().map_or(Ok(()), |own| own.start(agent))?;
         self.ros2.as_mut().map_or(Ok(()), |own| own.start(agent))?;
         self.ros1.as_mut().map_or(Ok(()), |own| own.start(agent))
     }

@@ -20,14 +20,22 @@ use slate_topics::{
 use crate::frame_inputs::FrameInputs;
 use crate::inbound::TopicReaders;
 use crate::lifecycle::lifecycle_services;
-use crate::matches::{Matches, OwnEndpoint};
-use crate::name::{type_name, wire_topic};
+use crate::name::{message_name, type_name, wire_topic};
 use crate::node::NodeTopics;
 use crate::outbound::WriterSink;
 use crate::parameters::parameter_services;
 use crate::participant::RosParticipant;
 use crate::settings::{RosSettings, TABLE};
 use crate::threads::ServiceThreads;
+use slate_dds::wire::{MatchWords, Matches, OwnEndpoint};
+
+/// ROS calls both ends so.
+const WORDS: MatchWords = MatchWords {
+    scheme: TABLE,
+    roles: ["publisher", "subscription"],
+    message_name,
+    advice: "use another topic or interface",
+};
 
 /// Longest wait for threads at the end.
 const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
@@ -72,7 +80,7 @@ impl RosBridge {
         let outputs = settings.topics.write.iter().map(|own| Ok((own, topic_output(CDR, composer, own)?)));
         let outputs = outputs.collect::<Result<Vec<_>, RosError>>()?;
         let participant = RosParticipant::open(settings)?;
-        let matches = Arc::new(Matches::default());
+        let matches = Arc::new(Matches::new(WORDS));
         let mut own = BTreeMap::new();
         let (mut readers, mut topics, mut guids) = (Vec::new(), Vec::new(), Vec::new());
         for (settings, (property, message)) in inputs {

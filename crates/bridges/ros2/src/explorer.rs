@@ -11,10 +11,10 @@ use slate_record::ros::{
 };
 
 use crate::graph;
-use crate::matches::sent_type_hash;
 use crate::name::{NodeName, message_name};
 use crate::participant::{RosParticipant, TopicReader};
-use crate::quality::TopicQuality;
+use slate_dds::TopicQuality;
+use slate_dds::wire::sent_type_hash;
 use slate_topics::{RosError, type_hash};
 
 /// Period of the check for news.

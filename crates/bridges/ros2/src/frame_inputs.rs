@@ -11,13 +11,13 @@ use slate_record::ros::WireFormat;
 use slate_runtime::Composer;
 use slate_topics::{FrameReader, InboundTopic, InboundTopics, frame_input};
 
-use crate::inbound::ReaderWaker;
-use crate::matches::OwnEndpoint;
 use crate::name::{type_name, wire_topic};
 use crate::node::{FIXED, MESSAGE, MOVING};
 use crate::participant::{RosParticipant, TopicReader};
-use crate::quality::TopicQuality;
 use crate::settings::{RosSettings, TABLE};
+use slate_dds::TopicQuality;
+use slate_dds::wire::OwnEndpoint;
+use slate_dds::wire::ReaderWaker;
 use slate_topics::RosError;
 
 /// How long the thread sleeps when nothing comes.

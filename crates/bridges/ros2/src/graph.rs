@@ -3,7 +3,7 @@
 use rustdds::GUID;
 
 use crate::name::NodeName;
-use crate::raw::RawMessage;
+use slate_dds::wire::RawMessage;
 
 /// Its topic, which has no prefix.
 pub const TOPIC: &str = "ros_discovery_info";

@@ -1,11 +1,12 @@
 //! From topics to inputs.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::Waker;
 use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
+use slate_dds::wire::ReaderWaker;
 use slate_topics::{InboundTopics, RosMessage};
 
 use crate::participant::TopicReader;
@@ -15,15 +16,6 @@ const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Messages of a topic that are taken before those of the next.
 const TURN: usize = 256;
-
-/// Wakes the thread that receives.
-pub struct ReaderWaker(pub Arc<Wake>);
-
-impl std::task::Wake for ReaderWaker {
-    fn wake(self: Arc<Self>) {
-        self.0.notify(1);
-    }
-}
 
 /// Readers of topics that fill inputs, by place.
 pub struct TopicReaders(pub Vec<(TopicReader, RosMessage)>);
@@ -58,9 +50,4 @@ fn take(reader: &TopicReader, message: &RosMessage, push: impl Fn(Result<Vec<u8>
         });
     }
     false
-}
-
-/// Locks data that stays intact when another thread panics with the lock.
-pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

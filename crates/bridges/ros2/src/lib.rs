@@ -22,8 +22,6 @@ mod graph;
 mod inbound;
 #[cfg(feature = "dds")]
 mod lifecycle;
-#[cfg(feature = "dds")]
-mod matches;
 mod name;
 #[cfg(feature = "dds")]
 mod node;
@@ -33,9 +31,6 @@ mod outbound;
 mod parameters;
 #[cfg(feature = "dds")]
 mod participant;
-mod quality;
-#[cfg(feature = "dds")]
-mod raw;
 #[cfg(feature = "dds")]
 mod services;
 mod settings;
@@ -48,8 +43,8 @@ pub use check::check_topics;
 #[cfg(feature = "dds")]
 pub use explorer::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream, known_type_hash};
 pub use name::{NodeName, check_topic, type_name, wire_topic};
-pub use quality::TopicQuality;
 pub use settings::{RosSettings, TABLE};
+pub use slate_dds::TopicQuality;
 pub use slate_topics::{
     ActionCall, ActionOffer, ActionType, CancelMessage, FrameInput, NodeAccess, NodeOptions, RosError,
     RosMessage, ServiceCall, ServiceOffer, ServiceType, TopicInput, TopicMisfit, TopicOutput, TopicSettings,

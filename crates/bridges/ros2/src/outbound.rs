@@ -5,9 +5,9 @@ use std::sync::Arc;
 use rustdds::{GUID, RTPSEntity};
 use slate_topics::TopicSink;
 
-use crate::matches::Matches;
 use crate::participant::TopicWriter;
-use crate::raw::RawMessage;
+use slate_dds::wire::Matches;
+use slate_dds::wire::RawMessage;
 
 /// The writer of a topic.
 pub struct WriterSink {

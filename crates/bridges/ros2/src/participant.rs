@@ -3,18 +3,17 @@
 use std::net::{IpAddr, Ipv4Addr};
 
 use rustdds::no_key::{DataWriter, SimpleDataReader};
-use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent,
-    DomainParticipantStatusListener, Duration, GUID, Publisher, QosPolicies, QosPolicyBuilder, RTPSEntity,
+    DomainParticipantStatusListener, GUID, Publisher, QosPolicies, QosPolicyBuilder, RTPSEntity,
     StatusEvented, Subscriber, Topic, TopicKind,
 };
 
 use crate::graph;
 use crate::name::{NodeName, type_name, wire_topic};
-use crate::quality::TopicQuality;
-use crate::raw::{RawAdapter, RawMessage};
 use crate::settings::RosSettings;
+use slate_dds::wire::{RawAdapter, RawMessage};
+use slate_dds::{Representation, TopicQuality};
 use slate_topics::RosError;
 
 /// Reads a topic.
@@ -22,13 +21,6 @@ pub type TopicReader = SimpleDataReader<RawMessage, RawAdapter>;
 
 /// Writes a topic.
 pub type TopicWriter = DataWriter<RawMessage, RawAdapter>;
-
-/// The longest that a reliable writer waits for room, in its own thread.
-const BLOCKING: Duration = Duration::from_millis(100);
-
-/// Values for late subscriptions that are kept at least. RustDDS tidies up every 6 s, so for so long it keeps more than the depth; with
-/// fewer it would wait for each acknowledgement.
-const KEPT: i32 = 64;
 
 /// A participant of DDS with the node of an agent.
 pub struct RosParticipant {
@@ -151,20 +143,5 @@ fn refused(domain: u16, error: &dyn std::fmt::Display) -> RosError {
 }
 
 fn policies(quality: TopicQuality) -> QosPolicies {
-    let reliability = match quality.reliable {
-        true => Reliability::Reliable { max_blocking_time: BLOCKING },
-        false => Reliability::BestEffort,
-    };
-    let durability = if quality.transient_local { Durability::TransientLocal } else { Durability::Volatile };
-    let depth = i32::from(quality.depth);
-    let policies = QosPolicyBuilder::new()
-        .reliability(reliability)
-        .durability(durability)
-        .history(History::KeepLast { depth });
-    if !quality.transient_local {
-        return policies.build();
-    }
-    let kept = depth.max(KEPT);
-    let limits = ResourceLimits { max_samples: kept, max_instances: 1, max_samples_per_instance: kept };
-    policies.resource_limits(limits).build()
+    slate_dds::wire::policies(quality, quality.depth.into(), &[Representation::Xcdr1])
 }

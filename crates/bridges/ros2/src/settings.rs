@@ -10,7 +10,7 @@ use slate_topics::{
 };
 
 use crate::name::{NodeName, check_node, check_topic};
-use crate::quality::TopicQuality;
+use slate_dds::TopicQuality;
 
 /// Name of the table, and scheme of links.
 pub const TABLE: &str = "ros2";

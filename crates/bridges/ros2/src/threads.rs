@@ -11,12 +11,12 @@ use slate_runtime::Composer;
 use slate_topics::{AgentOperations, InboundTopic, InboundTopics, InboxHandler, answer_input, inbox};
 
 use crate::actions::{ActionClient, ActionServer};
-use crate::matches::{Matches, OwnEndpoint};
 use crate::participant::RosParticipant;
 use crate::services::{
     CallContext, QUALITY, ServeContext, ServiceClient, ServiceGroup, ServiceServer, serve,
 };
 use crate::settings::{RosSettings, TABLE};
+use slate_dds::wire::{Matches, OwnEndpoint};
 use slate_topics::RosError;
 
 /// The services of an agent, and what serves and calls them.

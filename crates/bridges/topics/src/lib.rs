@@ -35,11 +35,11 @@ pub use inbound::{InboundTopic, InboundTopics};
 pub use log_lines::{LogLines, NodeLogLine};
 pub use message::RosMessage;
 pub use message_type::MessageType;
-pub use misfit::TopicMisfit;
+pub use misfit::{TopicMisfit, input, output};
 pub use options::{FrameInput, NodeAccess, NodeOptions, OPTION_KEYS};
 pub use outbound::{OutboundStatus, OutboundTopic, OutboundValue, date};
 pub use parameters::{NodeParameter, ParameterTable, value_of};
-pub use published::{PublishedTopic, TopicSink, publish};
+pub use published::{PublishedTopic, TopicMessage, TopicSink, publish};
 pub use service_settings::{ServiceCall, ServiceOffer, ServicesReader};
 pub use service_type::ServiceType;
 pub use services::{

@@ -29,18 +29,33 @@ pub trait TopicSink: Send {
     fn send(&self, message: Vec<u8>) -> Result<(), String>;
 }
 
+/// How values lie in the messages of a topic.
+pub trait TopicMessage: Send {
+    /// Appends the message of a value. `stamp` is its time, ns; `frame` its coordinate frame.
+    ///
+    /// # Errors
+    /// The value does not fit, in words.
+    fn encode(&self, bytes: &[u8], stamp: u64, frame: &str, message: &mut Vec<u8>) -> Result<(), String>;
+}
+
+impl TopicMessage for RosMessage {
+    fn encode(&self, bytes: &[u8], stamp: u64, frame: &str, message: &mut Vec<u8>) -> Result<(), String> {
+        Self::encode(self, bytes, stamp, frame, message).map_err(|error| error.to_string())
+    }
+}
+
 /// A topic that has the values of a property.
-pub struct PublishedTopic<S> {
+pub struct PublishedTopic<S, M = RosMessage> {
     topic: OutboundTopic,
-    message: RosMessage,
+    message: M,
     frame: String,
     sink: S,
     is_error_logged: bool,
 }
 
-impl<S: TopicSink> PublishedTopic<S> {
+impl<S: TopicSink, M: TopicMessage> PublishedTopic<S, M> {
     /// A topic whose messages have a frame, and go to a sink.
-    pub fn new(topic: OutboundTopic, message: RosMessage, frame: &str, sink: S) -> Self {
+    pub fn new(topic: OutboundTopic, message: M, frame: &str, sink: S) -> Self {
         Self { topic, message, frame: frame.into(), sink, is_error_logged: false }
     }
 
@@ -63,17 +78,16 @@ impl<S: TopicSink> PublishedTopic<S> {
         }
         let Some(value) = self.topic.take(composer)? else { return Ok(()) };
         let mut message = Vec::new();
-        let encoded = self.message.encode(&value.bytes, value.time, &self.frame, &mut message);
-        encoded.map_err(|error| error.to_string())?;
+        self.message.encode(&value.bytes, value.time, &self.frame, &mut message)?;
         self.sink.send(message)
     }
 }
 
 /// Sends values as they are written, until the end; `scheme` names the bridge in the log.
 #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
-pub fn publish<S: TopicSink>(
+pub fn publish<S: TopicSink, M: TopicMessage>(
     scheme: &str,
-    mut topics: Vec<PublishedTopic<S>>,
+    mut topics: Vec<PublishedTopic<S, M>>,
     composer: &Composer,
     wake: &Arc<Wake>,
     ended: &AtomicBool,

@@ -24,6 +24,9 @@ pub trait TopicOptions: Clone + Default {
     /// Keys of entries that write a topic.
     const WRITE_KEYS: &'static [&'static str];
 
+    /// Whether files of ROS may define messages, by the keys `definition` and `type`.
+    const HAS_DEFINITION: bool = true;
+
     /// Reads them.
     fn of(reader: &mut TableReader<'_>, table: &Table) -> Self;
 }
@@ -104,7 +107,7 @@ impl<O: TopicOptions> TopicSettings<O> {
             let topic = given(reader, &entry, "topic", &read_keys::<O>(), READ);
             let topic = topic.and_then(|topic| reader.topic(&topic, entry.span, READ));
             let own = entry.as_table().unwrap_or(&empty);
-            let (definition, quality) = (reader.message_definition(own), O::of(reader, own));
+            let (definition, quality) = (definition::<O>(reader, own), O::of(reader, own));
             let (Some(input), Some(topic)) = (input, topic) else { continue };
             let input = TopicInput { input, topic, definition, quality, place: entry.span };
             self.add_input(reader, input, span);
@@ -118,7 +121,7 @@ impl<O: TopicOptions> TopicSettings<O> {
             let property = given(reader, &entry, "from", &write_keys::<O>(), WRITE);
             let property = property.and_then(|path| reader.path(&path, entry.span, WRITE));
             let own = entry.as_table().unwrap_or(&empty);
-            let definition = reader.message_definition(own);
+            let definition = definition::<O>(reader, own);
             let (frame, quality) = (frame(reader, own), O::of(reader, own));
             let (Some(topic), Some(property)) = (topic, property) else { continue };
             self.write.push(TopicOutput { topic, property, frame, definition, quality, place: span });
@@ -131,7 +134,7 @@ impl<O: TopicOptions> TopicSettings<O> {
         let topic = reader.topic(&link.other.value.address, place, &help);
         let is_in = link.direction == ExternalDirection::In;
         reader.check_keys(own, "of a topic", &if is_in { read_keys::<O>() } else { write_keys::<O>() });
-        let definition = reader.message_definition(own);
+        let definition = definition::<O>(reader, own);
         let (frame, quality) = (frame(reader, own), O::of(reader, own));
         let Some(topic) = topic else { return };
         if is_in {
@@ -187,11 +190,17 @@ impl<O: TopicOptions> TopicSettings<O> {
 }
 
 fn read_keys<O: TopicOptions>() -> Vec<&'static str> {
-    [O::READ_KEYS, &["definition", "type"]].concat()
+    let definition: &[_] = if O::HAS_DEFINITION { &["definition", "type"] } else { &[] };
+    [O::READ_KEYS, definition].concat()
 }
 
 fn write_keys<O: TopicOptions>() -> Vec<&'static str> {
-    [O::WRITE_KEYS, &["frame", "definition", "type"]].concat()
+    let definition: &[_] = if O::HAS_DEFINITION { &["definition", "type"] } else { &[] };
+    [O::WRITE_KEYS, &["frame"], definition].concat()
+}
+
+fn definition<O: TopicOptions>(reader: &mut TableReader<'_>, table: &Table) -> Option<Arc<DefinitionFiles>> {
+    if O::HAS_DEFINITION { reader.message_definition(table) } else { None }
 }
 
 /// Text of an entry, or of one of its keys.

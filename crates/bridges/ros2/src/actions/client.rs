@@ -14,12 +14,12 @@ use slate_runtime::Composer;
 use slate_topics::{ActionCall, ActionType, CallingPorts, InboundTopic, RosError, json as value_of};
 
 use super::{FEEDBACK, GoalState, goal_id, part, uuid};
-use crate::inbound::ReaderWaker;
-use crate::matches::OwnEndpoint;
 use crate::name::{type_name, wire_topic};
 use crate::participant::{RosParticipant, TopicReader};
 use crate::services::{CallContext, ServiceCaller, receiver_of};
 use crate::settings::TABLE;
+use slate_dds::wire::OwnEndpoint;
+use slate_dds::wire::ReaderWaker;
 
 /// Period of the check for messages.
 const POLL_PERIOD: Duration = Duration::from_millis(5);

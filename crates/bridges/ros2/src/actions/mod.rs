@@ -5,7 +5,7 @@ mod server;
 
 use serde_json::{Value as Json, json};
 
-use crate::quality::TopicQuality;
+use slate_dds::TopicQuality;
 
 pub use client::ActionClient;
 pub use server::ActionServer;

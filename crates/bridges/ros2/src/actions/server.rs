@@ -16,13 +16,13 @@ use slate_topics::{
 };
 
 use super::{FEEDBACK, GoalState, STATUS, goal_id, part, uuid};
-use crate::inbound::ReaderWaker;
-use crate::matches::OwnEndpoint;
 use crate::name::{type_name, wire_topic};
 use crate::participant::{RosParticipant, TopicWriter};
-use crate::raw::RawMessage;
 use crate::services::{ServeContext, ServiceServer, wait_for_start};
 use crate::settings::TABLE;
+use slate_dds::wire::OwnEndpoint;
+use slate_dds::wire::RawMessage;
+use slate_dds::wire::ReaderWaker;
 
 /// How long a thread sleeps when nothing comes.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);

@@ -5,7 +5,7 @@ use slate_control::ControlSurface;
 
 use super::{NodeTopic, write};
 use crate::participant::{RosParticipant, TopicWriter};
-use crate::quality::TopicQuality;
+use slate_dds::TopicQuality;
 use slate_topics::RosError;
 
 const TOPIC: &str = "/clock";

@@ -9,8 +9,8 @@ use slate_topics::FrameMessages;
 
 use super::{NodeTopic, write};
 use crate::participant::{RosParticipant, TopicWriter};
-use crate::quality::TopicQuality;
 use crate::settings::RosSettings;
+use slate_dds::TopicQuality;
 use slate_topics::RosError;
 
 /// Those of ROS's own broadcasters.

@@ -8,8 +8,8 @@ use slate_topics::{LogLines, NodeLogLine};
 
 use super::{NodeTopic, write};
 use crate::participant::{RosParticipant, TopicWriter};
-use crate::quality::TopicQuality;
 use crate::settings::RosSettings;
+use slate_dds::TopicQuality;
 use slate_topics::RosError;
 
 const TOPIC: &str = "/rosout";

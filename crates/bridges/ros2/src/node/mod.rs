@@ -17,13 +17,13 @@ use slate_module::Level;
 use slate_topics::NodeAccess;
 
 use crate::participant::{RosParticipant, TopicWriter};
-use crate::raw::RawMessage;
 use crate::settings::RosSettings;
 use clock::ClockTopic;
 use frames::FrameTopics;
 pub use frames::{FIXED, MESSAGE, MOVING};
 use log::LogTopic;
 use parameter_events::ParameterEvents;
+use slate_dds::wire::RawMessage;
 use slate_topics::RosError;
 use transition_events::TransitionEvents;
 

@@ -11,8 +11,8 @@ use slate_topics::{NodeParameter, ParameterTable, date};
 use super::{NodeTopic, write};
 use crate::parameters::MESSAGES;
 use crate::participant::{RosParticipant, TopicWriter};
-use crate::quality::TopicQuality;
 use crate::settings::RosSettings;
+use slate_dds::TopicQuality;
 use slate_topics::RosError;
 
 const TOPIC: &str = "/parameter_events";

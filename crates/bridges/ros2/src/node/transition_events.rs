@@ -10,8 +10,8 @@ use slate_topics::{MessageType, RosError, date};
 use super::{NodeTopic, write};
 use crate::lifecycle::{AgentState, MESSAGES};
 use crate::participant::{RosParticipant, TopicWriter};
-use crate::quality::TopicQuality;
 use crate::settings::RosSettings;
+use slate_dds::TopicQuality;
 
 const EVENT: &str = "lifecycle_msgs/msg/TransitionEvent";
 const DEFINITION: &str = "uint64 timestamp\nTransition transition\nState start_state\nState goal_state\n";

@@ -7,10 +7,10 @@ use serde_json::Value as Json;
 use slate_topics::{RosError, ServiceType};
 
 use super::server::QUALITY;
-use crate::matches::{Matches, OwnEndpoint};
 use crate::name::{reply_topic, request_topic, type_name};
 use crate::participant::{RosParticipant, TopicReader, TopicWriter};
-use crate::raw::RawMessage;
+use slate_dds::wire::RawMessage;
+use slate_dds::wire::{Matches, OwnEndpoint};
 
 /// Sends requests of a service, and takes their responses.
 pub struct ServiceCaller {

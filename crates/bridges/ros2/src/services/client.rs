@@ -16,9 +16,9 @@ use slate_runtime::Composer;
 use slate_topics::{FieldPairs, InboundTopics, RosError, ServiceCall, json, outbox};
 
 use super::caller::ServiceCaller;
-use crate::inbound::ReaderWaker;
-use crate::matches::{Matches, OwnEndpoint};
 use crate::participant::RosParticipant;
+use slate_dds::wire::ReaderWaker;
+use slate_dds::wire::{Matches, OwnEndpoint};
 
 /// Period of the check for messages.
 const POLL_PERIOD: Duration = Duration::from_millis(5);

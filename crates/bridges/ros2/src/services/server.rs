@@ -12,12 +12,12 @@ use slate_module::Level;
 use slate_runtime::Composer;
 use slate_topics::{InboxHandler, ServiceType};
 
-use crate::inbound::ReaderWaker;
-use crate::matches::{Matches, OwnEndpoint};
 use crate::name::{reply_topic, request_topic, type_name};
 use crate::participant::{RosParticipant, TopicReader, TopicWriter};
-use crate::quality::TopicQuality;
-use crate::raw::RawMessage;
+use slate_dds::TopicQuality;
+use slate_dds::wire::RawMessage;
+use slate_dds::wire::ReaderWaker;
+use slate_dds::wire::{Matches, OwnEndpoint};
 use slate_topics::RosError;
 
 /// How long a thread sleeps when nothing comes.

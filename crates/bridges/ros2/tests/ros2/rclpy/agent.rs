@@ -1,6 +1,5 @@
 //! An agent that runs, as a node of ROS.
 
-use std::process::Command;
 use std::sync::Arc;
 
 use slate_control::ControlSurface;
@@ -175,32 +174,11 @@ impl Running {
     }
 }
 
-/// Set in the namespace of a test.
-const INSIDE: &str = "SLATE_TEST_NAMESPACE";
-
-/// Runs a test of that path in a network namespace of its own, where domains of others are not seen; where the kernel lets
-/// nobody make one, in a domain that hardly anybody has.
+/// Runs a test of that path in a network namespace of its own.
 pub fn alone(test: &str, body: impl FnOnce(u16)) {
-    if std::env::var_os(INSIDE).is_some() {
-        return body(7);
-    }
-    const LOOPBACK: &str =
-        "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\"";
-    let can =
-        Command::new("unshare").args(["-n", "ip", "link"]).output().is_ok_and(|done| done.status.success());
-    if !can {
-        return body(40 + (std::process::id() % 60) as u16);
-    }
-    // Once, and not in each namespace, which has no network.
-    super::peer::python();
-    super::peer::cyclone_python();
-    let done = Command::new("unshare")
-        .args(["-n", "bash", "-c", LOOPBACK, "test"])
-        .arg(std::env::current_exe().unwrap())
-        .args([test, "--exact", "--nocapture", "--test-threads=1"])
-        .env(INSIDE, "1")
-        .output()
-        .unwrap();
-    let output = String::from_utf8_lossy(&done.stdout) + String::from_utf8_lossy(&done.stderr);
-    assert!(done.status.success() && output.contains("1 passed"), "{output}");
+    let prepare = || {
+        super::peer::python();
+        super::peer::cyclone_python();
+    };
+    slate_test_tools::alone(test, prepare, body);
 }

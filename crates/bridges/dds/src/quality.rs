@@ -34,3 +34,13 @@ impl TopicOptions for TopicQuality {
         }
     }
 }
+
+/// How values lie in messages (DDS-XTypes 1.3, 7.4).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Representation {
+    /// Version 1, the default of DDS.
+    #[default]
+    Xcdr1,
+    /// Version 2.
+    Xcdr2,
+}

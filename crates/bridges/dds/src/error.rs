@@ -1,0 +1,42 @@
+use slate_runtime::configuration::{Configuration, Diagnostic, Report};
+use slate_topics::TopicMisfit;
+
+/// Why an agent has no topics of DDS.
+#[derive(Debug, thiserror::Error)]
+pub enum DdsError {
+    /// A property does not fit its topic.
+    #[error(transparent)]
+    Topic(#[from] Box<TopicMisfit>),
+    /// DDS refuses.
+    #[error("DDS can't be used in domain {domain}: {reason}")]
+    Network {
+        /// The domain.
+        domain: u16,
+        /// In words.
+        reason: String,
+    },
+    /// No thread is left.
+    #[error("the bridge to DDS can't be started: {0}")]
+    System(#[from] std::io::Error),
+}
+
+impl DdsError {
+    /// The advice that resolves it.
+    pub fn help(&self) -> &str {
+        match self {
+            Self::Topic(misfit) => misfit.help,
+            Self::Network { .. } => {
+                "take another domain, or end programs that have its UDP ports, 7400 + 250 x domain: ss -lunp"
+            }
+            Self::System(_) => "end other programs, or raise the limit of threads: ulimit -u",
+        }
+    }
+
+    /// The error with file, line and advice, of the configuration that the settings came from.
+    pub fn report(&self, configuration: &Configuration) -> Report {
+        match self {
+            Self::Topic(misfit) => misfit.report(configuration),
+            _ => Report::from(Diagnostic::without_place(self.to_string(), Some(self.help().to_owned()))),
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! Names of IDL and what they mean.
+
+use std::collections::BTreeMap;
+
+use super::IdlKind;
+
+/// Meaning of a name.
+#[derive(Clone, Debug, PartialEq)]
+pub enum IdlDefinition {
+    Type(IdlKind),
+    Constant(i64),
+    /// An enumerator, which is a name of its own and no type.
+    Enumerator,
+}
+
+/// Definitions by their names with modules, and the modules that are open.
+#[derive(Default)]
+pub struct Scope {
+    pub definitions: BTreeMap<String, IdlDefinition>,
+    modules: Vec<String>,
+}
+
+impl Scope {
+    pub fn open(&mut self, module: &str) {
+        self.modules.push(module.into());
+    }
+
+    pub fn close(&mut self) {
+        self.modules.pop();
+    }
+
+    /// How many modules are open.
+    pub fn depth(&self) -> usize {
+        self.modules.len()
+    }
+
+    /// A name with the modules that are open.
+    pub fn whole(&self, name: &str) -> String {
+        self.joined(self.modules.len(), name)
+    }
+
+    fn joined(&self, modules: usize, name: &str) -> String {
+        let parts = self.modules[..modules].iter().map(String::as_str).chain([name]);
+        parts.collect::<Vec<_>>().join("::")
+    }
+
+    /// Defines a name in the innermost module; whether it was free.
+    pub fn define(&mut self, name: &str, definition: IdlDefinition) -> bool {
+        self.definitions.insert(self.whole(name), definition).is_none()
+    }
+
+    /// What a name means here: the innermost module that has it decides. One that begins with `::` is whole.
+    pub fn find(&self, name: &str) -> Option<&IdlDefinition> {
+        if let Some(whole) = name.strip_prefix("::") {
+            return self.definitions.get(whole);
+        }
+        (0..=self.modules.len()).rev().find_map(|count| self.definitions.get(&self.joined(count, name)))
+    }
+}

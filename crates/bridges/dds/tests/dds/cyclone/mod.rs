@@ -1,0 +1,7 @@
+//! An agent with programs of CycloneDDS and Fast DDS.
+
+mod fast;
+mod mismatch;
+mod peer;
+mod replay;
+mod topics;
