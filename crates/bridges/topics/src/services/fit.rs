@@ -158,7 +158,9 @@ impl NamedPort<'_> {
             .map_err(|reason| self.misfit(reason, "`slate list` shows the inboxes"))?;
         if matches!(&*property.part(), "plan" | "reactive") {
             let reason = "Execute takes actions of its robot's Plan and reflexes alone".to_owned();
-            return Err(self.misfit(reason, "name an inbox of another module; a person drives by `slate teleop`"));
+            return Err(
+                self.misfit(reason, "name an inbox of another module; a person drives by `slate teleop`")
+            );
         }
         let descriptor = property.descriptor();
         let pairs = FieldPairs::new(of.schema(), descriptor);
