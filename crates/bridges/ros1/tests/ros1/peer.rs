@@ -5,6 +5,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
+use std::sync::atomic::{AtomicU16, Ordering};
 
 use serde_json::{Value as Json, json};
 
@@ -123,8 +124,16 @@ impl Drop for Master {
 }
 
 /// Another program may take it before the master does; then the test fails with the master's words.
+/// A port that nobody has, below those that the system gives to connections: one of these could get it before the master does.
 fn free_port() -> u16 {
-    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
+    static NEXT: AtomicU16 = AtomicU16::new(0);
+    let first = 15_000 + (std::process::id() % 15_000) as u16;
+    loop {
+        let port = first + NEXT.fetch_add(1, Ordering::Relaxed) % 2_000;
+        if TcpListener::bind(("127.0.0.1", port)).is_ok() {
+            return port;
+        }
+    }
 }
 
 const PACKAGES: &str = "apt-get install python3-roslaunch python3-rospy python3-rosbag python3-rostopic python3-rosservice \
