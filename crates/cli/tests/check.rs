@@ -529,36 +529,6 @@ fn a_drawing_has_all_modules_and_links() {
 }
 
 #[test]
-fn false_is_no_link_in_drawings_and_expanded_files() {
-    let mut running = Running::new("left-out");
-    let links = "\"execute/reflexes\" = false\n\"execute/robot\" = false\n";
-    let text = with_links(links);
-    let file = running.folder().join("robot.toml");
-    std::fs::write(&file, &text).unwrap();
-    let inputs = |arguments: &[&str]| -> Vec<String> {
-        let graph: Value = serde_json::from_str(&running.done(&[arguments, &["--json"]].concat())).unwrap();
-        let edges = graph["edges"].as_array().unwrap().iter();
-        let own = edges.filter(|edge| edge["to"] == "r2/execute" && edge["inferred"] == true);
-        own.map(|edge| edge["input"].as_str().unwrap().to_owned()).collect()
-    };
-    let all = inputs(&["graph", "exp1"]);
-    let left = inputs(&["graph", "robot.toml"]);
-    assert!(["plan", "reflexes", "robot"].iter().all(|input| all.iter().any(|own| own == input)), "{all:?}");
-    assert!(left.contains(&"plan".to_owned()), "{left:?}");
-    assert!(left.iter().all(|input| input != "reflexes" && input != "robot"), "{left:?}");
-    running.start("exp1", &["run", "robot.toml", "--headless", "--rate", "1"]);
-    let inputs = |arguments: &[&str]| running.done(arguments).matches("execute/reflexes").count();
-    assert_eq!(inputs(&["link"]), 0);
-    let listed = running.done(&["module", "list"]);
-    let execute = listed.lines().find(|line| line.starts_with("r2/execute")).unwrap();
-    assert!(execute.contains("WAITING for robot"), "{listed}");
-    running.done(&["config", "save", "--expanded"]);
-    let saved = std::fs::read_to_string(&file).unwrap();
-    assert!(saved.contains("planner/plan") && links.lines().all(|line| saved.contains(line)), "{saved}");
-    assert!(!saved.contains("/reflex\""), "{saved}");
-}
-
-#[test]
 fn limits_wider_than_those_of_the_robot_model_are_warned_of() {
     let running = Running::new("check-limits");
     let checked = |limits: &str| {

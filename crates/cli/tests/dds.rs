@@ -79,7 +79,7 @@ fn a_dds_program_drives_a_robot_as_the_book_says_and_the_run_is_made_again() {
     driver.arg("60").arg(python).arg("driver.py").current_dir(&folder).env("CYCLONEDDS_URI", loopback);
     let output = slate_test_tools::run(&mut driver, "the program does not drive the robot");
     assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), "there");
-    // What comes from DDS is overwritten, and a tool is told by whom.
+    // A tool can't set an input that a topic fills: the error names the topic.
     running.fails(5, &["set", "/simulator/r2/wheels/left", "1.0", "--agent", "pioneer"], &["dds:Wheels"]);
     running.interrupt();
     running.finish();

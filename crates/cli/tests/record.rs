@@ -5,18 +5,16 @@ use crate::common;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
-use std::time::Duration;
 
 use common::{Running, exp1, folder, library, slate, text};
-use mcap::read::{LinearReader, Options};
+use mcap::read::Options;
 use mcap::records::{Metadata, Record};
 use mcap::{Message, MessageStream, Summary};
 use serde_json::Value;
 use slate::record::bag::{Compression, Reader, Writer};
 use slate::record::ros::Schema;
 
-const ON: [&str; 2] = ["--set", "record.enabled=true"];
+pub(crate) const ON: [&str; 2] = ["--set", "record.enabled=true"];
 
 /// Records a run of EXP1; its file and its summary.
 fn recorded(folder: &Path, arguments: &[&str]) -> (PathBuf, Value) {
@@ -43,7 +41,7 @@ fn verified(folder: &Path, file: &str) -> (Value, Option<i32>) {
 }
 
 /// Makes a recorded run again: what is said of it, and the exit code.
-fn verify(folder: &Path, file: &str) -> (String, Option<i32>) {
+pub(crate) fn verify(folder: &Path, file: &str) -> (String, Option<i32>) {
     let output = slate(folder, &["replay", "--verify", file]);
     (text(&output.stdout) + &text(&output.stderr), output.status.code())
 }
@@ -333,7 +331,7 @@ fn a_compressed_copy_is_made_again_like_the_recording_itself() {
 }
 
 /// The run goes on for this long, whatever happens, and it is quick enough for a test.
-const LONG: [&str; 6] = [
+pub(crate) const LONG: [&str; 6] = [
     "--set",
     "modules.referee.params.time_limit=20.0",
     "--set",
@@ -449,7 +447,7 @@ fn what_can_not_be_made_again_is_not_covered() {
 }
 
 /// The messages that can be read of a file that may end anywhere, and whether it is at its end.
-fn readable(file: &[u8]) -> (usize, bool) {
+pub(crate) fn readable(file: &[u8]) -> (usize, bool) {
     let mut count = 0;
     for record in mcap::read::ChunkFlattener::new_with_options(file, Options::IgnoreEndMagic.into()).unwrap()
     {
@@ -462,82 +460,6 @@ fn readable(file: &[u8]) -> (usize, bool) {
         }
     }
     (count, false)
-}
-
-#[test]
-fn what_was_closed_is_there_after_a_kill() {
-    let running = Running::new("record-kill");
-    for round in 0..4_u64 {
-        let name = format!("run{round}");
-        let run = ["run", "exp1", "--headless", "--seed", "6", "--out", &name];
-        let mut command = running.command(&[&run[..], &ON, &LONG].concat());
-        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        let file = running.folder().join(&name).join("run.mcap");
-        common::wait_for("the file begins", || {
-            std::fs::metadata(&file).is_ok_and(|file| file.len() > 100_000)
-        });
-        std::thread::sleep(Duration::from_millis(37 * round));
-        let before = readable(&std::fs::read(&file).unwrap()).0;
-        child.kill().unwrap();
-        child.wait().unwrap();
-        let file = std::fs::read(&file).unwrap();
-        // What can be read at any moment can be read for good.
-        let (after, is_whole) = readable(&file);
-        assert!(before > 100 && after >= before && !is_whole, "{before}, then {after}");
-        assert!(
-            LinearReader::new_with_options(&file, Options::IgnoreEndMagic.into()).unwrap().next().is_some()
-        );
-        let (said, code) = verify(running.folder(), &format!("{name}/run.mcap"));
-        assert!(
-            said.contains("identical, ") && said.contains("up to where the recording was cut off"),
-            "{said}"
-        );
-        assert_eq!(code, Some(0));
-    }
-}
-
-#[test]
-fn a_full_disk_ends_the_recording_and_not_the_run() {
-    let folder = folder("record-full");
-    let (without, _) = exp1(&folder, &["--seed", "7"]);
-    for (file, words) in [("/dev/full", "No space left"), ("/proc/nowhere/run.mcap", "No such file")] {
-        let place = format!("record.file={file}");
-        let output = slate(
-            &folder,
-            &[&["run", "exp1", "--headless", "--json", "--seed", "7", "--set", &place], &ON[..]].concat(),
-        );
-        let said = text(&output.stderr);
-        assert!(said.contains(&format!("the recording {file} ")) && said.contains(words), "{said}");
-        assert_eq!(common::json(&output)["digest"], without["digest"]);
-        assert_eq!(output.status.code(), Some(2), "what was asked for is not there");
-    }
-}
-
-#[test]
-fn a_file_that_may_not_grow_ends_the_recording_with_what_it_has_and_not_the_run() {
-    let folder = folder("record-limit");
-    let (without, _) = exp1(&folder, &["--seed", "7", "--out", "there"]);
-    // A limit of the size of files, which fails like a disk that is full.
-    let run = "trap '' XFSZ; ulimit -f 600; exec \"$@\"";
-    let arguments = ["run", "exp1", "--headless", "--json", "--seed", "7", "--out", "here"];
-    let output = std::process::Command::new("sh")
-        .args(["-c", run, "sh", env!("CARGO_BIN_EXE_slate")])
-        .args([&arguments[..], &ON].concat())
-        .current_dir(&folder)
-        .output()
-        .unwrap();
-    let said = text(&output.stderr);
-    assert!(
-        said.contains("the recording here/run.mcap ends here, and the agent continues without it"),
-        "{said}"
-    );
-    assert_eq!(said.matches("ends here").count(), 1, "it is said once: {said}");
-    assert_eq!(common::json(&output)["digest"], without["digest"]);
-    assert_eq!(output.status.code(), Some(2), "what was asked for is not there");
-    assert!(slate(&folder, &["bag", "repair", "here/run.mcap"]).status.success());
-    let (said, code) = verify(&folder, "here/run.mcap");
-    assert!(said.contains("identical, ") && said.contains("cut off"), "{said}");
-    assert_eq!(code, Some(0));
 }
 
 #[test]

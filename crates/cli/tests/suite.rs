@@ -28,6 +28,7 @@ mod plugin_new;
 mod reach;
 mod recompute;
 mod record;
+mod record_faults;
 mod record_live;
 mod record_variants;
 mod refusals;

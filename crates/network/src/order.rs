@@ -178,7 +178,7 @@ impl<T> SourceOrder<T> {
         self.bytes += bytes;
     }
 
-    /// Gives up what is missing before the next sample that is there, or all if there is none.
+    /// Counts the samples before the next one that has arrived as lost, or all samples if none has.
     fn skip(&mut self) {
         self.passed = self.waiting.keys().next().map_or(self.last, |next| next - 1);
     }

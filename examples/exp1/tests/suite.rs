@@ -1,6 +1,7 @@
 //! All tests of the crate that share a process, in one program: each program costs link time.
 
 mod faults;
+mod go_to_origin;
 mod pioneer;
 mod published;
 mod robot;

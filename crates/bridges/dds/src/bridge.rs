@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
-use std::time::{Duration, Instant};
 
 use rustdds::GUID;
 use slate_blackboard::wake::Wake;
@@ -13,7 +12,7 @@ use slate_module::Level;
 use slate_runtime::Composer;
 use slate_topics::{
     InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, PublishedTopic, TopicMessage, TopicStatus,
-    publish,
+    join_threads, publish,
 };
 
 use crate::check::{topic_input, topic_output};
@@ -23,9 +22,6 @@ use crate::message::DdsMessage;
 use crate::participant::{DdsParticipant, DdsReader, DdsSink};
 use crate::settings::{DdsSettings, TABLE};
 use crate::wire::{MatchWords, Matches, OwnEndpoint};
-
-/// Longest wait for threads at the end.
-const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// DDS calls both ends so.
 const WORDS: MatchWords = MatchWords {
@@ -171,26 +167,11 @@ fn endpoint(topic: &str, message: &DdsMessage, is_reader: bool) -> OwnEndpoint {
 }
 
 impl Drop for DdsBridge {
-    #[allow(clippy::disallowed_methods, reason = "threads end by the machine's clock")]
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Release);
         self.inbound.end();
         self.wakes.iter().for_each(|wake| wake.notify(1));
-        let began = Instant::now();
-        for thread in self.threads.drain(..) {
-            // One that waits for a cycle which does not end is left alone.
-            while !thread.is_finished() && began.elapsed() < SHUTDOWN_TIMEOUT {
-                std::thread::sleep(Duration::from_millis(2));
-            }
-            if thread.is_finished() {
-                // One that panicked has ended, too.
-                let _ = thread.join();
-            }
-        }
-        for topic in self.inbound.topics() {
-            if let Some((property, _)) = self.composer.board().get(topic.input()) {
-                property.set_external("");
-            }
-        }
+        join_threads(&mut self.threads);
+        self.inbound.release();
     }
 }

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
-use std::time::{Duration, Instant};
 
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
@@ -12,7 +11,8 @@ use slate_record::ros::WireFormat;
 use slate_runtime::Composer;
 use slate_topics::{
     InboundTopics, NodeAccess, OutboundStatus, OutboundTopic, PublishedTopic, RosError, RosMessage,
-    TopicOutput, TopicStatus, check_clock, publish, topic_input, topic_output,
+    SHUTDOWN_TIMEOUT, TopicOutput, TopicStatus, check_clock, join_threads, publish, topic_input,
+    topic_output,
 };
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
@@ -25,9 +25,6 @@ use crate::parameters::ParameterSync;
 use crate::services::{OutboxClient, servers};
 use crate::settings::{Ros1Settings, SCHEME, TopicQueue};
 use crate::wire::{NodeParts, RosNode, TopicPublication, TopicSubscription};
-
-/// Longest wait for threads and the master at the end.
-const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// An agent as a node of ROS 1, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
 pub struct Ros1Bridge {
@@ -213,23 +210,12 @@ fn published(composer: &Composer, own: &TopicOutput<TopicQueue>) -> Result<Writt
 }
 
 impl Drop for Ros1Bridge {
-    #[allow(clippy::disallowed_methods, reason = "threads end by the machine's clock")]
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Release);
         self.wakes.iter().for_each(|wake| wake.notify(1));
         self.node.context.parameter_wake.notify(1);
         self.inbound.end();
-        let began = Instant::now();
-        for thread in self.threads.drain(..) {
-            // One that waits for a cycle which does not end is left alone.
-            while !thread.is_finished() && began.elapsed() < SHUTDOWN_TIMEOUT {
-                std::thread::sleep(Duration::from_millis(2));
-            }
-            if thread.is_finished() {
-                // One that panicked has ended, too.
-                let _ = thread.join();
-            }
-        }
+        join_threads(&mut self.threads);
         if let Some(network) = self.network.take() {
             // The master may be gone before.
             let _ = network.block_on(async { timeout(SHUTDOWN_TIMEOUT, self.node.unregister()).await });

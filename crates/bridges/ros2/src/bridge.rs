@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
-use std::time::{Duration, Instant};
 
 use rustdds::{GUID, RTPSEntity};
 use slate_blackboard::wake::Wake;
@@ -14,7 +13,7 @@ use slate_record::ros::WireFormat::Cdr as CDR;
 use slate_runtime::Composer;
 use slate_topics::{
     InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, PublishedTopic, RosError, RosMessage,
-    TopicStatus, check_clock, publish, topic_input, topic_output,
+    TopicStatus, check_clock, join_threads, publish, topic_input, topic_output,
 };
 
 use crate::frame_inputs::FrameInputs;
@@ -36,9 +35,6 @@ const WORDS: MatchWords = MatchWords {
     message_name,
     advice: "use another topic or interface",
 };
-
-/// Longest wait for threads at the end.
-const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// An agent as a node of ROS, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
 pub struct RosBridge {
@@ -207,28 +203,13 @@ fn endpoint(topic: &str, message: &RosMessage, is_reader: bool) -> OwnEndpoint {
 }
 
 impl Drop for RosBridge {
-    #[allow(clippy::disallowed_methods, reason = "threads end by the machine's clock")]
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Release);
         self.wake.notify(1);
         self.inbound.end();
         self.services.end();
         self.wakes.iter().for_each(|wake| wake.notify(1));
-        let began = Instant::now();
-        for thread in self.threads.drain(..) {
-            // One that waits for a cycle which does not end is left alone.
-            while !thread.is_finished() && began.elapsed() < SHUTDOWN_TIMEOUT {
-                std::thread::sleep(Duration::from_millis(2));
-            }
-            if thread.is_finished() {
-                // One that panicked has ended, too.
-                let _ = thread.join();
-            }
-        }
-        for topic in self.inbound.topics() {
-            if let Some((property, _)) = self.composer.board().get(topic.input()) {
-                property.set_external("");
-            }
-        }
+        join_threads(&mut self.threads);
+        self.inbound.release();
     }
 }

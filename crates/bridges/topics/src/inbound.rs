@@ -126,6 +126,15 @@ impl InboundTopics {
         &self.topics
     }
 
+    /// Says that topics no longer fill the inputs, so that tools can set them.
+    pub fn release(&self) {
+        for topic in &self.topics {
+            if let Some((property, _)) = self.composer.board().get(topic.input()) {
+                property.set_external("");
+            }
+        }
+    }
+
     /// Takes the value of a message of the topic at a place, or why it has none. The oldest value goes when as many wait as may.
     pub fn push(&self, place: usize, value: Result<Vec<u8>, String>) {
         let topic = &self.topics[place];

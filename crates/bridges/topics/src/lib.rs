@@ -23,6 +23,7 @@ mod service_type;
 mod services;
 mod status;
 mod table_reader;
+mod threads;
 mod topic_settings;
 mod type_hash;
 
@@ -48,5 +49,6 @@ pub use services::{
 };
 pub use status::TopicStatus;
 pub use table_reader::{KeyedValue, NameResolver, TableReader};
+pub use threads::{SHUTDOWN_TIMEOUT, join_threads};
 pub use topic_settings::{TopicInput, TopicOptions, TopicOutput, TopicSettings, link_help};
 pub use type_hash::type_hash;

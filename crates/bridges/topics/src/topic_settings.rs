@@ -154,7 +154,7 @@ impl<O: TopicOptions> TopicSettings<O> {
         self.read.push(own);
     }
 
-    /// A topic that one entry writes has no other entry, and is none of the node's own.
+    /// Refuses a topic that two entries write, and one that the node itself publishes.
     fn check(&self, reader: &mut TableReader<'_>, node: &NodeOptions) {
         let mut written: BTreeMap<&str, &TopicOutput<O>> = BTreeMap::new();
         for output in &self.write {

@@ -53,7 +53,7 @@ impl Cable {
         let state = Arc::new(AtomicU8::new(CARRIES));
         let shared = Arc::clone(&state);
         thread::spawn(move || {
-            // Whoever sends to it has a socket of its own, by which answers come back.
+            // Each sender has a socket of its own, which receives the answers.
             let mut ways: BTreeMap<SocketAddr, Arc<UdpSocket>> = BTreeMap::new();
             let mut packet = [0; 1 << 16];
             while let Ok((length, from)) = near.recv_from(&mut packet) {

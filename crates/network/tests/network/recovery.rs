@@ -44,7 +44,7 @@ fn a_reader_of_all_values_misses_none_when_its_link_is_cut() {
     let reader = reader("cut-reader", cable.port, "values = \"all\", mode = \"reliable\"");
     eventually("values", || reading(&reader).received > 20);
     for round in 0..4 {
-        // The other end is told of the cut, or falls silent.
+        // A connection that is closed, and one that is silent.
         match round % 2 {
             0 => cable.cut(),
             _ => cable.swallow(),

@@ -12,7 +12,7 @@ use slate_runtime::configuration::{Configuration, Database};
 
 use crate::dds::interfaces::{Count, Point, Target};
 
-#[path = "../../../topics/testing/agent.rs"]
+#[path = "../../../topics/tests/shared/agent.rs"]
 #[allow(dead_code, reason = "each bridge uses its part")]
 mod shared;
 

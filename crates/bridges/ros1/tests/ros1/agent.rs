@@ -11,7 +11,7 @@ use slate_ros1::{Ros1Bridge, Ros1Settings};
 use slate_runtime::Options;
 use slate_runtime::configuration::{Configuration, Database};
 
-#[path = "../../../topics/testing/agent.rs"]
+#[path = "../../../topics/tests/shared/agent.rs"]
 mod shared;
 
 pub use shared::*;

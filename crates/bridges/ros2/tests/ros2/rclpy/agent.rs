@@ -10,7 +10,7 @@ use slate_ros2::{RosBridge, RosSettings};
 use slate_runtime::Options;
 use slate_runtime::configuration::{Configuration, Database};
 
-#[path = "../../../../topics/testing/agent.rs"]
+#[path = "../../../../topics/tests/shared/agent.rs"]
 mod shared;
 
 pub use shared::*;

@@ -74,7 +74,7 @@ fn nodes_only_read_a_state_that_they_may_not_change() {
         assert!(agent.composer.actuators().iter().all(|(_, stopped)| stopped.is_none()));
         let none = call(&mut peer, "get_available_transitions", "GetAvailableTransitions", json!({}));
         assert_eq!(none["available_transitions"], json!([]));
-        // Unless said, a node is none with a lifecycle.
+        // By default a node has no lifecycle.
         let plain =
             Running::start("plain", &format!("domain = {domain}\nwrite.\"/odom\" = \"sensor/odometry\""));
         eventually("the node", || {

@@ -1,0 +1,22 @@
+//! The end of a bridge's threads.
+
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// How long the end of a bridge waits for its threads and for the other ends.
+pub const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// Waits for threads that were told to end. One that waits for a cycle which does not end is left alone.
+#[allow(clippy::disallowed_methods, reason = "threads end by the machine's clock")]
+pub fn join_threads(threads: &mut Vec<JoinHandle<()>>) {
+    let began = Instant::now();
+    for thread in threads.drain(..) {
+        while !thread.is_finished() && began.elapsed() < SHUTDOWN_TIMEOUT {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        if thread.is_finished() {
+            // One that panicked has ended, too.
+            let _ = thread.join();
+        }
+    }
+}
