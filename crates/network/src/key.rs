@@ -44,7 +44,7 @@ pub fn team_token_key(agent: &str) -> String {
     format!("slate/{agent}/@team")
 }
 
-/// Where an agent tells another one of the team's knowledge.
+/// Key of messages of the team's knowledge from one agent to another.
 pub fn team_key(from: &str, to: &str) -> String {
     format!("slate/{from}/@team/{to}")
 }

@@ -54,7 +54,7 @@ impl InboxMessages {
         !is_full
     }
 
-    /// Sends messages until the end, and tells what became of each.
+    /// Sends messages until the end, and reports the outcome of each.
     pub fn run(&self, tell: impl Fn(Result<(), String>)) {
         while !self.ended.load(Ordering::Acquire) {
             let next = locked(&self.waiting).pop_front();

@@ -13,10 +13,10 @@ const SOURCES: usize = 16;
 /// From one question for what is missing to the next, ns: one that is asked right after a link is back may be lost.
 pub const RETRY: u64 = 100_000_000;
 
-/// After so long without an answer, ns, what is missing is lost.
+/// Time without an answer after which missing samples are lost, ns.
 const PATIENCE: u64 = 5_000_000_000;
 
-/// So many answers without what is next say that the origin no longer has it: a full link drops parts of them.
+/// Answers without the next sample after which the origin no longer has it: a full link drops parts of answers.
 const FRUITLESS: u32 = 2;
 
 /// Before the first number of a source. Numbers of 32 bits go on beyond their end.
@@ -109,7 +109,7 @@ impl<T> SampleOrder<T> {
         self.sources.values().any(|order| order.missing.is_some())
     }
 
-    /// A question has ended. What answers leave out again and again the origin no longer has.
+    /// Ends a question. The origin no longer has samples that several answers lack.
     pub fn answered(&mut self, source: &SampleSource, is_answered: bool, now: u64, pass: &mut dyn FnMut(T)) {
         let Some(order) = self.sources.get_mut(source) else { return };
         let is_fruitless = order.question.take().is_some_and(|first| order.passed < first);
@@ -183,7 +183,7 @@ impl<T> SourceOrder<T> {
         self.passed = self.waiting.keys().next().map_or(self.last, |next| next - 1);
     }
 
-    /// Passes on what is next.
+    /// Forwards the samples that are next.
     fn flush(&mut self, now: u64, pass: &mut dyn FnMut(T)) {
         let before = self.passed;
         while let Some((bytes, sample)) = self.waiting.remove(&(self.passed + 1)) {

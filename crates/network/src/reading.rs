@@ -55,7 +55,7 @@ pub struct InputReader {
     delivery: Option<(Arc<ExternalDelivery>, usize)>,
     /// Where messages wait, if it is an inbox.
     inbox: Option<InboxMessages>,
-    /// What asks for lost values again, if they are wanted.
+    /// Recovery of lost values, if it is wanted.
     recovery: Option<Arc<SampleRecovery>>,
     state: Mutex<ReaderState>,
     /// Whether its newest value is to be asked for.
@@ -112,7 +112,7 @@ impl InputReader {
         })
     }
 
-    /// What asks for lost values again, if they are wanted.
+    /// Recovery of lost values, if it is wanted.
     pub fn recovery(&self) -> Option<&Arc<SampleRecovery>> {
         self.recovery.as_ref()
     }

@@ -1,4 +1,4 @@
-//! What reliable inputs ask for again.
+//! Recovery of lost samples for reliable inputs.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -52,7 +52,7 @@ impl SampleRecovery {
         Self { key, order, now: Box::new(now), pass: Box::new(pass), wake: Arc::clone(wake) }
     }
 
-    /// Changes the order, and passes on what is next then.
+    /// Changes the order, and forwards the samples that are next then.
     fn change(&self, change: impl FnOnce(&mut SampleOrder<Sample>, u64, &mut dyn FnMut(Sample))) {
         // One after the other.
         let mut order = locked(&self.order);
@@ -79,7 +79,7 @@ impl SampleRecovery {
         self.change(|order, now, pass| order.take((&source, number), (bytes, sample), now, pass));
     }
 
-    /// Takes what a publisher says of its last sample.
+    /// Takes the number of a publisher's last sample.
     pub fn announce(&self, heartbeat: &Sample) {
         let source = heartbeat.key_expr().as_str().strip_prefix(&self.key).and_then(|rest| {
             let (session, rest) = rest.strip_prefix(KEPT)?.split_once('/')?;
@@ -91,7 +91,7 @@ impl SampleRecovery {
         }
     }
 
-    /// Asks for what is missing; returns when it is to be looked at again, ns from now.
+    /// Requests missing samples; returns the time to the next call, ns.
     pub fn ask(self: &Arc<Self>, session: &Session) -> Option<u64> {
         let due = locked(&self.order).due((self.now)());
         for (source, first) in due {

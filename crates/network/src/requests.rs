@@ -84,7 +84,7 @@ impl QueryThread {
 /// The network, as operations of the agent know it.
 pub fn caller() -> Caller {
     Caller {
-        // What others may change is said by the configuration, and nothing else is asked for here.
+        // The configuration says what others may change.
         role: Role::Developer,
         who: "network".into(),
         local: None,

@@ -14,7 +14,7 @@ use crate::shared::refused;
 /// The subscription of an input, until this is dropped.
 pub struct InputSubscriber {
     _samples: Subscriber<()>,
-    /// What publishers say of their last samples, where lost ones are asked for again.
+    /// Numbers of publishers' last samples, with recovery.
     _heartbeats: Option<Subscriber<()>>,
 }
 

@@ -19,7 +19,7 @@ use crate::shared::{NetworkShared, locked, refused};
 /// The longest message, bytes.
 const LONGEST: usize = 64 << 10;
 
-/// An agent's part in its team over a network, until this is dropped. What is lost, the team makes good: so nothing of it waits.
+/// An agent's part in its team over a network, until this is dropped. The team repeats lost messages, so none of them waits.
 pub struct NetworkTeam {
     mates: Arc<TeamMates>,
     /// Goes before the subscriptions.

@@ -74,7 +74,7 @@ pub use built_in::DdsRun;
 /// Whether an agent could have the topics of DDS that its configuration describes; nothing is opened.
 ///
 /// # Errors
-/// What is wrong with the table `[dds]`, or a property that does not fit its topic.
+/// Mistake in the table `[dds]`, or a property that does not fit its topic.
 pub fn check_dds(agent: &Agent) -> Result<(), Report> {
     built_in::check(agent, &agent.configuration())
 }

@@ -54,7 +54,7 @@ pub trait Sharing: Send {
 ///
 /// Messages may be lost, doubled and reordered: later ones make them good. None of these calls waits.
 pub trait TeamExchange: Send + Sync {
-    /// Sends what is for other robots by that carrier, too, until another one or nothing takes its place.
+    /// Sends messages for other robots by that carrier, too, until another one or none takes its place.
     fn set_carrier(&self, carrier: Option<Arc<dyn TeamCarrier>>);
 
     /// Notes that the carrier reaches a robot.

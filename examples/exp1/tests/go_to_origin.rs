@@ -1,4 +1,4 @@
-//! The Plan of EXP1: what it sends to Execute.
+//! The actions that the Plan of EXP1 sends to Execute.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate::interfaces::{Orientation, Point2, Position};

@@ -128,7 +128,7 @@ impl Kind {
         }
     }
 
-    /// What a reader of a message calls it: `f64`, `text of at most 32 bytes`, `Pose2`.
+    /// Its name in messages: `f64`, `text of at most 32 bytes`, `Pose2`.
     pub fn describe(&self) -> String {
         match self {
             Self::Primitive(primitive) => primitive.name().into(),

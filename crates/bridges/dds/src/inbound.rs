@@ -18,7 +18,7 @@ const IDLE_PERIOD: Duration = Duration::from_millis(100);
 /// Messages of a topic that are taken before those of the next.
 const TURN: usize = 256;
 
-/// Takes what comes on topics for inputs, by place, until the end; `look` is called now and then.
+/// Receives messages of topics for inputs, by place, until the end; `look` is called in between.
 pub fn receive(
     mut readers: Vec<(DdsReader, DdsMessage)>,
     inbound: &InboundTopics,
@@ -31,7 +31,7 @@ pub fn receive(
         look();
         let mut is_done = true;
         for (place, (reader, message)) in readers.iter_mut().enumerate() {
-            // Before messages are taken: what comes after that wakes this thread.
+            // Before messages are taken: later ones wake this thread.
             reader.watch(&waker);
             let mut taken = std::iter::from_fn(|| reader.take(&waker)).take(TURN);
             let mut count = 0;

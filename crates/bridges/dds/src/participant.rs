@@ -132,7 +132,7 @@ impl DdsParticipant {
         self.participant.create_topic(name.into(), message.type_name().into(), policies, kind)
     }
 
-    /// What has happened in the domain, if anything has.
+    /// The next event of the domain, if there is one.
     pub fn next_status(&self) -> Option<DomainParticipantStatusEvent> {
         self.status.try_recv_status()
     }

@@ -110,7 +110,7 @@ const MAX_NAME: usize = 255;
 /// Checks the name of a topic, which DDS has as it is.
 ///
 /// # Errors
-/// What it may not have, in words.
+/// Characters that it may not have, in words.
 pub fn check_topic(name: &str) -> Result<String, String> {
     let wrong = |own: char| own.is_whitespace() || own.is_control() || "*?[]\"'\\".contains(own);
     match name.chars().find(|own| wrong(*own)) {

@@ -304,7 +304,7 @@ impl<T: Interface + ?Sized> SensorInput for Sensed<T> {
     }
 }
 
-/// What Knowledge keeps of a sensor.
+/// State of a sensor in Knowledge.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 struct WatchedSensor {
     /// When it measured last, nanoseconds.

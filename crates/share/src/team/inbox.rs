@@ -28,7 +28,7 @@ pub(crate) enum TeamNews {
     Told(String, Vec<u8>),
 }
 
-/// What came from other agents and was not looked at, and a carrier that reaches some of them.
+/// Messages of other agents that were not read yet, and a carrier that reaches some of them.
 #[derive(Default)]
 pub(crate) struct TeamInbox {
     news: Mutex<VecDeque<TeamNews>>,
@@ -54,7 +54,7 @@ impl TeamInbox {
         std::mem::take(&mut locked(&self.news))
     }
 
-    /// What sends messages beside the sessions.
+    /// Carrier of messages beside the sessions.
     pub fn carrier(&self) -> Option<Arc<dyn TeamCarrier>> {
         locked(&self.carrier).clone()
     }

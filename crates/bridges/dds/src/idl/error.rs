@@ -1,4 +1,4 @@
-/// What is wrong with a file of IDL.
+/// Mistake in an IDL file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {reason}")]
 pub struct IdlError {

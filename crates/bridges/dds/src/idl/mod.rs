@@ -103,7 +103,7 @@ impl IdlStruct {
 }
 
 impl IdlKind {
-    /// What a reader of a message calls it: `long`, `string`, `sequence of demo::Point`.
+    /// Its name in messages: `long`, `string`, `sequence of demo::Point`.
     pub fn describe(&self) -> String {
         match self {
             Self::Primitive(primitive) => primitive_name(*primitive).into(),

@@ -1,4 +1,4 @@
-//! Names of IDL and what they mean.
+//! Names of IDL, and the types that they mean.
 
 use std::collections::BTreeMap;
 
@@ -49,7 +49,7 @@ impl Scope {
         self.definitions.insert(self.whole(name), definition).is_none()
     }
 
-    /// What a name means here: the innermost module that has it decides. One that begins with `::` is whole.
+    /// Resolves a name, from the innermost module outwards; one that begins with `::` is absolute.
     pub fn find(&self, name: &str) -> Option<&IdlDefinition> {
         if let Some(whole) = name.strip_prefix("::") {
             return self.definitions.get(whole);

@@ -59,7 +59,7 @@ impl TypeMap {
         let around = if is_delimited { Some(reader.begin()?) } else { None };
         for ((offset, map), member) in members.iter().zip(&own.members) {
             if is_appendable && reader.left() == 0 {
-                // Of an older version of the type, which does not have what was appended.
+                // Of an older version of the type, without the appended members.
                 break;
             }
             let memory = memory.as_deref_mut().map(|memory| &mut memory[*offset..]);
@@ -104,7 +104,7 @@ impl TypeMap {
         }
     }
 
-    /// Memory is taken as items come, whatever the message says of their number.
+    /// Memory is allocated as items are read, as the number in the message may be wrong.
     fn read_tail(
         &self,
         reader: &mut XcdrReader<'_>,

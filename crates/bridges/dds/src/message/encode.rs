@@ -4,7 +4,7 @@ use super::map::{MemoryListKind, TypeMap, WireCount};
 use super::xcdr::{XcdrWriter, load, store};
 
 impl TypeMap {
-    /// Appends a part of a message; what the value does not have is zero or empty.
+    /// Appends a part of a message; members that the value lacks are zero or empty.
     ///
     /// # Errors
     /// The value does not fit the type, in words.

@@ -6,7 +6,7 @@ use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 
 use crate::idl::{IdlKind, IdlStruct};
 
-/// A type on the wire, and where its parts are in a value; nowhere for what the interface does not have.
+/// A type on the wire, and where its parts are in a value; nowhere for parts that the interface lacks.
 #[derive(Debug)]
 pub enum TypeMap {
     Number {

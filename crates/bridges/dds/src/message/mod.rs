@@ -228,7 +228,7 @@ impl IdlMessage {
         }
         let (mut value, mut tail) = (vec![0; self.descriptor.size], Vec::new());
         self.map.read(&mut reader, Some(&mut value), &mut tail)?;
-        // What aligns the end is no part of it.
+        // Padding at the end is no part of it.
         if reader.left() >= HEADER && self.structure.is_appendable != Some(true) {
             return Err(format!("{} bytes are left over: it is another type", reader.left()));
         }

@@ -5,10 +5,10 @@ use slate_blackboard::interface::Primitive;
 /// Bytes of the header before a message.
 pub const HEADER: usize = 4;
 
-/// How a message lies on the wire, as its header tells.
+/// Encoding of a message, by its header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Encapsulation {
-    /// XCDR2 aligns to 4 bytes at most, and has lengths before what is appendable.
+    /// XCDR2 aligns to 4 bytes at most, and has lengths before appendable structs.
     pub is_second: bool,
     pub is_little: bool,
     /// Whether the value as a whole is appendable, in XCDR2.

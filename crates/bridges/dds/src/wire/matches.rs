@@ -23,16 +23,16 @@ pub struct OwnEndpoint {
     pub type_hash: Option<String>,
 }
 
-/// Words of a middleware for what it has in common with all on DDS.
+/// Terms of a middleware on DDS.
 #[derive(Clone, Copy, Debug)]
 pub struct MatchWords {
     /// Scheme of the bridge, for the log.
     pub scheme: &'static str,
     /// The ends that write and read.
     pub roles: [&'static str; 2],
-    /// What it calls a type of DDS.
+    /// Its name of a type of DDS.
     pub message_name: fn(&str) -> String,
-    /// What to do when both ends have other types.
+    /// Advice for two ends of different types.
     pub advice: &'static str,
 }
 
@@ -82,7 +82,7 @@ impl Matches {
         locked(&self.state).others.get(&own).is_some_and(|others| others.contains(&other))
     }
 
-    /// Takes note of what has happened in the domain, and logs what can't work.
+    /// Reads the events of the domain, and logs endpoints that can't match.
     pub fn note(&self, event: &Event, composer: &Composer) {
         let mut state = locked(&self.state);
         match event {

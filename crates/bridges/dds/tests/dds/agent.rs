@@ -75,7 +75,7 @@ pub struct PlannerIo {
     wheels: Output<Twist2>,
 }
 
-/// Passes on what it reads, and adds it up.
+/// Forwards its input, and adds it up.
 pub struct Planner;
 
 #[module(stage = Act)]

@@ -73,7 +73,7 @@ fn messages_are_those_of_another_implementation() {
 
 #[test]
 fn fields_lie_as_the_standard_says() {
-    // A long and a double are 4 apart in XCDR1, and beside each other in XCDR2; what is appendable has its length before it.
+    // A long and a double are 4 apart in XCDR1, and adjacent in XCDR2; an appendable struct has its length before it.
     let cases = [
         ("@final", Representation::Xcdr1, vec![0, 1, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0]),
         ("@final", Representation::Xcdr2, vec![0, 7, 0, 0, 5, 0, 0, 0]),

@@ -69,7 +69,7 @@ impl ActionOutput {
         Self { topic: OutboundTopic::new(path, message, path, property), descriptor, pairs }
     }
 
-    /// Leaves out what was written before.
+    /// Skips earlier values.
     fn skip(&mut self, context: &ServeContext) {
         self.topic.follow(&context.composer);
         self.topic.skip();

@@ -112,7 +112,7 @@ pub struct AskerIo {
     replies: Output<Number>,
 }
 
-/// Asks for what it is wished, and counts the replies.
+/// Calls a service for each request, and counts the replies.
 pub struct Asker;
 
 #[module(stage = Act)]

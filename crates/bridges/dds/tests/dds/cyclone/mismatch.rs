@@ -1,4 +1,4 @@
-//! What can't match, said with the name of the policy.
+//! Endpoints that can't match are logged with the name of the policy.
 
 use serde_json::json;
 

@@ -18,7 +18,7 @@ fn value(agent: &Running, path: &str) -> Json {
     agent.value(path).map_or(Json::Null, |value| serde_json::to_value(value).unwrap())
 }
 
-/// What a struct on the wire has of a target.
+/// Members of a struct on the wire that a target has.
 fn on_wire(number: u8) -> Json {
     let mut value = target(number);
     value["remark"] = json!("from afar");

@@ -100,7 +100,7 @@ pub struct SeekerIo {
     sum: Output<Number>,
 }
 
-/// Has others count, and adds up what they count; failures count a thousand.
+/// Sends goals of counting, and adds up the results; a failure counts a thousand.
 pub struct Seeker;
 
 #[module(stage = Act)]
