@@ -159,7 +159,7 @@ fn the_end_of_a_run_names_a_sensor_that_stopped_or_never_measured() {
     let output = slate(&folder, &["run", "exp1", "--headless", "--set", &late, "--set", limit]);
     let warned = text(&output.stderr);
     assert_eq!(
-        warned.matches("r2/knowledge: the sensor `sonar` is late, and the reflexes").count(),
+        warned.matches("r2/knowledge: the sensor `sonar` is late: its newest value is").count(),
         1,
         "{warned}"
     );

@@ -23,7 +23,7 @@ use slate_configuration::{Configuration, Report};
 pub use survey::{
     Absent, DescribedLimits, GATE, Host, Implied, Inferred, Lead, LinkConversion, LinkSource, Misfit,
     RESERVED, Remote, ResolvedLink, Survey, Surveyed, TRUTH, bridge_refusal, described_limits, elsewhere,
-    hand_refusal, inbox_part, infer, leaving_refusal, loose, needs, part, remote_path, scope, survey,
+    hand_refusal, inbox_part, infer, loose, needs, part, past_gate, remote_path, scope, survey,
 };
 pub use wired::{Wired, sends};
 

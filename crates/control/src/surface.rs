@@ -124,6 +124,11 @@ impl ControlSurface {
         self.agent.composer().board()
     }
 
+    /// Returns whether a property is a command that has not passed its gate, which no other program may have.
+    pub fn is_ungated(&self, path: &str) -> bool {
+        self.agent.composer().output_refusal(path).is_some()
+    }
+
     /// The name of the agent.
     pub fn name(&self) -> &str {
         self.board().agent()

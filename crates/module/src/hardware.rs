@@ -48,8 +48,7 @@ pub struct HardwareDevice {
     pub count: u32,
     /// Mount in the robot's frame (`base_link`): x and y in metres, heading in radians.
     pub mount: [f64; 3],
-    /// Least and greatest value of what it measures or does: of the first number of its interface, and of those with the same
-    /// unit; nothing without limits.
+    /// Least and greatest value of the first number of its interface, and of those with the same unit; `None` without limits.
     #[serde(default)]
     pub limits: Option<[f64; 2]>,
 }

@@ -133,7 +133,7 @@ impl AgentNetwork {
                 watch.look();
                 let is_fast = now.saturating_sub(std::mem::replace(&mut last, now)) < FAST;
                 if is_fast {
-                    // Nobody wakes it meanwhile, as that takes a cycle longer than all else in it.
+                    // Wake-ups are skipped during the rest: one takes longer than the cycle itself.
                     std::thread::sleep(REST);
                 }
                 own.wake.wait_timeout(pause);

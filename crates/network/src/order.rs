@@ -14,10 +14,10 @@ const SOURCES: usize = 16;
 pub const RETRY: u64 = 100_000_000;
 
 /// Time without an answer after which missing samples are lost, ns.
-const PATIENCE: u64 = 5_000_000_000;
+const ANSWER_TIMEOUT: u64 = 5_000_000_000;
 
 /// Answers without the next sample after which the origin no longer has it: a full link drops parts of answers.
-const FRUITLESS: u32 = 2;
+const MAX_EMPTY_ANSWERS: u32 = 2;
 
 /// Before the first number of a source. Numbers of 32 bits go on beyond their end.
 const BEGIN: u64 = u32::MAX as u64;
@@ -45,7 +45,7 @@ struct SourceOrder<T> {
     asked: Option<u64>,
     /// The first number of the question that waits for its answer, and how many answers have brought nothing that was next.
     question: Option<u64>,
-    fruitless: u32,
+    empty_answers: u32,
     /// When something came of it last, ns.
     heard: u64,
 }
@@ -112,11 +112,11 @@ impl<T> SampleOrder<T> {
     /// Ends a question. The origin no longer has samples that several answers lack.
     pub fn answered(&mut self, source: &SampleSource, is_answered: bool, now: u64, pass: &mut dyn FnMut(T)) {
         let Some(order) = self.sources.get_mut(source) else { return };
-        let is_fruitless = order.question.take().is_some_and(|first| order.passed < first);
-        order.fruitless = if is_fruitless { order.fruitless + u32::from(is_answered) } else { 0 };
-        let is_late = order.missing.is_some_and(|since| now.saturating_sub(since) > PATIENCE);
-        if order.fruitless >= FRUITLESS || is_late {
-            order.fruitless = 0;
+        let is_empty_answers = order.question.take().is_some_and(|first| order.passed < first);
+        order.empty_answers = if is_empty_answers { order.empty_answers + u32::from(is_answered) } else { 0 };
+        let is_late = order.missing.is_some_and(|since| now.saturating_sub(since) > ANSWER_TIMEOUT);
+        if order.empty_answers >= MAX_EMPTY_ANSWERS || is_late {
+            order.empty_answers = 0;
             order.skip();
             order.flush(now, pass);
         }
@@ -154,7 +154,7 @@ impl<T> SampleOrder<T> {
             missing: None,
             asked: None,
             question: None,
-            fruitless: 0,
+            empty_answers: 0,
             heard: now,
         });
         order.heard = now;

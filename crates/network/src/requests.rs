@@ -186,11 +186,7 @@ impl Answerer {
     }
 
     fn value(&self, query: &Query, path: &str) -> Result<(), QueryRefusal> {
-        let found = self
-            .shared
-            .board()
-            .get(path)
-            .filter(|(property, _)| self.shared.settings.is_published(property.path()));
+        let found = self.shared.board().get(path).filter(|(property, _)| self.shared.is_published(property));
         let Some((property, field)) = found else {
             // With access control, who asks may not know of the others.
             let is_open = self.shared.settings.security.is_none();
@@ -228,9 +224,7 @@ impl Answerer {
         let options = ReadOptions::parse(options)
             .map_err(|reason| QueryRefusal::new(reason, "such as slate/AGENT/@read/rate=100ms/PATH"))?;
         let found = self.shared.board().get(path).filter(|(property, field)| {
-            field.is_empty()
-                && property.channel().is_some()
-                && self.shared.settings.is_published(property.path())
+            field.is_empty() && property.channel().is_some() && self.shared.is_published(property)
         });
         let Some((property, _)) = found else {
             let help = format!("{} lists the properties; a field has no options", tree_key(self.agent()));
@@ -289,7 +283,7 @@ impl Answerer {
         let properties = self.shared.board().properties().into_iter();
         properties.filter(|property| match property.access() {
             Access::Messages => self.shared.settings.is_settable(property.path()),
-            _ => self.shared.settings.is_published(property.path()),
+            _ => self.shared.is_published(property),
         })
     }
 

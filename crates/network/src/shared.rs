@@ -44,8 +44,12 @@ impl NetworkShared {
     /// The properties with values that others may read, in the order of their paths.
     pub fn published(&self) -> impl Iterator<Item = Arc<Property>> {
         let properties = self.board().properties().into_iter();
-        properties
-            .filter(|property| property.channel().is_some() && self.settings.is_published(property.path()))
+        properties.filter(|property| property.channel().is_some() && self.is_published(property))
+    }
+
+    /// Whether others may read a property. A command leaves after its gate.
+    pub fn is_published(&self, property: &Property) -> bool {
+        self.settings.is_published(property.path()) && !self.surface.is_ungated(property.path())
     }
 }
 

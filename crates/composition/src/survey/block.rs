@@ -32,6 +32,10 @@ pub const REFLEX: &str = "reflex";
 /// Role of a fact: an input of Knowledge that all blocks read.
 pub const FACT: &str = "fact";
 
+/// Advice for a fact that would take what all blocks may not read.
+pub const FACT_HELP: &str =
+    "a Plan reads facts: link it to an Analyze that interprets that, or make it an `Input` of Knowledge";
+
 /// Role of an output of Knowledge that reflexes may read, such as their thresholds.
 pub const RULE: &str = "rule";
 

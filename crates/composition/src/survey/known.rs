@@ -65,7 +65,7 @@ pub(super) fn refusal(
     let descriptor = survey.modules[module].description.ports[port].descriptor;
     let is_wrong = |origin: &ValueOrigin<'_>| match origin.provenance {
         Provenance::Rule | Provenance::Block(Block::Knowledge) | Provenance::Unknown => false,
-        // A reflex may measure what Knowledge has, too: the whole, as a part would be a threshold that nobody checks.
+        // A whole measurement, too; a part would be a threshold that is not validated.
         Provenance::Block(Block::Sensor) => has_robot_model(descriptor) || !joint.field.is_empty(),
         _ => true,
     };

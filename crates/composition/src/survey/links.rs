@@ -14,12 +14,13 @@ use super::names::join;
 use super::{ResolvedLink, Survey, Wire};
 use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
-pub use external::{bridge_refusal, leaving_refusal};
+pub use external::bridge_refusal;
 pub use remote::{elsewhere, path as remote_path};
 use sinks::LinkSink;
 use slate_configuration::Mistake;
 use slate_configuration::{Configuration, Link};
 use sources::LinkSources;
+pub use words::past_gate;
 
 pub(super) fn survey_links<'a>(
     configuration: &'a Configuration,

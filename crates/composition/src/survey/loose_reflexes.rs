@@ -1,4 +1,4 @@
-//! Reflexes that act on nothing or nobody.
+//! Reflexes without an Execute or without a Sensor.
 
 use slate_module::{Direction, PortDescription};
 
@@ -51,7 +51,7 @@ pub(super) fn unmeasured(
         .next()
         .filter(|_| own.direction == Direction::Input)?;
     let message =
-        format!("input `{path}` reads no Sensor, and without one that has a rule a reflex stops the robot");
+        format!("input `{path}` reads no Sensor: the reflex stops the robot if that sensor has a rule");
     let help = format!("{}, or set `enabled = false` of its module", line(path, &sensor));
     Some((message, help))
 }

@@ -44,7 +44,7 @@ pub use block::{GATE, TRUTH, inbox_part, part};
 pub use by_hand::hand_refusal;
 pub use infer::{Inferred, LinkKeeping, infer};
 pub use limits::{DescribedLimits, described_limits};
-pub use links::{bridge_refusal, elsewhere, leaving_refusal, remote_path};
+pub use links::{bridge_refusal, elsewhere, past_gate, remote_path};
 pub use loose::loose;
 use slate_configuration::{Configuration, Link, Mistake, Module};
 

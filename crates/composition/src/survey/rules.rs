@@ -7,8 +7,8 @@ use slate_module::{Direction, PortDescription};
 
 use super::actuation;
 use super::block::{
-    Block, DRIVER_STATUS, FACT, PLAN, Provenance, REFLEX, TRUTH, is_referee, is_sensed, role_permits,
-    sender_abroad,
+    Block, DRIVER_STATUS, FACT, FACT_HELP, PLAN, Provenance, REFLEX, TRUTH, is_referee, is_sensed,
+    role_permits, sender_abroad,
 };
 use super::by_hand::check_values;
 use super::commander::decides;
@@ -127,9 +127,7 @@ fn read(
             let message = format!("{reads}: `/{path}` can't read `/{name}`, {what}");
             let help = match role {
                 role if is_sensed(role) && may_read(origin) => "link it to a Sensor, or make it an `Input`",
-                FACT if may_read(origin) => {
-                    "a Plan reads facts: link it to what an Analyze makes of that, or make it an `Input` of Knowledge"
-                }
+                FACT if may_read(origin) => FACT_HELP,
                 _ => block.advice(origin.provenance),
             };
             Some((message, help.into()))

@@ -55,7 +55,7 @@ pub struct ReflexRules {
     /// The same of a turn on the spot.
     #[unit("m")]
     pub robot_turn_clearance: f64,
-    /// Thresholds of the sensors; a sensor without one causes no reflex.
+    /// Thresholds of the sensors. Without one for the sonars the robot stops; another sensor without one causes no reflex.
     pub sensors: Sequence<SensorRule, 4>,
 }
 

@@ -226,7 +226,7 @@ impl WheeledModels {
             let mut sensor = Device { measured, health: DeviceHealth(health), ..*sensor };
             let has_measured = self.watch(&mut sensor, now);
             if rules.is_required(sensor.name.as_str()) {
-                tell_late(DeviceHealth(health), &sensor, now);
+                log_late(DeviceHealth(health), &sensor, now);
             }
             *watched = WatchedSensor { measured: sensor.measured, health: sensor.health.0 };
             if has_measured || rules.is_required(sensor.name.as_str()) {
@@ -264,17 +264,16 @@ impl WheeledModels {
     }
 }
 
-/// Logs once that a sensor which the reflexes have a rule for is late, and once that it is fresh again. One that has stopped
-/// is its Monitor's to log.
-fn tell_late(before: DeviceHealth, sensor: &Device, now: &Tick) {
+/// Logs once that a sensor with a rule is late, and once that it is fresh again. The Monitor logs a sensor that has stopped.
+fn log_late(before: DeviceHealth, sensor: &Device, now: &Tick) {
     let name = sensor.name.as_str();
     match (before, sensor.health) {
         (DeviceHealth::FRESH, DeviceHealth::LATE) => now.warn(format_args!(
-            "the sensor `{name}` is late, and the reflexes that read it stop the robot: its newest value is {:.2} s old",
+            "the sensor `{name}` is late: its newest value is {:.2} s old; reflexes with a rule for it stop the robot",
             now.now().saturating_sub(sensor.measured) as f64 * 1e-9
         )),
         (DeviceHealth::LATE | DeviceHealth::SILENT, DeviceHealth::FRESH) => {
-            now.info(format_args!("the sensor `{name}` is in time again"));
+            now.info(format_args!("the sensor `{name}` is on time again"));
         }
         _ => {}
     }

@@ -74,6 +74,25 @@ fn nothing_is_computed_or_encoded_while_nobody_reads() {
 }
 
 #[test]
+fn a_command_leaves_after_its_gate_alone() {
+    let [port] = ports();
+    let wheel = "[modules.wheel]\n[actuators.motor]\ncommand = \"wheel/turn\"\nsafe = { value = 0.0 }\ntime_to_live = \"1s\"";
+    let mut agent = Running::load_with("guarded", wheel, &format!("listen = [\"tcp/127.0.0.1:{port}\"]"));
+    agent.connect().unwrap();
+    let other = session("peer", &[], &[port]);
+    wait_for_agent(&other, "guarded");
+    let value = |path: &str| ask_json(&other, &format!("slate/guarded/{path}?format=json"), None);
+    eventually("the command behind the gate", || value("motor/command").is_ok());
+    for key in ["wheel/turn", "@read/all/wheel/turn"] {
+        let refused = value(key).unwrap_err();
+        assert!(refused["reason"].as_str().unwrap().contains("nothing is published"), "{refused}");
+    }
+    let tree = ask_json(&other, "slate/guarded/@tree", None).unwrap();
+    let listed = |path: &str| tree.as_array().unwrap().iter().any(|entry| entry["path"] == path);
+    assert!(listed("motor/command") && !listed("wheel/turn"), "{tree}");
+}
+
+#[test]
 fn a_property_that_comes_later_is_published_until_it_goes() {
     let [port] = ports();
     let agent = Running::start("grows", &format!("listen = [\"tcp/127.0.0.1:{port}\"]"));

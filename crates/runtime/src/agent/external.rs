@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::{Access, Property};
-use slate_composition::{Complaints, Survey, bridge_refusal, leaving_refusal, survey};
+use slate_composition::{Complaints, Survey, bridge_refusal, past_gate, survey};
 use slate_configuration::Configuration;
 use slate_module::Direction;
 
@@ -50,9 +50,13 @@ pub(in crate::agent) fn hand_refusal(agent: &AgentHandle, input: &str) -> Option
     refusal.map(|(reason, _)| reason.text)
 }
 
-/// Why programs outside can't have a property: it is a command that has not passed its gate. And what to do instead.
+/// The reason for which programs outside can't have a property, a command that has not passed its gate, and the remedy.
 pub(in crate::agent) fn output_refusal(agent: &AgentHandle, path: &str) -> Option<(String, &'static str)> {
-    refused(agent, |_, survey| leaving_refusal(survey, path)).map(|(reason, help)| (reason.text, help))
+    let port = agent.overview().port(path)?;
+    (port.direction == Direction::Command).then(|| {
+        let (reason, help) = past_gate(path);
+        (reason.text, help)
+    })
 }
 
 /// What a rule says of the composition.
@@ -97,10 +101,7 @@ impl<'a> ExternalInputs<'a> {
             return wrong(reason, "name the queue input alone, or read the field with a plain input");
         }
         if let Some(reason) = refused(self.agent, |_, survey| bridge_refusal(survey, whole)) {
-            return wrong(
-                reason.text,
-                "let a Sensor of the robot read it, and the block what follows from that",
-            );
+            return wrong(reason.text, "let a Sensor of the robot read it");
         }
         match hand_refusal(self.agent, whole) {
             Some(reason) => wrong(reason, "let its link fill it, and name an input of a module before that"),
@@ -124,9 +125,7 @@ impl<'a> ExternalInputs<'a> {
             );
         }
         match refused(self.agent, |_, survey| bridge_refusal(survey, property.path())) {
-            Some(reason) => {
-                wrong(reason.text, "let a Sensor of the robot read it, and the block what follows from that")
-            }
+            Some(reason) => wrong(reason.text, "let a Sensor of the robot read it"),
             None => Ok(property),
         }
     }

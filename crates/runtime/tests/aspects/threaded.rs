@@ -112,6 +112,7 @@ fn a_service_is_not_called_while_its_provider_is_late_and_goes_on_after_that() {
             assert_eq!(watch.counts(), (1, 0), "it is the same service");
         });
         drop(agent);
-        assert_eq!(watch.counts(), (1, 1));
+        // A thread that does not return within `hang`, as on a busy machine, drops its module later.
+        wait("the service is dropped once", || watch.counts() == (1, 1));
     }
 }

@@ -95,8 +95,8 @@ impl Messages {
     }
 }
 
-/// Whether the blocks that alone send to an inbox are others: an Execute has one Plan, and where its robot has reflexes of its own,
-/// another agent sends it none. `known` is whether the other agent has a sender there.
+/// Whether an inbox refuses another agent: its Plan, or reflexes of its own robot, send to it already. `known` is whether the other
+/// agent has a sender there.
 fn is_taken(part: &str, mailbox: &Mailbox, known: bool) -> bool {
     // Modules of this agent have names.
     let is_own = |names: &[String]| names.iter().any(|name| !name.is_empty());

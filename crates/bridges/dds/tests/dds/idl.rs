@@ -64,7 +64,7 @@ fn names_are_found_from_inside_out() {
 }
 
 #[test]
-fn what_is_not_supported_is_named_with_its_line() {
+fn unsupported_idl_is_named_with_its_line() {
     let cases = [
         ("struct A {\n  any a;\n};", 2, "`any` is not supported"),
         ("struct A {\n  long double a;\n};", 2, "`long double` is not supported"),

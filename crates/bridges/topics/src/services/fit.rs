@@ -156,12 +156,7 @@ impl NamedPort<'_> {
     ) -> Result<FittingPort, Box<TopicMisfit>> {
         let (property, shape) = mailbox(composer, self.path)
             .map_err(|reason| self.misfit(reason, "`slate list` shows the inboxes"))?;
-        if matches!(&*property.part(), "plan" | "reactive") {
-            let reason = "Execute takes actions of its robot's Plan and reflexes alone".to_owned();
-            return Err(
-                self.misfit(reason, "name an inbox of another module; a person drives by `slate teleop`")
-            );
-        }
+        composer.external_inbox(self.path).map_err(|error| self.misfit(error.reason, error.help))?;
         let descriptor = property.descriptor();
         let pairs = FieldPairs::new(of.schema(), descriptor);
         let value = of.empty().map(|message| pairs.value(&message, value));

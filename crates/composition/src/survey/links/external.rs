@@ -6,10 +6,10 @@ use slate_module::{Direction, PortDescription};
 
 use super::sinks::LinkSink;
 use super::sources::LinkSources;
-use super::words::{past_gate, roles};
+use super::words::roles;
 use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, NoField};
-use crate::survey::block::{Block, Provenance, binds, role_permits};
+use crate::survey::block::{Block, FACT, FACT_HELP, Provenance, binds, role_permits};
 use crate::survey::names::{deep_name, owner, port_at, split_module, split_port};
 use crate::survey::{LinkSource, Survey, Wire};
 
@@ -118,13 +118,6 @@ pub fn bridge_refusal(survey: &Survey<'_>, path: &str) -> Option<Message> {
     attachment_refusal(survey, port_at(survey, path)?, path, "another program").map(|(message, _)| message)
 }
 
-/// Why another program can't have the values of a port: it is a command that has not passed its gate.
-pub fn leaving_refusal(survey: &Survey<'_>, path: &str) -> Option<(Message, &'static str)> {
-    let (module, port) = port_at(survey, path)?;
-    let is_command = survey.modules[module].description.ports[port].direction == Direction::Command;
-    is_command.then(|| past_gate(path))
-}
-
 /// Why a port can't read what comes from outside: that is of a driver, and a robot's blocks read it through a Sensor.
 /// The message names the source as `from` does.
 fn attachment_refusal(
@@ -146,7 +139,8 @@ fn attachment_refusal(
         return None;
     }
     let message = format!("{}: `/{path}` can't read {from}, which is of no block", block.reads());
-    Some((Mistake::Attachment.of(message), block.advice(origin).into()))
+    let help = if role == FACT { FACT_HELP } else { block.advice(origin) };
+    Some((Mistake::Attachment.of(message), help.into()))
 }
 
 /// Checks the links that carry properties out.

@@ -8,7 +8,7 @@ pub(super) const HELP: &str = "both ends of a link carry the same interface, or 
                     numbers to a smaller unit, and interfaces with such fields of the same names";
 
 /// Message and help: a command that no gate has passed leads nowhere but to one.
-pub(super) fn past_gate(path: &str) -> (Message, &'static str) {
+pub fn past_gate(path: &str) -> (Message, &'static str) {
     let message = Mistake::PastGate.of(format!("`/{path}` is a command that has not passed its gate"));
     (message, "link to the command that passed its gate: `<actuator>/command`")
 }

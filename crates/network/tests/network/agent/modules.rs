@@ -144,8 +144,33 @@ impl Module for Scout {
     }
 }
 
+#[ports]
+pub struct WheelIo {
+    turn: Command<Speed>,
+}
+
+/// Commands a wheel.
+pub struct Wheel;
+
+#[module(stage = Act)]
+impl Module for Wheel {
+    type Io = WheelIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), io: &WheelIo, _: &(), _: &Tick) -> Outcome {
+        io.turn.send(Speed { value: 2.0 }, Priority::Plan);
+        Outcome::Ok
+    }
+}
+
 pub fn plugins() -> Vec<Plugin> {
-    vec![Plugin::linked::<Sensor>(), Plugin::linked::<Driver>(), Plugin::linked::<Scout>()]
+    vec![
+        Plugin::linked::<Sensor>(),
+        Plugin::linked::<Driver>(),
+        Plugin::linked::<Scout>(),
+        Plugin::linked::<Wheel>(),
+    ]
 }
 
 /// How they are put together.

@@ -177,7 +177,7 @@ impl Composer {
         ExternalInputs::new(&self.agent).find(input)
     }
 
-    /// Returns why a program outside of the agent can't have the values of a property, and what to do instead.
+    /// Returns the reason for which a program outside of the agent can't have the values of a property, and the remedy.
     pub fn output_refusal(&self, path: &str) -> Option<(String, &'static str)> {
         output_refusal(&self.agent, path)
     }
