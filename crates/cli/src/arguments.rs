@@ -15,6 +15,7 @@ use crate::complete::{self, Shell};
 use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
 use crate::doctor::DoctorOptions;
+use crate::evaluate::EvaluateVerb;
 use crate::features::{HELP, VERSION};
 use crate::goal::GoalOptions;
 use crate::graph::GraphOptions;
@@ -184,6 +185,9 @@ pub enum Verb {
     Mcp(McpOptions),
     /// Check that this machine can run a robot (exit code 7 if not)
     Doctor(DoctorOptions),
+    /// Measure algorithms on published data (exit code 7 if a goal is missed)
+    #[command(subcommand)]
+    Evaluate(EvaluateVerb),
     /// List nodes, topics and services of ROS 2, and print and measure topics
     #[command(subcommand)]
     Ros(RosVerb),

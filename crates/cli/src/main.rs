@@ -21,6 +21,7 @@ mod deployment;
 mod doctor;
 mod duration;
 mod endpoint;
+mod evaluate;
 mod examples;
 mod failure;
 mod features;
@@ -158,6 +159,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Mcp(options) => mcp::mcp(options),
         Verb::Man { folder } => man::man(folder),
         Verb::Doctor(options) => return doctor::doctor(options),
+        Verb::Evaluate(verb) => return evaluate::evaluate(verb),
         Verb::Interface(verb) => return interface::interface(verb),
         Verb::Explain { codes, json } => codes::explain(codes, *json),
         Verb::Completions { shell } => completions::completions(*shell),

@@ -11,6 +11,7 @@ mod console;
 mod dds;
 mod deployment;
 mod display;
+mod evaluate;
 mod gates;
 mod interface;
 mod isolation;

@@ -60,6 +60,8 @@ pub enum Failure {
     #[error("{0}")]
     Report(#[from] slate::record::Error),
     #[error("{0}")]
+    Data(#[from] slate_evaluation::DataError),
+    #[error("{0}")]
     Record(#[from] slate::record::RecordError),
     #[error("{0}")]
     Bag(#[from] slate::record::bag::Error),

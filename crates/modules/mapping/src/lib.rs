@@ -25,9 +25,7 @@
 //! "path_planner/pose" = "knowledge/pose/pose"
 //! ```
 
-mod distance;
 mod external_frame;
-mod geometry;
 mod laser;
 mod occupancy_mapper;
 mod painting;
@@ -46,6 +44,9 @@ pub use pose_estimator::{PoseEstimator, PoseEstimatorIo, PoseEstimatorParams};
 pub use pose_filter::OdometryNoise;
 
 use slate_mapek::{AnalyzeBlock, MonitorBlock};
+
+/// Largest number of cells of a map.
+const MOST_CELLS: usize = 65_536;
 
 slate_module::plugin!(
     MonitorBlock<LaserMonitor>,

@@ -1,10 +1,11 @@
 use serde::{Deserialize, Serialize};
+use slate_grid::{Geometry, LineCells};
 use slate_interfaces::{LaserScan, MapStroke, OccupancyGrid, Pose2};
 use slate_mapek::RobotModel;
 use slate_mapek::prelude::*;
 use slate_module::prelude::*;
 
-use crate::geometry::{Geometry, LineCells, MOST};
+use crate::MOST_CELLS;
 use crate::painting::{BARE, Painting};
 
 /// Ports of [`OccupancyMapper`].
@@ -88,9 +89,11 @@ impl Analyze for OccupancyMapper {
         now: &Tick,
     ) -> Option<InPlace<OccupancyGrid>> {
         let corner = [params.origin_x, params.origin_y];
-        let Some(geometry) = Geometry::new(corner, [params.width, params.height], params.resolution) else {
+        let Some(geometry) =
+            Geometry::new(corner, [params.width, params.height], params.resolution, MOST_CELLS)
+        else {
             now.error(format_args!(
-                "a map of {} m by {} m has more than {MOST} cells of {} m; make the cells larger or the map smaller",
+                "a map of {} m by {} m has more than {MOST_CELLS} cells of {} m; make the cells larger or the map smaller",
                 params.width, params.height, params.resolution
             ));
             return None;

@@ -1,10 +1,9 @@
 //! Manual strokes over a map.
 
 use serde::{Deserialize, Serialize};
+use slate_grid::Geometry;
 use slate_interfaces::{MapMark, MapStroke, Point2};
 use slate_module::math;
-
-use crate::geometry::Geometry;
 
 /// Limits: strokes of a map, and points of a stroke.
 const MOST: usize = 256;
@@ -140,7 +139,7 @@ mod tests {
 
     #[test]
     fn later_strokes_override_earlier_ones_and_undo_singly() {
-        let geometry = Geometry::new([0.0, 0.0], [1.0, 1.0], 0.1).unwrap();
+        let geometry = Geometry::new([0.0, 0.0], [1.0, 1.0], 0.1, 1_000).unwrap();
         let mut painting = Painting::default();
         assert!(painting.cells(&geometry).is_empty());
         painting.add(&stroke(MapMark::OCCUPIED, 0.2, &[(0.05, 0.55), (0.95, 0.55)])).unwrap();
@@ -166,7 +165,7 @@ mod tests {
                 (0..3_u8, 0.05..0.6_f64, prop::collection::vec((-1.5..2.5_f64, -1.5..2.5_f64), 1..5)), 1..6,
             ),
         ) {
-            let geometry = Geometry::new([0.0, 0.0], [1.0, 1.0], 0.1).unwrap();
+            let geometry = Geometry::new([0.0, 0.0], [1.0, 1.0], 0.1, 1_000).unwrap();
             let (mut each, mut all) = (Painting::default(), Painting::default());
             for (mark, width, points) in &strokes {
                 let stroke = stroke(MapMark(*mark), *width, points);

@@ -1,10 +1,10 @@
 use serde::{Deserialize, Serialize};
+use slate_grid::{DistanceTransform, Geometry, LineCells};
 use slate_interfaces::{OccupancyGrid, Path, Point2, Pose2};
 use slate_mapek::prelude::*;
 use slate_module::prelude::*;
 
-use crate::distance::Distances;
-use crate::geometry::{Geometry, LineCells};
+use crate::MOST_CELLS;
 use crate::search::{BLOCKED, Search};
 
 /// Ports of [`PathPlanner`].
@@ -49,7 +49,7 @@ pub struct PathPlannerState {
     #[serde(skip)]
     costs: Vec<u16>,
     #[serde(skip)]
-    distances: Distances,
+    distances: DistanceTransform,
     #[serde(skip)]
     search: Search,
     #[serde(skip)]
@@ -84,7 +84,7 @@ impl Analyze for PathPlanner {
             return None;
         }
         (state.planned, state.goal) = (Some(now.now()), Some([goal.x, goal.y]));
-        let Some(geometry) = Geometry::of(map) else {
+        let Some(geometry) = Geometry::of(map, MOST_CELLS) else {
             now.warn(format_args!(
                 "invalid map of {} by {} cells of {} m: expected 1 to 65536 cells, and as much data",
                 map.width, map.height, map.resolution

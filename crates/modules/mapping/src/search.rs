@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::geometry::Geometry;
+use slate_grid::Geometry;
 
 /// Cost of an impassable cell.
 pub(crate) const BLOCKED: u16 = u16::MAX;
@@ -149,7 +149,7 @@ mod tests {
             costs in prop::collection::vec(prop_oneof![3 => 1..6_u16, 1 => Just(BLOCKED)], SIDE * SIDE),
             from in 0..SIDE * SIDE, to in 0..SIDE * SIDE,
         ) {
-            let geometry = Geometry::new([0.0, 0.0], [SIDE as f64; 2], 1.0).unwrap();
+            let geometry = Geometry::new([0.0, 0.0], [SIDE as f64; 2], 1.0, SIDE * SIDE).unwrap();
             let mut search = Search::default();
             let path = search.path(&geometry, &costs, from, to).to_vec();
             let least = if costs[to] == BLOCKED { None } else { least(&geometry, &costs, from, to) };

@@ -2,7 +2,7 @@
 
 /// Buffers of the transform, reused so that it allocates only once.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Distances {
+pub struct DistanceTransform {
     /// Distance along the column.
     up: Vec<i64>,
     /// Squared distances, cells².
@@ -11,7 +11,7 @@ pub(crate) struct Distances {
     nearest: Vec<(i64, i64)>,
 }
 
-impl Distances {
+impl DistanceTransform {
     /// Returns each cell's squared distance to the nearest occupied one, cells²; larger than the grid without any.
     ///
     /// Linear in the number of cells (Meijster, Roerdink and Hesselink, 2000, *A general algorithm for computing distance transforms in
@@ -77,7 +77,7 @@ mod tests {
             width in 1..14_usize, height in 1..14_usize,
             seeds in prop::collection::vec(prop::bool::weighted(0.1), 14 * 14),
         ) {
-            let mut distances = Distances::default();
+            let mut distances = DistanceTransform::default();
             let found = distances.squares(width, height, |cell| seeds[cell]).to_vec();
             let place = |cell: usize| ((cell % width) as i64, (cell / width) as i64);
             let occupied: Vec<_> = (0..width * height).filter(|cell| seeds[*cell]).map(place).collect();

@@ -1,0 +1,308 @@
+//! D* Lite.
+
+use std::f64::consts::SQRT_2;
+
+use crate::cost_grid::{CostGrid, GridCell};
+use crate::grid_path::GridPath;
+use crate::indexed_heap::{HeapKey, IndexedHeap};
+use crate::neighbors::{for_each_step, octile};
+
+/// Keeps a cheapest path to a goal up to date while the robot moves and cells change: D* Lite (Koenig and Likhachev, 2002, *D\* Lite*, figure 4,
+/// the optimized version).
+///
+/// Each plan is as cheap as one that [`AStar`](crate::AStar) finds anew, but only what a change concerns is searched again.
+///
+/// ```
+/// use slate_planning::{GridCell, CostGrid, DStarLite, LETHAL};
+///
+/// let free = CostGrid::new(5, 5, |_| 0);
+/// let mut planner = DStarLite::new(free, GridCell::new(0, 2), GridCell::new(4, 2));
+/// assert_eq!(planner.plan().unwrap().cost(), 4.0);
+/// planner.set_cost(GridCell::new(2, 2), LETHAL);
+/// assert!(planner.plan().unwrap().cost() > 4.0);
+/// ```
+#[derive(Clone, Debug)]
+pub struct DStarLite {
+    grid: CostGrid,
+    nodes: Vec<RepairNode>,
+    open: IndexedHeap,
+    start: u32,
+    goal: u32,
+    /// Where the robot was when keys were computed last, and how far it has moved since the first time.
+    last_start: u32,
+    key_modifier: f64,
+    /// Cells whose steps have changed since the last plan.
+    changed: Vec<u32>,
+    /// The newest way from the robot to the goal.
+    way: Vec<u32>,
+    path: GridPath,
+}
+
+/// Cost to the goal, and that by the best neighbour (one-step lookahead).
+#[derive(Clone, Copy, Debug)]
+struct RepairNode {
+    cost: f64,
+    lookahead: f64,
+}
+
+/// What sums of the same steps in another order differ by is less, cells.
+const ROUNDING: f64 = 1e-9;
+
+impl DStarLite {
+    /// Makes a planner from a cell to a goal; cells outside of the grid are impassable.
+    pub fn new(grid: CostGrid, start: GridCell, goal: GridCell) -> Self {
+        let inside =
+            |cell: GridCell| GridCell::new(cell.column.min(grid.width()), cell.row.min(grid.height()));
+        let (start, goal) = (grid.index(inside(start)), grid.index(inside(goal)));
+        let nothing = RepairNode { cost: f64::INFINITY, lookahead: f64::INFINITY };
+        let mut planner = Self {
+            nodes: vec![nothing; grid.cells()],
+            open: IndexedHeap::default(),
+            start,
+            goal,
+            last_start: start,
+            key_modifier: 0.0,
+            changed: Vec::new(),
+            way: Vec::new(),
+            path: GridPath::default(),
+            grid,
+        };
+        planner.open.clear(planner.grid.cells());
+        planner.nodes[goal as usize].lookahead = 0.0;
+        let key = planner.key(goal);
+        planner.open.set(goal, key);
+        planner
+    }
+
+    /// The grid as the robot knows it.
+    pub fn grid(&self) -> &CostGrid {
+        &self.grid
+    }
+
+    /// Tells where the robot is.
+    pub fn move_to(&mut self, start: GridCell) {
+        if self.grid.is_passable(start) {
+            self.start = self.grid.index(start);
+        }
+    }
+
+    /// Tells the cost of a cell, as the robot has learnt it.
+    pub fn set_cost(&mut self, cell: GridCell, cost: u8) {
+        if cell.column >= self.grid.width() || cell.row >= self.grid.height() || self.grid.cost(cell) == cost
+        {
+            return;
+        }
+        self.grid.set(cell, cost);
+        // Steps from the neighbours lead there, and diagonal ones between them past it.
+        let here = self.grid.index(cell);
+        let stride = self.grid.stride();
+        for middle in [here - stride, here, here + stride] {
+            self.changed.extend([middle - 1, middle, middle + 1]);
+        }
+    }
+
+    /// Looks anew at the cells around those that have changed since the last plan.
+    fn take_changes(&mut self) {
+        if self.changed.is_empty() {
+            return;
+        }
+        self.key_modifier += self.distance(self.last_start, self.start);
+        self.last_start = self.start;
+        let mut changed = std::mem::take(&mut self.changed);
+        changed.sort_unstable();
+        changed.dedup();
+        for cell in changed.drain(..) {
+            // Nothing leads to the border.
+            if self.grid.is_open(cell) || self.nodes[cell as usize].cost < f64::INFINITY {
+                self.look_ahead(cell);
+            }
+        }
+        self.changed = changed;
+    }
+
+    /// Returns a cheapest path from the robot to the goal in the grid as it is known; `None` if there is none.
+    pub fn plan(&mut self) -> Option<&GridPath> {
+        self.take_changes();
+        self.expand();
+        // What is expanded may take away the path that was followed so far.
+        while let Some(ill) = self.follow() {
+            self.settle(ill);
+            self.expand();
+        }
+        let cost = self.nodes[self.start as usize].lookahead;
+        if cost == f64::INFINITY || !self.grid.is_open(self.start) {
+            return None;
+        }
+        let Self { grid, way, path, .. } = self;
+        path.set(way.iter().map(|cell| grid.cell(*cell)), cost);
+        Some(&self.path)
+    }
+
+    /// Expands what may make the robot's path cheaper, or has made it dearer (`ComputeShortestPath`).
+    ///
+    /// Cells of the same key as the robot's are left: of the many paths that cost the same, only the one that is taken matters, and
+    /// [`follow`](Self::follow) finds what is wrong there.
+    fn expand(&mut self) {
+        while let Some((old_key, here)) = self.open.first() {
+            let limit = self.nodes[self.start as usize].lookahead + self.key_modifier;
+            if old_key.0 >= limit - ROUNDING {
+                break;
+            }
+            let key = self.key(here);
+            if old_key < key {
+                self.open.set(here, key);
+            } else {
+                self.settle(here);
+            }
+        }
+    }
+
+    /// Takes the cell's lookahead as its cost, or, where that is higher, unsettles what relies on its cost.
+    fn settle(&mut self, here: u32) {
+        let node = self.nodes[here as usize];
+        if node.cost > node.lookahead {
+            self.nodes[here as usize].cost = node.lookahead;
+            self.open.remove(here);
+            self.lower(here);
+        } else {
+            self.nodes[here as usize].cost = f64::INFINITY;
+            self.look_ahead(here);
+            self.raise(here, node.cost);
+        }
+    }
+
+    /// Follows the cheapest steps to the goal, along the way of the last plan as far as it still is one; returns a cell whose cost is not
+    /// what its neighbours say, as no way goes on from there.
+    fn follow(&mut self) -> Option<u32> {
+        if self.nodes[self.start as usize].lookahead == f64::INFINITY {
+            self.way.clear();
+            return None;
+        }
+        if let Some(at) = self.way.iter().position(|cell| *cell == self.start) {
+            self.way.drain(..at);
+        } else {
+            self.way.clear();
+            self.way.push(self.start);
+        }
+        let mut at = 0;
+        loop {
+            let here = self.way[at];
+            let node = self.nodes[here as usize];
+            if at > 0 && node.cost != node.lookahead {
+                return Some(here);
+            }
+            if here == self.goal {
+                self.way.truncate(at + 1);
+                return None;
+            }
+            at += 1;
+            let is_known =
+                self.way.get(at).is_some_and(|next| self.through(here, *next) == Some(node.lookahead));
+            if !is_known {
+                self.way.truncate(at);
+                let mut best = (f64::INFINITY, here);
+                for_each_step(&self.grid, here, |step| {
+                    let cost = step.length * self.grid.factor(step.to) + self.nodes[step.to as usize].cost;
+                    if cost < best.0 {
+                        best = (cost, step.to);
+                    }
+                });
+                self.way.push(best.1);
+            }
+        }
+    }
+
+    /// Cost to the goal by that neighbour, if there is a step to it.
+    fn through(&self, here: u32, next: u32) -> Option<f64> {
+        let stride = self.grid.stride();
+        let columns = (next % stride) as i32 - (here % stride) as i32;
+        let beside = here.wrapping_add_signed(columns);
+        let is_free = self.grid.is_open(next)
+            && (beside == here
+                || beside == next
+                || (self.grid.is_open(beside) && self.grid.is_open(here + next - beside)));
+        let length = if beside == here || beside == next { 1.0 } else { SQRT_2 };
+        is_free.then(|| length * self.grid.factor(next) + self.nodes[next as usize].cost)
+    }
+
+    /// Offers the cell's new cost to those that lead there.
+    fn lower(&mut self, here: u32) {
+        if !self.grid.is_open(here) {
+            return;
+        }
+        let (cost, factor) = (self.nodes[here as usize].cost, self.grid.factor(here));
+        for (cell, length) in self.leading_to(here) {
+            let through = length * factor + cost;
+            if cell != self.goal && through < self.nodes[cell as usize].lookahead {
+                self.nodes[cell as usize].lookahead = through;
+                self.update(cell);
+            }
+        }
+    }
+
+    /// Looks anew at those whose cheapest step was to a cell of that cost, which holds no more. No step leads to an impassable one.
+    fn raise(&mut self, here: u32, cost: f64) {
+        if !self.grid.is_open(here) {
+            return;
+        }
+        let factor = self.grid.factor(here);
+        for (cell, length) in self.leading_to(here) {
+            if self.nodes[cell as usize].lookahead == length * factor + cost {
+                self.look_ahead(cell);
+            }
+        }
+    }
+
+    /// Cells with a step to that one, and its length.
+    fn leading_to(&self, here: u32) -> impl Iterator<Item = (u32, f64)> + use<> {
+        // Steps lead both ways.
+        let mut steps = [(here, 0.0); 8];
+        let mut count = 0;
+        for_each_step(&self.grid, here, |step| {
+            steps[count] = (step.to, step.length);
+            count += 1;
+        });
+        steps.into_iter().take(count)
+    }
+
+    /// Computes the cell's one-step lookahead anew.
+    fn look_ahead(&mut self, cell: u32) {
+        if cell != self.goal {
+            let mut lookahead = f64::INFINITY;
+            if self.grid.is_open(cell) {
+                for_each_step(&self.grid, cell, |step| {
+                    let through = step.length * self.grid.factor(step.to) + self.nodes[step.to as usize].cost;
+                    if through < lookahead {
+                        lookahead = through;
+                    }
+                });
+            }
+            self.nodes[cell as usize].lookahead = lookahead;
+        }
+        self.update(cell);
+    }
+
+    /// Puts the cell in the queue if its cost is not what its neighbours say.
+    fn update(&mut self, cell: u32) {
+        let node = self.nodes[cell as usize];
+        if node.cost == node.lookahead {
+            self.open.remove(cell);
+        } else {
+            let key = self.key(cell);
+            self.open.set(cell, key);
+        }
+    }
+
+    fn key(&self, cell: u32) -> HeapKey {
+        let node = self.nodes[cell as usize];
+        let least = slate_module::math::min(node.cost, node.lookahead);
+        (least + self.distance(self.start, cell) + self.key_modifier, least)
+    }
+
+    fn distance(&self, a: u32, b: u32) -> f64 {
+        let stride = self.grid.stride();
+        let place = |cell: u32| ((cell % stride) as i32, (cell / stride) as i32);
+        let ((ax, ay), (bx, by)) = (place(a), place(b));
+        octile(ax - bx, ay - by)
+    }
+}

@@ -1,0 +1,33 @@
+//! Global planning on grids: paths that are cheapest among those of eight neighbours ([`AStar`]) or of any angle ([`ThetaStar`]),
+//! and one that is repaired while the robot learns of obstacles ([`DStarLite`]).
+//!
+//! All of them search a [`CostGrid`], whose costs are those of Nav2's costmaps. Buffers are kept, so that only the first search in a grid
+//! of a size allocates.
+//!
+//! ```
+//! use slate_planning::{AStar, GridCell, CostGrid, LETHAL};
+//!
+//! // A wall with a gap at its right end.
+//! let grid = CostGrid::new(4, 3, |cell| if cell.row == 1 && cell.column < 3 { LETHAL } else { 0 });
+//! let mut planner = AStar::default();
+//! let path = planner.search(&grid, GridCell::new(0, 0), GridCell::new(0, 2)).unwrap();
+//! assert_eq!(path.cost(), 8.0);
+//! assert_eq!(path.cells().len(), 9);
+//! ```
+
+mod a_star;
+mod bucket_queue;
+mod cost_grid;
+mod d_star_lite;
+mod grid_path;
+mod indexed_heap;
+mod line;
+mod neighbors;
+mod theta_star;
+
+pub use a_star::AStar;
+pub use cost_grid::{CostGrid, GridCell, INSCRIBED, LETHAL, UNKNOWN};
+pub use d_star_lite::DStarLite;
+pub use grid_path::GridPath;
+pub use line::line_cost;
+pub use theta_star::ThetaStar;
