@@ -1,0 +1,41 @@
+//! Localization on a known map, from odometry and laser scans.
+//!
+//! [`MonteCarloLocalization`] is adaptive Monte Carlo localization (KLD-AMCL) as Nav2 has it, with the names and defaults of its parameters: a
+//! [`LikelihoodField`] from an exact distance transform weighs particles, which an odometry motion model moves, and KLD sampling
+//! adapts their number. It is plain data without an agent: the caller gives poses of the odometry, points of the scan, and random numbers.
+//!
+//! ```
+//! use slate_grid::Geometry;
+//! use slate_interfaces::Pose2;
+//! use slate_localization::{LikelihoodField, MonteCarloLocalization, MonteCarloParameters, SensorModel};
+//! use slate_module::Random;
+//!
+//! // A room of 4 m by 3 m, with walls on all sides.
+//! let geometry = Geometry::new([0.0, 0.0], [4.0, 3.0], 0.05, 10_000).unwrap();
+//! let is_wall = |cell: usize| {
+//!     let (column, row) = (cell % geometry.width, cell / geometry.width);
+//!     column == 0 || row == 0 || column == geometry.width - 1 || row == geometry.height - 1
+//! };
+//! let field = LikelihoodField::new(geometry, is_wall, |_| true, SensorModel::default());
+//! let mut localization = MonteCarloLocalization::new(MonteCarloParameters::default());
+//! let mut random = Random::new(1, "localization");
+//! localization.begin(Pose2 { x: 1.0, y: 1.0, theta: 0.0 }, [0.1, 0.1, 0.1], &mut random);
+//! // The robot at (1, 1) sees the walls before it and on its right.
+//! let points = [[2.95, 0.0], [0.0, -0.95]];
+//! localization.step(Pose2 { x: 0.0, y: 0.0, theta: 0.0 }, &points, &field, &mut random);
+//! let estimate = localization.estimate().unwrap();
+//! assert!((estimate.pose.x - 1.0).abs() < 0.1);
+//! ```
+
+mod bins;
+mod likelihood_field;
+mod monte_carlo;
+mod motion_model;
+mod parameters;
+mod particles;
+
+pub use likelihood_field::{LikelihoodField, SensorModel};
+pub use monte_carlo::MonteCarloLocalization;
+pub use motion_model::OdometryAlphas;
+pub use parameters::{BeamSkip, KldSampling, MonteCarloParameters, Recovery};
+pub use particles::Particle;

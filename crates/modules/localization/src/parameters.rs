@@ -1,0 +1,93 @@
+//! Parameters, with the names and defaults of Nav2.
+
+use crate::motion_model::OdometryAlphas;
+
+/// Parameters of [`MonteCarloLocalization`](crate::MonteCarloLocalization).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MonteCarloParameters {
+    /// Noise of the odometry, `alpha1` to `alpha5`.
+    pub alphas: OdometryAlphas,
+    /// Least translation between two updates by a scan, `update_min_d`, m.
+    pub update_min_d: f64,
+    /// Least rotation between two updates by a scan, `update_min_a`, rad.
+    pub update_min_a: f64,
+    /// Updates between two resamplings, `resample_interval`.
+    pub resample_interval: u32,
+    /// Whether particles are resampled only while their effective number is below half of theirs, `selective_resampling`.
+    pub selective_resampling: bool,
+    /// How many particles there are.
+    pub sampling: KldSampling,
+    /// Random particles after the robot has been moved by hand.
+    pub recovery: Recovery,
+    /// Beams that are left out, as they hit what the map does not have; none by default (`do_beamskip`).
+    pub beam_skip: Option<BeamSkip>,
+}
+
+/// KLD sampling (Fox, 2003, *Adapting the sample size in particle filters through KLD-sampling*).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KldSampling {
+    /// `min_particles`.
+    pub min_particles: usize,
+    /// `max_particles`.
+    pub max_particles: usize,
+    /// Largest error between the true and the estimated distribution, `pf_err`.
+    pub pf_err: f64,
+    /// Upper quantile of the standard normal distribution for the probability that the error is less, `pf_z`.
+    pub pf_z: f64,
+}
+
+/// Augmented recovery (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 8.3): random particles come in while the likelihood of
+/// scans, averaged over a short time, falls below that over a long time. Rates of 0 switch it off.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Recovery {
+    /// Rate of the average over a long time, `recovery_alpha_slow`.
+    pub alpha_slow: f64,
+    /// Rate of the average over a short time, `recovery_alpha_fast`.
+    pub alpha_fast: f64,
+}
+
+/// Beams that most particles can't explain are left out, unless those are most of the beams.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BeamSkip {
+    /// Distance to the nearest obstacle up to which a particle explains a beam, `beam_skip_distance`, m.
+    pub distance: f64,
+    /// Least share of particles that explain a beam which counts, `beam_skip_threshold`.
+    pub threshold: f64,
+    /// Share of beams left out from which all count, as the particles are at a wrong place, `beam_skip_error_threshold`.
+    pub error_threshold: f64,
+}
+
+impl Default for BeamSkip {
+    fn default() -> Self {
+        Self { distance: 0.5, threshold: 0.3, error_threshold: 0.9 }
+    }
+}
+
+impl Default for MonteCarloParameters {
+    fn default() -> Self {
+        Self {
+            alphas: OdometryAlphas::default(),
+            update_min_d: 0.25,
+            update_min_a: 0.2,
+            resample_interval: 1,
+            selective_resampling: false,
+            sampling: KldSampling { min_particles: 500, max_particles: 2_000, pf_err: 0.05, pf_z: 0.99 },
+            recovery: Recovery::default(),
+            beam_skip: None,
+        }
+    }
+}
+
+impl KldSampling {
+    /// Returns how many particles that many occupied bins need (Fox, 2003, equation 7).
+    pub(crate) fn particles(&self, bins: usize) -> usize {
+        if bins < 2 {
+            return self.min_particles;
+        }
+        let freedom = (bins - 1) as f64;
+        let share = 2.0 / (9.0 * freedom);
+        let root = 1.0 - share + share.sqrt() * self.pf_z;
+        let needed = (freedom / (2.0 * self.pf_err) * root * root * root).ceil();
+        (needed as usize).clamp(self.min_particles, self.max_particles)
+    }
+}
