@@ -13,6 +13,7 @@ mod deployment;
 mod display;
 mod gates;
 mod interface;
+mod interface_import;
 mod isolation;
 mod logs;
 mod loose;
