@@ -151,6 +151,16 @@ fn what_no_interface_can_be_is_refused_with_file_and_line() {
     wrong("float64[131073] x\n", &["a/msg/A.msg:1: up to here a value takes 1048584 bytes", "--items"]);
     wrong("Big[] x\nint8 y\n===\nMSG: a/Big\nuint8[65536] x\n", &["a/msg/A.msg:1: up to here", "--items"]);
     running.done(&["interface", "import", "a/msg/A.msg", "--items", "4"]);
+    wrong("int8 9x\n", &["a/msg/A.msg:1: `9x` can't be the name of a field"]);
+    wrong("int8 x\n\nint8 super\n", &["a/msg/A.msg:3: `super` can't be the name of a field"]);
+    wrong("int8 x\nint8 x\n", &["a/msg/A.msg:1", "two fields `x`"]);
+    wrong("int8 x\nint8 9X=1\n", &["a/msg/A.msg:2: `9X` is not the name of a constant"]);
+    wrong("int8 x\nint8 X=1\nint8 X=2\n", &["a/msg/A.msg:3: there are two constants `X`"]);
+    wrong(
+        "int8 x\nfloat32 X=1e300\n",
+        &["a/msg/A.msg:2: `1e300` is not a value of X: expected a finite number"],
+    );
+    wrong("int8 x\nbool X=yes\n", &["a/msg/A.msg:2: `yes` is not a value of X: expected true or false"]);
     refused("a/msg/A.msg", &["--items", "0"], &["--items"]);
     refused("a/msg/B.msg", &[], &["a/msg/B.msg: the file can't be read"]);
     write(&running, "A.msg", "int8 x\n");

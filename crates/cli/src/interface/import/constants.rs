@@ -38,8 +38,12 @@ pub(super) fn enumerations<'a>(
 ) -> Result<ImportedConstants<'a>, (usize, String)> {
     let mut enumerations: Vec<ImportedEnumeration<'a>> = Vec::new();
     let mut others = Vec::new();
-    for constant in &message.constants {
+    for (at, constant) in message.constants.iter().enumerate() {
         let value = value(constant).map_err(|reason| (constant.line, reason))?;
+        let is_same = |other: &DefinedConstant<'_>| other.name.eq_ignore_ascii_case(constant.name);
+        if message.constants[..at].iter().any(is_same) {
+            return Err((constant.line, format!("there are two constants `{}`", constant.name)));
+        }
         let field = field_of(message, constant);
         let own = field.zip(value).and_then(|((field, carrier, name), value)| {
             Some((field, carrier, EnumerationConstant { name: variant(name)?, value, defined: constant }))
@@ -89,12 +93,35 @@ fn variant(name: &str) -> Option<String> {
 
 /// Value of an integer constant; nothing of another type, or beyond 64 bits with a sign.
 fn value(constant: &DefinedConstant<'_>) -> Result<Option<i64>, String> {
-    let DefinedItem::Number(primitive) = constant.item else { return Ok(None) };
-    let Some(range) = primitive.integers() else { return Ok(None) };
-    let expected = format!("expected a number from {} to {}", range.start(), range.end());
-    match integer(constant.value).filter(|value| range.contains(value)) {
-        Some(value) => Ok(value.try_into().ok()),
-        None => Err(format!("`{}` is not a value of {}: {expected}", constant.value, constant.name)),
+    let DefinedConstant { name, value, item, .. } = constant;
+    if !name.starts_with(|first: char| first.is_ascii_alphabetic()) {
+        return Err(format!("`{name}` is not the name of a constant: expected one such as `MODE_IDLE`"));
+    }
+    let expected = match item {
+        DefinedItem::Number(Primitive::Bool) if boolean(value).is_some() => return Ok(None),
+        DefinedItem::Number(Primitive::Bool) => "true or false".to_owned(),
+        DefinedItem::Number(number) => match number.integers() {
+            Some(range) => match integer(value).filter(|value| range.contains(value)) {
+                Some(value) => return Ok(value.try_into().ok()),
+                None => format!("a number from {} to {}", range.start(), range.end()),
+            },
+            None if value.parse::<f32>().is_ok_and(f32::is_finite) => return Ok(None),
+            None if *number == Primitive::F64 && value.parse::<f64>().is_ok_and(f64::is_finite) => {
+                return Ok(None);
+            }
+            None => "a finite number".to_owned(),
+        },
+        _ => return Ok(None),
+    };
+    Err(format!("`{value}` is not a value of {name}: expected {expected}"))
+}
+
+/// A truth value.
+pub(super) fn boolean(text: &str) -> Option<bool> {
+    match text {
+        "true" | "True" | "1" => Some(true),
+        "false" | "False" | "0" => Some(false),
+        _ => None,
     }
 }
 

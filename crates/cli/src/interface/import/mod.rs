@@ -162,7 +162,8 @@ impl<'a> Importer<'a> {
     fn interface_name(&mut self, key: &str) -> String {
         let (package, name) = key.split_once('/').unwrap_or(("", key));
         let (package, name) = (camel_case(package), camel_case(name));
-        let name = if self.names.contains(&name) { format!("{package}{name}") } else { name };
+        let is_taken = self.names.contains(&name) || name.starts_with(|first: char| first.is_ascii_digit());
+        let name = if is_taken { format!("{package}{name}") } else { name };
         unique(name, &mut self.names)
     }
 
@@ -189,6 +190,7 @@ impl<'a> Importer<'a> {
         let (mut imported, mut size, mut align, mut has_tail) = (Vec::new(), 0_usize, 1, false);
         for (at, field) in fields.iter().enumerate() {
             let wrong = |reason| files.error_at(field.line, reason);
+            check_name(field.name).map_err(wrong)?;
             let enumeration = enumerations.iter().find(|own| own.field == field.name);
             let item = self.item(field, enumeration)?;
             let is_last = at + 1 == fields.len() && unbounded == 1;
@@ -271,6 +273,18 @@ impl<'a> Importer<'a> {
         };
         self.types.insert(&message.key, own.clone());
         Ok(own)
+    }
+}
+
+/// Checks that a field can have that name in Rust, where keywords are raw but for a few.
+fn check_name(name: &str) -> Result<(), String> {
+    let is_name = name.starts_with(|first: char| first.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    match is_name && !matches!(name, "self" | "Self" | "super" | "crate") {
+        true => Ok(()),
+        false => Err(format!(
+            "`{name}` can't be the name of a field: expected letters, digits and `_`, such as `x`, and none of self, super and crate"
+        )),
     }
 }
 

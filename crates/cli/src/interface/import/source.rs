@@ -5,7 +5,7 @@ use std::fmt::Write;
 use slate::blackboard::interface::Primitive;
 use slate::record::ros::{DefinedConstant, DefinedItem};
 
-use super::constants::{ImportedEnumeration, integer};
+use super::constants::{ImportedEnumeration, boolean, integer};
 use super::{ImportInterface, ImportedField, ImportedInterface, ros_name};
 use crate::interface::comment;
 use crate::interface::word::objection;
@@ -89,8 +89,7 @@ fn add_constant(text: &mut String, constant: &DefinedConstant<'_>) {
     let name = constant.name.to_ascii_uppercase();
     let (kind, value) = match constant.item {
         DefinedItem::Number(Primitive::Bool) => {
-            let is_true = matches!(constant.value, "true" | "True" | "1");
-            ("bool", is_true.to_string())
+            ("bool", boolean(constant.value).unwrap_or_default().to_string())
         }
         DefinedItem::Number(number) => {
             let float = || constant.value.parse::<f64>().unwrap_or(f64::NAN);
