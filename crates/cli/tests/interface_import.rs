@@ -178,6 +178,25 @@ fn what_no_interface_can_be_is_refused_with_file_and_line() {
     refused("a/srv/A.srv", &[], &["a/srv/A.srv: expected the definition of a message"]);
 }
 
+#[test]
+fn messages_of_ros_1_have_times_and_another_header() {
+    let running = Running::new("import-ros1");
+    write(&running, "old/msg/Sample.msg", "Header header\ntime taken\nduration[] pauses\nHeader[] others\n");
+    running.fails(2, &["interface", "import", "old/msg/Sample.msg"], &["Sample.msg:2: unknown type `time`"]);
+    let source = running.done(&["interface", "import", "old/msg/Sample.msg", "--ros1"]);
+    for line in [
+        "// old/Sample, for topics of ROS 1 such as",
+        "#[interface(ros = \"old/msg/Sample\")]",
+        "pub taken: Time,",
+        "pub pauses: Sequence<Duration, 16>,",
+        "pub seq: u32,",
+        "pub others: Sequence<Header, 16>,",
+    ] {
+        assert!(source.contains(line), "{line}\n{source}");
+    }
+    assert!(!source.contains("pub header"), "{source}");
+}
+
 #[cfg(feature = "external-tools")]
 #[test]
 fn messages_of_ros_are_imported_but_for_those_without_values() {

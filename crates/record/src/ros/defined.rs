@@ -155,7 +155,12 @@ fn field_type(owner: &str, of: &str, keys: &[String]) -> Result<(DefinedItem, De
         return Ok((DefinedItem::Text(bound), count));
     }
     let package = owner.split('/').next().unwrap_or_default();
-    let own = reference(package, item);
+    let own = match item {
+        // Of ROS 1, where they are no messages.
+        "time" => BUILTIN[0].to_owned(),
+        "duration" => BUILTIN[1].to_owned(),
+        item => reference(package, item),
+    };
     let key = if item == "Header" && !keys.contains(&own) { "std_msgs/Header".to_owned() } else { own };
     if !keys.contains(&key) && !BUILTIN.contains(&key.as_str()) {
         return Err(format!("`{item}` is not defined in the text"));

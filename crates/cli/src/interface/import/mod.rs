@@ -4,7 +4,7 @@ mod constants;
 mod source;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use slate::blackboard::interface::{Descriptor, Kind, Primitive};
@@ -26,6 +26,10 @@ pub struct ImportInterface {
     /// Type, such as `my_package/msg/Sample` [default: by the path, `PACKAGE/msg/NAME.msg`]
     #[arg(long = "type", value_name = "TYPE")]
     kind: Option<String>,
+
+    /// Definitions are those of ROS 1
+    #[arg(long)]
+    ros1: bool,
 
     /// Room of a list without a bound, in items
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
@@ -50,7 +54,7 @@ pub fn import(options: &ImportInterface) -> Result<String, Failure> {
         let place = if place.contains(".msg") { place } else { options.file.display().to_string() };
         Failure::Interface { place, problem: reason }
     };
-    let files = read(&options.file, options.kind.as_deref()).map_err(refuse)?;
+    let files = read(options).map_err(refuse)?;
     let mut messages = files.messages().map_err(refuse)?;
     messages.extend(["Time", "Duration"].map(stamp));
     let mut importer = Importer::new(options, &files, &messages);
@@ -60,12 +64,14 @@ pub fn import(options: &ImportInterface) -> Result<String, Failure> {
     Ok(source)
 }
 
-fn read(file: &Path, kind: Option<&str>) -> Result<DefinitionFiles, FileError> {
+fn read(options: &ImportInterface) -> Result<DefinitionFiles, FileError> {
+    let ImportInterface { file, kind, .. } = options;
     if file.extension().is_none_or(|extension| extension != "msg") {
         let reason = "expected the definition of a message, a file NAME.msg".into();
         return Err(FileError { place: file.display().to_string(), reason });
     }
-    DefinitionFiles::read(WireFormat::Cdr, file, kind)
+    let format = if options.ros1 { WireFormat::Ros1 } else { WireFormat::Cdr };
+    DefinitionFiles::read(format, file, kind.as_deref())
 }
 
 /// Checks that values of the interface become messages of the definition, and come back whole.

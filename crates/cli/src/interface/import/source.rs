@@ -15,8 +15,9 @@ pub(super) fn source(options: &ImportInterface, name: &str, imported: &[Imported
     let topic = name.rsplit('/').next().unwrap_or_default().to_ascii_lowercase();
     let file = &options.file;
     let kind = options.kind.as_ref().map(|kind| format!(", type = {kind:?}")).unwrap_or_default();
+    let ros = if options.ros1 { "ROS 1" } else { "ROS 2" };
     let mut text = format!(
-        "// {name}, for topics of ROS 2 such as\n\
+        "// {name}, for topics of {ros} such as\n\
          // read.\"module/input\" = {{ topic = \"/{topic}\", definition = {file:?}{kind} }}\n"
     );
     if let Some(whole) = imported.last().filter(|whole| whole.has_tail) {
