@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use proptest::prelude::*;
 use slate_interfaces::Position;
 use slate_module::blackboard::interface::{Interface, View};
 use slate_module::{Sequence, Text, interface};
@@ -158,6 +159,29 @@ fn comments_and_constants_of_a_message_are_read() {
     assert_eq!(fields, expected);
     assert_eq!(own.fields[0].item, DefinedItem::Message("std_msgs/Header".into()));
     assert_eq!(own.fields[2].item, DefinedItem::Text(Some(8)));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn any_file_has_messages_or_is_refused(
+        text in "(int8|string|bool|Header|Own|A|x|y|=|3|-|#|\"|<=|\\[|\\]| |\n|MSG: |===\n|a/|é){0,40}",
+    ) {
+        let folder = folder("any", &[("a/msg/A.msg", &text)]);
+        if let Ok(files) = read(&folder, "a/msg/A.msg")
+            && let Ok(messages) = files.messages()
+        {
+            let lines = files.definition().text.lines().count();
+            for message in &messages {
+                prop_assert!(message.fields.iter().all(|field| (1..=lines).contains(&field.line)));
+                prop_assert!(message.constants.iter().all(|constant| (1..=lines).contains(&constant.line)));
+            }
+            let schema = files.schema().unwrap();
+            let names: Vec<_> = messages[0].fields.iter().map(|field| field.name).collect();
+            prop_assert_eq!(schema.field_names().collect::<Vec<_>>(), names);
+        }
+    }
 }
 
 #[test]
