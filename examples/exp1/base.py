@@ -1,6 +1,7 @@
 """A robot as nodes of ROS 2 know it: a base that drives by /cmd_vel, with a laser, a positioning system and a compass.
 
 It is simulated here: a disc among the walls of a room, with a pillar in it. `python3 base.py`, with ROS 2's rclpy.
+EXP1 and the robot of examples/mapping drive it.
 """
 
 import math
@@ -14,8 +15,10 @@ from sensor_msgs.msg import LaserScan
 
 PERIOD = 0.02  # s
 PATIENCE = 0.5  # s without a command, after which it stops
-BEAMS = 64
-FARTHEST = 5.0  # m
+BEAMS = 180
+MOUNT = 0.12  # m, of the laser ahead of the axle
+FARTHEST = 4.0  # m
+RADIUS = 0.2  # m, of the disc
 WALL = 2.5  # m from the middle of the room
 PILLAR = (-0.6, 0.5, 0.2)  # x, y and radius, m
 START = (0.6, 0.8, 0.0)
@@ -42,8 +45,10 @@ class Base(Node):
         if self.age > PATIENCE:
             self.linear = self.angular = 0.0
         self.theta += self.angular * PERIOD
-        self.x += self.linear * math.cos(self.theta) * PERIOD
-        self.y += self.linear * math.sin(self.theta) * PERIOD
+        x = self.x + self.linear * math.cos(self.theta) * PERIOD
+        y = self.y + self.linear * math.sin(self.theta) * PERIOD
+        if is_free(x, y):
+            self.x, self.y = x, y
         turn = Quaternion(z=math.sin(self.theta / 2), w=math.cos(self.theta / 2))
         self.position.publish(Point(x=self.x, y=self.y))
         self.orientation.publish(turn)
@@ -68,19 +73,27 @@ class Base(Node):
         scan.angle_max = scan.angle_min + (BEAMS - 1) * step
         scan.header.frame_id = "laser"
         scan.header.stamp = self.get_clock().now().to_msg()
-        scan.ranges = [self.range(self.theta + scan.angle_min + number * step) for number in range(BEAMS)]
+        x, y = self.x + MOUNT * math.cos(self.theta), self.y + MOUNT * math.sin(self.theta)
+        scan.ranges = [distance(x, y, self.theta + scan.angle_min + beam * step) for beam in range(BEAMS)]
         self.scan.publish(scan)
 
-    def range(self, angle):
-        """Distance to what is nearest in a direction."""
-        cosine, sine = math.cos(angle), math.sin(angle)
-        walls = [(math.copysign(WALL, way) - at) / way for at, way in ((self.x, cosine), (self.y, sine)) if abs(way) > 1e-9]
-        nearest = min([FARTHEST, *walls])
-        x, y = PILLAR[0] - self.x, PILLAR[1] - self.y
-        along, aside = x * cosine + y * sine, x * sine - y * cosine
-        if along > 0 and abs(aside) < PILLAR[2]:
-            nearest = min(nearest, along - math.sqrt(PILLAR[2] ** 2 - aside**2))
-        return float(nearest)
+
+def is_free(x, y):
+    """Whether the robot touches nothing there."""
+    in_room = max(abs(x), abs(y)) < WALL - RADIUS
+    return in_room and math.hypot(x - PILLAR[0], y - PILLAR[1]) > PILLAR[2] + RADIUS
+
+
+def distance(x, y, angle):
+    """Distance to what is nearest in a direction; infinite beyond the range of the laser."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    walls = [(math.copysign(WALL, way) - at) / way for at, way in ((x, cosine), (y, sine)) if abs(way) > 1e-9]
+    nearest = min(walls)
+    x, y = PILLAR[0] - x, PILLAR[1] - y
+    along, aside = x * cosine + y * sine, x * sine - y * cosine
+    if along > 0 and abs(aside) < PILLAR[2]:
+        nearest = min(nearest, along - math.sqrt(PILLAR[2] ** 2 - aside**2))
+    return float(nearest) if nearest < FARTHEST else math.inf
 
 
 if __name__ == "__main__":

@@ -162,7 +162,7 @@ fn topics_of_a_domain_are_listed_printed_and_measured() {
     assert!(echo.contains("child_frame_id: \"base_link\"") && echo.ends_with("---\n"), "{echo}");
     let scan = ros(&["echo", "/scan", "--count", "1", "--timeout", "10s", "--json"]);
     let scan: serde_json::Value = serde_json::from_str(&scan).unwrap();
-    assert_eq!(scan["ranges"].as_array().map(Vec::len), Some(64));
+    assert_eq!(scan["ranges"].as_array().map(Vec::len), Some(180));
     let rate: serde_json::Value = serde_json::from_str(&ros(&["hz", "/odom", "--json"])).unwrap();
     let hertz = rate["rate"].as_f64().unwrap();
     assert!((20.0..80.0).contains(&hertz), "{rate}");

@@ -14,6 +14,7 @@ mod display;
 mod evaluate;
 mod gates;
 mod interface;
+mod interface_import;
 mod isolation;
 mod logs;
 mod loose;

@@ -1,5 +1,6 @@
 //! Making and maintaining interfaces.
 
+mod import;
 mod parse;
 mod syntax_error;
 mod token;
@@ -14,12 +15,15 @@ use slate::blackboard::interface::{Descriptor, Field};
 
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::output;
+use import::ImportInterface;
 use parse::FoundInterface;
 
 #[derive(Debug, Subcommand)]
 pub enum InterfaceVerb {
     /// Create the source of an interface
     New(NewInterface),
+    /// Create the source of the interface that a `.msg` file of ROS defines
+    Import(ImportInterface),
     /// Show the layout of interfaces and their errors (exit code 7 on errors)
     Check {
         /// Source files
@@ -64,6 +68,7 @@ pub struct NewInterface {
 pub fn interface(verb: &InterfaceVerb) -> Result<u8, Failure> {
     match verb {
         InterfaceVerb::New(options) => new(options),
+        InterfaceVerb::Import(options) => write(&import::import(options)?, options.out.as_deref()),
         InterfaceVerb::Check { files, json } => check(files, *json),
         InterfaceVerb::Diff { old, new, json } => diff(old, new, *json),
     }
@@ -92,13 +97,18 @@ fn new(options: &NewInterface) -> Result<u8, Failure> {
     }
     let source = source(options, &fields);
     parse::interfaces(&source).map_err(|wrong| refuse(wrong.message))?;
-    match &options.out {
+    write(&source, options.out.as_deref())
+}
+
+/// Writes a source to a new file, or prints it.
+fn write(source: &str, out: Option<&Path>) -> Result<u8, Failure> {
+    match out {
         Some(path) => {
             let file = std::fs::File::options().write(true).create_new(true).open(path);
             let written = file.and_then(|mut file| std::io::Write::write_all(&mut file, source.as_bytes()));
             written.map_err(|source| match source.kind() {
-                std::io::ErrorKind::AlreadyExists => Failure::Taken { path: path.clone() },
-                _ => Failure::File { path: path.clone(), source },
+                std::io::ErrorKind::AlreadyExists => Failure::Taken { path: path.into() },
+                _ => Failure::File { path: path.into(), source },
             })?;
         }
         None => output::line(source.trim_end()),

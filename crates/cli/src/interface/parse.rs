@@ -119,6 +119,10 @@ impl InterfaceParser {
     fn name(&mut self, expected: &str) -> Result<String, SyntaxError> {
         let line = self.line();
         let word = self.word(expected)?;
+        // What is raw may be a keyword.
+        if let Some(name) = word.strip_prefix("r#") {
+            return Ok(name.to_owned());
+        }
         objection(&word).map_or(Ok(word), |message| Err(SyntaxError { line, message }))
     }
 
@@ -364,14 +368,15 @@ impl InterfaceParser {
     }
 }
 
-/// `GoalReached` as `GOAL_REACHED`.
-fn upper_case(name: &str) -> String {
-    let mut text = String::new();
-    for (index, c) in name.char_indices() {
-        if c.is_uppercase() && index > 0 {
+/// `GoalReached` as `GOAL_REACHED`, as the macro has it.
+pub fn upper_case(name: &str) -> String {
+    let (mut text, mut is_behind_small) = (String::new(), false);
+    for letter in name.chars() {
+        if letter.is_uppercase() && is_behind_small {
             text.push('_');
         }
-        text.extend(c.to_uppercase());
+        is_behind_small = letter.is_lowercase() || letter.is_ascii_digit();
+        text.extend(letter.to_uppercase());
     }
     text
 }
@@ -410,6 +415,30 @@ mod tests {
         assert_eq!(hash(sighting, "Sightings"), Sightings::DESCRIPTOR.hash);
         let image = include_str!("../../../interfaces/src/image.rs");
         assert_eq!(hash(image, "Image"), Image::DESCRIPTOR.hash);
+    }
+
+    #[test]
+    fn names_of_constants_and_raw_fields_are_those_that_the_macro_makes() {
+        use slate::module::{Plain, interface};
+
+        #[interface]
+        #[allow(dead_code)]
+        enum Level {
+            NotANumber,
+            AB,
+            L2Norm,
+        }
+        #[interface]
+        struct Own {
+            r#type: u8,
+            level: Level,
+        }
+        let source = "#[interface] enum Level { NotANumber, AB, L2Norm }\n#[interface] struct Own { r#type: u8, level: Level }";
+        assert_eq!(hash(source, "Own"), Own::DESCRIPTOR.hash);
+        assert_eq!(Own::DESCRIPTOR.fields[0].name, "type");
+        let Kind::Enumeration(level) = Level::KIND else { panic!() };
+        let names = ["NotANumber", "AB", "L2Norm"].map(upper_case);
+        assert_eq!(level.constants.iter().map(|constant| constant.name).collect::<Vec<_>>(), names);
     }
 
     #[test]

@@ -48,7 +48,11 @@ pub fn tokens(source: &str) -> Result<Vec<(usize, SourceToken)>, SyntaxError> {
             tokens.push((line, SourceToken::Text(rest[1..end].to_owned())));
             end + 1
         } else if first.is_alphanumeric() || first == '_' {
-            let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
+            let is_end = |c: char| !(c.is_alphanumeric() || c == '_');
+            // A raw name such as `r#type`.
+            let begin =
+                if rest.strip_prefix("r#").is_some_and(|name| !name.starts_with(is_end)) { 2 } else { 0 };
+            let end = rest[begin..].find(is_end).map_or(rest.len(), |end| begin + end);
             tokens.push((line, SourceToken::Word(rest[..end].to_owned())));
             end
         } else if first == '\'' {

@@ -2,6 +2,7 @@
 
 use proc_macro2::TokenStream as Tokens;
 use quote::{format_ident, quote};
+use syn::ext::IdentExt;
 use syn::spanned::Spanned;
 use syn::{Data, DeriveInput, Error, Field, Fields, Ident, Result, Type};
 
@@ -103,7 +104,7 @@ impl FieldLayout {
         let unit = take_unit(&mut field.attrs)?;
         let doc = documentation(&field.attrs);
         let Some(name) = field.ident.clone() else { return Ok(()) };
-        let (text, head) = (name.to_string(), head());
+        let (text, head) = (name.unraw().to_string(), head());
         if let Type::Slice(slice) = &field.ty {
             let item = (*slice.elem).clone();
             self.entries.push(quote! {
@@ -130,7 +131,7 @@ impl FieldLayout {
     /// How the memory of an interface with a tail is read.
     fn tailed_access(&self, name: &Ident, tail: &TailField) -> Tokens {
         let (names, tail_field, name_text) = (&self.names, &tail.name, name.to_string());
-        let tail_name = tail_field.to_string();
+        let tail_name = tail_field.unraw().to_string();
         quote! {
             impl ::core::fmt::Debug for #name {
                 fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {

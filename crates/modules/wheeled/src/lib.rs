@@ -65,6 +65,7 @@ plugin!(
     SensorBlock<nodes::OrientationNode>,
     SensorBlock<nodes::OdometryNode>,
     SensorBlock<nodes::BumperNode>,
+    SensorBlock<nodes::LaserNode>,
     ActuatorBlock<nodes::WheelsNode>,
     ActuatorBlock<nodes::TwistNode>,
     MonitorBlock<monitors::RangeMonitor>,

@@ -1,6 +1,8 @@
 //! Sensors and Actuators whose device is elsewhere, such as a node of ROS: `SensorNode` and `ActuatorNode` of the paper (Figure 10).
 
-use slate_plugin::interfaces::{Bumper, Odometry, Orientation, Position, SonarScan, Twist2, WheelSpeeds};
+use slate_plugin::interfaces::{
+    Bumper, LaserScan, Odometry, Orientation, Position, SonarScan, Twist2, WheelSpeeds,
+};
 use slate_plugin::mapek::{driver_actuator, driver_sensors};
 use slate_plugin::prelude::*;
 
@@ -12,6 +14,34 @@ driver_sensors! {
     BumperNode("bumper_node", "Bumpers of a node."): Bumper,
 }
 driver_actuator!(WheelsNode("wheels_node", "Two wheels of a node."), WheelsNodePorts { wheels: WheelSpeeds });
+
+/// Ports of [`LaserNode`].
+#[ports]
+pub struct LaserNodePorts {
+    /// Scan of the node.
+    #[capacity(2048)]
+    source: Input<LaserScan>,
+    /// Measurement of the sensor.
+    #[capacity(2048)]
+    value: Measurement<LaserScan>,
+}
+
+/// Laser scanner of a node.
+#[derive(Debug)]
+pub struct LaserNode;
+
+impl Sensor for LaserNode {
+    const NAME: &'static str = "laser_node";
+    const DOC: &'static str = "Laser scanner of a node.";
+    type Io = LaserNodePorts;
+    type Params = ();
+    type State = ();
+    type Value = InPlace<LaserScan>;
+
+    fn get_data((): &mut (), io: &LaserNodePorts, (): &(), _: &Tick) -> Option<InPlace<LaserScan>> {
+        io.source.is_new().then(|| io.value.copy(&io.source))
+    }
+}
 
 /// Command for a node that drives by twists.
 #[ports]

@@ -1,4 +1,5 @@
-//! Agents in processes of their own, which are killed and start again.
+//! Agents in processes of their own, which are killed and start again; by hand more often:
+//! `cargo test -p slate-network --features zenoh --test processes -- killed 1000`.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 #![allow(missing_docs, reason = "the interfaces here are read by nobody")]
 #![allow(clippy::disallowed_methods, reason = "what real processes do takes real time")]
@@ -18,7 +19,7 @@ use std::time::{Duration, Instant};
 use agent::{Running, eventually};
 use certificates::{Authority, Certificate};
 
-/// How often the other agent is killed.
+/// How often the other agent is killed, unless the second argument says it.
 const RESTARTS: u32 = 20;
 
 fn main() {
@@ -28,10 +29,11 @@ fn main() {
     {
         return be_an_agent(name, table);
     }
-    let tests: [(&str, fn()); 3] = [
-        ("a_killed_agent_comes_back_over_quic_and_leaves_nothing_behind", killed),
-        ("a_stopped_agent_delays_no_other_over_quic", stopped),
-        ("ten_thousand_mutated_packets_disturb_nobody", mutated),
+    let restarts = arguments.get(2).and_then(|count| count.parse().ok()).unwrap_or(RESTARTS);
+    let tests: [(&str, &dyn Fn()); 3] = [
+        ("a_killed_agent_comes_back_over_quic_and_leaves_nothing_behind", &|| killed(restarts)),
+        ("a_stopped_agent_delays_no_other_over_quic", &stopped),
+        ("ten_thousand_mutated_packets_disturb_nobody", &mutated),
     ];
     let filter = arguments.get(1).filter(|argument| !argument.starts_with('-'));
     for (name, test) in tests {
@@ -66,7 +68,7 @@ fn resources() -> [usize; 2] {
 }
 
 /// One agent reads the other one, which is killed, and listens and dials by turns.
-fn killed() {
+fn killed(restarts: u32) {
     let authority = Authority::new();
     let (own, other) = (authority.sign("base"), authority.sign("arm"));
     let ports = [(); 2].map(|()| UdpSocket::bind("127.0.0.1:0").unwrap());
@@ -76,24 +78,36 @@ fn killed() {
     );
     let base = table(&format!("listen = [\"quic/127.0.0.1:{listened}\"]"), &read, &own, "arm");
     let base = Running::start("base", &base);
-    let mut before = None;
-    for restart in 0..RESTARTS {
+    let (mut before, mut longest) = (None, Duration::ZERO);
+    for restart in 0..restarts {
         let endpoint = match restart % 2 {
             0 => format!("connect = [\"quic/127.0.0.1:{listened}\"]"),
             _ => format!("listen = [\"quic/127.0.0.1:{dialled}\"]"),
         };
+        let since = Instant::now();
         let mut arm = start("arm", &table(&endpoint, "", &other, "base"));
         let received = base.network().readings()[0].received;
         eventually("values", || base.network().readings()[0].received > received + 10);
+        longest = longest.max(since.elapsed());
         arm.kill().unwrap();
         arm.wait().unwrap();
         let now = resources();
         // Zenoh starts its threads as it needs them.
-        let limit = *before.get_or_insert(now);
+        let (limit, memory_before) = *before.get_or_insert((now, memory()));
         assert!(
             restart < 4 || now.iter().zip(limit).all(|(now, limit)| *now <= limit + 16),
             "{now:?}, {limit:?}"
         );
+        let grown = memory().saturating_sub(memory_before) >> 20;
+        assert!(grown < 64, "{grown} MiB after {restart} restarts");
+        if restart % 100 == 99 || restart + 1 == restarts {
+            let [files, threads] = now;
+            println!(
+                "{} restarts: values at the latest after {} ms; {files} files, {threads} threads, {grown} MiB more",
+                restart + 1,
+                longest.as_millis()
+            );
+        }
     }
     eventually("its end", || base.network().agents() == ["base"]);
     assert_eq!(base.network().readings()[0].refused, 0);

@@ -19,7 +19,7 @@ const MAX_BYTES: u64 = 1 << 20;
 const PART: &str = "---";
 
 /// Messages that need no definition, as each reader knows them.
-const BUILTIN: [&str; 2] = ["builtin_interfaces/Time", "builtin_interfaces/Duration"];
+pub(super) const BUILTIN: [&str; 2] = ["builtin_interfaces/Time", "builtin_interfaces/Duration"];
 
 /// Why a definition can't be read from files.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -191,8 +191,9 @@ impl FileReader {
     /// Appends a message and those in it; `open` are the messages that it stands in, `done` those that were appended.
     fn visit(&mut self, key: &str, open: &mut Vec<String>, done: &mut Vec<String>) -> Result<(), FileError> {
         let Some(block) = self.blocks.get(key).cloned() else { return Ok(()) };
+        // A message without lines has the place of the one before.
         if !done.is_empty()
-            && let Some((_, place)) = block.first()
+            && let Some((_, place)) = block.first().or(self.lines.last()).cloned()
         {
             let lines = [SEPARATOR.to_owned(), format!("MSG: {key}")];
             self.lines.extend(lines.map(|line| (line, place.clone())));

@@ -36,6 +36,7 @@
 mod cdr;
 mod codec;
 mod constants;
+mod defined;
 mod definition;
 mod described;
 mod encode;
@@ -52,6 +53,7 @@ mod value;
 pub(crate) use cdr::CdrWriter;
 pub use cdr::WireFormat;
 pub use codec::{decode, decode_in, encode, encode_in};
+pub use defined::{DefinedConstant, DefinedCount, DefinedField, DefinedItem, DefinedMessage};
 pub(crate) use definition::SEPARATOR;
 pub use definition::{Definition, definition, definition_in, definition_named};
 pub use described::Described;

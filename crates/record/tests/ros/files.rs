@@ -3,10 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use proptest::prelude::*;
 use slate_interfaces::Position;
 use slate_module::blackboard::interface::{Interface, View};
-use slate_module::interface;
-use slate_record::ros::{DefinitionFiles, WireFormat};
+use slate_module::{Sequence, Text, interface};
+use slate_record::ros::{DefinedCount, DefinedItem, DefinitionFiles, WireFormat};
 
 /// A force and a torque at a point.
 #[interface]
@@ -72,6 +73,115 @@ fn one_file_may_have_all_messages() {
     assert_eq!(own.schema().unwrap().field_names().collect::<Vec<_>>(), ["load"]);
     let error = read(&folder, "own.msg").unwrap_err();
     assert!(error.starts_with("own.msg: the type is not known from the path"), "{error}");
+}
+
+/// Several messages of a file.
+#[interface]
+#[derive(PartialEq)]
+struct Mixed {
+    moved: Moment,
+    names: Sequence<Text<8>, 4>,
+    places: [Position; 2],
+    tags: [Text<4>; 2],
+    last: Ends,
+}
+
+#[interface]
+#[derive(PartialEq)]
+struct Moment {
+    sec: i32,
+    nanosec: u32,
+}
+
+#[interface]
+#[derive(PartialEq)]
+struct Ends {
+    angle_max: f32,
+}
+
+#[test]
+fn lists_of_texts_fixed_lists_and_times_of_its_own_are_fields() {
+    let text = "builtin_interfaces/Time moved\nbuiltin_interfaces/Time written\nstring[] names\n\
+                geometry_msgs/Point[2] places\nstring[2] tags\nNone none\nsensor_msgs/LaserScan last\n\
+                ===\nMSG: own/None\n";
+    let folder = folder("mixed", &[("own/msg/Mixed.msg", text)]);
+    let files = read(&folder, "own/msg/Mixed.msg").unwrap();
+    let standard = files.standard(Mixed::DESCRIPTOR).unwrap();
+    assert_eq!(standard.check_decodable(), Ok(()));
+    let place = |x| Position { x, y: 0.0, z: -x };
+    let mut value = Mixed {
+        moved: Moment { sec: -1, nanosec: 5 },
+        names: Sequence::new(&[Text::new("left"), Text::new("")]),
+        places: [place(1.0), place(2.0)],
+        tags: [Text::new("a"), Text::new("four")],
+        last: Ends { angle_max: 1.5 },
+    };
+    let bytes = View::of(&mut value).bytes().to_vec();
+    let mut message = Vec::new();
+    standard.encode(&bytes, 3_000_000_004, "", &mut message).unwrap();
+    let seen = files.schema().unwrap().decode(&message).unwrap().to_string();
+    for words in [
+        "moved = { sec = -1, nanosec = 5 }, written = { sec = 3, nanosec = 4 }, names = [\"left\", \"\"]",
+        "places = [{ x = 1, y = 0, z = -1 }, { x = 2, y = 0, z = -2 }], tags = [\"a\", \"four\"]",
+        "angle_max = 1.5",
+    ] {
+        assert!(seen.contains(words), "{words}\n{seen}");
+    }
+    assert_eq!(standard.decode(&message).unwrap(), bytes);
+    let text = text.replace("string[2] tags", "string[3] tags");
+    fs::write(folder.join("own/msg/Mixed.msg"), text).unwrap();
+    let error = read(&folder, "own/msg/Mixed.msg").unwrap().standard(Mixed::DESCRIPTOR).unwrap_err();
+    assert!(error.to_string().contains("Mixed.msg:5: the type of this field does not fit `tags`"), "{error}");
+}
+
+#[test]
+fn comments_and_constants_of_a_message_are_read() {
+    let text = "# A state.\n# Of an arm.\n\n# Modes.\nuint8 IDLE=0 # without power\nstring NAME=a # b\n\n# lost\n\n\
+                # Above.\nHeader header\nfloat32[<=4] x  # behind [m]\n                # and on\nstring<=8[] names\n";
+    let folder = folder("comments", &[("own/msg/State.msg", text)]);
+    let files = read(&folder, "own/msg/State.msg").unwrap();
+    let messages = files.messages().unwrap();
+    assert_eq!(
+        messages.iter().map(|own| own.key.as_str()).collect::<Vec<_>>(),
+        ["own/State", "std_msgs/Header"]
+    );
+    let own = &messages[0];
+    assert_eq!(own.doc, ["A state.", "Of an arm."]);
+    let constants: Vec<_> =
+        own.constants.iter().map(|own| (own.line, own.name, own.value, &own.doc[..])).collect();
+    assert_eq!(constants, [(5, "IDLE", "0", &["Modes.", "without power"][..]), (6, "NAME", "a # b", &[])]);
+    let fields: Vec<_> = own.fields.iter().map(|own| (own.line, own.name, own.count, &own.doc[..])).collect();
+    let expected = [
+        (11, "header", DefinedCount::One, &["Above."][..]),
+        (12, "x", DefinedCount::Bounded(4), &["behind [m]", "and on"]),
+        (14, "names", DefinedCount::Any, &[]),
+    ];
+    assert_eq!(fields, expected);
+    assert_eq!(own.fields[0].item, DefinedItem::Message("std_msgs/Header".into()));
+    assert_eq!(own.fields[2].item, DefinedItem::Text(Some(8)));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn any_file_has_messages_or_is_refused(
+        text in "(int8|string|bool|Header|Own|A|x|y|=|3|-|#|\"|<=|\\[|\\]| |\n|MSG: |===\n|a/|é){0,40}",
+    ) {
+        let folder = folder("any", &[("a/msg/A.msg", &text)]);
+        if let Ok(files) = read(&folder, "a/msg/A.msg")
+            && let Ok(messages) = files.messages()
+        {
+            let lines = files.definition().text.lines().count();
+            for message in &messages {
+                prop_assert!(message.fields.iter().all(|field| (1..=lines).contains(&field.line)));
+                prop_assert!(message.constants.iter().all(|constant| (1..=lines).contains(&constant.line)));
+            }
+            let schema = files.schema().unwrap();
+            let names: Vec<_> = messages[0].fields.iter().map(|field| field.name).collect();
+            prop_assert_eq!(schema.field_names().collect::<Vec<_>>(), names);
+        }
+    }
 }
 
 #[test]

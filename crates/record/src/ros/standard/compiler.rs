@@ -36,8 +36,10 @@ pub(super) fn checked_steps(
     let of = descriptor.name;
     match (compiled, misfit) {
         (_, Some((path, None))) => {
-            let reason = "a fixed number of texts or messages is not supported: take a list";
-            Err((path, reason.into()))
+            let reason = format!(
+                "{of} lacks this field, and a fixed number of texts or messages can't be left out: add it, or take a list"
+            );
+            Err((path, reason))
         }
         (_, Some((path, Some(same)))) => {
             let own = find(descriptor, &same).map_or_else(|_| "another".into(), |own| own.kind().describe());
@@ -128,7 +130,8 @@ impl<'a> Compiler<'a> {
     fn field_step(&mut self, path: &str, of: FieldType, same: Option<String>) -> Option<()> {
         let step = match (of.item, of.count) {
             (Item::Record(index), Count::One)
-                if self.schema.records()[index].name == "builtin_interfaces/Time" =>
+                if self.schema.records()[index].name == "builtin_interfaces/Time"
+                    && !self.is_nested(same.as_deref()) =>
             {
                 self.stamp(path)
             }
@@ -139,7 +142,8 @@ impl<'a> Compiler<'a> {
                     }
                     _ => None,
                 });
-                return self.record(index, path, moved.or(same).as_deref());
+                let scope = self.first(moved, same);
+                return self.record(index, path, scope.as_deref());
             }
             (Item::Primitive(kind), Count::One) => self.one_number(path, kind, same.as_deref())?,
             (Item::Text, Count::One) => self.one_text(path, same.as_deref()),
@@ -150,10 +154,11 @@ impl<'a> Compiler<'a> {
             {
                 EncodeStep::Axes
             }
-            (Item::Text, Count::Any) if same.is_none() => self.texts(path),
-            (Item::Record(index), Count::Any) => self.records(index, path, same.as_deref())?,
-            (_, Count::Any) if same.is_none() => EncodeStep::Zeros(Primitive::U8, None),
-            _ => return None,
+            (Item::Text, count) => match same {
+                Some(same) => self.text_list(count, &same)?,
+                None => matches!(count, Count::Any).then(|| self.texts(path))?,
+            },
+            (Item::Record(index), count) => self.records(index, path, count, same.as_deref())?,
         };
         self.push(path, step);
         Some(())
@@ -161,6 +166,16 @@ impl<'a> Compiler<'a> {
 
     fn push(&mut self, path: &str, encode: EncodeStep) {
         self.steps.push(MessageStep { field: path.to_owned(), encode });
+    }
+
+    /// The source of a field: where the message was defined for the interface, that of the same name goes before one by a rule.
+    fn first<T>(&self, ruled: Option<T>, same: Option<T>) -> Option<T> {
+        if self.is_checked { same.or(ruled) } else { ruled.or(same) }
+    }
+
+    /// Whether the interface has an interface there, such as a time of its own.
+    fn is_nested(&self, same: Option<&str>) -> bool {
+        same.and_then(|same| self.find(same)).is_some_and(|(kind, _)| matches!(kind, Kind::Nested(_)))
     }
 
     fn stamp(&self, path: &str) -> EncodeStep {
@@ -171,8 +186,9 @@ impl<'a> Compiler<'a> {
     }
 
     fn one_number(&mut self, path: &str, kind: Primitive, same: Option<&str>) -> Option<EncodeStep> {
-        let number = self.rules(path).find_map(|origin| self.number(origin));
-        let number = number.or_else(|| Some(NumberSource::Field(self.place(same?)?)));
+        let ruled = self.rules(path).find_map(|origin| self.number(origin));
+        let own = same.and_then(|same| Some(NumberSource::Field(self.place(same)?)));
+        let number = self.first(ruled, own);
         self.used |= number.is_some();
         let constant = self.rules(path).find_map(|origin| match origin {
             FieldOrigin::Number(number) => Some(*number),
@@ -185,8 +201,8 @@ impl<'a> Compiler<'a> {
     }
 
     fn one_text(&mut self, path: &str, same: Option<&str>) -> EncodeStep {
-        let text = self.rules(path).find_map(|origin| self.text(origin));
-        let text = text.or_else(|| self.text_field(same?));
+        let ruled = self.rules(path).find_map(|origin| self.text(origin));
+        let text = self.first(ruled, same.and_then(|same| self.text_field(same)));
         self.used |= text.is_some();
         let constant = self.rules(path).find_map(|origin| match origin {
             FieldOrigin::Text(text) => Some(TextSource::Constant(text)),
@@ -218,8 +234,9 @@ impl<'a> Compiler<'a> {
             _ => None,
         });
         let step = match (own, same) {
-            (Some(step), _) => step,
-            (None, Some(same)) => self.list(kind, fixed, same)?,
+            (Some(step), None) => step,
+            (Some(step), Some(_)) if !self.is_checked => step,
+            (_, Some(same)) => self.list(kind, fixed, same)?,
             (None, None) => EncodeStep::Zeros(kind, fixed),
         };
         self.used |= !matches!(step, EncodeStep::Zeros(..));
@@ -235,14 +252,22 @@ impl<'a> Compiler<'a> {
         EncodeStep::Texts(names.map(|(name, _)| *name).collect())
     }
 
-    fn records(&mut self, index: usize, path: &str, same: Option<&str>) -> Option<EncodeStep> {
+    fn text_list(&mut self, count: Count, same: &str) -> Option<EncodeStep> {
+        let (kind, offset) = self.find(same)?;
+        let (own, item, start) = list(&kind, offset)?;
+        let Kind::Text(capacity) = *item else { return None };
+        self.used = true;
+        Some(EncodeStep::TextList { counted: is_counted(count, own)?, count: own, start, capacity })
+    }
+
+    fn records(&mut self, index: usize, path: &str, count: Count, same: Option<&str>) -> Option<EncodeStep> {
         let own = self.rules(path).find_map(|origin| match origin {
             FieldOrigin::Field(field) => self.find(field),
             _ => None,
         });
-        let step = match own.or_else(|| self.find(same?)) {
-            Some((kind, offset)) => self.messages(index, path, kind, offset)?,
-            None => EncodeStep::Zeros(Primitive::U8, None),
+        let step = match self.first(own, same.and_then(|same| self.find(same))) {
+            Some((kind, offset)) => self.messages(index, path, count, kind, offset)?,
+            None => matches!(count, Count::Any).then_some(EncodeStep::Zeros(Primitive::U8, None))?,
         };
         self.used |= matches!(step, EncodeStep::Messages { .. });
         Some(step)
@@ -325,25 +350,45 @@ impl<'a> Compiler<'a> {
     }
 
     /// The step that encodes a list of interfaces as a list of messages.
-    fn messages(&self, index: usize, path: &str, of: Kind, offset: usize) -> Option<EncodeStep> {
+    fn messages(
+        &self,
+        index: usize,
+        path: &str,
+        theirs: Count,
+        of: Kind,
+        offset: usize,
+    ) -> Option<EncodeStep> {
         let (count, item, start) = list(&of, offset)?;
+        let counted = is_counted(theirs, count)?;
         let Kind::Nested(descriptor) = *item else { return None };
         let (message, schema) = (self.message, self.schema);
         // Rules for what is in the list name the fields of its items.
-        let mut inner = Compiler::new(descriptor, message, schema);
+        let mut inner =
+            Compiler { is_checked: self.is_checked, ..Compiler::new(descriptor, message, schema) };
         inner.record(index, path, Some(""))?;
-        let Compiler { steps, used, .. } = inner;
-        used.then_some(EncodeStep::Messages { count, start, item: descriptor, steps })
+        let Compiler { steps, used, misfit, .. } = inner;
+        (used && misfit.is_none()).then_some(EncodeStep::Messages {
+            counted,
+            count,
+            start,
+            item: descriptor,
+            steps,
+        })
     }
 
     fn list(&self, kind: Primitive, fixed: Option<usize>, path: &str) -> Option<EncodeStep> {
         let (count, from, start) = self.items(path)?;
-        match (fixed, count) {
-            (Some(wanted), Items::Fixed(count)) if wanted == count => {}
-            (None, _) => {}
-            _ => return None,
-        }
-        Some(EncodeStep::List { kind, counted: fixed.is_none(), count, start, from })
+        let counted = is_counted(fixed.map_or(Count::Any, Count::Fixed), count)?;
+        Some(EncodeStep::List { kind, counted, count, start, from })
+    }
+}
+
+/// Whether a list in a message has its length before it; `None` when one of the interface does not fit it.
+fn is_counted(theirs: Count, own: Items) -> Option<bool> {
+    match (theirs, own) {
+        (Count::Fixed(wanted), Items::Fixed(count)) if wanted == count => Some(false),
+        (Count::Any, _) => Some(true),
+        _ => None,
     }
 }
 

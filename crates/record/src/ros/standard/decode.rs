@@ -62,8 +62,10 @@ fn note(step: &EncodeStep, told: &mut [bool], has_tail: &mut bool) {
         EncodeStep::Text(TextSource::Name(place, _)) => mark(place.1),
         EncodeStep::Listed(_, places) => places.iter().for_each(|place| mark(place.1)),
         EncodeStep::Covariance(start) => mark(*start),
-        EncodeStep::List { count, start, .. } => note_items(*count, *start, mark, has_tail),
-        EncodeStep::Messages { count, start, item, steps } => {
+        EncodeStep::List { count, start, .. } | EncodeStep::TextList { count, start, .. } => {
+            note_items(*count, *start, mark, has_tail);
+        }
+        EncodeStep::Messages { count, start, item, steps, .. } => {
             let mut told = vec![false; item.size];
             steps.iter().for_each(|step| note(&step.encode, &mut told, &mut false));
             if untold(item, 0, &told).is_none() {
@@ -134,7 +136,17 @@ fn fill(steps: &[MessageStep], prefix: &str, message: &Value, value: &mut Decode
                     store(*from, scalar, &mut value.memory(*count)[start + item * from.size()..]);
                 }
             }
-            EncodeStep::Messages { count, start, item: descriptor, steps } => {
+            EncodeStep::TextList { count, start, capacity, .. } => {
+                let size = Kind::Text(*capacity).size();
+                let Value::List(items) = field else { continue };
+                let start = value.room(*count, *start, items.len(), size).map_err(wrong)?;
+                for (item, own) in items.iter().enumerate() {
+                    let text = own.as_str().unwrap_or_default();
+                    store_text(*capacity, text, &mut value.memory(*count)[start + item * size..])
+                        .map_err(wrong)?;
+                }
+            }
+            EncodeStep::Messages { count, start, item: descriptor, steps, .. } => {
                 let size = descriptor.size;
                 let Value::List(items) = field else { continue };
                 let start = value.room(*count, *start, items.len(), size).map_err(wrong)?;
@@ -185,12 +197,7 @@ impl DecodedValue {
     }
 
     fn text(&mut self, offset: usize, capacity: usize, text: &str) -> Result<(), String> {
-        if text.len() > capacity {
-            return Err(format!("has {} bytes of text, and there is room for {capacity}", text.len()));
-        }
-        store(Primitive::U32, Scalar::Whole(text.len() as i128), &mut self.bytes[offset..]);
-        self.bytes[offset + 4..][..text.len()].copy_from_slice(text.as_bytes());
-        Ok(())
+        store_text(capacity, text, &mut self.bytes[offset..])
     }
 
     /// Takes the numbers of items that have names.
@@ -265,6 +272,16 @@ fn constant(enumeration: &Enumeration, name: &str) -> Result<i128, String> {
         let name: String = name.chars().take(40).collect();
         format!("is {name:?}, expected one of {}", names())
     })
+}
+
+/// Writes a text into memory.
+fn store_text(capacity: usize, text: &str, memory: &mut [u8]) -> Result<(), String> {
+    if text.len() > capacity {
+        return Err(format!("has {} bytes of text, and there is room for {capacity}", text.len()));
+    }
+    store(Primitive::U32, Scalar::Whole(text.len() as i128), memory);
+    memory[4..][..text.len()].copy_from_slice(text.as_bytes());
+    Ok(())
 }
 
 /// Writes the nearest that a type can hold into memory.

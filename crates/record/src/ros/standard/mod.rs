@@ -4,7 +4,7 @@ mod decode;
 mod messages;
 mod source;
 
-use slate_blackboard::interface::{Descriptor, Enumeration};
+use slate_blackboard::interface::{Descriptor, Enumeration, Kind};
 
 use self::cloud::Cloud;
 use self::compiler::{checked_steps, steps};
@@ -52,13 +52,21 @@ enum EncodeStep {
         start: usize,
         from: Primitive,
     },
-    /// A list of messages with its length: where its items begin in the value, what they are there, and what is appended for
-    /// each.
+    /// A list of messages, with its length before it or without: where its items begin in the value, what they are there, and what
+    /// is appended for each.
     Messages {
+        counted: bool,
         count: Items,
         start: usize,
         item: &'static Descriptor,
         steps: Vec<MessageStep>,
+    },
+    /// A list of texts, with its length before it or without: where its items begin in the value, and the capacity of each.
+    TextList {
+        counted: bool,
+        count: Items,
+        start: usize,
+        capacity: usize,
     },
     /// Numbers of several fields, with their count.
     Listed(Primitive, Vec<FieldLocation>),
@@ -239,10 +247,7 @@ fn append(
                 write_name(writer, value.read(place), enumeration)?
             }
             EncodeStep::List { kind, counted, count, start, from } => {
-                let count = value.count(*count);
-                if *counted {
-                    writer.length(wire_length(count)?);
-                }
+                let count = begin_list(writer, value, *count, *counted)?;
                 let memory = &value.bytes[*start..*start + count * from.size()];
                 // The bytes of a truth value may be others than 0 and 1.
                 if kind == from && *kind != Primitive::Bool {
@@ -253,9 +258,13 @@ fn append(
                     }
                 }
             }
-            EncodeStep::Messages { count, start, item: descriptor, steps } => {
-                let count = value.count(*count);
-                writer.length(wire_length(count)?);
+            EncodeStep::TextList { counted, count, start, capacity } => {
+                let (count, size) =
+                    (begin_list(writer, value, *count, *counted)?, Kind::Text(*capacity).size());
+                (0..count).try_for_each(|item| writer.text(value.text(*start + item * size, *capacity)))?;
+            }
+            EncodeStep::Messages { counted, count, start, item: descriptor, steps } => {
+                let count = begin_list(writer, value, *count, *counted)?;
                 for item in 0..count {
                     let size = descriptor.size;
                     let bytes = &value.bytes[*start + item * size..][..size];
@@ -279,6 +288,20 @@ fn append(
         }
     }
     Ok(())
+}
+
+/// Appends the length of a list, if it is counted; returns how many items follow.
+fn begin_list(
+    writer: &mut CdrWriter<'_>,
+    value: &ValueBytes<'_>,
+    items: Items,
+    is_counted: bool,
+) -> Result<usize, Error> {
+    let count = value.count(items);
+    if is_counted {
+        writer.length(wire_length(count)?);
+    }
+    Ok(count)
 }
 
 /// Appends the covariance of a pose in space, from that of x, y and theta in the plane.
