@@ -316,6 +316,8 @@ fn an_unlinked_input_of_the_simulator_is_set() {
 fn a_monitor_that_loses_its_sensor_says_how_old_its_value_is() {
     let mut running = Running::new("set-monitor");
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
+    // A sensor that has never measured has not stopped.
+    running.done(&["wait", "/r2/position_monitor/percept/x", "> -10", "--timeout", "20s"]);
     running.done(&["unlink", "r2/position_monitor/position"]);
     let stopped = || {
         let log = running.done(&["log"]);
