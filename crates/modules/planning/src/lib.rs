@@ -1,7 +1,7 @@
 //! Global planning on grids: paths that are cheapest among those of eight neighbours ([`AStar`]) or of any angle ([`ThetaStar`]),
 //! and one that is repaired while the robot learns of obstacles ([`DStarLite`]).
 //!
-//! All of them search a [`CostGrid`], whose costs are those of Nav2's costmaps. Buffers are kept, so that only the first search in a grid
+//! All of them search a [`CostGrid`], whose costs are those of Nav2's costmaps; a [`Costmap`] makes one of its layers. Buffers are kept, so that only the first search in a grid
 //! of a size allocates.
 //!
 //! ```
@@ -18,6 +18,7 @@
 mod a_star;
 mod bucket_queue;
 mod cost_grid;
+mod costmap;
 mod d_star_lite;
 mod grid_path;
 mod indexed_heap;
@@ -27,6 +28,7 @@ mod theta_star;
 
 pub use a_star::AStar;
 pub use cost_grid::{CostGrid, GridCell, INSCRIBED, LETHAL, UNKNOWN};
+pub use costmap::{Costmap, Inflation};
 pub use d_star_lite::DStarLite;
 pub use grid_path::GridPath;
 pub use line::line_cost;

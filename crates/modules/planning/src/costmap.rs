@@ -1,0 +1,189 @@
+//! Costmap of layers.
+
+use slate_grid::{DistanceTransform, Geometry, LineCells};
+use slate_interfaces::Pose2;
+use slate_module::math;
+
+use crate::cost_grid::{CostGrid, GridCell, INSCRIBED, LETHAL, UNKNOWN};
+
+/// How costs fall with the distance to an obstacle, as in Nav2's inflation layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inflation {
+    /// Radius of the largest circle inside of the robot's footprint, m.
+    pub inscribed_radius: f64,
+    /// Distance up to which an obstacle makes cells dearer, `inflation_radius`, m.
+    pub inflation_radius: f64,
+    /// How fast the cost falls, `cost_scaling_factor`, 1/m.
+    pub cost_scaling_factor: f64,
+}
+
+impl Default for Inflation {
+    fn default() -> Self {
+        Self { inscribed_radius: 0.2, inflation_radius: 0.55, cost_scaling_factor: 3.0 }
+    }
+}
+
+impl Inflation {
+    /// Returns the cost at a distance from the middle of the nearest obstacle's cell, m.
+    pub fn cost(&self, distance: f64) -> u8 {
+        if distance == 0.0 {
+            LETHAL
+        } else if distance <= self.inscribed_radius {
+            INSCRIBED
+        } else if distance > self.inflation_radius {
+            0
+        } else {
+            let decay = math::exp(-self.cost_scaling_factor * (distance - self.inscribed_radius));
+            (f64::from(INSCRIBED - 1) * decay) as u8
+        }
+    }
+}
+
+/// Layers of a map for planning: a static map, obstacles that sensors see, zones that a robot keeps out of, and around all of these
+/// an inflation (Lu, Hershberger and Smart, 2014, *Layered costmaps for context-sensitive navigation*).
+///
+/// ```
+/// use slate_grid::Geometry;
+/// use slate_interfaces::Pose2;
+/// use slate_planning::{Costmap, GridCell, Inflation, LETHAL};
+///
+/// let geometry = Geometry::new([0.0, 0.0], [4.0, 4.0], 0.1, 10_000).unwrap();
+/// let mut costmap = Costmap::new(geometry, Inflation::default());
+/// costmap.set_static(|_| 0);
+/// // A beam from the laser at (1, 2) ends 1 m before it.
+/// costmap.see(&Pose2 { x: 1.05, y: 2.05, theta: 0.0 }, &[[1.0, 0.0]], &[]);
+/// let grid = costmap.update();
+/// assert_eq!(grid.cost(GridCell::new(20, 20)), LETHAL);
+/// assert!(grid.cost(GridCell::new(16, 20)) > 0);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Costmap {
+    geometry: Geometry,
+    inflation: Inflation,
+    /// Cost of each cell by the static map.
+    base: Vec<u8>,
+    /// What sensors have seen of each cell.
+    seen: Vec<CellSight>,
+    keep_out: Vec<bool>,
+    distances: DistanceTransform,
+    grid: CostGrid,
+}
+
+/// What sensors have seen of a cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum CellSight {
+    /// Nothing: the static map holds.
+    #[default]
+    Unseen,
+    /// A beam went through.
+    Free,
+    /// A beam ended there.
+    Obstacle,
+}
+
+impl Costmap {
+    /// Makes a map of unknown cells.
+    pub fn new(geometry: Geometry, inflation: Inflation) -> Self {
+        let cells = geometry.cells();
+        Self {
+            base: vec![UNKNOWN; cells],
+            seen: vec![CellSight::Unseen; cells],
+            keep_out: vec![false; cells],
+            distances: DistanceTransform::default(),
+            grid: CostGrid::new(geometry.width as u32, geometry.height as u32, |_| UNKNOWN),
+            geometry,
+            inflation,
+        }
+    }
+
+    /// Where its cells are.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// Sets the static map from the occupancy of each cell in percent, from 65 on an obstacle; negative is unknown.
+    pub fn set_static(&mut self, occupancy: impl Fn(usize) -> i8) {
+        for (cell, base) in self.base.iter_mut().enumerate() {
+            *base = match occupancy(cell) {
+                ..0 => UNKNOWN,
+                0..65 => 0,
+                65.. => LETHAL,
+            };
+        }
+    }
+
+    /// Adds a scan from a sensor's pose in the map frame: cells that beams go through are free, those in which they end are obstacles.
+    ///
+    /// Ends of beams are in the sensor's frame, m; `clearing` has those that ended without hitting anything. A point that is no number
+    /// is skipped. In a scan, obstacles count more than beams that go through.
+    pub fn see(&mut self, sensor: &Pose2, hits: &[[f64; 2]], clearing: &[[f64; 2]]) {
+        let from = self.geometry.place(sensor.x, sensor.y);
+        if !from.0.is_finite() || !from.1.is_finite() {
+            return;
+        }
+        let (sine, cosine) = (math::sin(sensor.theta), math::cos(sensor.theta));
+        let end = |[x, y]: [f64; 2]| {
+            let point = (sensor.x + x * cosine - y * sine, sensor.y + x * sine + y * cosine);
+            self.geometry.place(point.0, point.1)
+        };
+        // Lines are as long as a grid is large at most.
+        let limit = 2.0 * (self.geometry.width + self.geometry.height) as f64;
+        let is_near = |to: &(f64, f64)| math::hypot(to.0 - from.0, to.1 - from.1) <= limit;
+        let ends: Vec<(f64, f64)> =
+            hits.iter().chain(clearing).map(|point| end(*point)).filter(is_near).collect();
+        for to in &ends {
+            for place in LineCells::new(from, *to) {
+                if let Some(cell) = self.cell(place) {
+                    self.seen[cell] = CellSight::Free;
+                }
+            }
+        }
+        for point in hits {
+            let to = end(*point);
+            if is_near(&to)
+                && let Some(cell) = self.cell((to.0.floor() as i64, to.1.floor() as i64))
+            {
+                self.seen[cell] = CellSight::Obstacle;
+            }
+        }
+    }
+
+    /// Forgets what sensors have seen.
+    pub fn forget(&mut self) {
+        self.seen.fill(CellSight::Unseen);
+    }
+
+    /// Sets the zones that the robot keeps out of.
+    pub fn keep_out(&mut self, is_in_zone: impl Fn(usize) -> bool) {
+        for (cell, keep_out) in self.keep_out.iter_mut().enumerate() {
+            *keep_out = is_in_zone(cell);
+        }
+    }
+
+    /// Computes costs from the layers.
+    pub fn update(&mut self) -> &CostGrid {
+        let Self { geometry, inflation, base, seen, keep_out, distances, grid } = self;
+        let is_obstacle = |cell: usize| match seen[cell] {
+            _ if keep_out[cell] => true,
+            CellSight::Obstacle => true,
+            CellSight::Free => false,
+            CellSight::Unseen => base[cell] == LETHAL,
+        };
+        let squares = distances.squares(geometry.width, geometry.height, is_obstacle);
+        for (cell, square) in squares.iter().enumerate() {
+            let cost = inflation.cost((*square as f64).sqrt() * geometry.resolution);
+            let is_unknown = seen[cell] == CellSight::Unseen && base[cell] == UNKNOWN;
+            // What nobody has seen stays so, unless an obstacle is too near in any case.
+            let cost = if is_unknown && cost < INSCRIBED { UNKNOWN } else { cost };
+            let place = GridCell::new((cell % geometry.width) as u32, (cell / geometry.width) as u32);
+            grid.set(place, cost);
+        }
+        grid
+    }
+
+    fn cell(&self, (column, row): (i64, i64)) -> Option<usize> {
+        let (column, row) = (usize::try_from(column).ok()?, usize::try_from(row).ok()?);
+        let is_inside = column < self.geometry.width && row < self.geometry.height;
+        is_inside.then(|| self.geometry.index(column, row))
+    }
+}
