@@ -128,6 +128,7 @@ pub fn plugins() -> Vec<Plugin> {
         Plugin::linked::<Eye>(),
         Plugin::linked::<super::actions::Counter>(),
         Plugin::linked::<super::actions::Seeker>(),
+        Plugin::linked::<super::lockstep::Cart>(),
     ];
     own.into_iter().chain(shared_plugins()).collect()
 }

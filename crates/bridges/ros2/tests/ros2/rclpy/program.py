@@ -3,6 +3,7 @@
 import array
 import json
 import math
+import random
 import sys
 import threading
 import time
@@ -228,6 +229,36 @@ class Peer:
         if what == "set":
             return [[own.successful, own.reason] for own in result.results]
         return [result.result.successful, result.result.reason]
+
+    def steer(self, source, to, pause=0.0, limit=None):
+        """Steers by each odometry with one twist, and thinks for up to `pause` seconds; no more than `limit` times."""
+        commands = self.node.create_publisher(load("geometry_msgs/msg/Twist"), to, quality({}))
+        count = 0
+
+        def answer(odometry):
+            nonlocal count
+            count += 1
+            if limit is not None and count > limit:
+                return
+            time.sleep(random.random() * pause)
+            command = commands.msg_type()
+            command.linear.x = 0.5 * (10.0 - odometry.pose.pose.position.x)
+            command.angular.z = float(count)
+            commands.publish(command)
+
+        self.node.create_subscription(load("nav_msgs/msg/Odometry"), source, answer, quality({}))
+
+    def pace(self, to, period):
+        """Publishes its time by a timer, in a node that follows the clock."""
+        self.follow_clock()
+        commands = self.node.create_publisher(load("geometry_msgs/msg/Twist"), to, quality({}))
+
+        def publish():
+            command = commands.msg_type()
+            command.linear.x = self.now() / 1e9
+            commands.publish(command)
+
+        self.node.create_timer(period, publish)
 
     def follow_clock(self):
         self.node.set_parameters([Parameter("use_sim_time", value=True)])
