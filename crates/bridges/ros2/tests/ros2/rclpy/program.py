@@ -85,12 +85,17 @@ class Peer:
     def show(self, topic, size):
         """Publishes an image of so many bytes, and so many rows of a KiB."""
         image = fill(self.publishers[topic].msg_type(), {"width": 1024, "height": size // 1024, "step": 1024, "encoding": "mono8"})
-        image.data = array.array("B", (number % 251 for number in range(size)))
+        image.data = array.array("B", (bytes(range(251)) * (size // 251 + 1))[:size])
         self.publishers[topic].publish(image)
 
     def see(self, topic):
-        """Sizes and checksums of the images that were heard."""
-        return [[image["height"], len(image["data"]), sum(image["data"])] for image in self.take(topic)]
+        """Subscribes to images; what is heard of them are height, size and checksum."""
+
+        def hear(image):
+            with self.lock:
+                self.heard.setdefault(topic, []).append([image.height, len(image.data), sum(image.data)])
+
+        self.node.create_subscription(load("sensor_msgs/msg/Image"), topic, hear, quality({"depth": 1}))
 
     def matched(self, topic):
         return self.publishers[topic].get_subscription_count()
