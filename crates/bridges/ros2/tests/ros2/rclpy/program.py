@@ -265,6 +265,35 @@ class Peer:
 
         self.node.create_timer(period, publish)
 
+    def join(self, count):
+        """Joins with so many participants at once, each a node with a publisher and a subscription."""
+        self.members, ready = [], threading.Barrier(count)
+
+        def member(number):
+            context = rclpy.Context()
+            ready.wait()
+            context.init()
+            node = rclpy.create_node(f"member_{number}", context=context)
+            publisher = node.create_publisher(load("geometry_msgs/msg/Twist"), "/cmd_vel", 10)
+            node.create_subscription(load("nav_msgs/msg/Odometry"), "/odom", lambda odometry: None, 10)
+            with self.lock:
+                self.members.append((node, publisher))
+
+        threads = [threading.Thread(target=member, args=[number]) for number in range(count)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+
+    def members_that_see(self, name, agents):
+        """How many members see a node, and the subscriptions of commands and publishers of odometry of so many."""
+        return sum(
+            name in node.get_node_names()
+            and publisher.get_subscription_count() == agents
+            and node.count_publishers("/odom") == agents
+            for node, publisher in self.members
+        )
+
     def follow_clock(self):
         self.node.set_parameters([Parameter("use_sim_time", value=True)])
 
