@@ -278,7 +278,7 @@ fn an_image_of_a_mebibyte_goes_through_the_agent() {
 
 #[test]
 fn images_of_eight_mebibytes_go_through_the_agent() {
-    // Namespaces do not have it, and the test is run again in one.
+    // Some kernels do not show it in a namespace.
     if let Ok(room) = std::fs::read_to_string("/proc/sys/net/core/rmem_max") {
         let is_enough = room.trim().parse::<u64>().unwrap() >= 4 << 20;
         assert!(is_enough, "this test needs sockets with room: sysctl -w net.core.rmem_max=4194304");
