@@ -12,7 +12,7 @@ use slate_module::Level;
 use slate_record::ros::WireFormat::Cdr as CDR;
 use slate_runtime::Composer;
 use slate_topics::{
-    AwaitedInput, CLOCK, Connections, InboundTopic, InboundTopics, LockstepTopics, OutboundStatus,
+    AwaitedInput, CLOCK, ConnectionCount, InboundTopic, InboundTopics, LockstepTopics, OutboundStatus,
     OutboundTopic, PublishedTopic, PublishedTopics, RosError, RosMessage, TopicStatus, WaitPer, check_clock,
     join_threads, publish, topic_input, topic_output,
 };
@@ -252,7 +252,7 @@ fn awaited_inputs(
     own: &BTreeMap<GUID, OwnEndpoint>,
     matches: &Arc<Matches>,
 ) -> Vec<AwaitedInput> {
-    let connections = |guid: GUID| -> Connections {
+    let connections = |guid: GUID| -> ConnectionCount {
         let matches = Arc::clone(matches);
         Box::new(move || matches.count(guid))
     };

@@ -36,7 +36,7 @@ pub use check::{check_clock, check_ports, topic_input, topic_output};
 pub use error::RosError;
 pub use frames::{FrameMessages, FrameReader, frame_input};
 pub use inbound::{InboundTopic, InboundTopics};
-pub use lockstep::{AwaitedInput, Connections, LockstepTopics};
+pub use lockstep::{AwaitedInput, ConnectionCount, LockstepTopics};
 pub use log_lines::{LogLines, NodeLogLine};
 pub use message::RosMessage;
 pub use message_type::MessageType;

@@ -20,7 +20,7 @@ const CHECK_PERIOD: Duration = Duration::from_millis(10);
 const SECOND: f64 = 1e9;
 
 /// Counts the other ends of a topic.
-pub type Connections = Box<dyn Fn() -> usize + Send + Sync>;
+pub type ConnectionCount = Box<dyn Fn() -> usize + Send + Sync>;
 
 /// An input whose messages cycles wait for.
 pub struct AwaitedInput {
@@ -29,9 +29,9 @@ pub struct AwaitedInput {
     /// Which messages.
     pub wait: TopicWait,
     /// Publishers of its topic.
-    pub publishers: Connections,
+    pub publishers: ConnectionCount,
     /// Subscriptions of the topic that is answered, if any is.
-    pub subscriptions: Option<Connections>,
+    pub subscriptions: Option<ConnectionCount>,
     /// Whether its last message did not come.
     pub is_late: AtomicBool,
 }
