@@ -51,9 +51,8 @@ fn a_scan_with_its_header_is_read() {
         eventually("refusals", || status(&agent, "/scan").refused == 3);
         let error = status(&agent, "/scan").error.unwrap();
         assert_eq!(error, "`ranges` has 5 items, and the input has room for 4");
-        let lines = agent.log.lines();
-        let shown = lines.iter().filter(|line| line.to_string().contains("does not fit /driver/scan"));
-        assert_eq!(shown.count(), 1);
+        agent.composer.flush_log(std::time::Duration::from_secs(5));
+        assert_eq!(agent.logged("does not fit /driver/scan"), 1);
         assert_eq!(agent.number("driver/scan/ranges/1"), 2.0);
         peer.publish("/scan", &scan(&[3.0, 4.0]));
         eventually("the next scan", || agent.number("driver/scan/ranges/1") == 4.0);
