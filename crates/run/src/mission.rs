@@ -324,6 +324,7 @@ impl MissionRun {
             End::TooManyHung { modules } => {
                 return (Outcome::Failed, Some(format!("hang in their ticks: {}", modules.join(", "))));
             }
+            End::Unanswered { reason } => return (Outcome::Failed, Some(reason.clone())),
             End::Stopped => {}
         }
         let Some(verdict) = self.observation.verdict().filter(|verdict| verdict.state != "RUNNING") else {

@@ -19,9 +19,10 @@ pub mod stop_line;
 pub mod tls;
 
 pub use agent::{
-    Agent, CommandError, Composer, ControlsError, ControlsHolder, ExternalContent, ExternalInputError,
-    ExternalValue, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError, PluginStatus,
-    Reload, RemoteEnd, StartError, Stopper, SystemClock, Teleoperation, WeakComposer, catalogue,
+    Agent, CommandError, Composer, ControlsError, ControlsHolder, CycleEnd, ExternalContent,
+    ExternalInputError, ExternalValue, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError,
+    PluginStatus, Reload, RemoteEnd, StartError, Stopper, SystemClock, Teleoperation, ValueWait,
+    WeakComposer, catalogue,
 };
 pub use delivery::ExternalDelivery;
 pub use slate_composition as composition;

@@ -24,6 +24,7 @@ impl Default for TopicQuality {
 impl TopicOptions for TopicQuality {
     const READ_KEYS: &'static [&'static str] = &["reliable", "transient_local", "depth"];
     const WRITE_KEYS: &'static [&'static str] = Self::READ_KEYS;
+    const CAN_WAIT: bool = true;
 
     fn of(reader: &mut TableReader<'_>, table: &Table) -> Self {
         let usual = Self::default();

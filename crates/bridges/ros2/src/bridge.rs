@@ -1,8 +1,8 @@
 //! An agent that takes part in ROS.
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
 use rustdds::{GUID, RTPSEntity};
@@ -12,15 +12,16 @@ use slate_module::Level;
 use slate_record::ros::WireFormat::Cdr as CDR;
 use slate_runtime::Composer;
 use slate_topics::{
-    InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, PublishedTopic, RosError, RosMessage,
-    TopicStatus, check_clock, join_threads, publish, topic_input, topic_output,
+    AwaitedInput, CLOCK, ConnectionCount, InboundTopic, InboundTopics, LockstepTopics, OutboundStatus,
+    OutboundTopic, PublishedTopic, PublishedTopics, RosError, RosMessage, TopicStatus, WaitPer, check_clock,
+    join_threads, publish, topic_input, topic_output,
 };
 
 use crate::frame_inputs::FrameInputs;
 use crate::inbound::TopicReaders;
 use crate::lifecycle::lifecycle_services;
 use crate::name::{message_name, type_name, wire_topic};
-use crate::node::NodeTopics;
+use crate::node::{CLOCK_MESSAGE, NodeTopics};
 use crate::outbound::WriterSink;
 use crate::parameters::parameter_services;
 use crate::participant::RosParticipant;
@@ -45,6 +46,10 @@ pub struct RosBridge {
     /// By place among those that are read.
     readers: Vec<GUID>,
     outbound: Vec<(GUID, OutboundStatus)>,
+    /// Inputs whose messages cycles wait for, until it is started.
+    awaited: Vec<AwaitedInput>,
+    /// What waits for them.
+    lockstep: Arc<Mutex<Option<LockstepTopics<WriterSink, RosMessage>>>>,
     wake: Arc<Wake>,
     ended: Arc<AtomicBool>,
     waiting: Option<(TopicReaders, Vec<PublishedTopic<WriterSink>>)>,
@@ -85,7 +90,8 @@ impl RosBridge {
             guids.push(reader.guid());
             property.set_external(&format!("{TABLE}:{}", settings.topic));
             let (topic, depth) = (&settings.topic, settings.quality.depth.into());
-            topics.push(InboundTopic::new(topic, message.name(), &settings.input, &property, depth));
+            let topic = InboundTopic::new(topic, message.name(), &settings.input, &property, depth);
+            topics.push(if settings.wait.is_some() { topic.awaited() } else { topic });
             readers.push((reader, message));
         }
         let mut writers = Vec::new();
@@ -101,6 +107,7 @@ impl RosBridge {
         check_clock(composer, &settings.options)?;
         let frames = FrameInputs::open(&participant, composer, settings, &mut topics)?;
         let node = NodeTopics::open(&participant, surface, settings)?;
+        own.extend(node.clock().map(|guid| (guid, clock_endpoint())));
         let groups = [
             parameter_services(&participant, surface, settings)?,
             lifecycle_services(&participant, surface, settings)?,
@@ -112,7 +119,9 @@ impl RosBridge {
             own.iter().filter(move |(_, own)| own.is_reader == is_reader).map(|(guid, _)| *guid)
         };
         let all_readers: Vec<_> = side(true).collect();
-        let all_writers: Vec<_> = side(false).chain(node.guids()).collect();
+        let all_writers: BTreeSet<_> = side(false).chain(node.guids()).collect();
+        let all_writers: Vec<_> = all_writers.into_iter().collect();
+        let lockstep = awaited_inputs(settings, &guids, &own, &matches);
         matches.set_own(own);
         participant.announce(&all_readers, &all_writers)?;
         let outbound = writers.iter().map(|own| (own.sink().guid(), own.topic().status()));
@@ -122,6 +131,8 @@ impl RosBridge {
             matches,
             inbound: Arc::new(InboundTopics::new(TABLE, composer.clone(), topics)),
             readers: guids,
+            awaited: lockstep,
+            lockstep: Arc::default(),
             outbound: outbound.collect(),
             wake: Arc::new(Wake::new()),
             ended: Arc::new(AtomicBool::new(false)),
@@ -152,8 +163,12 @@ impl RosBridge {
         let spawn = |name: &str| Builder::new().name(name.into());
         let (composer, wake, ended) =
             (self.composer.clone(), Arc::clone(&self.wake), Arc::clone(&self.ended));
-        let send = move || publish(TABLE, topics, &composer, &wake, &ended);
-        self.threads.push(spawn("ros2-send").spawn(send)?);
+        if self.awaited.is_empty() {
+            let send = move || publish(TABLE, topics, &composer, &wake, &ended);
+            self.threads.push(spawn("ros2-send").spawn(send)?);
+        } else {
+            self.wait_for_nodes(topics);
+        }
         let (inbound, matches) = (Arc::clone(&self.inbound), Arc::clone(&self.matches));
         let (participant, composer) = (Arc::clone(&self.participant), self.composer.clone());
         let look = move || {
@@ -183,12 +198,40 @@ impl RosBridge {
         Ok(())
     }
 
+    /// Has cycles send what they write, and wait for messages.
+    fn wait_for_nodes(&mut self, topics: Vec<PublishedTopic<WriterSink>>) {
+        let mut node = self.node.as_mut().map(NodeTopics::split_off_cycles).unwrap_or_default();
+        let surface = Arc::clone(&self.surface);
+        let lockstep = LockstepTopics::new(
+            Arc::clone(&self.inbound),
+            std::mem::take(&mut self.awaited),
+            PublishedTopics::new(TABLE, topics),
+            Box::new(move || node.publish(&surface)),
+            Arc::clone(&self.ended),
+        );
+        *lock(&self.lockstep) = Some(lockstep);
+        let lockstep = Arc::clone(&self.lockstep);
+        self.composer.wait_after_cycles(Some(Box::new(move |cycle| {
+            lock(&lockstep).as_mut().map_or(Ok(()), |topics| topics.end_cycle(cycle))
+        })));
+    }
+
     /// How the topics stand: those that are read, then those that are written.
     pub fn topics(&self) -> Vec<TopicStatus> {
         let read = self.inbound.topics().iter().zip(&self.readers);
         let read = read.map(|(topic, guid)| topic.status(Some(self.matches.count(*guid))));
         let written = self.outbound.iter().map(|(guid, topic)| topic.status(Some(self.matches.count(*guid))));
         read.chain(written).collect()
+    }
+}
+
+fn clock_endpoint() -> OwnEndpoint {
+    OwnEndpoint {
+        topic: CLOCK.to_owned(),
+        wire: (wire_topic(CLOCK), type_name(CLOCK_MESSAGE)),
+        message: CLOCK_MESSAGE.to_owned(),
+        is_reader: false,
+        type_hash: None,
     }
 }
 
@@ -202,9 +245,45 @@ fn endpoint(topic: &str, message: &RosMessage, is_reader: bool) -> OwnEndpoint {
     }
 }
 
+/// Inputs whose messages cycles wait for, with the other ends of their topics.
+fn awaited_inputs(
+    settings: &RosSettings,
+    readers: &[GUID],
+    own: &BTreeMap<GUID, OwnEndpoint>,
+    matches: &Arc<Matches>,
+) -> Vec<AwaitedInput> {
+    let connections = |guid: GUID| -> ConnectionCount {
+        let matches = Arc::clone(matches);
+        Box::new(move || matches.count(guid))
+    };
+    let mut inputs = Vec::new();
+    for (place, (input, reader)) in settings.topics.read.iter().zip(readers).enumerate() {
+        let Some(wait) = input.wait.clone() else { continue };
+        let answered = match &wait.per {
+            WaitPer::Topic(topic) => topic,
+            WaitPer::Period(_) => CLOCK,
+        };
+        let writer = own.iter().find(|(_, own)| !own.is_reader && own.topic == *answered);
+        inputs.push(AwaitedInput {
+            place,
+            wait,
+            publishers: connections(*reader),
+            subscriptions: writer.map(|(guid, _)| connections(*guid)),
+            is_late: AtomicBool::new(false),
+        });
+    }
+    inputs
+}
+
+/// Locks data that stays intact when another thread panics with the lock.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 impl Drop for RosBridge {
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Release);
+        *lock(&self.lockstep) = None;
         self.wake.notify(1);
         self.inbound.end();
         self.services.end();

@@ -48,5 +48,5 @@ pub use slate_dds::TopicQuality;
 pub use slate_topics::{
     ActionCall, ActionOffer, ActionType, CancelMessage, FrameInput, NodeAccess, NodeOptions, RosError,
     RosMessage, ServiceCall, ServiceOffer, ServiceType, TopicInput, TopicMisfit, TopicOutput, TopicSettings,
-    TopicStatus, type_hash,
+    TopicStatus, TopicWait, WaitPer, type_hash,
 };

@@ -52,6 +52,10 @@ pub fn topic_input<O>(
     own: &TopicInput<O>,
 ) -> Result<(Arc<Property>, RosMessage), Box<TopicMisfit>> {
     let property = input(composer, &own.input, &own.topic).map_err(|misfit| misfit.at(own.place))?;
+    if let Some(wait) = own.wait.as_ref().filter(|_| !composer.is_lockstep()) {
+        let reason = "cycles would wait for it, and the agent goes by the system's clock";
+        return Err(TopicMisfit::new(&own.input, &own.topic, reason, NO_WAIT).at(wait.place));
+    }
     let message = message(format, property.descriptor(), own.definition.as_deref());
     let message = message.map_err(|error| {
         TopicMisfit::new(&own.input, &own.topic, error.to_string(), DEFINITION).at(own.place)
@@ -81,6 +85,10 @@ pub fn topic_output<O>(
     })?;
     Ok((property, message))
 }
+
+/// Advice for a wait on the system's clock.
+const NO_WAIT: &str =
+    "take wait_per away, or give the agent a time source, such as [time] source = \"simulator\"";
 
 /// Advice for a definition that does not fit.
 const DEFINITION: &str = "give the fields of the message the names and types of those of the interface";

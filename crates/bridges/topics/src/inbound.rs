@@ -10,6 +10,7 @@ use slate_blackboard::interface::{Descriptor, Kind};
 use slate_module::Level;
 use slate_runtime::{Composer, ExternalContent, ExternalDelivery};
 
+use crate::awaited::AwaitedValues;
 use crate::services::bytes;
 use crate::status::TopicStatus;
 
@@ -30,6 +31,8 @@ pub struct InboundTopic {
     capacity: usize,
     /// Values that may wait for the next cycle.
     depth: usize,
+    /// Whether cycles wait for its messages.
+    is_awaited: bool,
     received: AtomicU64,
     refused: AtomicU64,
     dropped: AtomicU64,
@@ -46,11 +49,18 @@ impl InboundTopic {
             descriptor: property.descriptor(),
             capacity: property.channel().map_or(0, |channel| channel.shape().capacity),
             depth,
+            is_awaited: false,
             received: AtomicU64::new(0),
             refused: AtomicU64::new(0),
             dropped: AtomicU64::new(0),
             error: Mutex::default(),
         }
+    }
+
+    /// The same, for whose messages [`LockstepTopics`](crate::LockstepTopics) waits.
+    #[must_use]
+    pub fn awaited(self) -> Self {
+        Self { is_awaited: true, ..self }
     }
 
     /// The topic, as the others call it.
@@ -85,8 +95,13 @@ impl InboundTopic {
             count: count(&self.received),
             refused: count(&self.refused),
             dropped: count(&self.dropped),
-            error: locked(&self.error).clone(),
+            error: self.error(),
         }
+    }
+
+    /// Why its last message was refused, if it was.
+    pub(crate) fn error(&self) -> Option<String> {
+        locked(&self.error).clone()
     }
 
     /// Whether the input has room for a value.
@@ -109,6 +124,8 @@ pub struct InboundTopics {
     topics: Vec<InboundTopic>,
     composer: Composer,
     delivery: ExternalDelivery,
+    /// Of topics whose messages cycles wait for.
+    awaited: AwaitedValues,
     /// Texts that were logged.
     logged: Mutex<BTreeSet<String>>,
 }
@@ -118,7 +135,8 @@ impl InboundTopics {
     pub fn new(scheme: &'static str, composer: Composer, topics: Vec<InboundTopic>) -> Self {
         let depths = topics.iter().map(|topic| (topic.input.clone(), topic.depth));
         let delivery = ExternalDelivery::new(composer.clone(), depths);
-        Self { scheme, topics, composer, delivery, logged: Mutex::default() }
+        let awaited = AwaitedValues::new(topics.len());
+        Self { scheme, topics, composer, delivery, awaited, logged: Mutex::default() }
     }
 
     /// All of them, by place.
@@ -140,6 +158,11 @@ impl InboundTopics {
         let topic = &self.topics[place];
         let value = value.and_then(|bytes| topic.check(&bytes).map(|()| bytes));
         match value {
+            Ok(bytes) if topic.is_awaited => {
+                if !self.awaited.push(place, bytes, topic.depth) {
+                    topic.note_dropped(1);
+                }
+            }
             Ok(bytes) => {
                 if !self.delivery.push(place, ExternalContent::Bytes(bytes)) {
                     topic.note_dropped(1);
@@ -181,8 +204,23 @@ impl InboundTopics {
         }
     }
 
+    /// Values of topics whose messages cycles wait for.
+    pub(crate) fn awaited(&self) -> &AwaitedValues {
+        &self.awaited
+    }
+
+    /// Scheme of the bridge.
+    pub(crate) fn scheme(&self) -> &'static str {
+        self.scheme
+    }
+
+    /// The agent.
+    pub(crate) fn composer(&self) -> &Composer {
+        &self.composer
+    }
+
     /// Notes the outcome of a message; the same reason is logged once.
-    fn note(&self, place: usize, result: Result<(), String>) {
+    pub(crate) fn note(&self, place: usize, result: Result<(), String>) {
         let topic = &self.topics[place];
         let mut error = locked(&topic.error);
         let Err(reason) = result else {

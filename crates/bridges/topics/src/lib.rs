@@ -6,10 +6,12 @@
 
 mod action_settings;
 mod action_type;
+mod awaited;
 mod check;
 mod error;
 mod frames;
 mod inbound;
+mod lockstep;
 mod log_lines;
 mod message;
 mod message_type;
@@ -25,6 +27,7 @@ mod status;
 mod table_reader;
 mod threads;
 mod topic_settings;
+mod topic_wait;
 mod type_hash;
 
 pub use action_settings::{ActionCall, ActionOffer, CancelMessage};
@@ -33,6 +36,7 @@ pub use check::{check_clock, check_ports, topic_input, topic_output};
 pub use error::RosError;
 pub use frames::{FrameMessages, FrameReader, frame_input};
 pub use inbound::{InboundTopic, InboundTopics};
+pub use lockstep::{AwaitedInput, ConnectionCount, LockstepTopics};
 pub use log_lines::{LogLines, NodeLogLine};
 pub use message::RosMessage;
 pub use message_type::MessageType;
@@ -40,7 +44,7 @@ pub use misfit::{TopicMisfit, input, output};
 pub use options::{FrameInput, NodeAccess, NodeOptions, OPTION_KEYS};
 pub use outbound::{OutboundStatus, OutboundTopic, OutboundValue, date};
 pub use parameters::{NodeParameter, ParameterTable, value_of};
-pub use published::{PublishedTopic, TopicMessage, TopicSink, publish};
+pub use published::{PublishedTopic, PublishedTopics, TopicMessage, TopicSink, publish};
 pub use service_settings::{ServiceCall, ServiceOffer, ServicesReader};
 pub use service_type::ServiceType;
 pub use services::{
@@ -51,4 +55,5 @@ pub use status::TopicStatus;
 pub use table_reader::{KeyedValue, NameResolver, TableReader};
 pub use threads::{SHUTDOWN_TIMEOUT, join_threads};
 pub use topic_settings::{TopicInput, TopicOptions, TopicOutput, TopicSettings, link_help};
+pub use topic_wait::{CLOCK, TopicWait, WaitPer};
 pub use type_hash::type_hash;

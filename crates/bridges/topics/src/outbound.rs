@@ -34,6 +34,8 @@ pub struct OutboundTopic {
     watching: Option<Watching>,
     /// Number of the value that was taken last.
     taken: u64,
+    /// Sequence number of the newest value that [`is_written`](Self::is_written) has seen.
+    noticed: u64,
     counts: Arc<OutboundCounts>,
 }
 
@@ -65,6 +67,7 @@ impl OutboundTopic {
             property: Some(property),
             watching: None,
             taken: 0,
+            noticed: 0,
             counts: Arc::default(),
         }
     }
@@ -108,6 +111,13 @@ impl OutboundTopic {
         self.watching = None;
         let channel = self.property.as_ref().and_then(|property| property.channel());
         self.taken = channel.map_or(0, |channel| channel.published());
+    }
+
+    /// Whether the property was written since the last call.
+    pub(crate) fn is_written(&mut self) -> bool {
+        let channel = self.property.as_ref().and_then(|property| property.channel());
+        let written = channel.map_or(0, |channel| channel.published());
+        std::mem::replace(&mut self.noticed, written) != written
     }
 
     /// The newest value, unless it was taken before.

@@ -83,30 +83,57 @@ impl<S: TopicSink, M: TopicMessage> PublishedTopic<S, M> {
     }
 }
 
-/// Sends values as they are written, until the end; `scheme` names the bridge in the log.
-#[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
-pub fn publish<S: TopicSink, M: TopicMessage>(
-    scheme: &str,
-    mut topics: Vec<PublishedTopic<S, M>>,
-    composer: &Composer,
-    wake: &Arc<Wake>,
-    ended: &AtomicBool,
-) {
-    let mut renewed = Instant::now();
-    while !ended.load(Ordering::Acquire) {
-        if renewed.elapsed() > RENEW {
-            renewed = Instant::now();
-            topics.iter_mut().for_each(|own| own.topic.follow(composer));
+/// Topics that have the values of properties.
+pub struct PublishedTopics<S, M = RosMessage> {
+    /// Scheme of the bridge, for the log.
+    scheme: &'static str,
+    topics: Vec<PublishedTopic<S, M>>,
+    renewed: Instant,
+}
+
+impl<S: TopicSink, M: TopicMessage> PublishedTopics<S, M> {
+    /// Topics of a bridge.
+    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    pub fn new(scheme: &'static str, topics: Vec<PublishedTopic<S, M>>) -> Self {
+        Self { scheme, topics, renewed: Instant::now() }
+    }
+
+    /// Sends the newest values that were not sent.
+    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    pub fn send(&mut self, composer: &Composer) {
+        if self.renewed.elapsed() > RENEW {
+            self.renewed = Instant::now();
+            self.topics.iter_mut().for_each(|own| own.topic.follow(composer));
         }
-        for own in &mut topics {
+        for own in &mut self.topics {
             if let Err(reason) = own.send(composer)
                 && !std::mem::replace(&mut own.is_error_logged, true)
             {
-                let (path, topic) = (own.topic.path(), own.topic.topic());
+                let (scheme, path, topic) = (self.scheme, own.topic.path(), own.topic.topic());
                 let text = format!("{scheme}: a value of /{path} is not sent to {topic}: {reason}");
                 composer.log(Level::Warn, &text);
             }
         }
+    }
+
+    /// Topics whose properties were written since the last call.
+    pub(crate) fn written(&mut self) -> Vec<String> {
+        let topics = self.topics.iter_mut();
+        topics.filter_map(|own| own.topic.is_written().then(|| own.topic.topic().to_owned())).collect()
+    }
+}
+
+/// Sends values as they are written, until the end; `scheme` names the bridge in the log.
+pub fn publish<S: TopicSink, M: TopicMessage>(
+    scheme: &'static str,
+    topics: Vec<PublishedTopic<S, M>>,
+    composer: &Composer,
+    wake: &Arc<Wake>,
+    ended: &AtomicBool,
+) {
+    let mut topics = PublishedTopics::new(scheme, topics);
+    while !ended.load(Ordering::Acquire) {
+        topics.send(composer);
         wake.wait_timeout(IDLE_PERIOD);
     }
 }

@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use serde_json::{Map, Value as Json};
-use slate_module::parse_duration;
 use slate_record::ros::WireFormat;
 use slate_runtime::configuration::{Span, Spanned, Table, Value};
 
@@ -191,15 +190,6 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
     }
 
     pub(crate) fn timeout(&mut self, own: &Table) -> Duration {
-        let help = "write timeout = \"2s\"";
-        let Some((text, span)) = self.reader.text(own, "timeout", help) else { return TIMEOUT };
-        match parse_duration(&text).filter(|time| *time > 0) {
-            Some(time) => Duration::from_nanos(time),
-            None => {
-                let message = format!("expected a duration such as \"2s\", found {text:?}");
-                self.reader.add(span, message, help);
-                TIMEOUT
-            }
-        }
+        self.reader.timeout(own, TIMEOUT)
     }
 }

@@ -1,6 +1,8 @@
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
+use slate_module::parse_duration;
 use slate_record::ros::{DefinitionFiles, WireFormat};
 use slate_runtime::Message;
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
@@ -117,6 +119,19 @@ impl<'c> TableReader<'c> {
             self.add(value.span, message, &format!("write {name} = true"));
         }
         value.as_bool().unwrap_or(false)
+    }
+
+    /// The longest wait for an answer.
+    pub fn timeout(&mut self, table: &Table, usual: Duration) -> Duration {
+        let help = "write timeout = \"2s\"";
+        let Some((text, span)) = self.text(table, "timeout", help) else { return usual };
+        match parse_duration(&text).filter(|time| *time > 0) {
+            Some(time) => Duration::from_nanos(time),
+            None => {
+                self.add(span, format!("expected a duration such as \"2s\", found {text:?}"), help);
+                usual
+            }
+        }
     }
 
     /// The depth of a topic's history, in messages.

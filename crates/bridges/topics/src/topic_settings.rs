@@ -8,6 +8,7 @@ use slate_runtime::configuration::{ExternalDirection, ExternalLink, Span, Spanne
 
 use crate::options::NodeOptions;
 use crate::table_reader::TableReader;
+use crate::topic_wait::{TopicWait, WAIT_KEYS};
 
 /// Frame in headers by default.
 const FRAME: &str = "base_link";
@@ -27,6 +28,9 @@ pub trait TopicOptions: Clone + Default {
     /// Whether files of ROS may define messages, by the keys `definition` and `type`.
     const HAS_DEFINITION: bool = true;
 
+    /// Whether cycles can wait for messages, by the keys `wait_per`, `timeout` and `late`.
+    const CAN_WAIT: bool = false;
+
     /// Reads them.
     fn of(reader: &mut TableReader<'_>, table: &Table) -> Self;
 }
@@ -42,6 +46,8 @@ pub struct TopicInput<O> {
     pub definition: Option<Arc<DefinitionFiles>>,
     /// Quality of service that it requests.
     pub quality: O,
+    /// Which messages cycles wait for, if they do.
+    pub wait: Option<TopicWait>,
     /// Place in the configuration.
     pub place: Span,
 }
@@ -108,8 +114,9 @@ impl<O: TopicOptions> TopicSettings<O> {
             let topic = topic.and_then(|topic| reader.topic(&topic, entry.span, READ));
             let own = entry.as_table().unwrap_or(&empty);
             let (definition, quality) = (definition::<O>(reader, own), O::of(reader, own));
+            let wait = wait::<O>(reader, own);
             let (Some(input), Some(topic)) = (input, topic) else { continue };
-            let input = TopicInput { input, topic, definition, quality, place: entry.span };
+            let input = TopicInput { input, topic, definition, quality, wait, place: entry.span };
             self.add_input(reader, input, span);
         }
     }
@@ -136,9 +143,10 @@ impl<O: TopicOptions> TopicSettings<O> {
         reader.check_keys(own, "of a topic", &if is_in { read_keys::<O>() } else { write_keys::<O>() });
         let definition = definition::<O>(reader, own);
         let (frame, quality) = (frame(reader, own), O::of(reader, own));
+        let wait = if is_in { wait::<O>(reader, own) } else { None };
         let Some(topic) = topic else { return };
         if is_in {
-            let input = TopicInput { input: path, topic, definition, quality, place };
+            let input = TopicInput { input: path, topic, definition, quality, wait, place };
             self.add_input(reader, input, link.path.span);
         } else {
             self.write.push(TopicOutput { topic, property: path, frame, definition, quality, place });
@@ -185,18 +193,26 @@ impl<O: TopicOptions> TopicSettings<O> {
                 let help = "link the two: \"driver/scan\" = \"laser/scan\" in [links]";
                 reader.add(input.place, message, help);
             }
+            if let Some(wait) = &input.wait {
+                wait.check(reader, |topic| written.contains_key(topic), node.clock);
+            }
         }
     }
 }
 
 fn read_keys<O: TopicOptions>() -> Vec<&'static str> {
     let definition: &[_] = if O::HAS_DEFINITION { &["definition", "type"] } else { &[] };
-    [O::READ_KEYS, definition].concat()
+    let wait: &[_] = if O::CAN_WAIT { &WAIT_KEYS } else { &[] };
+    [O::READ_KEYS, definition, wait].concat()
 }
 
 fn write_keys<O: TopicOptions>() -> Vec<&'static str> {
     let definition: &[_] = if O::HAS_DEFINITION { &["definition", "type"] } else { &[] };
     [O::WRITE_KEYS, &["frame"], definition].concat()
+}
+
+fn wait<O: TopicOptions>(reader: &mut TableReader<'_>, table: &Table) -> Option<TopicWait> {
+    if O::CAN_WAIT { TopicWait::of(reader, table) } else { None }
 }
 
 fn definition<O: TopicOptions>(reader: &mut TableReader<'_>, table: &Table) -> Option<Arc<DefinitionFiles>> {

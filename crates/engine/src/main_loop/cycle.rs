@@ -7,7 +7,7 @@ use super::guest::{Asked, PutAway, ask, dismiss};
 use super::policy::LoopPosition;
 use super::roles::{PolicyRole, TakeoverRole, TimeRole};
 use super::takeover::Choice;
-use super::{Control, Core, Cycle, Flow, Playing, STAGE_LIMIT, Seat, SharedLoop, workers};
+use super::{Control, Core, Cycle, End, Flow, Playing, STAGE_LIMIT, Seat, SharedLoop, workers};
 use crate::clock::monotonic;
 use crate::runner::StepCall;
 use crate::timing::Span;
@@ -426,6 +426,13 @@ fn end(shared: &SharedLoop, turn: &mut Turn) -> Flow {
             let start = shared.clock.at(core.position.began);
             shared.tracing.record(Span { label, start, duration, cycle: turn.number });
         }
+    }
+    if control == Control::Continue
+        && let Some(wait) = core.wait.as_mut().filter(|_| shared.lockstep)
+        && let Err(reason) = wait(turn.now, &|| shared.run.is_running())
+    {
+        shared.run.finish(End::Unanswered { reason });
+        return Flow::Stop;
     }
     // In what is left of the period, so that no cycle is late for it.
     if let Some(job) = shared.jobs.next()

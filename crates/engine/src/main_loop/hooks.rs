@@ -5,6 +5,10 @@ use super::{Flow, SharedLoop};
 /// What is called between two cycles with the agent's time; [`Flow::Lost`] when it lost the token.
 pub type AfterCycle = Box<dyn Fn(&SharedLoop, u64) -> Flow + Send + Sync>;
 
+/// What the loop waits for in lockstep at the end of each cycle. It gets the agent's time, ns, and whether the run goes on, and
+/// returns when it does not. A reason in words ends the run.
+pub type CycleWait = Box<dyn FnMut(u64, &dyn Fn() -> bool) -> Result<(), String> + Send>;
+
 /// What sends to other agents what was written; it is called after each tick that wrote something.
 pub type AfterTick = Box<dyn Fn() + Send + Sync>;
 

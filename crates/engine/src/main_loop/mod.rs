@@ -45,7 +45,7 @@ pub use cycle::cycle;
 pub use driving::drive;
 pub use frozen::FrozenLoop;
 pub use gauges::Publication;
-pub use hooks::{AfterCycle, AfterTick, AskedChanges, Hooks, WriteListeners};
+pub use hooks::{AfterCycle, AfterTick, AskedChanges, CycleWait, Hooks, WriteListeners};
 pub use pace::Pace;
 pub use pace::Rate;
 pub use plan::Levels;
@@ -113,6 +113,11 @@ pub enum End {
         /// The modules.
         modules: Vec<String>,
     },
+    /// What the loop waits for between two cycles did not come.
+    Unanswered {
+        /// In words.
+        reason: String,
+    },
 }
 
 /// How a cycle ended.
@@ -140,6 +145,8 @@ pub struct Core {
     pace: Pace,
     /// What the application does at the end of a cycle.
     pub observer: Option<Observer>,
+    /// What the loop waits for between two cycles.
+    wait: Option<CycleWait>,
     workers: Workers,
     cycle: u64,
     /// The time of the last cycle, on the grid of the period or as the time source said.
@@ -167,6 +174,7 @@ impl Core {
             digest: lockstep.then(Digest::default),
             pace,
             observer: None,
+            wait: None,
             workers,
             cycle: 0,
             time: None,
@@ -420,6 +428,15 @@ impl SharedLoop {
     pub fn set_time_source(&self, code: Option<Box<dyn TimeSource>>, seat: Option<Arc<Seat>>) {
         let guest = code.map(|code| Guest { what: TIME_SOURCE, seat, code });
         self.exchange::<TimeRole>(guest);
+    }
+
+    /// Sets what the loop waits for in lockstep at the end of each cycle; without it, cycles follow one another.
+    pub fn set_wait(&self, wait: Option<CycleWait>) {
+        let before = self.between_cycles(&[], move |shared| {
+            // SAFETY: jobs are done by who has the token.
+            Some(std::mem::replace(&mut unsafe { shared.core() }.wait, wait))
+        });
+        drop(before);
     }
 
     fn exchange<R: Role>(&self, guest: Option<Guest<R::Code>>)

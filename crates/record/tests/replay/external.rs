@@ -10,7 +10,7 @@ use slate_record::Recorder;
 use slate_record::replay::{Plan, Verdict};
 use slate_runtime::configuration::{Database, Options as Layers};
 use slate_runtime::{
-    Agent, Composer, Control, Cycle, ExternalContent, ExternalValue, Options, RecordedTimes,
+    Agent, Composer, Control, Cycle, End, ExternalContent, ExternalValue, Options, RecordedTimes,
 };
 
 use crate::replay::repaired::verdict;
@@ -131,6 +131,46 @@ fn values_from_another_thread_do_not_change_a_cycle_that_runs() {
     let found = verdict(&path);
     assert!(matches!(found, Verdict::Identical { whole: true, cycles: 30, .. }), "{found:?}");
     recomputed(&path);
+}
+
+#[test]
+fn values_that_cycles_wait_for_come_in_the_same_cycle_of_a_rerun() {
+    let path = file("external-awaited.mcap");
+    let (mut agent, recorder) = begun(&path, &robot(), &[(INPUT, "ros2:/other")]);
+    let mut cycles = 0;
+    agent.composer().wait_after_cycles(Some(Box::new(move |cycle| {
+        cycles += 1;
+        // As a program that thinks for a while, every third cycle.
+        std::thread::sleep(Duration::from_millis(cycles % 3));
+        if cycles % 3 == 0 {
+            cycle.set(&external(cycle.now as f64)).map_err(|error| error.to_string())?;
+        }
+        if cycles < 30 { Ok(()) } else { Err("no answer after 30 cycles".into()) }
+    })));
+    let end = agent.run(Box::new(|_| Control::Continue)).unwrap();
+    assert_eq!(end, End::Unanswered { reason: "no answer after 30 cycles".into() });
+    assert_eq!(agent.composer().cycles(), 30);
+    recorder.end(&mut agent).unwrap();
+    assert_eq!(values(&path, "/front/other").len(), 10);
+    let found = verdict(&path);
+    assert!(matches!(found, Verdict::Identical { whole: true, cycles: 30, .. }), "{found:?}");
+    // A run that is stopped waits for nothing.
+    let (mut agent, recorder) = begun(&file("external-stopped.mcap"), &robot(), &[]);
+    agent.composer().wait_after_cycles(Some(Box::new(|cycle| {
+        while cycle.is_running() {
+            std::thread::yield_now();
+        }
+        Ok(())
+    })));
+    let stopper = agent.stopper();
+    let stop = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(20));
+        stopper.stop();
+    });
+    assert_eq!(agent.run(Box::new(|_| Control::Continue)).unwrap(), End::Stopped);
+    assert_eq!(agent.composer().cycles(), 1);
+    stop.join().unwrap();
+    recorder.end(&mut agent).unwrap();
 }
 
 #[test]

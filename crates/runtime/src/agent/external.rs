@@ -43,6 +43,42 @@ pub enum ExternalContent {
     },
 }
 
+/// The end of a cycle in lockstep, at which inputs are set.
+pub struct CycleEnd<'a> {
+    agent: &'a AgentHandle,
+    /// The time of the cycle, ns.
+    pub now: u64,
+    is_running: &'a dyn Fn() -> bool,
+}
+
+/// Has the loop wait at the end of each cycle in lockstep, and sets inputs there. A reason in words ends the run.
+pub type ValueWait = Box<dyn FnMut(&CycleEnd<'_>) -> Result<(), String> + Send>;
+
+impl<'a> CycleEnd<'a> {
+    pub(in crate::agent) fn new(agent: &'a AgentHandle, now: u64, is_running: &'a dyn Fn() -> bool) -> Self {
+        Self { agent, now, is_running }
+    }
+
+    /// Whether the run goes on; when not, nothing is waited for any more.
+    pub fn is_running(&self) -> bool {
+        (self.is_running)()
+    }
+
+    /// Sets an input before the next cycle, so that a rerun sets it after the same one.
+    ///
+    /// # Errors
+    /// The input is not there, or the value does not fit.
+    pub fn set(&self, value: &ExternalValue) -> Result<(), ExternalInputError> {
+        set(self.agent, value)
+    }
+}
+
+impl std::fmt::Debug for CycleEnd<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("CycleEnd").field("now", &self.now).finish_non_exhaustive()
+    }
+}
+
 /// Why nobody sets an input, if it moves a robot past its gate or Knowledge alone fills it.
 pub(in crate::agent) fn hand_refusal(agent: &AgentHandle, input: &str) -> Option<String> {
     let refusal =

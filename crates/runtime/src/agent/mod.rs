@@ -35,7 +35,7 @@ use crate::memory::MemoryError;
 use crate::snapshot::{Snapshot, SnapshotError};
 use actuators::GateOperator;
 pub use composer::{Composer, WeakComposer};
-pub use external::{ExternalContent, ExternalInputError, ExternalValue};
+pub use external::{CycleEnd, ExternalContent, ExternalInputError, ExternalValue, ValueWait};
 use handle::AgentHandle;
 pub use handle::{ModuleStatus, PluginStatus};
 pub use links::{LinkStatus, NewLink, RemoteEnd};

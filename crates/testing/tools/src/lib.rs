@@ -3,10 +3,14 @@
 //! The first test that asks for packages installs them, from PyPI or npm; later ones find them.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
+mod hostile;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+
+pub use hostile::{HostileSender, PacketCapture, resident_memory, values_alone};
 
 /// Runs a command to its end.
 ///

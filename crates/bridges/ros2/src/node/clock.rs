@@ -6,9 +6,10 @@ use slate_control::ControlSurface;
 use super::{NodeTopic, write};
 use crate::participant::{RosParticipant, TopicWriter};
 use slate_dds::TopicQuality;
-use slate_topics::RosError;
+use slate_topics::{CLOCK, RosError};
 
-const TOPIC: &str = "/clock";
+/// The message of `/clock`.
+pub const MESSAGE: &str = "rosgraph_msgs/msg/Clock";
 const QUALITY: TopicQuality = TopicQuality { reliable: true, transient_local: false, depth: 10 };
 const SECOND: u64 = 1_000_000_000;
 
@@ -20,7 +21,7 @@ pub struct ClockTopic {
 
 impl ClockTopic {
     pub fn open(participant: &RosParticipant) -> Result<Self, RosError> {
-        Ok(Self { writer: participant.writer(TOPIC, "rosgraph_msgs/msg/Clock", QUALITY)?, sent: None })
+        Ok(Self { writer: participant.writer(CLOCK, MESSAGE, QUALITY)?, sent: None })
     }
 }
 
@@ -33,7 +34,11 @@ impl NodeTopic for ClockTopic {
         let mut message = vec![0, 1, 0, 0];
         message.extend(((now / SECOND) as i32).to_le_bytes());
         message.extend(((now % SECOND) as u32).to_le_bytes());
-        write(&self.writer, message, TOPIC)
+        write(&self.writer, message, CLOCK)
+    }
+
+    fn is_of_cycles(&self) -> bool {
+        true
     }
 
     fn guids(&self) -> Vec<GUID> {

@@ -50,6 +50,10 @@ impl NodeTopic for FrameTopics {
         fixed.map_or(Ok(()), |message| write(&self.fixed, message, FIXED.0))
     }
 
+    fn is_of_cycles(&self) -> bool {
+        true
+    }
+
     fn guids(&self) -> Vec<GUID> {
         vec![self.moving.guid(), self.fixed.guid()]
     }

@@ -19,6 +19,7 @@ use slate_topics::NodeAccess;
 use crate::participant::{RosParticipant, TopicWriter};
 use crate::settings::RosSettings;
 use clock::ClockTopic;
+pub use clock::MESSAGE as CLOCK_MESSAGE;
 use frames::FrameTopics;
 pub use frames::{FIXED, MESSAGE, MOVING};
 use log::LogTopic;
@@ -40,12 +41,18 @@ trait NodeTopic: Send + Sync {
 
     /// Its writers.
     fn guids(&self) -> Vec<GUID>;
+
+    /// Whether each cycle is to be published, where cycles wait for nodes.
+    fn is_of_cycles(&self) -> bool {
+        false
+    }
 }
 
 /// All of them.
 #[derive(Default)]
 pub struct NodeTopics {
     topics: Vec<Box<dyn NodeTopic>>,
+    clock: Option<GUID>,
     logged: Vec<String>,
 }
 
@@ -60,9 +67,11 @@ impl NodeTopics {
         settings: &RosSettings,
     ) -> Result<Self, RosError> {
         let mut topics: Vec<Box<dyn NodeTopic>> = Vec::new();
-        let options = &settings.options;
+        let (options, mut clock) = (&settings.options, None);
         if options.clock {
-            topics.push(Box::new(ClockTopic::open(participant)?));
+            let topic = ClockTopic::open(participant)?;
+            clock = topic.guids().first().copied();
+            topics.push(Box::new(topic));
         }
         if options.transforms {
             topics.push(Box::new(FrameTopics::open(participant, surface, settings)?));
@@ -76,7 +85,12 @@ impl NodeTopics {
         if settings.lifecycle != NodeAccess::None {
             topics.push(Box::new(TransitionEvents::open(participant, surface, settings)?));
         }
-        Ok(Self { topics, logged: Vec::new() })
+        Ok(Self { topics, clock, logged: Vec::new() })
+    }
+
+    /// The writer of the time, if that is published.
+    pub fn clock(&self) -> Option<GUID> {
+        self.clock
     }
 
     /// Whether no topic is to be published.
@@ -89,19 +103,32 @@ impl NodeTopics {
         self.topics.iter().flat_map(|topic| topic.guids()).collect()
     }
 
+    /// Those of each cycle, the time and frames, apart from the others.
+    pub fn split_off_cycles(&mut self) -> Self {
+        let topics = std::mem::take(&mut self.topics);
+        let (cycles, others) = topics.into_iter().partition(|topic| topic.is_of_cycles());
+        self.topics = others;
+        Self { topics: cycles, clock: self.clock, logged: Vec::new() }
+    }
+
     /// Publishes what is new, until the end.
     pub fn run(mut self, surface: &ControlSurface, wake: &Wake, ended: &AtomicBool) {
         while !ended.load(Ordering::Acquire) {
-            for topic in &mut self.topics {
-                // The same reason is logged once.
-                if let Err(reason) = topic.publish(surface)
-                    && !self.logged.contains(&reason)
-                {
-                    surface.agent.composer().log(Level::Warn, &format!("ros2: {reason}"));
-                    self.logged.push(reason);
-                }
-            }
+            self.publish(surface);
             wake.wait_timeout(IDLE_PERIOD);
+        }
+    }
+
+    /// Publishes what is new.
+    pub fn publish(&mut self, surface: &ControlSurface) {
+        for topic in &mut self.topics {
+            // The same reason is logged once.
+            if let Err(reason) = topic.publish(surface)
+                && !self.logged.contains(&reason)
+            {
+                surface.agent.composer().log(Level::Warn, &format!("ros2: {reason}"));
+                self.logged.push(reason);
+            }
         }
     }
 }

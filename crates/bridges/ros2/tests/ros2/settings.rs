@@ -1,7 +1,7 @@
 //! The table `[ros2]`.
 
 use slate_record::ros::WireFormat;
-use slate_ros2::{NodeAccess, RosSettings, ServiceType, TABLE, TopicQuality};
+use slate_ros2::{NodeAccess, RosSettings, ServiceType, TABLE, TopicQuality, WaitPer};
 use slate_runtime::configuration::{Configuration, Options, Report};
 
 fn read(table: &str) -> Result<Option<RosSettings>, Report> {
@@ -39,6 +39,19 @@ fn entries_are_a_text_or_a_table() {
     );
     let kept = settings.topics.write.iter().find(|own| own.frame == "laser").unwrap().quality;
     assert_eq!(kept, TopicQuality { transient_local: true, ..usual });
+}
+
+#[test]
+fn an_input_may_have_cycles_wait_for_its_messages() {
+    let table = "clock = true\nread.\"driver/scan\" = { topic = \"/scan\", wait_per = \"20ms\", late = \"continue\" }\n\
+                 read.\"driver/goal\" = { topic = \"/goal\", wait_per = \"/clock\", timeout = \"2s\" }\n\
+                 read.\"driver/odometry\" = \"/odom\"";
+    let read = read(table).unwrap().unwrap().topics.read;
+    let wait = |input: &str| read.iter().find(|own| own.input == input).unwrap().wait.clone();
+    assert_eq!(wait("driver/odometry"), None);
+    let (scan, goal) = (wait("driver/scan").unwrap(), wait("driver/goal").unwrap());
+    assert_eq!((scan.per, scan.timeout.as_secs(), scan.goes_on), (WaitPer::Period(20_000_000), 10, true));
+    assert_eq!((goal.per, goal.timeout.as_secs(), goal.goes_on), (WaitPer::Topic("/clock".into()), 2, false));
 }
 
 #[test]
@@ -93,6 +106,31 @@ fn what_is_wrong_is_said_with_its_line() {
         ),
         ("read.\"driver/scan\" = { topic = \"/scan\", best_effort = true }", 3, "best_effort"),
         ("read.\"driver/scan\" = { topic = \"/scan\", reliable = 1 }", 3, "`reliable` takes true or false"),
+        (
+            "read.\"driver/scan\" = { topic = \"/scan\", wait_per = \"/odom\" }",
+            3,
+            "messages for each value of /odom are waited for, and no entry writes it",
+        ),
+        (
+            "read.\"driver/scan\" = { topic = \"/scan\", wait_per = \"/clock\" }",
+            3,
+            "messages for each value of /clock are waited for, and it is not published",
+        ),
+        (
+            "read.\"driver/scan\" = { topic = \"/scan\", timeout = \"1s\" }",
+            3,
+            "`timeout` is that of `wait_per`, which is missing",
+        ),
+        (
+            "read.\"driver/scan\" = { topic = \"/scan\", wait_per = \"1s\", late = \"drop\" }",
+            3,
+            "expected `late` to be stop or continue, found \"drop\"",
+        ),
+        (
+            "read.\"driver/scan\" = { topic = \"/scan\", wait_per = \"a b\" }",
+            3,
+            "`a b` can't be the name of a topic",
+        ),
         ("parameters = true", 3, "`parameters` takes a text"),
         ("parameters = \"all\"", 3, "expected `parameters` to be none, read or set, found \"all\""),
         ("clock = \"yes\"", 3, "`clock` takes true or false"),

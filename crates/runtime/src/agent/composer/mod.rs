@@ -10,7 +10,9 @@ use std::time::{Duration, SystemTime};
 use slate_blackboard::{Board, BoardError, Property};
 use slate_module::{Level, Parameter, PortDescription};
 
-use super::external::{ExternalInputError, ExternalInputs, ExternalValue, hand_refusal, output_refusal};
+use super::external::{
+    CycleEnd, ExternalInputError, ExternalInputs, ExternalValue, ValueWait, hand_refusal, output_refusal,
+};
 use super::handle::{AgentHandle, ModuleStatus, PluginStatus, WeakHandle};
 use super::modules::ModuleAccess;
 use super::plugins::{Loaded, PluginError, PluginLoader, Reload, Reloader, ShadowRunner};
@@ -204,6 +206,17 @@ impl Composer {
             return Some(work());
         }
         self.agent.shared.between_cycles(&[], move |_| Some(work())).ok()
+    }
+
+    /// Has the loop wait in lockstep at the end of each cycle for values from outside; none ends that. It is
+    /// called in the loop's thread, where it changes nothing of the agent but the inputs that it sets.
+    pub fn wait_after_cycles(&self, wait: Option<ValueWait>) {
+        let agent = self.agent.downgrade();
+        self.agent.shared.set_wait(wait.map(|mut wait| -> slate_engine::main_loop::CycleWait {
+            Box::new(move |now, is_running| {
+                agent.upgrade().map_or(Ok(()), |agent| wait(&CycleEnd::new(&agent, now, is_running)))
+            })
+        }));
     }
 
     /// Adds what is called after each tick that wrote something, in the thread of the tick: it must not wait. It stays as long

@@ -1,6 +1,7 @@
 //! An agent with programs of CycloneDDS and Fast DDS.
 
 mod fast;
+mod hostile;
 mod mismatch;
 mod peer;
 mod replay;

@@ -102,11 +102,11 @@ impl Module for Driver {
 
 #[ports]
 pub struct EyeIo {
-    #[capacity(1_048_576)]
+    #[capacity(8_388_608)]
     image: Input<Image>,
 }
 
-/// Looks at nothing.
+/// Looks at large images.
 pub struct Eye;
 
 #[module(stage = SensorProcess)]
@@ -128,13 +128,14 @@ pub fn plugins() -> Vec<Plugin> {
         Plugin::linked::<Eye>(),
         Plugin::linked::<super::actions::Counter>(),
         Plugin::linked::<super::actions::Seeker>(),
+        Plugin::linked::<super::lockstep::Cart>(),
     ];
     own.into_iter().chain(shared_plugins()).collect()
 }
 
 pub fn configuration(name: &str, ros2: &str) -> String {
     format!(
-        "[agent]\nname = \"{name}\"\n[loop]\nperiod = \"10ms\"\n[modules.sensor]\n[modules.driver]\n[modules.eye]\n[links]\n\
+        "[agent]\nname = \"{name}\"\n[loop]\nperiod = \"10ms\"\n[modules.sensor]\n[modules.driver]\n[links]\n\
          \"driver/linked\" = \"sensor/count\"\n[ros2]\n{ros2}\n"
     )
 }

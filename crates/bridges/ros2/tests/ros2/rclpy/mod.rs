@@ -4,6 +4,7 @@ mod actions;
 mod agent;
 mod hostile;
 mod lifecycle;
+mod lockstep;
 mod node;
 mod parameters;
 mod peer;

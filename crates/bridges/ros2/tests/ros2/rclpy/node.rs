@@ -1,7 +1,7 @@
 //! What a node publishes of itself, and frames from other nodes.
 #![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value as Json, json};
 
@@ -111,5 +111,32 @@ fn frames_come_from_two_static_writers_and_a_moving_one() {
         assert_eq!(mast["transform"]["translation"]["z"], 1.25);
         let laser = heard.iter().filter(|own| own["child_frame_id"] == "laser").count();
         assert!(laser <= 1, "{heard:?}");
+    });
+}
+
+#[test]
+fn thirteen_participants_that_join_at_once_see_the_agent() {
+    alone("ros2::rclpy::node::thirteen_participants_that_join_at_once_see_the_agent", |domain| {
+        let table = format!(
+            "domain = {domain}\nread.\"driver/command\" = \"/cmd_vel\"\nwrite.\"/odom\" = \"sensor/odometry\""
+        );
+        let host = Running::start("host", &table);
+        let mut peer = Peer::start("members", domain);
+        let mut assert_joined = |agent: &Running, name: &str, agents: u64| {
+            let began = Instant::now();
+            if agents == 1 {
+                peer.request(json!({ "do": "join", "count": 13 }));
+            }
+            let seen = json!({ "do": "members_that_see", "name": name, "agents": agents });
+            eventually("all members", || {
+                agent.bridge().topics().iter().all(|topic| topic.others == Some(13))
+                    && peer.request(seen.clone()) == 13
+            });
+            assert!(began.elapsed() < Duration::from_secs(15), "{:?}", began.elapsed());
+        };
+        assert_joined(&host, "host", 1);
+        // One that comes when they are there, with a higher number than they have.
+        let late = Running::start("late", &table);
+        assert_joined(&late, "late", 2);
     });
 }

@@ -32,6 +32,17 @@ pub struct Peer {
 
 impl Peer {
     pub fn start(name: &str, domain: u16) -> Self {
+        Self::begin(Self::node(name, domain), "rmw_fastrtps_cpp")
+    }
+
+    /// A node whose sockets have room for large messages, as the book says.
+    pub fn with_large_buffers(name: &str, domain: u16) -> Self {
+        let mut command = Self::node(name, domain);
+        command.env("FASTDDS_DEFAULT_PROFILES_FILE", script("large_messages.xml"));
+        Self::begin(command, "rmw_fastrtps_cpp")
+    }
+
+    fn node(name: &str, domain: u16) -> Command {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros2-logs");
         let mut command = Command::new(python());
         command
@@ -41,7 +52,7 @@ impl Peer {
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
             .env("ROS_LOG_DIR", folder)
             .env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
-        Self::begin(command, "rmw_fastrtps_cpp")
+        command
     }
 
     /// A program of CycloneDDS that writes and reads transforms.

@@ -3,6 +3,7 @@
 import array
 import json
 import math
+import random
 import sys
 import threading
 import time
@@ -84,12 +85,17 @@ class Peer:
     def show(self, topic, size):
         """Publishes an image of so many bytes, and so many rows of a KiB."""
         image = fill(self.publishers[topic].msg_type(), {"width": 1024, "height": size // 1024, "step": 1024, "encoding": "mono8"})
-        image.data = array.array("B", (number % 251 for number in range(size)))
+        image.data = array.array("B", (bytes(range(251)) * (size // 251 + 1))[:size])
         self.publishers[topic].publish(image)
 
     def see(self, topic):
-        """Sizes and checksums of the images that were heard."""
-        return [[image["height"], len(image["data"]), sum(image["data"])] for image in self.take(topic)]
+        """Subscribes to images; what is heard of them are height, size and checksum."""
+
+        def hear(image):
+            with self.lock:
+                self.heard.setdefault(topic, []).append([image.height, len(image.data), sum(image.data)])
+
+        self.node.create_subscription(load("sensor_msgs/msg/Image"), topic, hear, quality({"depth": 1}))
 
     def matched(self, topic):
         return self.publishers[topic].get_subscription_count()
@@ -228,6 +234,65 @@ class Peer:
         if what == "set":
             return [[own.successful, own.reason] for own in result.results]
         return [result.result.successful, result.result.reason]
+
+    def steer(self, source, to, pause=0.0, limit=None):
+        """Steers by each odometry with one twist, and thinks for up to `pause` seconds; no more than `limit` times."""
+        commands = self.node.create_publisher(load("geometry_msgs/msg/Twist"), to, quality({}))
+        count = 0
+
+        def answer(odometry):
+            nonlocal count
+            count += 1
+            if limit is not None and count > limit:
+                return
+            time.sleep(random.random() * pause)
+            command = commands.msg_type()
+            command.linear.x = 0.5 * (10.0 - odometry.pose.pose.position.x)
+            command.angular.z = float(count)
+            commands.publish(command)
+
+        self.node.create_subscription(load("nav_msgs/msg/Odometry"), source, answer, quality({}))
+
+    def pace(self, to, period):
+        """Publishes its time by a timer, in a node that follows the clock."""
+        self.follow_clock()
+        commands = self.node.create_publisher(load("geometry_msgs/msg/Twist"), to, quality({}))
+
+        def publish():
+            command = commands.msg_type()
+            command.linear.x = self.now() / 1e9
+            commands.publish(command)
+
+        self.node.create_timer(period, publish)
+
+    def join(self, count):
+        """Joins with so many participants at once, each a node with a publisher and a subscription."""
+        self.members, ready = [], threading.Barrier(count)
+
+        def member(number):
+            context = rclpy.Context()
+            ready.wait()
+            context.init()
+            node = rclpy.create_node(f"member_{number}", context=context)
+            publisher = node.create_publisher(load("geometry_msgs/msg/Twist"), "/cmd_vel", 10)
+            node.create_subscription(load("nav_msgs/msg/Odometry"), "/odom", lambda odometry: None, 10)
+            with self.lock:
+                self.members.append((node, publisher))
+
+        threads = [threading.Thread(target=member, args=[number]) for number in range(count)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+
+    def members_that_see(self, name, agents):
+        """How many members see a node, and the subscriptions of commands and publishers of odometry of so many."""
+        return sum(
+            name in node.get_node_names()
+            and publisher.get_subscription_count() == agents
+            and node.count_publishers("/odom") == agents
+            for node, publisher in self.members
+        )
 
     def follow_clock(self):
         self.node.set_parameters([Parameter("use_sim_time", value=True)])

@@ -1,0 +1,76 @@
+//! Values that wait until a cycle takes them.
+
+use std::collections::VecDeque;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Period of the check whether a wait has become pointless.
+const CHECK_PERIOD: Duration = Duration::from_millis(20);
+
+/// Values of several inputs, each in the order in which they came.
+#[derive(Debug)]
+pub(crate) struct AwaitedValues {
+    /// By place.
+    queues: Mutex<Vec<AwaitedQueue>>,
+    arrived: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct AwaitedQueue {
+    values: VecDeque<Vec<u8>>,
+    /// Values that had no room.
+    lost: u64,
+}
+
+impl AwaitedValues {
+    /// None yet, for so many inputs.
+    pub fn new(count: usize) -> Self {
+        let queues = (0..count).map(|_| AwaitedQueue::default()).collect();
+        Self { queues: Mutex::new(queues), arrived: Condvar::new() }
+    }
+
+    fn queues(&self) -> MutexGuard<'_, Vec<AwaitedQueue>> {
+        self.queues.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Puts a value behind the others; false when there are `depth`, and the oldest goes for it.
+    pub fn push(&self, place: usize, value: Vec<u8>, depth: usize) -> bool {
+        let mut queues = self.queues();
+        let queue = &mut queues[place];
+        let has_room = queue.values.len() < depth;
+        if !has_room {
+            queue.values.pop_front();
+            queue.lost += 1;
+        }
+        queue.values.push_back(value);
+        self.arrived.notify_all();
+        has_room
+    }
+
+    /// How many had no room since the last call.
+    pub fn take_lost(&self, place: usize) -> u64 {
+        std::mem::take(&mut self.queues()[place].lost)
+    }
+
+    /// The oldest value.
+    pub fn take(&self, place: usize) -> Option<Vec<u8>> {
+        self.queues()[place].values.pop_front()
+    }
+
+    /// Waits for a value, until a moment and while `goes_on`; whether one is there.
+    #[allow(clippy::disallowed_methods, reason = "nodes answer by the machine's clock")]
+    pub fn wait(&self, place: usize, until: Instant, goes_on: impl Fn() -> bool) -> bool {
+        let mut queues = self.queues();
+        loop {
+            if !queues[place].values.is_empty() {
+                return true;
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() || !goes_on() {
+                return false;
+            }
+            let waited = self.arrived.wait_timeout(queues, left.min(CHECK_PERIOD));
+            queues = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Cycles in lockstep that wait for the messages of other nodes.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use slate_module::Level;
+use slate_runtime::{CycleEnd, ExternalContent, ExternalValue};
+
+use crate::inbound::InboundTopics;
+use crate::published::{PublishedTopics, TopicMessage, TopicSink};
+use crate::topic_wait::{CLOCK, TopicWait, WaitPer};
+
+/// How long a node that was found has to find the agent, too, before the first value is sent.
+const SETTLING: Duration = Duration::from_millis(300);
+
+/// Period of the check whether nodes are there.
+const CHECK_PERIOD: Duration = Duration::from_millis(10);
+
+const SECOND: f64 = 1e9;
+
+/// Counts the other ends of a topic.
+pub type ConnectionCount = Box<dyn Fn() -> usize + Send + Sync>;
+
+/// An input whose messages cycles wait for.
+pub struct AwaitedInput {
+    /// Its place among [`InboundTopics`].
+    pub place: usize,
+    /// Which messages.
+    pub wait: TopicWait,
+    /// Publishers of its topic.
+    pub publishers: ConnectionCount,
+    /// Subscriptions of the topic that is answered, if any is.
+    pub subscriptions: Option<ConnectionCount>,
+    /// Whether its last message did not come.
+    pub is_late: AtomicBool,
+}
+
+/// Topics of an agent in lockstep whose cycles wait for messages: what a cycle has written is sent at its end, and then one message
+/// is taken for each value or period that asks for one. So a run depends on the messages and on no node's speed.
+pub struct LockstepTopics<S, M> {
+    inbound: Arc<InboundTopics>,
+    inputs: Vec<AwaitedInput>,
+    published: PublishedTopics<S, M>,
+    /// Publishes the time, and what else belongs to a cycle.
+    publish_node: Box<dyn FnMut() + Send>,
+    ended: Arc<AtomicBool>,
+    is_connected: bool,
+    /// The time of the last cycle, ns.
+    last: Option<u64>,
+}
+
+impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
+    /// Waits for messages of the inputs until `ended`, and sends what cycles write.
+    pub fn new(
+        inbound: Arc<InboundTopics>,
+        inputs: Vec<AwaitedInput>,
+        published: PublishedTopics<S, M>,
+        publish_node: Box<dyn FnMut() + Send>,
+        ended: Arc<AtomicBool>,
+    ) -> Self {
+        Self { inbound, inputs, published, publish_node, ended, is_connected: false, last: None }
+    }
+
+    /// Sends what a cycle has written, waits for the messages that it asks for, and sets the inputs.
+    ///
+    /// # Errors
+    /// A message that the run needs does not come; the reason in words.
+    pub fn end_cycle(&mut self, cycle: &CycleEnd<'_>) -> Result<(), String> {
+        if !std::mem::replace(&mut self.is_connected, true) {
+            self.connect(cycle)?;
+        }
+        let written = self.published.written();
+        self.published.send(self.inbound.composer());
+        (self.publish_node)();
+        let last = self.last.replace(cycle.now);
+        let due: Vec<_> = self.inputs.iter().filter(|own| own.is_due(last, cycle.now, &written)).collect();
+        let is_there = due.iter().map(|own| self.wait(own, cycle)).collect::<Result<Vec<_>, String>>()?;
+        for (own, _) in due.iter().zip(is_there).filter(|(_, is_there)| *is_there) {
+            self.set(own, cycle);
+        }
+        Ok(())
+    }
+
+    fn goes_on(&self, cycle: &CycleEnd<'_>) -> bool {
+        cycle.is_running() && !self.ended.load(Ordering::Acquire)
+    }
+
+    /// Waits for the nodes at the other end of all topics that are waited for or answered.
+    #[allow(clippy::disallowed_methods, reason = "nodes are found by the machine's clock")]
+    fn connect(&self, cycle: &CycleEnd<'_>) -> Result<(), String> {
+        let began = Instant::now();
+        for own in &self.inputs {
+            while let Some(missing) = own.missing(&self.inbound) {
+                if !self.goes_on(cycle) {
+                    return Ok(());
+                }
+                if began.elapsed() > own.wait.timeout {
+                    self.late(own, cycle, &missing)?;
+                    break;
+                }
+                std::thread::sleep(CHECK_PERIOD);
+            }
+        }
+        std::thread::sleep(SETTLING);
+        Ok(())
+    }
+
+    /// Whether the message of an input is there, after a wait.
+    #[allow(clippy::disallowed_methods, reason = "nodes answer by the machine's clock")]
+    fn wait(&self, own: &AwaitedInput, cycle: &CycleEnd<'_>) -> Result<bool, String> {
+        let topic = &self.inbound.topics()[own.place];
+        let lost = self.inbound.awaited().take_lost(own.place);
+        if lost > 0 && !own.wait.goes_on {
+            return Err(format!(
+                "{}: /{} takes one message of {} for {}, and so many more came that {lost} had no room: let the node publish \
+                 one for each, or raise depth",
+                self.inbound.scheme(),
+                topic.input(),
+                topic.topic(),
+                own.per(),
+            ));
+        }
+        let until = Instant::now() + own.wait.timeout;
+        // Where a run goes on without a node that has gone, it does not wait for it again and again.
+        let is_pointless = || own.wait.goes_on && (own.publishers)() == 0;
+        let goes_on = || self.goes_on(cycle) && !is_pointless();
+        if self.inbound.awaited().wait(own.place, until, goes_on) || !self.goes_on(cycle) {
+            return Ok(true);
+        }
+        let reason = own.missing(&self.inbound).unwrap_or_else(|| match topic.error() {
+            Some(error) => format!("its messages don't fit: {error}"),
+            None => "its publisher is there and has not published one".into(),
+        });
+        self.late(own, cycle, &reason).map(|()| false)
+    }
+
+    /// A message has not come: the end of the run, or a line in the log.
+    fn late(&self, own: &AwaitedInput, cycle: &CycleEnd<'_>, reason: &str) -> Result<(), String> {
+        let topic = &self.inbound.topics()[own.place];
+        let text = format!(
+            "{}: /{} waited {:?} for a message of {} for {} after the cycle at {} s: {reason}",
+            self.inbound.scheme(),
+            topic.input(),
+            own.wait.timeout,
+            topic.topic(),
+            own.per(),
+            cycle.now as f64 / SECOND,
+        );
+        if !own.wait.goes_on {
+            return Err(format!(
+                "{text}; start the node in time, raise timeout, or write late = \"continue\""
+            ));
+        }
+        if !own.is_late.swap(true, Ordering::Relaxed) {
+            self.inbound.composer().log(Level::Warn, &text);
+        }
+        Ok(())
+    }
+
+    /// Sets an input to its oldest message; to all that came, one after the other, where a run goes on without some.
+    fn set(&self, own: &AwaitedInput, cycle: &CycleEnd<'_>) {
+        own.is_late.store(false, Ordering::Relaxed);
+        let input: Arc<str> = self.inbound.topics()[own.place].input().into();
+        while let Some(bytes) = self.inbound.awaited().take(own.place) {
+            let value = ExternalValue { input: Arc::clone(&input), content: ExternalContent::Bytes(bytes) };
+            self.inbound.note(own.place, cycle.set(&value).map_err(|error| error.to_string()));
+            if !own.wait.goes_on {
+                break;
+            }
+        }
+    }
+}
+
+impl AwaitedInput {
+    /// Whether a cycle asks for a message.
+    fn is_due(&self, last: Option<u64>, now: u64, written: &[String]) -> bool {
+        match &self.wait.per {
+            WaitPer::Period(period) => last.is_some_and(|last| last / period < now / period),
+            WaitPer::Topic(topic) if topic == CLOCK => last != Some(now),
+            WaitPer::Topic(topic) => written.contains(topic),
+        }
+    }
+
+    /// Which other end is missing, if one is.
+    fn missing(&self, inbound: &InboundTopics) -> Option<String> {
+        if (self.publishers)() == 0 {
+            return Some(format!("{} has no publisher", inbound.topics()[self.place].topic()));
+        }
+        let answered = match &self.wait.per {
+            WaitPer::Topic(topic) => topic,
+            WaitPer::Period(_) => CLOCK,
+        };
+        let is_missing = self.subscriptions.as_ref().is_some_and(|count| count() == 0);
+        is_missing.then(|| format!("{answered} has no subscription"))
+    }
+
+    /// What a message is waited for, in words.
+    fn per(&self) -> String {
+        match &self.wait.per {
+            WaitPer::Topic(topic) => format!("each of {topic}"),
+            WaitPer::Period(period) => format!("each {:?}", Duration::from_nanos(*period)),
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Which messages an agent in lockstep waits for.
+
+use std::time::Duration;
+
+use slate_module::parse_duration;
+use slate_runtime::configuration::{Span, Table};
+
+use crate::table_reader::TableReader;
+
+/// Keys of [`TopicWait`] in the entry of an input.
+pub(crate) const WAIT_KEYS: [&str; 3] = ["wait_per", "timeout", "late"];
+
+/// How long a message is waited for by default.
+const TIMEOUT: Duration = Duration::from_secs(10);
+
+const PER: &str =
+    "write wait_per = \"/odom\", a topic that is written here, or \"/clock\", or a period such as \"20ms\"";
+const LATE: &str = "write late = \"stop\" or \"continue\"";
+
+/// What one message is waited for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum WaitPer {
+    /// Each value of a topic that the agent writes, or of `/clock`.
+    Topic(String),
+    /// Each period of the agent's time, ns.
+    Period(u64),
+}
+
+/// Wait of an agent in lockstep for the messages of a topic, one for each value or period.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TopicWait {
+    /// What one message is waited for.
+    pub per: WaitPer,
+    /// Longest wait for a message, and for the node before the first, on the system's clock.
+    pub timeout: Duration,
+    /// Whether the run goes on without a message that does not come; else it ends.
+    pub goes_on: bool,
+    /// Where it is written in the configuration.
+    pub place: Span,
+}
+
+impl TopicWait {
+    /// Reads it from the entry of an input; nothing when cycles don't wait for that.
+    pub(crate) fn of(reader: &mut TableReader<'_>, table: &Table) -> Option<Self> {
+        let goes_on = match reader.text(table, "late", LATE) {
+            Some((text, _)) if text == "continue" => true,
+            Some((text, span)) if text != "stop" => {
+                reader.add(span, format!("expected `late` to be stop or continue, found {text:?}"), LATE);
+                false
+            }
+            _ => false,
+        };
+        let timeout = reader.timeout(table, TIMEOUT);
+        let Some((per, place)) = reader.text(table, "wait_per", PER) else {
+            for key in ["timeout", "late"] {
+                if let Some(value) = table.get(key).filter(|_| table.get("wait_per").is_none()) {
+                    reader.add(value.span, format!("`{key}` is that of `wait_per`, which is missing"), PER);
+                }
+            }
+            return None;
+        };
+        let period = parse_duration(&per).filter(|period| *period > 0);
+        let per = match period {
+            Some(period) => WaitPer::Period(period),
+            None => WaitPer::Topic(reader.topic(&per, place, PER)?),
+        };
+        Some(Self { per, timeout, goes_on, place })
+    }
+
+    /// Refuses a wait for answers to a topic that is not written.
+    pub(crate) fn check(
+        &self,
+        reader: &mut TableReader<'_>,
+        is_written: impl Fn(&str) -> bool,
+        has_clock: bool,
+    ) {
+        let WaitPer::Topic(topic) = &self.per else { return };
+        if topic == CLOCK && !has_clock {
+            let help = format!("write clock = true in [{}]", reader.scheme());
+            reader.add(
+                self.place,
+                "messages for each value of /clock are waited for, and it is not published",
+                &help,
+            );
+        } else if topic != CLOCK && !is_written(topic) {
+            let text = format!("messages for each value of {topic} are waited for, and no entry writes it");
+            reader.add(self.place, text, PER);
+        }
+    }
+}
+
+/// Topic of the agent's time.
+pub const CLOCK: &str = "/clock";
