@@ -1,50 +1,37 @@
 //! An agent that takes part in ROS.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
 
-use rustdds::{GUID, RTPSEntity};
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_record::ros::WireFormat::Cdr as CDR;
 use slate_runtime::Composer;
 use slate_topics::{
-    InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, PublishedTopic, RosError, RosMessage,
-    TopicStatus, check_clock, join_threads, publish, topic_input, topic_output,
+    InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, PublishedTopic, RosError, TopicStatus,
+    check_clock, join_threads, publish, topic_input, topic_output,
 };
 
 use crate::frame_inputs::FrameInputs;
 use crate::inbound::TopicReaders;
 use crate::lifecycle::lifecycle_services;
-use crate::name::{message_name, type_name, wire_topic};
 use crate::node::NodeTopics;
 use crate::outbound::WriterSink;
 use crate::parameters::parameter_services;
-use crate::participant::RosParticipant;
 use crate::settings::{RosSettings, TABLE};
 use crate::threads::ServiceThreads;
-use slate_dds::wire::{MatchWords, Matches, OwnEndpoint};
-
-/// ROS calls both ends so.
-const WORDS: MatchWords = MatchWords {
-    scheme: TABLE,
-    roles: ["publisher", "subscription"],
-    message_name,
-    advice: "use another topic or interface",
-};
+use crate::wire::{self, NodeWire, TopicReader, TopicType, TopicWriter};
 
 /// An agent as a node of ROS, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
 pub struct RosBridge {
     composer: Composer,
-    participant: Arc<RosParticipant>,
-    matches: Arc<Matches>,
+    node_wire: Arc<dyn NodeWire>,
     inbound: Arc<InboundTopics>,
     /// By place among those that are read.
-    readers: Vec<GUID>,
-    outbound: Vec<(GUID, OutboundStatus)>,
+    readers: Vec<Arc<dyn TopicReader>>,
+    outbound: Vec<(Arc<dyn TopicWriter>, OutboundStatus)>,
     wake: Arc<Wake>,
     ended: Arc<AtomicBool>,
     waiting: Option<(TopicReaders, Vec<PublishedTopic<WriterSink>>)>,
@@ -68,21 +55,18 @@ impl RosBridge {
     /// the inputs are filled from outside.
     ///
     /// # Errors
-    /// When a property does not fit its topic, or DDS refuses. The agent is as before then.
+    /// When a property does not fit its topic, or the middleware refuses. The agent is as before then.
     pub fn open(surface: &Arc<ControlSurface>, settings: &RosSettings) -> Result<Self, RosError> {
         let composer = surface.agent.composer();
         let inputs = settings.topics.read.iter().map(|own| Ok((own, topic_input(CDR, composer, own)?)));
         let inputs = inputs.collect::<Result<Vec<_>, RosError>>()?;
         let outputs = settings.topics.write.iter().map(|own| Ok((own, topic_output(CDR, composer, own)?)));
         let outputs = outputs.collect::<Result<Vec<_>, RosError>>()?;
-        let participant = RosParticipant::open(settings)?;
-        let matches = Arc::new(Matches::new(WORDS));
-        let mut own = BTreeMap::new();
-        let (mut readers, mut topics, mut guids) = (Vec::new(), Vec::new(), Vec::new());
+        let node_wire = wire::open(settings, composer)?;
+        let wire = &*node_wire;
+        let (mut readers, mut topics) = (Vec::new(), Vec::new());
         for (settings, (property, message)) in inputs {
-            let reader = participant.reader(&settings.topic, message.name(), settings.quality)?;
-            own.insert(reader.guid(), endpoint(&settings.topic, &message, true));
-            guids.push(reader.guid());
+            let reader = wire.reader(&settings.topic, &TopicType::from(&message), settings.quality)?;
             property.set_external(&format!("{TABLE}:{}", settings.topic));
             let (topic, depth) = (&settings.topic, settings.quality.depth.into());
             topics.push(InboundTopic::new(topic, message.name(), &settings.input, &property, depth));
@@ -90,39 +74,26 @@ impl RosBridge {
         }
         let mut writers = Vec::new();
         for (settings, (property, message)) in outputs {
-            let writer = participant.writer(&settings.topic, message.name(), settings.quality)?;
-            own.insert(writer.guid(), endpoint(&settings.topic, &message, false));
+            let writer = wire.writer(&settings.topic, &TopicType::from(&message), settings.quality)?;
             let topic = OutboundTopic::new(&settings.topic, message.name(), &settings.property, property);
-            let is_transient_local = settings.quality.transient_local;
-            let sink = WriterSink { writer, is_transient_local, matches: Arc::clone(&matches) };
+            let sink = WriterSink { writer, is_transient_local: settings.quality.transient_local };
             writers.push(PublishedTopic::new(topic, message, &settings.frame, sink));
         }
-        let mut services = ServiceThreads::open(&participant, surface, settings, &mut topics)?;
+        let mut services = ServiceThreads::open(wire, surface, settings, &mut topics)?;
         check_clock(composer, &settings.options)?;
-        let frames = FrameInputs::open(&participant, composer, settings, &mut topics)?;
-        let node = NodeTopics::open(&participant, surface, settings)?;
-        let groups = [
-            parameter_services(&participant, surface, settings)?,
-            lifecycle_services(&participant, surface, settings)?,
-        ];
+        let frames = FrameInputs::open(wire, composer, settings, &mut topics)?;
+        let node = NodeTopics::open(wire, surface, settings)?;
+        let groups =
+            [parameter_services(wire, surface, settings)?, lifecycle_services(wire, surface, settings)?];
         groups.into_iter().flatten().for_each(|group| services.add(group));
-        own.extend(services.endpoints());
-        own.extend(frames.iter().flat_map(FrameInputs::endpoints));
-        let side = |is_reader: bool| {
-            own.iter().filter(move |(_, own)| own.is_reader == is_reader).map(|(guid, _)| *guid)
-        };
-        let all_readers: Vec<_> = side(true).collect();
-        let all_writers: Vec<_> = side(false).chain(node.guids()).collect();
-        matches.set_own(own);
-        participant.announce(&all_readers, &all_writers)?;
-        let outbound = writers.iter().map(|own| (own.sink().guid(), own.topic().status()));
+        wire.announce()?;
+        let outbound = writers.iter().map(|own| (Arc::clone(&own.sink().writer), own.topic().status()));
         Ok(Self {
             composer: composer.clone(),
-            participant: Arc::new(participant),
-            matches,
             inbound: Arc::new(InboundTopics::new(TABLE, composer.clone(), topics)),
-            readers: guids,
+            readers: readers.iter().map(|(reader, _)| Arc::clone(reader)).collect(),
             outbound: outbound.collect(),
+            node_wire,
             wake: Arc::new(Wake::new()),
             ended: Arc::new(AtomicBool::new(false)),
             waiting: Some((TopicReaders(readers), writers)),
@@ -154,13 +125,9 @@ impl RosBridge {
             (self.composer.clone(), Arc::clone(&self.wake), Arc::clone(&self.ended));
         let send = move || publish(TABLE, topics, &composer, &wake, &ended);
         self.threads.push(spawn("ros2-send").spawn(send)?);
-        let (inbound, matches) = (Arc::clone(&self.inbound), Arc::clone(&self.matches));
-        let (participant, composer) = (Arc::clone(&self.participant), self.composer.clone());
-        let look = move || {
-            while let Some(event) = participant.next_status() {
-                matches.note(&event, &composer);
-            }
-        };
+        let inbound = Arc::clone(&self.inbound);
+        let (node_wire, composer) = (Arc::clone(&self.node_wire), self.composer.clone());
+        let look = move || node_wire.look(&composer);
         let (wake, ended) = (Arc::new(Wake::new()), Arc::clone(&self.ended));
         self.wakes.push(Arc::clone(&wake));
         let receive = move || readers.receive(&inbound, &wake, &ended, look);
@@ -179,26 +146,16 @@ impl RosBridge {
             self.threads.push(spawn("ros2-frames").spawn(move || frames.run(&inbound, &wake, &ended))?);
         }
         self.wakes.push(node_wake);
-        self.threads.extend(self.services.start(&self.composer, &self.matches, &self.inbound)?);
+        self.threads.extend(self.services.start(&self.composer, &self.inbound)?);
         Ok(())
     }
 
     /// How the topics stand: those that are read, then those that are written.
     pub fn topics(&self) -> Vec<TopicStatus> {
         let read = self.inbound.topics().iter().zip(&self.readers);
-        let read = read.map(|(topic, guid)| topic.status(Some(self.matches.count(*guid))));
-        let written = self.outbound.iter().map(|(guid, topic)| topic.status(Some(self.matches.count(*guid))));
+        let read = read.map(|(topic, reader)| topic.status(Some(reader.publishers())));
+        let written = self.outbound.iter().map(|(writer, topic)| topic.status(Some(writer.subscriptions())));
         read.chain(written).collect()
-    }
-}
-
-fn endpoint(topic: &str, message: &RosMessage, is_reader: bool) -> OwnEndpoint {
-    OwnEndpoint {
-        topic: topic.to_owned(),
-        wire: (wire_topic(topic), type_name(message.name())),
-        message: message.name().to_owned(),
-        is_reader,
-        type_hash: message.type_hash(),
     }
 }
 

@@ -1,26 +1,32 @@
 //! The agent's time as `/clock`.
 
-use rustdds::{GUID, RTPSEntity};
+use std::sync::Arc;
+
 use slate_control::ControlSurface;
+use slate_record::ros::WireFormat;
 
 use super::{NodeTopic, write};
-use crate::participant::{RosParticipant, TopicWriter};
+use crate::wire::{NodeWire, TopicType, TopicWriter};
 use slate_dds::TopicQuality;
-use slate_topics::RosError;
+use slate_topics::{MessageType, RosError};
 
 const TOPIC: &str = "/clock";
+const MESSAGE: &str = "rosgraph_msgs/msg/Clock";
+const DEFINITION: &str = "builtin_interfaces/Time clock";
 const QUALITY: TopicQuality = TopicQuality { reliable: true, transient_local: false, depth: 10 };
 const SECOND: u64 = 1_000_000_000;
 
 /// `/clock`: the time of each cycle, or the newest when cycles follow faster than it is sent.
 pub struct ClockTopic {
-    writer: TopicWriter,
+    writer: Arc<dyn TopicWriter>,
     sent: Option<u64>,
 }
 
 impl ClockTopic {
-    pub fn open(participant: &RosParticipant) -> Result<Self, RosError> {
-        Ok(Self { writer: participant.writer(TOPIC, "rosgraph_msgs/msg/Clock", QUALITY)?, sent: None })
+    pub fn open(wire: &dyn NodeWire) -> Result<Self, RosError> {
+        let message = MessageType::parse(WireFormat::Cdr, MESSAGE, DEFINITION);
+        let message = message.map_err(|reason| RosError::definition(MESSAGE, reason))?;
+        Ok(Self { writer: wire.writer(TOPIC, &TopicType::from(&message), QUALITY)?, sent: None })
     }
 }
 
@@ -33,10 +39,6 @@ impl NodeTopic for ClockTopic {
         let mut message = vec![0, 1, 0, 0];
         message.extend(((now / SECOND) as i32).to_le_bytes());
         message.extend(((now % SECOND) as u32).to_le_bytes());
-        write(&self.writer, message, TOPIC)
-    }
-
-    fn guids(&self) -> Vec<GUID> {
-        vec![self.writer.guid()]
+        write(&*self.writer, message, TOPIC)
     }
 }

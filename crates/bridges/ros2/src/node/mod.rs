@@ -10,20 +10,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use rustdds::GUID;
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_topics::NodeAccess;
 
-use crate::participant::{RosParticipant, TopicWriter};
 use crate::settings::RosSettings;
+use crate::wire::{NodeWire, TopicWriter};
 use clock::ClockTopic;
 use frames::FrameTopics;
-pub use frames::{FIXED, MESSAGE, MOVING};
+pub use frames::{FIXED, MESSAGE, MOVING, frames_type};
 use log::LogTopic;
 use parameter_events::ParameterEvents;
-use slate_dds::wire::RawMessage;
 use slate_topics::RosError;
 use transition_events::TransitionEvents;
 
@@ -37,9 +35,6 @@ trait NodeTopic: Send + Sync {
     /// # Errors
     /// Why it can't, in words.
     fn publish(&mut self, surface: &ControlSurface) -> Result<(), String>;
-
-    /// Its writers.
-    fn guids(&self) -> Vec<GUID>;
 }
 
 /// All of them.
@@ -53,28 +48,28 @@ impl NodeTopics {
     /// Those that settings want.
     ///
     /// # Errors
-    /// When DDS refuses, or the agent has no time of its own to publish.
+    /// When the middleware refuses, or the agent has no time of its own to publish.
     pub fn open(
-        participant: &RosParticipant,
+        wire: &dyn NodeWire,
         surface: &Arc<ControlSurface>,
         settings: &RosSettings,
     ) -> Result<Self, RosError> {
         let mut topics: Vec<Box<dyn NodeTopic>> = Vec::new();
         let options = &settings.options;
         if options.clock {
-            topics.push(Box::new(ClockTopic::open(participant)?));
+            topics.push(Box::new(ClockTopic::open(wire)?));
         }
         if options.transforms {
-            topics.push(Box::new(FrameTopics::open(participant, surface, settings)?));
+            topics.push(Box::new(FrameTopics::open(wire, surface, settings)?));
         }
         if options.log {
-            topics.push(Box::new(LogTopic::open(participant, settings)?));
+            topics.push(Box::new(LogTopic::open(wire, settings)?));
         }
         if options.parameters == NodeAccess::Set {
-            topics.push(Box::new(ParameterEvents::open(participant, surface, settings)?));
+            topics.push(Box::new(ParameterEvents::open(wire, surface, settings)?));
         }
         if settings.lifecycle != NodeAccess::None {
-            topics.push(Box::new(TransitionEvents::open(participant, surface, settings)?));
+            topics.push(Box::new(TransitionEvents::open(wire, surface, settings)?));
         }
         Ok(Self { topics, logged: Vec::new() })
     }
@@ -82,11 +77,6 @@ impl NodeTopics {
     /// Whether no topic is to be published.
     pub fn is_empty(&self) -> bool {
         self.topics.is_empty()
-    }
-
-    /// Their writers.
-    pub fn guids(&self) -> Vec<GUID> {
-        self.topics.iter().flat_map(|topic| topic.guids()).collect()
     }
 
     /// Publishes what is new, until the end.
@@ -107,6 +97,6 @@ impl NodeTopics {
 }
 
 /// Writes a message.
-fn write(writer: &TopicWriter, message: Vec<u8>, topic: &str) -> Result<(), String> {
-    writer.write(RawMessage(message), None).map_err(|error| format!("{topic} can't be published: {error}"))
+fn write(writer: &dyn TopicWriter, message: Vec<u8>, topic: &str) -> Result<(), String> {
+    writer.write(message).map_err(|error| format!("{topic} can't be published: {error}"))
 }

@@ -1,12 +1,12 @@
 //! Agents and nodes of ROS 2 in Python, with rclpy and Fast DDS.
 
 mod actions;
-mod agent;
+pub mod agent;
 mod hostile;
 mod lifecycle;
 mod node;
 mod parameters;
-mod peer;
+pub mod peer;
 mod replay;
 mod robot;
 mod services;

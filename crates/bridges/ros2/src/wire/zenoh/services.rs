@@ -1,0 +1,141 @@
+//! Both ends of services on Zenoh: requests are queries.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::task::Waker;
+use std::time::Duration;
+
+use zenoh::query::{ConsolidationMode, Querier, Query, QueryTarget, Queryable, Reply};
+use zenoh::{Result, Session, Wait};
+
+use super::attachment::{Attachment, Gid};
+use super::declared::Declared;
+use super::queue::{Queue, locked};
+use crate::wire::{Request, RequestNumber, RequestReader, RequestWriter, Responder};
+
+/// Requests and responses that may wait for their thread.
+const ROOM: usize = 64;
+
+/// How long the way of a response is kept open; clients give up by themselves.
+const TIMEOUT: Duration = Duration::from_secs(600);
+
+/// The end of the service that has the result of an action, which takes as long as the action.
+const GET_RESULT: &str = "/_action/get_result";
+const RESULT_TIMEOUT: Duration = Duration::MAX;
+
+/// A service that is offered.
+pub struct ZenohServer {
+    key: String,
+    queue: Arc<Queue<Query>>,
+    queryable: Mutex<Option<Queryable<()>>>,
+}
+
+impl ZenohServer {
+    pub fn new(key: String) -> Self {
+        Self { key, queue: Arc::new(Queue::new(ROOM)), queryable: Mutex::default() }
+    }
+}
+
+impl Declared for ZenohServer {
+    fn declare(&self, session: &Session) -> Result<()> {
+        let queue = Arc::clone(&self.queue);
+        let queryable = session.declare_queryable(self.key.clone()).complete(true);
+        *locked(&self.queryable) = Some(queryable.callback(move |query| queue.push(query)).wait()?);
+        Ok(())
+    }
+}
+
+impl RequestReader for Arc<ZenohServer> {
+    fn set_waker(&self, waker: &Waker) {
+        self.queue.set_waker(waker);
+    }
+
+    fn take(&self) -> std::result::Result<Option<Request>, String> {
+        let Some(query) = self.queue.take() else { return Ok(None) };
+        let message = query.payload().map_or_else(Vec::new, |payload| payload.to_bytes().into_owned());
+        Ok(Some(Request { message, responder: Box::new(ZenohResponder { query, key: self.key.clone() }) }))
+    }
+}
+
+/// The way to the client of a request.
+struct ZenohResponder {
+    query: Query,
+    key: String,
+}
+
+impl Responder for ZenohResponder {
+    fn reply(self: Box<Self>, message: Vec<u8>, _: &dyn Fn() -> bool) -> std::result::Result<(), String> {
+        let request = self.query.attachment().and_then(|bytes| Attachment::decode(&bytes.to_bytes()));
+        let mut reply = self.query.reply(self.key, message);
+        if let Some(Attachment { sequence_number, source, .. }) = request {
+            reply = reply.attachment(Attachment::now(sequence_number, source).encode());
+        }
+        reply.wait().map_err(|error| error.to_string())
+    }
+}
+
+/// A service that is called.
+pub struct ZenohCaller {
+    key: String,
+    gid: Gid,
+    timeout: Duration,
+    servers: Arc<AtomicUsize>,
+    queue: Arc<Queue<(RequestNumber, Vec<u8>)>>,
+    state: Mutex<CallerState>,
+}
+
+#[derive(Default)]
+struct CallerState {
+    querier: Option<Querier<'static>>,
+    sent: RequestNumber,
+}
+
+impl ZenohCaller {
+    pub fn new(service: &str, key: String, gid: Gid, servers: Arc<AtomicUsize>) -> Self {
+        let timeout = if service.ends_with(GET_RESULT) { RESULT_TIMEOUT } else { TIMEOUT };
+        let queue = Arc::new(Queue::new(ROOM));
+        Self { key, gid, timeout, servers, queue, state: Mutex::default() }
+    }
+}
+
+impl Declared for ZenohCaller {
+    fn declare(&self, session: &Session) -> Result<()> {
+        let querier = session
+            .declare_querier(self.key.clone())
+            .target(QueryTarget::AllComplete)
+            .consolidation(ConsolidationMode::None)
+            .timeout(self.timeout);
+        locked(&self.state).querier = Some(querier.wait()?);
+        Ok(())
+    }
+}
+
+impl RequestWriter for Arc<ZenohCaller> {
+    fn has_server(&self) -> bool {
+        self.servers.load(Ordering::Acquire) > 0
+    }
+
+    fn send(&self, request: Vec<u8>) -> std::result::Result<RequestNumber, String> {
+        let mut state = locked(&self.state);
+        state.sent += 1;
+        let (number, queue) = (state.sent, Arc::clone(&self.queue));
+        let querier = state.querier.as_ref().ok_or("no router is reached")?;
+        let take = move |reply: Reply| {
+            // Without one, the request is answered too late for its client.
+            if let Ok(sample) = reply.result() {
+                queue.push((number, sample.payload().to_bytes().into_owned()));
+            }
+        };
+        let attachment = Attachment::now(number, self.gid).encode();
+        let sent = querier.get().payload(request).attachment(attachment).callback(take).wait();
+        sent.map(|()| number).map_err(|error| error.to_string())
+    }
+
+    fn set_waker(&self, waker: &Waker) {
+        self.queue.set_waker(waker);
+    }
+
+    fn take(&self) -> std::result::Result<Option<(RequestNumber, Vec<u8>)>, String> {
+        Ok(self.queue.take())
+    }
+}

@@ -1,0 +1,4 @@
+//! Agents and programs on the wire of `rmw_zenoh`: in Python with zenoh-ros2-sdk, through a router of eclipse-zenoh.
+
+mod peer;
+mod topics;
