@@ -1,6 +1,6 @@
 //! Agents and nodes of ROS 2 in Python, with rclpy and Fast DDS.
 
-mod actions;
+pub mod actions;
 pub mod agent;
 mod hostile;
 mod lifecycle;
@@ -8,7 +8,7 @@ mod node;
 mod parameters;
 pub mod peer;
 mod replay;
-mod robot;
+pub mod robot;
 mod services;
 mod topics;
-mod type_hashes;
+pub mod type_hashes;

@@ -11,12 +11,12 @@ use crate::ros2::rclpy::agent::{Running, alone, eventually};
 use crate::ros2::rclpy::peer::{Peer, python};
 
 /// Packages of ROS in its own layout.
-fn packages() -> PathBuf {
+pub fn packages() -> PathBuf {
     python().parent().and_then(Path::parent).unwrap().join("share")
 }
 
 /// The hash that ROS computed for a message.
-fn hash_of_ros(path: &Path, name: &str) -> String {
+pub fn hash_of_ros(path: &Path, name: &str) -> String {
     let text = std::fs::read_to_string(path.with_extension("json")).unwrap();
     let all: Json = serde_json::from_str(&text).unwrap();
     let all = all["type_hashes"].as_array().unwrap();

@@ -7,7 +7,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use serde_json::{Value as Json, json};
 
-use crate::ros2::rclpy::peer::python as ros2_python;
+use crate::ros2::rclpy::type_hashes::packages;
 
 /// Another implementation of the wire of `rmw_zenoh`, and Zenoh itself.
 fn python() -> PathBuf {
@@ -15,11 +15,6 @@ fn python() -> PathBuf {
         &Path::new(env!("CARGO_TARGET_TMPDIR")).join("zenoh-python"),
         &["eclipse-zenoh==1.10.2", "zenoh-ros2-sdk==0.1.8", "rosbags==0.11.9", "xxhash==3.6.0"],
     )
-}
-
-/// Folder of the packages of ROS, with their message files.
-pub fn packages() -> PathBuf {
-    ros2_python().parent().and_then(Path::parent).unwrap().join("share")
 }
 
 /// A port that is free.

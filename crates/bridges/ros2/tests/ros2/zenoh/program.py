@@ -5,12 +5,14 @@ Arguments: router PORT, or node PORT DOMAIN FOLDER, whose folder has the message
 
 import json
 import math
+import re
 import sys
 import threading
 import time
 
 import numpy
 import zenoh
+import zenoh.ext
 
 
 def plain(value):
@@ -52,6 +54,20 @@ class Node:
     def publish(self, topic, value):
         publisher = self.publishers[topic]
         publisher.publish(**build(self.session.store, publisher.msg_type, value))
+
+    def keep(self, topic, type, values):
+        """Publishes messages that are kept for late subscriptions, as rmw_zenoh's publishers keep them."""
+        self.advertise(topic, type, {"transient_local": True})
+        own = self.publishers[topic]
+        cache, detection = zenoh.ext.CacheConfig(max_samples=10), zenoh.ext.MissDetectionConfig(heartbeat=None)
+        publisher = zenoh.ext.declare_advanced_publisher(
+            self.session.session, own.keyexpr, cache=cache, publisher_detection=True, sample_miss_detection=detection
+        )
+        self.kept.append(publisher)
+        for number, value in enumerate(values, 1):
+            message = own.msg_class(**build(self.session.store, type, value))
+            data = bytes(self.session.store.serialize_cdr(message, type))
+            publisher.put(data, attachment=own._create_attachment(number, time.time_ns()))
 
     def burst(self, topic, count, period):
         """Publishes speeds 1, 2, ... at a rate."""
@@ -99,9 +115,16 @@ class Node:
         return plain(client.call(**build(self.session.store, client.request_store_type, request)))
 
     def definitions(self, type):
-        path = self.sdk.get_registry().get_srv_file_path(type)
-        request, response = path.read_text().split("---\n", 1)
-        return {"request_definition": request.strip() or None, "response_definition": response.strip() or None}
+        """Both parts of a service, with whole names of the messages in them: the library looks for those of the package elsewhere."""
+        package = type.split("/")[0]
+
+        def whole(found):
+            self.sdk.load_message_type(f"{package}/msg/{found[1]}")
+            return f"{package}/msg/{found[1]}{found[2]}"
+
+        text = self.sdk.get_registry().get_srv_file_path(type).read_text()
+        parts = [re.sub(r"^([A-Z]\w+)((?:\[.*\])?\s)", whole, part, flags=re.M).strip() for part in text.split("---\n", 1)]
+        return {"request_definition": parts[0] or None, "response_definition": parts[1] or None}
 
     def serve(self, service, type, response):
         """Offers a service that answers always the same, and notes what was asked."""

@@ -114,31 +114,26 @@ fn messages_have_a_number_a_time_and_the_identity_of_their_publisher() {
 #[test]
 fn late_subscriptions_receive_what_was_kept() {
     let router = Router::start();
-    let kept = "{ \"transient_local\": true, \"depth\": 3 }";
-    let qos: Json = serde_json::from_str(kept).unwrap();
     let mut node = Node::start(&router, 3);
-    node.advertise("/cmd_vel", "geometry_msgs/msg/Twist", json!({}));
-    let agent = Running::start(
-        "keeper",
-        &(router.table(3)
-            + "read.\"driver/command\" = \"/cmd_vel\"\n\
-               write.\"/wheels\" = { from = \"driver/wheels\", transient_local = true, depth = 3 }"),
+    let speeds: Vec<_> = (1..=4).map(|speed| json!({ "linear": { "x": speed } })).collect();
+    node.request(
+        json!({ "do": "keep", "topic": "/cmd_vel", "type": "geometry_msgs/msg/Twist", "values": speeds }),
     );
-    eventually("a publisher", || status(&agent, "/cmd_vel").others == Some(1));
-    eventually("a command", || {
-        node.publish("/cmd_vel", &json!({ "linear": { "x": 0.25 } }));
-        agent.number("driver/wheels/linear") == 0.25
+    let table = router.table(3)
+        + "read.\"driver/command\" = { topic = \"/cmd_vel\", transient_local = true, depth = 3 }";
+    let agent = Running::start("late", &table);
+    // The last three of four, the newest last.
+    eventually("what was kept", || status(&agent, "/cmd_vel").count == 3);
+    assert_eq!(agent.number("driver/command/linear"), 4.0);
+    // What the agent keeps, the other implementation asks for, of which it takes the newest.
+    agent.composer.log(slate_module::Level::Error, "the wheel is stuck");
+    let mut line = Json::Null;
+    eventually("the log", || {
+        node.subscribe("/rosout", "rcl_interfaces/msg/Log", json!({ "transient_local": true, "depth": 100 }));
+        line = node.take("/rosout").pop().unwrap_or_default();
+        line["msg"] == "the wheel is stuck"
     });
-    eventually("values", || status(&agent, "/wheels").count > 5);
-    drop(node);
-    let mut late = Node::start(&router, 3);
-    late.subscribe("/wheels", "geometry_msgs/msg/Twist", qos);
-    let mut heard = Vec::new();
-    eventually("what was kept", || {
-        heard.extend(late.take("/wheels"));
-        !heard.is_empty()
-    });
-    assert_eq!(heard[0]["linear"]["x"], json!(0.25));
+    assert_eq!((&line["level"], &line["name"]), (&json!(40), &json!("late")));
 }
 
 #[test]
