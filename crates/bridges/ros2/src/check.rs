@@ -4,13 +4,11 @@ use slate_topics::{RosError, check_actions, check_ports};
 
 use crate::settings::RosSettings;
 
-/// Checks that this program has the wire of settings, and that the ports they name are there and fit their topics and services; opens
-/// nothing.
+/// Checks that the ports that settings name are there and fit their topics and services; opens nothing.
 ///
 /// # Errors
 /// The first that does not fit.
 pub fn check_topics(composer: &Composer, settings: &RosSettings) -> Result<(), RosError> {
-    settings.wire.check()?;
     let services = (&settings.serve[..], &settings.call[..]);
     check_actions(composer, &settings.offered_actions, &settings.called_actions)?;
     check_ports(WireFormat::Cdr, composer, &settings.topics, services, &settings.options)

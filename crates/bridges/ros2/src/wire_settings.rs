@@ -1,7 +1,7 @@
 //! The middleware of a node, as `[ros2]` says.
 
 use slate_network::NetworkEndpoint;
-use slate_runtime::configuration::Table;
+use slate_runtime::configuration::{Span, Table};
 use slate_topics::{RosError, TableReader};
 
 /// Where `rmw_zenoh` has its router.
@@ -54,11 +54,7 @@ impl RosWireSettings {
         }
     }
 
-    /// Checks that this program has the middleware.
-    ///
-    /// # Errors
-    /// It is built without it.
-    pub fn check(&self) -> Result<(), RosError> {
+    fn check(&self) -> Result<(), RosError> {
         if self.built_in().2 { Ok(()) } else { Err(self.is_missing()) }
     }
 
@@ -75,14 +71,30 @@ impl RosWireSettings {
         }
     }
 
+    /// Says where a table names a middleware that this program lacks.
+    fn check_in(&self, reader: &mut TableReader<'_>, place: Option<Span>) {
+        // A program without any only reads configurations.
+        if cfg!(feature = "wire")
+            && let Err(error) = self.check()
+        {
+            reader.add(place, error.to_string(), error.help());
+        }
+    }
+
     /// Reads the keys `wire` and `router` of a table.
     pub(crate) fn of(reader: &mut TableReader<'_>, table: &Table, trusted: bool) -> Self {
         const WIRES: &str = "write wire = \"dds\" or wire = \"zenoh\"";
         const EXAMPLE: &str = "write router = \"tcp/localhost:7447\"";
         let is_zenoh = match reader.text(table, "wire", WIRES) {
             None => false,
-            Some((name, _)) if name == "dds" => false,
-            Some((name, _)) if name == "zenoh" => true,
+            Some((name, span)) if name == "dds" => {
+                Self::Dds.check_in(reader, span.into());
+                false
+            }
+            Some((name, span)) if name == "zenoh" => {
+                Self::local_zenoh().check_in(reader, span.into());
+                true
+            }
             Some((name, span)) => {
                 reader.add(span, format!("expected `wire` to be dds or zenoh, found {name:?}"), WIRES);
                 return Self::Dds;

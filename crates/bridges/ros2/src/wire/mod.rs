@@ -139,7 +139,7 @@ pub struct Request {
 
 /// Sends the response to a request.
 pub trait Responder: Send + Sync {
-    /// Sends it, in CDR with its header; without `is_ended` it may wait until the client can receive it.
+    /// Sends it, in CDR with its header. It may wait until the client can receive it, but not when `is_ended`.
     ///
     /// # Errors
     /// The client does not listen, or the middleware refuses; the reason in words.

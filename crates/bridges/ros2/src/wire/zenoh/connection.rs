@@ -95,9 +95,10 @@ impl Drop for Connection {
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Release);
         self.wake.notify(1);
-        join_threads(&mut self.threads);
+        // A thread that still waits for a router ends by itself.
         if let Some(joined) = locked(&self.joined).take() {
             close(&joined.session);
+            join_threads(&mut self.threads);
         }
     }
 }

@@ -4,6 +4,9 @@ use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::task::Waker;
 
+/// Bytes of items that wait, at most; a larger one waits alone.
+const MAX_BYTES: usize = 64 << 20;
+
 /// A bounded queue between Zenoh's threads and one of the bridge. The oldest goes when there is no room.
 pub struct Queue<T> {
     room: usize,
@@ -11,23 +14,30 @@ pub struct Queue<T> {
 }
 
 struct QueueState<T> {
-    items: VecDeque<T>,
+    /// With their sizes.
+    items: VecDeque<(T, usize)>,
+    bytes: usize,
     dropped: u64,
     waker: Option<Waker>,
 }
 
 impl<T> Queue<T> {
     pub fn new(room: usize) -> Self {
-        let state = QueueState { items: VecDeque::new(), dropped: 0, waker: None };
+        let state = QueueState { items: VecDeque::new(), bytes: 0, dropped: 0, waker: None };
         Self { room, state: Mutex::new(state) }
     }
 
-    /// Adds an item, and wakes the thread.
-    pub fn push(&self, item: T) {
+    /// Adds an item of so many bytes, and wakes the thread.
+    pub fn push(&self, item: T, size: usize) {
         let mut state = locked(&self.state);
-        let oldest = if state.items.len() >= self.room { state.items.pop_front() } else { None };
-        state.dropped += u64::from(oldest.is_some());
-        state.items.push_back(item);
+        while (state.items.len() >= self.room || state.bytes + size > MAX_BYTES)
+            && let Some((_, oldest)) = state.items.pop_front()
+        {
+            state.bytes -= oldest;
+            state.dropped += 1;
+        }
+        state.items.push_back((item, size));
+        state.bytes += size;
         let waker = state.waker.clone();
         drop(state);
         if let Some(waker) = waker {
@@ -37,7 +47,10 @@ impl<T> Queue<T> {
 
     /// Takes the oldest item.
     pub fn take(&self) -> Option<T> {
-        locked(&self.state).items.pop_front()
+        let mut state = locked(&self.state);
+        let (item, size) = state.items.pop_front()?;
+        state.bytes -= size;
+        Some(item)
     }
 
     /// How many had no room since the last call.

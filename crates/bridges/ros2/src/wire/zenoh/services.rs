@@ -40,7 +40,11 @@ impl Declared for ZenohServer {
     fn declare(&self, session: &Session) -> Result<()> {
         let queue = Arc::clone(&self.queue);
         let queryable = session.declare_queryable(self.key.clone()).complete(true);
-        *locked(&self.queryable) = Some(queryable.callback(move |query| queue.push(query)).wait()?);
+        let take = move |query: Query| {
+            let size = query.payload().map_or(0, |payload| payload.len());
+            queue.push(query, size);
+        };
+        *locked(&self.queryable) = Some(queryable.callback(take).wait()?);
         Ok(())
     }
 }
@@ -121,9 +125,11 @@ impl RequestWriter for Arc<ZenohCaller> {
         let (number, queue) = (state.sent, Arc::clone(&self.queue));
         let querier = state.querier.as_ref().ok_or("no router is reached")?;
         let take = move |reply: Reply| {
-            // Without one, the request is answered too late for its client.
+            // An error means that no response has come in time; the client gives up by its own timeout.
             if let Ok(sample) = reply.result() {
-                queue.push((number, sample.payload().to_bytes().into_owned()));
+                let response = sample.payload().to_bytes().into_owned();
+                let size = response.len();
+                queue.push((number, response), size);
             }
         };
         let attachment = Attachment::now(number, self.gid).encode();

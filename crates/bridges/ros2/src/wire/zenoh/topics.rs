@@ -45,7 +45,11 @@ impl ZenohTopicReader {
 impl Declared for ZenohTopicReader {
     fn declare(&self, session: &Session) -> Result<()> {
         let queue = Arc::clone(&self.queue);
-        let take = move |sample: Sample| queue.push(sample.payload().to_bytes().into_owned());
+        let take = move |sample: Sample| {
+            let message = sample.payload().to_bytes().into_owned();
+            let size = message.len();
+            queue.push(message, size);
+        };
         let mut subscriber = session.declare_subscriber(self.key.clone()).advanced();
         if self.quality.transient_local {
             let depth = self.quality.depth.into();

@@ -2,20 +2,13 @@
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use serde_json::{Value as Json, json};
+use slate_test_tools::zenoh_ros2_python;
 
 use crate::ros2::rclpy::type_hashes::packages;
-
-/// Another implementation of the wire of `rmw_zenoh`, and Zenoh itself.
-fn python() -> PathBuf {
-    slate_test_tools::python(
-        &Path::new(env!("CARGO_TARGET_TMPDIR")).join("zenoh-python"),
-        &["eclipse-zenoh==1.10.2", "zenoh-ros2-sdk==0.1.8", "rosbags==0.11.9", "xxhash==3.6.0"],
-    )
-}
 
 /// A port that is free.
 pub fn free_port() -> u16 {
@@ -32,7 +25,7 @@ struct Program {
 impl Program {
     fn start(arguments: &[&str]) -> Self {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ros2/zenoh/program.py");
-        let mut command = Command::new(python());
+        let mut command = Command::new(zenoh_ros2_python(Path::new(env!("CARGO_TARGET_TMPDIR"))));
         command.arg(script).args(arguments);
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let (input, output) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));

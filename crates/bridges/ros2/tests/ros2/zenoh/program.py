@@ -22,6 +22,9 @@ def plain(value):
         return str(value)
     if isinstance(value, (str, int, float, bool)):
         return value
+    if len(value) > 10_000:
+        # Its length and its sum.
+        return [len(value), int(numpy.sum(value, dtype=numpy.uint64))]
     return [plain(item.item() if hasattr(item, "item") else item) for item in value]
 
 

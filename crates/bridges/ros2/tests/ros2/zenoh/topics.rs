@@ -83,7 +83,7 @@ fn properties_are_topics_that_others_hear_and_see() {
 }
 
 #[test]
-fn messages_have_a_number_a_time_and_the_identity_of_their_publisher() {
+fn messages_have_number_time_and_identity_beside_them() {
     let router = Router::start();
     let agent = Running::start("talker", &(router.table(3) + "write.\"/odom\" = \"sensor/odometry\""));
     let mut node = Node::start(&router, 3);
@@ -112,6 +112,55 @@ fn messages_have_a_number_a_time_and_the_identity_of_their_publisher() {
 }
 
 #[test]
+fn nothing_is_lost_over_zenoh_at_a_thousand_messages_a_second() {
+    let router = Router::start();
+    let agent = Running::start(
+        "counter",
+        &(router.table(3) + "read.\"driver/command\" = { topic = \"/cmd_vel\", depth = 1000 }"),
+    );
+    let mut node = Node::start(&router, 3);
+    node.advertise("/cmd_vel", "geometry_msgs/msg/Twist", json!({}));
+    eventually("a publisher", || status(&agent, "/cmd_vel").others == Some(1));
+    eventually("a first command", || {
+        node.publish("/cmd_vel", &json!({ "linear": { "x": -1.0 } }));
+        status(&agent, "/cmd_vel").count > 0
+    });
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let before = status(&agent, "/cmd_vel").count;
+    node.request(json!({ "do": "burst", "topic": "/cmd_vel", "count": 3000, "period": 0.001 }));
+    eventually("all of them", || status(&agent, "/cmd_vel").count == before + 3000);
+    assert_eq!(status(&agent, "/cmd_vel").dropped, 0);
+    assert_eq!(agent.number("driver/command/linear"), 3000.0);
+}
+
+#[test]
+fn images_of_mebibytes_go_both_ways_over_zenoh() {
+    let router = Router::start();
+    let table = "read.\"eye/image\" = \"/camera\"\nwrite.\"/seen\" = { from = \"eye/image\", depth = 1 }";
+    let agent = Running::start("mirror", &(router.table(3) + table));
+    let mut node = Node::start(&router, 3);
+    node.advertise("/camera", "sensor_msgs/msg/Image", json!({}));
+    node.subscribe("/seen", "sensor_msgs/msg/Image", json!({}));
+    eventually("both ends", || {
+        status(&agent, "/camera").others == Some(1) && status(&agent, "/seen").others == Some(1)
+    });
+    let size: u64 = 1 << 20;
+    let sum: u64 = (0..size).map(|number| number % 251).sum();
+    let mut seen = Vec::new();
+    eventually("an image there and back", || {
+        node.request(json!({ "do": "show", "topic": "/camera", "size": size }));
+        seen.extend(node.take("/seen"));
+        !seen.is_empty()
+    });
+    assert_eq!((&seen[0]["height"], &seen[0]["data"]), (&json!(1024), &json!([size, sum])));
+    // The input has no room for a larger one, which comes whole.
+    node.request(json!({ "do": "show", "topic": "/camera", "size": 8 << 20 }));
+    eventually("the reason", || {
+        status(&agent, "/camera").error.is_some_and(|error| error.contains("8388608 items"))
+    });
+}
+
+#[test]
 fn late_subscriptions_receive_what_was_kept() {
     let router = Router::start();
     let mut node = Node::start(&router, 3);
@@ -137,7 +186,7 @@ fn late_subscriptions_receive_what_was_kept() {
 }
 
 #[test]
-fn the_agent_runs_without_a_router_and_joins_when_it_comes() {
+fn an_agent_without_a_router_runs_and_joins_it_later() {
     let port = super::peer::free_port();
     let table = format!(
         "wire = \"zenoh\"\nrouter = \"tcp/127.0.0.1:{port}\"\ndomain = 3\nread.\"driver/command\" = \"/cmd_vel\""
@@ -167,7 +216,7 @@ fn the_agent_runs_without_a_router_and_joins_when_it_comes() {
 }
 
 #[test]
-fn types_that_differ_are_told_and_broken_messages_are_refused() {
+fn types_that_differ_and_broken_messages_are_told() {
     let router = Router::start();
     let agent = Running::start(
         "picky",
