@@ -22,7 +22,7 @@ use crate::outbound::WriterSink;
 use crate::parameters::parameter_services;
 use crate::settings::{RosSettings, TABLE};
 use crate::threads::ServiceThreads;
-use crate::wire::{self, NodeWire, TopicReader, TopicType, TopicWriter};
+use crate::wire::{self, NodeWire, TopicReader, TopicWriter, WireType};
 
 /// An agent as a node of ROS, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
 pub struct RosBridge {
@@ -66,7 +66,7 @@ impl RosBridge {
         let wire = &*node_wire;
         let (mut readers, mut topics) = (Vec::new(), Vec::new());
         for (settings, (property, message)) in inputs {
-            let reader = wire.reader(&settings.topic, &TopicType::from(&message), settings.quality)?;
+            let reader = wire.reader(&settings.topic, &WireType::from(&message), settings.quality)?;
             property.set_external(&format!("{TABLE}:{}", settings.topic));
             let (topic, depth) = (&settings.topic, settings.quality.depth.into());
             topics.push(InboundTopic::new(topic, message.name(), &settings.input, &property, depth));
@@ -74,7 +74,7 @@ impl RosBridge {
         }
         let mut writers = Vec::new();
         for (settings, (property, message)) in outputs {
-            let writer = wire.writer(&settings.topic, &TopicType::from(&message), settings.quality)?;
+            let writer = wire.writer(&settings.topic, &WireType::from(&message), settings.quality)?;
             let topic = OutboundTopic::new(&settings.topic, message.name(), &settings.property, property);
             let sink = WriterSink { writer, is_transient_local: settings.quality.transient_local };
             writers.push(PublishedTopic::new(topic, message, &settings.frame, sink));

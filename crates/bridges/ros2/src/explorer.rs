@@ -11,7 +11,7 @@ use slate_record::ros::{
 };
 use slate_topics::{RosError, type_hash};
 
-use crate::wire::{DomainView, TopicReader, TopicType, explore};
+use crate::wire::{DomainView, FoundTopic, TopicReader, WireType, explore};
 use crate::wire_settings::RosWireSettings;
 
 /// Period of the check for news.
@@ -28,30 +28,6 @@ const OTHERS: [(&str, &str); 2] = [
         "builtin_interfaces/Time stamp\nuint8 level\nstring name\nstring msg\nstring file\nstring function\nuint32 line",
     ),
 ];
-
-/// A publisher or a subscription in a domain.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FoundEndpoint {
-    /// The node that has it, such as `/talker`; nothing if that is not announced.
-    pub node: Option<String>,
-    /// The type as ROS calls it.
-    pub message: String,
-    /// Hash of the type, if the node sends one: nodes of Slate don't over DDS.
-    pub type_hash: Option<String>,
-    /// `RELIABLE`; else `BEST_EFFORT`.
-    pub reliable: bool,
-    /// `TRANSIENT_LOCAL`; else `VOLATILE`.
-    pub transient_local: bool,
-}
-
-/// A topic in a domain.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct FoundTopic {
-    /// Its publishers.
-    pub publishers: Vec<FoundEndpoint>,
-    /// Its subscriptions.
-    pub subscriptions: Vec<FoundEndpoint>,
-}
 
 /// Looks at a domain.
 pub struct RosExplorer {
@@ -112,7 +88,7 @@ impl RosExplorer {
             transient_local: found.publishers.iter().all(|own| own.transient_local),
             depth: DEPTH,
         };
-        let of = TopicType { name: first.message.clone(), hash: first.type_hash.clone() };
+        let of = WireType { name: first.message.clone(), hash: first.type_hash.clone() };
         let reader = self.view.reader(topic, &of, quality)?;
         Ok(TopicStream { message: of.name, reader })
     }

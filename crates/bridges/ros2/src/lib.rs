@@ -40,7 +40,7 @@ mod wire_settings;
 pub use bridge::RosBridge;
 pub use check::check_topics;
 #[cfg(feature = "wire")]
-pub use explorer::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream, known_type_hash};
+pub use explorer::{RosExplorer, TopicStream, known_type_hash};
 pub use name::{NodeName, check_topic, type_name, wire_topic};
 pub use settings::{RosSettings, TABLE};
 pub use slate_dds::TopicQuality;
@@ -49,4 +49,6 @@ pub use slate_topics::{
     RosMessage, ServiceCall, ServiceOffer, ServiceType, TopicInput, TopicMisfit, TopicOutput, TopicSettings,
     TopicStatus, type_hash,
 };
+#[cfg(feature = "wire")]
+pub use wire::{FoundEndpoint, FoundTopic};
 pub use wire_settings::RosWireSettings;

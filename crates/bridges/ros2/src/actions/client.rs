@@ -17,7 +17,7 @@ use slate_topics::{
 use super::{FEEDBACK, GoalState, goal_id, part, uuid};
 use crate::services::{CallContext, ServiceCaller, receiver_of};
 use crate::settings::TABLE;
-use crate::wire::{NodeWire, RequestNumber, TopicReader, TopicType};
+use crate::wire::{NodeWire, RequestNumber, TopicReader, WireType};
 
 /// Period of the check for messages.
 const POLL_PERIOD: Duration = Duration::from_millis(5);
@@ -73,7 +73,7 @@ impl ActionClient {
         };
         let places = (place(&ports.result, &call.result), place(&ports.feedback, &call.feedback));
         let caller = |name, of| ServiceCaller::open(wire, &part(action, name), of);
-        let message = TopicType::from(of.feedback_message());
+        let message = WireType::from(of.feedback_message());
         let feedback = wire.reader(&part(action, "feedback"), &message, FEEDBACK)?;
         Ok(Self {
             call: call.clone(),

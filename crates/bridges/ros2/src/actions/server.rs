@@ -17,7 +17,7 @@ use slate_topics::{
 use super::{FEEDBACK, GoalState, STATUS, goal_id, part, uuid};
 use crate::services::{ServeContext, ServiceServer, wait_for_start};
 use crate::settings::TABLE;
-use crate::wire::{NodeWire, Responder, TopicType, TopicWriter};
+use crate::wire::{NodeWire, Responder, TopicWriter, WireType};
 
 /// How long a thread sleeps when nothing comes.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
@@ -126,7 +126,7 @@ impl ActionServer {
         let status_message = ActionType::status().map_err(wrong)?;
         let service = |name, of| ServiceServer::open(wire, &part(action, name), of);
         let writer = |name, message: &MessageType, quality| {
-            wire.writer(&part(action, name), &TopicType::from(message), quality)
+            wire.writer(&part(action, name), &WireType::from(message), quality)
         };
         let feedback_output = ports.feedback.zip(offer.feedback.as_ref());
         Ok(Self {

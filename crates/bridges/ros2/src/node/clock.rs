@@ -6,7 +6,7 @@ use slate_control::ControlSurface;
 use slate_record::ros::WireFormat;
 
 use super::{NodeTopic, write};
-use crate::wire::{NodeWire, TopicType, TopicWriter};
+use crate::wire::{NodeWire, TopicWriter, WireType};
 use slate_dds::TopicQuality;
 use slate_topics::{MessageType, RosError};
 
@@ -26,7 +26,7 @@ impl ClockTopic {
     pub fn open(wire: &dyn NodeWire) -> Result<Self, RosError> {
         let message = MessageType::parse(WireFormat::Cdr, MESSAGE, DEFINITION);
         let message = message.map_err(|reason| RosError::definition(MESSAGE, reason))?;
-        Ok(Self { writer: wire.writer(TOPIC, &TopicType::from(&message), QUALITY)?, sent: None })
+        Ok(Self { writer: wire.writer(TOPIC, &WireType::from(&message), QUALITY)?, sent: None })
     }
 }
 

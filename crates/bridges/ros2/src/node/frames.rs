@@ -8,7 +8,7 @@ use slate_topics::{FrameMessages, type_hash};
 
 use super::{NodeTopic, write};
 use crate::settings::RosSettings;
-use crate::wire::{NodeWire, TopicType, TopicWriter};
+use crate::wire::{NodeWire, TopicWriter, WireType};
 use slate_dds::TopicQuality;
 use slate_topics::RosError;
 
@@ -22,8 +22,8 @@ pub const FIXED: (&str, TopicQuality) =
 pub const MESSAGE: &str = "tf2_msgs/msg/TFMessage";
 
 /// Its type.
-pub fn frames_type() -> TopicType {
-    TopicType { name: MESSAGE.into(), hash: type_hash(&transforms_definition()).ok() }
+pub fn frames_type() -> WireType {
+    WireType { name: MESSAGE.into(), hash: type_hash(&transforms_definition()).ok() }
 }
 
 /// Both topics.

@@ -9,7 +9,7 @@ use slate_topics::{LogLines, MessageType, NodeLogLine};
 
 use super::{NodeTopic, write};
 use crate::settings::RosSettings;
-use crate::wire::{NodeWire, TopicType, TopicWriter};
+use crate::wire::{NodeWire, TopicWriter, WireType};
 use slate_dds::TopicQuality;
 use slate_topics::RosError;
 
@@ -32,7 +32,7 @@ impl LogTopic {
     pub fn open(wire: &dyn NodeWire, settings: &RosSettings) -> Result<Self, RosError> {
         let message = MessageType::parse(WireFormat::Cdr, MESSAGE, DEFINITION);
         let message = message.map_err(|reason| RosError::definition(MESSAGE, reason))?;
-        let writer = wire.writer(TOPIC, &TopicType::from(&message), QUALITY)?;
+        let writer = wire.writer(TOPIC, &WireType::from(&message), QUALITY)?;
         Ok(Self { writer, message, node: settings.node.name.clone(), lines: LogLines::default() })
     }
 

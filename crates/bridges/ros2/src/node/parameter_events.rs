@@ -10,7 +10,7 @@ use slate_topics::{MessageType, NodeParameter, ParameterTable, date};
 use super::{NodeTopic, write};
 use crate::parameters::MESSAGES;
 use crate::settings::RosSettings;
-use crate::wire::{NodeWire, TopicType, TopicWriter};
+use crate::wire::{NodeWire, TopicWriter, WireType};
 use slate_dds::TopicQuality;
 use slate_topics::RosError;
 
@@ -41,7 +41,7 @@ impl ParameterEvents {
         let message = message.map_err(|reason| RosError::definition(MESSAGE, reason))?;
         let space = settings.node.namespace.trim_end_matches('/');
         Ok(Self {
-            writer: wire.writer(TOPIC, &TopicType::from(&message), QUALITY)?,
+            writer: wire.writer(TOPIC, &WireType::from(&message), QUALITY)?,
             message,
             node: format!("{space}/{}", settings.node.name),
             known: ParameterTable::of(surface.agent.composer()),

@@ -9,7 +9,7 @@ use slate_topics::{MessageType, RosError, date};
 use super::{NodeTopic, write};
 use crate::lifecycle::{AgentState, MESSAGES};
 use crate::settings::RosSettings;
-use crate::wire::{NodeWire, TopicType, TopicWriter};
+use crate::wire::{NodeWire, TopicWriter, WireType};
 use slate_dds::TopicQuality;
 
 const EVENT: &str = "lifecycle_msgs/msg/TransitionEvent";
@@ -36,7 +36,7 @@ impl TransitionEvents {
         let topic = settings.node.private("transition_event")?;
         let message = MessageType::parse(WireFormat::Cdr, EVENT, &format!("{DEFINITION}{MESSAGES}"));
         let message = message.map_err(|reason| RosError::definition(EVENT, reason))?;
-        let writer = wire.writer(&topic, &TopicType::from(&message), TopicQuality::default())?;
+        let writer = wire.writer(&topic, &WireType::from(&message), TopicQuality::default())?;
         Ok(Self { topic, writer, message, known: AgentState::of(surface.agent.composer()) })
     }
 }

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "dds")]
 mod dds;
+mod found;
 #[cfg(feature = "zenoh")]
 mod zenoh;
 
@@ -13,26 +14,26 @@ use slate_dds::TopicQuality;
 use slate_runtime::Composer;
 use slate_topics::{MessageType, RosError, RosMessage, ServiceType};
 
-use crate::explorer::FoundTopic;
 use crate::settings::RosSettings;
 use crate::wire_settings::RosWireSettings;
+pub use found::{FoundEndpoint, FoundTopic};
 
 /// The type of a topic.
 #[derive(Clone, Debug)]
-pub struct TopicType {
+pub struct WireType {
     /// As ROS calls it, such as `sensor_msgs/msg/LaserScan`.
     pub name: String,
     /// The hash by which nodes compare it.
     pub hash: Option<String>,
 }
 
-impl From<&RosMessage> for TopicType {
+impl From<&RosMessage> for WireType {
     fn from(message: &RosMessage) -> Self {
         Self { name: message.name().into(), hash: message.type_hash() }
     }
 }
 
-impl From<&MessageType> for TopicType {
+impl From<&MessageType> for WireType {
     fn from(message: &MessageType) -> Self {
         Self { name: message.name().into(), hash: message.type_hash() }
     }
@@ -47,7 +48,7 @@ pub trait NodeWire: Send + Sync {
     fn reader(
         &self,
         topic: &str,
-        of: &TopicType,
+        of: &WireType,
         quality: TopicQuality,
     ) -> Result<Arc<dyn TopicReader>, RosError>;
 
@@ -58,7 +59,7 @@ pub trait NodeWire: Send + Sync {
     fn writer(
         &self,
         topic: &str,
-        of: &TopicType,
+        of: &WireType,
         quality: TopicQuality,
     ) -> Result<Arc<dyn TopicWriter>, RosError>;
 
@@ -126,11 +127,11 @@ pub trait RequestReader: Send + Sync {
     ///
     /// # Errors
     /// It can't be read; the reason in words.
-    fn take(&self) -> Result<Option<Request>, String>;
+    fn take(&self) -> Result<Option<ServiceRequest>, String>;
 }
 
 /// A request of a service.
-pub struct Request {
+pub struct ServiceRequest {
     /// In CDR with its header.
     pub message: Vec<u8>,
     /// The way to the client.
@@ -208,7 +209,7 @@ pub trait DomainView: Send {
     fn reader(
         &self,
         topic: &str,
-        of: &TopicType,
+        of: &WireType,
         quality: TopicQuality,
     ) -> Result<Arc<dyn TopicReader>, RosError>;
 }

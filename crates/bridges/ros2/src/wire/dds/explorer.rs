@@ -10,12 +10,11 @@ use slate_dds::wire::{Matches, sent_type_hash};
 use slate_record::ros::{Schema, Value};
 use slate_topics::RosError;
 
-use super::participant::{DdsReader, RosParticipant};
+use super::participant::{RosDataReader, RosParticipant};
 use super::topics::DdsTopicReader;
 use super::{WORDS, graph};
-use crate::explorer::{FoundEndpoint, FoundTopic};
 use crate::name::{NodeName, message_name};
-use crate::wire::{DomainView, TopicReader, TopicType};
+use crate::wire::{DomainView, FoundEndpoint, FoundTopic, TopicReader, WireType};
 
 /// Announcements of nodes that are kept.
 const DEPTH: u16 = 1000;
@@ -29,7 +28,7 @@ const ENTITIES: &str = "Gid gid\nNodeEntitiesInfo[] nodes\n====\nMSG: rmw_dds_co
 /// Looks at a domain.
 pub struct DdsView {
     participant: RosParticipant,
-    entities: DdsReader,
+    entities: RosDataReader,
     schema: Schema,
     /// By endpoint: whether it writes, and what it is.
     endpoints: BTreeMap<GUID, (bool, EndpointDescription)>,
@@ -124,7 +123,8 @@ impl DomainView for DdsView {
     fn services(&self) -> BTreeMap<String, String> {
         let mut services = BTreeMap::new();
         for (_, own) in self.endpoints.values().filter(|(writes, _)| !writes) {
-            let name = own.topic_name.strip_prefix("rq/").and_then(|name| name.strip_suffix("Request"));
+            let name =
+                own.topic_name.strip_prefix("rq/").and_then(|name| name.strip_suffix("ServiceRequest"));
             if let Some(name) = name {
                 let kind = message_name(&own.type_name);
                 let kind = kind.strip_suffix("_Request").unwrap_or(&kind).to_owned();
@@ -137,7 +137,7 @@ impl DomainView for DdsView {
     fn reader(
         &self,
         topic: &str,
-        of: &TopicType,
+        of: &WireType,
         quality: TopicQuality,
     ) -> Result<Arc<dyn TopicReader>, RosError> {
         let reader = self.participant.reader(topic, &of.name, quality)?;

@@ -15,7 +15,7 @@ use slate_dds::wire::{MatchWords, Matches, OwnEndpoint};
 use slate_runtime::Composer;
 use slate_topics::{RosError, ServiceType};
 
-use super::{NodeWire, RequestReader, RequestWriter, TopicReader, TopicType, TopicWriter};
+use super::{NodeWire, RequestReader, RequestWriter, TopicReader, TopicWriter, WireType};
 use crate::name::{message_name, reply_topic, request_topic, type_name, wire_topic};
 use crate::settings::{RosSettings, TABLE};
 pub use explorer::DdsView;
@@ -56,7 +56,7 @@ impl DdsWire {
         self.own.lock().unwrap_or_else(PoisonError::into_inner).insert(guid, endpoint);
     }
 
-    fn note_topic(&self, guid: GUID, topic: &str, of: &TopicType, is_reader: bool) {
+    fn note_topic(&self, guid: GUID, topic: &str, of: &WireType, is_reader: bool) {
         let wire = (wire_topic(topic), type_name(&of.name));
         let (topic, message, type_hash) = (topic.into(), of.name.clone(), of.hash.clone());
         self.note(guid, OwnEndpoint { topic, wire, message, is_reader, type_hash });
@@ -79,7 +79,7 @@ impl NodeWire for DdsWire {
     fn reader(
         &self,
         topic: &str,
-        of: &TopicType,
+        of: &WireType,
         quality: TopicQuality,
     ) -> Result<Arc<dyn TopicReader>, RosError> {
         let reader = self.participant.reader(topic, &of.name, quality)?;
@@ -90,7 +90,7 @@ impl NodeWire for DdsWire {
     fn writer(
         &self,
         topic: &str,
-        of: &TopicType,
+        of: &WireType,
         quality: TopicQuality,
     ) -> Result<Arc<dyn TopicWriter>, RosError> {
         let writer = self.participant.writer(topic, &of.name, quality)?;

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use rustdds::{GUID, RTPSEntity, SampleIdentity, SequenceNumber, Timestamp, WriteOptionsBuilder};
 use slate_dds::wire::{Matches, RawMessage};
 
-use super::participant::{DdsReader, DdsWriter};
-use crate::wire::{Request, RequestNumber, RequestReader, RequestWriter, Responder};
+use super::participant::{RosDataReader, RosDataWriter};
+use crate::wire::{RequestNumber, RequestReader, RequestWriter, Responder, ServiceRequest};
 
 /// How long a response waits until its client can hear it.
 const MATCH: Duration = Duration::from_secs(2);
@@ -21,18 +21,18 @@ const READER: u8 = 0x04;
 
 /// A service that is offered.
 pub struct DdsServer {
-    reader: DdsReader,
+    reader: RosDataReader,
     replies: Arc<Replies>,
 }
 
 /// Where responses go.
 struct Replies {
-    writer: DdsWriter,
+    writer: RosDataWriter,
     matches: Arc<Matches>,
 }
 
 impl DdsServer {
-    pub fn new(reader: DdsReader, writer: DdsWriter, matches: &Arc<Matches>) -> Self {
+    pub fn new(reader: RosDataReader, writer: RosDataWriter, matches: &Arc<Matches>) -> Self {
         Self { reader, replies: Arc::new(Replies { writer, matches: Arc::clone(matches) }) }
     }
 }
@@ -43,7 +43,7 @@ impl RequestReader for DdsServer {
         self.reader.set_waker(Some(waker.clone()));
     }
 
-    fn take(&self) -> Result<Option<Request>, String> {
+    fn take(&self) -> Result<Option<ServiceRequest>, String> {
         let Some(change) = self.reader.try_take_one().map_err(|error| error.to_string())? else {
             return Ok(None);
         };
@@ -52,7 +52,7 @@ impl RequestReader for DdsServer {
         let client = related.filter(|guid| *guid != GUID::GUID_UNKNOWN).unwrap_or(change.writer_guid);
         let identity = SampleIdentity { writer_guid: client, sequence_number: change.sequence_number };
         let responder = DdsResponder { identity, replies: Arc::clone(&self.replies) };
-        Ok(Some(Request { message: change.into_value().0, responder: Box::new(responder) }))
+        Ok(Some(ServiceRequest { message: change.into_value().0, responder: Box::new(responder) }))
     }
 }
 
@@ -87,13 +87,13 @@ impl Responder for DdsResponder {
 
 /// A service that is called.
 pub struct DdsCaller {
-    reader: DdsReader,
-    writer: DdsWriter,
+    reader: RosDataReader,
+    writer: RosDataWriter,
     matches: Arc<Matches>,
 }
 
 impl DdsCaller {
-    pub fn new(reader: DdsReader, writer: DdsWriter, matches: &Arc<Matches>) -> Self {
+    pub fn new(reader: RosDataReader, writer: RosDataWriter, matches: &Arc<Matches>) -> Self {
         Self { reader, writer, matches: Arc::clone(matches) }
     }
 }

@@ -6,12 +6,12 @@ use std::task::Waker;
 use rustdds::RTPSEntity;
 use slate_dds::wire::{Matches, RawMessage};
 
-use super::participant::{DdsReader, DdsWriter};
+use super::participant::{RosDataReader, RosDataWriter};
 use crate::wire::{TopicReader, TopicWriter};
 
 /// A subscription.
 pub struct DdsTopicReader {
-    pub reader: DdsReader,
+    pub reader: RosDataReader,
     pub matches: Arc<Matches>,
 }
 
@@ -40,7 +40,7 @@ impl TopicReader for DdsTopicReader {
 
 /// A publisher.
 pub struct DdsTopicWriter {
-    pub writer: DdsWriter,
+    pub writer: RosDataWriter,
     pub matches: Arc<Matches>,
 }
 

@@ -10,7 +10,7 @@ const LENGTH: usize = 33;
 
 /// The attachment of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Attachment {
+pub struct MessageAttachment {
     /// Number of the message among those of its endpoint, from 1.
     pub sequence_number: i64,
     /// When it was sent, ns since 1970.
@@ -19,7 +19,7 @@ pub struct Attachment {
     pub source: Gid,
 }
 
-impl Attachment {
+impl MessageAttachment {
     /// That of a message which is sent now.
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
     pub fn now(sequence_number: i64, source: Gid) -> Self {

@@ -14,12 +14,12 @@ use slate_topics::join_threads;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::{Sample, SampleKind};
-use zenoh::session::ZenohId;
+use zenoh::session::{LinkEvent, LinkEventsListener, ZenohId};
 use zenoh::{Session, Wait};
 
-use super::declared::Declared;
 use super::graph::Graph;
 use super::queue::locked;
+use super::session_endpoint::SessionEndpoint;
 use super::token::tokens_of;
 use crate::settings::TABLE;
 
@@ -30,13 +30,13 @@ const RETRY: Duration = Duration::from_millis(500);
 pub const HELP: &str = "start it, as by `ros2 run rmw_zenoh_cpp rmw_zenohd`; or name another one in [ros2]: router = \"tcp/localhost:7447\"";
 
 /// What a session declares.
-pub struct Link {
+pub struct NodeSession {
     pub identity: ZenohId,
     pub router: NetworkEndpoint,
     pub domain: u16,
     pub node_token: String,
     /// With their tokens.
-    pub endpoints: Vec<(String, Arc<dyn Declared>)>,
+    pub endpoints: Vec<(String, Arc<dyn SessionEndpoint>)>,
     pub graph: Arc<Graph>,
     pub composer: Composer,
 }
@@ -45,23 +45,24 @@ pub struct Link {
 struct Joined {
     session: Session,
     _graph: Subscriber<()>,
+    _links: LinkEventsListener<()>,
     _tokens: Vec<LivelinessToken>,
 }
 
 /// The session, which ends when this is dropped.
-pub struct Connection {
+pub struct RouterConnection {
     joined: Arc<Mutex<Option<Joined>>>,
     ended: Arc<AtomicBool>,
     wake: Arc<Wake>,
     threads: Vec<JoinHandle<()>>,
 }
 
-impl Connection {
+impl RouterConnection {
     /// Connects in a thread, and again until a router is there. Later losses are Zenoh's to mend.
     ///
     /// # Errors
     /// When no thread is left.
-    pub fn start(link: Link) -> std::io::Result<Self> {
+    pub fn start(link: NodeSession) -> std::io::Result<Self> {
         let (joined, ended, wake) =
             (Arc::new(Mutex::new(None)), Arc::new(AtomicBool::new(false)), Arc::new(Wake::new()));
         let own = (Arc::clone(&joined), Arc::clone(&ended), Arc::clone(&wake));
@@ -69,7 +70,7 @@ impl Connection {
             let (joined, ended, wake) = own;
             let mut reported = None;
             while !ended.load(Ordering::Acquire) {
-                match link.join() {
+                match link.join(&ended) {
                     Ok(session) => {
                         let session = locked(&joined).insert(session).session.clone();
                         if ended.load(Ordering::Acquire) {
@@ -91,7 +92,7 @@ impl Connection {
     }
 }
 
-impl Drop for Connection {
+impl Drop for RouterConnection {
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Release);
         self.wake.notify(1);
@@ -109,14 +110,15 @@ fn close(session: &Session) {
     let _ = session.close().wait();
 }
 
-impl Link {
+impl NodeSession {
     fn log(&self, level: Level, text: &str) {
         self.composer.log(level, &format!("{TABLE}: {text}"));
     }
 
-    fn join(&self) -> Result<Joined, String> {
+    fn join(&self, ended: &Arc<AtomicBool>) -> Result<Joined, String> {
         let session = open_session(&self.router, self.identity).map_err(|error| error.to_string())?;
         let graph = follow(&session, self.domain, &self.graph).map_err(|error| error.to_string())?;
+        let links = self.follow_router(&session, ended).map_err(|error| error.to_string())?;
         let mut tokens = Vec::new();
         let mut declare = |token: &String| {
             let declared = session.liveliness().declare_token(token.clone()).wait();
@@ -130,7 +132,26 @@ impl Link {
             }
         }
         self.log(Level::Info, &format!("the node has joined, through the router at {}", self.router));
-        Ok(Joined { session, _graph: graph, _tokens: tokens })
+        Ok(Joined { session, _graph: graph, _links: links, _tokens: tokens })
+    }
+
+    /// Logs when the router goes and comes back.
+    fn follow_router(
+        &self,
+        session: &Session,
+        ended: &Arc<AtomicBool>,
+    ) -> zenoh::Result<LinkEventsListener<()>> {
+        let (composer, router, ended) = (self.composer.clone(), self.router.clone(), Arc::clone(ended));
+        let note = move |event: LinkEvent| {
+            let (level, text) = match event.kind() {
+                SampleKind::Put => (Level::Info, "is back, and the node has joined again"),
+                SampleKind::Delete => (Level::Warn, "has gone; the node joins again when it is back"),
+            };
+            if !ended.load(Ordering::Acquire) {
+                composer.log(level, &format!("{TABLE}: the router at {router} {text}"));
+            }
+        };
+        session.info().link_events_listener().history(false).callback(note).wait()
     }
 }
 

@@ -11,14 +11,13 @@ use zenoh::pubsub::Subscriber;
 use zenoh::session::ZenohId;
 
 use super::connection::{HELP, follow, open_session};
-use super::declared::Declared;
 use super::graph::Graph;
+use super::session_endpoint::SessionEndpoint;
 use super::token::{EndpointKind, Entity};
 use super::topic_endpoint;
 use super::topics::ZenohTopicReader;
-use crate::explorer::{FoundEndpoint, FoundTopic};
 use crate::name::message_name;
-use crate::wire::{DomainView, TopicReader, TopicType};
+use crate::wire::{DomainView, FoundEndpoint, FoundTopic, TopicReader, WireType};
 
 /// Looks at a domain; it has no node.
 pub struct ZenohView {
@@ -85,7 +84,7 @@ impl DomainView for ZenohView {
     fn reader(
         &self,
         topic: &str,
-        of: &TopicType,
+        of: &WireType,
         quality: TopicQuality,
     ) -> Result<Arc<dyn TopicReader>, RosError> {
         let endpoint = topic_endpoint(EndpointKind::Subscription, topic, of, quality)?;

@@ -8,7 +8,7 @@ use slate_module::Level;
 use slate_runtime::Composer;
 
 use super::queue::locked;
-use super::token::{Endpoint, EndpointKind, Entity};
+use super::token::{EndpointKind, Entity, GraphEndpoint};
 use crate::name::message_name;
 
 /// The most entities of others that are kept: what others announce must not fill the memory.
@@ -29,9 +29,9 @@ struct GraphState {
     /// Endpoints by kind and key.
     counts: BTreeMap<(EndpointKind, String), Arc<AtomicUsize>>,
     /// Endpoints of this node.
-    own: Vec<Endpoint>,
+    own: Vec<GraphEndpoint>,
     /// Endpoints of others that were not compared with those.
-    new: VecDeque<Endpoint>,
+    new: VecDeque<GraphEndpoint>,
 }
 
 impl Graph {
@@ -40,7 +40,7 @@ impl Graph {
     }
 
     /// Adds an endpoint of this node; returns the number of its other ends, which follows the graph.
-    pub fn add_own(&self, endpoint: &Endpoint) -> Arc<AtomicUsize> {
+    pub fn add_own(&self, endpoint: &GraphEndpoint) -> Arc<AtomicUsize> {
         let mut state = locked(&self.state);
         state.own.push(endpoint.clone());
         count_of(&mut state, endpoint.kind.other(), endpoint.key(self.domain))
@@ -96,7 +96,7 @@ fn count_of(state: &mut GraphState, kind: EndpointKind, key: String) -> Arc<Atom
 }
 
 /// Why two ends of one name exchange nothing: Zenoh delivers by the key, which has type and hash.
-fn mismatch(own: &Endpoint, other: &Endpoint) -> Option<String> {
+fn mismatch(own: &GraphEndpoint, other: &GraphEndpoint) -> Option<String> {
     let (name, word) = (&own.name, other.kind.word());
     let (here, there) = (message_name(&own.type_name), message_name(&other.type_name));
     if here != there {

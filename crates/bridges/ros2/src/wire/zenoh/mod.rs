@@ -2,12 +2,12 @@
 
 mod attachment;
 mod connection;
-mod declared;
 mod explorer;
 mod graph;
 mod quality;
 mod queue;
 mod services;
+mod session_endpoint;
 mod token;
 mod topics;
 
@@ -19,16 +19,16 @@ use slate_runtime::Composer;
 use slate_topics::{RosError, ServiceType};
 use zenoh::session::ZenohId;
 
-use super::{NodeWire, RequestReader, RequestWriter, TopicReader, TopicType, TopicWriter};
+use super::{NodeWire, RequestReader, RequestWriter, TopicReader, TopicWriter, WireType};
 use crate::name::type_name;
 use crate::settings::{RosSettings, TABLE};
-use connection::{Connection, Link};
-use declared::Declared;
+use connection::{NodeSession, RouterConnection};
 pub use explorer::ZenohView;
 use graph::Graph;
 use queue::locked;
 use services::{ZenohCaller, ZenohServer};
-use token::{Endpoint, EndpointKind, TokenOwner, gid};
+use session_endpoint::SessionEndpoint;
+use token::{EndpointKind, GraphEndpoint, TokenOwner, gid};
 use topics::{ZenohTopicReader, ZenohTopicWriter};
 
 /// Quality of service of services.
@@ -42,8 +42,8 @@ pub struct ZenohWire {
     composer: Composer,
     graph: Arc<Graph>,
     /// Until the node is announced: endpoints and their tokens.
-    endpoints: Mutex<Vec<(String, Arc<dyn Declared>)>>,
-    connection: Mutex<Option<Connection>>,
+    endpoints: Mutex<Vec<(String, Arc<dyn SessionEndpoint>)>>,
+    connection: Mutex<Option<RouterConnection>>,
 }
 
 impl ZenohWire {
@@ -59,9 +59,9 @@ impl ZenohWire {
     }
 
     /// Adds an endpoint, which a function makes of its key, its identity and the number of its other ends.
-    fn add<D: Declared + 'static>(
+    fn add<D: SessionEndpoint + 'static>(
         &self,
-        endpoint: &Endpoint,
+        endpoint: &GraphEndpoint,
         make: impl FnOnce(String, attachment::Gid, Arc<std::sync::atomic::AtomicUsize>) -> D,
     ) -> Arc<D> {
         let mut endpoints = locked(&self.endpoints);
@@ -69,7 +69,7 @@ impl ZenohWire {
         let token = self.owner.endpoint_token(endpoint, endpoints.len() + 1);
         let key = endpoint.key(self.owner.domain);
         let made = Arc::new(make(key, gid(&token), self.graph.add_own(endpoint)));
-        endpoints.push((token, Arc::clone(&made) as Arc<dyn Declared>));
+        endpoints.push((token, Arc::clone(&made) as Arc<dyn SessionEndpoint>));
         made
     }
 }
@@ -78,7 +78,7 @@ impl NodeWire for ZenohWire {
     fn reader(
         &self,
         topic: &str,
-        of: &TopicType,
+        of: &WireType,
         quality: TopicQuality,
     ) -> Result<Arc<dyn TopicReader>, RosError> {
         let endpoint = topic_endpoint(EndpointKind::Subscription, topic, of, quality)?;
@@ -88,7 +88,7 @@ impl NodeWire for ZenohWire {
     fn writer(
         &self,
         topic: &str,
-        of: &TopicType,
+        of: &WireType,
         quality: TopicQuality,
     ) -> Result<Arc<dyn TopicWriter>, RosError> {
         let endpoint = topic_endpoint(EndpointKind::Publisher, topic, of, quality)?;
@@ -108,7 +108,7 @@ impl NodeWire for ZenohWire {
     }
 
     fn announce(&self) -> Result<(), RosError> {
-        let link = Link {
+        let link = NodeSession {
             identity: self.identity,
             router: self.router.clone(),
             domain: self.owner.domain,
@@ -117,7 +117,7 @@ impl NodeWire for ZenohWire {
             graph: Arc::clone(&self.graph),
             composer: self.composer.clone(),
         };
-        *locked(&self.connection) = Some(Connection::start(link)?);
+        *locked(&self.connection) = Some(RouterConnection::start(link)?);
         Ok(())
     }
 
@@ -135,16 +135,16 @@ impl NodeWire for ZenohWire {
 fn topic_endpoint(
     kind: EndpointKind,
     topic: &str,
-    of: &TopicType,
+    of: &WireType,
     quality: TopicQuality,
-) -> Result<Endpoint, RosError> {
+) -> Result<GraphEndpoint, RosError> {
     let hash = of.hash.clone().ok_or_else(|| without_hash(&of.name))?;
-    Ok(Endpoint { kind, name: topic.into(), type_name: type_name(&of.name), hash, quality })
+    Ok(GraphEndpoint { kind, name: topic.into(), type_name: type_name(&of.name), hash, quality })
 }
 
-fn service_endpoint(kind: EndpointKind, service: &str, of: &ServiceType) -> Result<Endpoint, RosError> {
+fn service_endpoint(kind: EndpointKind, service: &str, of: &ServiceType) -> Result<GraphEndpoint, RosError> {
     let hash = of.type_hash().ok_or_else(|| without_hash(of.name()))?;
-    Ok(Endpoint { kind, name: service.into(), type_name: type_name(of.name()), hash, quality: SERVICE })
+    Ok(GraphEndpoint { kind, name: service.into(), type_name: type_name(of.name()), hash, quality: SERVICE })
 }
 
 /// The key of messages has the hash of their type.

@@ -8,12 +8,12 @@ use std::task::Waker;
 const MAX_BYTES: usize = 64 << 20;
 
 /// A bounded queue between Zenoh's threads and one of the bridge. The oldest goes when there is no room.
-pub struct Queue<T> {
+pub struct ReceiveQueue<T> {
     room: usize,
-    state: Mutex<QueueState<T>>,
+    state: Mutex<ReceiveQueueState<T>>,
 }
 
-struct QueueState<T> {
+struct ReceiveQueueState<T> {
     /// With their sizes.
     items: VecDeque<(T, usize)>,
     bytes: usize,
@@ -21,9 +21,9 @@ struct QueueState<T> {
     waker: Option<Waker>,
 }
 
-impl<T> Queue<T> {
+impl<T> ReceiveQueue<T> {
     pub fn new(room: usize) -> Self {
-        let state = QueueState { items: VecDeque::new(), bytes: 0, dropped: 0, waker: None };
+        let state = ReceiveQueueState { items: VecDeque::new(), bytes: 0, dropped: 0, waker: None };
         Self { room, state: Mutex::new(state) }
     }
 

@@ -8,10 +8,10 @@ use std::time::Duration;
 use zenoh::query::{ConsolidationMode, Querier, Query, QueryTarget, Queryable, Reply};
 use zenoh::{Result, Session, Wait};
 
-use super::attachment::{Attachment, Gid};
-use super::declared::Declared;
-use super::queue::{Queue, locked};
-use crate::wire::{Request, RequestNumber, RequestReader, RequestWriter, Responder};
+use super::attachment::{Gid, MessageAttachment};
+use super::queue::{ReceiveQueue, locked};
+use super::session_endpoint::SessionEndpoint;
+use crate::wire::{RequestNumber, RequestReader, RequestWriter, Responder, ServiceRequest};
 
 /// Requests and responses that may wait for their thread.
 const ROOM: usize = 64;
@@ -21,22 +21,22 @@ const TIMEOUT: Duration = Duration::from_secs(600);
 
 /// The end of the service that has the result of an action, which takes as long as the action.
 const GET_RESULT: &str = "/_action/get_result";
-const RESULT_TIMEOUT: Duration = Duration::MAX;
+const RESULT_TIMEOUT: Duration = Duration::from_millis(u64::MAX);
 
 /// A service that is offered.
 pub struct ZenohServer {
     key: String,
-    queue: Arc<Queue<Query>>,
+    queue: Arc<ReceiveQueue<Query>>,
     queryable: Mutex<Option<Queryable<()>>>,
 }
 
 impl ZenohServer {
     pub fn new(key: String) -> Self {
-        Self { key, queue: Arc::new(Queue::new(ROOM)), queryable: Mutex::default() }
+        Self { key, queue: Arc::new(ReceiveQueue::new(ROOM)), queryable: Mutex::default() }
     }
 }
 
-impl Declared for ZenohServer {
+impl SessionEndpoint for ZenohServer {
     fn declare(&self, session: &Session) -> Result<()> {
         let queue = Arc::clone(&self.queue);
         let queryable = session.declare_queryable(self.key.clone()).complete(true);
@@ -54,10 +54,13 @@ impl RequestReader for Arc<ZenohServer> {
         self.queue.set_waker(waker);
     }
 
-    fn take(&self) -> std::result::Result<Option<Request>, String> {
+    fn take(&self) -> std::result::Result<Option<ServiceRequest>, String> {
         let Some(query) = self.queue.take() else { return Ok(None) };
         let message = query.payload().map_or_else(Vec::new, |payload| payload.to_bytes().into_owned());
-        Ok(Some(Request { message, responder: Box::new(ZenohResponder { query, key: self.key.clone() }) }))
+        Ok(Some(ServiceRequest {
+            message,
+            responder: Box::new(ZenohResponder { query, key: self.key.clone() }),
+        }))
     }
 }
 
@@ -69,10 +72,10 @@ struct ZenohResponder {
 
 impl Responder for ZenohResponder {
     fn reply(self: Box<Self>, message: Vec<u8>, _: &dyn Fn() -> bool) -> std::result::Result<(), String> {
-        let request = self.query.attachment().and_then(|bytes| Attachment::decode(&bytes.to_bytes()));
+        let request = self.query.attachment().and_then(|bytes| MessageAttachment::decode(&bytes.to_bytes()));
         let mut reply = self.query.reply(self.key, message);
-        if let Some(Attachment { sequence_number, source, .. }) = request {
-            reply = reply.attachment(Attachment::now(sequence_number, source).encode());
+        if let Some(MessageAttachment { sequence_number, source, .. }) = request {
+            reply = reply.attachment(MessageAttachment::now(sequence_number, source).encode());
         }
         reply.wait().map_err(|error| error.to_string())
     }
@@ -84,7 +87,7 @@ pub struct ZenohCaller {
     gid: Gid,
     timeout: Duration,
     servers: Arc<AtomicUsize>,
-    queue: Arc<Queue<(RequestNumber, Vec<u8>)>>,
+    queue: Arc<ReceiveQueue<(RequestNumber, Vec<u8>)>>,
     state: Mutex<CallerState>,
 }
 
@@ -97,12 +100,12 @@ struct CallerState {
 impl ZenohCaller {
     pub fn new(service: &str, key: String, gid: Gid, servers: Arc<AtomicUsize>) -> Self {
         let timeout = if service.ends_with(GET_RESULT) { RESULT_TIMEOUT } else { TIMEOUT };
-        let queue = Arc::new(Queue::new(ROOM));
+        let queue = Arc::new(ReceiveQueue::new(ROOM));
         Self { key, gid, timeout, servers, queue, state: Mutex::default() }
     }
 }
 
-impl Declared for ZenohCaller {
+impl SessionEndpoint for ZenohCaller {
     fn declare(&self, session: &Session) -> Result<()> {
         let querier = session
             .declare_querier(self.key.clone())
@@ -132,7 +135,7 @@ impl RequestWriter for Arc<ZenohCaller> {
                 queue.push((number, response), size);
             }
         };
-        let attachment = Attachment::now(number, self.gid).encode();
+        let attachment = MessageAttachment::now(number, self.gid).encode();
         let sent = querier.get().payload(request).attachment(attachment).callback(take).wait();
         sent.map(|()| number).map_err(|error| error.to_string())
     }

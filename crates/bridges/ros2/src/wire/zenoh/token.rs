@@ -56,7 +56,7 @@ impl EndpointKind {
 
 /// A publisher, a subscription, or an end of a service.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Endpoint {
+pub struct GraphEndpoint {
     pub kind: EndpointKind,
     /// Topic or service, such as `/scan`.
     pub name: String,
@@ -66,7 +66,7 @@ pub struct Endpoint {
     pub quality: TopicQuality,
 }
 
-impl Endpoint {
+impl GraphEndpoint {
     /// The key of its messages.
     pub fn key(&self, domain: u16) -> String {
         format!("{domain}/{}/{}/{}", self.name.trim_matches('/'), self.type_name, self.hash)
@@ -89,8 +89,8 @@ impl TokenOwner {
     }
 
     /// The token of one of its endpoints, which a number tells from the others.
-    pub fn endpoint_token(&self, endpoint: &Endpoint, number: usize) -> String {
-        let Endpoint { kind, name, type_name, hash, quality } = endpoint;
+    pub fn endpoint_token(&self, endpoint: &GraphEndpoint, number: usize) -> String {
+        let GraphEndpoint { kind, name, type_name, hash, quality } = endpoint;
         format!(
             "{}/{}/{}/{}/{}",
             self.token(&number.to_string(), kind.text()),
@@ -126,7 +126,7 @@ pub struct Entity {
     /// The node, such as `/robots/r2`.
     pub node: String,
     /// Nothing for the node itself.
-    pub endpoint: Option<Endpoint>,
+    pub endpoint: Option<GraphEndpoint>,
 }
 
 impl Entity {
@@ -140,7 +140,7 @@ impl Entity {
         let node = format!("{}/{}", plain(space).trim_end_matches('/'), plain(name));
         let endpoint = match (kind, &parts[9..]) {
             ("NN", _) => None,
-            (kind, [name, type_name, hash, quality, ..]) => Some(Endpoint {
+            (kind, [name, type_name, hash, quality, ..]) => Some(GraphEndpoint {
                 kind: EndpointKind::ALL.iter().find(|(_, text)| *text == kind)?.0,
                 name: plain(name),
                 type_name: plain(type_name),

@@ -15,9 +15,9 @@ use zenoh_ext::{
     CacheConfig, HistoryConfig, MissDetectionConfig, RecoveryConfig,
 };
 
-use super::attachment::{Attachment, Gid};
-use super::declared::Declared;
-use super::queue::{Queue, locked};
+use super::attachment::{Gid, MessageAttachment};
+use super::queue::{ReceiveQueue, locked};
+use super::session_endpoint::SessionEndpoint;
 use crate::wire::{TopicReader, TopicWriter};
 
 /// Messages that may wait for their thread, at least.
@@ -30,19 +30,19 @@ const HEARTBEAT: Duration = Duration::from_millis(500);
 pub struct ZenohTopicReader {
     key: String,
     quality: TopicQuality,
-    queue: Arc<Queue<Vec<u8>>>,
+    queue: Arc<ReceiveQueue<Vec<u8>>>,
     publishers: Arc<AtomicUsize>,
     subscriber: Mutex<Option<AdvancedSubscriber<()>>>,
 }
 
 impl ZenohTopicReader {
     pub fn new(key: String, quality: TopicQuality, publishers: Arc<AtomicUsize>) -> Self {
-        let queue = Arc::new(Queue::new(ROOM.max(quality.depth.into())));
+        let queue = Arc::new(ReceiveQueue::new(ROOM.max(quality.depth.into())));
         Self { key, quality, queue, publishers, subscriber: Mutex::default() }
     }
 }
 
-impl Declared for ZenohTopicReader {
+impl SessionEndpoint for ZenohTopicReader {
     fn declare(&self, session: &Session) -> Result<()> {
         let queue = Arc::clone(&self.queue);
         let take = move |sample: Sample| {
@@ -108,11 +108,11 @@ impl ZenohTopicWriter {
     fn publish(&self, state: &mut WriterState, message: Vec<u8>) -> Result<()> {
         let Some(publisher) = &state.publisher else { return Ok(()) };
         state.sent += 1;
-        publisher.put(message).attachment(Attachment::now(state.sent, self.gid).encode()).wait()
+        publisher.put(message).attachment(MessageAttachment::now(state.sent, self.gid).encode()).wait()
     }
 }
 
-impl Declared for ZenohTopicWriter {
+impl SessionEndpoint for ZenohTopicWriter {
     fn declare(&self, session: &Session) -> Result<()> {
         let TopicQuality { reliable, transient_local, depth } = self.quality;
         let reliability = if reliable { Reliability::Reliable } else { Reliability::BestEffort };

@@ -6,6 +6,7 @@ Arguments: router PORT, or node PORT DOMAIN FOLDER, whose folder has the message
 import json
 import math
 import re
+import struct
 import sys
 import threading
 import time
@@ -143,6 +144,34 @@ class Node:
     def asked(self, service):
         with self.lock:
             return self.requests.pop(service, [])
+
+    def pursue(self, action, folder, order):
+        """Sends a goal of Fibonacci by keys, bytes and the hashes that ROS computed; whether it was accepted, its state, the numbers and how often there was feedback."""
+        with open(f"{folder}/test_msgs/action/Fibonacci.json") as file:
+            hashes = {own["type_name"]: own["hash_string"] for own in json.load(file)["type_hashes"]}
+        session, goal, heard = self.session.session, bytes(range(16)), []
+
+        def key(name, part):
+            kind = f"Fibonacci_{part}"
+            return f"{self.domain}{action}/_action/{name}/test_msgs::action::dds_::{kind}_/{hashes['test_msgs/action/' + kind]}"
+
+        def ask(name, part, body):
+            attachment = struct.pack("<qqB", 1, time.time_ns(), 16) + bytes(16)
+            replies = session.get(
+                key(name, part), payload=b"\0\1\0\0" + body, attachment=attachment, timeout=20.0, target=zenoh.QueryTarget.ALL_COMPLETE
+            )
+            (reply,) = [own.ok for own in replies if own.ok]
+            assert reply.attachment.to_bytes()[16:] == bytes([16]) + bytes(16)
+            return reply.payload.to_bytes()[4:]
+
+        feedback = session.declare_subscriber(key("feedback", "FeedbackMessage"), lambda own: heard.append(own.payload.to_bytes()[4:20]))
+        accepted = ask("send_goal", "SendGoal", goal + struct.pack("<i", order))[0]
+        if not accepted:
+            return [False, 0, [], 0]
+        result = ask("get_result", "GetResult", goal)
+        (count,) = struct.unpack_from("<I", result, 4)
+        feedback.undeclare()
+        return [True, result[0], list(struct.unpack_from(f"<{count}i", result, 8)), sum(own == goal for own in heard)]
 
     def topics(self):
         return {name: kinds for name, kinds in self.sdk.get_topic_names_and_types(**self.place())}

@@ -6,6 +6,7 @@ use slate_blackboard::interface::Value;
 
 use crate::ros2::rclpy::actions::{self, ABORTED, CANCELED, refused, set};
 use crate::ros2::rclpy::agent::{Running, eventually};
+use crate::ros2::rclpy::type_hashes::packages;
 use crate::ros2::zenoh::peer::{Node, Router};
 
 const SET_BOOL: &str = "std_srvs/srv/SetBool";
@@ -108,4 +109,25 @@ fn an_agent_pursues_goals_of_another_over_zenoh() {
     drop(house);
     set(&agent, "seeker/wish", 6);
     eventually("no server", || agent.has_logged("/count has no server"));
+}
+
+#[test]
+fn an_action_over_zenoh_is_called_by_another_program() {
+    let router = Router::start();
+    let table = router.table(3) + &actions::served(3).replace("domain = 3\n", "");
+    let _agent = Running::of(&actions::text(&table));
+    let mut node = Node::start(&router, 3);
+    eventually("the action", || {
+        let services = node.request(json!({ "do": "services" }));
+        services["/count/_action/send_goal"] == json!(["test_msgs/action/Fibonacci_SendGoal"])
+    });
+    let folder = packages();
+    let mut pursue = |order: i32| {
+        let goal = json!({ "do": "pursue", "action": "/count", "folder": folder, "order": order });
+        node.request(goal).as_array().unwrap().clone()
+    };
+    let ended = pursue(9);
+    assert_eq!(ended[..3], [json!(true), json!(4), json!([0, 1, 1, 2, 3, 5, 8, 13, 21, 34])]);
+    assert!(ended[3].as_u64().unwrap() >= 1, "{ended:?}");
+    assert_eq!(pursue(-1)[0], json!(false));
 }

@@ -1,7 +1,7 @@
 use zenoh::{Result, Session};
 
 /// An endpoint, which is there for others once it is declared at the session.
-pub trait Declared: Send + Sync {
+pub trait SessionEndpoint: Send + Sync {
     /// Declares it.
     ///
     /// # Errors
