@@ -172,3 +172,111 @@ fn topics_of_a_domain_are_listed_printed_and_measured() {
     node.kill().unwrap();
     node.wait().unwrap();
 }
+
+#[test]
+#[cfg(feature = "ros2")]
+fn a_router_that_is_not_there_or_not_allowed_is_told() {
+    let running = Running::new("ros2-router");
+    let list = ["ros", "list", "--wait", "10ms"];
+    let far = [&list[..], &["--wire", "zenoh", "--router", "tcp/10.0.0.7:7447"]].concat();
+    running.fails(2, &far, &["is on another machine, and what goes there is clear text", "trusted"]);
+    running.fails(2, &[&list[..], &["--router", "tcp/127.0.0.1:9"]].concat(), &["DDS has no router"]);
+    let nowhere = [&list[..], &["--wire", "zenoh", "--router", "tcp/127.0.0.1:9"]].concat();
+    match cfg!(feature = "zenoh") {
+        true => running.fails(2, &nowhere, &["no router is reached at `tcp/127.0.0.1:9`", "rmw_zenohd"]),
+        false => running.fails(2, &nowhere, &["built without", "--features ros2,zenoh"]),
+    };
+    let robot = running.folder().join("robot.toml");
+    let text = block("toml").replacen("domain = 7", "domain = 7\nwire = \"zenoh\"", 1);
+    std::fs::write(&robot, text).unwrap();
+    match cfg!(feature = "zenoh") {
+        true => drop(running.done(&["check", "robot.toml"])),
+        false => drop(running.fails(7, &["check", "robot.toml"], &["built without", "robot.toml:14:"])),
+    }
+}
+
+#[test]
+#[cfg(all(feature = "ros2", feature = "zenoh", feature = "external-tools"))]
+fn a_robot_over_zenoh_is_driven_seen_and_made_again() {
+    use std::io::{BufRead, BufReader, Write};
+    use std::path::Path;
+    use std::process::{ChildStdin, ChildStdout, Command, Stdio};
+
+    struct Program(std::process::Child, ChildStdin, BufReader<ChildStdout>);
+    impl Program {
+        fn start(arguments: &[&str]) -> Self {
+            let temporary = Path::new(env!("CARGO_TARGET_TMPDIR"));
+            let script =
+                Path::new(env!("CARGO_MANIFEST_DIR")).join("../bridges/ros2/tests/ros2/zenoh/program.py");
+            let mut command = Command::new(slate_test_tools::zenoh_ros2_python(temporary));
+            command.arg(script).args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped());
+            let mut child = command.spawn().unwrap();
+            let (input, output) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
+            let mut program = Self(child, input, output);
+            assert_eq!(program.line(), "listening");
+            program
+        }
+        fn line(&mut self) -> String {
+            let mut line = String::new();
+            self.2.read_line(&mut line).unwrap();
+            line.trim().into()
+        }
+        fn request(&mut self, command: &serde_json::Value) -> serde_json::Value {
+            writeln!(self.1, "{command}").unwrap();
+            serde_json::from_str(&self.line()).unwrap()
+        }
+    }
+    impl Drop for Program {
+        fn drop(&mut self) {
+            // It may have ended.
+            let _ = self.0.kill();
+            let _ = self.0.wait();
+        }
+    }
+
+    let mut running = Running::new("ros2-zenoh");
+    let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port().to_string();
+    let _router = Program::start(&["router", &port]);
+    let python = slate_test_tools::ros2_python(Path::new(env!("CARGO_TARGET_TMPDIR")));
+    let packages = python.parent().and_then(Path::parent).unwrap().join("share");
+    let endpoint = format!("tcp/127.0.0.1:{port}");
+    let wire = format!("domain = 7\nwire = \"zenoh\"\nrouter = \"{endpoint}\"");
+    std::fs::write(running.folder().join("robot.toml"), block("toml").replacen("domain = 7", &wire, 1))
+        .unwrap();
+    running.start("pioneer", &["run", "robot.toml", "--headless", "--rate", "1", "--out", "here"]);
+    let mut node = Program::start(&["node", &port, "7", packages.to_str().unwrap()]);
+    let advertise =
+        serde_json::json!({ "do": "advertise", "topic": "/wheels", "type": "sensor_msgs/msg/JointState" });
+    node.request(&advertise);
+    let wheels = serde_json::json!({ "name": ["left_wheel", "right_wheel"], "velocity": [2.0, 1.5] });
+    let ros = |verb: &[&str]| {
+        let place = ["--wire", "zenoh", "--router", &endpoint, "--domain", "7", "--wait", "1s"];
+        running.done(&[&["ros"], verb, &place].concat())
+    };
+    let list = ros(&["list"]);
+    for words in
+        ["node     /pioneer", "node     /peer", "nav_msgs/msg/Odometry", "service  /pioneer/get_parameters"]
+    {
+        assert!(list.contains(words), "{words}: {list}");
+    }
+    let info = ros(&["info", "/odom"]);
+    let hash = "RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0";
+    assert_eq!(info.matches(hash).count(), 2, "{info}");
+    let x = || -> f64 {
+        let echo = ros(&["echo", "/odom", "--count", "1", "--timeout", "10s", "--json"]);
+        let odometry: serde_json::Value = serde_json::from_str(&echo).unwrap();
+        odometry["pose"]["pose"]["position"]["x"].as_f64().unwrap()
+    };
+    let before = x();
+    let moved = (0..20).any(|_| {
+        node.request(&serde_json::json!({ "do": "publish", "topic": "/wheels", "value": wheels }));
+        (x() - before).abs() > 0.05
+    });
+    assert!(moved, "the robot stands at {before}");
+    let rate: serde_json::Value = serde_json::from_str(&ros(&["hz", "/odom", "--json"])).unwrap();
+    assert!((20.0..80.0).contains(&rate["rate"].as_f64().unwrap()), "{rate}");
+    running.interrupt();
+    running.finish();
+    let verdict = running.done(&["replay", "--verify", "here/run.mcap"]);
+    assert!(verdict.starts_with("identical, "), "{verdict}");
+}

@@ -79,6 +79,8 @@ pub use payload::{Decoded, Payload, PayloadError, encoding};
 pub use reading::ReadingStatus;
 #[cfg(feature = "zenoh")]
 pub use rejections::log_rejections;
+#[cfg(feature = "zenoh")]
+pub use session::open_client;
 pub use settings::{
     NetworkFile, NetworkInput, NetworkMode, NetworkOutput, NetworkRights, NetworkSecurity, NetworkSettings,
     SCHEME, TABLE,

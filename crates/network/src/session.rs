@@ -42,6 +42,23 @@ pub fn open(agent: &str, settings: &NetworkSettings) -> Result<Session, NetworkE
     zenoh::open(config).wait().map_err(|error| diagnosis(settings, &error.to_string()))
 }
 
+/// Opens a session of a program that is no agent on the network: a client of a router, with more of Zenoh's configuration by key.
+///
+/// # Errors
+/// When it reaches no router within 3 s, or Zenoh refuses a value.
+pub fn open_client(router: &NetworkEndpoint, more: &[(&str, Json)]) -> Result<Session, NetworkError> {
+    let (mode, connect) = (NetworkMode::Client, vec![router.clone()]);
+    let settings = NetworkSettings { mode, connect, ..NetworkSettings::default() };
+    let mut config = config("", &settings)?;
+    more.iter().try_for_each(|(path, value)| insert(&mut config, path, value))?;
+    zenoh::open(config).wait().map_err(|error| diagnosis(&settings, &error.to_string()))
+}
+
+fn insert(config: &mut Config, path: &str, value: &Json) -> Result<(), NetworkError> {
+    let inserted = config.insert_json5(path, &value.to_string());
+    inserted.map_err(|error| NetworkError::Session(format!("{path}: {error}")))
+}
+
 fn config(agent: &str, settings: &NetworkSettings) -> Result<Config, NetworkError> {
     let texts = |endpoints: &[NetworkEndpoint]| Json::from_iter(endpoints.iter().map(endpoint_text));
     let is_client = settings.mode == NetworkMode::Client;
@@ -69,12 +86,7 @@ fn config(agent: &str, settings: &NetworkSettings) -> Result<Config, NetworkErro
     entries.extend(settings.security.as_ref().map(|security| ("transport/link/tls", certificates(security))));
     entries.extend(agent_access_control(agent, settings).map(|access| ("access_control", access)));
     let mut config = Config::default();
-    for (path, value) in entries {
-        let wrong = |error: Box<dyn std::error::Error + Send + Sync>| {
-            NetworkError::Session(format!("{path}: {error}"))
-        };
-        config.insert_json5(path, &value.to_string()).map_err(wrong)?;
-    }
+    entries.iter().try_for_each(|(path, value)| insert(&mut config, path, value))?;
     Ok(config)
 }
 

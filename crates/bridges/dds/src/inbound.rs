@@ -6,11 +6,10 @@ use std::task::Waker;
 use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
-use slate_topics::InboundTopics;
+use slate_topics::{InboundTopics, ReaderWaker};
 
 use crate::message::DdsMessage;
 use crate::participant::DdsReader;
-use crate::wire::ReaderWaker;
 
 /// How long the thread sleeps when nothing comes.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);

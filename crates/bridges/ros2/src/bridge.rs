@@ -1,11 +1,9 @@
 //! An agent that takes part in ROS.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
-use rustdds::{GUID, RTPSEntity};
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
@@ -20,32 +18,21 @@ use slate_topics::{
 use crate::frame_inputs::FrameInputs;
 use crate::inbound::TopicReaders;
 use crate::lifecycle::lifecycle_services;
-use crate::name::{message_name, type_name, wire_topic};
-use crate::node::{CLOCK_MESSAGE, NodeTopics};
+use crate::node::NodeTopics;
 use crate::outbound::WriterSink;
 use crate::parameters::parameter_services;
-use crate::participant::RosParticipant;
 use crate::settings::{RosSettings, TABLE};
 use crate::threads::ServiceThreads;
-use slate_dds::wire::{MatchWords, Matches, OwnEndpoint};
-
-/// ROS calls both ends so.
-const WORDS: MatchWords = MatchWords {
-    scheme: TABLE,
-    roles: ["publisher", "subscription"],
-    message_name,
-    advice: "use another topic or interface",
-};
+use crate::wire::{self, NodeWire, TopicReader, TopicWriter, WireType};
 
 /// An agent as a node of ROS, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
 pub struct RosBridge {
     composer: Composer,
-    participant: Arc<RosParticipant>,
-    matches: Arc<Matches>,
+    node_wire: Arc<dyn NodeWire>,
     inbound: Arc<InboundTopics>,
     /// By place among those that are read.
-    readers: Vec<GUID>,
-    outbound: Vec<(GUID, OutboundStatus)>,
+    readers: Vec<Arc<dyn TopicReader>>,
+    outbound: Vec<(Arc<dyn TopicWriter>, OutboundStatus)>,
     /// Inputs whose messages cycles wait for, until it is started.
     awaited: Vec<AwaitedInput>,
     /// What waits for them.
@@ -73,21 +60,18 @@ impl RosBridge {
     /// the inputs are filled from outside.
     ///
     /// # Errors
-    /// When a property does not fit its topic, or DDS refuses. The agent is as before then.
+    /// When a property does not fit its topic, or the middleware refuses. The agent is as before then.
     pub fn open(surface: &Arc<ControlSurface>, settings: &RosSettings) -> Result<Self, RosError> {
         let composer = surface.agent.composer();
         let inputs = settings.topics.read.iter().map(|own| Ok((own, topic_input(CDR, composer, own)?)));
         let inputs = inputs.collect::<Result<Vec<_>, RosError>>()?;
         let outputs = settings.topics.write.iter().map(|own| Ok((own, topic_output(CDR, composer, own)?)));
         let outputs = outputs.collect::<Result<Vec<_>, RosError>>()?;
-        let participant = RosParticipant::open(settings)?;
-        let matches = Arc::new(Matches::new(WORDS));
-        let mut own = BTreeMap::new();
-        let (mut readers, mut topics, mut guids) = (Vec::new(), Vec::new(), Vec::new());
+        let node_wire = wire::open(settings, composer)?;
+        let wire = &*node_wire;
+        let (mut readers, mut topics) = (Vec::new(), Vec::new());
         for (settings, (property, message)) in inputs {
-            let reader = participant.reader(&settings.topic, message.name(), settings.quality)?;
-            own.insert(reader.guid(), endpoint(&settings.topic, &message, true));
-            guids.push(reader.guid());
+            let reader = wire.reader(&settings.topic, &WireType::from(&message), settings.quality)?;
             property.set_external(&format!("{TABLE}:{}", settings.topic));
             let (topic, depth) = (&settings.topic, settings.quality.depth.into());
             let topic = InboundTopic::new(topic, message.name(), &settings.input, &property, depth);
@@ -96,44 +80,30 @@ impl RosBridge {
         }
         let mut writers = Vec::new();
         for (settings, (property, message)) in outputs {
-            let writer = participant.writer(&settings.topic, message.name(), settings.quality)?;
-            own.insert(writer.guid(), endpoint(&settings.topic, &message, false));
+            let writer = wire.writer(&settings.topic, &WireType::from(&message), settings.quality)?;
             let topic = OutboundTopic::new(&settings.topic, message.name(), &settings.property, property);
-            let is_transient_local = settings.quality.transient_local;
-            let sink = WriterSink { writer, is_transient_local, matches: Arc::clone(&matches) };
+            let sink = WriterSink { writer, is_transient_local: settings.quality.transient_local };
             writers.push(PublishedTopic::new(topic, message, &settings.frame, sink));
         }
-        let mut services = ServiceThreads::open(&participant, surface, settings, &mut topics)?;
+        let mut services = ServiceThreads::open(wire, surface, settings, &mut topics)?;
         check_clock(composer, &settings.options)?;
-        let frames = FrameInputs::open(&participant, composer, settings, &mut topics)?;
-        let node = NodeTopics::open(&participant, surface, settings)?;
-        own.extend(node.clock().map(|guid| (guid, clock_endpoint())));
-        let groups = [
-            parameter_services(&participant, surface, settings)?,
-            lifecycle_services(&participant, surface, settings)?,
-        ];
+        let frames = FrameInputs::open(wire, composer, settings, &mut topics)?;
+        let node = NodeTopics::open(wire, surface, settings)?;
+        let groups =
+            [parameter_services(wire, surface, settings)?, lifecycle_services(wire, surface, settings)?];
         groups.into_iter().flatten().for_each(|group| services.add(group));
-        own.extend(services.endpoints());
-        own.extend(frames.iter().flat_map(FrameInputs::endpoints));
-        let side = |is_reader: bool| {
-            own.iter().filter(move |(_, own)| own.is_reader == is_reader).map(|(guid, _)| *guid)
-        };
-        let all_readers: Vec<_> = side(true).collect();
-        let all_writers: BTreeSet<_> = side(false).chain(node.guids()).collect();
-        let all_writers: Vec<_> = all_writers.into_iter().collect();
-        let lockstep = awaited_inputs(settings, &guids, &own, &matches);
-        matches.set_own(own);
-        participant.announce(&all_readers, &all_writers)?;
-        let outbound = writers.iter().map(|own| (own.sink().guid(), own.topic().status()));
+        wire.announce()?;
+        let topic_readers: Vec<_> = readers.iter().map(|(reader, _)| Arc::clone(reader)).collect();
+        let outbound: Vec<_> =
+            writers.iter().map(|own| (Arc::clone(&own.sink().writer), own.topic().status())).collect();
         Ok(Self {
             composer: composer.clone(),
-            participant: Arc::new(participant),
-            matches,
             inbound: Arc::new(InboundTopics::new(TABLE, composer.clone(), topics)),
-            readers: guids,
-            awaited: lockstep,
+            awaited: awaited_inputs(settings, &topic_readers, &outbound, node.clock()),
             lockstep: Arc::default(),
-            outbound: outbound.collect(),
+            readers: topic_readers,
+            outbound,
+            node_wire,
             wake: Arc::new(Wake::new()),
             ended: Arc::new(AtomicBool::new(false)),
             waiting: Some((TopicReaders(readers), writers)),
@@ -169,13 +139,9 @@ impl RosBridge {
         } else {
             self.wait_for_nodes(topics);
         }
-        let (inbound, matches) = (Arc::clone(&self.inbound), Arc::clone(&self.matches));
-        let (participant, composer) = (Arc::clone(&self.participant), self.composer.clone());
-        let look = move || {
-            while let Some(event) = participant.next_status() {
-                matches.note(&event, &composer);
-            }
-        };
+        let inbound = Arc::clone(&self.inbound);
+        let (node_wire, composer) = (Arc::clone(&self.node_wire), self.composer.clone());
+        let look = move || node_wire.look(&composer);
         let (wake, ended) = (Arc::new(Wake::new()), Arc::clone(&self.ended));
         self.wakes.push(Arc::clone(&wake));
         let receive = move || readers.receive(&inbound, &wake, &ended, look);
@@ -194,7 +160,7 @@ impl RosBridge {
             self.threads.push(spawn("ros2-frames").spawn(move || frames.run(&inbound, &wake, &ended))?);
         }
         self.wakes.push(node_wake);
-        self.threads.extend(self.services.start(&self.composer, &self.matches, &self.inbound)?);
+        self.threads.extend(self.services.start(&self.composer, &self.inbound)?);
         Ok(())
     }
 
@@ -219,56 +185,39 @@ impl RosBridge {
     /// How the topics stand: those that are read, then those that are written.
     pub fn topics(&self) -> Vec<TopicStatus> {
         let read = self.inbound.topics().iter().zip(&self.readers);
-        let read = read.map(|(topic, guid)| topic.status(Some(self.matches.count(*guid))));
-        let written = self.outbound.iter().map(|(guid, topic)| topic.status(Some(self.matches.count(*guid))));
+        let read = read.map(|(topic, reader)| topic.status(Some(reader.publishers())));
+        let written = self.outbound.iter().map(|(writer, topic)| topic.status(Some(writer.subscriptions())));
         read.chain(written).collect()
-    }
-}
-
-fn clock_endpoint() -> OwnEndpoint {
-    OwnEndpoint {
-        topic: CLOCK.to_owned(),
-        wire: (wire_topic(CLOCK), type_name(CLOCK_MESSAGE)),
-        message: CLOCK_MESSAGE.to_owned(),
-        is_reader: false,
-        type_hash: None,
-    }
-}
-
-fn endpoint(topic: &str, message: &RosMessage, is_reader: bool) -> OwnEndpoint {
-    OwnEndpoint {
-        topic: topic.to_owned(),
-        wire: (wire_topic(topic), type_name(message.name())),
-        message: message.name().to_owned(),
-        is_reader,
-        type_hash: message.type_hash(),
     }
 }
 
 /// Inputs whose messages cycles wait for, with the other ends of their topics.
 fn awaited_inputs(
     settings: &RosSettings,
-    readers: &[GUID],
-    own: &BTreeMap<GUID, OwnEndpoint>,
-    matches: &Arc<Matches>,
+    readers: &[Arc<dyn TopicReader>],
+    outbound: &[(Arc<dyn TopicWriter>, OutboundStatus)],
+    clock: Option<&Arc<dyn TopicWriter>>,
 ) -> Vec<AwaitedInput> {
-    let connections = |guid: GUID| -> ConnectionCount {
-        let matches = Arc::clone(matches);
-        Box::new(move || matches.count(guid))
-    };
     let mut inputs = Vec::new();
     for (place, (input, reader)) in settings.topics.read.iter().zip(readers).enumerate() {
         let Some(wait) = input.wait.clone() else { continue };
-        let answered = match &wait.per {
-            WaitPer::Topic(topic) => topic,
-            WaitPer::Period(_) => CLOCK,
+        let written = |topic: &str| {
+            let place = settings.topics.write.iter().position(|own| own.topic == topic)?;
+            outbound.get(place).map(|(writer, _)| writer)
         };
-        let writer = own.iter().find(|(_, own)| !own.is_reader && own.topic == *answered);
+        let writer = match &wait.per {
+            WaitPer::Topic(topic) if topic != CLOCK => written(topic),
+            WaitPer::Topic(_) | WaitPer::Period(_) => clock,
+        };
+        let reader = Arc::clone(reader);
         inputs.push(AwaitedInput {
             place,
             wait,
-            publishers: connections(*reader),
-            subscriptions: writer.map(|(guid, _)| connections(*guid)),
+            publishers: Box::new(move || reader.publishers()),
+            subscriptions: writer.map(|writer| -> ConnectionCount {
+                let writer = Arc::clone(writer);
+                Box::new(move || writer.subscriptions())
+            }),
             is_late: AtomicBool::new(false),
         });
     }

@@ -5,20 +5,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::Waker;
 use std::time::Duration;
 
-use rustdds::GUID;
 use slate_blackboard::wake::Wake;
 use slate_record::ros::WireFormat;
 use slate_runtime::Composer;
-use slate_topics::{FrameReader, InboundTopic, InboundTopics, frame_input};
+use slate_topics::{FrameReader, InboundTopic, InboundTopics, ReaderWaker, RosError, frame_input};
 
-use crate::name::{type_name, wire_topic};
-use crate::node::{FIXED, MESSAGE, MOVING};
-use crate::participant::{RosParticipant, TopicReader};
+use crate::node::{FIXED, MESSAGE, MOVING, frames_type};
 use crate::settings::{RosSettings, TABLE};
+use crate::wire::{NodeWire, TopicReader};
 use slate_dds::TopicQuality;
-use slate_dds::wire::OwnEndpoint;
-use slate_dds::wire::ReaderWaker;
-use slate_topics::RosError;
 
 /// How long the thread sleeps when nothing comes.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
@@ -29,16 +24,16 @@ const DEPTH: u16 = 100;
 pub struct FrameInputs {
     reader: FrameReader,
     /// Whether it is that of fixed transforms.
-    readers: Vec<(TopicReader, bool)>,
+    readers: Vec<(Arc<dyn TopicReader>, bool)>,
 }
 
 impl FrameInputs {
     /// Reads both topics, if an input wants that; the inputs are appended to `inputs`.
     ///
     /// # Errors
-    /// When an input does not hold a transform, or DDS refuses.
+    /// When an input does not hold a transform, or the middleware refuses.
     pub fn open(
-        participant: &RosParticipant,
+        wire: &dyn NodeWire,
         composer: &Composer,
         settings: &RosSettings,
         inputs: &mut Vec<InboundTopic>,
@@ -58,27 +53,9 @@ impl FrameInputs {
         let mut readers = Vec::new();
         for ((topic, quality), is_fixed) in [(MOVING, false), (FIXED, true)] {
             let quality = TopicQuality { depth: DEPTH, ..quality };
-            readers.push((participant.reader(topic, MESSAGE, quality)?, is_fixed));
+            readers.push((wire.reader(topic, &frames_type(), quality)?, is_fixed));
         }
         Ok(Some(Self { reader, readers }))
-    }
-
-    /// GUIDs, topics and types of its readers.
-    pub fn endpoints(&self) -> impl Iterator<Item = (GUID, OwnEndpoint)> {
-        self.readers.iter().map(|(reader, is_fixed)| {
-            let topic = if *is_fixed { FIXED.0 } else { MOVING.0 };
-            let wire = (wire_topic(topic), type_name(MESSAGE));
-            (
-                reader.guid(),
-                OwnEndpoint {
-                    topic: topic.into(),
-                    wire,
-                    message: MESSAGE.into(),
-                    is_reader: true,
-                    type_hash: None,
-                },
-            )
-        })
     }
 
     /// Takes transforms, until the end.
@@ -87,15 +64,14 @@ impl FrameInputs {
         while !ended.load(Ordering::Acquire) {
             let mut messages = Vec::new();
             for (reader, is_fixed) in &self.readers {
-                reader.drain_read_notifications();
                 // Before it is looked: what comes after that wakes this thread.
-                reader.set_waker(Some(waker.clone()));
-                while let Ok(Some(change)) = reader.try_take_one() {
-                    messages.push((change.into_value(), *is_fixed));
+                reader.set_waker(&waker);
+                while let Ok(Some(message)) = reader.take() {
+                    messages.push((message, *is_fixed));
                 }
             }
             for (message, is_fixed) in messages {
-                if let Err(reason) = self.reader.take(&message.0, is_fixed, inbound) {
+                if let Err(reason) = self.reader.take(&message, is_fixed, inbound) {
                     inbound.log_once(&format!("{TABLE}: a transform does not fit: {reason}"));
                 }
             }

@@ -6,10 +6,9 @@ use std::task::Waker;
 use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
-use slate_dds::wire::ReaderWaker;
-use slate_topics::{InboundTopics, RosMessage};
+use slate_topics::{InboundTopics, ReaderWaker, RosMessage};
 
-use crate::participant::TopicReader;
+use crate::wire::TopicReader;
 
 /// How long a thread sleeps when nothing comes.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
@@ -18,7 +17,7 @@ const IDLE_PERIOD: Duration = Duration::from_millis(100);
 const TURN: usize = 256;
 
 /// Readers of topics that fill inputs, by place.
-pub struct TopicReaders(pub Vec<(TopicReader, RosMessage)>);
+pub struct TopicReaders(pub Vec<(Arc<dyn TopicReader>, RosMessage)>);
 
 impl TopicReaders {
     /// Takes what comes, until the end; `look` is called now and then.
@@ -28,10 +27,10 @@ impl TopicReaders {
             look();
             let mut is_done = true;
             for (place, (reader, message)) in self.0.iter().enumerate() {
-                reader.drain_read_notifications();
                 // Before it is looked: what comes after that wakes this thread.
-                reader.set_waker(Some(waker.clone()));
-                is_done &= take(reader, message, |value| inbound.push(place, value));
+                reader.set_waker(&waker);
+                is_done &= take(&**reader, message, |value| inbound.push(place, value));
+                inbound.topics()[place].note_dropped(reader.take_dropped());
             }
             if is_done {
                 wake.wait_timeout(IDLE_PERIOD);
@@ -41,12 +40,12 @@ impl TopicReaders {
 }
 
 /// Takes what came of a topic; whether that is all.
-fn take(reader: &TopicReader, message: &RosMessage, push: impl Fn(Result<Vec<u8>, String>)) -> bool {
+fn take(reader: &dyn TopicReader, message: &RosMessage, push: impl Fn(Result<Vec<u8>, String>)) -> bool {
     for _ in 0..TURN {
-        push(match reader.try_take_one() {
-            Ok(Some(change)) => message.decode(&change.into_value().0).map_err(|error| error.to_string()),
+        push(match reader.take() {
+            Ok(Some(bytes)) => message.decode(&bytes).map_err(|error| error.to_string()),
             Ok(None) => return true,
-            Err(error) => Err(error.to_string()),
+            Err(reason) => Err(reason),
         });
     }
     false

@@ -10,9 +10,9 @@ use slate_record::ros::WireFormat;
 use slate_runtime::Composer;
 use slate_topics::{AgentOperations, NodeAccess, RosError, ServiceType};
 
-use crate::participant::RosParticipant;
 use crate::services::{ServiceGroup, ServiceHandler, ServiceServer};
 use crate::settings::{RosSettings, TABLE};
+use crate::wire::NodeWire;
 
 /// Messages in services and events.
 pub const MESSAGES: &str = "\
@@ -109,9 +109,9 @@ impl AgentState {
 /// The services of a lifecycle node, unless settings have none.
 ///
 /// # Errors
-/// When DDS refuses.
+/// When the middleware refuses.
 pub fn lifecycle_services(
-    participant: &RosParticipant,
+    wire: &dyn NodeWire,
     surface: &Arc<ControlSurface>,
     settings: &RosSettings,
 ) -> Result<Option<ServiceGroup>, RosError> {
@@ -124,7 +124,7 @@ pub fn lifecycle_services(
         let of = format!("lifecycle_msgs/srv/{kind}");
         let of = ServiceType::parse(WireFormat::Cdr, &of, &format!("{definition}\n{MESSAGES}"));
         let of = of.map_err(|reason| RosError::definition(kind, reason))?;
-        servers.push(ServiceServer::open(participant, &service, &of)?);
+        servers.push(ServiceServer::open(wire, &service, &of)?);
     }
     let handler = Box::new(LifecycleHandler {
         operations: AgentOperations::new(surface, TABLE)?,

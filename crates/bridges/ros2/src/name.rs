@@ -37,7 +37,7 @@ impl NodeName {
     }
 }
 
-#[cfg(feature = "dds")]
+#[cfg(feature = "wire")]
 impl NodeName {
     /// The whole name of a topic or service of the node itself.
     ///
@@ -114,7 +114,7 @@ pub fn type_name(message: &str) -> String {
 }
 
 /// The message of a type of DDS, as ROS calls it; other types as they are.
-#[cfg(feature = "dds")]
+#[cfg(feature = "wire")]
 pub fn message_name(type_name: &str) -> String {
     let found = type_name.strip_suffix('_').and_then(|name| name.split_once("::dds_::"));
     found.map_or_else(

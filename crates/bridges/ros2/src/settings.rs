@@ -10,6 +10,7 @@ use slate_topics::{
 };
 
 use crate::name::{NodeName, check_node, check_topic};
+use crate::wire_settings::RosWireSettings;
 use slate_dds::TopicQuality;
 
 /// Name of the table, and scheme of links.
@@ -40,6 +41,8 @@ const MAX_DOMAIN: i64 = 232;
 pub struct RosSettings {
     /// Programs see each other within a domain.
     pub domain: u16,
+    /// The middleware.
+    pub wire: RosWireSettings,
     /// As what the agent appears.
     pub node: NodeName,
     /// Whether it speaks to other machines, in clear text.
@@ -60,8 +63,19 @@ pub struct RosSettings {
     pub options: NodeOptions,
 }
 
-const KNOWN: [&str; 9] =
-    ["domain", "node", "namespace", "trusted", "read", "write", "serve", "call", "lifecycle"];
+const KNOWN: [&str; 11] = [
+    "domain",
+    "wire",
+    "router",
+    "node",
+    "namespace",
+    "trusted",
+    "read",
+    "write",
+    "serve",
+    "call",
+    "lifecycle",
+];
 
 impl RosSettings {
     /// Reads the table `[ros2]`, which it has to be read with as one of
@@ -101,6 +115,7 @@ fn settings(reader: &mut TableReader<'_>, root: Option<&Spanned<Value>>, agent: 
     let node = node(reader, &table, agent);
     reader.set_resolver(resolver(&node));
     let trusted = reader.truth(&table, "trusted");
+    let wire = RosWireSettings::of(reader, &table, trusted);
     let mut services = ServicesReader::new(reader, "std_srvs/srv/SetBool");
     let (serve, call) = (services.offers(&table), services.calls(&table));
     let (offered_actions, called_actions) = (services.action_offers(&table), services.action_calls(&table));
@@ -109,6 +124,7 @@ fn settings(reader: &mut TableReader<'_>, root: Option<&Spanned<Value>>, agent: 
     let topics = TopicSettings::of(reader, &table, &options);
     let settings = RosSettings {
         domain,
+        wire,
         node,
         trusted,
         topics,

@@ -4,19 +4,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
 
-use rustdds::GUID;
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_runtime::Composer;
 use slate_topics::{AgentOperations, InboundTopic, InboundTopics, InboxHandler, answer_input, inbox};
 
 use crate::actions::{ActionClient, ActionServer};
-use crate::participant::RosParticipant;
-use crate::services::{
-    CallContext, QUALITY, ServeContext, ServiceClient, ServiceGroup, ServiceServer, serve,
-};
+use crate::services::{CallContext, DEPTH, ServeContext, ServiceClient, ServiceGroup, ServiceServer, serve};
 use crate::settings::{RosSettings, TABLE};
-use slate_dds::wire::{Matches, OwnEndpoint};
+use crate::wire::NodeWire;
 use slate_topics::RosError;
 
 /// The services of an agent, and what serves and calls them.
@@ -34,9 +30,9 @@ impl ServiceThreads {
     /// Offers inboxes, and finds the outboxes that call; inputs for responses are appended to `inputs`.
     ///
     /// # Errors
-    /// When a port does not fit its service, or DDS refuses.
+    /// When a port does not fit its service, or the middleware refuses.
     pub fn open(
-        participant: &RosParticipant,
+        wire: &dyn NodeWire,
         surface: &Arc<ControlSurface>,
         settings: &RosSettings,
         inputs: &mut Vec<InboundTopic>,
@@ -46,7 +42,7 @@ impl ServiceThreads {
         for offer in &settings.serve {
             let (property, pairs) = inbox(composer, offer)?;
             property.set_external(&format!("ros2:{}", offer.service));
-            let servers = vec![ServiceServer::open(participant, &offer.service, &offer.of)?];
+            let servers = vec![ServiceServer::open(wire, &offer.service, &offer.of)?];
             let operations = AgentOperations::new(surface, TABLE)?;
             let handler = Box::new(InboxHandler { offer: offer.clone(), pairs, operations });
             threads.groups.push(ServiceGroup { name: "ros2-serve", servers, handler });
@@ -57,19 +53,18 @@ impl ServiceThreads {
                 Some(input) => {
                     let (property, pairs) = answer_input(composer, call, input)?;
                     property.set_external(&format!("ros2:{}", call.service));
-                    let depth = QUALITY.depth.into();
-                    inputs.push(InboundTopic::new(&call.service, call.of.name(), input, &property, depth));
+                    inputs.push(InboundTopic::new(&call.service, call.of.name(), input, &property, DEPTH));
                     Some((inputs.len() - 1, pairs))
                 }
             };
-            threads.clients.push(ServiceClient::open(participant, composer, call, response)?);
+            threads.clients.push(ServiceClient::open(wire, composer, call, response)?);
         }
         for offer in &settings.offered_actions {
-            let server = ActionServer::open(participant, surface, offer)?;
+            let server = ActionServer::open(wire, surface, offer)?;
             threads.offered.push((server, Arc::new(Wake::new())));
         }
         for call in &settings.called_actions {
-            threads.called.push(ActionClient::open(participant, composer, call, inputs)?);
+            threads.called.push(ActionClient::open(wire, composer, call, inputs)?);
         }
         Ok(threads)
     }
@@ -77,15 +72,6 @@ impl ServiceThreads {
     /// Adds services that are answered in a thread of their own.
     pub fn add(&mut self, group: ServiceGroup) {
         self.groups.push(group);
-    }
-
-    /// GUIDs, topics and types of all their readers and writers.
-    pub fn endpoints(&self) -> impl Iterator<Item = (GUID, OwnEndpoint)> {
-        let servers = self.groups.iter().flat_map(|group| &group.servers);
-        let servers = servers.flat_map(ServiceServer::endpoints);
-        let services = servers.chain(self.clients.iter().flat_map(ServiceClient::endpoints));
-        let offered = self.offered.iter().flat_map(|(server, _)| server.endpoints());
-        services.chain(offered).chain(self.called.iter().flat_map(ActionClient::endpoints))
     }
 
     /// Wakes of threads that look at values after each cycle.
@@ -100,20 +86,17 @@ impl ServiceThreads {
     pub fn start(
         &mut self,
         composer: &Composer,
-        matches: &Arc<Matches>,
         inbound: &Arc<InboundTopics>,
     ) -> Result<Vec<JoinHandle<()>>, RosError> {
         let mut threads = Vec::new();
         let spawn = |name: &str| Builder::new().name(name.into());
         let serving = |wake: Arc<Wake>| ServeContext {
             composer: composer.clone(),
-            matches: Arc::clone(matches),
             wake,
             ended: Arc::clone(&self.ended),
         };
         let calling = || CallContext {
             composer: composer.clone(),
-            matches: Arc::clone(matches),
             inbound: Arc::clone(inbound),
             ended: Arc::clone(&self.ended),
         };

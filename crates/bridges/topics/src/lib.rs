@@ -53,7 +53,7 @@ pub use services::{
 };
 pub use status::TopicStatus;
 pub use table_reader::{KeyedValue, NameResolver, TableReader};
-pub use threads::{SHUTDOWN_TIMEOUT, join_threads};
+pub use threads::{ReaderWaker, SHUTDOWN_TIMEOUT, join_threads};
 pub use topic_settings::{TopicInput, TopicOptions, TopicOutput, TopicSettings, link_help};
 pub use topic_wait::{CLOCK, TopicWait, WaitPer};
 pub use type_hash::type_hash;

@@ -1,5 +1,7 @@
 use serde_json::{Map, Value as Json};
-use slate_record::ros::{Schema, WireFormat, encode_json_in};
+use slate_record::ros::{Definition, Schema, WireFormat, encode_json_in};
+
+use crate::type_hash::type_hash;
 
 /// The type of a message that its definition describes.
 #[derive(Clone, Debug)]
@@ -34,6 +36,11 @@ impl MessageType {
     /// Its fields, followed by the messages in it.
     pub fn definition(&self) -> &str {
         &self.definition
+    }
+
+    /// The hash by which nodes of ROS 2 compare it.
+    pub fn type_hash(&self) -> Option<String> {
+        type_hash(&Definition { name: self.name.clone(), text: self.definition.clone() }).ok()
     }
 
     /// Its fields.

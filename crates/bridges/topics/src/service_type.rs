@@ -1,8 +1,9 @@
 //! Types of services.
 
-use slate_record::ros::WireFormat;
+use slate_record::ros::{Definition, WireFormat};
 
 use crate::message_type::MessageType;
+use crate::type_hash::type_hash;
 
 /// Services that are known without a definition.
 const KNOWN: [(&str, &str); 3] = [
@@ -13,6 +14,16 @@ const KNOWN: [(&str, &str); 3] = [
 
 /// Line between request and response of a definition.
 const MIDDLE: &str = "---";
+
+/// Messages of `service_msgs`, which the event of each service has.
+const EVENT_INFO: &str = "\
+====
+MSG: service_msgs/ServiceEventInfo
+uint8 event_type
+builtin_interfaces/Time stamp
+char[16] client_gid
+int64 sequence_number
+";
 
 /// The type of a service: its request and its response.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,5 +101,24 @@ impl ServiceType {
     /// The response.
     pub fn response(&self) -> &MessageType {
         &self.response
+    }
+
+    /// The hash by which nodes of ROS 2 compare it, which is that of a type with its request, its response and its event.
+    pub fn type_hash(&self) -> Option<String> {
+        let (package, own) = (self.name.split('/').next()?, self.name.rsplit('/').next()?);
+        let part = |part: &str, text: &str| format!("====\nMSG: {package}/{own}_{part}\n{text}\n");
+        let event = format!(
+            "service_msgs/ServiceEventInfo info\n{own}_Request[<=1] request\n{own}_Response[<=1] response"
+        );
+        let text = [
+            format!(
+                "{own}_Request request_message\n{own}_Response response_message\n{own}_Event event_message\n"
+            ),
+            part("Request", self.request.definition()),
+            part("Response", self.response.definition()),
+            part("Event", &event),
+            EVENT_INFO.into(),
+        ];
+        type_hash(&Definition { name: self.name.clone(), text: text.concat() }).ok()
     }
 }

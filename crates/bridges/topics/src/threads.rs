@@ -1,7 +1,10 @@
-//! The end of a bridge's threads.
+//! The end and the wake-up of a bridge's threads.
 
+use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+
+use slate_blackboard::wake::Wake;
 
 /// How long the end of a bridge waits for its threads and for the other ends.
 pub const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
@@ -18,5 +21,15 @@ pub fn join_threads(threads: &mut Vec<JoinHandle<()>>) {
             // One that panicked has ended, too.
             let _ = thread.join();
         }
+    }
+}
+
+/// Wakes the thread that receives.
+#[derive(Debug)]
+pub struct ReaderWaker(pub Arc<Wake>);
+
+impl std::task::Wake for ReaderWaker {
+    fn wake(self: Arc<Self>) {
+        self.0.notify(1);
     }
 }

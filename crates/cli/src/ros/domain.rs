@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use serde_json::{Value as Json, json};
-use slate_ros2::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream, known_type_hash};
+use slate_ros2::{FoundEndpoint, FoundTopic, RosExplorer, RosWireSettings, TopicStream, known_type_hash};
 
-use super::{RosDomain, RosEchoOptions, RosInfoOptions, RosListOptions, RosRateOptions, yaml};
+use super::{RosDomain, RosEchoOptions, RosInfoOptions, RosListOptions, RosRateOptions, RosWire, yaml};
 use crate::clock::now;
 use crate::failure::{ASSERTION_FALSE, Failure, NO_DATA, UNKNOWN};
 use crate::{duration, interrupt, output};
@@ -34,9 +34,26 @@ fn joined(options: &RosDomain) -> Result<RosExplorer, Failure> {
             })?
         }
     };
-    let mut explorer = RosExplorer::join(domain, options.trusted).map_err(|error| failed(&error))?;
+    let wire = wire(options)?;
+    let mut explorer = RosExplorer::join(domain, &wire, options.trusted).map_err(|error| failed(&error))?;
     explorer.look(options.wait);
     Ok(explorer)
+}
+
+/// The middleware that options name.
+fn wire(options: &RosDomain) -> Result<RosWireSettings, Failure> {
+    let wrong = |problem: String, help: &str| Failure::Ros { problem, help: help.to_owned(), code: 2 };
+    match (options.wire, &options.router) {
+        (RosWire::Dds, None) => Ok(RosWireSettings::Dds),
+        (RosWire::Dds, Some(_)) => {
+            let problem = "DDS has no router, and --router names one".to_owned();
+            Err(wrong(problem, "add --wire zenoh"))
+        }
+        (RosWire::Zenoh, None) => Ok(RosWireSettings::local_zenoh()),
+        (RosWire::Zenoh, Some(router)) => {
+            RosWireSettings::zenoh(router, options.trusted).map_err(|(problem, help)| wrong(problem, help))
+        }
+    }
 }
 
 /// Lists what is there.

@@ -8,7 +8,7 @@ mod yaml;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 
 use crate::duration;
 use crate::failure::Failure;
@@ -93,12 +93,26 @@ pub struct RosDomain {
     /// Domain, 0 to 232 [default: ROS_DOMAIN_ID, else 0]
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u16).range(0..=232))]
     domain: Option<u16>,
+    /// Middleware of the nodes; zenoh is that of rmw_zenoh
+    #[arg(long, value_enum, default_value_t)]
+    wire: RosWire,
+    /// Router of Zenoh [default: tcp/localhost:7447]
+    #[arg(long, value_name = "ENDPOINT")]
+    router: Option<String>,
     /// Look at all networks of this machine, in clear text, and not only at this machine
     #[arg(long)]
     trusted: bool,
     /// How long nodes are looked for
     #[arg(long, value_name = "TIME", default_value = "2s", value_parser = duration::parse)]
     wait: Duration,
+}
+
+/// The middleware of nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum RosWire {
+    #[default]
+    Dds,
+    Zenoh,
 }
 
 /// Looks at a domain; returns the exit code.

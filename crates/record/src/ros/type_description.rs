@@ -60,38 +60,45 @@ pub fn type_description(definition: &Definition) -> Result<String, Error> {
             messages.insert(name, fields);
         }
     }
-    let top = reference("", &definition.name);
+    let top = &definition.name;
     let mut described: BTreeMap<String, String> = BTreeMap::new();
-    let mut waiting = vec![top.clone()];
+    let mut waiting = vec![reference("", top)];
     while let Some(key) = waiting.pop() {
-        if described.contains_key(&key) {
+        let name = if described.is_empty() { top.clone() } else { whole_name(top, &key) };
+        if described.contains_key(&name) {
             continue;
         }
         let fields = messages.get(&key).map_or(&[][..], Vec::as_slice);
         let mut list = Vec::new();
         for field in fields {
-            let (of, nested) = field_type(&key, field, |key| messages.contains_key(key))
-                .map_err(|reason| wrong(field.number, reason))?;
+            let known = |key: &str| messages.contains_key(key);
+            let (of, nested) =
+                field_type(top, &key, field, known).map_err(|reason| wrong(field.number, reason))?;
             list.push(format!("{{\"name\": \"{}\", \"type\": {of}}}", field.name));
             waiting.extend(nested);
         }
         if list.is_empty() {
             list.push(format!("{{\"name\": \"{NO_FIELD}\", \"type\": {}}}", type_text(3, 0, 0, "")));
         }
-        let name = if key == top { definition.name.clone() } else { whole_name(&key) };
         let text = format!("{{\"type_name\": \"{name}\", \"fields\": [{}]}}", list.join(", "));
-        described.insert(key, text);
+        described.insert(name, text);
     }
-    let own = described.remove(&top).unwrap_or_default();
+    let own = described.remove(top).unwrap_or_default();
     // In the order of their names, as the map has them.
     let others: Vec<_> = described.into_values().collect();
     let others = others.join(", ");
     Ok(format!("{{\"type_description\": {own}, \"referenced_type_descriptions\": [{others}]}}"))
 }
 
-/// Name of a message in another, such as `std_msgs/msg/Header`.
-fn whole_name(key: &str) -> String {
-    key.replacen('/', "/msg/", 1)
+/// Name of a message in another, such as `std_msgs/msg/Header`. Parts of a service or an action, such as
+/// `test_msgs/action/Fibonacci_Goal`, are in its folder; no other name has a `_`.
+fn whole_name(top: &str, key: &str) -> String {
+    let parts: Vec<_> = top.split('/').collect();
+    let folder = match (&parts[..], key.split_once('/')) {
+        ([own, folder, _], Some((package, name))) if *own == package && name.contains('_') => folder,
+        _ => "msg",
+    };
+    key.replacen('/', &format!("/{folder}/"), 1)
 }
 
 fn type_text(id: u32, capacity: u32, string_capacity: u32, nested: &str) -> String {
@@ -106,6 +113,7 @@ fn type_text(id: u32, capacity: u32, string_capacity: u32, nested: &str) -> Stri
 
 /// The description of a field's type, and the message in it.
 fn field_type(
+    top: &str,
     owner: &str,
     field: &SchemaField<'_>,
     is_known: impl Fn(&str) -> bool,
@@ -139,5 +147,5 @@ fn field_type(
     if !is_known(&key) {
         return Err(format!("`{base}` is not defined in the text"));
     }
-    Ok((type_text(NESTED + offset, capacity, 0, &whole_name(&key)), Some(key)))
+    Ok((type_text(NESTED + offset, capacity, 0, &whole_name(top, &key)), Some(key)))
 }

@@ -83,6 +83,18 @@ pub fn ros2_python(temporary: &Path) -> PathBuf {
     python(&temporary.join("ros2-python"), &ROS2)
 }
 
+/// Packages of PyPI: Zenoh, and an implementation of the wire of `rmw_zenoh`.
+const ZENOH_ROS2: [&str; 4] =
+    ["eclipse-zenoh==1.10.2", "zenoh-ros2-sdk==0.1.8", "rosbags==0.11.9", "xxhash==3.6.0"];
+
+/// Returns a Python that has Zenoh and nodes of ROS 2 on it, in a folder of a target's temporary ones.
+///
+/// # Panics
+/// As [`virtual_environment`].
+pub fn zenoh_ros2_python(temporary: &Path) -> PathBuf {
+    python(&temporary.join("zenoh-ros2-python"), &ZENOH_ROS2)
+}
+
 /// Returns the folder once it has these packages of npm, in `node_modules`.
 ///
 /// # Panics

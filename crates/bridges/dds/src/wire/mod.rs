@@ -3,9 +3,7 @@
 mod matches;
 mod policies;
 mod raw;
-mod waker;
 
 pub use matches::{MatchWords, Matches, OwnEndpoint, sent_type_hash};
 pub use policies::policies;
 pub use raw::{RawAdapter, RawDecoder, RawMessage};
-pub use waker::ReaderWaker;

@@ -5,21 +5,19 @@ use std::sync::atomic::Ordering;
 use std::task::Waker;
 use std::time::{Duration, Instant};
 
-use rustdds::{GUID, SequenceNumber};
 use serde_json::{Value as Json, json};
 use slate_blackboard::message::{ABANDONED, Answer, Receiver};
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
 use slate_runtime::Composer;
-use slate_topics::{ActionCall, ActionType, CallingPorts, InboundTopic, RosError, json as value_of};
+use slate_topics::{
+    ActionCall, ActionType, CallingPorts, InboundTopic, ReaderWaker, RosError, json as value_of,
+};
 
 use super::{FEEDBACK, GoalState, goal_id, part, uuid};
-use crate::name::{type_name, wire_topic};
-use crate::participant::{RosParticipant, TopicReader};
 use crate::services::{CallContext, ServiceCaller, receiver_of};
 use crate::settings::TABLE;
-use slate_dds::wire::OwnEndpoint;
-use slate_dds::wire::ReaderWaker;
+use crate::wire::{NodeWire, RequestNumber, TopicReader, WireType};
 
 /// Period of the check for messages.
 const POLL_PERIOD: Duration = Duration::from_millis(5);
@@ -37,10 +35,10 @@ pub struct ActionClient {
     goals: ServiceCaller,
     results: ServiceCaller,
     cancels: ServiceCaller,
-    feedback: TopicReader,
+    feedback: Arc<dyn TopicReader>,
     /// Places of the inputs for result and feedback among those that the bridge sets.
     places: (Option<usize>, Option<usize>),
-    /// Of the next goal: the participant, then a number.
+    /// Of the next goal: the node, then a number.
     next: ([u8; 12], u32),
     reported: Option<String>,
 }
@@ -56,9 +54,9 @@ impl ActionClient {
     /// A client of an action; its inputs are appended to `inputs`.
     ///
     /// # Errors
-    /// When a port does not fit, or DDS refuses.
+    /// When a port does not fit, or the middleware refuses.
     pub fn open(
-        participant: &RosParticipant,
+        wire: &dyn NodeWire,
         composer: &Composer,
         call: &ActionCall,
         inputs: &mut Vec<InboundTopic>,
@@ -74,11 +72,9 @@ impl ActionClient {
             Some(inputs.len() - 1)
         };
         let places = (place(&ports.result, &call.result), place(&ports.feedback, &call.feedback));
-        let caller = |name, of| ServiceCaller::open(participant, &part(action, name), of);
-        let feedback =
-            participant.reader(&part(action, "feedback"), of.feedback_message().name(), FEEDBACK)?;
-        let mut prefix = [0; 12];
-        prefix.copy_from_slice(&feedback.guid().to_bytes()[..12]);
+        let caller = |name, of| ServiceCaller::open(wire, &part(action, name), of);
+        let message = WireType::from(of.feedback_message());
+        let feedback = wire.reader(&part(action, "feedback"), &message, FEEDBACK)?;
         Ok(Self {
             call: call.clone(),
             ports,
@@ -87,19 +83,9 @@ impl ActionClient {
             cancels: caller("cancel_goal", &cancel)?,
             feedback,
             places,
-            next: (prefix, 0),
+            next: (wire.identity(), 0),
             reported: None,
         })
-    }
-
-    /// GUIDs, topics and types of its readers and writers.
-    pub fn endpoints(&self) -> impl Iterator<Item = (GUID, OwnEndpoint)> {
-        let topic = part(&self.call.action, "feedback");
-        let message = self.call.of.feedback_message().name();
-        let wire = (wire_topic(&topic), type_name(message));
-        let feedback = OwnEndpoint { topic, wire, message: message.into(), is_reader: true, type_hash: None };
-        let services = [&self.goals, &self.results, &self.cancels];
-        services.into_iter().flat_map(ServiceCaller::endpoints).chain([(self.feedback.guid(), feedback)])
     }
 
     /// Sends what the outbox has as goals, one after the other, until the end.
@@ -149,7 +135,7 @@ impl ActionClient {
         let began = Instant::now();
         let is_ended = || context.ended.load(Ordering::Acquire);
         let is_late = || began.elapsed() > *timeout || is_ended();
-        let has_server = || [&self.goals, &self.results].iter().all(|own| own.has_server(&context.matches));
+        let has_server = || [&self.goals, &self.results].iter().all(|own| own.has_server());
         while !has_server() {
             if is_late() {
                 return Err(format!("{action} has no server"));
@@ -175,7 +161,7 @@ impl ActionClient {
             return Ok(Answer::Refused(REJECTED));
         }
         let request = self.results.send(&json!({ "goal_id": uuid(id) }))?;
-        let mut canceling: Option<SequenceNumber> = None;
+        let mut canceling: Option<RequestNumber> = None;
         loop {
             self.forward_feedback(id, context, waker)?;
             if let Some(response) = self.results.take(request, waker)? {
@@ -206,10 +192,9 @@ impl ActionClient {
 
     /// Sets the input to the feedback of a goal.
     fn forward_feedback(&self, id: [u8; 16], context: &CallContext, waker: &Waker) -> Result<(), String> {
-        self.feedback.drain_read_notifications();
-        self.feedback.set_waker(Some(waker.clone()));
-        while let Some(change) = self.feedback.try_take_one().map_err(|error| error.to_string())? {
-            let message = self.call.of.feedback_message().decode(&change.into_value().0)?;
+        self.feedback.set_waker(waker);
+        while let Some(message) = self.feedback.take()? {
+            let message = self.call.of.feedback_message().decode(&message)?;
             if goal_id(&message) == id
                 && let (Some((_, pairs)), Some(place)) = (&self.ports.feedback, self.places.1)
             {

@@ -5,24 +5,19 @@ use std::sync::Arc;
 use std::task::Waker;
 use std::time::Duration;
 
-use rustdds::{GUID, RTPSEntity, SampleIdentity};
 use serde_json::{Map, Value as Json, json};
 use slate_blackboard::interface::{Descriptor, Kind};
 use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_topics::{
     ActionOffer, ActionType, AgentOperations, FieldPairs, FittingPort, MessageType, OfferedPorts,
-    OutboundTopic, RosError, date, json as value_of,
+    OutboundTopic, ReaderWaker, RosError, date, json as value_of,
 };
 
 use super::{FEEDBACK, GoalState, STATUS, goal_id, part, uuid};
-use crate::name::{type_name, wire_topic};
-use crate::participant::{RosParticipant, TopicWriter};
 use crate::services::{ServeContext, ServiceServer, wait_for_start};
 use crate::settings::TABLE;
-use slate_dds::wire::OwnEndpoint;
-use slate_dds::wire::RawMessage;
-use slate_dds::wire::ReaderWaker;
+use crate::wire::{NodeWire, Responder, TopicWriter, WireType};
 
 /// How long a thread sleeps when nothing comes.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
@@ -46,8 +41,8 @@ pub struct ActionServer {
     goals: ServiceServer,
     results: ServiceServer,
     cancels: ServiceServer,
-    feedback: TopicWriter,
-    status: TopicWriter,
+    feedback: Arc<dyn TopicWriter>,
+    status: Arc<dyn TopicWriter>,
     status_message: MessageType,
     goal_pairs: FieldPairs,
     result_output: ActionOutput,
@@ -93,7 +88,7 @@ struct KnownGoal {
     state: GoalState,
     result: Json,
     /// Requests for the result.
-    waiting: Vec<SampleIdentity>,
+    waiting: Vec<Box<dyn Responder>>,
 }
 
 impl KnownGoal {
@@ -114,9 +109,9 @@ impl ActionServer {
     /// Offers an action.
     ///
     /// # Errors
-    /// When a port does not fit, or DDS refuses.
+    /// When a port does not fit, or the middleware refuses.
     pub fn open(
-        participant: &RosParticipant,
+        wire: &dyn NodeWire,
         surface: &Arc<ControlSurface>,
         offer: &ActionOffer,
     ) -> Result<Self, RosError> {
@@ -129,8 +124,10 @@ impl ActionServer {
         let wrong = |reason| RosError::definition(action, reason);
         let cancel = ActionType::cancel_goal().map_err(wrong)?;
         let status_message = ActionType::status().map_err(wrong)?;
-        let service = |name, of| ServiceServer::open(participant, &part(action, name), of);
-        let writer = |name, message, quality| participant.writer(&part(action, name), message, quality);
+        let service = |name, of| ServiceServer::open(wire, &part(action, name), of);
+        let writer = |name, message: &MessageType, quality| {
+            wire.writer(&part(action, name), &WireType::from(message), quality)
+        };
         let feedback_output = ports.feedback.zip(offer.feedback.as_ref());
         Ok(Self {
             offer: offer.clone(),
@@ -138,8 +135,8 @@ impl ActionServer {
             goals: service("send_goal", of.send_goal())?,
             results: service("get_result", of.get_result())?,
             cancels: service("cancel_goal", &cancel)?,
-            feedback: writer("feedback", of.feedback_message().name(), FEEDBACK)?,
-            status: writer("status", status_message.name(), STATUS)?,
+            feedback: writer("feedback", of.feedback_message(), FEEDBACK)?,
+            status: writer("status", &status_message, STATUS)?,
             status_message,
             goal_pairs: ports.inbox.1,
             result_output: ActionOutput::new(&offer.result, of.result().name(), ports.result),
@@ -149,23 +146,6 @@ impl ActionServer {
         })
     }
 
-    /// GUIDs, topics and types of its readers and writers.
-    pub fn endpoints(&self) -> impl Iterator<Item = (GUID, OwnEndpoint)> {
-        let topic = |writer: &TopicWriter, name: &str, message: &str| {
-            let topic = part(&self.offer.action, name);
-            let wire = (wire_topic(&topic), type_name(message));
-            (
-                writer.guid(),
-                OwnEndpoint { topic, wire, message: message.into(), is_reader: false, type_hash: None },
-            )
-        };
-        let services = [&self.goals, &self.results, &self.cancels];
-        services.into_iter().flat_map(ServiceServer::endpoints).chain([
-            topic(&self.feedback, "feedback", self.offer.of.feedback_message().name()),
-            topic(&self.status, "status", self.status_message.name()),
-        ])
-    }
-
     /// Serves until the end.
     pub fn run(mut self, context: &ServeContext) {
         let waker = Waker::from(Arc::new(ReaderWaker(Arc::clone(&context.wake))));
@@ -173,21 +153,21 @@ impl ActionServer {
         self.publish_status(context);
         while !context.is_ended() {
             let mut is_idle = true;
-            if let Some((identity, request)) = self.goals.take(&waker, context) {
+            if let Some((client, request)) = self.goals.take(&waker, context) {
                 is_idle = false;
                 let response = self.accept(&request, context);
-                self.goals.reply(identity, &response, context);
+                self.goals.reply(client, &response, context);
                 self.publish_status(context);
             }
-            if let Some((identity, request)) = self.cancels.take(&waker, context) {
+            if let Some((client, request)) = self.cancels.take(&waker, context) {
                 is_idle = false;
                 let response = self.cancel(&request["goal_info"]);
-                self.cancels.reply(identity, &response, context);
+                self.cancels.reply(client, &response, context);
                 self.publish_status(context);
             }
-            if let Some((identity, request)) = self.results.take(&waker, context) {
+            if let Some((client, request)) = self.results.take(&waker, context) {
                 is_idle = false;
-                self.request_result(identity, goal_id(&request), context);
+                self.request_result(client, goal_id(&request), context);
             }
             if self.known.back().is_some_and(KnownGoal::is_active) {
                 self.pursue(context);
@@ -250,11 +230,11 @@ impl ActionServer {
     }
 
     /// Responds with the result of a goal, or when it ends.
-    fn request_result(&mut self, identity: SampleIdentity, id: [u8; 16], context: &ServeContext) {
+    fn request_result(&mut self, client: Box<dyn Responder>, id: [u8; 16], context: &ServeContext) {
         let response = match self.known.iter_mut().find(|goal| goal.id == id) {
             Some(goal) if goal.is_active() => {
                 if goal.waiting.len() < MAX_WAITING {
-                    goal.waiting.push(identity);
+                    goal.waiting.push(client);
                 }
                 return;
             }
@@ -262,7 +242,7 @@ impl ActionServer {
             // Unknown, with an empty result.
             None => json!({ "status": 0 }),
         };
-        self.results.reply(identity, &response, context);
+        self.results.reply(client, &response, context);
     }
 
     /// Publishes feedback of the active goal, and ends it when it has a result.
@@ -277,9 +257,7 @@ impl ActionServer {
                 let pairs = self.feedback_output.as_ref().map(|output| output.pairs.message(&value));
                 let message = json!({ "goal_id": uuid(goal.id), "feedback": pairs });
                 let message = self.offer.of.feedback_message().encode(&message);
-                let sent = message.and_then(|message| {
-                    self.feedback.write(RawMessage(message), None).map_err(|error| error.to_string())
-                });
+                let sent = message.and_then(|message| self.feedback.write(message));
                 if let Err(reason) = sent {
                     report(context, &self.offer.action, &reason);
                 }
@@ -296,8 +274,8 @@ impl ActionServer {
                 };
                 goal.result = self.result_output.pairs.message(&value);
                 let (response, waiting) = (goal.response(), std::mem::take(&mut goal.waiting));
-                for identity in waiting {
-                    self.results.reply(identity, &response, context);
+                for client in waiting {
+                    self.results.reply(client, &response, context);
                 }
                 self.publish_status(context);
             }
@@ -309,9 +287,7 @@ impl ActionServer {
         let state = |goal: &KnownGoal| json!({ "goal_info": goal.info(), "status": goal.state as u8 });
         let list: Vec<_> = self.known.iter().map(state).collect();
         let message = self.status_message.encode(&json!({ "status_list": list }));
-        let sent = message.and_then(|message| {
-            self.status.write(RawMessage(message), None).map_err(|error| error.to_string())
-        });
+        let sent = message.and_then(|message| self.status.write(message));
         if let Err(reason) = sent {
             report(context, &self.offer.action, &reason);
         }

@@ -1,27 +1,36 @@
 //! The agent's time as `/clock`.
 
-use rustdds::{GUID, RTPSEntity};
+use std::sync::Arc;
+
 use slate_control::ControlSurface;
+use slate_record::ros::WireFormat;
 
 use super::{NodeTopic, write};
-use crate::participant::{RosParticipant, TopicWriter};
+use crate::wire::{NodeWire, TopicWriter, WireType};
 use slate_dds::TopicQuality;
-use slate_topics::{CLOCK, RosError};
+use slate_topics::{CLOCK, MessageType, RosError};
 
-/// The message of `/clock`.
-pub const MESSAGE: &str = "rosgraph_msgs/msg/Clock";
+const MESSAGE: &str = "rosgraph_msgs/msg/Clock";
+const DEFINITION: &str = "builtin_interfaces/Time clock";
 const QUALITY: TopicQuality = TopicQuality { reliable: true, transient_local: false, depth: 10 };
 const SECOND: u64 = 1_000_000_000;
 
 /// `/clock`: the time of each cycle, or the newest when cycles follow faster than it is sent.
 pub struct ClockTopic {
-    writer: TopicWriter,
+    writer: Arc<dyn TopicWriter>,
     sent: Option<u64>,
 }
 
 impl ClockTopic {
-    pub fn open(participant: &RosParticipant) -> Result<Self, RosError> {
-        Ok(Self { writer: participant.writer(CLOCK, MESSAGE, QUALITY)?, sent: None })
+    pub fn open(wire: &dyn NodeWire) -> Result<Self, RosError> {
+        let message = MessageType::parse(WireFormat::Cdr, MESSAGE, DEFINITION);
+        let message = message.map_err(|reason| RosError::definition(MESSAGE, reason))?;
+        Ok(Self { writer: wire.writer(CLOCK, &WireType::from(&message), QUALITY)?, sent: None })
+    }
+
+    /// What writes it.
+    pub fn writer(&self) -> &Arc<dyn TopicWriter> {
+        &self.writer
     }
 }
 
@@ -34,14 +43,10 @@ impl NodeTopic for ClockTopic {
         let mut message = vec![0, 1, 0, 0];
         message.extend(((now / SECOND) as i32).to_le_bytes());
         message.extend(((now % SECOND) as u32).to_le_bytes());
-        write(&self.writer, message, CLOCK)
+        write(&*self.writer, message, CLOCK)
     }
 
     fn is_of_cycles(&self) -> bool {
         true
-    }
-
-    fn guids(&self) -> Vec<GUID> {
-        vec![self.writer.guid()]
     }
 }

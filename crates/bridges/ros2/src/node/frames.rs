@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use rustdds::{GUID, RTPSEntity};
 use slate_control::ControlSurface;
-use slate_record::ros::WireFormat;
-use slate_topics::FrameMessages;
+use slate_record::ros::{WireFormat, transforms_definition};
+use slate_topics::{FrameMessages, type_hash};
 
 use super::{NodeTopic, write};
-use crate::participant::{RosParticipant, TopicWriter};
 use crate::settings::RosSettings;
+use crate::wire::{NodeWire, TopicWriter, WireType};
 use slate_dds::TopicQuality;
 use slate_topics::RosError;
 
@@ -22,22 +21,27 @@ pub const FIXED: (&str, TopicQuality) =
 /// The message of both.
 pub const MESSAGE: &str = "tf2_msgs/msg/TFMessage";
 
+/// Its type.
+pub fn frames_type() -> WireType {
+    WireType { name: MESSAGE.into(), hash: type_hash(&transforms_definition()).ok() }
+}
+
 /// Both topics.
 pub struct FrameTopics {
-    moving: TopicWriter,
-    fixed: TopicWriter,
+    moving: Arc<dyn TopicWriter>,
+    fixed: Arc<dyn TopicWriter>,
     messages: FrameMessages,
 }
 
 impl FrameTopics {
     pub fn open(
-        participant: &RosParticipant,
+        wire: &dyn NodeWire,
         surface: &Arc<ControlSurface>,
         settings: &RosSettings,
     ) -> Result<Self, RosError> {
         Ok(Self {
-            moving: participant.writer(MOVING.0, MESSAGE, MOVING.1)?,
-            fixed: participant.writer(FIXED.0, MESSAGE, FIXED.1)?,
+            moving: wire.writer(MOVING.0, &frames_type(), MOVING.1)?,
+            fixed: wire.writer(FIXED.0, &frames_type(), FIXED.1)?,
             messages: FrameMessages::new(WireFormat::Cdr, surface, &settings.options.frames),
         })
     }
@@ -46,15 +50,11 @@ impl FrameTopics {
 impl NodeTopic for FrameTopics {
     fn publish(&mut self, surface: &ControlSurface) -> Result<(), String> {
         let [moving, fixed] = self.messages.take(surface)?;
-        moving.map_or(Ok(()), |message| write(&self.moving, message, MOVING.0))?;
-        fixed.map_or(Ok(()), |message| write(&self.fixed, message, FIXED.0))
+        moving.map_or(Ok(()), |message| write(&*self.moving, message, MOVING.0))?;
+        fixed.map_or(Ok(()), |message| write(&*self.fixed, message, FIXED.0))
     }
 
     fn is_of_cycles(&self) -> bool {
         true
-    }
-
-    fn guids(&self) -> Vec<GUID> {
-        vec![self.moving.guid(), self.fixed.guid()]
     }
 }

@@ -1,14 +1,15 @@
 //! The agent's log as `/rosout`.
 
-use rustdds::{GUID, RTPSEntity};
+use std::sync::Arc;
+
 use serde_json::json;
 use slate_control::ControlSurface;
-use slate_record::ros::{Schema, encode_json};
-use slate_topics::{LogLines, NodeLogLine};
+use slate_record::ros::WireFormat;
+use slate_topics::{LogLines, MessageType, NodeLogLine};
 
 use super::{NodeTopic, write};
-use crate::participant::{RosParticipant, TopicWriter};
 use crate::settings::RosSettings;
+use crate::wire::{NodeWire, TopicWriter, WireType};
 use slate_dds::TopicQuality;
 use slate_topics::RosError;
 
@@ -21,18 +22,18 @@ const SECOND: u64 = 1_000_000_000;
 
 /// `/rosout`: each line of the log, with the name of its module.
 pub struct LogTopic {
-    writer: TopicWriter,
-    schema: Schema,
+    writer: Arc<dyn TopicWriter>,
+    message: MessageType,
     node: String,
     lines: LogLines,
 }
 
 impl LogTopic {
-    pub fn open(participant: &RosParticipant, settings: &RosSettings) -> Result<Self, RosError> {
-        let schema = Schema::parse(MESSAGE, DEFINITION)
-            .map_err(|error| RosError::definition(MESSAGE, error.to_string()))?;
-        let writer = participant.writer(TOPIC, MESSAGE, QUALITY)?;
-        Ok(Self { writer, schema, node: settings.node.name.clone(), lines: LogLines::default() })
+    pub fn open(wire: &dyn NodeWire, settings: &RosSettings) -> Result<Self, RosError> {
+        let message = MessageType::parse(WireFormat::Cdr, MESSAGE, DEFINITION);
+        let message = message.map_err(|reason| RosError::definition(MESSAGE, reason))?;
+        let writer = wire.writer(TOPIC, &WireType::from(&message), QUALITY)?;
+        Ok(Self { writer, message, node: settings.node.name.clone(), lines: LogLines::default() })
     }
 
     fn message(&self, line: &NodeLogLine) -> Result<Vec<u8>, String> {
@@ -52,19 +53,15 @@ impl LogTopic {
             "name": name,
             "msg": line.text,
         });
-        encode_json(&self.schema, &message).map_err(|error| error.to_string())
+        self.message.encode(&message)
     }
 }
 
 impl NodeTopic for LogTopic {
     fn publish(&mut self, surface: &ControlSurface) -> Result<(), String> {
         for line in self.lines.take(surface)? {
-            write(&self.writer, self.message(&line)?, TOPIC)?;
+            write(&*self.writer, self.message(&line)?, TOPIC)?;
         }
         Ok(())
-    }
-
-    fn guids(&self) -> Vec<GUID> {
-        vec![self.writer.guid()]
     }
 }

@@ -10,21 +10,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use rustdds::GUID;
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_topics::NodeAccess;
 
-use crate::participant::{RosParticipant, TopicWriter};
 use crate::settings::RosSettings;
+use crate::wire::{NodeWire, TopicWriter};
 use clock::ClockTopic;
-pub use clock::MESSAGE as CLOCK_MESSAGE;
 use frames::FrameTopics;
-pub use frames::{FIXED, MESSAGE, MOVING};
+pub use frames::{FIXED, MESSAGE, MOVING, frames_type};
 use log::LogTopic;
 use parameter_events::ParameterEvents;
-use slate_dds::wire::RawMessage;
 use slate_topics::RosError;
 use transition_events::TransitionEvents;
 
@@ -39,9 +36,6 @@ trait NodeTopic: Send + Sync {
     /// Why it can't, in words.
     fn publish(&mut self, surface: &ControlSurface) -> Result<(), String>;
 
-    /// Its writers.
-    fn guids(&self) -> Vec<GUID>;
-
     /// Whether each cycle is to be published, where cycles wait for nodes.
     fn is_of_cycles(&self) -> bool {
         false
@@ -52,7 +46,7 @@ trait NodeTopic: Send + Sync {
 #[derive(Default)]
 pub struct NodeTopics {
     topics: Vec<Box<dyn NodeTopic>>,
-    clock: Option<GUID>,
+    clock: Option<Arc<dyn TopicWriter>>,
     logged: Vec<String>,
 }
 
@@ -60,37 +54,37 @@ impl NodeTopics {
     /// Those that settings want.
     ///
     /// # Errors
-    /// When DDS refuses, or the agent has no time of its own to publish.
+    /// When the middleware refuses, or the agent has no time of its own to publish.
     pub fn open(
-        participant: &RosParticipant,
+        wire: &dyn NodeWire,
         surface: &Arc<ControlSurface>,
         settings: &RosSettings,
     ) -> Result<Self, RosError> {
         let mut topics: Vec<Box<dyn NodeTopic>> = Vec::new();
         let (options, mut clock) = (&settings.options, None);
         if options.clock {
-            let topic = ClockTopic::open(participant)?;
-            clock = topic.guids().first().copied();
+            let topic = ClockTopic::open(wire)?;
+            clock = Some(Arc::clone(topic.writer()));
             topics.push(Box::new(topic));
         }
         if options.transforms {
-            topics.push(Box::new(FrameTopics::open(participant, surface, settings)?));
+            topics.push(Box::new(FrameTopics::open(wire, surface, settings)?));
         }
         if options.log {
-            topics.push(Box::new(LogTopic::open(participant, settings)?));
+            topics.push(Box::new(LogTopic::open(wire, settings)?));
         }
         if options.parameters == NodeAccess::Set {
-            topics.push(Box::new(ParameterEvents::open(participant, surface, settings)?));
+            topics.push(Box::new(ParameterEvents::open(wire, surface, settings)?));
         }
         if settings.lifecycle != NodeAccess::None {
-            topics.push(Box::new(TransitionEvents::open(participant, surface, settings)?));
+            topics.push(Box::new(TransitionEvents::open(wire, surface, settings)?));
         }
         Ok(Self { topics, clock, logged: Vec::new() })
     }
 
     /// The writer of the time, if that is published.
-    pub fn clock(&self) -> Option<GUID> {
-        self.clock
+    pub fn clock(&self) -> Option<&Arc<dyn TopicWriter>> {
+        self.clock.as_ref()
     }
 
     /// Whether no topic is to be published.
@@ -98,17 +92,12 @@ impl NodeTopics {
         self.topics.is_empty()
     }
 
-    /// Their writers.
-    pub fn guids(&self) -> Vec<GUID> {
-        self.topics.iter().flat_map(|topic| topic.guids()).collect()
-    }
-
     /// Those of each cycle, the time and frames, apart from the others.
     pub fn split_off_cycles(&mut self) -> Self {
         let topics = std::mem::take(&mut self.topics);
         let (cycles, others) = topics.into_iter().partition(|topic| topic.is_of_cycles());
         self.topics = others;
-        Self { topics: cycles, clock: self.clock, logged: Vec::new() }
+        Self { topics: cycles, clock: self.clock.clone(), logged: Vec::new() }
     }
 
     /// Publishes what is new, until the end.
@@ -134,6 +123,6 @@ impl NodeTopics {
 }
 
 /// Writes a message.
-fn write(writer: &TopicWriter, message: Vec<u8>, topic: &str) -> Result<(), String> {
-    writer.write(RawMessage(message), None).map_err(|error| format!("{topic} can't be published: {error}"))
+fn write(writer: &dyn TopicWriter, message: Vec<u8>, topic: &str) -> Result<(), String> {
+    writer.write(message).map_err(|error| format!("{topic} can't be published: {error}"))
 }

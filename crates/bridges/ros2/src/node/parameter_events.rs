@@ -2,16 +2,15 @@
 
 use std::sync::Arc;
 
-use rustdds::{GUID, RTPSEntity};
 use serde_json::{Value as Json, json};
 use slate_control::ControlSurface;
-use slate_record::ros::{Schema, encode_json};
-use slate_topics::{NodeParameter, ParameterTable, date};
+use slate_record::ros::WireFormat;
+use slate_topics::{MessageType, NodeParameter, ParameterTable, date};
 
 use super::{NodeTopic, write};
 use crate::parameters::MESSAGES;
-use crate::participant::{RosParticipant, TopicWriter};
 use crate::settings::RosSettings;
+use crate::wire::{NodeWire, TopicWriter, WireType};
 use slate_dds::TopicQuality;
 use slate_topics::RosError;
 
@@ -24,8 +23,8 @@ const SECOND: u64 = 1_000_000_000;
 
 /// `/parameter_events`: what was set, by whomever.
 pub struct ParameterEvents {
-    writer: TopicWriter,
-    schema: Schema,
+    writer: Arc<dyn TopicWriter>,
+    message: MessageType,
     node: String,
     known: ParameterTable,
     /// Number of settings on the board.
@@ -34,15 +33,16 @@ pub struct ParameterEvents {
 
 impl ParameterEvents {
     pub fn open(
-        participant: &RosParticipant,
+        wire: &dyn NodeWire,
         surface: &Arc<ControlSurface>,
         settings: &RosSettings,
     ) -> Result<Self, RosError> {
-        let schema = Schema::parse(MESSAGE, &format!("{DEFINITION}{MESSAGES}"));
+        let message = MessageType::parse(WireFormat::Cdr, MESSAGE, &format!("{DEFINITION}{MESSAGES}"));
+        let message = message.map_err(|reason| RosError::definition(MESSAGE, reason))?;
         let space = settings.node.namespace.trim_end_matches('/');
         Ok(Self {
-            writer: participant.writer(TOPIC, MESSAGE, QUALITY)?,
-            schema: schema.map_err(|error| RosError::definition(MESSAGE, error.to_string()))?,
+            writer: wire.writer(TOPIC, &WireType::from(&message), QUALITY)?,
+            message,
             node: format!("{space}/{}", settings.node.name),
             known: ParameterTable::of(surface.agent.composer()),
             settings: surface.board().settings().count(),
@@ -81,10 +81,6 @@ impl NodeTopic for ParameterEvents {
             "changed_parameters": changed,
             "deleted_parameters": deleted,
         });
-        write(&self.writer, encode_json(&self.schema, &event).map_err(|error| error.to_string())?, TOPIC)
-    }
-
-    fn guids(&self) -> Vec<GUID> {
-        vec![self.writer.guid()]
+        write(&*self.writer, self.message.encode(&event)?, TOPIC)
     }
 }

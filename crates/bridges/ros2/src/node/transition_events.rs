@@ -2,15 +2,14 @@
 
 use std::sync::Arc;
 
-use rustdds::{GUID, RTPSEntity};
 use slate_control::ControlSurface;
 use slate_record::ros::WireFormat;
 use slate_topics::{MessageType, RosError, date};
 
 use super::{NodeTopic, write};
 use crate::lifecycle::{AgentState, MESSAGES};
-use crate::participant::{RosParticipant, TopicWriter};
 use crate::settings::RosSettings;
+use crate::wire::{NodeWire, TopicWriter, WireType};
 use slate_dds::TopicQuality;
 
 const EVENT: &str = "lifecycle_msgs/msg/TransitionEvent";
@@ -19,7 +18,7 @@ const DEFINITION: &str = "uint64 timestamp\nTransition transition\nState start_s
 /// Changes of the state as `~/transition_event`.
 pub struct TransitionEvents {
     topic: String,
-    writer: TopicWriter,
+    writer: Arc<dyn TopicWriter>,
     message: MessageType,
     known: AgentState,
 }
@@ -28,16 +27,16 @@ impl TransitionEvents {
     /// Publishes changes from now on.
     ///
     /// # Errors
-    /// When DDS refuses.
+    /// When the middleware refuses.
     pub fn open(
-        participant: &RosParticipant,
+        wire: &dyn NodeWire,
         surface: &Arc<ControlSurface>,
         settings: &RosSettings,
     ) -> Result<Self, RosError> {
         let topic = settings.node.private("transition_event")?;
         let message = MessageType::parse(WireFormat::Cdr, EVENT, &format!("{DEFINITION}{MESSAGES}"));
         let message = message.map_err(|reason| RosError::definition(EVENT, reason))?;
-        let writer = participant.writer(&topic, EVENT, TopicQuality::default())?;
+        let writer = wire.writer(&topic, &WireType::from(&message), TopicQuality::default())?;
         Ok(Self { topic, writer, message, known: AgentState::of(surface.agent.composer()) })
     }
 }
@@ -52,10 +51,6 @@ impl NodeTopic for TransitionEvents {
         }
         let mut event = before.description();
         event["timestamp"] = date(composer, surface.now()).into();
-        write(&self.writer, self.message.encode(&event)?, &self.topic)
-    }
-
-    fn guids(&self) -> Vec<GUID> {
-        vec![self.writer.guid()]
+        write(&*self.writer, self.message.encode(&event)?, &self.topic)
     }
 }

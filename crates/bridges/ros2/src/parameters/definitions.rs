@@ -47,7 +47,7 @@ bool bool_value
 int64 integer_value
 float64 double_value
 string string_value
-uint8[] byte_array_value
+byte[] byte_array_value
 bool[] bool_array_value
 int64[] integer_array_value
 float64[] double_array_value

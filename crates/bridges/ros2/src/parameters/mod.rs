@@ -8,9 +8,9 @@ use std::sync::Arc;
 use slate_control::ControlSurface;
 use slate_topics::{AgentOperations, NodeAccess};
 
-use crate::participant::RosParticipant;
 use crate::services::{ServiceGroup, ServiceServer};
 use crate::settings::{RosSettings, TABLE};
+use crate::wire::NodeWire;
 pub use definitions::MESSAGES;
 use definitions::{SERVICES, service_type};
 use handler::ParameterHandler;
@@ -19,9 +19,9 @@ use slate_topics::RosError;
 /// The services of the node's parameters.
 ///
 /// # Errors
-/// When DDS refuses.
+/// When the middleware refuses.
 pub fn parameter_services(
-    participant: &RosParticipant,
+    wire: &dyn NodeWire,
     surface: &Arc<ControlSurface>,
     settings: &RosSettings,
 ) -> Result<Option<ServiceGroup>, RosError> {
@@ -32,7 +32,7 @@ pub fn parameter_services(
     for (name, kind, _) in SERVICES {
         let service = settings.node.private(name)?;
         let of = service_type(kind).map_err(|reason| RosError::definition(kind, reason))?;
-        servers.push(ServiceServer::open(participant, &service, &of)?);
+        servers.push(ServiceServer::open(wire, &service, &of)?);
     }
     let handler = Box::new(ParameterHandler {
         operations: AgentOperations::new(surface, TABLE)?,

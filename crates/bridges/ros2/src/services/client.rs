@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::Waker;
 use std::time::{Duration, Instant};
 
-use rustdds::GUID;
 use serde_json::Value as Json;
 use slate_blackboard::Carrier;
 use slate_blackboard::interface::Descriptor;
@@ -13,12 +12,10 @@ use slate_blackboard::message::{ABANDONED, Answer, Receiver};
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
 use slate_runtime::Composer;
-use slate_topics::{FieldPairs, InboundTopics, RosError, ServiceCall, json, outbox};
+use slate_topics::{FieldPairs, InboundTopics, ReaderWaker, RosError, ServiceCall, json, outbox};
 
 use super::caller::ServiceCaller;
-use crate::participant::RosParticipant;
-use slate_dds::wire::ReaderWaker;
-use slate_dds::wire::{Matches, OwnEndpoint};
+use crate::wire::NodeWire;
 
 /// Period of the check for messages.
 const POLL_PERIOD: Duration = Duration::from_millis(5);
@@ -40,7 +37,6 @@ pub struct ServiceClient {
 /// State that clients share.
 pub struct CallContext {
     pub composer: Composer,
-    pub matches: Arc<Matches>,
     pub inbound: Arc<InboundTopics>,
     pub ended: Arc<AtomicBool>,
 }
@@ -49,22 +45,17 @@ impl ServiceClient {
     /// A client of a service; `response` is the place of its input for responses, and how they are values of it.
     ///
     /// # Errors
-    /// When the outbox does not fit the service, or DDS refuses.
+    /// When the outbox does not fit the service, or the middleware refuses.
     pub fn open(
-        participant: &RosParticipant,
+        wire: &dyn NodeWire,
         composer: &Composer,
         call: &ServiceCall,
         response: Option<(usize, FieldPairs)>,
     ) -> Result<Self, RosError> {
         let (property, pairs) = outbox(composer, call)?;
-        let caller = ServiceCaller::open(participant, &call.service, &call.of)?;
+        let caller = ServiceCaller::open(wire, &call.service, &call.of)?;
         let descriptor = property.descriptor();
         Ok(Self { call: call.clone(), pairs, descriptor, caller, response, reported: None })
-    }
-
-    /// GUID, topic and type of its reader and its writer, for matching.
-    pub fn endpoints(&self) -> [(GUID, OwnEndpoint); 2] {
-        self.caller.endpoints()
     }
 
     /// Sends what the outbox has as requests, one after the other, until the end.
@@ -114,7 +105,7 @@ impl ServiceClient {
         let ServiceCall { service, timeout, .. } = &self.call;
         let began = Instant::now();
         let is_late = || began.elapsed() > *timeout || context.ended.load(Ordering::Acquire);
-        while !self.caller.has_server(&context.matches) {
+        while !self.caller.has_server() {
             if is_late() {
                 return Err(format!("{service} has no server"));
             }

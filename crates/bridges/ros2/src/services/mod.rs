@@ -6,4 +6,4 @@ mod server;
 
 pub use caller::ServiceCaller;
 pub use client::{CallContext, ServiceClient, receiver_of};
-pub use server::{QUALITY, ServeContext, ServiceGroup, ServiceHandler, ServiceServer, serve, wait_for_start};
+pub use server::{DEPTH, ServeContext, ServiceGroup, ServiceHandler, ServiceServer, serve, wait_for_start};

@@ -4,3 +4,5 @@ mod names;
 #[cfg(feature = "external-tools")]
 mod rclpy;
 mod settings;
+#[cfg(feature = "external-tools")]
+mod zenoh;

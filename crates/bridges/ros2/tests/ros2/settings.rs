@@ -1,7 +1,7 @@
 //! The table `[ros2]`.
 
 use slate_record::ros::WireFormat;
-use slate_ros2::{NodeAccess, RosSettings, ServiceType, TABLE, TopicQuality, WaitPer};
+use slate_ros2::{NodeAccess, RosSettings, RosWireSettings, ServiceType, TABLE, TopicQuality, WaitPer};
 use slate_runtime::configuration::{Configuration, Options, Report};
 
 fn read(table: &str) -> Result<Option<RosSettings>, Report> {
@@ -86,8 +86,56 @@ fn a_node_has_options_beside_its_topics() {
 }
 
 #[test]
+#[cfg(any(feature = "zenoh", not(feature = "dds")))]
+fn a_node_is_on_dds_or_a_client_of_a_router_of_zenoh() {
+    let wire =
+        |table: &str| read(&format!("{table}\nread.\"driver/goal\" = \"/goal\"")).unwrap().unwrap().wire;
+    assert_eq!(wire(""), RosWireSettings::Dds);
+    assert_eq!(wire("wire = \"dds\""), RosWireSettings::Dds);
+    assert_eq!(wire("wire = \"zenoh\""), RosWireSettings::local_zenoh());
+    let router = |wire| match wire {
+        RosWireSettings::Zenoh { router } => router.text,
+        RosWireSettings::Dds => String::new(),
+    };
+    assert_eq!(router(wire("wire = \"zenoh\"\nrouter = \"tcp/[::1]:7000\"")), "tcp/[::1]:7000");
+    let far = "wire = \"zenoh\"\nrouter = \"tcp/10.0.0.7:7447\"\ntrusted = true";
+    assert_eq!(router(wire(far)), "tcp/10.0.0.7:7447");
+}
+
+#[test]
+#[cfg(all(feature = "dds", not(feature = "zenoh")))]
+fn a_program_without_zenoh_says_how_to_get_it() {
+    let report = read("wire = \"zenoh\"\nread.\"driver/goal\" = \"/goal\"").unwrap_err();
+    assert!(
+        report.to_string().contains("this program is built without the features `ros2,zenoh`"),
+        "{report}"
+    );
+    assert!(report.diagnostics()[0].help_text().unwrap().contains("--features ros2,zenoh"));
+}
+
+#[test]
+#[cfg(any(feature = "zenoh", not(feature = "dds")))]
+fn a_router_is_on_this_machine_unless_the_network_is_trusted() {
+    for (router, words) in [
+        ("7447", "`7447` is not an endpoint"),
+        ("tcp/localhost", "has no host and port"),
+        ("quic/localhost:7447", "`quic/localhost:7447` is no endpoint of `tcp/`"),
+        ("tls/10.0.0.7:7447", "`tls/10.0.0.7:7447` can't be used"),
+        ("tcp/10.0.0.7:7447", "`tcp/10.0.0.7:7447` is on another machine, and what goes there is clear text"),
+    ] {
+        let table = format!("wire = \"zenoh\"\nrouter = {router:?}\nread.\"driver/goal\" = \"/goal\"");
+        let report = read(&table).unwrap_err();
+        let found = report.diagnostics().iter().find(|own| own.message().contains(words));
+        let found = found.unwrap_or_else(|| panic!("{router}: {report}"));
+        assert!(found.help_text().is_some() && report.to_string().contains(":4:"), "{report}");
+    }
+}
+
+#[test]
 fn what_is_wrong_is_said_with_its_line() {
     let cases = [
+        ("wire = \"tcp\"", 3, "expected `wire` to be dds or zenoh, found \"tcp\""),
+        ("router = \"tcp/localhost:7447\"", 3, "DDS has no router, and `router` names one"),
         ("", 2, "[ros2] names no topic"),
         ("domain = 233", 3, "a domain is a number from 0 to 232, found 233"),
         ("domain = \"a\"", 3, "a domain is a number"),

@@ -17,8 +17,8 @@ const FIBONACCI: &str = "test_msgs/action/Fibonacci";
 
 /// States of goals, as `action_msgs/msg/GoalStatus` has them.
 const SUCCEEDED: u64 = 4;
-const CANCELED: u64 = 5;
-const ABORTED: u64 = 6;
+pub const CANCELED: u64 = 5;
+pub const ABORTED: u64 = 6;
 
 /// How far to count.
 #[interface]
@@ -136,13 +136,13 @@ fn definition() -> String {
     environment.join("share/test_msgs/action/Fibonacci.action").display().to_string()
 }
 
-fn text(ros2: &str) -> String {
+pub fn text(ros2: &str) -> String {
     format!(
         "agent.name = \"house\"\nloop.period = \"10ms\"\n[modules.counter]\n[modules.seeker]\n[ros2]\n{ros2}\n"
     )
 }
 
-fn served(domain: u16) -> String {
+pub fn served(domain: u16) -> String {
     format!(
         "domain = {domain}\n[ros2.serve.\"/count\"]\nto = \"counter/orders\"\ntype = \"{FIBONACCI}\"\n\
          definition = \"{}\"\nfeedback = \"counter/progress\"\nresult = \"counter/counted\"\n\
@@ -151,7 +151,7 @@ fn served(domain: u16) -> String {
     )
 }
 
-fn called(domain: u16) -> String {
+pub fn called(domain: u16) -> String {
     format!(
         "domain = {domain}\n[ros2.call.\"/count\"]\nfrom = \"seeker/orders\"\ntype = \"{FIBONACCI}\"\n\
          definition = \"{}\"\nfeedback = \"seeker/progress\"\nresult = \"seeker/counted\"\ncancel = \"seeker/stops\"\n\
@@ -209,11 +209,11 @@ fn a_goal_is_cancelled_when_the_module_agrees() {
 }
 
 /// The outcome of a message that was refused with a code.
-fn refused(code: u64) -> f64 {
+pub fn refused(code: u64) -> f64 {
     (0x1_0000 + code) as f64
 }
 
-fn set(agent: &Running, input: &str, order: i64) {
+pub fn set(agent: &Running, input: &str, order: i64) {
     let (input, _) = agent.composer.board().get(input).unwrap();
     input.set("order", &Value::Integer(order.into()), agent.composer.now()).unwrap();
 }

@@ -1,15 +1,15 @@
 //! Agents and nodes of ROS 2 in Python, with rclpy and Fast DDS.
 
-mod actions;
-mod agent;
+pub mod actions;
+pub mod agent;
 mod hostile;
 mod lifecycle;
 mod lockstep;
 mod node;
 mod parameters;
-mod peer;
+pub mod peer;
 mod replay;
-mod robot;
+pub mod robot;
 mod services;
 mod topics;
-mod type_hashes;
+pub mod type_hashes;

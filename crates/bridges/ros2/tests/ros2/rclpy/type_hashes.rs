@@ -5,18 +5,18 @@ use std::time::Duration;
 
 use serde_json::{Value as Json, json};
 use slate_record::ros::{DefinitionFiles, WireFormat, message_definition};
-use slate_ros2::{RosExplorer, known_type_hash, type_hash};
+use slate_ros2::{ActionType, RosExplorer, RosWireSettings, ServiceType, known_type_hash, type_hash};
 
 use crate::ros2::rclpy::agent::{Running, alone, eventually};
 use crate::ros2::rclpy::peer::{Peer, python};
 
 /// Packages of ROS in its own layout.
-fn packages() -> PathBuf {
+pub fn packages() -> PathBuf {
     python().parent().and_then(Path::parent).unwrap().join("share")
 }
 
 /// The hash that ROS computed for a message.
-fn hash_of_ros(path: &Path, name: &str) -> String {
+pub fn hash_of_ros(path: &Path, name: &str) -> String {
     let text = std::fs::read_to_string(path.with_extension("json")).unwrap();
     let all: Json = serde_json::from_str(&text).unwrap();
     let all = all["type_hashes"].as_array().unwrap();
@@ -63,6 +63,61 @@ fn built_in_messages_have_the_hashes_of_ros() {
     }
 }
 
+/// Messages of a package, each behind a line of `=`.
+fn messages_of(package: &str) -> String {
+    let mut text = String::new();
+    for entry in std::fs::read_dir(packages().join(package).join("msg")).into_iter().flatten() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|own| own == "msg") {
+            let name = path.file_stem().unwrap().to_str().unwrap();
+            let fields = std::fs::read_to_string(&path).unwrap();
+            text += &format!("\n====\nMSG: {package}/{name}\n{fields}");
+        }
+    }
+    text
+}
+
+#[test]
+fn services_have_the_hashes_of_ros() {
+    let mut checked = 0;
+    for package in ["std_srvs", "rcl_interfaces", "lifecycle_msgs", "type_description_interfaces"] {
+        let folder = packages().join(package).join("srv");
+        for path in std::fs::read_dir(folder).into_iter().flatten().map(|entry| entry.unwrap().path()) {
+            if path.extension().is_none_or(|own| own != "srv") {
+                continue;
+            }
+            let name = format!("{package}/srv/{}", path.file_stem().unwrap().to_str().unwrap());
+            let messages = messages_of(package);
+            let text = std::fs::read_to_string(&path).unwrap() + &messages;
+            let of = ServiceType::parse(WireFormat::Cdr, &name, &text).unwrap();
+            assert_eq!(of.type_hash().unwrap(), hash_of_ros(&path, &name));
+            checked += 1;
+        }
+    }
+    assert!(checked >= 9, "{checked}");
+}
+
+#[test]
+fn services_and_messages_of_actions_have_the_hashes_of_ros() {
+    let name = "test_msgs/action/Fibonacci";
+    let path = packages().join(name);
+    let text = std::fs::read_to_string(path.with_extension("action")).unwrap();
+    let of = ActionType::parse(name, &text).unwrap();
+    for (hash, part) in [
+        (of.send_goal().type_hash(), "_SendGoal"),
+        (of.get_result().type_hash(), "_GetResult"),
+        (of.feedback_message().type_hash(), "_FeedbackMessage"),
+        (of.goal().type_hash(), "_Goal"),
+    ] {
+        assert_eq!(hash.unwrap(), hash_of_ros(&path, &format!("{name}{part}")));
+    }
+    let common = packages().join("action_msgs");
+    let cancel = ActionType::cancel_goal().unwrap();
+    assert_eq!(cancel.type_hash().unwrap(), hash_of_ros(&common.join("srv/CancelGoal"), cancel.name()));
+    let status = ActionType::status().unwrap();
+    assert_eq!(status.type_hash().unwrap(), hash_of_ros(&common.join("msg/GoalStatusArray"), status.name()));
+}
+
 #[test]
 fn hashes_of_others_are_seen_and_compared() {
     alone("ros2::rclpy::type_hashes::hashes_of_others_are_seen_and_compared", |domain| {
@@ -86,7 +141,7 @@ fn hashes_of_others_are_seen_and_compared() {
         eventually("the difference", || agent.has_logged(&line));
         eventually("the scan's publisher", || agent.bridge().topics()[0].others == Some(1));
         assert_eq!(agent.logged("otherwise"), 1);
-        let mut explorer = RosExplorer::join(domain, false).unwrap();
+        let mut explorer = RosExplorer::join(domain, &RosWireSettings::Dds, false).unwrap();
         eventually("the publisher", || {
             explorer.look(Duration::from_millis(100));
             let topics = explorer.topics();

@@ -9,7 +9,7 @@ use rustdds::{
     StatusEvented, Subscriber, Topic, TopicKind,
 };
 
-use crate::graph;
+use super::graph;
 use crate::name::{NodeName, type_name, wire_topic};
 use crate::settings::RosSettings;
 use slate_dds::wire::{RawAdapter, RawMessage};
@@ -17,10 +17,10 @@ use slate_dds::{Representation, TopicQuality};
 use slate_topics::RosError;
 
 /// Reads a topic.
-pub type TopicReader = SimpleDataReader<RawMessage, RawAdapter>;
+pub type RosDataReader = SimpleDataReader<RawMessage, RawAdapter>;
 
 /// Writes a topic.
-pub type TopicWriter = DataWriter<RawMessage, RawAdapter>;
+pub type RosDataWriter = DataWriter<RawMessage, RawAdapter>;
 
 /// A participant of DDS with the node of an agent.
 pub struct RosParticipant {
@@ -29,7 +29,7 @@ pub struct RosParticipant {
     participant: DomainParticipant,
     publisher: Publisher,
     subscriber: Subscriber,
-    graph: TopicWriter,
+    graph: RosDataWriter,
     status: DomainParticipantStatusListener,
 }
 
@@ -68,7 +68,12 @@ impl RosParticipant {
     ///
     /// # Errors
     /// When DDS refuses.
-    pub fn reader(&self, topic: &str, message: &str, quality: TopicQuality) -> Result<TopicReader, RosError> {
+    pub fn reader(
+        &self,
+        topic: &str,
+        message: &str,
+        quality: TopicQuality,
+    ) -> Result<RosDataReader, RosError> {
         self.reader_at(wire_topic(topic), message, quality)
     }
 
@@ -81,7 +86,7 @@ impl RosParticipant {
         topic: String,
         message: &str,
         quality: TopicQuality,
-    ) -> Result<TopicReader, RosError> {
+    ) -> Result<RosDataReader, RosError> {
         let topic = create_topic(&self.participant, topic, message, quality)?;
         let reader = self.subscriber.create_simple_datareader_no_key(&topic, Some(policies(quality)));
         reader.map_err(|error| refused(self.domain, &error))
@@ -91,7 +96,12 @@ impl RosParticipant {
     ///
     /// # Errors
     /// When DDS refuses.
-    pub fn writer(&self, topic: &str, message: &str, quality: TopicQuality) -> Result<TopicWriter, RosError> {
+    pub fn writer(
+        &self,
+        topic: &str,
+        message: &str,
+        quality: TopicQuality,
+    ) -> Result<RosDataWriter, RosError> {
         self.writer_at(wire_topic(topic), message, quality)
     }
 
@@ -104,10 +114,15 @@ impl RosParticipant {
         topic: String,
         message: &str,
         quality: TopicQuality,
-    ) -> Result<TopicWriter, RosError> {
+    ) -> Result<RosDataWriter, RosError> {
         let topic = create_topic(&self.participant, topic, message, quality)?;
         let writer = self.publisher.create_datawriter_no_key(&topic, Some(policies(quality)));
         writer.map_err(|error| refused(self.domain, &error))
+    }
+
+    /// Its identity.
+    pub fn guid(&self) -> GUID {
+        self.participant.guid()
     }
 
     /// Tells the others of the node, with what it reads and writes.

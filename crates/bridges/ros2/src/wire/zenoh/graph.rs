@@ -1,0 +1,114 @@
+//! The nodes and endpoints of a domain, by their liveliness tokens.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+
+use slate_module::Level;
+use slate_runtime::Composer;
+
+use super::queue::locked;
+use super::token::{EndpointKind, Entity, GraphEndpoint};
+use crate::name::message_name;
+
+/// The most entities of others that are kept: what others announce must not fill the memory.
+const MAX_ENTITIES: usize = 100_000;
+
+/// What is there.
+pub struct Graph {
+    domain: u16,
+    /// The session whose endpoints match each other without a word.
+    session: String,
+    state: Mutex<GraphState>,
+}
+
+#[derive(Default)]
+struct GraphState {
+    /// By token.
+    entities: BTreeMap<String, Entity>,
+    /// Endpoints by kind and key.
+    counts: BTreeMap<(EndpointKind, String), Arc<AtomicUsize>>,
+    /// Endpoints of this node.
+    own: Vec<GraphEndpoint>,
+    /// Endpoints of others that were not compared with those.
+    new: VecDeque<GraphEndpoint>,
+}
+
+impl Graph {
+    pub fn new(domain: u16, session: &str) -> Self {
+        Self { domain, session: session.into(), state: Mutex::default() }
+    }
+
+    /// Adds an endpoint of this node; returns the number of its other ends, which follows the graph.
+    pub fn add_own(&self, endpoint: &GraphEndpoint) -> Arc<AtomicUsize> {
+        let mut state = locked(&self.state);
+        state.own.push(endpoint.clone());
+        count_of(&mut state, endpoint.kind.other(), endpoint.key(self.domain))
+    }
+
+    /// Takes note of a token that has come or gone.
+    pub fn note(&self, token: &str, is_here: bool) {
+        let mut state = locked(&self.state);
+        if !is_here {
+            if let Some(Entity { endpoint: Some(endpoint), .. }) = state.entities.remove(token) {
+                let place = (endpoint.kind, endpoint.key(self.domain));
+                let count = state.counts.get(&place);
+                let left = count.map_or(0, |count| count.fetch_sub(1, Ordering::AcqRel) - 1);
+                if left == 0 && count.is_some_and(|count| Arc::strong_count(count) == 1) {
+                    state.counts.remove(&place);
+                }
+            }
+            return;
+        }
+        let Some(entity) = Entity::parse(token) else { return };
+        if state.entities.len() >= MAX_ENTITIES || state.entities.contains_key(token) {
+            return;
+        }
+        if let Some(endpoint) = &entity.endpoint {
+            count_of(&mut state, endpoint.kind, endpoint.key(self.domain)).fetch_add(1, Ordering::AcqRel);
+            if entity.session != self.session && state.new.len() < MAX_ENTITIES {
+                state.new.push_back(endpoint.clone());
+            }
+        }
+        state.entities.insert(token.into(), entity);
+    }
+
+    /// Logs endpoints that have come and can't match those of this node.
+    pub fn look(&self, scheme: &str, composer: &Composer) {
+        let mut state = locked(&self.state);
+        while let Some(other) = state.new.pop_front() {
+            let ends =
+                state.own.iter().filter(|own| own.kind == other.kind.other() && own.name == other.name);
+            for text in ends.filter_map(|own| mismatch(own, &other)) {
+                composer.log(Level::Warn, &format!("{scheme}: {text}"));
+            }
+        }
+    }
+
+    /// What is there.
+    pub fn entities(&self) -> Vec<Entity> {
+        locked(&self.state).entities.values().cloned().collect()
+    }
+}
+
+fn count_of(state: &mut GraphState, kind: EndpointKind, key: String) -> Arc<AtomicUsize> {
+    Arc::clone(state.counts.entry((kind, key)).or_default())
+}
+
+/// Why two ends of one name exchange nothing: Zenoh delivers by the key, which has type and hash.
+fn mismatch(own: &GraphEndpoint, other: &GraphEndpoint) -> Option<String> {
+    let (name, word) = (&own.name, other.kind.word());
+    let (here, there) = (message_name(&own.type_name), message_name(&other.type_name));
+    if here != there {
+        return Some(format!(
+            "{name}: a {word} has type {there} and this agent {here}, so they exchange nothing: use another topic or interface"
+        ));
+    }
+    let theirs: String = other.hash.chars().take(100).collect();
+    (own.hash != other.hash).then(|| {
+        format!(
+            "{name}: a {word} defines {there} otherwise (type hash {theirs}, here {}), so they exchange nothing: give both the same definition",
+            own.hash
+        )
+    })
+}

@@ -1,0 +1,162 @@
+//! Keys of `rmw_zenoh`: those of messages, and liveliness tokens of nodes and endpoints.
+
+use slate_dds::TopicQuality;
+use xxhash_rust::xxh3::xxh3_128;
+
+use super::attachment::Gid;
+use super::quality;
+use crate::name::NodeName;
+
+/// First part of tokens.
+const ADMINISTRATION: &str = "@ros2_lv";
+
+/// In place of `/` in names.
+const SLASH: char = '%';
+
+/// The longest token that is read.
+const MAX_LENGTH: usize = 2_000;
+
+/// What a node has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum EndpointKind {
+    Publisher,
+    Subscription,
+    Server,
+    Client,
+}
+
+impl EndpointKind {
+    const ALL: [(Self, &'static str); 4] =
+        [(Self::Publisher, "MP"), (Self::Subscription, "MS"), (Self::Server, "SS"), (Self::Client, "SC")];
+
+    /// The other end.
+    pub fn other(self) -> Self {
+        match self {
+            Self::Publisher => Self::Subscription,
+            Self::Subscription => Self::Publisher,
+            Self::Server => Self::Client,
+            Self::Client => Self::Server,
+        }
+    }
+
+    /// As ROS calls it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Publisher => "publisher",
+            Self::Subscription => "subscription",
+            Self::Server => "server",
+            Self::Client => "client",
+        }
+    }
+
+    fn text(self) -> &'static str {
+        Self::ALL.iter().find(|(kind, _)| *kind == self).map_or("", |(_, text)| text)
+    }
+}
+
+/// A publisher, a subscription, or an end of a service.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraphEndpoint {
+    pub kind: EndpointKind,
+    /// Topic or service, such as `/scan`.
+    pub name: String,
+    /// The type as DDS calls it, such as `sensor_msgs::msg::dds_::LaserScan_`.
+    pub type_name: String,
+    pub hash: String,
+    pub quality: TopicQuality,
+}
+
+impl GraphEndpoint {
+    /// The key of its messages.
+    pub fn key(&self, domain: u16) -> String {
+        format!("{domain}/{}/{}/{}", self.name.trim_matches('/'), self.type_name, self.hash)
+    }
+}
+
+/// A node, as tokens name it.
+#[derive(Clone, Debug)]
+pub struct TokenOwner {
+    pub domain: u16,
+    /// The session of Zenoh.
+    pub session: String,
+    pub node: NodeName,
+}
+
+impl TokenOwner {
+    /// The token of the node.
+    pub fn node_token(&self) -> String {
+        self.token("0", "NN")
+    }
+
+    /// The token of one of its endpoints, which a number tells from the others.
+    pub fn endpoint_token(&self, endpoint: &GraphEndpoint, number: usize) -> String {
+        let GraphEndpoint { kind, name, type_name, hash, quality } = endpoint;
+        format!(
+            "{}/{}/{}/{}/{}",
+            self.token(&number.to_string(), kind.text()),
+            mangled(name),
+            mangled(type_name),
+            mangled(hash),
+            quality::encode(*quality)
+        )
+    }
+
+    fn token(&self, number: &str, kind: &str) -> String {
+        let Self { domain, session, node } = self;
+        let (space, name) = (mangled(&node.namespace), mangled(&node.name));
+        // The agent is one node of its session, in no enclave.
+        format!("{ADMINISTRATION}/{domain}/{session}/0/{number}/{kind}/{SLASH}/{space}/{name}")
+    }
+}
+
+/// The key expression of all tokens of a domain.
+pub fn tokens_of(domain: u16) -> String {
+    format!("{ADMINISTRATION}/{domain}/**")
+}
+
+/// Identity of an endpoint, as all nodes compute it from its token.
+pub fn gid(token: &str) -> Gid {
+    xxh3_128(token.as_bytes()).to_le_bytes()
+}
+
+/// What a token of others says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entity {
+    pub session: String,
+    /// The node, such as `/robots/r2`.
+    pub node: String,
+    /// Nothing for the node itself.
+    pub endpoint: Option<GraphEndpoint>,
+}
+
+impl Entity {
+    /// Reads a token; nothing if it is none.
+    pub fn parse(token: &str) -> Option<Self> {
+        let parts: Vec<_> = token.split('/').collect();
+        if token.len() > MAX_LENGTH || parts.iter().any(|part| part.is_empty()) {
+            return None;
+        }
+        let [ADMINISTRATION, _, session, _, _, kind, _, space, name, ..] = parts[..] else { return None };
+        let node = format!("{}/{}", plain(space).trim_end_matches('/'), plain(name));
+        let endpoint = match (kind, &parts[9..]) {
+            ("NN", _) => None,
+            (kind, [name, type_name, hash, quality, ..]) => Some(GraphEndpoint {
+                kind: EndpointKind::ALL.iter().find(|(_, text)| *text == kind)?.0,
+                name: plain(name),
+                type_name: plain(type_name),
+                hash: plain(hash),
+                quality: quality::decode(quality)?,
+            }),
+            _ => return None,
+        };
+        Some(Self { session: session.into(), node, endpoint })
+    }
+}
+
+fn mangled(name: &str) -> String {
+    name.replace('/', &SLASH.to_string())
+}
+
+fn plain(name: &str) -> String {
+    name.replace(SLASH, "/")
+}
