@@ -15,7 +15,7 @@ pub struct WriterSink {
 
 impl TopicSink for WriterSink {
     fn is_wanted(&self) -> bool {
-        self.is_transient_local || self.writer.subscriptions() > 0
+        self.is_transient_local || self.writer.has_receivers()
     }
 
     fn send(&self, message: Vec<u8>) -> Result<(), String> {

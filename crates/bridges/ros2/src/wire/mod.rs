@@ -116,6 +116,11 @@ pub trait TopicWriter: Send + Sync {
 
     /// How many subscriptions it is connected with.
     fn subscriptions(&self) -> usize;
+
+    /// Whether anybody receives messages, also a program that is no node.
+    fn has_receivers(&self) -> bool {
+        self.subscriptions() > 0
+    }
 }
 
 /// The server's end of a service.

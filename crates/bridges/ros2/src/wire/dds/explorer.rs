@@ -123,8 +123,7 @@ impl DomainView for DdsView {
     fn services(&self) -> BTreeMap<String, String> {
         let mut services = BTreeMap::new();
         for (_, own) in self.endpoints.values().filter(|(writes, _)| !writes) {
-            let name =
-                own.topic_name.strip_prefix("rq/").and_then(|name| name.strip_suffix("ServiceRequest"));
+            let name = own.topic_name.strip_prefix("rq/").and_then(|name| name.strip_suffix("Request"));
             if let Some(name) = name {
                 let kind = message_name(&own.type_name);
                 let kind = kind.strip_suffix("_Request").unwrap_or(&kind).to_owned();

@@ -1,12 +1,13 @@
 //! Subscriptions and publishers on Zenoh.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::task::Waker;
 use std::time::Duration;
 
 use slate_dds::TopicQuality;
+use zenoh::matching::{MatchingListener, MatchingStatus};
 use zenoh::qos::{CongestionControl, Reliability};
 use zenoh::sample::Sample;
 use zenoh::{Result, Session, Wait};
@@ -89,11 +90,15 @@ pub struct ZenohTopicWriter {
     gid: Gid,
     quality: TopicQuality,
     subscriptions: Arc<AtomicUsize>,
+    /// Whether Zenoh has a subscriber, which need not be a node.
+    is_matched: Arc<AtomicBool>,
     state: Mutex<WriterState>,
 }
 
 #[derive(Default)]
 struct WriterState {
+    /// Before the publisher, which it is of.
+    _matching: Option<MatchingListener<()>>,
     publisher: Option<AdvancedPublisher<'static>>,
     sent: i64,
     /// The last messages for late subscriptions, until there is a router.
@@ -102,7 +107,7 @@ struct WriterState {
 
 impl ZenohTopicWriter {
     pub fn new(key: String, gid: Gid, quality: TopicQuality, subscriptions: Arc<AtomicUsize>) -> Self {
-        Self { key, gid, quality, subscriptions, state: Mutex::default() }
+        Self { key, gid, quality, subscriptions, is_matched: Arc::default(), state: Mutex::default() }
     }
 
     fn publish(&self, state: &mut WriterState, message: Vec<u8>) -> Result<()> {
@@ -130,8 +135,16 @@ impl SessionEndpoint for ZenohTopicWriter {
                 publisher = publisher.sample_miss_detection(detection);
             }
         }
+        let publisher = publisher.wait()?;
+        let is_matched = Arc::clone(&self.is_matched);
+        let note = move |status: MatchingStatus| is_matched.store(status.matching(), Ordering::Release);
+        let matching = publisher.matching_listener().callback(note).wait()?;
+        // A subscriber that was there before.
+        if publisher.matching_status().wait()?.matching() {
+            self.is_matched.store(true, Ordering::Release);
+        }
         let mut state = locked(&self.state);
-        state.publisher = Some(publisher.wait()?);
+        (state._matching, state.publisher) = (Some(matching), Some(publisher));
         let kept = std::mem::take(&mut state.kept);
         kept.into_iter().try_for_each(|message| self.publish(&mut state, message))
     }
@@ -154,5 +167,9 @@ impl TopicWriter for ZenohTopicWriter {
 
     fn subscriptions(&self) -> usize {
         self.subscriptions.load(Ordering::Acquire)
+    }
+
+    fn has_receivers(&self) -> bool {
+        self.subscriptions() > 0 || self.is_matched.load(Ordering::Acquire)
     }
 }

@@ -99,7 +99,8 @@ fn frames_go_between_agents_over_zenoh() {
 #[test]
 fn tools_see_a_domain_over_zenoh() {
     let router = Router::start();
-    let agent = Running::start("talker", &(router.table(3) + "write.\"/odom\" = \"sensor/odometry\""));
+    let table = "write.\"/odom\" = \"sensor/odometry\"\nwrite.\"/scan\" = \"sensor/scan\"";
+    let agent = Running::start("talker", &(router.table(3) + table));
     let mut node = Node::start(&router, 3);
     node.subscribe("/odom", "nav_msgs/msg/Odometry", json!({ "reliable": false }));
     let wire = RosWireSettings::zenoh(&format!("tcp/127.0.0.1:{}", router.port), false).unwrap();
@@ -128,9 +129,12 @@ fn tools_see_a_domain_over_zenoh() {
         }));
         texts.iter().all(|text| heard.iter().any(|line| line == text))
     });
-    let stream = explorer.subscribe("/odom").unwrap();
-    let message = stream.next(Duration::from_secs(10)).unwrap();
-    assert!(stream.schema(None).unwrap().decode(&message).is_ok());
+    // One with a subscription of a node, and one without.
+    for topic in ["/odom", "/scan"] {
+        let stream = explorer.subscribe(topic).unwrap();
+        let message = stream.next(Duration::from_secs(10)).unwrap();
+        assert!(stream.schema(None).unwrap().decode(&message).is_ok());
+    }
     drop(agent);
     eventually("nobody", || {
         explorer.look(Duration::from_millis(50));
