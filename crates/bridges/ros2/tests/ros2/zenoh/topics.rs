@@ -136,8 +136,10 @@ fn nothing_is_lost_over_zenoh_at_a_thousand_messages_a_second() {
 #[test]
 fn images_of_mebibytes_go_both_ways_over_zenoh() {
     let router = Router::start();
-    let table = "read.\"eye/image\" = \"/camera\"\nwrite.\"/seen\" = { from = \"eye/image\", depth = 1 }";
-    let agent = Running::start("mirror", &(router.table(3) + table));
+    let text = "[agent]\nname = \"mirror\"\n[loop]\nperiod = \"10ms\"\n[modules.eye]\n[ros2]\n".to_owned()
+        + &router.table(3)
+        + "read.\"eye/image\" = \"/camera\"\nwrite.\"/seen\" = { from = \"eye/image\", depth = 1 }";
+    let agent = Running::of(&text);
     let mut node = Node::start(&router, 3);
     node.advertise("/camera", "sensor_msgs/msg/Image", json!({}));
     node.subscribe("/seen", "sensor_msgs/msg/Image", json!({}));
@@ -154,9 +156,9 @@ fn images_of_mebibytes_go_both_ways_over_zenoh() {
     });
     assert_eq!((&seen[0]["height"], &seen[0]["data"]), (&json!(1024), &json!([size, sum])));
     // The input has no room for a larger one, which comes whole.
-    node.request(json!({ "do": "show", "topic": "/camera", "size": 8 << 20 }));
+    node.request(json!({ "do": "show", "topic": "/camera", "size": 9 << 20 }));
     eventually("the reason", || {
-        status(&agent, "/camera").error.is_some_and(|error| error.contains("8388608 items"))
+        status(&agent, "/camera").error.is_some_and(|error| error.contains("9437184 items"))
     });
 }
 
