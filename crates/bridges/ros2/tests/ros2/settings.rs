@@ -1,7 +1,7 @@
 //! The table `[ros2]`.
 
 use slate_record::ros::WireFormat;
-use slate_ros2::{NodeAccess, RosSettings, RosWireSettings, ServiceType, TABLE, TopicQuality, WaitPer};
+use slate_ros2::{NodeAccess, RosSettings, ServiceType, TABLE, TopicQuality, WaitPer};
 use slate_runtime::configuration::{Configuration, Options, Report};
 
 fn read(table: &str) -> Result<Option<RosSettings>, Report> {
@@ -88,6 +88,8 @@ fn a_node_has_options_beside_its_topics() {
 #[test]
 #[cfg(any(feature = "zenoh", not(feature = "dds")))]
 fn a_node_is_on_dds_or_a_client_of_a_router_of_zenoh() {
+    use slate_ros2::RosWireSettings;
+
     let wire =
         |table: &str| read(&format!("{table}\nread.\"driver/goal\" = \"/goal\"")).unwrap().unwrap().wire;
     assert_eq!(wire(""), RosWireSettings::Dds);
