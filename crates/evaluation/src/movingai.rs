@@ -12,7 +12,7 @@ use crate::DataError;
 pub struct PathProblem {
     /// Start.
     pub start: GridCell,
-    /// FigureGoal.
+    /// Goal cell.
     pub goal: GridCell,
     /// Length of the shortest path of steps to eight neighbours without cut corners, cells.
     pub length: f64,
@@ -87,7 +87,8 @@ fn parse_map(file: &Path, text: &str) -> Result<CostGrid, DataError> {
     }
     let is_free =
         |cell: GridCell| matches!(rows[cell.row as usize][cell.column as usize], b'.' | b'G' | b'S');
-    Ok(CostGrid::new(width, height, |cell| if is_free(cell) { 0 } else { LETHAL }))
+    CostGrid::new(width, height, |cell| if is_free(cell) { 0 } else { LETHAL })
+        .map_err(|error| DataError::new(file, error.to_string()))
 }
 
 /// The largest map is 20 million cells.
@@ -120,6 +121,9 @@ fn parse_scenario(file: &Path, text: &str, grid: &CostGrid) -> Result<Vec<PathPr
             }
         }
         problems.push(problem);
+    }
+    if problems.is_empty() {
+        return Err(DataError::new(file, "no problem in it"));
     }
     Ok(problems)
 }

@@ -60,6 +60,7 @@ fn what_is_wrong_is_named_with_its_line() {
     );
     let column = refused("column", MAP, &SCENARIO.replace("\t3\n", "\n"));
     assert!(column.starts_with("tiny.map.scen:3: expected nine columns"), "{column}");
+    assert_eq!(refused("none", MAP, "version 1\n"), "tiny.map.scen: no problem in it");
     let empty = Path::new(env!("CARGO_TARGET_TMPDIR")).join("empty");
     fs::create_dir_all(&empty).unwrap();
     let nothing = planning::evaluate(&empty).unwrap_err().to_string();

@@ -46,7 +46,9 @@ impl Iterator for LineCells {
         }
         self.left -= 1;
         let cell = self.cell;
-        if self.next.0 < self.next.1 {
+        if self.left == 0 {
+            // Behind the end a cell may have no number any more.
+        } else if self.next.0 < self.next.1 {
             self.cell.0 += self.step.0;
             self.next.0 += self.share.0;
         } else {

@@ -3,7 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use slate_planning::{CostGrid, GridCell, ThetaStar, line_cost};
+use slate_module::math::min;
+use slate_planning::{AStar, CostGrid, GridCell, ThetaStar, line_cost};
 
 /// Returns the length of the shortest path of straight lines between middles of cells, cells; `None` if there is none.
 ///
@@ -11,12 +12,11 @@ use slate_planning::{CostGrid, GridCell, ThetaStar, line_cost};
 /// [`line_cost`] are. It is slow, and for references only.
 pub fn shortest_any_angle(grid: &CostGrid, start: GridCell, goal: GridCell) -> Option<f64> {
     // No path that is longer than one that is known needs to be looked at.
-    let known = ThetaStar::default().search(grid, start, goal)?.cost();
+    let steps = AStar::default().search(grid, start, goal)?.cost();
+    let known = ThetaStar::default().search(grid, start, goal).map_or(steps, |path| min(path.cost(), steps));
     let mut cells: Vec<GridCell> = (0..grid.height())
         .flat_map(|row| (0..grid.width()).map(move |column| GridCell::new(column, row)))
-        .filter(|cell| {
-            distance(start, *cell) + distance(*cell, goal) <= known + 1e-9 && is_corner(grid, *cell)
-        })
+        .filter(|cell| start.distance(*cell) + cell.distance(goal) <= known + 1e-9 && is_corner(grid, *cell))
         .collect();
     cells.push(goal);
     let mut costs = vec![f64::INFINITY; cells.len()];
@@ -25,8 +25,8 @@ pub fn shortest_any_angle(grid: &CostGrid, start: GridCell, goal: GridCell) -> O
     let mut visit =
         |from: GridCell, cost: f64, open: &mut BinaryHeap<Reverse<(Priority, usize)>>, closed: &[bool]| {
             for (at, cell) in cells.iter().enumerate() {
-                let direct = cost + distance(from, *cell);
-                let total = direct + distance(*cell, goal);
+                let direct = cost + from.distance(*cell);
+                let total = direct + cell.distance(goal);
                 if !closed[at]
                     && direct < costs[at]
                     && total <= known + 1e-9
@@ -44,7 +44,7 @@ pub fn shortest_any_angle(grid: &CostGrid, start: GridCell, goal: GridCell) -> O
             return Some(total);
         }
         if !std::mem::replace(&mut closed[at], true) {
-            visit(cell, total - distance(cell, goal), &mut open, &closed);
+            visit(cell, total - cell.distance(goal), &mut open, &closed);
         }
     }
     None
@@ -66,11 +66,6 @@ impl PartialOrd for Priority {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
-}
-
-fn distance(a: GridCell, b: GridCell) -> f64 {
-    let (columns, rows) = (f64::from(a.column) - f64::from(b.column), f64::from(a.row) - f64::from(b.row));
-    (columns * columns + rows * rows).sqrt()
 }
 
 /// Whether the cell touches one that touches the convex corner of an obstacle.

@@ -64,10 +64,12 @@ fn exact_lengths(benchmark: &Benchmark) -> Vec<Figure> {
 
 fn any_angle_lengths(benchmark: &Benchmark) -> Vec<Figure> {
     let mut planner = ThetaStar::default();
-    let (mut times, mut excess) = (Vec::new(), Vec::new());
+    let (mut times, mut excess, mut missed) = (Vec::new(), Vec::new(), 0);
     for problem in &benchmark.problems {
         let search = || planner.search(&benchmark.grid, problem.start, problem.goal).map(|path| path.cost());
-        times.push(timed(search).1);
+        let (found, took) = timed(search);
+        times.push(took);
+        missed += usize::from(found.is_none());
     }
     for problem in sample(&benchmark.problems) {
         let found = planner.search(&benchmark.grid, problem.start, problem.goal).map(|path| path.cost());
@@ -80,8 +82,10 @@ fn any_angle_lengths(benchmark: &Benchmark) -> Vec<Figure> {
     }
     let mean = excess.iter().sum::<f64>() / excess.len().max(1) as f64;
     vec![
+        Figure::new("Theta*: problems without a path", missed as f64).with_goal(FigureGoal::AtMost(0.0)),
         Figure::new("Theta*: mean excess over the shortest path, %", mean).with_goal(FigureGoal::AtMost(1.0)),
-        Figure::new("Theta*: largest excess, %", percentile(&mut excess, 1.0)),
+        Figure::new("Theta*: largest excess, %", percentile(&mut excess, 1.0))
+            .with_goal(FigureGoal::AtMost(1.0)),
         Figure::new("Theta*: median time, ms", percentile(&mut times, 0.5)),
     ]
 }

@@ -9,8 +9,8 @@ use crate::{Figure, FigureGoal};
 /// How far the robot sees along rows and columns, cells: 5 m in cells of 0.1 m.
 const SIGHT: i64 = 50;
 
-/// Drives each problem with D* Lite, and measures what each new plan takes beside one of A* anew; nothing for a map of less than four
-/// times the robot's sight, most of which it would know at once.
+/// Drives each problem with D* Lite, and measures what each new plan takes beside one of A* anew; nothing for a map without
+/// obstacles, or of less than four times the robot's sight, most of which it would know at once.
 pub fn evaluate(grid: &CostGrid, problems: &[&PathProblem]) -> Vec<Figure> {
     if i64::from(grid.width().min(grid.height())) < 4 * SIGHT {
         return Vec::new();
@@ -19,11 +19,14 @@ pub fn evaluate(grid: &CostGrid, problems: &[&PathProblem]) -> Vec<Figure> {
     for problem in problems {
         drive.run(grid, problem);
     }
+    if drive.plans == 0 {
+        return Vec::new();
+    }
     vec![
         Figure::new("D* Lite: plans in unknown space", drive.plans as f64),
         Figure::new("D* Lite: plans that cost another than A*'s", drive.differ as f64)
             .with_goal(FigureGoal::AtMost(0.0)),
-        Figure::new("D* Lite: mean time of a new plan, ms", drive.repaired / drive.plans.max(1) as f64),
+        Figure::new("D* Lite: mean time of a new plan, ms", drive.repaired / drive.plans as f64),
         Figure::new("D* Lite: times faster than A* anew", drive.anew / drive.repaired)
             .with_goal(FigureGoal::AtLeast(10.0)),
     ]
@@ -42,8 +45,8 @@ impl UnknownDrive {
     /// Drives until the goal is reached or known to be out of reach; what is not seen counts as free.
     fn run(&mut self, grid: &CostGrid, problem: &PathProblem) {
         let mut here = problem.start;
-        let mut planner =
-            DStarLite::new(CostGrid::new(grid.width(), grid.height(), |_| 0), here, problem.goal);
+        let Ok(unseen) = CostGrid::new(grid.width(), grid.height(), |_| 0) else { return };
+        let mut planner = DStarLite::new(unseen, here, problem.goal);
         look(grid, &mut planner, here);
         // The first plan is the same work for both.
         let mut path: Vec<GridCell> = planner.plan().map(|path| path.cells().to_vec()).unwrap_or_default();

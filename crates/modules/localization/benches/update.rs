@@ -19,7 +19,7 @@ fn main() {
         column % 100 == 0 || row % 100 == 0
     };
     let begin = Instant::now();
-    let field = LikelihoodField::new(geometry, is_wall, |_| true, SensorModel::default());
+    let field = LikelihoodField::new(geometry, is_wall, |_| true, SensorModel::default()).unwrap();
     let took = begin.elapsed();
     println!("likelihood field of {} cells: {:.0} ms", geometry.cells(), 1e3 * took.as_secs_f64());
     let points: Vec<[f64; 2]> = (0..60)
@@ -37,18 +37,18 @@ fn report(name: &str, is_global: bool, field: &LikelihoodField, points: &[[f64; 
     let sampling = KldSampling { min_particles: 2_000, max_particles: 2_000, pf_err: 0.05, pf_z: 0.99 };
     let parameters = MonteCarloParameters { sampling, ..MonteCarloParameters::default() };
     let mut random = Random::new(1, "update");
-    let mut localization = MonteCarloLocalization::new(parameters);
+    let mut localization = MonteCarloLocalization::new(parameters).unwrap();
     let pose = Pose2 { x: 62.5, y: 27.5, theta: 0.0 };
     let mut times: Vec<f64> = (0..500)
         .map(|step| {
             if is_global {
-                localization.begin_globally(field, &mut random);
+                localization.initialize_globally(field, &mut random);
             } else if step == 0 {
-                localization.begin(pose, [0.2, 0.2, 0.1], &mut random);
+                localization.initialize(pose, [0.2, 0.2, 0.1], &mut random);
             }
             let odometry = Pose2 { x: 0.3 * f64::from(step), y: 0.0, theta: 0.0 };
             let begin = Instant::now();
-            localization.step(odometry, points, field, &mut random);
+            localization.update(odometry, points, field, &mut random);
             let _ = std::hint::black_box(localization.estimate());
             1e3 * begin.elapsed().as_secs_f64()
         })

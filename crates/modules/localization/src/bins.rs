@@ -7,6 +7,8 @@ use slate_interfaces::Pose2;
 /// Size of a bin, m and rad, as Nav2 has it.
 const POSITION: f64 = 0.5;
 const HEADINGS: i64 = 36;
+/// Bins from here on are one.
+const FARTHEST: i64 = 1 << 40;
 /// No bin.
 const NONE: u32 = u32::MAX;
 
@@ -107,5 +109,7 @@ impl PoseBins {
 
 fn key(pose: &Pose2) -> [i64; 3] {
     let heading = ((pose.theta + PI) / (2.0 * PI) * HEADINGS as f64).floor() as i64;
-    [(pose.x / POSITION).floor() as i64, (pose.y / POSITION).floor() as i64, heading.rem_euclid(HEADINGS)]
+    // Neighbours of the farthest one are numbers, too.
+    let part = |length: f64| ((length / POSITION).floor() as i64).clamp(-FARTHEST, FARTHEST);
+    [part(pose.x), part(pose.y), heading.rem_euclid(HEADINGS)]
 }

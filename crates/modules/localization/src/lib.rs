@@ -16,13 +16,13 @@
 //!     let (column, row) = (cell % geometry.width, cell / geometry.width);
 //!     column == 0 || row == 0 || column == geometry.width - 1 || row == geometry.height - 1
 //! };
-//! let field = LikelihoodField::new(geometry, is_wall, |_| true, SensorModel::default());
-//! let mut localization = MonteCarloLocalization::new(MonteCarloParameters::default());
+//! let field = LikelihoodField::new(geometry, is_wall, |_| true, SensorModel::default()).unwrap();
+//! let mut localization = MonteCarloLocalization::new(MonteCarloParameters::default()).unwrap();
 //! let mut random = Random::new(1, "localization");
-//! localization.begin(Pose2 { x: 1.0, y: 1.0, theta: 0.0 }, [0.1, 0.1, 0.1], &mut random);
+//! localization.initialize(Pose2 { x: 1.0, y: 1.0, theta: 0.0 }, [0.1, 0.1, 0.1], &mut random);
 //! // The robot at (1, 1) sees the walls before it and on its right.
 //! let points = [[2.95, 0.0], [0.0, -0.95]];
-//! localization.step(Pose2 { x: 0.0, y: 0.0, theta: 0.0 }, &points, &field, &mut random);
+//! localization.update(Pose2 { x: 0.0, y: 0.0, theta: 0.0 }, &points, &field, &mut random);
 //! let estimate = localization.estimate().unwrap();
 //! assert!((estimate.pose.x - 1.0).abs() < 0.1);
 //! ```
@@ -37,5 +37,5 @@ mod particles;
 pub use likelihood_field::{LikelihoodField, SensorModel};
 pub use monte_carlo::MonteCarloLocalization;
 pub use motion_model::OdometryAlphas;
-pub use parameters::{BeamSkip, KldSampling, MonteCarloParameters, Recovery};
+pub use parameters::{BeamSkip, InvalidParameter, KldSampling, MonteCarloParameters, Recovery};
 pub use particles::Particle;

@@ -4,6 +4,8 @@ use slate_grid::{DistanceTransform, Geometry};
 use slate_interfaces::Pose2;
 use slate_module::{Random, math};
 
+use crate::parameters::InvalidParameter;
+
 /// How a range finder measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorModel {
@@ -13,15 +15,37 @@ pub struct SensorModel {
     pub z_hit: f64,
     /// Share of beams that end anywhere, `z_rand`.
     pub z_rand: f64,
-    /// Range within which a beam may end anywhere, m.
-    pub max_range: f64,
-    /// Distance from which all ends of beams are equally unlikely, `laser_likelihood_max_dist`, m.
-    pub max_distance: f64,
+    /// Range within which a beam may end anywhere, `laser_max_range`, m.
+    pub laser_max_range: f64,
+    /// Distance to an obstacle from which all ends of beams are equally unlikely, m.
+    pub laser_likelihood_max_dist: f64,
 }
 
 impl Default for SensorModel {
     fn default() -> Self {
-        Self { sigma_hit: 0.2, z_hit: 0.5, z_rand: 0.5, max_range: 12.0, max_distance: 2.0 }
+        Self {
+            sigma_hit: 0.2,
+            z_hit: 0.5,
+            z_rand: 0.5,
+            laser_max_range: 100.0,
+            laser_likelihood_max_dist: 2.0,
+        }
+    }
+}
+
+impl SensorModel {
+    fn check(&self) -> Result<(), InvalidParameter> {
+        let lengths = [
+            ("sigma_hit", self.sigma_hit),
+            ("laser_max_range", self.laser_max_range),
+            ("laser_likelihood_max_dist", self.laser_likelihood_max_dist),
+        ];
+        for (name, value) in lengths {
+            InvalidParameter::unless(value.is_finite() && value > 0.0, name, "a length above 0 m")?;
+        }
+        [("z_hit", self.z_hit), ("z_rand", self.z_rand)].into_iter().try_for_each(|(name, share)| {
+            InvalidParameter::unless((0.0..=1.0).contains(&share), name, "a share from 0 to 1")
+        })
     }
 }
 
@@ -42,35 +66,43 @@ pub struct LikelihoodField {
 
 impl LikelihoodField {
     /// Makes the field of a grid from which of its cells are occupied, and in which the robot may be.
+    ///
+    /// # Errors
+    /// A parameter of the model that no sensor has.
     pub fn new(
         geometry: Geometry,
         is_occupied: impl Fn(usize) -> bool,
         is_free: impl Fn(usize) -> bool,
         model: SensorModel,
-    ) -> Self {
+    ) -> Result<Self, InvalidParameter> {
+        model.check()?;
         let mut transform = DistanceTransform::default();
         let squares = transform.squares(geometry.width, geometry.height, &is_occupied);
         let distance = |square: i64| {
             let distance = (square as f64).sqrt() * geometry.resolution;
-            if distance < model.max_distance { distance } else { model.max_distance }
+            if distance < model.laser_likelihood_max_dist {
+                distance
+            } else {
+                model.laser_likelihood_max_dist
+            }
         };
         let likelihood = |distance: f64| {
             let hit = math::exp(-distance * distance / (2.0 * model.sigma_hit * model.sigma_hit));
-            let likelihood = model.z_hit * hit + model.z_rand / model.max_range;
+            let likelihood = model.z_hit * hit + model.z_rand / model.laser_max_range;
             (likelihood * likelihood * likelihood) as f32
         };
         let distances: Vec<f64> = squares.iter().map(|square| distance(*square)).collect();
-        Self {
+        Ok(Self {
             likelihoods: distances.iter().map(|distance| likelihood(*distance)).collect(),
             distances: distances.iter().map(|distance| *distance as f32).collect(),
-            outside: likelihood(model.max_distance),
-            max_distance: model.max_distance,
+            outside: likelihood(model.laser_likelihood_max_dist),
+            max_distance: model.laser_likelihood_max_dist,
             free: (0..geometry.cells())
                 .filter(|cell| is_free(*cell) && !is_occupied(*cell))
                 .map(|cell| cell as u32)
                 .collect(),
             geometry,
-        }
+        })
     }
 
     /// Returns whether there is a cell where the robot may be.
@@ -91,7 +123,8 @@ impl LikelihoodField {
         })
     }
 
-    /// Returns the distance of a beam's end to the nearest obstacle, m; at most the model's `max_distance`, also outside of the map.
+    /// Returns the distance of a beam's end in the map frame to the nearest obstacle, m; at most the model's
+    /// `laser_likelihood_max_dist`, also outside of the map.
     pub fn distance(&self, x: f64, y: f64) -> f64 {
         match self.geometry.cell(x, y) {
             Some((column, row)) => f64::from(self.distances[self.geometry.index(column, row)]),

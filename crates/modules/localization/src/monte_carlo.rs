@@ -6,13 +6,13 @@ use slate_module::{Random, math};
 use crate::bins::PoseBins;
 use crate::likelihood_field::LikelihoodField;
 use crate::motion_model::OdometryIncrement;
-use crate::parameters::{BeamSkip, MonteCarloParameters};
+use crate::parameters::{BeamSkip, InvalidParameter, MonteCarloParameters};
 use crate::particles::{Particle, effective_number, normalize};
 
 /// Adaptive Monte Carlo localization (Dellaert, Fox, Burgard and Thrun, 1999, *Monte Carlo localization for mobile robots*) with KLD sampling,
 /// augmented recovery, selective resampling and beam skipping.
 ///
-/// Until it [begins](Self::begin) somewhere or [everywhere](Self::begin_globally), the pose is unknown.
+/// Until it is [initialized](Self::initialize) somewhere or [anywhere](Self::initialize_globally), the pose is unknown.
 #[derive(Clone, Debug)]
 pub struct MonteCarloLocalization {
     parameters: MonteCarloParameters,
@@ -35,13 +35,19 @@ struct SampleBuffers {
     cumulative: Vec<f64>,
     bins: PoseBins,
     stack: Vec<u32>,
+    /// Share of the particles that explain each beam, and whether it counts.
+    explained: Vec<f64>,
     counts: Vec<bool>,
 }
 
 impl MonteCarloLocalization {
     /// Makes a filter without particles.
-    pub fn new(parameters: MonteCarloParameters) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// A parameter that no filter can have.
+    pub fn new(parameters: MonteCarloParameters) -> Result<Self, InvalidParameter> {
+        parameters.check()?;
+        Ok(Self {
             parameters,
             particles: Vec::with_capacity(parameters.sampling.max_particles),
             odometry: None,
@@ -50,21 +56,26 @@ impl MonteCarloLocalization {
             slow: 0.0,
             fast: 0.0,
             buffers: SampleBuffers::default(),
-        }
+        })
     }
 
-    /// Begins, or begins anew, at a pose in the map frame with standard deviations of x, y (m) and heading (rad).
-    pub fn begin(&mut self, pose: Pose2, stddev: [f64; 3], random: &mut Random) {
+    /// Begins, or begins anew, at a pose in the map frame with standard deviations of x, y (m) and heading (rad). Returns false,
+    /// without a change, for what is no number or farther than 1,000 km.
+    pub fn initialize(&mut self, pose: Pose2, stddev: [f64; 3], random: &mut Random) -> bool {
+        if !is_plausible(&pose) || !stddev.iter().all(|part| (0.0..=FARTHEST).contains(part)) {
+            return false;
+        }
         let sample = |random: &mut Random| Pose2 {
             x: pose.x + stddev[0] * random.normal(),
             y: pose.y + stddev[1] * random.normal(),
             theta: math::wrap_angle(pose.theta + stddev[2] * random.normal()),
         };
         self.fill(|random| Some(sample(random)), random);
+        true
     }
 
     /// Begins, or begins anew, anywhere in the free cells of the map. Without one, the pose is unknown.
-    pub fn begin_globally(&mut self, field: &LikelihoodField, random: &mut Random) {
+    pub fn initialize_globally(&mut self, field: &LikelihoodField, random: &mut Random) {
         self.fill(|random| field.random_pose(random), random);
     }
 
@@ -82,17 +93,17 @@ impl MonteCarloLocalization {
     }
 
     /// Predicts by the odometry, and updates by a scan once the robot has moved far enough since the newest update; returns whether it
-    /// did. A pose that is no number is skipped.
+    /// did. A pose that is no number, or farther than 1,000 km, is skipped.
     ///
     /// Points are ends of beams in the robot's frame, m, without those that hit nothing.
-    pub fn step(
+    pub fn update(
         &mut self,
         odometry: Pose2,
         points: &[[f64; 2]],
         field: &LikelihoodField,
         random: &mut Random,
     ) -> bool {
-        if ![odometry.x, odometry.y, odometry.theta].iter().all(|number| number.is_finite()) {
+        if !is_plausible(&odometry) {
             return false;
         }
         let from = self.odometry.replace(odometry).unwrap_or(odometry);
@@ -107,7 +118,7 @@ impl MonteCarloLocalization {
             return false;
         }
         self.updated = Some(odometry);
-        self.weigh(points, field);
+        self.weight(points, field);
         self.updates = self.updates.wrapping_add(1);
         if self.updates.is_multiple_of(self.parameters.resample_interval.max(1)) && self.needs_resampling() {
             self.resample(field, random);
@@ -124,16 +135,19 @@ impl MonteCarloLocalization {
     }
 
     /// Multiplies weights by the scan's likelihood from each particle.
-    fn weigh(&mut self, points: &[[f64; 2]], field: &LikelihoodField) {
+    fn weight(&mut self, points: &[[f64; 2]], field: &LikelihoodField) {
         self.buffers.counts.clear();
         if let Some(skip) = self.parameters.beam_skip {
-            skip_beams(&skip, &self.particles, points, field, &mut self.buffers.counts);
+            let SampleBuffers { explained, counts, .. } = &mut self.buffers;
+            skip_beams(&skip, &self.particles, points, field, (explained, counts));
         }
+        let skipped = self.buffers.counts.iter().filter(|counts| !**counts).count();
+        let counted = (points.len() - skipped) as f64;
         let mut average = 0.0;
         for particle in &mut self.particles {
             let likelihood = field.likelihood(&particle.pose, points, &self.buffers.counts);
             // Per beam, so that scans of different numbers of points compare.
-            average += particle.weight * (likelihood - 1.0) / points.len() as f64;
+            average += particle.weight * (likelihood - 1.0) / counted;
             particle.weight *= likelihood;
         }
         normalize(&mut self.particles);
@@ -220,28 +234,36 @@ fn moments<'a, I: Iterator<Item = &'a Particle>>(particles: impl Fn() -> I) -> P
     PoseEstimate { pose, covariance }
 }
 
-/// Finds which beams count: those that enough particles explain; all, if most beams would be left out.
+/// Finds which beams count: those that enough particles explain; all, if most beams would be left out. `explained` is a buffer.
 fn skip_beams(
     skip: &BeamSkip,
     particles: &[Particle],
     points: &[[f64; 2]],
     field: &LikelihoodField,
-    counts: &mut Vec<bool>,
+    (explained, counts): (&mut Vec<f64>, &mut Vec<bool>),
 ) {
-    for [x, y] in points {
-        let explained: f64 = particles
-            .iter()
-            .filter(|Particle { pose, .. }| {
-                let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
-                let end = (pose.x + x * cosine - y * sine, pose.y + x * sine + y * cosine);
-                field.distance(end.0, end.1) < skip.distance
-            })
-            .map(|particle| particle.weight)
-            .sum();
-        counts.push(explained > skip.threshold);
+    explained.clear();
+    explained.resize(points.len(), 0.0);
+    for Particle { pose, weight } in particles {
+        let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
+        for ([x, y], explained) in points.iter().zip(&mut *explained) {
+            let end = (pose.x + x * cosine - y * sine, pose.y + x * sine + y * cosine);
+            if field.distance(end.0, end.1) < skip.distance {
+                *explained += weight;
+            }
+        }
     }
+    counts.extend(explained.iter().map(|share| *share > skip.threshold));
     let skipped = counts.iter().filter(|counts| !**counts).count() as f64;
     if skipped >= skip.error_threshold * points.len() as f64 {
         counts.fill(true);
     }
+}
+
+/// Farther poses are faults of what sent them, m.
+const FARTHEST: f64 = 1e6;
+
+fn is_plausible(pose: &Pose2) -> bool {
+    // Also false for what is no number.
+    pose.x.abs() <= FARTHEST && pose.y.abs() <= FARTHEST && pose.theta.is_finite()
 }

@@ -1,11 +1,13 @@
 //! Parameters, with the names and defaults of Nav2.
 
+use std::fmt;
+
 use crate::motion_model::OdometryAlphas;
 
 /// Parameters of [`MonteCarloLocalization`](crate::MonteCarloLocalization).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MonteCarloParameters {
-    /// Noise of the odometry, `alpha1` to `alpha5`.
+    /// Noise of the odometry, `alpha1` to `alpha4`.
     pub alphas: OdometryAlphas,
     /// Least translation between two updates by a scan, `update_min_d`, m.
     pub update_min_d: f64,
@@ -78,6 +80,54 @@ impl Default for MonteCarloParameters {
     }
 }
 
+/// A parameter that no filter can have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InvalidParameter {
+    /// Its name.
+    pub name: &'static str,
+    /// Its values.
+    pub expected: &'static str,
+}
+
+impl fmt::Display for InvalidParameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "invalid `{}`: expected {}", self.name, self.expected)
+    }
+}
+
+impl std::error::Error for InvalidParameter {}
+
+impl InvalidParameter {
+    /// An error unless the value is as expected.
+    pub(crate) fn unless(is_valid: bool, name: &'static str, expected: &'static str) -> Result<(), Self> {
+        if is_valid { Ok(()) } else { Err(Self { name, expected }) }
+    }
+}
+
+impl MonteCarloParameters {
+    pub(crate) fn check(&self) -> Result<(), InvalidParameter> {
+        let OdometryAlphas { alpha1, alpha2, alpha3, alpha4 } = self.alphas;
+        let alphas = [("alpha1", alpha1), ("alpha2", alpha2), ("alpha3", alpha3), ("alpha4", alpha4)];
+        let distances = [("update_min_d", self.update_min_d), ("update_min_a", self.update_min_a)];
+        for (name, value) in alphas.into_iter().chain(distances) {
+            InvalidParameter::unless(value.is_finite() && value >= 0.0, name, "a number from 0")?;
+        }
+        let KldSampling { min_particles, max_particles, pf_err, pf_z } = self.sampling;
+        InvalidParameter::unless((1..=1_000_000).contains(&max_particles), "max_particles", "1 to 1000000")?;
+        let is_least = (1..=max_particles).contains(&min_particles);
+        InvalidParameter::unless(is_least, "min_particles", "1 to max_particles")?;
+        InvalidParameter::unless(pf_err > 0.0 && pf_err <= 1.0, "pf_err", "a number above 0, up to 1")?;
+        InvalidParameter::unless(pf_z.is_finite() && pf_z >= 0.0, "pf_z", "a number from 0")?;
+        let rates = [
+            ("recovery_alpha_slow", self.recovery.alpha_slow),
+            ("recovery_alpha_fast", self.recovery.alpha_fast),
+        ];
+        rates.into_iter().try_for_each(|(name, rate)| {
+            InvalidParameter::unless((0.0..=1.0).contains(&rate), name, "a number from 0 to 1")
+        })
+    }
+}
+
 impl KldSampling {
     /// Returns how many particles that many occupied bins need (Fox, 2003, equation 7).
     pub(crate) fn particles(&self, bins: usize) -> usize {
@@ -88,6 +138,6 @@ impl KldSampling {
         let share = 2.0 / (9.0 * freedom);
         let root = 1.0 - share + share.sqrt() * self.pf_z;
         let needed = (freedom / (2.0 * self.pf_err) * root * root * root).ceil();
-        (needed as usize).clamp(self.min_particles, self.max_particles)
+        (needed as usize).max(self.min_particles).min(self.max_particles)
     }
 }

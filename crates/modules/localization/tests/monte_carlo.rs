@@ -40,8 +40,8 @@ impl Building {
     }
 
     fn field(&self) -> LikelihoodField {
-        let model = SensorModel { sigma_hit: 0.1, max_range: 10.0, ..SensorModel::default() };
-        LikelihoodField::new(self.geometry, |cell| self.walls[cell], |_| true, model)
+        let model = SensorModel { sigma_hit: 0.1, laser_max_range: 10.0, ..SensorModel::default() };
+        LikelihoodField::new(self.geometry, |cell| self.walls[cell], |_| true, model).unwrap()
     }
 
     /// Ends of 60 beams, in the robot's frame, with noise of 2 cm.
@@ -117,13 +117,13 @@ fn error(localization: &mut MonteCarloLocalization, truth: &Pose2) -> (f64, f64)
 fn a_pose_is_followed_within_the_noise_of_the_laser() {
     let (building, mut random) = (Building::new(), Random::new(3, "test"));
     let (field, mut drive) = (building.field(), Drive::new());
-    let mut localization = MonteCarloLocalization::new(parameters());
-    localization.begin(drive.truth, [0.1, 0.1, 0.1], &mut random);
+    let mut localization = MonteCarloLocalization::new(parameters()).unwrap();
+    localization.initialize(drive.truth, [0.1, 0.1, 0.1], &mut random);
     let (mut squares, mut count) = (0.0, 0);
     for step in 0..800 {
         drive.step();
         let points = building.scan(&drive.truth, &mut random);
-        localization.step(drive.odometry, &points, &field, &mut random);
+        localization.update(drive.odometry, &points, &field, &mut random);
         if step > 50 {
             let (position, _) = error(&mut localization, &drive.truth);
             squares += position * position;
@@ -145,12 +145,13 @@ fn a_robot_that_could_be_anywhere_finds_its_pose() {
     let found = (0..10).filter(|seed| {
         let mut random = Random::new(*seed, "test");
         let mut drive = Drive::new();
-        let mut localization = MonteCarloLocalization::new(MonteCarloParameters { sampling, ..parameters() });
-        localization.begin_globally(&field, &mut random);
+        let mut localization =
+            MonteCarloLocalization::new(MonteCarloParameters { sampling, ..parameters() }).unwrap();
+        localization.initialize_globally(&field, &mut random);
         for _ in 0..250 {
             drive.step();
             let points = building.scan(&drive.truth, &mut random);
-            localization.step(drive.odometry, &points, &field, &mut random);
+            localization.update(drive.odometry, &points, &field, &mut random);
         }
         error(&mut localization, &drive.truth).0 < 0.15
     });
@@ -164,15 +165,16 @@ fn a_robot_that_is_carried_away_finds_its_pose_again() {
     let run = |recovery: Recovery| {
         let mut random = Random::new(5, "test");
         let mut drive = Drive::new();
-        let mut localization = MonteCarloLocalization::new(MonteCarloParameters { recovery, ..parameters() });
-        localization.begin(drive.truth, [0.1, 0.1, 0.1], &mut random);
+        let mut localization =
+            MonteCarloLocalization::new(MonteCarloParameters { recovery, ..parameters() }).unwrap();
+        localization.initialize(drive.truth, [0.1, 0.1, 0.1], &mut random);
         for step in 0..900 {
             drive.step();
             if step == 100 {
                 (drive.truth.x, drive.truth.y, drive.at) = (11.4, 0.8, 6);
             }
             let points = building.scan(&drive.truth, &mut random);
-            localization.step(drive.odometry, &points, &field, &mut random);
+            localization.update(drive.odometry, &points, &field, &mut random);
         }
         error(&mut localization, &drive.truth).0
     };
@@ -189,12 +191,12 @@ fn beams_that_hit_what_the_map_lacks_can_be_left_out() {
     let run = |beam_skip: Option<BeamSkip>, people: usize| {
         let mut random = Random::new(3, "test");
         let mut localization =
-            MonteCarloLocalization::new(MonteCarloParameters { beam_skip, ..parameters() });
-        localization.begin(truth, [0.05, 0.05, 0.05], &mut random);
+            MonteCarloLocalization::new(MonteCarloParameters { beam_skip, ..parameters() }).unwrap();
+        localization.initialize(truth, [0.05, 0.05, 0.05], &mut random);
         let mut points = building.scan(&truth, &mut random);
         // People stand beside the robot, far from all walls.
         points.extend((0..people).map(|k| [0.05, 0.000_1 * k as f64]));
-        localization.step(Pose2::default(), &points, &field, &mut random);
+        localization.update(Pose2::default(), &points, &field, &mut random);
         localization.particles().to_vec()
     };
     let skip = Some(BeamSkip::default());
@@ -209,12 +211,12 @@ fn the_same_seed_gives_the_same_particles() {
     let run = || {
         let (building, mut random) = (Building::new(), Random::new(3, "test"));
         let (field, mut drive) = (building.field(), Drive::new());
-        let mut localization = MonteCarloLocalization::new(parameters());
-        localization.begin_globally(&field, &mut random);
+        let mut localization = MonteCarloLocalization::new(parameters()).unwrap();
+        localization.initialize_globally(&field, &mut random);
         for _ in 0..60 {
             drive.step();
             let points = building.scan(&drive.truth, &mut random);
-            localization.step(drive.odometry, &points, &field, &mut random);
+            localization.update(drive.odometry, &points, &field, &mut random);
         }
         localization.particles().to_vec()
     };
@@ -225,7 +227,7 @@ fn the_same_seed_gives_the_same_particles() {
 fn a_pose_that_is_no_number_and_a_map_without_a_free_cell_change_nothing() {
     let building = Building::new();
     let (field, mut random) = (building.field(), Random::new(3, "test"));
-    let mut localization = MonteCarloLocalization::new(parameters());
+    let mut localization = MonteCarloLocalization::new(parameters()).unwrap();
     assert!(localization.estimate().is_none());
     let blocked = LikelihoodField::new(
         building.geometry,
@@ -233,12 +235,35 @@ fn a_pose_that_is_no_number_and_a_map_without_a_free_cell_change_nothing() {
         |_| false,
         SensorModel::default(),
     );
+    let blocked = blocked.unwrap();
     assert!(!blocked.has_free_cells());
-    localization.begin_globally(&blocked, &mut random);
+    localization.initialize_globally(&blocked, &mut random);
     assert!(localization.estimate().is_none());
-    localization.begin(Drive::new().truth, [0.1; 3], &mut random);
+    localization.initialize(Drive::new().truth, [0.1; 3], &mut random);
+    for x in [f64::NAN, f64::INFINITY, 1e19] {
+        assert!(!localization.initialize(Pose2 { x, y: 0.0, theta: 0.0 }, [0.1; 3], &mut random));
+    }
     let before = localization.particles().to_vec();
-    let odometry = Pose2 { x: f64::NAN, y: 0.0, theta: 0.0 };
-    assert!(!localization.step(odometry, &[[1.0, 0.0]], &field, &mut random));
+    for x in [f64::NAN, 1e20] {
+        let odometry = Pose2 { x, y: 0.0, theta: 0.0 };
+        assert!(!localization.update(odometry, &[[1.0, 0.0]], &field, &mut random));
+    }
     assert!(localization.particles() == before);
+}
+
+#[test]
+fn parameters_that_no_filter_can_have_are_named() {
+    let refused = |sampling: KldSampling| {
+        let parameters = MonteCarloParameters { sampling, ..parameters() };
+        MonteCarloLocalization::new(parameters).unwrap_err().to_string()
+    };
+    let sampling = parameters().sampling;
+    assert_eq!(
+        refused(KldSampling { max_particles: 300, ..sampling }),
+        "invalid `min_particles`: expected 1 to max_particles"
+    );
+    assert!(refused(KldSampling { pf_err: f64::NAN, ..sampling }).contains("pf_err"));
+    let model = SensorModel { sigma_hit: 0.0, ..SensorModel::default() };
+    let field = LikelihoodField::new(Building::new().geometry, |_| false, |_| true, model);
+    assert_eq!(field.unwrap_err().name, "sigma_hit");
 }

@@ -45,7 +45,7 @@ impl AStar {
         self.open.clear(grid.cells(), octile(columns, rows), span);
         self.nodes[from as usize] = SearchNode { cost: 0.0, predecessor: from, search: self.searches };
         self.open.insert(from, octile(columns, rows));
-        let mut best = f64::INFINITY;
+        let mut best = if from == to { 0.0 } else { f64::INFINITY };
         while let Some(here) = self.open.pop() {
             // Within a bucket cells are not in order, so a cell may be taken again after its cost has fallen, and the goal's cost is final
             // when all that is left is dearer.
@@ -71,9 +71,6 @@ impl AStar {
                     self.open.insert(step.to, total);
                 }
             });
-        }
-        if from == to {
-            best = 0.0;
         }
         if best == f64::INFINITY {
             return None;

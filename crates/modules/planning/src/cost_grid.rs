@@ -1,5 +1,9 @@
 //! Costs of cells.
 
+use std::fmt;
+
+use slate_module::math;
+
 /// Cost from which the robot's middle can't be in a cell: an obstacle is within its inscribed circle.
 pub const INSCRIBED: u8 = 253;
 /// Cost of an obstacle's cell.
@@ -23,59 +27,105 @@ impl GridCell {
     }
 }
 
+impl GridCell {
+    /// Returns the distance between the middles of two cells, cells.
+    pub fn distance(self, other: Self) -> f64 {
+        let columns = f64::from(self.column) - f64::from(other.column);
+        let rows = f64::from(self.row) - f64::from(other.row);
+        (columns * columns + rows * rows).sqrt()
+    }
+}
+
+/// Largest number of cells of a grid, with its border.
+pub const MOST_CELLS: u64 = 1 << 26;
+
+/// What a search takes for each cell, bytes.
+const SEARCH_BYTES: u128 = 29;
+
+/// A grid that has no cell, or too many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GridSizeError {
+    /// Number of cells along x.
+    pub width: u32,
+    /// Number of cells along y.
+    pub height: u32,
+}
+
+impl fmt::Display for GridSizeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let megabytes = u128::from(self.width) * u128::from(self.height) * SEARCH_BYTES / 1_000_000;
+        write!(
+            f,
+            "a grid of {} x {} cells, which takes {megabytes} MB to search: expected 1 to {MOST_CELLS} cells",
+            self.width, self.height
+        )
+    }
+}
+
+impl std::error::Error for GridSizeError {}
+
 /// Costs of a grid's cells as searches read them, 0 to [`UNKNOWN`].
 ///
-/// A step to a cell costs its length in cells, times 1 + [`cost_factor`](Self::with_cost_factor) x cost / 252. Cells from [`INSCRIBED`] on are
-/// impassable, and so is what lies outside; unknown cells are, too, unless they are [allowed](Self::allow_unknown).
-#[derive(Clone, Debug, Default)]
+/// A step to a cell costs its length in cells, times 1 + [`cost_factor`](Self::with_cost_factor) x cost / 252. Cells
+/// from [`INSCRIBED`] on are impassable, and so is what lies outside; unknown cells are, too, unless they are
+/// [allowed](Self::allow_unknown).
+#[derive(Clone, Debug)]
 pub struct CostGrid {
     width: u32,
     height: u32,
     /// With a border of impassable cells, so that no search looks for the edge.
     costs: Vec<u8>,
-    factors: StepFactors,
-}
-
-/// Factor on the length of a step to a cell, by cost; infinite where it is impassable.
-#[derive(Clone, Debug)]
-struct StepFactors([f64; 256]);
-
-impl Default for StepFactors {
-    fn default() -> Self {
-        let mut factors = [1.0; 256];
-        factors[usize::from(INSCRIBED)..].fill(f64::INFINITY);
-        Self(factors)
-    }
+    /// Factor on the length of a step to a cell, by cost; infinite where it is impassable.
+    factors: [f64; 256],
+    cost_factor: f64,
+    unknown_cost: u8,
 }
 
 impl CostGrid {
     /// Makes a grid of that many cells along x and y from the cost of each.
-    pub fn new(width: u32, height: u32, mut cost: impl FnMut(GridCell) -> u8) -> Self {
-        let mut grid = Self { width, height, costs: Vec::new(), factors: StepFactors::default() };
-        grid.costs.resize(grid.stride() as usize * (height as usize + 2), LETHAL);
-        for row in 0..height {
-            for column in 0..width {
-                let cell = GridCell::new(column, row);
-                let index = grid.index(cell);
-                grid.costs[index as usize] = cost(cell);
+    ///
+    /// # Errors
+    /// It has no cell, or more than [`MOST_CELLS`].
+    pub fn new(width: u32, height: u32, mut cost: impl FnMut(GridCell) -> u8) -> Result<Self, GridSizeError> {
+        let cells = (u64::from(width) + 2).saturating_mul(u64::from(height) + 2);
+        if width == 0 || height == 0 || cells > MOST_CELLS {
+            return Err(GridSizeError { width, height });
+        }
+        let mut costs = vec![LETHAL; cells as usize];
+        let rows = costs.chunks_exact_mut(width as usize + 2).skip(1).take(height as usize);
+        for (row, cells) in (0..).zip(rows) {
+            for (column, cell) in (0..width).zip(&mut cells[1..]) {
+                *cell = cost(GridCell::new(column, row));
             }
         }
-        grid
+        let grid =
+            Self { width, height, costs, factors: [1.0; 256], cost_factor: 0.0, unknown_cost: UNKNOWN };
+        Ok(grid.with_factors())
     }
 
-    /// Sets how much dearer a step to a cell of cost 252 is than to one of cost 0; a search with 0 finds the shortest path.
+    /// Sets how much dearer a step to a cell of cost 252 is than to one of cost 0, held between 0 and 1,000; with 0 a search finds
+    /// the shortest path.
     #[must_use]
     pub fn with_cost_factor(mut self, cost_factor: f64) -> Self {
-        for cost in 0..INSCRIBED {
-            self.factors.0[usize::from(cost)] = 1.0 + cost_factor * f64::from(cost) / 252.0;
-        }
-        self
+        self.cost_factor = math::clamp(cost_factor, 0.0, 1_000.0);
+        self.with_factors()
     }
 
     /// Lets searches cross unknown cells, as cells of that cost.
     #[must_use]
     pub fn allow_unknown(mut self, cost: u8) -> Self {
-        self.factors.0[usize::from(UNKNOWN)] = self.factors.0[usize::from(cost)];
+        self.unknown_cost = cost;
+        self.with_factors()
+    }
+
+    fn with_factors(mut self) -> Self {
+        for cost in 0..=u8::MAX {
+            let counted = if cost == UNKNOWN { self.unknown_cost } else { cost };
+            self.factors[usize::from(cost)] = match counted {
+                INSCRIBED.. => f64::INFINITY,
+                _ => 1.0 + self.cost_factor * f64::from(counted) / 252.0,
+            };
+        }
         self
     }
 
@@ -136,15 +186,14 @@ impl CostGrid {
 
     /// Factor on the length of a step to the cell.
     pub(crate) fn factor(&self, index: u32) -> f64 {
-        self.factors.0[usize::from(self.costs[index as usize])]
+        self.factors[usize::from(self.costs[index as usize])]
     }
 
     /// The largest factor on the length of a step.
     pub(crate) fn largest_factor(&self) -> f64 {
         self.factors
-            .0
             .iter()
             .filter(|factor| factor.is_finite())
-            .fold(1.0, |largest, factor| slate_module::math::max(largest, *factor))
+            .fold(1.0, |largest, factor| math::max(largest, *factor))
     }
 }

@@ -4,7 +4,7 @@ use slate_grid::{DistanceTransform, Geometry, LineCells};
 use slate_interfaces::Pose2;
 use slate_module::math;
 
-use crate::cost_grid::{CostGrid, GridCell, INSCRIBED, LETHAL, UNKNOWN};
+use crate::cost_grid::{CostGrid, GridCell, GridSizeError, INSCRIBED, LETHAL, UNKNOWN};
 
 /// How costs fall with the distance to an obstacle, as in Nav2's inflation layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,10 +48,10 @@ impl Inflation {
 /// use slate_planning::{Costmap, GridCell, Inflation, LETHAL};
 ///
 /// let geometry = Geometry::new([0.0, 0.0], [4.0, 4.0], 0.1, 10_000).unwrap();
-/// let mut costmap = Costmap::new(geometry, Inflation::default());
+/// let mut costmap = Costmap::new(geometry, Inflation::default()).unwrap();
 /// costmap.set_static(|_| 0);
 /// // A beam from the laser at (1, 2) ends 1 m before it.
-/// costmap.see(&Pose2 { x: 1.05, y: 2.05, theta: 0.0 }, &[[1.0, 0.0]], &[]);
+/// costmap.insert_scan(&Pose2 { x: 1.05, y: 2.05, theta: 0.0 }, &[[1.0, 0.0]], &[]);
 /// let grid = costmap.update();
 /// assert_eq!(grid.cost(GridCell::new(20, 20)), LETHAL);
 /// assert!(grid.cost(GridCell::new(16, 20)) > 0);
@@ -62,16 +62,16 @@ pub struct Costmap {
     inflation: Inflation,
     /// Cost of each cell by the static map.
     base: Vec<u8>,
-    /// What sensors have seen of each cell.
-    seen: Vec<CellSight>,
+    /// By sensors, of each cell.
+    seen: Vec<CellObservation>,
     keep_out: Vec<bool>,
     distances: DistanceTransform,
     grid: CostGrid,
 }
 
-/// What sensors have seen of a cell.
+/// A cell as sensors have seen it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum CellSight {
+enum CellObservation {
     /// Nothing: the static map holds.
     #[default]
     Unseen,
@@ -83,17 +83,22 @@ enum CellSight {
 
 impl Costmap {
     /// Makes a map of unknown cells.
-    pub fn new(geometry: Geometry, inflation: Inflation) -> Self {
+    ///
+    /// # Errors
+    /// The grid is too large to search.
+    pub fn new(geometry: Geometry, inflation: Inflation) -> Result<Self, GridSizeError> {
         let cells = geometry.cells();
-        Self {
+        let size = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+        let grid = CostGrid::new(size(geometry.width), size(geometry.height), |_| UNKNOWN)?;
+        Ok(Self {
             base: vec![UNKNOWN; cells],
-            seen: vec![CellSight::Unseen; cells],
+            seen: vec![CellObservation::Unseen; cells],
             keep_out: vec![false; cells],
             distances: DistanceTransform::default(),
-            grid: CostGrid::new(geometry.width as u32, geometry.height as u32, |_| UNKNOWN),
+            grid,
             geometry,
             inflation,
-        }
+        })
     }
 
     /// Where its cells are.
@@ -112,13 +117,17 @@ impl Costmap {
         }
     }
 
-    /// Adds a scan from a sensor's pose in the map frame: cells that beams go through are free, those in which they end are obstacles.
+    /// Adds a scan from a sensor's pose in the map frame: cells in which beams end are obstacles, those that they go through are free, unless
+    /// the static map has an obstacle there.
     ///
-    /// Ends of beams are in the sensor's frame, m; `clearing` has those that ended without hitting anything. A point that is no number
-    /// is skipped. In a scan, obstacles count more than beams that go through.
-    pub fn see(&mut self, sensor: &Pose2, hits: &[[f64; 2]], clearing: &[[f64; 2]]) {
+    /// Ends of beams are in the sensor's frame, m; `clearing` has those that ended without hitting anything. A point or pose that is no number or
+    /// far from the grid is skipped. In a scan, obstacles count more than beams that go through.
+    pub fn insert_scan(&mut self, sensor: &Pose2, hits: &[[f64; 2]], clearing: &[[f64; 2]]) {
         let from = self.geometry.place(sensor.x, sensor.y);
-        if !from.0.is_finite() || !from.1.is_finite() {
+        // Lines are as long as a grid is large at most.
+        let limit = 2.0 * (self.geometry.width + self.geometry.height) as f64;
+        // Also false for what is no number.
+        if !(from.0.abs() <= limit && from.1.abs() <= limit) {
             return;
         }
         let (sine, cosine) = (math::sin(sensor.theta), math::cos(sensor.theta));
@@ -126,15 +135,13 @@ impl Costmap {
             let point = (sensor.x + x * cosine - y * sine, sensor.y + x * sine + y * cosine);
             self.geometry.place(point.0, point.1)
         };
-        // Lines are as long as a grid is large at most.
-        let limit = 2.0 * (self.geometry.width + self.geometry.height) as f64;
         let is_near = |to: &(f64, f64)| math::hypot(to.0 - from.0, to.1 - from.1) <= limit;
         let ends: Vec<(f64, f64)> =
             hits.iter().chain(clearing).map(|point| end(*point)).filter(is_near).collect();
         for to in &ends {
             for place in LineCells::new(from, *to) {
                 if let Some(cell) = self.cell(place) {
-                    self.seen[cell] = CellSight::Free;
+                    self.seen[cell] = CellObservation::Free;
                 }
             }
         }
@@ -143,14 +150,14 @@ impl Costmap {
             if is_near(&to)
                 && let Some(cell) = self.cell((to.0.floor() as i64, to.1.floor() as i64))
             {
-                self.seen[cell] = CellSight::Obstacle;
+                self.seen[cell] = CellObservation::Obstacle;
             }
         }
     }
 
-    /// Forgets what sensors have seen.
-    pub fn forget(&mut self) {
-        self.seen.fill(CellSight::Unseen);
+    /// Clears all that sensors have seen.
+    pub fn clear_observations(&mut self) {
+        self.seen.fill(CellObservation::Unseen);
     }
 
     /// Sets the zones that the robot keeps out of.
@@ -165,14 +172,14 @@ impl Costmap {
         let Self { geometry, inflation, base, seen, keep_out, distances, grid } = self;
         let is_obstacle = |cell: usize| match seen[cell] {
             _ if keep_out[cell] => true,
-            CellSight::Obstacle => true,
-            CellSight::Free => false,
-            CellSight::Unseen => base[cell] == LETHAL,
+            CellObservation::Obstacle => true,
+            // A beam that grazes a wall of the map does not take it away.
+            CellObservation::Free | CellObservation::Unseen => base[cell] == LETHAL,
         };
         let squares = distances.squares(geometry.width, geometry.height, is_obstacle);
         for (cell, square) in squares.iter().enumerate() {
             let cost = inflation.cost((*square as f64).sqrt() * geometry.resolution);
-            let is_unknown = seen[cell] == CellSight::Unseen && base[cell] == UNKNOWN;
+            let is_unknown = seen[cell] == CellObservation::Unseen && base[cell] == UNKNOWN;
             // What nobody has seen stays so, unless an obstacle is too near in any case.
             let cost = if is_unknown && cost < INSCRIBED { UNKNOWN } else { cost };
             let place = GridCell::new((cell % geometry.width) as u32, (cell / geometry.width) as u32);

@@ -15,7 +15,7 @@ use crate::neighbors::{for_each_step, octile};
 /// ```
 /// use slate_planning::{GridCell, CostGrid, DStarLite, LETHAL};
 ///
-/// let free = CostGrid::new(5, 5, |_| 0);
+/// let free = CostGrid::new(5, 5, |_| 0).unwrap();
 /// let mut planner = DStarLite::new(free, GridCell::new(0, 2), GridCell::new(4, 2));
 /// assert_eq!(planner.plan().unwrap().cost(), 4.0);
 /// planner.set_cost(GridCell::new(2, 2), LETHAL);
@@ -33,8 +33,8 @@ pub struct DStarLite {
     key_modifier: f64,
     /// Cells whose steps have changed since the last plan.
     changed: Vec<u32>,
-    /// The newest way from the robot to the goal.
-    way: Vec<u32>,
+    /// The newest path from the robot to the goal; empty if there is none.
+    path_cells: Vec<u32>,
     path: GridPath,
 }
 
@@ -63,7 +63,7 @@ impl DStarLite {
             last_start: start,
             key_modifier: 0.0,
             changed: Vec::new(),
-            way: Vec::new(),
+            path_cells: Vec::new(),
             path: GridPath::default(),
             grid,
         };
@@ -79,11 +79,13 @@ impl DStarLite {
         &self.grid
     }
 
-    /// Tells where the robot is.
-    pub fn move_to(&mut self, start: GridCell) {
-        if self.grid.is_passable(start) {
+    /// Tells where the robot is; returns false for a cell outside of the grid, which is ignored. In an impassable cell it has no path.
+    pub fn move_to(&mut self, start: GridCell) -> bool {
+        let is_inside = start.column < self.grid.width() && start.row < self.grid.height();
+        if is_inside {
             self.start = self.grid.index(start);
         }
+        is_inside
     }
 
     /// Tells the cost of a cell, as the robot has learnt it.
@@ -99,9 +101,13 @@ impl DStarLite {
         for middle in [here - stride, here, here + stride] {
             self.changed.extend([middle - 1, middle, middle + 1]);
         }
+        if self.changed.len() > 2 * self.grid.cells() {
+            self.changed.sort_unstable();
+            self.changed.dedup();
+        }
     }
 
-    /// Looks anew at the cells around those that have changed since the last plan.
+    /// Recomputes the lookahead of cells around those that have changed since the last plan.
     fn take_changes(&mut self) {
         if self.changed.is_empty() {
             return;
@@ -113,7 +119,8 @@ impl DStarLite {
         changed.dedup();
         for cell in changed.drain(..) {
             // Nothing leads to the border.
-            if self.grid.is_open(cell) || self.nodes[cell as usize].cost < f64::INFINITY {
+            let node = self.nodes[cell as usize];
+            if self.grid.is_open(cell) || node.cost < f64::INFINITY || node.lookahead < f64::INFINITY {
                 self.look_ahead(cell);
             }
         }
@@ -129,12 +136,12 @@ impl DStarLite {
             self.settle(ill);
             self.expand();
         }
-        let cost = self.nodes[self.start as usize].lookahead;
-        if cost == f64::INFINITY || !self.grid.is_open(self.start) {
+        if self.path_cells.last() != Some(&self.goal) {
             return None;
         }
-        let Self { grid, way, path, .. } = self;
-        path.set(way.iter().map(|cell| grid.cell(*cell)), cost);
+        let cost = self.nodes[self.start as usize].lookahead;
+        let Self { grid, path_cells, path, .. } = self;
+        path.set(path_cells.iter().map(|cell| grid.cell(*cell)), cost);
         Some(&self.path)
     }
 
@@ -171,35 +178,35 @@ impl DStarLite {
         }
     }
 
-    /// Follows the cheapest steps to the goal, along the way of the last plan as far as it still is one; returns a cell whose cost is not
-    /// what its neighbours say, as no way goes on from there.
+    /// Follows the cheapest steps to the goal, along the path of the last plan as far as it still is one; returns a cell whose cost is not
+    /// what its neighbours say, as no path goes on from there.
     fn follow(&mut self) -> Option<u32> {
-        if self.nodes[self.start as usize].lookahead == f64::INFINITY {
-            self.way.clear();
+        if self.nodes[self.start as usize].lookahead == f64::INFINITY || !self.grid.is_open(self.start) {
+            self.path_cells.clear();
             return None;
         }
-        if let Some(at) = self.way.iter().position(|cell| *cell == self.start) {
-            self.way.drain(..at);
+        if let Some(at) = self.path_cells.iter().position(|cell| *cell == self.start) {
+            self.path_cells.drain(..at);
         } else {
-            self.way.clear();
-            self.way.push(self.start);
+            self.path_cells.clear();
+            self.path_cells.push(self.start);
         }
         let mut at = 0;
         loop {
-            let here = self.way[at];
+            let here = self.path_cells[at];
             let node = self.nodes[here as usize];
             if at > 0 && node.cost != node.lookahead {
                 return Some(here);
             }
             if here == self.goal {
-                self.way.truncate(at + 1);
+                self.path_cells.truncate(at + 1);
                 return None;
             }
             at += 1;
             let is_known =
-                self.way.get(at).is_some_and(|next| self.through(here, *next) == Some(node.lookahead));
+                self.path_cells.get(at).is_some_and(|next| self.through(here, *next) == Some(node.lookahead));
             if !is_known {
-                self.way.truncate(at);
+                self.path_cells.truncate(at);
                 let mut best = (f64::INFINITY, here);
                 for_each_step(&self.grid, here, |step| {
                     let cost = step.length * self.grid.factor(step.to) + self.nodes[step.to as usize].cost;
@@ -207,7 +214,11 @@ impl DStarLite {
                         best = (cost, step.to);
                     }
                 });
-                self.way.push(best.1);
+                if best.0 == f64::INFINITY {
+                    self.path_cells.clear();
+                    return None;
+                }
+                self.path_cells.push(best.1);
             }
         }
     }

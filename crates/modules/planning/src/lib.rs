@@ -1,14 +1,14 @@
-//! Global planning on grids: paths that are cheapest among those of eight neighbours ([`AStar`]) or of any angle ([`ThetaStar`]),
-//! and one that is repaired while the robot learns of obstacles ([`DStarLite`]).
+//! Global planning on grids: paths that are cheapest among those of eight neighbours ([`AStar`]) or of any angle
+//! ([`ThetaStar`]), and one that is repaired while the robot learns of obstacles ([`DStarLite`]).
 //!
-//! All of them search a [`CostGrid`], whose costs are those of Nav2's costmaps; a [`Costmap`] makes one of its layers. Buffers are kept, so that only the first search in a grid
-//! of a size allocates.
+//! All of them search a [`CostGrid`], whose costs are those of Nav2's costmaps; a [`Costmap`] makes one of its layers.
+//! Buffers are kept from search to search.
 //!
 //! ```
 //! use slate_planning::{AStar, GridCell, CostGrid, LETHAL};
 //!
 //! // A wall with a gap at its right end.
-//! let grid = CostGrid::new(4, 3, |cell| if cell.row == 1 && cell.column < 3 { LETHAL } else { 0 });
+//! let grid = CostGrid::new(4, 3, |cell| if cell.row == 1 && cell.column < 3 { LETHAL } else { 0 }).unwrap();
 //! let mut planner = AStar::default();
 //! let path = planner.search(&grid, GridCell::new(0, 0), GridCell::new(0, 2)).unwrap();
 //! assert_eq!(path.cost(), 8.0);
@@ -27,7 +27,7 @@ mod neighbors;
 mod theta_star;
 
 pub use a_star::AStar;
-pub use cost_grid::{CostGrid, GridCell, INSCRIBED, LETHAL, UNKNOWN};
+pub use cost_grid::{CostGrid, GridCell, GridSizeError, INSCRIBED, LETHAL, MOST_CELLS, UNKNOWN};
 pub use costmap::{Costmap, Inflation};
 pub use d_star_lite::DStarLite;
 pub use grid_path::GridPath;

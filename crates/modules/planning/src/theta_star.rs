@@ -9,7 +9,7 @@ use crate::line::line_cost;
 use crate::neighbors::for_each_step;
 
 /// Finds a short path of straight lines of any angle: Lazy Theta* (Nash, Koenig and Tovey, 2010, *Lazy Theta\*: Any-angle path planning and
-/// path length analysis in 3D*), for cells of any cost, whose path is then pulled tight.
+/// path length analysis in 3D*), for cells of any cost, whose path is then smoothed.
 ///
 /// The path is not always the shortest one; on published maps it is less than 1 % longer. No line of it touches an impassable cell.
 #[derive(Clone, Debug, Default)]
@@ -18,8 +18,8 @@ pub struct ThetaStar {
     searches: u32,
     open: BucketQueue,
     path: GridPath,
-    /// Path that is being pulled tight.
-    taut: Vec<GridCell>,
+    /// Path that is being smoothed.
+    smoothed: Vec<GridCell>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,22 +49,22 @@ impl ThetaStar {
         }
         self.begin(grid);
         let (from, to) = (grid.index(start), grid.index(goal));
-        self.open.clear(grid.cells(), euclid(start, goal), 4.0 * SQRT_2 * (grid.largest_factor() + 1.0));
+        self.open.clear(grid.cells(), start.distance(goal), 4.0 * SQRT_2 * (grid.largest_factor() + 1.0));
         self.nodes[from as usize] =
             LazyNode { cost: 0.0, parent: from, search: self.searches, state: LineState::Known };
-        self.open.insert(from, euclid(start, goal));
+        self.open.insert(from, start.distance(goal));
         while let Some(here) = self.open.pop() {
             let cell = grid.cell(here);
             if self.nodes[here as usize].state == LineState::Supposed && self.settle(grid, here) {
                 let cost = self.nodes[here as usize].cost;
-                self.open.insert(here, cost + euclid(cell, goal));
+                self.open.insert(here, cost + cell.distance(goal));
                 continue;
             }
             self.nodes[here as usize].state = LineState::Closed;
             if here == to {
                 return Some(self.finish(grid, to));
             }
-            self.suppose(grid, here, goal);
+            self.relax_neighbors(grid, here, goal);
         }
         None
     }
@@ -102,17 +102,17 @@ impl ThetaStar {
     }
 
     /// Offers each neighbour the parent of a closed node, as if the line were free.
-    fn suppose(&mut self, grid: &CostGrid, here: u32, goal: GridCell) {
+    fn relax_neighbors(&mut self, grid: &CostGrid, here: u32, goal: GridCell) {
         let parent = self.nodes[here as usize].parent;
         let cost = self.nodes[parent as usize].cost;
         let origin = grid.cell(parent);
         for_each_step(grid, here, |step| {
             let cell = grid.cell(step.to);
-            let cost = cost + euclid(origin, cell);
+            let cost = cost + origin.distance(cell);
             let node = &mut self.nodes[step.to as usize];
             if node.search != self.searches || (node.state != LineState::Closed && cost < node.cost - 1e-9) {
                 *node = LazyNode { cost, parent, search: self.searches, state: LineState::Supposed };
-                self.open.insert(step.to, cost + euclid(cell, goal));
+                self.open.insert(step.to, cost + cell.distance(goal));
             }
         });
     }
@@ -120,41 +120,36 @@ impl ThetaStar {
     fn finish(&mut self, grid: &CostGrid, to: u32) -> &GridPath {
         let nodes = &self.nodes;
         self.path.trace(grid, to, nodes[to as usize].cost, |cell| nodes[cell as usize].parent);
-        pull_tight(grid, &mut self.path, &mut self.taut);
+        smooth(grid, &mut self.path, &mut self.smoothed);
         &self.path
     }
 }
 
-fn euclid(a: GridCell, b: GridCell) -> f64 {
-    let (columns, rows) = (f64::from(a.column) - f64::from(b.column), f64::from(a.row) - f64::from(b.row));
-    (columns * columns + rows * rows).sqrt()
-}
-
 /// Leaves out corners, and moves them by one cell, as long as that makes the path cheaper.
-fn pull_tight(grid: &CostGrid, path: &mut GridPath, taut: &mut Vec<GridCell>) {
+fn smooth(grid: &CostGrid, path: &mut GridPath, smoothed: &mut Vec<GridCell>) {
     let cells = path.cells_mut();
     loop {
         let mut is_better = false;
-        taut.clear();
-        taut.push(cells[0]);
+        smoothed.clear();
+        smoothed.push(cells[0]);
         for at in 1..cells.len() {
             let cell = cells[at];
             let Some(next) = cells.get(at + 1) else {
-                taut.push(cell);
+                smoothed.push(cell);
                 break;
             };
             // The last one is there: the start.
-            let before = taut[taut.len() - 1];
+            let before = smoothed[smoothed.len() - 1];
             match better_corner(grid, before, cell, *next) {
-                CornerChange::Kept => taut.push(cell),
+                CornerChange::Kept => smoothed.push(cell),
                 CornerChange::Moved(other) => {
-                    taut.push(other);
+                    smoothed.push(other);
                     is_better = true;
                 }
                 CornerChange::LeftOut => is_better = true,
             }
         }
-        std::mem::swap(cells, taut);
+        std::mem::swap(cells, smoothed);
         if !is_better {
             break;
         }

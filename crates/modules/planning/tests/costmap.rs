@@ -14,6 +14,7 @@ fn costmap() -> Costmap {
         geometry,
         Inflation { inscribed_radius: 0.25, inflation_radius: 0.6, cost_scaling_factor: 4.0 },
     )
+    .unwrap()
 }
 
 fn cell(index: usize) -> GridCell {
@@ -23,19 +24,21 @@ fn cell(index: usize) -> GridCell {
 #[test]
 fn a_beam_clears_what_it_goes_through_and_marks_where_it_ends() {
     let mut costmap = costmap();
-    // The map has an obstacle that is not there any more.
-    costmap.set_static(|index| if index == 10 * SIDE + 6 { 100 } else { 0 });
-    assert_eq!(costmap.update().cost(GridCell::new(6, 10)), LETHAL);
+    costmap.set_static(|index| if index == 16 * SIDE + 6 { 100 } else { -1 });
+    assert_eq!(costmap.update().cost(GridCell::new(6, 10)), UNKNOWN);
     let sensor = Pose2 { x: 0.25, y: 1.05, theta: 0.0 };
-    costmap.see(&sensor, &[[1.5, 0.0]], &[]);
+    costmap.insert_scan(&sensor, &[[1.5, 0.0]], &[]);
     let grid = costmap.update();
     assert_eq!(grid.cost(GridCell::new(6, 10)), 0);
     assert_eq!(grid.cost(GridCell::new(17, 10)), LETHAL);
     // It is gone, and the laser sees nothing there.
-    costmap.see(&sensor, &[], &[[1.7, 0.0]]);
+    costmap.insert_scan(&sensor, &[], &[[1.7, 0.0]]);
     assert_eq!(costmap.update().cost(GridCell::new(17, 10)), 0);
-    costmap.forget();
-    assert_eq!(costmap.update().cost(GridCell::new(6, 10)), LETHAL);
+    // A wall of the map stays, whatever goes through it.
+    costmap.insert_scan(&Pose2 { x: 0.25, y: 1.65, theta: 0.0 }, &[], &[[1.0, 0.0]]);
+    assert_eq!(costmap.update().cost(GridCell::new(6, 16)), LETHAL);
+    costmap.clear_observations();
+    assert_eq!(costmap.update().cost(GridCell::new(6, 10)), UNKNOWN);
 }
 
 #[test]
@@ -55,8 +58,10 @@ fn beams_that_are_no_numbers_or_endless_change_nothing() {
     let mut costmap = costmap();
     costmap.set_static(|_| 0);
     let sensor = Pose2 { x: 1.0, y: 1.0, theta: 0.0 };
-    costmap.see(&sensor, &[[f64::NAN, 0.0], [1e300, 0.0]], &[[f64::INFINITY, 0.0], [1e12, 0.0]]);
-    costmap.see(&Pose2 { x: f64::NAN, ..sensor }, &[[1.0, 0.0]], &[]);
+    costmap.insert_scan(&sensor, &[[f64::NAN, 0.0], [1e300, 0.0]], &[[f64::INFINITY, 0.0], [1e12, 0.0]]);
+    for x in [f64::NAN, 1e18, -1e300] {
+        costmap.insert_scan(&Pose2 { x, ..sensor }, &[[1.0, 0.0]], &[]);
+    }
     let grid = costmap.update();
     assert!((0..SIDE * SIDE).all(|index| grid.cost(cell(index)) == 0));
 }

@@ -20,6 +20,7 @@ fn cell() -> impl Strategy<Value = GridCell> {
 
 fn grid(costs: &[u8], cost_factor: f64) -> CostGrid {
     CostGrid::new(SIDE, SIDE, |cell| costs[(cell.row * SIDE + cell.column) as usize])
+        .unwrap()
         .with_cost_factor(cost_factor)
 }
 
@@ -150,7 +151,7 @@ proptest! {
 
 #[test]
 fn unknown_cells_are_crossed_where_that_is_allowed() {
-    let grid = CostGrid::new(3, 1, |cell| if cell.column == 1 { UNKNOWN } else { 0 });
+    let grid = CostGrid::new(3, 1, |cell| if cell.column == 1 { UNKNOWN } else { 0 }).unwrap();
     let ends = (GridCell::new(0, 0), GridCell::new(2, 0));
     assert!(AStar::default().search(&grid, ends.0, ends.1).is_none());
     let grid = grid.with_cost_factor(252.0).allow_unknown(3);
@@ -159,10 +160,42 @@ fn unknown_cells_are_crossed_where_that_is_allowed() {
 
 #[test]
 fn cells_outside_of_the_grid_are_impassable() {
-    let grid = CostGrid::new(2, 2, |_| 0);
+    let grid = CostGrid::new(2, 2, |_| 0).unwrap();
     let outside = GridCell::new(2, 0);
     assert!(AStar::default().search(&grid, outside, GridCell::new(0, 0)).is_none());
     assert!(ThetaStar::default().search(&grid, GridCell::new(0, 0), outside).is_none());
     assert!(DStarLite::new(grid.clone(), GridCell::new(0, 0), outside).plan().is_none());
     assert!(DStarLite::new(grid, outside, GridCell::new(0, 0)).plan().is_none());
+}
+
+#[test]
+fn a_robot_that_is_shut_in_has_no_path_until_it_is_free_again() {
+    let mut planner =
+        DStarLite::new(CostGrid::new(3, 1, |_| 0).unwrap(), GridCell::new(0, 0), GridCell::new(2, 0));
+    assert!(planner.plan().is_some());
+    planner.set_cost(GridCell::new(0, 0), LETHAL);
+    assert!(planner.plan().is_none());
+    planner.set_cost(GridCell::new(1, 0), LETHAL);
+    assert!(planner.plan().is_none());
+    planner.set_cost(GridCell::new(0, 0), 0);
+    planner.set_cost(GridCell::new(1, 0), 0);
+    assert_eq!(planner.plan().unwrap().cost(), 2.0);
+    assert!(!planner.move_to(GridCell::new(3, 0)));
+}
+
+#[test]
+fn a_grid_that_is_too_large_is_refused_with_its_memory() {
+    let refused = CostGrid::new(20_000, 20_000, |_| 0).unwrap_err().to_string();
+    assert!(refused.contains("20000 x 20000 cells, which takes 11600 MB"), "{refused}");
+    assert!(CostGrid::new(u32::MAX, u32::MAX, |_| 0).is_err());
+    assert!(CostGrid::new(0, 5, |_| 0).is_err());
+}
+
+#[test]
+fn a_robot_at_its_goal_searches_nothing() {
+    let grid = CostGrid::new(3, 3, |_| 0).unwrap().allow_unknown(0).with_cost_factor(f64::NAN);
+    let cell = GridCell::new(1, 1);
+    for path in [AStar::default().search(&grid, cell, cell), ThetaStar::default().search(&grid, cell, cell)] {
+        assert_eq!((path.unwrap().cells(), path.unwrap().cost()), (&[cell][..], 0.0));
+    }
 }
