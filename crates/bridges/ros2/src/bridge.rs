@@ -6,6 +6,7 @@ use std::thread::{Builder, JoinHandle};
 
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
+use slate_dds::TopicQuality;
 use slate_module::Level;
 use slate_record::ros::WireFormat::Cdr as CDR;
 use slate_runtime::Composer;
@@ -25,7 +26,11 @@ use crate::settings::{RosSettings, TABLE};
 use crate::threads::ServiceThreads;
 use crate::wire::{self, NodeWire, TopicReader, TopicWriter, WireType};
 
-/// An agent as a node of ROS, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
+/// The most messages that a reader keeps.
+const MAX_DEPTH: u16 = 10_000;
+
+/// An agent as a node of ROS, until this is dropped. All of it runs in threads of its own: no tick waits for ROS, but cycles in
+/// lockstep wait for messages that the settings name.
 pub struct RosBridge {
     composer: Composer,
     node_wire: Arc<dyn NodeWire>,
@@ -71,7 +76,10 @@ impl RosBridge {
         let wire = &*node_wire;
         let (mut readers, mut topics) = (Vec::new(), Vec::new());
         for (settings, (property, message)) in inputs {
-            let reader = wire.reader(&settings.topic, &WireType::from(&message), settings.quality)?;
+            // One that is dropped before it is counted would pair all later ones with another value.
+            let depth = if settings.wait.is_some() { MAX_DEPTH } else { settings.quality.depth };
+            let quality = TopicQuality { depth, ..settings.quality };
+            let reader = wire.reader(&settings.topic, &WireType::from(&message), quality)?;
             property.set_external(&format!("{TABLE}:{}", settings.topic));
             let (topic, depth) = (&settings.topic, settings.quality.depth.into());
             let topic = InboundTopic::new(topic, message.name(), &settings.input, &property, depth);

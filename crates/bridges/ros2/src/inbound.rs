@@ -30,7 +30,7 @@ impl TopicReaders {
                 // Before it is looked: what comes after that wakes this thread.
                 reader.set_waker(&waker);
                 is_done &= take(&**reader, message, |value| inbound.push(place, value));
-                inbound.topics()[place].note_dropped(reader.take_dropped());
+                inbound.note_dropped(place, reader.take_dropped());
             }
             if is_done {
                 wake.wait_timeout(IDLE_PERIOD);

@@ -47,6 +47,11 @@ impl AwaitedValues {
         has_room
     }
 
+    /// Counts values that had no room before they came here.
+    pub fn note_lost(&self, place: usize, count: u64) {
+        self.queues()[place].lost += count;
+    }
+
     /// How many had no room since the last call.
     pub fn take_lost(&self, place: usize) -> u64 {
         std::mem::take(&mut self.queues()[place].lost)

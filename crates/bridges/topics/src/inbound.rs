@@ -153,6 +153,15 @@ impl InboundTopics {
         }
     }
 
+    /// Counts messages that were dropped before they came here.
+    pub fn note_dropped(&self, place: usize, count: u64) {
+        let topic = &self.topics[place];
+        topic.note_dropped(count);
+        if topic.is_awaited && count > 0 {
+            self.awaited.note_lost(place, count);
+        }
+    }
+
     /// Takes the value of a message of the topic at a place, or why it has none. The oldest value goes when as many wait as may.
     pub fn push(&self, place: usize, value: Result<Vec<u8>, String>) {
         let topic = &self.topics[place];

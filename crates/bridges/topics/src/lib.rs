@@ -2,7 +2,8 @@
 //!
 //! A topic fills an input ([`InboundTopics`]) or has the values of a property ([`OutboundTopic`]), and an inbox is a service
 //! ([`InboxHandler`]). A node has frames ([`FrameMessages`], [`FrameReader`]), parameters ([`ParameterTable`]) and a log
-//! ([`LogLines`]). Bridges bring names, messages and the wire. All of it runs in threads of the bridge; no tick waits for it.
+//! ([`LogLines`]). Bridges bring names, messages and the wire. All of it runs in threads of the bridge; no tick waits for it,
+//! but in lockstep cycles wait for messages where the configuration says so ([`TopicWait`]).
 
 mod action_settings;
 mod action_type;

@@ -70,14 +70,19 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
         if !std::mem::replace(&mut self.is_connected, true) {
             self.connect(cycle)?;
         }
+        // In each cycle, as the machine's clock must not decide which one sends a property that has come.
+        self.published.follow(self.inbound.composer());
         let written = self.published.written();
         self.published.send(self.inbound.composer());
         (self.publish_node)();
         let last = self.last.replace(cycle.now);
-        let due: Vec<_> = self.inputs.iter().filter(|own| own.is_due(last, cycle.now, &written)).collect();
-        let is_there = due.iter().map(|own| self.wait(own, cycle)).collect::<Result<Vec<_>, String>>()?;
-        for (own, _) in due.iter().zip(is_there).filter(|(_, is_there)| *is_there) {
-            self.set(own, cycle);
+        let due = self.inputs.iter().map(|own| (own, own.due(last, cycle.now, &written)));
+        for (own, count) in due {
+            for _ in 0..count {
+                if self.wait(own, cycle)? {
+                    self.set(own, cycle);
+                }
+            }
         }
         Ok(())
     }
@@ -96,7 +101,7 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
                     return Ok(());
                 }
                 if began.elapsed() > own.wait.timeout {
-                    self.late(own, cycle, &missing)?;
+                    self.late(own, cycle, true, &missing)?;
                     break;
                 }
                 std::thread::sleep(CHECK_PERIOD);
@@ -111,7 +116,7 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
     fn wait(&self, own: &AwaitedInput, cycle: &CycleEnd<'_>) -> Result<bool, String> {
         let topic = &self.inbound.topics()[own.place];
         let lost = self.inbound.awaited().take_lost(own.place);
-        if lost > 0 && !own.wait.goes_on {
+        if lost > 0 && !own.wait.continue_when_late {
             return Err(format!(
                 "{}: /{} takes one message of {} for {}, and so many more came that {lost} had no room: let the node publish \
                  one for each, or raise depth",
@@ -123,7 +128,7 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
         }
         let until = Instant::now() + own.wait.timeout;
         // Where a run goes on without a node that has gone, it does not wait for it again and again.
-        let is_pointless = || own.wait.goes_on && (own.publishers)() == 0;
+        let is_pointless = || own.wait.continue_when_late && (own.publishers)() == 0;
         let goes_on = || self.goes_on(cycle) && !is_pointless();
         if self.inbound.awaited().wait(own.place, until, goes_on) || !self.goes_on(cycle) {
             return Ok(true);
@@ -132,22 +137,31 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
             Some(error) => format!("its messages don't fit: {error}"),
             None => "its publisher is there and has not published one".into(),
         });
-        self.late(own, cycle, &reason).map(|()| false)
+        self.late(own, cycle, !is_pointless(), &reason).map(|()| false)
     }
 
     /// A message has not come: the end of the run, or a line in the log.
-    fn late(&self, own: &AwaitedInput, cycle: &CycleEnd<'_>, reason: &str) -> Result<(), String> {
+    fn late(
+        &self,
+        own: &AwaitedInput,
+        cycle: &CycleEnd<'_>,
+        has_waited: bool,
+        reason: &str,
+    ) -> Result<(), String> {
         let topic = &self.inbound.topics()[own.place];
+        let waits = match has_waited {
+            true => format!("waited {:?}", own.wait.timeout),
+            false => "does not wait".into(),
+        };
         let text = format!(
-            "{}: /{} waited {:?} for a message of {} for {} after the cycle at {} s: {reason}",
+            "{}: /{} {waits} for a message of {} for {} after the cycle at {} s: {reason}",
             self.inbound.scheme(),
             topic.input(),
-            own.wait.timeout,
             topic.topic(),
             own.per(),
             cycle.now as f64 / SECOND,
         );
-        if !own.wait.goes_on {
+        if !own.wait.continue_when_late {
             return Err(format!(
                 "{text}; start the node in time, raise timeout, or write late = \"continue\""
             ));
@@ -165,7 +179,7 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
         while let Some(bytes) = self.inbound.awaited().take(own.place) {
             let value = ExternalValue { input: Arc::clone(&input), content: ExternalContent::Bytes(bytes) };
             self.inbound.note(own.place, cycle.set(&value).map_err(|error| error.to_string()));
-            if !own.wait.goes_on {
+            if !own.wait.continue_when_late {
                 break;
             }
         }
@@ -173,12 +187,12 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
 }
 
 impl AwaitedInput {
-    /// Whether a cycle asks for a message.
-    fn is_due(&self, last: Option<u64>, now: u64, written: &[String]) -> bool {
+    /// How many messages a cycle asks for.
+    fn due(&self, last: Option<u64>, now: u64, written: &[String]) -> u64 {
         match &self.wait.per {
-            WaitPer::Period(period) => last.is_some_and(|last| last / period < now / period),
-            WaitPer::Topic(topic) if topic == CLOCK => last != Some(now),
-            WaitPer::Topic(topic) => written.contains(topic),
+            WaitPer::Period(period) => last.map_or(0, |last| (now / period).saturating_sub(last / period)),
+            WaitPer::Topic(topic) if topic == CLOCK => u64::from(last != Some(now)),
+            WaitPer::Topic(topic) => u64::from(written.contains(topic)),
         }
     }
 

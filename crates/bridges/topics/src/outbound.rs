@@ -101,7 +101,7 @@ impl OutboundTopic {
             _ => false,
         };
         if !is_same {
-            (self.watching, self.taken) = (None, 0);
+            (self.watching, self.taken, self.noticed) = (None, 0, 0);
             self.property = found.filter(|found| found.descriptor().hash == self.descriptor.hash);
         }
     }

@@ -103,7 +103,7 @@ impl<S: TopicSink, M: TopicMessage> PublishedTopics<S, M> {
     pub fn send(&mut self, composer: &Composer) {
         if self.renewed.elapsed() > RENEW {
             self.renewed = Instant::now();
-            self.topics.iter_mut().for_each(|own| own.topic.follow(composer));
+            self.follow(composer);
         }
         for own in &mut self.topics {
             if let Err(reason) = own.send(composer)
@@ -114,6 +114,11 @@ impl<S: TopicSink, M: TopicMessage> PublishedTopics<S, M> {
                 composer.log(Level::Warn, &text);
             }
         }
+    }
+
+    /// Turns to the properties that are there now.
+    pub(crate) fn follow(&mut self, composer: &Composer) {
+        self.topics.iter_mut().for_each(|own| own.topic.follow(composer));
     }
 
     /// Topics whose properties were written since the last call.

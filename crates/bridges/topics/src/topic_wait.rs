@@ -34,7 +34,7 @@ pub struct TopicWait {
     /// Longest wait for a message, and for the node before the first, on the system's clock.
     pub timeout: Duration,
     /// Whether the run goes on without a message that does not come; else it ends.
-    pub goes_on: bool,
+    pub continue_when_late: bool,
     /// Where it is written in the configuration.
     pub place: Span,
 }
@@ -42,7 +42,7 @@ pub struct TopicWait {
 impl TopicWait {
     /// Reads it from the entry of an input; nothing when cycles don't wait for that.
     pub(crate) fn of(reader: &mut TableReader<'_>, table: &Table) -> Option<Self> {
-        let goes_on = match reader.text(table, "late", LATE) {
+        let continue_when_late = match reader.text(table, "late", LATE) {
             Some((text, _)) if text == "continue" => true,
             Some((text, span)) if text != "stop" => {
                 reader.add(span, format!("expected `late` to be stop or continue, found {text:?}"), LATE);
@@ -64,7 +64,7 @@ impl TopicWait {
             Some(period) => WaitPer::Period(period),
             None => WaitPer::Topic(reader.topic(&per, place, PER)?),
         };
-        Some(Self { per, timeout, goes_on, place })
+        Some(Self { per, timeout, continue_when_late, place })
     }
 
     /// Refuses a wait for answers to a topic that is not written.
@@ -74,15 +74,16 @@ impl TopicWait {
         is_written: impl Fn(&str) -> bool,
         has_clock: bool,
     ) {
-        let WaitPer::Topic(topic) = &self.per else { return };
-        if topic == CLOCK && !has_clock {
+        let (needs_clock, topic) = match &self.per {
+            WaitPer::Topic(topic) => (topic == CLOCK, Some(topic)),
+            // A node with a timer goes by it.
+            WaitPer::Period(_) => (true, None),
+        };
+        if needs_clock && !has_clock {
             let help = format!("write clock = true in [{}]", reader.scheme());
-            reader.add(
-                self.place,
-                "messages for each value of /clock are waited for, and it is not published",
-                &help,
-            );
-        } else if topic != CLOCK && !is_written(topic) {
+            let text = "messages are waited for by the time of the agent, and /clock is not published";
+            reader.add(self.place, text, &help);
+        } else if let Some(topic) = topic.filter(|topic| *topic != CLOCK && !is_written(topic)) {
             let text = format!("messages for each value of {topic} are waited for, and no entry writes it");
             reader.add(self.place, text, PER);
         }

@@ -121,6 +121,11 @@ impl ThetaStar {
         let nodes = &self.nodes;
         self.path.trace(grid, to, nodes[to as usize].cost, |cell| nodes[cell as usize].parent);
         smooth(grid, &mut self.path, &mut self.smoothed);
+        // The search looks at lines from a few cells only.
+        let (start, goal) = (self.path.cells()[0], grid.cell(to));
+        if let Some(direct) = line_cost(grid, start, goal).filter(|direct| *direct < self.path.cost()) {
+            self.path.set([start, goal].into_iter(), direct);
+        }
         &self.path
     }
 }

@@ -50,8 +50,14 @@ fn an_input_may_have_cycles_wait_for_its_messages() {
     let wait = |input: &str| read.iter().find(|own| own.input == input).unwrap().wait.clone();
     assert_eq!(wait("driver/odometry"), None);
     let (scan, goal) = (wait("driver/scan").unwrap(), wait("driver/goal").unwrap());
-    assert_eq!((scan.per, scan.timeout.as_secs(), scan.goes_on), (WaitPer::Period(20_000_000), 10, true));
-    assert_eq!((goal.per, goal.timeout.as_secs(), goal.goes_on), (WaitPer::Topic("/clock".into()), 2, false));
+    assert_eq!(
+        (scan.per, scan.timeout.as_secs(), scan.continue_when_late),
+        (WaitPer::Period(20_000_000), 10, true)
+    );
+    assert_eq!(
+        (goal.per, goal.timeout.as_secs(), goal.continue_when_late),
+        (WaitPer::Topic("/clock".into()), 2, false)
+    );
 }
 
 #[test]
@@ -164,7 +170,12 @@ fn what_is_wrong_is_said_with_its_line() {
         (
             "read.\"driver/scan\" = { topic = \"/scan\", wait_per = \"/clock\" }",
             3,
-            "messages for each value of /clock are waited for, and it is not published",
+            "messages are waited for by the time of the agent, and /clock is not published",
+        ),
+        (
+            "read.\"driver/scan\" = { topic = \"/scan\", wait_per = \"20ms\" }",
+            3,
+            "messages are waited for by the time of the agent, and /clock is not published",
         ),
         (
             "read.\"driver/scan\" = { topic = \"/scan\", timeout = \"1s\" }",

@@ -1,6 +1,6 @@
 //! The nodes and endpoints of a domain, by their liveliness tokens.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -11,8 +11,11 @@ use super::queue::locked;
 use super::token::{EndpointKind, Entity, GraphEndpoint};
 use crate::name::message_name;
 
-/// The most entities of others that are kept: what others announce must not fill the memory.
+/// The most entities of others that are kept, and the bytes of their tokens: what others announce must not fill the memory.
 const MAX_ENTITIES: usize = 100_000;
+const MAX_BYTES: usize = 16 << 20;
+/// The most mismatches that are remembered, so that each is logged once.
+const MAX_LOGGED: usize = 1_000;
 
 /// What is there.
 pub struct Graph {
@@ -26,6 +29,10 @@ pub struct Graph {
 struct GraphState {
     /// By token.
     entities: BTreeMap<String, Entity>,
+    /// Bytes of the tokens.
+    bytes: usize,
+    /// Mismatches that were logged.
+    logged: BTreeSet<String>,
     /// Endpoints by kind and key.
     counts: BTreeMap<(EndpointKind, String), Arc<AtomicUsize>>,
     /// Endpoints of this node.
@@ -43,6 +50,12 @@ impl Graph {
     pub fn add_own(&self, endpoint: &GraphEndpoint) -> Arc<AtomicUsize> {
         let mut state = locked(&self.state);
         state.own.push(endpoint.clone());
+        let others = state.entities.values().filter(|other| other.session != self.session);
+        let is_end =
+            |other: &&GraphEndpoint| other.kind == endpoint.kind.other() && other.name == endpoint.name;
+        let found: Vec<_> =
+            others.filter_map(|other| other.endpoint.as_ref()).filter(is_end).cloned().collect();
+        state.new.extend(found);
         count_of(&mut state, endpoint.kind.other(), endpoint.key(self.domain))
     }
 
@@ -50,7 +63,11 @@ impl Graph {
     pub fn note(&self, token: &str, is_here: bool) {
         let mut state = locked(&self.state);
         if !is_here {
-            if let Some(Entity { endpoint: Some(endpoint), .. }) = state.entities.remove(token) {
+            let gone = state.entities.remove(token);
+            if gone.is_some() {
+                state.bytes -= token.len();
+            }
+            if let Some(Entity { endpoint: Some(endpoint), .. }) = gone {
                 let place = (endpoint.kind, endpoint.key(self.domain));
                 let count = state.counts.get(&place);
                 let left = count.map_or(0, |count| count.fetch_sub(1, Ordering::AcqRel) - 1);
@@ -61,28 +78,37 @@ impl Graph {
             return;
         }
         let Some(entity) = Entity::parse(token) else { return };
-        if state.entities.len() >= MAX_ENTITIES || state.entities.contains_key(token) {
+        let is_full = state.entities.len() >= MAX_ENTITIES || state.bytes + token.len() > MAX_BYTES;
+        if is_full || state.entities.contains_key(token) {
             return;
         }
         if let Some(endpoint) = &entity.endpoint {
             count_of(&mut state, endpoint.kind, endpoint.key(self.domain)).fetch_add(1, Ordering::AcqRel);
-            if entity.session != self.session && state.new.len() < MAX_ENTITIES {
+            let is_end = |own: &GraphEndpoint| own.kind == endpoint.kind.other() && own.name == endpoint.name;
+            if entity.session != self.session && state.own.iter().any(is_end) {
                 state.new.push_back(endpoint.clone());
             }
         }
+        state.bytes += token.len();
         state.entities.insert(token.into(), entity);
     }
 
-    /// Logs endpoints that have come and can't match those of this node.
+    /// Logs endpoints that have come and can't match those of this node, each mismatch once.
     pub fn look(&self, scheme: &str, composer: &Composer) {
-        let mut state = locked(&self.state);
-        while let Some(other) = state.new.pop_front() {
-            let ends =
-                state.own.iter().filter(|own| own.kind == other.kind.other() && own.name == other.name);
-            for text in ends.filter_map(|own| mismatch(own, &other)) {
-                composer.log(Level::Warn, &format!("{scheme}: {text}"));
-            }
+        for text in self.take_mismatches() {
+            composer.log(Level::Warn, &format!("{scheme}: {text}"));
         }
+    }
+
+    fn take_mismatches(&self) -> Vec<String> {
+        let mut state = locked(&self.state);
+        let new = std::mem::take(&mut state.new);
+        let GraphState { own, logged, .. } = &mut *state;
+        let ends = new.iter().flat_map(|other| {
+            let ends = own.iter().filter(|own| own.kind == other.kind.other() && own.name == other.name);
+            ends.filter_map(|own| mismatch(own, other))
+        });
+        ends.filter(|text| logged.len() < MAX_LOGGED && logged.insert(text.clone())).collect()
     }
 
     /// What is there.
