@@ -14,10 +14,10 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
 
 PERIOD = 0.02  # s
-PATIENCE = 0.5  # s without a command, after which it stops
+COMMAND_TIMEOUT = 0.5  # s without a command, after which it stops
 BEAMS = 180
 MOUNT = 0.12  # m, of the laser ahead of the axle
-FARTHEST = 4.0  # m
+MAX_RANGE = 4.0  # m
 RADIUS = 0.2  # m, of the disc
 WALL = 2.5  # m from the middle of the room
 PILLAR = (-0.6, 0.5, 0.2)  # x, y and radius, m
@@ -29,7 +29,7 @@ class Base(Node):
         super().__init__("base")
         self.x, self.y, self.theta = START
         self.linear = self.angular = 0.0
-        self.age = PATIENCE
+        self.age = COMMAND_TIMEOUT
         self.scan = self.create_publisher(LaserScan, "/scan", qos_profile_sensor_data)
         self.position = self.create_publisher(Point, "/position", 10)
         self.orientation = self.create_publisher(Quaternion, "/orientation", 10)
@@ -42,7 +42,7 @@ class Base(Node):
 
     def step(self):
         self.age += PERIOD
-        if self.age > PATIENCE:
+        if self.age > COMMAND_TIMEOUT:
             self.linear = self.angular = 0.0
         self.theta += self.angular * PERIOD
         x = self.x + self.linear * math.cos(self.theta) * PERIOD
@@ -69,7 +69,7 @@ class Base(Node):
 
     def publish_scan(self):
         step = 2 * math.pi / BEAMS
-        scan = LaserScan(angle_min=-math.pi + step / 2, angle_increment=step, range_min=0.05, range_max=FARTHEST)
+        scan = LaserScan(angle_min=-math.pi + step / 2, angle_increment=step, range_min=0.05, range_max=MAX_RANGE)
         scan.angle_max = scan.angle_min + (BEAMS - 1) * step
         scan.header.frame_id = "laser"
         scan.header.stamp = self.get_clock().now().to_msg()
@@ -93,7 +93,7 @@ def distance(x, y, angle):
     along, aside = x * cosine + y * sine, x * sine - y * cosine
     if along > 0 and abs(aside) < PILLAR[2]:
         nearest = min(nearest, along - math.sqrt(PILLAR[2] ** 2 - aside**2))
-    return float(nearest) if nearest < FARTHEST else math.inf
+    return float(nearest) if nearest < MAX_RANGE else math.inf
 
 
 if __name__ == "__main__":

@@ -14,8 +14,8 @@ pub struct DistanceTransform {
 impl DistanceTransform {
     /// Returns each cell's squared distance to the nearest occupied one, cells²; larger than the grid without any.
     ///
-    /// Linear in the number of cells (Meijster, Roerdink and Hesselink, 2000, *A general algorithm for computing distance transforms in
-    /// linear time*). Own code: the crates for it take images and allocate.
+    /// Linear in the number of cells (Meijster, Roerdink and Hesselink, 2000, *A general algorithm for computing
+    /// distance transforms in linear time*). Own code: the crates for it take images and allocate.
     pub fn squares(&mut self, width: usize, height: usize, is_occupied: impl Fn(usize) -> bool) -> &[i64] {
         let far = (width + height) as i64;
         self.up.clear();

@@ -1,5 +1,5 @@
-//! Grids in the plane: where their cells are ([`Geometry`]), which of them a line crosses ([`LineCells`]), and how far each is from
-//! the nearest occupied one ([`DistanceTransform`]).
+//! Grids in the plane: where their cells are ([`Geometry`]), which of them a line crosses ([`LineCells`]), and how far
+//! each is from the nearest occupied one ([`DistanceTransform`]).
 
 mod distance;
 mod geometry;

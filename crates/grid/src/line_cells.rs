@@ -1,6 +1,7 @@
 //! Cells along a line.
 
-/// Iterates over the cells that a line segment crosses, as column and row, also outside of a grid (Amanatides and Woo, 1987).
+/// Iterates over the cells that a line segment crosses, as column and row, also outside of a grid (Amanatides and Woo,
+/// 1987).
 pub struct LineCells {
     cell: (i64, i64),
     step: (i64, i64),

@@ -149,7 +149,7 @@ impl RosBridge {
         }
         let inbound = Arc::clone(&self.inbound);
         let (node_wire, composer) = (Arc::clone(&self.node_wire), self.composer.clone());
-        let look = move || node_wire.look(&composer);
+        let look = move || node_wire.check_matches(&composer);
         let (wake, ended) = (Arc::new(Wake::new()), Arc::clone(&self.ended));
         self.wakes.push(Arc::clone(&wake));
         let receive = move || readers.receive(&inbound, &wake, &ended, look);

@@ -8,8 +8,8 @@ use slate_planning::{AStar, CostGrid, GridCell, ThetaStar, line_cost};
 
 /// Returns the length of the shortest path of straight lines between middles of cells, cells; `None` if there is none.
 ///
-/// A* on the visibility graph of the start, the goal and the cells around convex corners of obstacles. Lines are free as those of
-/// [`line_cost`] are. It is slow, and for references only.
+/// A* on the visibility graph of the start, the goal and the cells around convex corners of obstacles. Lines are free
+/// as those of [`line_cost`] are. It is slow, and for references only.
 pub fn shortest_any_angle(grid: &CostGrid, start: GridCell, goal: GridCell) -> Option<f64> {
     // No path that is longer than one that is known needs to be looked at.
     let steps = AStar::default().search(grid, start, goal)?.cost();

@@ -15,7 +15,8 @@ pub use any_angle::shortest_any_angle;
 
 /// Lengths in scenarios have six significant digits.
 const DIGITS: f64 = 5e-6;
-/// How many problems of a map are compared with the shortest path of any angle, and driven in unknown space; spread evenly over the file.
+/// How many problems of a map are compared with the shortest path of any angle, and driven in unknown space; spread
+/// evenly over the file.
 const SAMPLE: usize = 60;
 
 /// Evaluates A*, Theta* and D* Lite on all maps of a folder, a table for each.

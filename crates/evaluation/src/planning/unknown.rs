@@ -9,8 +9,8 @@ use crate::{Figure, FigureGoal};
 /// How far the robot sees along rows and columns, cells: 5 m in cells of 0.1 m.
 const SIGHT: i64 = 50;
 
-/// Drives each problem with D* Lite, and measures what each new plan takes beside one of A* anew; nothing for a map without
-/// obstacles, or of less than four times the robot's sight, most of which it would know at once.
+/// Drives each problem with D* Lite, and measures what each new plan takes beside one of A* anew; nothing for a map
+/// without obstacles, or of less than four times the robot's sight, most of which it would know at once.
 pub fn evaluate(grid: &CostGrid, problems: &[&PathProblem]) -> Vec<Figure> {
     if i64::from(grid.width().min(grid.height())) < 4 * SIGHT {
         return Vec::new();

@@ -12,8 +12,8 @@ const FARTHEST: i64 = 1 << 40;
 /// No bin.
 const NONE: u32 = u32::MAX;
 
-/// Bins of poses with their weights, in the order in which they were met. An open-addressing table finds them, as a tick must not
-/// allocate.
+/// Bins of poses with their weights, in the order in which they were met. An open-addressing table finds them, as a
+/// tick must not allocate.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PoseBins {
     bins: Vec<PoseBin>,

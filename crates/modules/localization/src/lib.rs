@@ -1,8 +1,9 @@
 //! Localization on a known map, from odometry and laser scans.
 //!
-//! [`MonteCarloLocalization`] is adaptive Monte Carlo localization (KLD-AMCL) as Nav2 has it, with the names and defaults of its parameters: a
-//! [`LikelihoodField`] from an exact distance transform weighs particles, which an odometry motion model moves, and KLD sampling
-//! adapts their number. It is plain data without an agent: the caller gives poses of the odometry, points of the scan, and random numbers.
+//! [`MonteCarloLocalization`] is adaptive Monte Carlo localization (KLD-AMCL) as Nav2 has it, with the names and
+//! defaults of its parameters: a [`LikelihoodField`] from an exact distance transform weighs particles, which an
+//! odometry motion model moves, and KLD sampling adapts their number. It is plain data without an agent: the caller
+//! gives poses of the odometry, points of the scan, and random numbers.
 //!
 //! ```
 //! use slate_grid::Geometry;

@@ -49,8 +49,8 @@ impl SensorModel {
     }
 }
 
-/// Likelihood of beams' ends in a map (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 6.3), from each cell's exact distance to the
-/// nearest occupied one.
+/// Likelihood of beams' ends in a map (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 6.3), from each cell's
+/// exact distance to the nearest occupied one.
 #[derive(Clone, Debug)]
 pub struct LikelihoodField {
     geometry: Geometry,
@@ -132,9 +132,11 @@ impl LikelihoodField {
         }
     }
 
-    /// Returns the likelihood of a scan from a pose: 1 + the sum of its beams' cubed ones, as Nav2 weighs them, so that no single beam decides.
+    /// Returns the likelihood of a scan from a pose: 1 + the sum of its beams' cubed ones, as Nav2 weighs them, so
+    /// that no single beam decides.
     ///
-    /// Points are ends of beams in the robot's frame, m; those with `counts` false are left out, where it is long enough.
+    /// Points are ends of beams in the robot's frame, m; those with `counts` false are left out, where it is long
+    /// enough.
     pub fn likelihood(&self, pose: &Pose2, points: &[[f64; 2]], counts: &[bool]) -> f64 {
         // Into cells at once: the rotation of pose and grid, and the scale.
         let resolution = self.geometry.resolution;

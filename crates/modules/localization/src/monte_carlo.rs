@@ -9,10 +9,11 @@ use crate::motion_model::OdometryIncrement;
 use crate::parameters::{BeamSkip, InvalidParameter, MonteCarloParameters};
 use crate::particles::{Particle, effective_number, normalize};
 
-/// Adaptive Monte Carlo localization (Dellaert, Fox, Burgard and Thrun, 1999, *Monte Carlo localization for mobile robots*) with KLD sampling,
-/// augmented recovery, selective resampling and beam skipping.
+/// Adaptive Monte Carlo localization (Dellaert, Fox, Burgard and Thrun, 1999, *Monte Carlo localization for mobile
+/// robots*) with KLD sampling, augmented recovery, selective resampling and beam skipping.
 ///
-/// Until it is [initialized](Self::initialize) somewhere or [anywhere](Self::initialize_globally), the pose is unknown.
+/// Until it is [initialized](Self::initialize) somewhere or [anywhere](Self::initialize_globally), the pose is
+/// unknown.
 #[derive(Clone, Debug)]
 pub struct MonteCarloLocalization {
     parameters: MonteCarloParameters,
@@ -59,8 +60,8 @@ impl MonteCarloLocalization {
         })
     }
 
-    /// Begins, or begins anew, at a pose in the map frame with standard deviations of x, y (m) and heading (rad). Returns false,
-    /// without a change, for what is no number or farther than 1,000 km.
+    /// Begins, or begins anew, at a pose in the map frame with standard deviations of x, y (m) and heading (rad).
+    /// Returns false, without a change, for what is no number or farther than 1,000 km.
     pub fn initialize(&mut self, pose: Pose2, stddev: [f64; 3], random: &mut Random) -> bool {
         if !is_plausible(&pose) || !stddev.iter().all(|part| (0.0..=FARTHEST).contains(part)) {
             return false;
@@ -92,8 +93,8 @@ impl MonteCarloLocalization {
         &self.particles
     }
 
-    /// Predicts by the odometry, and updates by a scan once the robot has moved far enough since the newest update; returns whether it
-    /// did. A pose that is no number, or farther than 1,000 km, is skipped.
+    /// Predicts by the odometry, and updates by a scan once the robot has moved far enough since the newest update;
+    /// returns whether it did. A pose that is no number, or farther than 1,000 km, is skipped.
     ///
     /// Points are ends of beams in the robot's frame, m, without those that hit nothing.
     pub fn update(
@@ -234,7 +235,8 @@ fn moments<'a, I: Iterator<Item = &'a Particle>>(particles: impl Fn() -> I) -> P
     PoseEstimate { pose, covariance }
 }
 
-/// Finds which beams count: those that enough particles explain; all, if most beams would be left out. `explained` is a buffer.
+/// Finds which beams count: those that enough particles explain; all, if most beams would be left out. `explained` is
+/// a buffer.
 fn skip_beams(
     skip: &BeamSkip,
     particles: &[Particle],

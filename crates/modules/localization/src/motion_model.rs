@@ -5,8 +5,8 @@ use slate_module::{Random, math};
 
 use crate::particles::Particle;
 
-/// Noise of the odometry of a robot with a differential drive (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.6), without units but
-/// for 1/m and m where rotation and translation make noise of the other.
+/// Noise of the odometry of a robot with a differential drive (Thrun, Burgard and Fox, *Probabilistic Robotics*, table
+/// 5.6), without units but for 1/m and m where rotation and translation make noise of the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryAlphas {
     /// Variance of rotation from rotation, `alpha1`.

@@ -15,7 +15,8 @@ pub struct MonteCarloParameters {
     pub update_min_a: f64,
     /// Updates between two resamplings, `resample_interval`.
     pub resample_interval: u32,
-    /// Whether particles are resampled only while their effective number is below half of theirs, `selective_resampling`.
+    /// Whether particles are resampled only while their effective number is below half of theirs,
+    /// `selective_resampling`.
     pub selective_resampling: bool,
     /// How many particles there are.
     pub sampling: KldSampling,
@@ -38,8 +39,8 @@ pub struct KldSampling {
     pub pf_z: f64,
 }
 
-/// Augmented recovery (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 8.3): random particles come in while the likelihood of
-/// scans, averaged over a short time, falls below that over a long time. Rates of 0 switch it off.
+/// Augmented recovery (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 8.3): random particles come in while
+/// the likelihood of scans, averaged over a short time, falls below that over a long time. Rates of 0 switch it off.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Recovery {
     /// Rate of the average over a long time, `recovery_alpha_slow`.
@@ -55,7 +56,8 @@ pub struct BeamSkip {
     pub distance: f64,
     /// Least share of particles that explain a beam which counts, `beam_skip_threshold`.
     pub threshold: f64,
-    /// Share of beams left out from which all count, as the particles are at a wrong place, `beam_skip_error_threshold`.
+    /// Share of beams left out from which all count, as the particles are at a wrong place,
+    /// `beam_skip_error_threshold`.
     pub error_threshold: f64,
 }
 

@@ -7,8 +7,8 @@ use crate::cost_grid::{CostGrid, GridCell};
 use crate::grid_path::GridPath;
 use crate::neighbors::{for_each_step, octile};
 
-/// Finds a cheapest path of steps to eight neighbours that cut no corner (Hart, Nilsson and Raphael, 1968, *A formal basis for the
-/// heuristic determination of minimum cost paths*).
+/// Finds a cheapest path of steps to eight neighbours that cut no corner (Hart, Nilsson and Raphael, 1968, *A formal
+/// basis for the heuristic determination of minimum cost paths*).
 ///
 /// The cost is exact: no other path costs less, but for the rounding of its sum.
 #[derive(Clone, Debug, Default)]
@@ -47,8 +47,8 @@ impl AStar {
         self.open.insert(from, octile(columns, rows));
         let mut best = if from == to { 0.0 } else { f64::INFINITY };
         while let Some(here) = self.open.pop() {
-            // Within a bucket cells are not in order, so a cell may be taken again after its cost has fallen, and the goal's cost is final
-            // when all that is left is dearer.
+            // Within a bucket cells are not in order, so a cell may be taken again after its cost has fallen, and the
+            // goal's cost is final when all that is left is dearer.
             if self.open.is_past(best) {
                 break;
             }

@@ -5,11 +5,11 @@ const NONE: u32 = u32::MAX;
 /// Priorities in one bucket differ by less than this, cells.
 const WIDTH: f64 = 0.25;
 
-/// Cells by priority, in buckets that are lists through the cells themselves (Dial, 1969, *Shortest-path forest with topological
-/// ordering*): each operation takes constant time, and a cell is in it once.
+/// Cells by priority, in buckets that are lists through the cells themselves (Dial, 1969, *Shortest-path forest with
+/// topological ordering*): each operation takes constant time, and a cell is in it once.
 ///
-/// Priorities in the queue may span [`BucketQueue::clear`]'s `span`, as those of a search with a consistent heuristic do, which span one step.
-/// In a bucket, the cell that came last is the first.
+/// Priorities in the queue may span [`BucketQueue::clear`]'s `span`, as those of a search with a consistent heuristic
+/// do, which span one step. In a bucket, the cell that came last is the first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BucketQueue {
     /// First cell of each bucket; they are used in a circle.

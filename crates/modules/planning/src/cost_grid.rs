@@ -103,8 +103,8 @@ impl CostGrid {
         Ok(grid.with_factors())
     }
 
-    /// Sets how much dearer a step to a cell of cost 252 is than to one of cost 0, held between 0 and 1,000; with 0 a search finds
-    /// the shortest path.
+    /// Sets how much dearer a step to a cell of cost 252 is than to one of cost 0, held between 0 and 1,000; with 0 a
+    /// search finds the shortest path.
     #[must_use]
     pub fn with_cost_factor(mut self, cost_factor: f64) -> Self {
         self.cost_factor = math::clamp(cost_factor, 0.0, 1_000.0);

@@ -39,8 +39,8 @@ impl Inflation {
     }
 }
 
-/// Layers of a map for planning: a static map, obstacles that sensors see, zones that a robot keeps out of, and around all of these
-/// an inflation (Lu, Hershberger and Smart, 2014, *Layered costmaps for context-sensitive navigation*).
+/// Layers of a map for planning: a static map, obstacles that sensors see, zones that a robot keeps out of, and around
+/// all of these an inflation (Lu, Hershberger and Smart, 2014, *Layered costmaps for context-sensitive navigation*).
 ///
 /// ```
 /// use slate_grid::Geometry;
@@ -117,11 +117,12 @@ impl Costmap {
         }
     }
 
-    /// Adds a scan from a sensor's pose in the map frame: cells in which beams end are obstacles, those that they go through are free, unless
-    /// the static map has an obstacle there.
+    /// Adds a scan from a sensor's pose in the map frame: cells in which beams end are obstacles, those that they go
+    /// through are free, unless the static map has an obstacle there.
     ///
-    /// Ends of beams are in the sensor's frame, m; `clearing` has those that ended without hitting anything. A point or pose that is no number or
-    /// far from the grid is skipped. In a scan, obstacles count more than beams that go through.
+    /// Ends of beams are in the sensor's frame, m; `clearing` has those that ended without hitting anything. A point
+    /// or pose that is no number or far from the grid is skipped. In a scan, obstacles count more than beams that go
+    /// through.
     pub fn insert_scan(&mut self, sensor: &Pose2, hits: &[[f64; 2]], clearing: &[[f64; 2]]) {
         let from = self.geometry.place(sensor.x, sensor.y);
         // Lines are as long as a grid is large at most.

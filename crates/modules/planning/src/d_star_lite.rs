@@ -7,10 +7,11 @@ use crate::grid_path::GridPath;
 use crate::indexed_heap::{HeapKey, IndexedHeap};
 use crate::neighbors::{for_each_step, octile};
 
-/// Keeps a cheapest path to a goal up to date while the robot moves and cells change: D* Lite (Koenig and Likhachev, 2002, *D\* Lite*, figure 4,
-/// the optimized version).
+/// Keeps a cheapest path to a goal up to date while the robot moves and cells change: D* Lite (Koenig and Likhachev,
+/// 2002, *D\* Lite*, figure 4, the optimized version).
 ///
-/// Each plan is as cheap as one that [`AStar`](crate::AStar) finds anew, but only what a change concerns is searched again.
+/// Each plan is as cheap as one that [`AStar`](crate::AStar) finds anew, but only what a change concerns is searched
+/// again.
 ///
 /// ```
 /// use slate_planning::{GridCell, CostGrid, DStarLite, LETHAL};
@@ -79,7 +80,8 @@ impl DStarLite {
         &self.grid
     }
 
-    /// Tells where the robot is; returns false for a cell outside of the grid, which is ignored. In an impassable cell it has no path.
+    /// Tells where the robot is; returns false for a cell outside of the grid, which is ignored. In an impassable cell
+    /// it has no path.
     pub fn move_to(&mut self, start: GridCell) -> bool {
         let is_inside = start.column < self.grid.width() && start.row < self.grid.height();
         if is_inside {
@@ -147,8 +149,8 @@ impl DStarLite {
 
     /// Expands what may make the robot's path cheaper, or has made it dearer (`ComputeShortestPath`).
     ///
-    /// Cells of the same key as the robot's are left: of the many paths that cost the same, only the one that is taken matters, and
-    /// [`follow`](Self::follow) finds what is wrong there.
+    /// Cells of the same key as the robot's are left: of the many paths that cost the same, only the one that is taken
+    /// matters, and [`follow`](Self::follow) finds what is wrong there.
     fn expand(&mut self) {
         while let Some((old_key, here)) = self.open.first() {
             let limit = self.nodes[self.start as usize].lookahead + self.key_modifier;
@@ -178,8 +180,8 @@ impl DStarLite {
         }
     }
 
-    /// Follows the cheapest steps to the goal, along the path of the last plan as far as it still is one; returns a cell whose cost is not
-    /// what its neighbours say, as no path goes on from there.
+    /// Follows the cheapest steps to the goal, along the path of the last plan as far as it still is one; returns a
+    /// cell whose cost is not what its neighbours say, as no path goes on from there.
     fn follow(&mut self) -> Option<u32> {
         if self.nodes[self.start as usize].lookahead == f64::INFINITY || !self.grid.is_open(self.start) {
             self.path_cells.clear();
@@ -251,7 +253,8 @@ impl DStarLite {
         }
     }
 
-    /// Looks anew at those whose cheapest step was to a cell of that cost, which holds no more. No step leads to an impassable one.
+    /// Looks anew at those whose cheapest step was to a cell of that cost, which holds no more. No step leads to an
+    /// impassable one.
     fn raise(&mut self, here: u32, cost: f64) {
         if !self.grid.is_open(here) {
             return;

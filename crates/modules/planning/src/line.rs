@@ -2,10 +2,11 @@
 
 use crate::cost_grid::{CostGrid, GridCell};
 
-/// Returns the cost of the straight line between the middles of two cells: its length in cells, each part of it times the factor of the cell
-/// it crosses; `None` if it crosses an impassable one or goes through a corner of one.
+/// Returns the cost of the straight line between the middles of two cells: its length in cells, each part of it times
+/// the factor of the cell it crosses; `None` if it crosses an impassable one or goes through a corner of one.
 ///
-/// Cells are found in exact arithmetic (after Amanatides and Woo, 1987, *A fast voxel traversal algorithm for ray tracing*).
+/// Cells are found in exact arithmetic (after Amanatides and Woo, 1987, *A fast voxel traversal algorithm for ray
+/// tracing*).
 pub fn line_cost(grid: &CostGrid, from: GridCell, to: GridCell) -> Option<f64> {
     if !grid.is_passable(from) || !grid.is_passable(to) {
         return None;
@@ -17,8 +18,8 @@ pub fn line_cost(grid: &CostGrid, from: GridCell, to: GridCell) -> Option<f64> {
     let above = rows.signum() as i32 * grid.stride() as i32;
     let step = |cell: u32, by: i32| cell.wrapping_add_signed(by);
     let length = (((across * across) + (up * up)) as f64).sqrt();
-    // Borders between columns are crossed at (2 k + 1) / (2 across) of the line, those between rows likewise; times 2 across up they are
-    // whole numbers.
+    // Borders between columns are crossed at (2 k + 1) / (2 across) of the line, those between rows likewise; times 2
+    // across up they are whole numbers.
     let (mut next_column, mut next_row) = (up, across);
     let whole = 2 * across * up;
     let end = match (across, up) {

@@ -15,8 +15,8 @@ pub(crate) struct GridStep {
     pub length: f64,
 }
 
-/// Calls `visit` with each step that leaves the cell: a diagonal one only where both cells beside it are passable, so that no
-/// corner is cut.
+/// Calls `visit` with each step that leaves the cell: a diagonal one only where both cells beside it are passable, so
+/// that no corner is cut.
 #[inline(always)]
 pub(crate) fn for_each_step(grid: &CostGrid, from: u32, mut visit: impl FnMut(GridStep)) {
     let stride = grid.stride();

@@ -8,10 +8,11 @@ use crate::grid_path::GridPath;
 use crate::line::line_cost;
 use crate::neighbors::for_each_step;
 
-/// Finds a short path of straight lines of any angle: Lazy Theta* (Nash, Koenig and Tovey, 2010, *Lazy Theta\*: Any-angle path planning and
-/// path length analysis in 3D*), for cells of any cost, whose path is then smoothed.
+/// Finds a short path of straight lines of any angle: Lazy Theta* (Nash, Koenig and Tovey, 2010, *Lazy Theta\*:
+/// Any-angle path planning and path length analysis in 3D*), for cells of any cost, whose path is then smoothed.
 ///
-/// The path is not always the shortest one; on published maps it is less than 1 % longer. No line of it touches an impassable cell.
+/// The path is not always the shortest one; on published maps it is less than 1 % longer. No line of it touches an
+/// impassable cell.
 #[derive(Clone, Debug, Default)]
 pub struct ThetaStar {
     nodes: Vec<LazyNode>,
@@ -78,8 +79,8 @@ impl ThetaStar {
         self.searches += 1;
     }
 
-    /// Looks at the line from the node's parent, and else takes the best closed neighbour as its parent; returns whether the node has
-    /// become dearer, so that others may come first.
+    /// Looks at the line from the node's parent, and else takes the best closed neighbour as its parent; returns
+    /// whether the node has become dearer, so that others may come first.
     fn settle(&mut self, grid: &CostGrid, here: u32) -> bool {
         let node = self.nodes[here as usize];
         let parent = self.nodes[node.parent as usize];

@@ -82,7 +82,7 @@ pub trait NodeWire: Send + Sync {
     fn announce(&self) -> Result<(), RosError>;
 
     /// Takes note of others that have come and gone, and logs those that can't match.
-    fn look(&self, composer: &Composer);
+    fn check_matches(&self, composer: &Composer);
 
     /// Bytes that no other node has.
     fn identity(&self) -> [u8; 12];

@@ -129,7 +129,7 @@ impl NodeWire for DdsWire {
         self.participant.announce(&readers, &writers)
     }
 
-    fn look(&self, composer: &Composer) {
+    fn check_matches(&self, composer: &Composer) {
         while let Some(event) = self.participant.next_status() {
             self.matches.note(&event, composer);
         }

@@ -94,7 +94,7 @@ impl Graph {
     }
 
     /// Logs endpoints that have come and can't match those of this node, each mismatch once.
-    pub fn look(&self, scheme: &str, composer: &Composer) {
+    pub fn log_mismatches(&self, scheme: &str, composer: &Composer) {
         for text in self.take_mismatches() {
             composer.log(Level::Warn, &format!("{scheme}: {text}"));
         }

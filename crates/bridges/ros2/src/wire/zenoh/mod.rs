@@ -121,8 +121,8 @@ impl NodeWire for ZenohWire {
         Ok(())
     }
 
-    fn look(&self, composer: &Composer) {
-        self.graph.look(TABLE, composer);
+    fn check_matches(&self, composer: &Composer) {
+        self.graph.log_mismatches(TABLE, composer);
     }
 
     fn identity(&self) -> [u8; 12] {
