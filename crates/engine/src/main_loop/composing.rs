@@ -142,7 +142,7 @@ impl SharedLoop {
                 Ok(result) => result,
                 Err(error) => return Some(Err((error, prepared))),
             };
-            // SAFETY: jobs are done by who has the token.
+            // SAFETY: a job runs in the thread that holds the token.
             let core = unsafe { shared.core() };
             Some(Ok((result, shared.install(core, prepared, actuators))))
         });
@@ -230,7 +230,7 @@ impl SharedLoop {
         let guest =
             module.map(|(code, seat)| Guest { what: TAKEOVER, seat: Some(seat), code: Box::new(code) });
         let left = self.between_cycles(&[], move |shared| {
-            // SAFETY: jobs are done by who has the token.
+            // SAFETY: a job runs in the thread that holds the token.
             let core = unsafe { shared.core() };
             let left = std::mem::replace(&mut core.takeover, guest);
             Some(left.and_then(|guest| core.let_go(guest)))

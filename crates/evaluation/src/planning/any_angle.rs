@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use slate_module::math::min;
 use slate_planning::{AStar, CostGrid, GridCell, ThetaStar, line_cost};
 
-/// Returns the length of the shortest path of straight lines between middles of cells, cells; `None` if there is none.
+/// Returns the length of the shortest path of straight lines between middles of cells, cells; `None` if no path exists.
 ///
 /// A* on the visibility graph of the start, the goal and the cells around convex corners of obstacles. Lines are free
 /// as those of [`line_cost`] are. It is slow, and for references only.

@@ -110,7 +110,7 @@ impl LikelihoodField {
         !self.free.is_empty()
     }
 
-    /// Returns a random pose in a free cell; `None` if there is none.
+    /// Returns a random pose in a free cell; `None` if no cell is free.
     pub fn random_pose(&self, random: &mut Random) -> Option<Pose2> {
         let at = (random.unit() * self.free.len() as f64) as usize;
         let cell = *self.free.get(at)? as usize;

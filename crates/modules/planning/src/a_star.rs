@@ -29,7 +29,7 @@ struct SearchNode {
 }
 
 impl AStar {
-    /// Returns a cheapest path; `None` if there is none, or the start or the goal is impassable.
+    /// Returns a cheapest path; `None` if no path exists, or the start or the goal is impassable.
     pub fn search(&mut self, grid: &CostGrid, start: GridCell, goal: GridCell) -> Option<&GridPath> {
         if !grid.is_passable(start) || !grid.is_passable(goal) {
             return None;

@@ -34,7 +34,7 @@ pub struct DStarLite {
     key_modifier: f64,
     /// Cells whose steps have changed since the last plan.
     changed: Vec<u32>,
-    /// The newest path from the robot to the goal; empty if there is none.
+    /// The newest path from the robot to the goal; empty if no path exists.
     path_cells: Vec<u32>,
     path: GridPath,
 }
@@ -129,7 +129,7 @@ impl DStarLite {
         self.changed = changed;
     }
 
-    /// Returns a cheapest path from the robot to the goal in the grid as it is known; `None` if there is none.
+    /// Returns a cheapest path from the robot to the goal in the grid as it is known; `None` if no path exists.
     pub fn plan(&mut self) -> Option<&GridPath> {
         self.take_changes();
         self.expand();

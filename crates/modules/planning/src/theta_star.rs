@@ -43,7 +43,7 @@ enum LineState {
 }
 
 impl ThetaStar {
-    /// Returns a short path; `None` if there is none, or the start or the goal is impassable.
+    /// Returns a short path; `None` if no path exists, or the start or the goal is impassable.
     pub fn search(&mut self, grid: &CostGrid, start: GridCell, goal: GridCell) -> Option<&GridPath> {
         if !grid.is_passable(start) || !grid.is_passable(goal) {
             return None;

@@ -18,7 +18,7 @@ pub fn encode(quality: TopicQuality) -> String {
     format!("{reliability}:{durability}:,{depth}:,:,:,,")
 }
 
-/// The quality of service of a text; nothing if it is none.
+/// Parses a quality of service; `None` if the text is invalid.
 pub fn decode(text: &str) -> Option<TopicQuality> {
     let parts: Vec<_> = text.split(':').collect();
     let [reliability, durability, history, ..] = parts[..] else { return None };

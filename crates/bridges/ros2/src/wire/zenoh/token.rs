@@ -130,7 +130,7 @@ pub struct Entity {
 }
 
 impl Entity {
-    /// Reads a token; nothing if it is none.
+    /// Parses a token; `None` if it is invalid.
     pub fn parse(token: &str) -> Option<Self> {
         let parts: Vec<_> = token.split('/').collect();
         if token.len() > MAX_LENGTH || parts.iter().any(|part| part.is_empty()) {

@@ -24,7 +24,7 @@ pub struct CartIo {
     odometry: Output<Odometry>,
 }
 
-/// Goes as it is told, and says where it is every other cycle.
+/// Integrates the commanded twist, and publishes its odometry in every other cycle.
 pub struct Cart;
 
 #[module(stage = Act)]
