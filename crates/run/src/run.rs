@@ -72,9 +72,12 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
         // Another agent failed to start and has reported why, so none starts.
         return Ok(0);
     }
-    // A robot that `slate stop` can't find must not start.
     let surface =
         Arc::new(ControlSurface::new(&mission.agent).map_err(|error| RunError::Unreachable(error.into()))?);
+    // Who reaches the agent at its socket finds its console, too.
+    let is_watched = !options.headless || options.open || is_watched;
+    let console = console_options.open(&mission, Arc::clone(&surface), is_watched)?;
+    // A robot that `slate stop` can't find must not start.
     let server = Server::open_on(Arc::clone(&surface)).map_err(RunError::Unreachable)?;
     let join = |settings| connect(&surface, settings, &configuration);
     let network = network_settings.as_ref().map(join).transpose()?;
@@ -88,8 +91,6 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
         mission.stream_trajectory(folder.path());
     }
     announce(judge, &server, &mission, is_supervised);
-    let is_watched = !options.headless || options.open || is_watched;
-    let console = console_options.open(&mission, surface, is_watched)?;
     if options.open {
         match &console {
             Some(console) => open_browser(console.link())?,
