@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use serde_json::json;
-use slate_evaluation::{Evaluation, Figure, planning};
+use slate_evaluation::{Evaluation, Figure, exploration, planning};
 
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::output;
@@ -13,6 +13,9 @@ use crate::output;
 pub enum EvaluateVerb {
     /// A*, Theta* and D* Lite on the MovingAI benchmarks
     Planning(EvaluateOptions),
+
+    /// Exploration of Explore-Bench's buildings and a hospital
+    Exploration(ExplorationOptions),
 }
 
 #[derive(Debug, Args)]
@@ -26,10 +29,24 @@ pub struct EvaluateOptions {
     json: bool,
 }
 
+#[derive(Debug, Args)]
+pub struct ExplorationOptions {
+    #[command(flatten)]
+    common: EvaluateOptions,
+
+    /// Number of starts in each building
+    #[arg(long, value_name = "NUMBER", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    starts: u32,
+}
+
 /// Prints the figures; returns what the process ends with.
 pub fn evaluate(verb: &EvaluateVerb) -> Result<u8, Failure> {
-    let EvaluateVerb::Planning(options) = verb;
-    let evaluations = planning::evaluate(&options.data)?;
+    let (options, evaluations) = match verb {
+        EvaluateVerb::Planning(options) => (options, planning::evaluate(&options.data)?),
+        EvaluateVerb::Exploration(ExplorationOptions { common, starts }) => {
+            (common, exploration::evaluate(&common.data, u64::from(*starts))?)
+        }
+    };
     if options.json {
         output::document("slate.evaluation/1", &json!({ "evaluations": evaluations }));
     } else {

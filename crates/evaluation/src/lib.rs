@@ -4,6 +4,7 @@
 //! reached.
 
 mod error;
+pub mod exploration;
 mod figures;
 pub mod movingai;
 pub mod planning;

@@ -17,6 +17,7 @@
 
 mod a_star;
 mod bucket_queue;
+mod cost_field;
 mod cost_grid;
 mod costmap;
 mod d_star_lite;
@@ -27,6 +28,7 @@ mod neighbors;
 mod theta_star;
 
 pub use a_star::AStar;
+pub use cost_field::CostField;
 pub use cost_grid::{CostGrid, GridCell, GridSizeError, INSCRIBED, LETHAL, MOST_CELLS, UNKNOWN};
 pub use costmap::{Costmap, Inflation};
 pub use d_star_lite::DStarLite;

@@ -4,7 +4,8 @@
 use proptest::prelude::*;
 use slate_module::math::min;
 use slate_planning::{
-    AStar, CostGrid, DStarLite, GridCell, GridPath, INSCRIBED, LETHAL, ThetaStar, UNKNOWN, line_cost,
+    AStar, CostField, CostGrid, DStarLite, GridCell, GridPath, INSCRIBED, LETHAL, ThetaStar, UNKNOWN,
+    line_cost,
 };
 
 const SIDE: u32 = 11;
@@ -93,6 +94,23 @@ proptest! {
         if let (Some(path), Some(least)) = (found, least) {
             prop_assert_eq!((path.cells()[0], *path.cells().last().unwrap()), (start, goal));
             prop_assert!((path.cost() - least).abs() < 1e-9, "{} {least}", path.cost());
+            prop_assert!((total(&grid, path, cost_factor) - least).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_cost_field_has_the_cheapest_paths(costs in costs(), start in cell(), goal in cell(), cost_factor in 0.0..9.0_f64) {
+        let grid = grid(&costs, cost_factor);
+        let mut field = CostField::default();
+        prop_assert_eq!(field.cost(&grid, goal), f64::INFINITY);
+        field.compute(&grid, goal);
+        field.compute(&grid, start);
+        let least = least(&grid, start, goal, cost_factor);
+        prop_assert!(least.map_or(field.cost(&grid, goal) == f64::INFINITY, |least| (field.cost(&grid, goal) - least).abs() < 1e-9));
+        let path = field.path(&grid, goal);
+        prop_assert_eq!(path.is_some(), least.is_some());
+        if let (Some(path), Some(least)) = (path, least) {
+            prop_assert_eq!((path.cells()[0], *path.cells().last().unwrap()), (start, goal));
             prop_assert!((total(&grid, path, cost_factor) - least).abs() < 1e-9);
         }
     }

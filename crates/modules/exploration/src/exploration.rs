@@ -1,0 +1,177 @@
+//! Choice of the next goal.
+
+use slate_grid::{Geometry, OccupancyMap};
+use slate_module::math;
+use slate_planning::{CostField, CostGrid, GridCell};
+
+use crate::frontier::{Frontier, FrontierDetector};
+use crate::information_gain::InformationGain;
+use crate::parameters::{ExplorationParameters, GoalSelection};
+
+/// Cells around a frontier from which a next best view may be, on each side.
+const VIEW_CELLS: i64 = 10;
+
+/// Where to go next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExplorationGoal {
+    /// Cell that the robot drives to.
+    pub cell: GridCell,
+    /// Area that it would see there, m².
+    pub information_gain: f64,
+    /// Cost of the path there, m.
+    pub path_cost: f64,
+    /// Gain by cost.
+    pub utility: f64,
+    /// What it goes to see.
+    pub frontier: Frontier,
+}
+
+/// Chooses goals until no frontier is left that can be reached.
+#[derive(Clone, Debug)]
+pub struct Exploration {
+    parameters: ExplorationParameters,
+    detector: FrontierDetector,
+    information_gain: InformationGain,
+    costs: CostField,
+    blacklist: Vec<GridCell>,
+    current: Option<GridCell>,
+}
+
+impl Exploration {
+    /// Begins one.
+    pub fn new(parameters: ExplorationParameters) -> Self {
+        Self {
+            information_gain: InformationGain::new(parameters.sensor_range),
+            parameters,
+            detector: FrontierDetector::default(),
+            costs: CostField::default(),
+            blacklist: Vec::new(),
+            current: None,
+        }
+    }
+
+    /// Returns the best goal of a robot in a cell; `None` if no frontier can be reached.
+    ///
+    /// `costs` has the cells of the map: where its middle may be, and how dear that is.
+    pub fn next_goal(
+        &mut self,
+        map: &OccupancyMap,
+        costs: &CostGrid,
+        robot: GridCell,
+    ) -> Option<ExplorationGoal> {
+        self.detector.update(map);
+        // One search has the costs of all goals.
+        self.costs.compute(costs, robot);
+        let resolution = map.geometry.resolution;
+        let min_cells = (self.parameters.min_frontier_size / resolution).ceil() as usize;
+        let mut goals: Vec<ExplorationGoal> = Vec::new();
+        for frontier in self.detector.frontiers(min_cells) {
+            goals.extend(self.goal(map, costs, frontier));
+        }
+        let chosen = self.keep_or_change(&map.geometry, goals);
+        self.current = chosen.as_ref().map(|goal| goal.cell);
+        chosen
+    }
+
+    /// Returns the best goal, or the one of the current frontier if that is nearly as good.
+    fn keep_or_change(&self, geometry: &Geometry, goals: Vec<ExplorationGoal>) -> Option<ExplorationGoal> {
+        let better = |a: &&ExplorationGoal, b: &&ExplorationGoal| a.utility.total_cmp(&b.utility);
+        let best = goals.iter().max_by(better)?;
+        let kept = goals.iter().filter(|goal| self.is_current(goal, geometry)).max_by(better);
+        let is_kept =
+            |kept: &&ExplorationGoal| best.utility <= kept.utility * (1.0 + self.parameters.hysteresis);
+        Some(kept.filter(is_kept).unwrap_or(best).clone())
+    }
+
+    /// Leaves out goals near a cell that the robot could not reach.
+    pub fn blacklist(&mut self, cell: GridCell) {
+        self.blacklist.push(cell);
+        self.current = None;
+    }
+
+    /// Forgets which goals could not be reached.
+    pub fn clear_blacklist(&mut self) {
+        self.blacklist.clear();
+    }
+
+    /// Returns the frontiers of the map of the last choice.
+    pub fn frontiers(&self, min_cells: usize) -> Vec<Frontier> {
+        self.detector.frontiers(min_cells)
+    }
+
+    fn is_current(&self, goal: &ExplorationGoal, geometry: &Geometry) -> bool {
+        let near = 1.0 / geometry.resolution;
+        self.current
+            .is_some_and(|current| goal.frontier.cells.iter().any(|cell| cell.distance(current) < near))
+    }
+
+    /// Returns the goal that shows what is behind a frontier; `None` if it can't be reached or seen, or is on the
+    /// blacklist.
+    fn goal(&mut self, map: &OccupancyMap, costs: &CostGrid, frontier: Frontier) -> Option<ExplorationGoal> {
+        let resolution = map.geometry.resolution;
+        let cells = match self.parameters.goal_selection {
+            GoalSelection::NextBestView => self.views(costs, &frontier),
+            _ => self.nearest_reachable(costs, &frontier).into_iter().collect(),
+        };
+        let radius = self.parameters.blacklist_radius / resolution;
+        let mut best: Option<ExplorationGoal> = None;
+        for cell in cells {
+            if self.blacklist.iter().any(|other| other.distance(cell) < radius) {
+                continue;
+            }
+            let path_cost = self.costs.cost(costs, cell) * resolution;
+            let information_gain = self.information_gain.area(map, cell);
+            // A wall is between the cell and the frontier.
+            if information_gain == 0.0 {
+                continue;
+            }
+            let utility = self.utility(information_gain, path_cost + resolution);
+            if best.as_ref().is_none_or(|best| utility > best.utility) {
+                best = Some(ExplorationGoal {
+                    cell,
+                    information_gain,
+                    path_cost,
+                    utility,
+                    frontier: Frontier::default(),
+                });
+            }
+        }
+        best.map(|goal| ExplorationGoal { frontier, ..goal })
+    }
+
+    fn utility(&self, information_gain: f64, path_cost: f64) -> f64 {
+        match self.parameters.goal_selection {
+            GoalSelection::NearestFrontier => 1.0 / path_cost,
+            _ => information_gain / math::pow(path_cost, self.parameters.path_cost_exponent),
+        }
+    }
+
+    /// The cell that can be reached and is nearest to the frontier's middle, of its own or of those around it.
+    fn nearest_reachable(&self, costs: &CostGrid, frontier: &Frontier) -> Option<GridCell> {
+        let middle = frontier.middle()?;
+        let own = frontier.cells.iter().copied().chain(around(middle, VIEW_CELLS));
+        own.filter(|cell| self.costs.cost(costs, *cell) < f64::INFINITY)
+            .min_by(|a, b| a.distance(middle).total_cmp(&b.distance(middle)))
+    }
+
+    /// Cells around the frontier from which it may be seen, thinned.
+    fn views(&self, costs: &CostGrid, frontier: &Frontier) -> Vec<GridCell> {
+        let Some(middle) = frontier.middle() else { return Vec::new() };
+        let thinned = around(middle, VIEW_CELLS)
+            .filter(|cell| cell.column.is_multiple_of(4) && cell.row.is_multiple_of(4));
+        let mut cells: Vec<GridCell> =
+            thinned.filter(|cell| self.costs.cost(costs, *cell) < f64::INFINITY).collect();
+        cells.extend(self.nearest_reachable(costs, frontier));
+        cells
+    }
+}
+
+/// Cells of a square around one.
+fn around(middle: GridCell, side: i64) -> impl Iterator<Item = GridCell> {
+    let at = |from: u32, by: i64| u32::try_from(i64::from(from) + by).ok();
+    (-side..=side).flat_map(move |rows| {
+        (-side..=side).filter_map(move |columns| {
+            Some(GridCell::new(at(middle.column, columns)?, at(middle.row, rows)?))
+        })
+    })
+}
