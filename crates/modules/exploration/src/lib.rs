@@ -28,3 +28,7 @@ pub use exploration::{Exploration, ExplorationGoal};
 pub use frontier::{Frontier, FrontierDetector};
 pub use information_gain::InformationGain;
 pub use parameters::{ExplorationParameters, GoalSelection};
+
+#[cfg(doctest)]
+#[doc = include_str!("../../../../book/src/38-exploration.md")]
+mod book {}

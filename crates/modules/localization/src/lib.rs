@@ -40,3 +40,7 @@ pub use monte_carlo::MonteCarloLocalization;
 pub use motion_model::OdometryAlphas;
 pub use parameters::{BeamSkip, InvalidParameter, KldSampling, MonteCarloParameters, Recovery};
 pub use particles::Particle;
+
+#[cfg(doctest)]
+#[doc = include_str!("../../../../book/src/35-localization.md")]
+mod book {}

@@ -35,3 +35,7 @@ pub use d_star_lite::DStarLite;
 pub use grid_path::GridPath;
 pub use line::line_cost;
 pub use theta_star::ThetaStar;
+
+#[cfg(doctest)]
+#[doc = include_str!("../../../../book/src/34-planning.md")]
+mod book {}

@@ -1,0 +1,73 @@
+//! Routes.
+
+use std::collections::BTreeMap;
+
+use crate::graph::NavigationGraph;
+
+/// A route through a graph.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraphRoute {
+    /// Names of the nodes, from start to goal.
+    pub nodes: Vec<String>,
+    /// Length with the way to the first node, m.
+    pub length: f64,
+}
+
+impl NavigationGraph {
+    /// Returns the shortest route between two nodes; `None` if no route exists, or one of them does not.
+    pub fn route(&self, from: &str, to: &str) -> Option<GraphRoute> {
+        self.route_from(|node| (node == from).then_some(0.0), to)
+    }
+
+    /// Returns the shortest route to a node from a place that is no node, such as a robot's: `entry` has the length of the
+    /// way to each node, m, for instance by a path on a grid; `None` where there is none.
+    ///
+    /// Dijkstra, 1959; of routes of the same length, the one through the node whose name comes first.
+    pub fn route_from(&self, entry: impl Fn(&str) -> Option<f64>, to: &str) -> Option<GraphRoute> {
+        // By name: length so far, and the node before.
+        let mut open: BTreeMap<&str, (f64, Option<&str>)> = BTreeMap::new();
+        let mut done: BTreeMap<&str, (f64, Option<&str>)> = BTreeMap::new();
+        for name in self.nodes.keys() {
+            if let Some(length) = entry(name).filter(|length| length.is_finite() && *length >= 0.0) {
+                open.insert(name, (length, None));
+            }
+        }
+        while let Some((name, (length, before))) =
+            open.iter().min_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b)).map(|(name, found)| (*name, *found))
+        {
+            open.remove(name);
+            done.insert(name, (length, before));
+            if name == to {
+                return Some(self.trace(&done, name, length));
+            }
+            for next in self.successors(name).filter(|next| !done.contains_key(next)) {
+                let through = length + self.length(name, next);
+                if open.get(next).is_none_or(|(known, _)| through < *known) {
+                    open.insert(next, (through, Some(name)));
+                }
+            }
+        }
+        None
+    }
+
+    fn successors<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a str> {
+        self.connections.iter().filter_map(move |connection| {
+            if connection.from == name {
+                Some(connection.to.as_str())
+            } else {
+                (connection.to == name && !connection.is_directed).then_some(connection.from.as_str())
+            }
+        })
+    }
+
+    fn trace(&self, done: &BTreeMap<&str, (f64, Option<&str>)>, goal: &str, length: f64) -> GraphRoute {
+        let mut nodes = vec![goal.to_owned()];
+        let mut here = goal;
+        while let Some((_, Some(before))) = done.get(here) {
+            nodes.push((*before).to_owned());
+            here = before;
+        }
+        nodes.reverse();
+        GraphRoute { nodes, length }
+    }
+}
