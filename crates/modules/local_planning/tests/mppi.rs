@@ -117,11 +117,11 @@ fn a_robot_that_skids_is_predicted_to_turn_less() {
 fn a_robot_that_is_shut_in_gets_no_velocity() {
     let mut planner = planner(small());
     let columns: Vec<[f64; 2]> =
-        (0..24).map(|k| 0.2618 * f64::from(k)).map(|a| [0.45 * math::cos(a), 0.45 * math::sin(a)]).collect();
+        (0..24).map(|k| 0.2618 * f64::from(k)).map(|a| [0.5 * math::cos(a), 0.5 * math::sin(a)]).collect();
     let mut field = ObstacleField::new(4.0, 0.05).unwrap();
     field.update([0.0, 0.0], rims(&columns).into_iter());
     let moving =
-        MotionState { velocity: PlanarVelocity { vx: 0.5, vy: 0.0, wz: 0.0 }, ..standing(0.0, 0.0, 0.0) };
+        MotionState { velocity: PlanarVelocity { vx: 1.2, vy: 0.0, wz: 0.0 }, ..standing(0.0, 0.0, 0.0) };
     assert!(planner.plan(&moving, &line([0.0, 0.0], [3.0, 0.0]), None, &field).is_none());
 }
 

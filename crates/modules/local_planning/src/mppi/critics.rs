@@ -121,7 +121,8 @@ impl CriticSums {
                     let heading = [rollouts.cosine[row + k], rollouts.sine[row + k]];
                     let clearance = match distance > footprint.inscribed {
                         true => footprint.clearance(&scene.field, at, heading),
-                        false => 0.0,
+                        // Deep inside, whatever the field's errors.
+                        false => -1.0,
                     };
                     self.collides[k] = clearance <= touch;
                     self.critical[k] += max(0.0, margin - clearance);

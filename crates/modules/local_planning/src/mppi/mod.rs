@@ -124,12 +124,12 @@ impl Mppi {
         })
     }
 
-    /// A robot that is already too near to an obstacle may move, but not nearer.
+    /// A robot that is already too near to an obstacle may move, but hardly nearer.
     fn touch_distance(&self, start: &RolloutStart, field: FieldLookup<'_>) -> f32 {
         let at = [start.x, start.y];
         let clearance = self.footprint.clearance(&field, at, [start.cosine, start.sine]);
         let touch = self.parameters.critics.obstacles.collision_distance as f32;
-        crate::single::min(touch, 0.9 * clearance)
+        crate::single::min(touch, clearance - 0.01)
     }
 
     /// Samples, judges and averages once.
