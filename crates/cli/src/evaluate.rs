@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
-use slate_evaluation::{Evaluation, Figure, planning};
+use slate_evaluation::local_planning::LocalPlannerKind;
+use slate_evaluation::{Evaluation, Figure, local_planning, planning};
 
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::output;
@@ -13,6 +14,31 @@ use crate::output;
 pub enum EvaluateVerb {
     /// A*, Theta* and D* Lite on the MovingAI benchmarks
     Planning(EvaluateOptions),
+    /// Local planners in the worlds of the BARN challenge
+    #[command(name = "local_planning")]
+    LocalPlanning(LocalPlanningOptions),
+}
+
+#[derive(Debug, Args)]
+pub struct LocalPlanningOptions {
+    #[command(flatten)]
+    common: EvaluateOptions,
+
+    /// Local planner
+    #[arg(long, value_enum, default_value = "mppi")]
+    planner: PlannerArgument,
+
+    /// Seed of the laser's noise and of the planner
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum PlannerArgument {
+    /// Model predictive path integral control
+    Mppi,
+    /// Dynamic window approach with the parameters published with the challenge
+    Dwa,
 }
 
 #[derive(Debug, Args)]
@@ -28,8 +54,16 @@ pub struct EvaluateOptions {
 
 /// Prints the figures; returns what the process ends with.
 pub fn evaluate(verb: &EvaluateVerb) -> Result<u8, Failure> {
-    let EvaluateVerb::Planning(options) = verb;
-    let evaluations = planning::evaluate(&options.data)?;
+    let (options, evaluations) = match verb {
+        EvaluateVerb::Planning(options) => (options, planning::evaluate(&options.data)?),
+        EvaluateVerb::LocalPlanning(LocalPlanningOptions { common, planner, seed }) => {
+            let kind = match planner {
+                PlannerArgument::Mppi => LocalPlannerKind::Mppi,
+                PlannerArgument::Dwa => LocalPlannerKind::Dwa,
+            };
+            (common, vec![local_planning::evaluate(&common.data, kind, *seed)?])
+        }
+    };
     if options.json {
         output::document("slate.evaluation/1", &json!({ "evaluations": evaluations }));
     } else {

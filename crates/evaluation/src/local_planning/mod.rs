@@ -101,7 +101,7 @@ fn summary(runs: &[BarnRun], kind: LocalPlannerKind) -> Evaluation {
     let all = runs.len().max(1) as f64;
     let count = |end: RunEnd| runs.iter().filter(|run| run.end == end).count() as f64;
     let times = runs.iter().filter(|run| run.end == RunEnd::Success).map(|run| run.time);
-    let mean_time = times.sum::<f64>() / count(RunEnd::Success);
+    let sum: f64 = times.sum();
     let mean_score = runs.iter().map(|run| run.score).sum::<f64>() / all;
     let success = Figure::new("success", count(RunEnd::Success) / all);
     let scored = Figure::new("score, at most 0.5", mean_score);
@@ -119,9 +119,11 @@ fn summary(runs: &[BarnRun], kind: LocalPlannerKind) -> Evaluation {
         success,
         Figure::new("collision", count(RunEnd::Collision) / all),
         Figure::new("time-out", count(RunEnd::Timeout) / all),
-        Figure::new("mean time to the goal, s", mean_time),
         scored,
     ];
+    if sum > 0.0 {
+        figures.push(Figure::new("mean time to the goal, s", sum / count(RunEnd::Success)));
+    }
     figures.extend(runs.iter().filter(|run| run.end != RunEnd::Success).map(|run| {
         let end = if run.end == RunEnd::Collision { "collision" } else { "time-out" };
         Figure::new(format!("world {}: {end} after s", run.world), run.time)

@@ -25,7 +25,7 @@ const RESOLUTION: f64 = 0.05;
 /// Cycles without a velocity after which it recovers.
 const FAILURES: u32 = 10;
 
-/// BarnNavigation with one of the local planners.
+/// Navigation with one of the local planners.
 pub struct BarnNavigation {
     settings: NavigationSettings,
     planner: ChosenPlanner,
