@@ -100,5 +100,5 @@ fn report(name: &str, mut cycle: impl FnMut(&Pose2, PlanarVelocity) -> Option<Pl
         .collect();
     times.sort_by(f64::total_cmp);
     let at = |share: f64| times[((times.len() - 1) as f64 * share) as usize];
-    println!("{name:<40}{:>10.2}{:>10.2}{:>10.2}   at x = {:.1} m", at(0.5), at(0.99), at(1.0), pose.x);
+    println!("{name:<40}{:>10.2}{:>10.2}{:>10.2}", at(0.5), at(0.99), at(1.0));
 }

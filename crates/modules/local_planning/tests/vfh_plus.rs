@@ -3,7 +3,7 @@
 
 use slate_interfaces::{Point2, Pose2};
 use slate_local_planning::{CertaintyGrid, PlanarVelocity, VfhPlus, VfhPlusParameters};
-use slate_module::math;
+use slate_module::{Random, math};
 
 use crate::common::{PERIOD, RADIUS, drive, standing};
 
@@ -81,4 +81,31 @@ fn parameters_that_no_histogram_can_have_are_named() {
     let low = VfhPlusParameters { threshold_low: 9.0, ..VfhPlusParameters::default() };
     assert_eq!(refused(low), "threshold_low");
     assert_eq!(CertaintyGrid::new(5.0, 0.0, 1.0).unwrap_err().name, "resolution");
+}
+
+#[test]
+fn most_random_fields_of_columns_are_crossed_and_none_is_touched() {
+    let mut arrived = 0;
+    for seed in 0..20 {
+        let mut random = Random::new(seed, "columns");
+        let mut columns: Vec<[f64; 2]> = Vec::new();
+        for _ in 0..60 {
+            let next = [random.uniform(1.0, 5.0), random.uniform(-2.0, 2.0)];
+            // Passages are at least 1.2 m wide.
+            if columns.iter().all(|[x, y]| math::hypot(next[0] - x, next[1] - y) > 1.4) {
+                columns.push(next);
+            }
+        }
+        let mut grid = CertaintyGrid::new(5.0, 0.1, 1.5).unwrap();
+        let mut planner = VfhPlus::new(VfhPlusParameters::default()).unwrap();
+        let target = Point2 { x: 6.0, y: 0.0 };
+        let ride = drive(standing(0.0, 0.0, 0.0), &columns, [6.0, 0.0], 60.0, |state, _| {
+            grid.advance(&state.pose, PERIOD);
+            hear(&mut grid, &state.pose, &columns);
+            planner.plan(state, target, &grid).unwrap_or(PlanarVelocity::ZERO)
+        });
+        arrived += usize::from(ride.has_arrived);
+        assert!(ride.clearance > 0.0, "seed {seed}: {ride:?}");
+    }
+    assert!(arrived >= 18, "{arrived} of 20");
 }
