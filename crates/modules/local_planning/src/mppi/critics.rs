@@ -261,21 +261,21 @@ impl CriticSums {
         let (rollouts, path) = (scene.rollouts, scene.path);
         let target = path.point((furthest + critic.offset_from_furthest).min(path.len() - 1));
         let ([x, y], yaw) = scene.robot;
-        let bearing = libm_atan2(target[1] - y, target[0] - x);
-        if wrap_angle(bearing - yaw).abs() < critic.max_angle_to_furthest as f32 {
+        let direction = bearing(target[1] - y, target[0] - x);
+        if wrap_angle(direction - yaw).abs() < critic.max_angle_to_furthest as f32 {
             return;
         }
         let row = (rollouts.steps - 1) * rollouts.batch;
         let weight = critic.cost_weight as f32;
         for k in row..row + rollouts.batch {
-            let bearing = libm_atan2(target[1] - rollouts.y[k], target[0] - rollouts.x[k]);
-            self.costs[k - row] += weight * wrap_angle(bearing - rollouts.yaw[k]).abs();
+            let direction = bearing(target[1] - rollouts.y[k], target[0] - rollouts.x[k]);
+            self.costs[k - row] += weight * wrap_angle(direction - rollouts.yaw[k]).abs();
         }
     }
 }
 
-fn libm_atan2(y: f32, x: f32) -> f32 {
-    slate_module::math::atan2(f64::from(y), f64::from(x)) as f32
+fn bearing(up: f32, across: f32) -> f32 {
+    slate_module::math::atan2(f64::from(up), f64::from(across)) as f32
 }
 
 /// Whether the robot's middle can't be at a point of the path.
