@@ -144,3 +144,53 @@ fn measure(ranges: &mut [f64], [x, y]: [f64; 2], heading: f64) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+
+    use super::*;
+
+    fn world(cylinder: [f64; 2]) -> BarnWorld {
+        BarnWorld { number: 0, cylinders: vec![cylinder], path_length: 10.0 }
+    }
+
+    #[test]
+    fn a_robot_collides_where_its_footprint_touches() {
+        let forward = PlanarVelocity { vx: 0.5, vy: 0.0, wz: 0.0 };
+        let end = |cylinder: [f64; 2]| {
+            let world = world(cylinder);
+            let mut robot = Jackal::new(&world, 1, Pose2 { x: 0.0, y: 0.0, theta: 0.0 }).unwrap();
+            robot.drive(forward, 4.0);
+            (robot.has_collided, robot.state.pose.x)
+        };
+        // The front is 0.254 m before the robot's middle, the rim 0.075 m before the cylinder's.
+        let (has_collided, x) = end([1.0, 0.1]);
+        assert!(has_collided && (x - 0.671).abs() < 0.006, "{x}");
+        assert!(end([1.0, 0.289]).0 && !end([1.0, 0.291]).0);
+    }
+
+    #[test]
+    fn a_beam_ends_at_the_rim_of_a_cylinder() {
+        let world = world([3.0, 0.0]);
+        let mut robot = Jackal::new(&world, 1, Pose2 { x: 0.0, y: 0.0, theta: 0.0 }).unwrap();
+        let hits: Vec<(f64, f64)> = robot.scan().filter(|(_, range)| !Jackal::is_miss(*range)).collect();
+        // The cylinder is 0.052 rad wide, seen from the laser.
+        assert!((7..=8).contains(&hits.len()), "{hits:?}");
+        for (bearing, range) in hits {
+            let aside = 2.88 * math::sin(bearing);
+            let rim = 2.88 * math::cos(bearing) - (0.075 * 0.075 - aside * aside).sqrt();
+            assert!((range - rim).abs() < 0.025, "{bearing} {range} {rim}");
+        }
+    }
+
+    #[test]
+    fn a_command_is_followed_within_what_the_motors_can_do() {
+        let world = world([50.0, 50.0]);
+        let mut robot = Jackal::new(&world, 1, Pose2 { x: 0.0, y: 0.0, theta: 0.0 }).unwrap();
+        robot.drive(PlanarVelocity { vx: 9.0, vy: 0.0, wz: 0.0 }, 0.25);
+        assert!((robot.state.velocity.vx - 1.0).abs() < 1e-9, "{:?}", robot.state);
+        robot.drive(PlanarVelocity { vx: 9.0, vy: 0.0, wz: 0.0 }, 1.0);
+        assert!((robot.state.velocity.vx - 2.0).abs() < 1e-9, "{:?}", robot.state);
+    }
+}
