@@ -84,7 +84,7 @@ fn parameters_that_no_histogram_can_have_are_named() {
 }
 
 #[test]
-fn most_random_fields_of_columns_are_crossed_and_none_is_touched() {
+fn random_fields_of_columns_are_crossed_without_a_touch() {
     let mut arrived = 0;
     for seed in 0..20 {
         let mut random = Random::new(seed, "columns");
