@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
 use slate_evaluation::{Evaluation, Figure, exploration, planning};
+use slate_evaluation::local_planning::LocalPlannerKind;
+use slate_evaluation::{Evaluation, Figure, local_planning, planning};
 
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::output;
@@ -16,6 +18,27 @@ pub enum EvaluateVerb {
 
     /// Exploration of Explore-Bench's buildings and a hospital
     Exploration(ExplorationOptions),
+    /// Local planners in the worlds of the BARN challenge
+    #[command(name = "local_planning")]
+    LocalPlanning(LocalPlanningOptions),
+}
+#[derive(Debug, Args)]
+pub struct LocalPlanningOptions {
+    #[command(flatten)]
+    common: EvaluateOptions,
+    /// Local planner
+    #[arg(long, value_enum, default_value = "mppi")]
+    planner: PlannerArgument,
+    /// Seed of the laser's noise and of the planner
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum PlannerArgument {
+    /// Model predictive path integral control
+    Mppi,
+    /// Dynamic window approach with the parameters published with the challenge
+    Dwa,
 }
 
 #[derive(Debug, Args)]
@@ -45,6 +68,12 @@ pub fn evaluate(verb: &EvaluateVerb) -> Result<u8, Failure> {
         EvaluateVerb::Planning(options) => (options, planning::evaluate(&options.data)?),
         EvaluateVerb::Exploration(ExplorationOptions { common, starts }) => {
             (common, exploration::evaluate(&common.data, u64::from(*starts))?)
+        EvaluateVerb::LocalPlanning(LocalPlanningOptions { common, planner, seed }) => {
+            let kind = match planner {
+                PlannerArgument::Mppi => LocalPlannerKind::Mppi,
+                PlannerArgument::Dwa => LocalPlannerKind::Dwa,
+            };
+            (common, vec![local_planning::evaluate(&common.data, kind, *seed)?])
         }
     };
     if options.json {

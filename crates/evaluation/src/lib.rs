@@ -3,9 +3,11 @@
 //! Each evaluation reads a folder of data as its authors publish it, and returns rows of figures with what is to be
 //! reached.
 
+pub mod barn;
 mod error;
 pub mod exploration;
 mod figures;
+pub mod local_planning;
 pub mod movingai;
 pub mod planning;
 

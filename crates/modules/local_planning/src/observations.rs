@@ -1,0 +1,71 @@
+//! Memory of scans.
+
+use std::collections::VecDeque;
+
+use slate_interfaces::Pose2;
+use slate_module::math;
+
+/// Obstacles that scans have seen within a time, as the observation buffer of Nav2's obstacle layer.
+///
+/// A robot whose sensor does not look all round remembers what is behind it.
+#[derive(Clone, Debug)]
+pub struct ObservationBuffer {
+    /// How long points are kept, `observation_persistence`, s; 0 keeps the newest scan alone.
+    persistence: f64,
+    /// Time between scans that are kept, s.
+    interval: f64,
+    scans: VecDeque<ObservedPoints>,
+    /// Memory of dropped scans.
+    spare: Vec<Vec<[f64; 2]>>,
+}
+
+#[derive(Clone, Debug)]
+struct ObservedPoints {
+    time: f64,
+    /// In the planner's frame.
+    points: Vec<[f64; 2]>,
+}
+
+impl ObservationBuffer {
+    /// Makes a memory of that many seconds that keeps a scan of each interval, s, and the newest one.
+    pub fn new(observation_persistence: f64, interval: f64) -> Self {
+        Self { persistence: observation_persistence, interval, scans: VecDeque::new(), spare: Vec::new() }
+    }
+
+    /// Adds a scan: ends of beams that hit something, in the sensor's frame, from the sensor's pose at a time in s.
+    pub fn insert(&mut self, time: f64, sensor: &Pose2, hits: &[[f64; 2]]) {
+        // The newest scan but one is kept only if it is an interval after the one before.
+        if let [.., before, newest] = self.scans.make_contiguous()
+            && newest.time - before.time < self.interval
+        {
+            self.drop_scan(false);
+        }
+        while self.scans.front().is_some_and(|oldest| time - oldest.time > self.persistence) {
+            self.drop_scan(true);
+        }
+        let mut points = self.spare.pop().unwrap_or_default();
+        points.clear();
+        let (sine, cosine) = (math::sin(sensor.theta), math::cos(sensor.theta));
+        points.extend(
+            hits.iter().map(|[x, y]| [sensor.x + x * cosine - y * sine, sensor.y + x * sine + y * cosine]),
+        );
+        self.scans.push_back(ObservedPoints { time, points });
+    }
+
+    fn drop_scan(&mut self, is_oldest: bool) {
+        let dropped = if is_oldest { self.scans.pop_front() } else { self.scans.pop_back() };
+        self.spare.extend(dropped.map(|scan| scan.points));
+    }
+
+    /// Forgets all but the newest scan.
+    pub fn clear(&mut self) {
+        while self.scans.len() > 1 {
+            self.drop_scan(true);
+        }
+    }
+
+    /// Returns the points on obstacles, in the planner's frame.
+    pub fn points(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        self.scans.iter().flat_map(|scan| scan.points.iter().copied())
+    }
+}

@@ -1,0 +1,148 @@
+//! Distances to obstacles around a robot.
+
+use slate_grid::{DistanceTransform, Geometry};
+
+use crate::error::LocalPlanningError;
+
+/// Distance where no obstacle is near, m.
+pub(crate) const FAR: f32 = 1e3;
+/// Largest number of cells.
+const MOST_CELLS: usize = 1 << 20;
+
+/// Distance field of a square window around a robot, from points on obstacles.
+///
+/// Distances are those between middles of cells, exact up to the resolution. The frame is that of the points: the
+/// robot's own, that of the odometry, or a map's.
+#[derive(Clone, Debug)]
+pub struct ObstacleField {
+    resolution: f64,
+    /// Cells along each side.
+    side: usize,
+    /// Middle of the window, at a corner of cells.
+    center: [f64; 2],
+    is_occupied: Vec<bool>,
+    /// Of each cell, m.
+    distances: Vec<f32>,
+    transform: DistanceTransform,
+}
+
+impl ObstacleField {
+    /// Makes a window of that side length, m, without obstacles.
+    ///
+    /// # Errors
+    /// The window has no cell, or more than a million.
+    pub fn new(size: f64, resolution: f64) -> Result<Self, LocalPlanningError> {
+        LocalPlanningError::unless_positive(&[("size", size), ("resolution", resolution)])?;
+        let geometry = Geometry::new([0.0, 0.0], [size, size], resolution, MOST_CELLS);
+        let side = geometry.map_or(0, |geometry| geometry.width);
+        LocalPlanningError::unless(side > 0, "size", "1 to 1000 cells of `resolution`")?;
+        Ok(Self {
+            resolution,
+            side,
+            center: [0.0, 0.0],
+            is_occupied: vec![false; side * side],
+            distances: vec![FAR; side * side],
+            transform: DistanceTransform::default(),
+        })
+    }
+
+    /// Moves the window around a point, and fills it from points on obstacles. Points that are outside of it, or no
+    /// numbers, are left out.
+    pub fn update(&mut self, center: [f64; 2], obstacles: impl Iterator<Item = [f64; 2]>) {
+        // Cells stay where they are while the window moves, so that distances do not flicker.
+        self.center = center.map(|part| (part / self.resolution).round() * self.resolution);
+        self.is_occupied.fill(false);
+        let half = 0.5 * self.side as f64;
+        let mut is_empty = true;
+        for [x, y] in obstacles {
+            let column = (x - self.center[0]) / self.resolution + half;
+            let row = (y - self.center[1]) / self.resolution + half;
+            let is_inside =
+                column >= 0.0 && row >= 0.0 && column < self.side as f64 && row < self.side as f64;
+            if is_inside {
+                self.is_occupied[row as usize * self.side + column as usize] = true;
+                is_empty = false;
+            }
+        }
+        if is_empty {
+            self.distances.fill(FAR);
+            return;
+        }
+        let occupied = &self.is_occupied;
+        let squares = self.transform.squares(self.side, self.side, |cell| occupied[cell]);
+        let resolution = self.resolution as f32;
+        for (distance, square) in self.distances.iter_mut().zip(squares) {
+            *distance = (*square as f32).sqrt() * resolution;
+        }
+    }
+
+    /// Edge length of a cell, m.
+    pub fn resolution(&self) -> f64 {
+        self.resolution
+    }
+
+    /// Middle of the window.
+    pub fn center(&self) -> [f64; 2] {
+        self.center
+    }
+
+    /// Returns the distance of a point to the nearest obstacle, m; 1,000 m outside of the window.
+    pub fn distance(&self, x: f64, y: f64) -> f64 {
+        let lookup = self.lookup();
+        f64::from(lookup.distance((x - self.center[0]) as f32, (y - self.center[1]) as f32))
+    }
+
+    /// Cells along each side.
+    pub(crate) fn side(&self) -> usize {
+        self.side
+    }
+
+    /// Returns the cell of a point relative to the middle of the window.
+    pub(crate) fn cell_of(&self, x: f32, y: f32) -> Option<usize> {
+        let half = 0.5 * self.side as f64;
+        let (column, row) = (f64::from(x) / self.resolution + half, f64::from(y) / self.resolution + half);
+        let is_inside = column >= 0.0 && row >= 0.0 && column < self.side as f64 && row < self.side as f64;
+        is_inside.then_some(row as usize * self.side + column as usize)
+    }
+
+    /// Distance of a cell to the nearest obstacle, m.
+    pub(crate) fn cell_distance(&self, cell: usize) -> f64 {
+        f64::from(self.distances[cell])
+    }
+
+    /// For points relative to the middle of the window.
+    pub(crate) fn lookup(&self) -> FieldLookup<'_> {
+        FieldLookup {
+            distances: &self.distances,
+            side: self.side,
+            cells: self.side as f32,
+            half: 0.5 * self.side as f32,
+            inverse: (1.0 / self.resolution) as f32,
+        }
+    }
+}
+
+/// The field as a loop reads it.
+#[derive(Clone, Copy)]
+pub(crate) struct FieldLookup<'a> {
+    distances: &'a [f32],
+    side: usize,
+    cells: f32,
+    half: f32,
+    inverse: f32,
+}
+
+impl FieldLookup<'_> {
+    #[inline(always)]
+    pub fn distance(&self, x: f32, y: f32) -> f32 {
+        let column = x * self.inverse + self.half;
+        let row = y * self.inverse + self.half;
+        if column >= 0.0 && row >= 0.0 && column < self.cells && row < self.cells {
+            // Within the side, so the index fits.
+            let cell = (row as u32).wrapping_mul(self.side as u32).wrapping_add(column as u32);
+            self.distances.get(cell as usize).copied().unwrap_or(FAR)
+        } else {
+            FAR
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! Progress and recovery.
+
+use slate_interfaces::Pose2;
+use slate_module::math;
+
+use crate::error::LocalPlanningError;
+use crate::velocity::PlanarVelocity;
+
+/// Detects that a robot is stuck, as Nav2's progress checkers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProgressChecker {
+    /// Distance within which a robot makes no progress, `required_movement_radius`, m.
+    radius: f64,
+    /// Time without progress after which it is stuck, `movement_time_allowance`, s.
+    allowance: f64,
+    /// Where and when it made progress.
+    newest: Option<(Pose2, f64)>,
+}
+
+impl ProgressChecker {
+    /// Makes a checker that has seen nothing.
+    ///
+    /// # Errors
+    /// A radius or a time that is not above 0.
+    pub fn new(
+        required_movement_radius: f64,
+        movement_time_allowance: f64,
+    ) -> Result<Self, LocalPlanningError> {
+        LocalPlanningError::unless_positive(&[
+            ("required_movement_radius", required_movement_radius),
+            ("movement_time_allowance", movement_time_allowance),
+        ])?;
+        Ok(Self { radius: required_movement_radius, allowance: movement_time_allowance, newest: None })
+    }
+
+    /// Returns whether the robot makes progress, from its pose at a time in s.
+    pub fn check(&mut self, pose: &Pose2, time: f64) -> bool {
+        let Some((from, since)) = self.newest else {
+            self.newest = Some((*pose, time));
+            return true;
+        };
+        if math::hypot(pose.x - from.x, pose.y - from.y) > self.radius {
+            self.newest = Some((*pose, time));
+            return true;
+        }
+        time - since <= self.allowance
+    }
+
+    /// Begins anew, as after a recovery.
+    pub fn reset(&mut self) {
+        self.newest = None;
+    }
+}
+
+/// A behavior that frees a robot that is stuck.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RecoveryBehavior {
+    /// Forgets obstacles that are out of sight.
+    ClearCostmap,
+    /// Drives backwards, m at m/s.
+    BackUp {
+        /// Distance, m.
+        distance: f64,
+        /// Speed, m/s.
+        speed: f64,
+    },
+    /// Turns in place, rad at rad/s.
+    Spin {
+        /// Angle, counter-clockwise, rad.
+        angle: f64,
+        /// Speed, rad/s.
+        speed: f64,
+    },
+    /// Stands still, s.
+    Wait {
+        /// Time, s.
+        duration: f64,
+    },
+}
+
+/// What a recovery commands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RecoveryCommand {
+    /// Clear the costmap, and stand still.
+    ClearCostmap,
+    /// Move at a velocity.
+    Move(PlanarVelocity),
+    /// The behavior is done: plan again.
+    Done,
+}
+
+/// Recovery behaviors in a round: each time the robot is stuck, the next one (Nav2's `RoundRobin`).
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecoverySequence {
+    behaviors: Vec<RecoveryBehavior>,
+    next: usize,
+    running: Option<RunningRecovery>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct RunningRecovery {
+    behavior: RecoveryBehavior,
+    start: Pose2,
+    /// Time of the start, s.
+    since: f64,
+    /// Angle turned, rad, and heading before.
+    turned: f64,
+    heading: f64,
+}
+
+/// Time after which a motion that does not get on ends, as a multiple of what it takes.
+const PATIENCE: f64 = 3.0;
+
+impl RecoverySequence {
+    /// Makes a sequence of behaviors, which run in that order.
+    pub fn new(behaviors: Vec<RecoveryBehavior>) -> Self {
+        Self { behaviors, next: 0, running: None }
+    }
+
+    /// Starts the next behavior at a pose and a time in s; returns which, or `None` without any.
+    pub fn start(&mut self, pose: &Pose2, time: f64) -> Option<RecoveryBehavior> {
+        let behavior = *self.behaviors.get(self.next)?;
+        self.next = (self.next + 1) % self.behaviors.len();
+        self.running =
+            Some(RunningRecovery { behavior, start: *pose, since: time, turned: 0.0, heading: pose.theta });
+        Some(behavior)
+    }
+
+    /// Starts at the first behavior the next time, as the robot has made progress.
+    pub fn reset(&mut self) {
+        (self.next, self.running) = (0, None);
+    }
+
+    /// Whether a behavior runs.
+    pub fn is_running(&self) -> bool {
+        self.running.is_some()
+    }
+
+    /// Returns what to command now; a motion ends when `is_free` says that it would touch something.
+    pub fn step(
+        &mut self,
+        pose: &Pose2,
+        time: f64,
+        is_free: impl Fn(PlanarVelocity) -> bool,
+    ) -> RecoveryCommand {
+        let Some(running) = &mut self.running else { return RecoveryCommand::Done };
+        running.turned += math::angle_between(running.heading, pose.theta);
+        running.heading = pose.theta;
+        let elapsed = time - running.since;
+        let (velocity, done, takes) = match running.behavior {
+            RecoveryBehavior::ClearCostmap => {
+                self.running = None;
+                return RecoveryCommand::ClearCostmap;
+            }
+            RecoveryBehavior::Wait { duration } => (PlanarVelocity::ZERO, elapsed >= duration, duration),
+            RecoveryBehavior::BackUp { distance, speed } => {
+                let moved = math::hypot(pose.x - running.start.x, pose.y - running.start.y);
+                let velocity = PlanarVelocity { vx: -speed, ..PlanarVelocity::ZERO };
+                (velocity, moved >= distance, distance / speed)
+            }
+            RecoveryBehavior::Spin { angle, speed } => {
+                let wz = if angle < 0.0 { -speed } else { speed };
+                let velocity = PlanarVelocity { wz, ..PlanarVelocity::ZERO };
+                (velocity, running.turned.abs() >= angle.abs(), angle.abs() / speed)
+            }
+        };
+        let is_motion = velocity != PlanarVelocity::ZERO;
+        if done || elapsed > PATIENCE * takes || (is_motion && !is_free(velocity)) {
+            self.running = None;
+            return RecoveryCommand::Done;
+        }
+        RecoveryCommand::Move(velocity)
+    }
+}

@@ -1,0 +1,169 @@
+//! Model predictive path integral control.
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+
+use slate_interfaces::Pose2;
+use slate_local_planning::{
+    MotionLimits, MotionModel, MotionState, Mppi, MppiParameters, ObstacleField, PlanarVelocity,
+};
+use slate_module::{Random, math};
+
+use crate::common::{drive, footprint, line, rims, standing, wall};
+
+fn planner(parameters: MppiParameters) -> Mppi {
+    Mppi::new(parameters, &footprint(), Random::new(1, "test")).unwrap()
+}
+
+fn small() -> MppiParameters {
+    MppiParameters { batch_size: 300, ..MppiParameters::default() }
+}
+
+#[test]
+fn a_robot_drives_round_columns_beside_its_path() {
+    // The straight path leads within 0.15 m of their rims, and the robot is 0.4 m wide.
+    let columns = [[1.2, 0.25], [2.4, -0.25], [2.4, 0.9]];
+    let mut planner = planner(small());
+    let path = line([0.0, 0.0], [4.0, 0.0]);
+    let ride = drive(standing(0.0, 0.0, 0.0), &columns, [4.0, 0.0], 20.0, |state, field| {
+        planner.plan(state, &path, None, field).unwrap_or(PlanarVelocity::ZERO)
+    });
+    assert!(ride.has_arrived && ride.clearance > 0.02, "{ride:?}");
+    // The straight path takes 8 s at 0.5 m/s.
+    assert!(ride.time < 15.0, "{ride:?}");
+}
+
+#[test]
+fn a_robot_fits_through_a_gap_little_wider_than_itself() {
+    // The gap is 0.6 m wide, the robot 0.4 m, and 0.64 m from corner to corner.
+    let mut columns = wall([1.5, 0.4], [1.5, 3.0]);
+    columns.extend(wall([1.5, -0.4], [1.5, -3.0]));
+    let mut planner = planner(small());
+    let path = line([0.0, 0.0], [3.0, 0.0]);
+    let ride = drive(standing(0.0, 0.15, 0.3), &columns, [3.0, 0.0], 20.0, |state, field| {
+        planner.plan(state, &path, None, field).unwrap_or(PlanarVelocity::ZERO)
+    });
+    assert!(ride.has_arrived && ride.clearance > 0.0, "{ride:?}");
+}
+
+#[test]
+fn a_robot_ends_at_the_heading_that_is_wanted() {
+    let mut planner = planner(small());
+    let path = line([0.0, 0.0], [2.0, 0.0]);
+    let mut state = standing(0.0, 0.0, 0.0);
+    let _ = drive(state, &[], [9.0, 9.0], 12.0, |now, field| {
+        state = *now;
+        planner.plan(now, &path, Some(0.6), field).unwrap()
+    });
+    let error = math::angle_between(state.pose.theta, 0.6).abs();
+    assert!(error < 0.2 && math::hypot(state.pose.x - 2.0, state.pose.y) < 0.3, "{state:?}");
+}
+
+#[test]
+fn a_target_in_the_robots_frame_needs_no_localization() {
+    let mut planner = planner(small());
+    // The target is left behind the robot, which sees it move.
+    let target = [-1.0, 1.5];
+    let ride = drive(standing(0.0, 0.0, 0.0), &[], target, 15.0, |state, _| {
+        let (across, up) = (target[0] - state.pose.x, target[1] - state.pose.y);
+        let (sine, cosine) = (math::sin(state.pose.theta), math::cos(state.pose.theta));
+        let ahead = [across * cosine + up * sine, up * cosine - across * sine];
+        let own = MotionState { pose: Pose2 { x: 0.0, y: 0.0, theta: 0.0 }, velocity: state.velocity };
+        let mut field = ObstacleField::new(4.0, 0.1).unwrap();
+        field.update([0.0, 0.0], std::iter::empty());
+        planner.plan(&own, &line([0.0, 0.0], ahead), None, &field).unwrap()
+    });
+    assert!(ride.has_arrived, "{ride:?}");
+}
+
+#[test]
+fn a_velocity_keeps_all_limits() {
+    let limits = MotionLimits { ax_max: 1.0, ax_min: -1.0, az_max: 2.0, ..MotionLimits::default() };
+    let mut planner = planner(MppiParameters { limits, ..small() });
+    let path = line([0.0, 0.0], [0.0, 4.0]);
+    let mut before = PlanarVelocity::ZERO;
+    let _ = drive(standing(0.0, 0.0, 0.0), &[[0.1, 2.0]], [0.0, 4.0], 8.0, |state, field| {
+        let now = planner.plan(state, &path, None, field).unwrap();
+        assert!((-0.3501..=0.5001).contains(&now.vx) && now.wz.abs() < 1.9001, "{now:?}");
+        assert!((now.vx - before.vx).abs() < 0.0501 && (now.wz - before.wz).abs() < 0.1001, "{now:?}");
+        before = now;
+        now
+    });
+}
+
+#[test]
+fn an_omnidirectional_robot_moves_sideways() {
+    let mut planner = planner(MppiParameters { motion_model: MotionModel::Omni, ..small() });
+    let path = line([0.0, 0.0], [0.0, 2.0]);
+    let ride = drive(standing(0.0, 0.0, 0.0), &[], [0.0, 2.0], 10.0, |state, field| {
+        planner.plan(state, &path, None, field).unwrap()
+    });
+    assert!(ride.has_arrived && ride.state.pose.theta.abs() < 0.8, "{ride:?}");
+}
+
+#[test]
+fn a_robot_that_skids_is_predicted_to_turn_less() {
+    let turn = |motion_model| {
+        let mut planner = planner(MppiParameters { motion_model, ..small() });
+        let state =
+            MotionState { velocity: PlanarVelocity { vx: 0.3, vy: 0.0, wz: 1.5 }, ..standing(0.0, 0.0, 0.0) };
+        let field = ObstacleField::new(4.0, 0.1).unwrap();
+        planner.plan(&state, &line([0.0, 0.0], [2.0, 0.0]), None, &field).unwrap();
+        planner.trajectory().next().unwrap().theta
+    };
+    let (full, slipping) = (turn(MotionModel::Differential), turn(MotionModel::SkidSteer { slip: 0.5 }));
+    assert!(slipping > 0.0 && slipping < 0.7 * full, "{slipping} {full}");
+}
+
+#[test]
+fn a_robot_that_is_shut_in_gets_no_velocity() {
+    let mut planner = planner(small());
+    let columns: Vec<[f64; 2]> =
+        (0..24).map(|k| 0.2618 * f64::from(k)).map(|a| [0.5 * math::cos(a), 0.5 * math::sin(a)]).collect();
+    let mut field = ObstacleField::new(4.0, 0.05).unwrap();
+    field.update([0.0, 0.0], rims(&columns).into_iter());
+    let moving =
+        MotionState { velocity: PlanarVelocity { vx: 1.2, vy: 0.0, wz: 0.0 }, ..standing(0.0, 0.0, 0.0) };
+    assert!(planner.plan(&moving, &line([0.0, 0.0], [3.0, 0.0]), None, &field).is_none());
+}
+
+#[test]
+fn the_same_seed_gives_the_same_velocities() {
+    let run = || {
+        let mut planner = planner(small());
+        let path = line([0.0, 0.0], [4.0, 0.0]);
+        drive(standing(0.0, 0.0, 0.2), &[[1.5, 0.1]], [4.0, 0.0], 4.0, |state, field| {
+            planner.plan(state, &path, None, field).unwrap()
+        })
+        .state
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn what_is_no_number_or_no_path_gives_no_velocity() {
+    let mut planner = planner(small());
+    let field = ObstacleField::new(4.0, 0.05).unwrap();
+    let path = line([0.0, 0.0], [2.0, 0.0]);
+    assert!(planner.plan(&standing(f64::NAN, 0.0, 0.0), &path, None, &field).is_none());
+    assert!(planner.plan(&standing(0.0, 0.0, 0.0), &[], None, &field).is_none());
+    let nowhere = line([0.0, 0.0], [f64::INFINITY, 0.0]);
+    assert!(planner.plan(&standing(0.0, 0.0, 0.0), &nowhere, None, &field).is_none());
+    assert!(planner.plan(&standing(0.0, 0.0, 0.0), &path, None, &field).is_some());
+}
+
+#[test]
+fn parameters_that_no_controller_can_have_are_named() {
+    let refused = |parameters: MppiParameters| {
+        Mppi::new(parameters, &footprint(), Random::new(1, "test")).unwrap_err().to_string()
+    };
+    let defaults = MppiParameters::default();
+    assert_eq!(
+        refused(MppiParameters { temperature: 0.0, ..defaults }),
+        "invalid `temperature`: expected a number above 0"
+    );
+    assert!(refused(MppiParameters { time_steps: 0, ..defaults }).contains("time_steps"));
+    let limits = MotionLimits { vx_min: 1.0, ..MotionLimits::default() };
+    assert!(refused(MppiParameters { limits, ..defaults }).contains("vx_min"));
+    let motion_model = MotionModel::SkidSteer { slip: 1.0 };
+    assert!(refused(MppiParameters { motion_model, ..defaults }).contains("slip"));
+    assert!(ObstacleField::new(1e9, 0.05).unwrap_err().to_string().contains("size"));
+}
