@@ -1,5 +1,5 @@
-//! Grids in the plane: where their cells are ([`Geometry`]), which of them a line crosses ([`LineCells`]), how far each is
-//! from the nearest occupied one ([`DistanceTransform`]), and what is in them ([`OccupancyMap`]).
+//! Grids in the plane: where their cells are ([`Geometry`]), which of them a line crosses ([`LineCells`]), how far each
+//! is from the nearest occupied one ([`DistanceTransform`]), and what is in them ([`OccupancyMap`]).
 
 mod distance;
 mod geometry;
