@@ -7,6 +7,7 @@ mod error;
 mod figures;
 pub mod movingai;
 pub mod planning;
+pub mod slam;
 
 pub use error::DataError;
 pub use figures::{Evaluation, Figure, FigureGoal};
