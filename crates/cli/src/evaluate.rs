@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
+use slate_evaluation::slam::{self, SlamMethod};
 use slate_evaluation::{Evaluation, Figure, planning};
 
 use crate::failure::{ASSERTION_FALSE, Failure};
@@ -13,6 +14,8 @@ use crate::output;
 pub enum EvaluateVerb {
     /// A*, Theta* and D* Lite on the MovingAI benchmarks
     Planning(EvaluateOptions),
+    /// SLAM on the log of the Intel Research Lab
+    Slam(SlamOptions),
 }
 
 #[derive(Debug, Args)]
@@ -26,10 +29,45 @@ pub struct EvaluateOptions {
     json: bool,
 }
 
+#[derive(Debug, Args)]
+pub struct SlamOptions {
+    #[command(flatten)]
+    evaluate: EvaluateOptions,
+
+    /// Method of SLAM
+    #[arg(long, value_enum, default_value_t = MethodName::Graph)]
+    method: MethodName,
+
+    /// Write the map, as ROS's map.yaml with an image beside it
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+}
+
+/// A method of SLAM, as it is typed.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum MethodName {
+    /// Pose graph with loop closure
+    Graph,
+    /// Rao-Blackwellized particle filter
+    ParticleFilter,
+}
+
 /// Prints the figures; returns what the process ends with.
 pub fn evaluate(verb: &EvaluateVerb) -> Result<u8, Failure> {
-    let EvaluateVerb::Planning(options) = verb;
-    let evaluations = planning::evaluate(&options.data)?;
+    match verb {
+        EvaluateVerb::Planning(options) => print(&planning::evaluate(&options.data)?, options),
+        EvaluateVerb::Slam(SlamOptions { evaluate, method, map }) => {
+            let method = match method {
+                MethodName::Graph => SlamMethod::Graph,
+                MethodName::ParticleFilter => SlamMethod::ParticleFilter,
+            };
+            print(&[slam::evaluate(&evaluate.data, method, map.as_deref())?], evaluate)
+        }
+    }
+}
+
+fn print(evaluations: &[Evaluation], options: &EvaluateOptions) -> Result<u8, Failure> {
     if options.json {
         output::document("slate.evaluation/1", &json!({ "evaluations": evaluations }));
     } else {

@@ -82,7 +82,7 @@ fn figures(
         Figure::new("scans", log.scans.len() as f64),
         Figure::new("relations", relations.len() as f64),
         Figure::new(format!("raw odometry: {error}"), of(|scan| scan.odometry)),
-        Figure::new(format!("GMapping's poses in the log: {error}"), of(|scan| scan.corrected)),
+        Figure::new("GMapping's poses in the log: translational error, m", of(|scan| scan.corrected)),
         Figure::new(error, translation[0]).with_goal(FigureGoal::AtMost(goal)),
         Figure::new("its standard deviation, m", translation[1]),
         Figure::new("absolute rotational error, degrees", rotation[0].to_degrees()),
