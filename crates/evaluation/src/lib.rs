@@ -10,6 +10,7 @@ mod figures;
 pub mod local_planning;
 pub mod movingai;
 pub mod planning;
+pub mod slam;
 
 pub use error::DataError;
 pub use figures::{Evaluation, Figure, FigureGoal};

@@ -1,5 +1,4 @@
 //! Benchmarks as files.
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -28,43 +28,47 @@ pub fn read_map(file: &Path) -> Result<OccupancyMap, MapFileError> {
     let text = fs::read_to_string(file).map_err(|error| MapFileError::unreadable(file, &error))?;
     let metadata = Metadata::parse(file, &text)?;
     let path = file.parent().unwrap_or(Path::new("")).join(&metadata.image);
-    let at_line = |reason: String| MapFileError::at(file, metadata.image_line, reason);
-    let opened = File::open(&path);
-    opened.map_err(|error| at_line(format!("image `{}` can't be read: {error}", path.display())))?;
-    if !is_image(&path) {
-        return Err(at_line(format!("image `{}`: expected a .pgm or .png file", metadata.image.display())));
-    }
-    read_map_image(&path, metadata.origin, metadata.resolution, &metadata.options)
+    let opened = File::open(&path).map_err(|error| {
+        let reason = format!("image `{}` can't be read: {error}", path.display());
+        MapFileError::at(file, metadata.image_line, reason)
+    })?;
+    let image = image(&path, opened)?.ok_or_else(|| {
+        let reason = format!("image `{}`: expected a .pgm or .png file", metadata.image.display());
+        MapFileError::at(file, metadata.image_line, reason)
+    })?;
+    let size = [image.width, image.height];
+    let geometry = Geometry::with_origin(metadata.origin, metadata.resolution, size, MOST_MAP_CELLS);
+    // Both files have been checked.
+    let geometry = geometry.ok_or_else(|| MapFileError::new(file, "no geometry of a map"))?;
+    Ok(OccupancyMap { geometry, cells: cells(&image, &metadata.options) })
 }
 
-/// Reads an image without its `map.yaml`, as a map of that resolution, m, whose lower left corner is at a pose.
+/// Reads an image without a `map.yaml`, of a map of that width along x, m, whose first cell's corner is the origin.
 ///
 /// # Errors
-/// As those of [`read_map`], or a resolution that is not positive.
+/// As [`read_map`].
 pub fn read_map_image(
     file: &Path,
-    origin: Pose2,
-    resolution: f64,
+    width: f64,
     options: &MapFileOptions,
 ) -> Result<OccupancyMap, MapFileError> {
-    if !is_image(file) {
-        return Err(MapFileError::new(file, "no image of a map: expected a .pgm or .png file"));
-    }
-    let opened = BufReader::new(File::open(file).map_err(|error| MapFileError::unreadable(file, &error))?);
-    let image = match extension(file).as_deref() {
-        Some("png") => png_image::read(file, opened)?,
-        _ => pgm::read(file, opened)?,
-    };
+    let opened = File::open(file).map_err(|error| MapFileError::unreadable(file, &error))?;
+    let image =
+        image(file, opened)?.ok_or_else(|| MapFileError::new(file, "expected a .pgm or .png file"))?;
     let size = [image.width, image.height];
-    let geometry = Geometry::with_origin(origin, resolution, size, MOST_MAP_CELLS);
-    let geometry = geometry.ok_or_else(|| {
-        MapFileError::new(file, format!("a resolution of {resolution} m: expected a positive number"))
-    })?;
+    let geometry = Geometry::with_origin(Pose2::default(), width / image.width as f64, size, MOST_MAP_CELLS);
+    let geometry = geometry
+        .ok_or_else(|| MapFileError::new(file, format!("a map of {width} m: expected a width above 0 m")))?;
     Ok(OccupancyMap { geometry, cells: cells(&image, options) })
 }
 
-fn is_image(file: &Path) -> bool {
-    matches!(extension(file).as_deref(), Some("pgm" | "png"))
+/// Reads an image by its extension; `None` for another one.
+fn image(path: &Path, opened: File) -> Result<Option<MapImage>, MapFileError> {
+    Ok(match extension(path).as_deref() {
+        Some("pgm") => Some(pgm::read(path, BufReader::new(opened))?),
+        Some("png") => Some(png_image::read(path, BufReader::new(opened))?),
+        _ => None,
+    })
 }
 
 /// Extension of a file in lower case.

@@ -150,7 +150,12 @@ proptest! {
     ) {
         let geometry = Geometry::with_origin(Pose2 { x, y, theta }, 0.05, [width, height], 1_000).unwrap();
         // A trinary map has no percents.
-        let three = |cell: i8| if mode != MapMode::Trinary { cell } else if cell < 30 { 0 } else if cell < 60 { 100 } else { -1 };
+        let three = |cell: i8| match cell {
+            _ if mode != MapMode::Trinary => cell,
+            ..30 => 0,
+            30..60 => 100,
+            60.. => -1,
+        };
         let known = |cell: i8| if exact && cell < 0 { 0 } else { cell };
         let cells = cells[..width * height].iter().map(|cell| known(three(*cell))).collect();
         let map = OccupancyMap { geometry, cells };
@@ -160,8 +165,10 @@ proptest! {
     }
 
     #[test]
-    fn no_file_makes_it_panic(yaml in "(image: map.pgm\n|resolution: [0-9.]{0,3}\n|- [a-z0-9]{1,3}\n|[ -~]{0,9}\n){0,8}",
-        image in prop::collection::vec(any::<u8>(), 0..60)) {
+    fn no_file_makes_it_panic(
+        yaml in "(image: map.pgm\n|resolution: [0-9.]{0,3}\n|- [a-z0-9]{1,3}\n|[ -~]{0,9}\n){0,8}",
+        image in prop::collection::vec(any::<u8>(), 0..60),
+    ) {
         let _ = read("hostile", &yaml, &image);
         let _ = read("hostile", YAML, &[b"P5 ".as_slice(), &image].concat());
     }

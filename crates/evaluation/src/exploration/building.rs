@@ -11,8 +11,8 @@ use slate_planning::GridCell;
 
 use crate::DataError;
 
-/// Edge length of Explore-Bench's cells, m.
-const RESOLUTION: f64 = 0.1;
+/// Explore-Bench's buildings are 25 m wide, in cells of 0.1 m.
+const WIDTH: f64 = 25.0;
 /// Stage's hospital is 40 m wide; three of its cells are one here, which makes 0.11 m.
 const HOSPITAL_WIDTH: f64 = 40.0;
 const HOSPITAL_CELLS: usize = 3;
@@ -40,7 +40,7 @@ impl Building {
             let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             let map = match name.as_str() {
                 "hospital_section" => hospital(&file)?,
-                _ if name.starts_with("explorebench_") => read(&file, RESOLUTION)?,
+                _ if name.starts_with("explorebench_") => read(&file, WIDTH)?,
                 _ => continue,
             };
             found.push(Self::new(name, map, robot_radius).ok_or_else(|| {
@@ -82,16 +82,16 @@ impl Building {
     }
 }
 
-fn read(file: &Path, resolution: f64) -> Result<OccupancyMap, DataError> {
-    read_map_image(file, Pose2::default(), resolution, &MapFileOptions::default())
+fn read(file: &Path, width: f64) -> Result<OccupancyMap, DataError> {
+    read_map_image(file, width, &MapFileOptions::default())
         .map_err(|error| DataError::new(file, error.to_string()))
 }
 
 fn hospital(file: &Path) -> Result<OccupancyMap, DataError> {
-    let fine = read(file, 1.0)?;
+    let fine = read(file, HOSPITAL_WIDTH)?;
     let side = HOSPITAL_CELLS;
     let size = [fine.geometry.width / side, fine.geometry.height / side];
-    let resolution = HOSPITAL_WIDTH / fine.geometry.width as f64 * side as f64;
+    let resolution = fine.geometry.resolution * side as f64;
     let geometry = Geometry::with_origin(Pose2::default(), resolution, size, fine.cells.len())
         .ok_or_else(|| DataError::new(file, format!("{} x {} cells are no building", size[0], size[1])))?;
     let most = |cell: usize| {

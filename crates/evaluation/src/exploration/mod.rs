@@ -12,12 +12,12 @@ use crate::{DataError, Evaluation, Figure, FigureGoal};
 use building::Building;
 use drive::{ExplorationRun, ROBOT_RADIUS, explore};
 
-/// Explores all buildings of a folder from that many starts, by information gain and to the nearest frontier.
+/// Explores all buildings of a folder's `maps` from that many starts, by information gain and to the nearest frontier.
 ///
 /// # Errors
 /// The folder has no building, or one that can't be used.
 pub fn evaluate(folder: &Path, starts: u64) -> Result<Vec<Evaluation>, DataError> {
-    let buildings = Building::read_folder(folder, ROBOT_RADIUS)?;
+    let buildings = Building::read_folder(&folder.join("maps"), ROBOT_RADIUS)?;
     Ok(buildings.iter().map(|building| evaluate_building(building, starts)).collect())
 }
 
@@ -33,7 +33,7 @@ fn evaluate_building(building: &Building, starts: u64) -> Evaluation {
         let figure = Figure::new(format!("{name} under that of nearest frontier, %"), under);
         figures.push(figure.with_goal(FigureGoal::AtLeast(10.0)));
     }
-    Evaluation { name: building.name.clone(), figures }
+    Evaluation { name: building.name.clone(), figures, notes: failed }
 }
 
 fn runs(building: &Building, selection: GoalSelection, starts: u64) -> Vec<ExplorationRun> {

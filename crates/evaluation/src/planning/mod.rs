@@ -96,7 +96,7 @@ fn any_angle_lengths(benchmark: &Benchmark) -> Vec<Figure> {
     clippy::disallowed_methods,
     reason = "the time that a search takes is measured, and no module sees it"
 )]
-fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
+pub(crate) fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
     let start = Instant::now();
     let result = work();
     (result, 1e3 * start.elapsed().as_secs_f64())

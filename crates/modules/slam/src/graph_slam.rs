@@ -1,0 +1,183 @@
+//! Graph SLAM of submaps.
+
+use serde::{Deserialize, Serialize};
+use slate_interfaces::Pose2;
+
+use crate::parameters::{GraphSlamParameters, InvalidSlamParameter};
+use crate::pose_graph::{Constraint, PoseGraph};
+use crate::saved::SavedPose;
+use crate::scan_matcher::match_scan;
+use crate::se2;
+use crate::submap::Submap;
+
+/// 2D laser SLAM with a pose graph: scans are matched with submaps, and loops are closed between these (Hess, Kohler,
+/// Rapp and Andor, 2016, *Real-time loop closure in 2D LIDAR SLAM*).
+///
+/// Each scan is matched with the older one of two overlapping submaps, in a frame that drifts. A submap that has all of
+/// its scans is searched in the earlier ones near it, by branch and bound; its scans are then matched one by one, and
+/// each match is a constraint of the graph.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GraphSlam {
+    pub(crate) parameters: GraphSlamParameters,
+    pub(crate) nodes: Vec<ScanNode>,
+    pub(crate) submaps: Vec<Submap>,
+    pub(crate) graph: PoseGraph,
+}
+
+/// A scan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ScanNode {
+    #[serde(with = "SavedPose")]
+    pub odometry: Pose2,
+    /// Pose in the frame of scan matching, which drifts.
+    #[serde(with = "SavedPose")]
+    pub local: Pose2,
+    /// Ends of beams in the robot's frame.
+    pub points: Vec<[f64; 2]>,
+}
+
+impl GraphSlam {
+    /// Makes a SLAM without scans.
+    ///
+    /// # Errors
+    /// A parameter that no SLAM can have.
+    pub fn new(parameters: GraphSlamParameters) -> Result<Self, InvalidSlamParameter> {
+        parameters.check()?;
+        Ok(Self { parameters, nodes: Vec::new(), submaps: Vec::new(), graph: PoseGraph::default() })
+    }
+
+    /// Inserts a scan: the pose of the odometry, and the ends of beams in the robot's frame, m. Returns the robot's
+    /// pose in the map frame, which is that of the first scan.
+    ///
+    /// Points that are not finite or beyond `max_laser_range` are left out. An odometry that is unknown counts as that
+    /// of the scan before.
+    pub fn insert(&mut self, odometry: Pose2, points: &[[f64; 2]]) -> Pose2 {
+        let most = self.parameters.matching.max_laser_range;
+        let is_fit = |[x, y]: &&[f64; 2]| x * x + y * y <= most * most;
+        let points: Vec<[f64; 2]> = points.iter().filter(is_fit).copied().collect();
+        let before = self.nodes.last().map_or(Pose2::default(), |node| node.odometry);
+        let odometry = if odometry.is_known() { odometry } else { before };
+        match self.nodes.last() {
+            None => self.nodes.push(ScanNode { odometry, local: Pose2::default(), points }),
+            Some(last) => {
+                let increment = se2::relative(last.odometry, odometry);
+                let predicted = se2::compose(last.local, increment);
+                self.nodes.push(ScanNode { odometry, local: predicted, points });
+                self.match_newest(increment);
+            }
+        }
+        self.place_newest();
+        self.fill_submaps();
+        self.graph.poses[self.nodes.len() - 1]
+    }
+
+    /// Closes the last submaps and loops, and optimizes the graph. More scans may follow.
+    pub fn finish(&mut self) {
+        for submap in 0..self.submaps.len() {
+            if !self.submaps[submap].is_finished {
+                self.finish_submap(submap);
+            }
+        }
+        self.constrain_all();
+    }
+
+    /// Number of scans.
+    pub fn scans(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Poses of all scans in the map frame, as known now.
+    pub fn poses(&self) -> &[Pose2] {
+        &self.graph.poses
+    }
+
+    /// Ends of the beams of a scan in the robot's frame, m.
+    pub fn points(&self, scan: usize) -> &[[f64; 2]] {
+        &self.nodes[scan].points
+    }
+
+    /// The graph of poses of scans.
+    pub fn graph(&self) -> &PoseGraph {
+        &self.graph
+    }
+
+    /// Submap that new scans are matched with: the oldest that grows.
+    fn reference(&self) -> Option<usize> {
+        self.submaps.iter().position(|submap| !submap.is_finished)
+    }
+
+    fn match_newest(&mut self, increment: Pose2) {
+        let newest = self.nodes.len() - 1;
+        let information = self.parameters.odometry.information(increment);
+        self.graph.constraints.push(Constraint {
+            from: newest - 1,
+            to: newest,
+            relative: increment,
+            information,
+            is_robust: false,
+        });
+        let Some(reference) = self.reference() else { return };
+        let Submap { map, anchor, .. } = &self.submaps[reference];
+        let anchor_pose = self.nodes[*anchor].local;
+        let predicted = se2::relative(anchor_pose, self.nodes[newest].local);
+        let prior = se2::turned(information, se2::relative(anchor_pose, self.nodes[newest - 1].local).theta);
+        let matching = &self.parameters.matching;
+        let found = match_scan(map, &self.nodes[newest].points, predicted, prior, matching);
+        if found.inliers < matching.min_inliers {
+            return;
+        }
+        self.graph.constraints.push(Constraint {
+            from: *anchor,
+            to: newest,
+            relative: found.pose,
+            information: found.information,
+            is_robust: false,
+        });
+        self.nodes[newest].local = se2::compose(anchor_pose, found.pose);
+    }
+
+    /// Places the newest scan in the map frame, beside the submap it was matched with.
+    fn place_newest(&mut self) {
+        let newest = self.nodes.len() - 1;
+        let anchor = self.reference().map_or(newest, |reference| self.submaps[reference].anchor);
+        let local = self.nodes[newest].local;
+        let global = match self.graph.poses.get(anchor) {
+            Some(pose) => se2::compose(*pose, se2::relative(self.nodes[anchor].local, local)),
+            None => local,
+        };
+        self.graph.poses.push(global);
+    }
+
+    /// Inserts the newest scan into the submaps that grow.
+    fn fill_submaps(&mut self) {
+        let newest = self.nodes.len() - 1;
+        let half = self.parameters.scans_per_submap.div_ceil(2);
+        if newest.is_multiple_of(half) {
+            self.submaps.push(Submap::new(self.parameters.matching.resolution, newest));
+        }
+        let ScanNode { local, points, .. } = &self.nodes[newest];
+        let mut full = None;
+        for (at, submap) in self.submaps.iter_mut().enumerate().rev().take(2) {
+            if !submap.is_finished {
+                submap.insert(se2::relative(self.nodes[submap.anchor].local, *local), points);
+                if submap.scans >= 2 * half {
+                    full = Some(at);
+                }
+            }
+        }
+        if let Some(submap) = full {
+            self.finish_submap(submap);
+        }
+    }
+
+    fn finish_submap(&mut self, submap: usize) {
+        self.submaps[submap].is_finished = true;
+        if self.close_loops(submap) > 0 {
+            self.optimize();
+        }
+    }
+
+    pub(crate) fn optimize(&mut self) {
+        self.graph.optimize(self.parameters.loops.robust_kernel);
+    }
+}

@@ -1,0 +1,125 @@
+//! Loop closure.
+
+use std::collections::BTreeSet;
+
+use slate_interfaces::Pose2;
+use slate_module::math;
+
+use crate::correlative::{SearchWindow, search};
+use crate::graph_slam::GraphSlam;
+use crate::parameters::LoopClosureParameters;
+use crate::pose_graph::Constraint;
+use crate::refine::{Refined, refine};
+use crate::se2;
+use crate::surface_map::SurfaceMap;
+
+/// Distance between points of a submap that is searched in another one, cells.
+const SPACING: f64 = 3.0;
+/// Farthest that a scan fits beside where its submap does, m and rad.
+const CONSISTENT: [f64; 2] = [0.25, 0.05];
+/// Points of a scan that are matched with another submap than its own: of so many, one.
+const THINNED: usize = 2;
+
+impl GraphSlam {
+    /// Searches a submap in all earlier ones near it; returns the number of constraints that were added.
+    pub(crate) fn close_loops(&mut self, submap: usize) -> usize {
+        let before = self.graph.constraints.len();
+        let query = self.query(submap);
+        for other in 0..submap {
+            let (earlier, later) = (self.submaps[other].nodes(), self.submaps[submap].nodes());
+            if earlier.end <= later.start && self.is_near(submap, other) {
+                self.close_loop(submap, other, &query);
+            }
+        }
+        self.graph.constraints.len() - before
+    }
+
+    /// Whether a scan of one is near one of the other.
+    fn is_near(&self, submap: usize, other: usize) -> bool {
+        let most = self.parameters.loops.max_distance;
+        let poses = &self.graph.poses;
+        self.submaps[submap].nodes().any(|node| {
+            self.submaps[other].nodes().any(|other| se2::distance(poses[node], poses[other]) < most)
+        })
+    }
+
+    /// Points of a submap in its frame, thinned.
+    fn query(&self, submap: usize) -> Vec<[f64; 2]> {
+        let map = &self.submaps[submap].map;
+        let mut taken = BTreeSet::new();
+        let spacing = SPACING * map.resolution();
+        let points = map.cells().map(|(_, cell)| [f64::from(cell.x), f64::from(cell.y)]);
+        let is_new = |point: &[f64; 2]| taken.insert(point.map(|value| (value / spacing).floor() as i64));
+        points.filter(is_new).collect()
+    }
+
+    /// Refines a guess, one that is rough with surfaces of twice the distance first.
+    fn refine_near(&self, map: &SurfaceMap, points: &[[f64; 2]], guess: Pose2, is_rough: bool) -> Refined {
+        let radius = self.parameters.matching.correspondence_distance;
+        let guess = if is_rough { refine(map, points, guess, 2.0 * radius, None).pose } else { guess };
+        refine(map, points, guess, radius, None)
+    }
+
+    fn close_loop(&mut self, submap: usize, other: usize, query: &[[f64; 2]]) {
+        let LoopClosureParameters { search_distance, search_angle, min_score, .. } = self.parameters.loops;
+        let (anchor, later) = (self.submaps[other].anchor, self.submaps[submap].anchor);
+        let guess = se2::relative(self.graph.poses[anchor], self.graph.poses[later]);
+        let window = SearchWindow { distance: search_distance, angle: search_angle, penalty: 0.0 };
+        let resolution = self.parameters.matching.resolution;
+        let found = search(self.submaps[other].grids(), resolution, query, guess, window, min_score);
+        let Some(found) = found else { return };
+        let map = &self.submaps[other].map;
+        let fit = self.refine_near(map, query, found.pose, true);
+        let nodes = self.submaps[submap].nodes();
+        let local = |node: usize| se2::relative(self.nodes[later].local, self.nodes[node].local);
+        let constraints: Vec<Constraint> = nodes
+            .filter_map(|node| self.constraint(other, node, se2::compose(fit.pose, local(node)), false))
+            .collect();
+        self.graph.constraints.extend(constraints);
+    }
+
+    /// Constraint between a submap and a scan, from a guess of the scan's pose in it; `None` if it does not fit there.
+    fn constraint(&self, submap: usize, node: usize, guess: Pose2, is_rough: bool) -> Option<Constraint> {
+        let submap = &self.submaps[submap];
+        let points: Vec<[f64; 2]> = self.nodes[node].points.iter().step_by(THINNED).copied().collect();
+        let found = self.refine_near(&submap.map, &points, guess, is_rough);
+        let is_consistent = se2::distance(found.pose, guess) < CONSISTENT[0]
+            && math::angle_between(found.pose.theta, guess.theta).abs() < CONSISTENT[1];
+        let is_fit = is_consistent && found.inliers >= self.parameters.loops.min_inliers;
+        is_fit.then_some(Constraint {
+            from: submap.anchor,
+            to: node,
+            relative: found.pose,
+            information: found.information * THINNED as f64,
+            is_robust: true,
+        })
+    }
+
+    /// Matches every scan with every submap near it, from the poses that loop closure has found, and optimizes; then
+    /// again from those that this has found.
+    pub(crate) fn constrain_all(&mut self) {
+        for is_rough in [true, false] {
+            let constraints = self.constraints_of_all(is_rough);
+            self.graph.constraints.retain(|constraint| !constraint.is_robust);
+            self.graph.constraints.extend(constraints);
+            self.optimize();
+        }
+    }
+
+    fn constraints_of_all(&self, is_rough: bool) -> Vec<Constraint> {
+        let most = self.parameters.loops.max_distance;
+        let poses = &self.graph.poses;
+        let mut constraints = Vec::new();
+        for (at, submap) in self.submaps.iter().enumerate() {
+            for (node, pose) in poses.iter().enumerate() {
+                let nodes = submap.nodes();
+                let is_near = || nodes.clone().any(|other| se2::distance(*pose, poses[other]) < most);
+                if !nodes.contains(&node) && is_near() {
+                    let guess = se2::relative(poses[submap.anchor], *pose);
+                    constraints.extend(self.constraint(at, node, guess, is_rough));
+                }
+            }
+        }
+        constraints
+    }
+}

@@ -1,0 +1,242 @@
+//! SLAM with a Rao-Blackwellized particle filter.
+
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+use slate_interfaces::Pose2;
+use slate_module::{Random, math};
+
+use crate::parameters::{InvalidSlamParameter, ParticleSlamParameters};
+use crate::refine::{PosePrior, log_likelihood, refine};
+use crate::saved::{self, SavedPose};
+use crate::scan_matcher::match_scan;
+use crate::se2;
+use crate::surface_map::SurfaceMap;
+
+/// Points of a scan that are matched and weighed by each particle: of so many, one.
+const THINNED: usize = 2;
+
+/// 2D laser SLAM with a Rao-Blackwellized particle filter (Grisetti, Stachniss and Burgard, 2007, *Improved techniques
+/// for grid mapping with Rao-Blackwellized particle filters*, algorithm 1).
+///
+/// Each particle has a map of its own, whose tiles particles of one origin share until one changes them. Its pose is
+/// drawn from a normal distribution around the best match of the scan, and particles are resampled only while their
+/// effective number is below half of theirs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParticleSlam {
+    parameters: ParticleSlamParameters,
+    #[serde(with = "SavedPose")]
+    odometry: Pose2,
+    particles: Vec<MapParticle>,
+    /// Points of each scan.
+    scans: Vec<Vec<[f64; 2]>>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct MapParticle {
+    map: SurfaceMap,
+    /// Pose of each scan.
+    #[serde(with = "saved::poses")]
+    poses: Vec<Pose2>,
+    log_weight: f64,
+}
+
+impl ParticleSlam {
+    /// Makes a filter without scans.
+    ///
+    /// # Errors
+    /// A parameter that no SLAM can have.
+    pub fn new(parameters: ParticleSlamParameters) -> Result<Self, InvalidSlamParameter> {
+        parameters.check()?;
+        let particle = MapParticle {
+            map: SurfaceMap::new(parameters.matching.resolution),
+            poses: Vec::new(),
+            log_weight: 0.0,
+        };
+        let particles = vec![particle; parameters.particles];
+        Ok(Self { parameters, odometry: Pose2::default(), particles, scans: Vec::new() })
+    }
+
+    /// Inserts a scan: the pose of the odometry, and the ends of beams in the robot's frame, m. Returns the pose of the
+    /// heaviest particle in the map frame, which is that of the first scan.
+    ///
+    /// Points that are not finite or beyond `max_laser_range` are left out. An odometry that is unknown counts as that
+    /// of the scan before.
+    pub fn insert(&mut self, odometry: Pose2, points: &[[f64; 2]], random: &mut Random) -> Pose2 {
+        let most = self.parameters.matching.max_laser_range;
+        let is_fit = |[x, y]: &&[f64; 2]| x * x + y * y <= most * most;
+        let points: Vec<[f64; 2]> = points.iter().filter(is_fit).copied().collect();
+        let odometry = if odometry.is_known() { odometry } else { self.odometry };
+        let increment = se2::relative(self.odometry, odometry);
+        self.odometry = odometry;
+        if !self.scans.is_empty() {
+            let matched = self.match_heaviest(increment, &points);
+            let thinned: Vec<[f64; 2]> = points.iter().step_by(THINNED).copied().collect();
+            for particle in &mut self.particles {
+                particle.advance([increment, matched], &thinned, &self.parameters, random);
+            }
+            self.resample(random);
+        } else {
+            self.particles.iter_mut().for_each(|particle| particle.poses.push(Pose2::default()));
+        }
+        for particle in &mut self.particles {
+            particle.map.insert(se2::transform_all(particle.pose(), &points));
+        }
+        self.scans.push(points);
+        self.heaviest().map_or(Pose2::default(), MapParticle::pose)
+    }
+
+    /// Number of scans.
+    pub fn scans(&self) -> usize {
+        self.scans.len()
+    }
+
+    /// Poses of all scans in the map frame, by the heaviest particle.
+    pub fn poses(&self) -> &[Pose2] {
+        self.heaviest().map_or(&[], |particle| &particle.poses)
+    }
+
+    /// Ends of the beams of a scan in the robot's frame, m.
+    pub fn points(&self, scan: usize) -> &[[f64; 2]] {
+        &self.scans[scan]
+    }
+
+    /// Returns the effective number of particles (Grisetti et al., 2007, equation 18).
+    pub fn effective_number(&self) -> f64 {
+        let weights = self.weights();
+        1.0 / weights.iter().map(|weight| weight * weight).sum::<f64>()
+    }
+
+    /// Increment by which the heaviest particle fits its map best: a search for each of them would find much the same.
+    fn match_heaviest(&self, increment: Pose2, points: &[[f64; 2]]) -> Pose2 {
+        let Some(particle) = self.heaviest() else { return increment };
+        let here = particle.pose();
+        let predicted = se2::compose(here, increment);
+        let prior = se2::turned(self.parameters.odometry.information(increment), here.theta);
+        let matching = &self.parameters.matching;
+        let found = match_scan(&particle.map, points, predicted, prior, matching);
+        if found.inliers < matching.min_inliers { increment } else { se2::relative(here, found.pose) }
+    }
+
+    fn heaviest(&self) -> Option<&MapParticle> {
+        // The first among equals.
+        let particles = self.particles.iter().rev();
+        particles.max_by(|one, other| one.log_weight.total_cmp(&other.log_weight))
+    }
+
+    /// Weights, whose sum is 1.
+    fn weights(&self) -> Vec<f64> {
+        let most = self.heaviest().map_or(0.0, |particle| particle.log_weight);
+        let weights: Vec<f64> =
+            self.particles.iter().map(|particle| math::exp(particle.log_weight - most)).collect();
+        let sum: f64 = weights.iter().sum();
+        weights.into_iter().map(|weight| weight / sum).collect()
+    }
+
+    /// Draws particles by their weights with low variance (*Probabilistic Robotics*, table 4.4), if few are effective.
+    fn resample(&mut self, random: &mut Random) {
+        let count = self.particles.len();
+        if self.effective_number() > count as f64 / 2.0 {
+            return;
+        }
+        let weights = self.weights();
+        let start = random.unit() / count as f64;
+        let (mut at, mut sum) = (0, weights[0]);
+        let drawn = (0..count).map(|k| {
+            let target = start + k as f64 / count as f64;
+            while sum < target && at + 1 < count {
+                at += 1;
+                sum += weights[at];
+            }
+            MapParticle { log_weight: 0.0, ..self.particles[at].clone() }
+        });
+        self.particles = drawn.collect();
+    }
+}
+
+impl MapParticle {
+    fn pose(&self) -> Pose2 {
+        self.poses.last().copied().unwrap_or_default()
+    }
+
+    /// Draws the next pose from the proposal, and weighs the particle: from the increment of the odometry, and from one
+    /// by which the scan fits.
+    fn advance(
+        &mut self,
+        [increment, matched]: [Pose2; 2],
+        points: &[[f64; 2]],
+        parameters: &ParticleSlamParameters,
+        random: &mut Random,
+    ) {
+        let matching = &parameters.matching;
+        let here = self.pose();
+        let predicted = se2::compose(here, increment);
+        let information = se2::turned(parameters.odometry.information(increment), here.theta);
+        let prior = PosePrior { mean: predicted, information };
+        let radius = matching.correspondence_distance;
+        let found = refine(&self.map, points, se2::compose(here, matched), radius, Some(prior));
+        let is_matched = found.inliers >= matching.min_inliers;
+        let (center, precision) =
+            if is_matched { (found.pose, found.information + information) } else { (predicted, information) };
+        let Some(root) = precision.try_inverse().and_then(|covariance| covariance.cholesky()) else {
+            self.poses.push(center);
+            return;
+        };
+        // Weighs poses around the best one by odometry and scan (equations 13 to 15).
+        let mut sampled = Moments::default();
+        for sample in 0..parameters.samples {
+            let offset = if sample == 0 { Vector3::zeros() } else { root.l() * normal(random) };
+            let pose = shift(center, offset);
+            let log_prior = -0.5 * mahalanobis(&prior, pose);
+            let likelihood = log_likelihood(&self.map, points, pose, radius) / parameters.likelihood_gain;
+            // Samples are dense where the proposal is likely.
+            let log_proposal = -0.5 * offset.dot(&(precision * offset));
+            sampled.add(offset, log_prior + likelihood - log_proposal);
+        }
+        let (mean, covariance, log_sum) = sampled.finish();
+        let spread = (covariance + Matrix3::identity() * 1e-9).cholesky();
+        let drawn = spread.map_or(mean, |root| mean + root.l() * normal(random));
+        self.poses.push(shift(center, drawn));
+        self.log_weight += log_sum;
+    }
+}
+
+fn shift(pose: Pose2, offset: Vector3<f64>) -> Pose2 {
+    Pose2 { x: pose.x + offset.x, y: pose.y + offset.y, theta: math::wrap_angle(pose.theta + offset.z) }
+}
+
+fn normal(random: &mut Random) -> Vector3<f64> {
+    Vector3::new(random.normal(), random.normal(), random.normal())
+}
+
+fn mahalanobis(prior: &PosePrior, pose: Pose2) -> f64 {
+    let PosePrior { mean, information } = prior;
+    let turn = math::angle_between(mean.theta, pose.theta);
+    let error = Vector3::new(pose.x - mean.x, pose.y - mean.y, turn);
+    error.dot(&(information * error))
+}
+
+/// Weighted samples.
+#[derive(Default)]
+struct Moments {
+    samples: Vec<(Vector3<f64>, f64)>,
+}
+
+impl Moments {
+    fn add(&mut self, offset: Vector3<f64>, log_weight: f64) {
+        self.samples.push((offset, log_weight));
+    }
+
+    /// Mean, covariance, and the logarithm of the mean weight.
+    fn finish(&self) -> (Vector3<f64>, Matrix3<f64>, f64) {
+        let most = self.samples.iter().map(|(_, log)| *log).fold(f64::NEG_INFINITY, math::max);
+        let weight = |log: f64| math::exp(log - most);
+        let sum: f64 = self.samples.iter().map(|(_, log)| weight(*log)).sum();
+        let mean = self.samples.iter().map(|(offset, log)| offset * weight(*log)).sum::<Vector3<f64>>() / sum;
+        let square = |(offset, log): &(Vector3<f64>, f64)| {
+            let apart = offset - mean;
+            apart * apart.transpose() * weight(*log)
+        };
+        let covariance = self.samples.iter().map(square).sum::<Matrix3<f64>>() / sum;
+        (mean, covariance, most + math::ln(sum / self.samples.len() as f64))
+    }
+}

@@ -1,0 +1,55 @@
+//! Matching of a scan with a map.
+
+use nalgebra::Matrix3;
+use slate_interfaces::Pose2;
+use slate_module::math;
+
+use crate::correlative::{SearchWindow, search};
+use crate::max_grids::MaxGrids;
+use crate::parameters::{MatchingParameters, OdometryDrift};
+use crate::refine::{PosePrior, Refined, refine};
+use crate::surface_map::SurfaceMap;
+
+/// Levels of the search beside a prediction: squares of up to 8 cells.
+const LEVELS: usize = 4;
+/// Part of its score that a pose at the border of the search loses.
+const PENALTY: f64 = 0.3;
+
+/// Matches a scan with a map near a predicted pose in the map's frame: a correlative search, then a refinement with the
+/// prediction as a prior.
+pub(crate) fn match_scan(
+    map: &SurfaceMap,
+    points: &[[f64; 2]],
+    predicted: Pose2,
+    prior: Matrix3<f64>,
+    parameters: &MatchingParameters,
+) -> Refined {
+    let window = SearchWindow {
+        distance: parameters.search_distance,
+        angle: parameters.search_angle,
+        penalty: PENALTY,
+    };
+    let farthest = points.iter().map(|[x, y]| math::hypot(*x, *y)).fold(0.0, math::max);
+    let reach = farthest + parameters.search_distance + 1.0;
+    let low = map.place([predicted.x - reach, predicted.y - reach]);
+    let high = map.place([predicted.x + reach, predicted.y + reach]);
+    let grids = MaxGrids::new(map, Some([low, high]), LEVELS);
+    let found = search(&grids, map.resolution(), points, predicted, window, 0.0);
+    let guess = found.map_or(predicted, |found| found.pose);
+    let prior = Some(PosePrior { mean: predicted, information: prior });
+    refine(map, points, guess, parameters.correspondence_distance, prior)
+}
+
+impl OdometryDrift {
+    /// Inverse covariance of x, y and theta after an increment, in the frame where it begins.
+    pub(crate) fn information(&self, increment: Pose2) -> Matrix3<f64> {
+        let square = |value: f64| value * value;
+        let length = math::hypot(increment.x, increment.y);
+        let translation = square(self.translation_stddev) * length;
+        let rotation =
+            square(self.rotation_stddev) * increment.theta.abs() + square(self.drift_stddev) * length;
+        // Even a robot that stands does so by a millimetre.
+        let (across, turn) = (1.0 / (translation + 1e-6), 1.0 / (rotation + 1e-6));
+        Matrix3::from_diagonal(&[across, across, turn].into())
+    }
+}
