@@ -24,6 +24,18 @@ impl Geometry {
         Self { origin: [x, y, 0.0], resolution, width: cells(width), height: cells(height) }.checked(most)
     }
 
+    /// Makes a grid of that many cells from the pose of its first cell's corner; `None` if it has no cell or more than
+    /// `most`.
+    pub fn with_origin(
+        origin: Pose2,
+        resolution: f64,
+        [width, height]: [usize; 2],
+        most: usize,
+    ) -> Option<Self> {
+        let Pose2 { x, y, theta } = origin;
+        Self { origin: [x, y, theta], resolution, width, height }.checked(most)
+    }
+
     /// Returns the geometry of a grid; `None` if its data does not match, or it has more cells than `most`.
     pub fn of(grid: &OccupancyGrid, most: usize) -> Option<Self> {
         let Pose2 { x, y, theta } = grid.origin;

@@ -1,10 +1,12 @@
-//! Grids in the plane: where their cells are ([`Geometry`]), which of them a line crosses ([`LineCells`]), and how far
-//! each is from the nearest occupied one ([`DistanceTransform`]).
+//! Grids in the plane: where their cells are ([`Geometry`]), which of them a line crosses ([`LineCells`]), how far each is
+//! from the nearest occupied one ([`DistanceTransform`]), and what is in them ([`OccupancyMap`]).
 
 mod distance;
 mod geometry;
 mod line_cells;
+mod occupancy_map;
 
 pub use distance::DistanceTransform;
 pub use geometry::Geometry;
 pub use line_cells::LineCells;
+pub use occupancy_map::{OccupancyMap, UNKNOWN_CELL};
