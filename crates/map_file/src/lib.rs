@@ -27,7 +27,7 @@ mod write;
 
 pub use error::MapFileError;
 pub use occupancy::{MapFileOptions, MapMode};
-pub use read::read_map;
+pub use read::{read_map, read_map_image};
 pub use write::write_map;
 
 /// Largest number of cells of a map.

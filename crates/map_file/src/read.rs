@@ -5,6 +5,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use slate_grid::{Geometry, OccupancyMap};
+use slate_interfaces::Pose2;
 
 use crate::image::MapImage;
 use crate::metadata::Metadata;
@@ -31,19 +32,43 @@ pub fn read_map(file: &Path) -> Result<OccupancyMap, MapFileError> {
         let reason = format!("image `{}` can't be read: {error}", path.display());
         MapFileError::at(file, metadata.image_line, reason)
     })?;
-    let image = match extension(&path).as_deref() {
-        Some("pgm") => pgm::read(&path, BufReader::new(opened))?,
-        Some("png") => png_image::read(&path, BufReader::new(opened))?,
-        _ => {
-            let reason = format!("image `{}`: expected a .pgm or .png file", metadata.image.display());
-            return Err(MapFileError::at(file, metadata.image_line, reason));
-        }
-    };
+    let image = image(&path, opened)?.ok_or_else(|| {
+        let reason = format!("image `{}`: expected a .pgm or .png file", metadata.image.display());
+        MapFileError::at(file, metadata.image_line, reason)
+    })?;
     let size = [image.width, image.height];
     let geometry = Geometry::with_origin(metadata.origin, metadata.resolution, size, MOST_MAP_CELLS);
     // Both files have been checked.
     let geometry = geometry.ok_or_else(|| MapFileError::new(file, "no geometry of a map"))?;
     Ok(OccupancyMap { geometry, cells: cells(&image, &metadata.options) })
+}
+
+/// Reads an image without a `map.yaml`, of a map of that width along x, m, whose first cell's corner is the origin.
+///
+/// # Errors
+/// As [`read_map`].
+pub fn read_map_image(
+    file: &Path,
+    width: f64,
+    options: &MapFileOptions,
+) -> Result<OccupancyMap, MapFileError> {
+    let opened = File::open(file).map_err(|error| MapFileError::unreadable(file, &error))?;
+    let image =
+        image(file, opened)?.ok_or_else(|| MapFileError::new(file, "expected a .pgm or .png file"))?;
+    let size = [image.width, image.height];
+    let geometry = Geometry::with_origin(Pose2::default(), width / image.width as f64, size, MOST_MAP_CELLS);
+    let geometry = geometry
+        .ok_or_else(|| MapFileError::new(file, format!("a map of {width} m: expected a width above 0 m")))?;
+    Ok(OccupancyMap { geometry, cells: cells(&image, options) })
+}
+
+/// Reads an image by its extension; `None` for another one.
+fn image(path: &Path, opened: File) -> Result<Option<MapImage>, MapFileError> {
+    Ok(match extension(path).as_deref() {
+        Some("pgm") => Some(pgm::read(path, BufReader::new(opened))?),
+        Some("png") => Some(png_image::read(path, BufReader::new(opened))?),
+        _ => None,
+    })
 }
 
 /// Extension of a file in lower case.
