@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
-use slate_evaluation::{Evaluation, Figure, exploration, planning};
 use slate_evaluation::local_planning::LocalPlannerKind;
-use slate_evaluation::{Evaluation, Figure, local_planning, planning};
+use slate_evaluation::slam::SlamMethod;
+use slate_evaluation::{Evaluation, Figure, exploration, local_planning, localization, planning, slam};
 
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::output;
@@ -16,29 +16,18 @@ pub enum EvaluateVerb {
     /// A*, Theta* and D* Lite on the MovingAI benchmarks
     Planning(EvaluateOptions),
 
-    /// Exploration of Explore-Bench's buildings and a hospital
-    Exploration(ExplorationOptions),
+    /// Monte Carlo localization in a hospital and an office
+    Localization(LocalizationOptions),
+
+    /// SLAM on the log of the Intel Research Lab
+    Slam(SlamOptions),
+
     /// Local planners in the worlds of the BARN challenge
     #[command(name = "local_planning")]
     LocalPlanning(LocalPlanningOptions),
-}
-#[derive(Debug, Args)]
-pub struct LocalPlanningOptions {
-    #[command(flatten)]
-    common: EvaluateOptions,
-    /// Local planner
-    #[arg(long, value_enum, default_value = "mppi")]
-    planner: PlannerArgument,
-    /// Seed of the laser's noise and of the planner
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-}
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum PlannerArgument {
-    /// Model predictive path integral control
-    Mppi,
-    /// Dynamic window approach with the parameters published with the challenge
-    Dwa,
+
+    /// Exploration of Explore-Bench's buildings and a hospital
+    Exploration(ExplorationOptions),
 }
 
 #[derive(Debug, Args)]
@@ -53,6 +42,66 @@ pub struct EvaluateOptions {
 }
 
 #[derive(Debug, Args)]
+pub struct LocalizationOptions {
+    /// Folder with maps/hospital_section.png of Stage; without it, in the office alone
+    #[arg(long, value_name = "FOLDER")]
+    data: Option<PathBuf>,
+
+    /// Number of starts from which an unknown pose is searched
+    #[arg(long, value_name = "NUMBER", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    starts: u32,
+
+    /// Print the figures as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct SlamOptions {
+    #[command(flatten)]
+    common: EvaluateOptions,
+
+    /// Method of SLAM
+    #[arg(long, value_enum, default_value = "graph")]
+    method: MethodArgument,
+
+    /// Write the map, as ROS's map.yaml with an image beside it
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub enum MethodArgument {
+    /// Pose graph with loop closure
+    Graph,
+    /// Rao-Blackwellized particle filter
+    ParticleFilter,
+}
+
+#[derive(Debug, Args)]
+pub struct LocalPlanningOptions {
+    #[command(flatten)]
+    common: EvaluateOptions,
+
+    /// Local planner
+    #[arg(long, value_enum, default_value = "mppi")]
+    planner: PlannerArgument,
+
+    /// Seed of the laser's noise and of the planner
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum PlannerArgument {
+    /// Model predictive path integral control
+    Mppi,
+    /// Dynamic window approach with the parameters published with the challenge
+    Dwa,
+}
+
+#[derive(Debug, Args)]
 pub struct ExplorationOptions {
     #[command(flatten)]
     common: EvaluateOptions,
@@ -64,19 +113,30 @@ pub struct ExplorationOptions {
 
 /// Prints the figures; returns what the process ends with.
 pub fn evaluate(verb: &EvaluateVerb) -> Result<u8, Failure> {
-    let (options, evaluations) = match verb {
-        EvaluateVerb::Planning(options) => (options, planning::evaluate(&options.data)?),
-        EvaluateVerb::Exploration(ExplorationOptions { common, starts }) => {
-            (common, exploration::evaluate(&common.data, u64::from(*starts))?)
+    let (is_json, evaluations) = match verb {
+        EvaluateVerb::Planning(options) => (options.json, planning::evaluate(&options.data)?),
+        EvaluateVerb::Localization(LocalizationOptions { data, starts, json }) => {
+            (*json, localization::evaluate(data.as_deref(), *starts as usize)?)
+        }
+        EvaluateVerb::Slam(SlamOptions { common, method, map }) => {
+            let method = match method {
+                MethodArgument::Graph => SlamMethod::Graph,
+                MethodArgument::ParticleFilter => SlamMethod::ParticleFilter,
+            };
+            (common.json, vec![slam::evaluate(&common.data, method, map.as_deref())?])
+        }
         EvaluateVerb::LocalPlanning(LocalPlanningOptions { common, planner, seed }) => {
             let kind = match planner {
                 PlannerArgument::Mppi => LocalPlannerKind::Mppi,
                 PlannerArgument::Dwa => LocalPlannerKind::Dwa,
             };
-            (common, vec![local_planning::evaluate(&common.data, kind, *seed)?])
+            (common.json, vec![local_planning::evaluate(&common.data, kind, *seed)?])
+        }
+        EvaluateVerb::Exploration(ExplorationOptions { common, starts }) => {
+            (common.json, exploration::evaluate(&common.data, u64::from(*starts))?)
         }
     };
-    if options.json {
+    if is_json {
         output::document("slate.evaluation/1", &json!({ "evaluations": evaluations }));
     } else {
         evaluations.iter().for_each(|evaluation| output::line(text(evaluation)));
@@ -93,5 +153,6 @@ fn text(evaluation: &Evaluation) -> String {
         let decimals = if figure.value.fract() == 0.0 { 0 } else { 3 };
         format!("\n  {:<55}{:>10.decimals$}{goal}", figure.name, figure.value)
     });
-    evaluation.name.clone() + &lines.collect::<String>()
+    let notes = evaluation.notes.iter().map(|note| format!("\n  {note}"));
+    evaluation.name.clone() + &lines.chain(notes).collect::<String>()
 }

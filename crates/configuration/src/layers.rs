@@ -335,12 +335,17 @@ fn beside(table: &mut Table, path: &[String], folder: &Path) {
     for (_, entry) in named {
         match &mut entry.value.value {
             Value::Table(inner) => beside(inner, rest, folder),
-            Value::Text(text) if rest.is_empty() && (text.contains('/') || text.ends_with(".toml")) => {
+            Value::Text(text) if rest.is_empty() && is_path(text) => {
                 *text = folder.join(&*text).to_string_lossy().into_owned();
             }
             _ => {}
         }
     }
+}
+
+/// Whether a text is the path of a file, and no name of what comes with the application.
+fn is_path(text: &str) -> bool {
+    text.contains('/') || [".toml", ".yaml"].iter().any(|extension| text.ends_with(extension))
 }
 
 /// The problem of a syntax error, with help.

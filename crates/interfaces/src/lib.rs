@@ -28,7 +28,7 @@ pub use gate::{GateMode, GateState, LeasePriority, RefusalReason};
 pub use image::{Image, ImageFormat};
 pub use map::{MapMark, MapStroke, OccupancyGrid, Path};
 pub use mission::{MissionOutcome, MissionState, Verdict};
-pub use pose::{Odometry, Orientation, Point2, Pose2, PoseEstimate, Position};
+pub use pose::{Odometry, Orientation, Particle, ParticleCloud, Point2, Pose2, PoseEstimate, Position};
 pub use range::{Clearance, Echo, LaserScan, SonarPlacement, SonarScan};
 pub use sighting::{Sighting, Sightings};
 pub use transform::{FrameName, Quaternion, Transform};

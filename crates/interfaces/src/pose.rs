@@ -51,6 +51,23 @@ pub struct PoseEstimate {
     pub covariance: [f64; 9],
 }
 
+/// Pose that a robot may have, of a particle filter.
+#[interface]
+#[derive(PartialEq)]
+pub struct Particle {
+    /// Pose in the map frame.
+    pub pose: Pose2,
+    /// Weight; those of all particles sum up to 1.
+    pub weight: f64,
+}
+
+/// Particles of a particle filter.
+#[interface]
+pub struct ParticleCloud {
+    /// Particles, in no order.
+    pub particles: [Particle],
+}
+
 /// Position in space, as of a positioning system.
 #[interface(ros = "geometry_msgs/msg/Point")]
 #[derive(PartialEq)]

@@ -31,6 +31,11 @@ pub trait Analyze: 'static {
         params: &Self::Params,
         now: &Tick,
     ) -> Option<Self::Value>;
+
+    /// Returns whether what it observes is invalid: the Analyze is degraded.
+    fn is_degraded(_: &Self::State) -> bool {
+        false
+    }
 }
 
 /// An [`Analyze`] as a module.
@@ -59,9 +64,13 @@ impl<A: Analyze> Module for AnalyzeBlock<A> {
     }
 
     fn tick(state: &mut A::State, (observed, own): &Self::Io, params: &A::Params, now: &Tick) -> Outcome {
-        match A::process(state, observed, params, now) {
+        let outcome = match A::process(state, observed, params, now) {
             Some(value) => value.notify(own, now),
             None => Outcome::Ok,
+        };
+        match outcome {
+            Outcome::Ok if A::is_degraded(state) => Outcome::Degraded,
+            outcome => outcome,
         }
     }
 }

@@ -58,7 +58,12 @@ pub use stay::DEBOUNCE;
 pub const EXTRA_TABLES: [&str; 7] = ["world", "report", "console", "network", "dds", "ros1", "ros2"];
 
 /// Settings of applications that may be paths.
-pub const PATHS: [&str; 2] = ["world.arena", "world.robots.*.model"];
+pub const PATHS: [&str; 4] = [
+    "world.arena",
+    "world.robots.*.model",
+    "modules.*.params.yaml_filename",
+    "robots.*.modules.*.params.yaml_filename",
+];
 
 /// An application to run.
 pub struct Application {

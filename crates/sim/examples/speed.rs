@@ -84,7 +84,7 @@ fn lay_out(
         Body::rectangle(name, [x, y], size)
     });
     let bounds = Bounds { minimum: [-half; 2], maximum: [half; 2] };
-    let mut world = World { name: "square".into(), bounds, bodies: bodies.into() };
+    let mut world = World { name: "square".into(), bounds, bodies: bodies.into(), map: None };
     let mut robots = Vec::new();
     for i in 0..count {
         let (x, y) = (i as f64 % row, (i as f64 / row).floor());

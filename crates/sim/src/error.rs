@@ -98,6 +98,11 @@ pub(crate) enum DocumentStep<'a> {
     Index(usize),
 }
 
+/// Other files that may have the description.
+fn also(kind: &str) -> &'static str {
+    if kind == "world" { ", or of a map.yaml" } else { "" }
+}
+
 /// The text of a description: what comes with the simulator under that name, or else the file at that path, which is
 /// relative to the working directory.
 pub(crate) fn text_of(
@@ -110,7 +115,10 @@ pub(crate) fn text_of(
     }
     if !name.ends_with(".toml") {
         let message = unknown(kind, name, embedded.iter().map(|(name, _)| *name));
-        return Err(DescriptionError::new(name, format!("{message}, or the path of a .toml file")));
+        return Err(DescriptionError::new(
+            name,
+            format!("{message}, or the path of a .toml file{}", also(kind)),
+        ));
     }
     let text = std::fs::read_to_string(name).map_err(|error| {
         let tried = std::path::absolute(name).unwrap_or_else(|_| name.into());

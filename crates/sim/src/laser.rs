@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
-use slate_module::math::{cos, max, sin};
+use slate_module::math::{cos, min, sin};
 
 use crate::geometry::Point;
 use crate::rate::due;
@@ -21,6 +21,9 @@ pub struct LaserScanner {
     /// When it looked last, nanoseconds.
     last: Option<u64>,
     ranges: Vec<f32>,
+    /// Exact distances, metres.
+    #[serde(skip)]
+    distances: Vec<f64>,
 }
 
 impl LaserScanner {
@@ -38,6 +41,7 @@ impl LaserScanner {
             random,
             last: None,
             ranges: Vec::with_capacity(description.beams as usize),
+            distances: Vec::with_capacity(description.beams as usize),
         }
     }
 
@@ -63,30 +67,20 @@ impl LaserScanner {
             return;
         }
         self.last = Some(now);
-        surroundings.look_around(own, range_max, self.place.norm(), nearby);
+        surroundings.look_beyond_map(own, range_max, self.place.norm(), nearby);
         let frame = surroundings.robots()[own].frame();
         let origin = frame.apply(self.place);
-        self.ranges.clear();
-        for beam in 0..self.beams.len() {
-            let nearest = nearest_along(origin, frame.rotate(self.beams[beam]), nearby);
-            let range = self.measure(nearest);
-            // A scanner reports fewer digits.
-            self.ranges.push(range as f32);
-        }
-    }
-
-    fn measure(&mut self, distance: f64) -> f64 {
-        let LaserDescription { range_min, range_max, noise_constant, noise_proportional, dropout, .. } =
-            self.description;
-        let mut measured = distance;
-        if noise_constant > 0.0 || noise_proportional > 0.0 || dropout > 0.0 {
-            // Drawn in any case, so that one beam's echo does not shift another's noise.
-            let (lost, error) = (self.random.unit() < dropout, self.random.normal());
-            let noisy = distance + error * (noise_constant + noise_proportional * distance);
-            measured = if lost { f64::INFINITY } else { noisy };
-        }
-        // A distance of infinity with noise is no number.
-        if measured < range_max { max(measured, range_min) } else { f64::INFINITY }
+        self.distances.clear();
+        let distances = self.beams.iter().map(|beam| {
+            let beam = frame.rotate(*beam);
+            let nearest = nearest_along(origin, beam, nearby);
+            let wall = surroundings.map().map_or(f64::INFINITY, |map| {
+                map.caster.range([origin.x, origin.y], [beam.x, beam.y], range_max)
+            });
+            min(nearest, wall)
+        });
+        self.distances.extend(distances);
+        self.description.measure(&self.distances, &mut self.random, &mut self.ranges);
     }
 }
 

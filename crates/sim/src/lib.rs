@@ -13,6 +13,7 @@ pub mod grid;
 mod hardware;
 pub mod laser;
 pub mod layout;
+mod map_path;
 pub mod positioning;
 mod profile;
 mod rate;
@@ -29,8 +30,10 @@ mod simulator;
 pub mod sonar;
 pub mod surroundings;
 pub mod touching;
+mod wall_map;
 mod workers;
 pub mod world;
+mod world_map;
 
 use slate_mapek::{actuator, sensor};
 use slate_module::{ModuleKind, Plugin};
@@ -40,6 +43,7 @@ pub use referee::{Metrics, Pursuit, PursuitReferee, Referee, Stay};
 pub use scenario::Scenario;
 pub use simulation::{Placement, Simulation};
 pub use simulator::Simulator;
+pub use wall_map::WorldMap;
 
 /// The modules that the simulator brings.
 pub fn plugin() -> Plugin {

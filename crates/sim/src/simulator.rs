@@ -272,7 +272,9 @@ impl Instance for Simulator {
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), Refusal> {
-        (self.started, self.simulation) = decode(state)?;
+        let (started, mut simulation): (bool, Simulation) = decode(state)?;
+        simulation.set_map_of(&self.simulation);
+        (self.started, self.simulation) = (started, simulation);
         self.simulation.set_threads(self.threads);
         Ok(())
     }

@@ -1,12 +1,14 @@
 //! Static bodies and robots, with queries of those nearby.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use slate_module::math::{max, min};
 
 use crate::geometry::{Extent, Frame, Point, Polygon};
 use crate::grid::Grid;
+use crate::wall_map::WorldMap;
 
 /// Body of a robot at its present pose.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -86,15 +88,28 @@ pub struct Surroundings {
     robot_grid: Grid,
     /// The radius of the widest robot.
     widest: f64,
+    /// Map whose walls are the first static bodies; it never changes, and is no part of the state.
+    #[serde(skip)]
+    map: Option<Arc<WorldMap>>,
 }
 
 impl Surroundings {
-    /// Static bodies by their names.
-    pub fn new(bodies: Vec<(String, Polygon)>) -> Self {
+    /// Static bodies by their names, and the map whose walls the first ones are, if any.
+    pub fn new(bodies: Vec<(String, Polygon)>, map: Option<Arc<WorldMap>>) -> Self {
         let extents: Vec<_> = bodies.iter().map(|(_, polygon)| polygon.extent()).collect();
         let mut body_grid = Grid::default();
         body_grid.fill(extents.iter().copied());
-        Self { bodies, extents, body_grid, ..Self::default() }
+        Self { bodies, extents, body_grid, map, ..Self::default() }
+    }
+
+    /// Sets the map whose walls are the first static bodies.
+    pub fn set_map(&mut self, map: Option<Arc<WorldMap>>) {
+        self.map = map;
+    }
+
+    /// Map whose walls are the first static bodies.
+    pub fn map(&self) -> Option<&Arc<WorldMap>> {
+        self.map.as_ref()
     }
 
     /// Puts a robot in. [`arrange`](Self::arrange) must follow.
@@ -165,6 +180,17 @@ impl Surroundings {
     /// Gathers what sensors of a robot can meet that are at most `aside` from its reference point and reach `range`
     /// metres: bodies with those of their edges that turn their outside to one of them.
     pub fn look_around(&self, robot: usize, range: f64, aside: f64, into: &mut Nearby) {
+        self.look_beyond(robot, range, aside, 0, into);
+    }
+
+    /// The same without the walls of the map, for sensors that look for those in the map itself.
+    pub fn look_beyond_map(&self, robot: usize, range: f64, aside: f64, into: &mut Nearby) {
+        let walls = self.map.as_ref().map_or(0, |map| map.walls);
+        self.look_beyond(robot, range, aside, walls, into);
+    }
+
+    /// Gathers what a sensor can meet of the bodies from that number on.
+    fn look_beyond(&self, robot: usize, range: f64, aside: f64, first_body: usize, into: &mut Nearby) {
         let Nearby { edges, bodies } = into;
         edges.clear();
         bodies.clear();
@@ -172,7 +198,7 @@ impl Surroundings {
         let own = self.bodies.len() + robot;
         let squares = (aside * aside, (range + aside) * (range + aside));
         self.near(center, range + aside, |number, distance| {
-            if number == own {
+            if number == own || number < first_body {
                 return;
             }
             let first = edges.len();

@@ -1,5 +1,7 @@
 //! Worlds as TOML: static bodies between which robots move.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 use slate_module::math::{cos, sin};
 use slate_worlds::WORLDS;
@@ -7,6 +9,7 @@ use slate_worlds::WORLDS;
 pub use crate::error::DescriptionError;
 use crate::error::{DocumentStep, text_of};
 use crate::geometry::{Point, Polygon};
+use crate::wall_map::WorldMap;
 
 /// Static bodies and the area that they stand in.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,6 +22,9 @@ pub struct World {
     /// Static bodies.
     #[serde(default)]
     pub bodies: Vec<Body>,
+    /// Map of which the first bodies are the walls, if it is the world of one.
+    #[serde(skip)]
+    pub map: Option<Arc<WorldMap>>,
 }
 
 /// A rectangle along the axes, metres.
@@ -115,11 +121,15 @@ impl World {
         WORLDS.iter().any(|(known, _)| *known == name).then(|| Self::load(name))
     }
 
-    /// A world that comes with the simulator, by its name, or one from a file, by its path.
+    /// A world that comes with the simulator, by its name, or one from a file, by its path: a description, or a map of
+    /// ROS with the extension `yaml`.
     ///
     /// # Errors
     /// When there is none, and as [`parse`](Self::parse).
     pub fn load(name: &str) -> Result<Self, DescriptionError> {
+        if name.ends_with(".yaml") {
+            return Self::read_map(name);
+        }
         let (source_name, text) = text_of("world", name, &WORLDS)?;
         Self::parse(&source_name, &text)
     }

@@ -64,7 +64,7 @@ proptest! {
         spread in 0.1..10.0,
     ) {
         let bodies = bodies.into_iter().enumerate().map(|(i, polygon)| (i.to_string(), polygon)).collect();
-        let mut surroundings = Surroundings::new(bodies);
+        let mut surroundings = Surroundings::new(bodies, None);
         for (x, y, theta) in robots {
             let outline = Polygon::rectangle(Point::new(0.1, 0.0), 0.5, 0.3);
             surroundings.add(Hull::new(outline, Pose { x: x * spread, y: y * spread, theta }.frame()));

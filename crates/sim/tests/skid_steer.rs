@@ -38,7 +38,7 @@ fn placed(name: &str, description: RobotDescription, x: f64, y: f64, theta: f64)
 
 fn plain() -> World {
     let bounds = Bounds { minimum: [-10.0, -10.0], maximum: [10.0, 10.0] };
-    World { name: "plain".into(), bounds, bodies: Vec::new() }
+    World { name: "plain".into(), bounds, bodies: Vec::new(), map: None }
 }
 
 fn simulate(robots: &[Placement]) -> Simulation {

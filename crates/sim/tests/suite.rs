@@ -5,6 +5,7 @@ mod contact_cause;
 mod descriptions;
 mod faults;
 mod kernel;
+mod maps;
 mod neighbours;
 mod scenarios;
 mod sensors;

@@ -24,8 +24,22 @@ pub fn evaluate(folder: &Path, starts: u64) -> Result<Vec<Evaluation>, DataError
 fn evaluate_building(building: &Building, starts: u64) -> Evaluation {
     let nearest = runs(building, GoalSelection::NearestFrontier, starts);
     let views = runs(building, GoalSelection::NextBestView, starts);
-    let mut figures = of_runs("nearest frontier", &nearest);
-    figures.extend(of_runs("next best view", &views));
+    let (mut figures, mut notes) = (Vec::new(), Vec::new());
+    for (name, runs) in [("nearest frontier", &nearest), ("next best view", &views)] {
+        let failed = |run: &&(u64, ExplorationRun)| run.1.time_to_99.is_none();
+        let failed: Vec<u64> = runs.iter().filter(failed).map(|(seed, _)| *seed).collect();
+        figures.push(
+            Figure::new(format!("{name}: runs that end below 99 %"), failed.len() as f64)
+                .with_goal(FigureGoal::AtMost(0.0)),
+        );
+        figures.push(Figure::new(format!("{name}: mean T90, s"), mean(runs, |run| run.time_to_90)));
+        figures.push(Figure::new(format!("{name}: mean T99, s"), mean(runs, |run| run.time_to_99)));
+        let length = mean(runs, |run| Some(run.path_length));
+        figures.push(Figure::new(format!("{name}: mean path length, m"), length));
+        if !failed.is_empty() {
+            notes.push(format!("{name}: seeds that end below 99 %: {failed:?}"));
+        }
+    }
     type TimeOf = fn(&ExplorationRun) -> Option<f64>;
     let times: [(&str, TimeOf); 2] = [("T90", |run| run.time_to_90), ("T99", |run| run.time_to_99)];
     for (name, time) in times {
@@ -33,25 +47,15 @@ fn evaluate_building(building: &Building, starts: u64) -> Evaluation {
         let figure = Figure::new(format!("{name} under that of nearest frontier, %"), under);
         figures.push(figure.with_goal(FigureGoal::AtLeast(10.0)));
     }
-    Evaluation { name: building.name.clone(), figures, notes: failed }
+    Evaluation { name: building.name.clone(), figures, notes }
 }
 
-fn runs(building: &Building, selection: GoalSelection, starts: u64) -> Vec<ExplorationRun> {
-    (0..starts).filter_map(|seed| explore(building, selection, seed)).collect()
+/// Runs of all seeds, in their order.
+fn runs(building: &Building, selection: GoalSelection, starts: u64) -> Vec<(u64, ExplorationRun)> {
+    (0..starts).filter_map(|seed| Some((seed, explore(building, selection, seed)?))).collect()
 }
 
-fn of_runs(name: &str, runs: &[ExplorationRun]) -> Vec<Figure> {
-    let missed = runs.iter().filter(|run| run.time_to_99.is_none()).count();
-    vec![
-        Figure::new(format!("{name}: runs that end below 99 %"), missed as f64)
-            .with_goal(FigureGoal::AtMost(0.0)),
-        Figure::new(format!("{name}: mean T90, s"), mean(runs, |run| run.time_to_90)),
-        Figure::new(format!("{name}: mean T99, s"), mean(runs, |run| run.time_to_99)),
-        Figure::new(format!("{name}: mean path length, m"), mean(runs, |run| Some(run.path_length))),
-    ]
-}
-
-fn mean(runs: &[ExplorationRun], of: impl Fn(&ExplorationRun) -> Option<f64>) -> f64 {
-    let values: Vec<f64> = runs.iter().filter_map(of).collect();
+fn mean(runs: &[(u64, ExplorationRun)], of: impl Fn(&ExplorationRun) -> Option<f64>) -> f64 {
+    let values: Vec<f64> = runs.iter().filter_map(|(_, run)| of(run)).collect();
     values.iter().sum::<f64>() / values.len() as f64
 }

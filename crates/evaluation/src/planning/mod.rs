@@ -19,11 +19,13 @@ const DIGITS: f64 = 5e-6;
 /// evenly over the file.
 const SAMPLE: usize = 60;
 
-/// Evaluates A*, Theta* and D* Lite on all maps of a folder, a table for each.
+/// Evaluates A*, Theta* and D* Lite on all maps of a folder, or of its folder `movingai`, a table for each.
 ///
 /// # Errors
 /// The folder has no benchmark, or an invalid one.
 pub fn evaluate(folder: &Path) -> Result<Vec<Evaluation>, DataError> {
+    let own = folder.join("movingai");
+    let folder = if own.is_dir() { &own } else { folder };
     Ok(read_folder(folder)?.iter().map(evaluate_map).collect())
 }
 
@@ -35,6 +37,7 @@ fn evaluate_map(benchmark: &Benchmark) -> Evaluation {
     Evaluation {
         name: format!("{name} ({} x {} cells)", benchmark.grid.width(), benchmark.grid.height()),
         figures,
+        notes: Vec::new(),
     }
 }
 

@@ -53,6 +53,7 @@ pub fn evaluate(folder: &Path, method: SlamMethod, map: Option<&Path>) -> Result
     Ok(Evaluation {
         name: format!("Intel Research Lab, {name}"),
         figures: figures(&log, &relations, &poses, took, method),
+        notes: Vec::new(),
     })
 }
 

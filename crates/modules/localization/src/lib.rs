@@ -28,18 +28,32 @@
 //! assert!((estimate.pose.x - 1.0).abs() < 0.1);
 //! ```
 
+mod amcl;
+mod beam_skip;
 mod bins;
+mod candidate_pool;
+mod estimate;
 mod likelihood_field;
+mod map_server;
 mod monte_carlo;
 mod motion_model;
 mod parameters;
 mod particles;
 
-pub use likelihood_field::{LikelihoodField, SensorModel};
+pub use amcl::{Amcl, AmclIo, AmclParams, AmclState, GlobalLocalization};
+pub use likelihood_field::{LaserModelType, LikelihoodField, SensorModel};
+pub use map_server::{MapServer, MapServerIo, MapServerParams, MapServerState};
 pub use monte_carlo::MonteCarloLocalization;
 pub use motion_model::OdometryAlphas;
-pub use parameters::{BeamSkip, InvalidParameter, KldSampling, MonteCarloParameters, Recovery};
-pub use particles::Particle;
+pub use parameters::{BeamSkip, Candidates, InvalidParameter, KldSampling, MonteCarloParameters, Recovery};
+pub use slate_interfaces::Particle;
+
+use slate_mapek::AnalyzeBlock;
+
+/// Largest number of cells of a map that an agent has.
+const MOST_CELLS: usize = 1 << 22;
+
+slate_module::plugin!(AnalyzeBlock<Amcl>, MapServer);
 
 #[cfg(doctest)]
 #[doc = include_str!("../../../../book/src/35-localization.md")]

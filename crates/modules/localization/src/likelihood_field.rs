@@ -6,9 +6,21 @@ use slate_module::{Random, math};
 
 use crate::parameters::InvalidParameter;
 
+/// How the likelihoods of a scan's beams make that of the scan, `laser_model_type`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LaserModelType {
+    /// 1 + the sum of their cubes, so that no single beam decides: `likelihood_field` of Nav2.
+    #[default]
+    LikelihoodField,
+    /// Their product, as beams are independent of each other: `likelihood_field_prob` of Nav2.
+    LikelihoodFieldProb,
+}
+
 /// How a range finder measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorModel {
+    /// Likelihood of a scan, `laser_model_type`.
+    pub laser_model_type: LaserModelType,
     /// Standard deviation of the distance between a beam's end and the obstacle that it hits, `sigma_hit`, m.
     pub sigma_hit: f64,
     /// Share of beams that end at an obstacle of the map, `z_hit`.
@@ -24,6 +36,7 @@ pub struct SensorModel {
 impl Default for SensorModel {
     fn default() -> Self {
         Self {
+            laser_model_type: LaserModelType::default(),
             sigma_hit: 0.2,
             z_hit: 0.5,
             z_rand: 0.5,
@@ -49,6 +62,9 @@ impl SensorModel {
     }
 }
 
+/// The least likelihood of a beam, so that its logarithm is a number.
+const LEAST: f64 = 1e-30;
+
 /// Likelihood of beams' ends in a map (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 6.3), from each cell's
 /// exact distance to the nearest occupied one.
 #[derive(Clone, Debug)]
@@ -56,8 +72,9 @@ pub struct LikelihoodField {
     geometry: Geometry,
     /// Distance of each cell to the nearest occupied one, m; at most `max_distance`.
     distances: Vec<f32>,
-    /// Cube of the likelihood of a beam that ends in each cell.
-    likelihoods: Vec<f32>,
+    laser_model_type: LaserModelType,
+    /// Score of a beam that ends in each cell: the cube of its likelihood, or the logarithm.
+    scores: Vec<f32>,
     outside: f32,
     max_distance: f64,
     /// Cells where the robot may be.
@@ -86,16 +103,20 @@ impl LikelihoodField {
                 model.laser_likelihood_max_dist
             }
         };
-        let likelihood = |distance: f64| {
+        let score = |distance: f64| {
             let hit = math::exp(-distance * distance / (2.0 * model.sigma_hit * model.sigma_hit));
             let likelihood = model.z_hit * hit + model.z_rand / model.laser_max_range;
-            (likelihood * likelihood * likelihood) as f32
+            match model.laser_model_type {
+                LaserModelType::LikelihoodField => (likelihood * likelihood * likelihood) as f32,
+                LaserModelType::LikelihoodFieldProb => math::ln(math::max(likelihood, LEAST)) as f32,
+            }
         };
         let distances: Vec<f64> = squares.iter().map(|square| distance(*square)).collect();
         Ok(Self {
-            likelihoods: distances.iter().map(|distance| likelihood(*distance)).collect(),
+            laser_model_type: model.laser_model_type,
+            scores: distances.iter().map(|distance| score(*distance)).collect(),
             distances: distances.iter().map(|distance| *distance as f32).collect(),
-            outside: likelihood(model.laser_likelihood_max_dist),
+            outside: score(model.laser_likelihood_max_dist),
             max_distance: model.laser_likelihood_max_dist,
             free: (0..geometry.cells())
                 .filter(|cell| is_free(*cell) && !is_occupied(*cell))
@@ -132,20 +153,16 @@ impl LikelihoodField {
         }
     }
 
-    /// Returns the likelihood of a scan from a pose: 1 + the sum of its beams' cubed ones, as Nav2 weighs them, so
-    /// that no single beam decides.
-    ///
-    /// Points are ends of beams in the robot's frame, m; those with `counts` false are left out, where it is long
-    /// enough.
-    pub fn likelihood(&self, pose: &Pose2, points: &[[f64; 2]], counts: &[bool]) -> f64 {
+    /// Returns the score of a scan from a pose, the sum of its beams' ones, and their number. Points are ends of beams
+    /// in the robot's frame, m; those with `counts` false are left out, where it is long enough.
+    pub(crate) fn score(&self, pose: &Pose2, points: &[[f64; 2]], counts: &[bool]) -> ScanScore {
         // Into cells at once: the rotation of pose and grid, and the scale.
         let resolution = self.geometry.resolution;
-        let origin = self.geometry.origin();
+        let angle = pose.theta - self.geometry.origin().theta;
         let (left, low) = self.geometry.place(pose.x, pose.y);
-        let angle = pose.theta - origin.theta;
         let (sine, cosine) = (math::sin(angle) / resolution, math::cos(angle) / resolution);
         let (width, height) = (self.geometry.width as f64, self.geometry.height as f64);
-        let mut sum = 1.0;
+        let (mut sum, mut beams) = (0.0, 0);
         for (at, [x, y]) in points.iter().enumerate() {
             if counts.get(at) == Some(&false) {
                 continue;
@@ -153,12 +170,41 @@ impl LikelihoodField {
             let column = left + x * cosine - y * sine;
             let row = low + x * sine + y * cosine;
             let is_inside = column >= 0.0 && row >= 0.0 && column < width && row < height;
-            let likelihood = match is_inside {
-                true => self.likelihoods[row as usize * self.geometry.width + column as usize],
+            let score = match is_inside {
+                true => self.scores[row as usize * self.geometry.width + column as usize],
                 false => self.outside,
             };
-            sum += f64::from(likelihood);
+            sum += f64::from(score);
+            beams += 1;
         }
-        sum
+        ScanScore { sum, beams, laser_model_type: self.laser_model_type }
+    }
+}
+
+/// How well a scan fits from a pose.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ScanScore {
+    sum: f64,
+    beams: u32,
+    laser_model_type: LaserModelType,
+}
+
+impl ScanScore {
+    /// Logarithm of the scan's likelihood.
+    pub fn log_likelihood(&self) -> f64 {
+        match self.laser_model_type {
+            LaserModelType::LikelihoodField => math::ln(1.0 + self.sum),
+            LaserModelType::LikelihoodFieldProb => self.sum,
+        }
+    }
+
+    /// Likelihood of a beam, so that scans of different numbers of beams compare: the mean of the cubes, or the geometric
+    /// mean.
+    pub fn per_beam(&self) -> f64 {
+        let mean = self.sum / f64::from(self.beams.max(1));
+        match self.laser_model_type {
+            LaserModelType::LikelihoodField => mean,
+            LaserModelType::LikelihoodFieldProb => math::exp(mean),
+        }
     }
 }

@@ -1,13 +1,12 @@
 //! Odometry motion model.
 
-use slate_interfaces::Pose2;
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{Particle, Pose2};
 use slate_module::{Random, math};
-
-use crate::particles::Particle;
 
 /// Noise of the odometry of a robot with a differential drive (Thrun, Burgard and Fox, *Probabilistic Robotics*, table
 /// 5.6), without units but for 1/m and m where rotation and translation make noise of the other.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OdometryAlphas {
     /// Variance of rotation from rotation, `alpha1`.
     pub alpha1: f64,

@@ -2,10 +2,12 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use crate::motion_model::OdometryAlphas;
 
 /// Parameters of [`MonteCarloLocalization`](crate::MonteCarloLocalization).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MonteCarloParameters {
     /// Noise of the odometry, `alpha1` to `alpha4`.
     pub alphas: OdometryAlphas,
@@ -22,12 +24,14 @@ pub struct MonteCarloParameters {
     pub sampling: KldSampling,
     /// Random particles after the robot has been moved by hand.
     pub recovery: Recovery,
+    /// Poses that random particles are chosen from; any pose by default, as in Nav2.
+    pub candidates: Candidates,
     /// Beams that are left out, as they hit what the map does not have; none by default (`do_beamskip`).
     pub beam_skip: Option<BeamSkip>,
 }
 
 /// KLD sampling (Fox, 2003, *Adapting the sample size in particle filters through KLD-sampling*).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KldSampling {
     /// `min_particles`.
     pub min_particles: usize,
@@ -41,7 +45,7 @@ pub struct KldSampling {
 
 /// Augmented recovery (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 8.3): random particles come in while
 /// the likelihood of scans, averaged over a short time, falls below that over a long time. Rates of 0 switch it off.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Recovery {
     /// Rate of the average over a long time, `recovery_alpha_slow`.
     pub alpha_slow: f64,
@@ -49,8 +53,19 @@ pub struct Recovery {
     pub alpha_fast: f64,
 }
 
+/// Poses anywhere in the map that the newest scan is compared with: random particles are drawn from them by its
+/// likelihood (Lenser and Veloso, 2000, *Sensor resetting localization for poorly modelled mobile robots*). With 0, random
+/// particles are anywhere, whatever the laser sees.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Candidates {
+    /// Number at the first scan of a global localization.
+    pub global: usize,
+    /// Number at each resampling with random particles.
+    pub recovery: usize,
+}
+
 /// Beams that most particles can't explain are left out, unless those are most of the beams.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BeamSkip {
     /// Distance to the nearest obstacle up to which a particle explains a beam, `beam_skip_distance`, m.
     pub distance: f64,
@@ -77,6 +92,7 @@ impl Default for MonteCarloParameters {
             selective_resampling: false,
             sampling: KldSampling { min_particles: 500, max_particles: 2_000, pf_err: 0.05, pf_z: 0.99 },
             recovery: Recovery::default(),
+            candidates: Candidates::default(),
             beam_skip: None,
         }
     }
@@ -120,6 +136,11 @@ impl MonteCarloParameters {
         InvalidParameter::unless(is_least, "min_particles", "1 to max_particles")?;
         InvalidParameter::unless(pf_err > 0.0 && pf_err <= 1.0, "pf_err", "a number above 0, up to 1")?;
         InvalidParameter::unless(pf_z.is_finite() && pf_z >= 0.0, "pf_z", "a number from 0")?;
+        for (name, count) in
+            [("global_candidates", self.candidates.global), ("recovery_candidates", self.candidates.recovery)]
+        {
+            InvalidParameter::unless(count <= 10_000_000, name, "0 to 10000000")?;
+        }
         let rates = [
             ("recovery_alpha_slow", self.recovery.alpha_slow),
             ("recovery_alpha_fast", self.recovery.alpha_fast),

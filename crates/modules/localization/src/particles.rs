@@ -1,14 +1,21 @@
 //! Weighted particles.
 
-use slate_interfaces::Pose2;
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{Particle, Pose2};
 
-/// A pose that the robot may have.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Particle {
-    /// In the map frame.
-    pub pose: Pose2,
-    /// Those of all particles sum up to 1.
-    pub weight: f64,
+/// Particles as numbers, for a state that is saved.
+pub(crate) mod parts {
+    use super::{Deserialize, Particle, Pose2, Serialize};
+
+    pub fn serialize<S: serde::Serializer>(particles: &[Particle], to: S) -> Result<S::Ok, S::Error> {
+        let parts = particles.iter().map(|Particle { pose, weight }| [pose.x, pose.y, pose.theta, *weight]);
+        parts.collect::<Vec<[f64; 4]>>().serialize(to)
+    }
+
+    pub fn deserialize<'d, D: serde::Deserializer<'d>>(from: D) -> Result<Vec<Particle>, D::Error> {
+        let particle = |[x, y, theta, weight]: [f64; 4]| Particle { pose: Pose2 { x, y, theta }, weight };
+        Ok(Vec::<[f64; 4]>::deserialize(from)?.into_iter().map(particle).collect())
+    }
 }
 
 /// Scales weights so that they sum up to 1; equal ones where that is not possible.

@@ -7,6 +7,7 @@ use super::motion_record::MotionRecord;
 use super::{ended, running, unknown_robot};
 use crate::error::key;
 use crate::geometry::Point;
+use crate::map_path::map_path;
 use crate::scenario::Scenario;
 use crate::shortest_path::shortest_path;
 
@@ -130,8 +131,11 @@ impl Instance for Referee {
         let bodies = scenario.static_outlines();
         let goals = scenario.goals_of(params.robot.as_str());
         let way = |from: Point, to: Point| {
-            shortest_path(&bodies, from, to, half_width)
-                .ok_or_else(|| format!("world.goals: no path to the goal ({}, {})", to.x, to.y))
+            let length = match &scenario.world.map {
+                Some(map) => map_path(map, &bodies[map.walls..], from, to, half_width),
+                None => shortest_path(&bodies, from, to, half_width),
+            };
+            length.ok_or_else(|| format!("world.goals: no path to the goal ({}, {})", to.x, to.y))
         };
         let (Some(first), Some(last)) = (goals.first(), goals.last()) else {
             let setting = format!("world.goals.{}", key(params.robot.as_str()));

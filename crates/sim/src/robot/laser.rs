@@ -1,9 +1,16 @@
 use serde::{Deserialize, Serialize};
+use slate_module::Random;
+use slate_module::math::max;
 
 use super::{is_deviation, is_probability, is_rate};
 
 /// The most beams that a laser scanner has.
 const BEAMS: u32 = 1024;
+
+/// Distance between two obstacles from which a beam that hits both is a mixed pixel, m; nearer ones are one to it.
+const LEAST_EDGE: f64 = 0.1;
+/// Distance from which the scanner tells their echoes apart, m: some times the length of a pulse.
+const GREATEST_EDGE: f64 = 3.0;
 
 /// A laser scanner.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,6 +32,10 @@ pub struct LaserDescription {
     pub noise_proportional: f64,
     /// Probability that a beam does not come back.
     pub dropout: f64,
+    /// Probability that a beam which an edge splits measures a range between the obstacle and what is behind it: a mixed
+    /// pixel (Ye and Borenstein, 2002, *Characterization of a 2-D laser scanner for mobile robot obstacle negotiation*).
+    #[serde(default)]
+    pub mixed_pixels: f64,
     /// Rate, Hz; each sweep by default.
     #[serde(default)]
     pub rate: Option<f64>,
@@ -62,8 +73,42 @@ impl LaserDescription {
             ("noise_constant", is_deviation(self.noise_constant), deviation),
             ("noise_proportional", is_deviation(self.noise_proportional), deviation),
             ("dropout", is_probability(self.dropout), "expected a probability from 0 to 1"),
+            ("mixed_pixels", is_probability(self.mixed_pixels), "expected a probability from 0 to 1"),
             ("rate", self.rate.is_none_or(is_rate), "expected a positive number of hertz"),
         ];
         checks.into_iter().find(|(_, right, _)| !right).map(|(key, _, message)| (key, message))
+    }
+
+    /// Measures distances along the beams, in their order, m; infinite without an obstacle, or a return.
+    pub fn measure(&self, distances: &[f64], random: &mut Random, ranges: &mut Vec<f32>) {
+        let Self { range_min, range_max, noise_constant, noise_proportional, dropout, .. } = *self;
+        let is_noisy = noise_constant > 0.0 || noise_proportional > 0.0 || dropout > 0.0;
+        ranges.clear();
+        for (beam, distance) in distances.iter().enumerate() {
+            let behind = distances.get(beam + 1).copied().unwrap_or(*distance);
+            let distance = self.mix(*distance, behind, random);
+            let mut measured = distance;
+            if is_noisy {
+                // Drawn in any case, so that one beam's echo does not shift another's noise.
+                let (lost, error) = (random.unit() < dropout, random.normal());
+                let noisy = distance + error * (noise_constant + noise_proportional * distance);
+                measured = if lost { f64::INFINITY } else { noisy };
+            }
+            // A distance of infinity with noise is no number.
+            let range = if measured < range_max { max(measured, range_min) } else { f64::INFINITY };
+            // A scanner reports fewer digits.
+            ranges.push(range as f32);
+        }
+    }
+
+    /// The distance that a beam measures between two obstacles, one of which is next to the other.
+    fn mix(&self, distance: f64, other: f64, random: &mut Random) -> f64 {
+        if self.mixed_pixels <= 0.0 {
+            return distance;
+        }
+        let (is_mixed, share) = (random.unit() < self.mixed_pixels, random.unit());
+        let step = (other - distance).abs();
+        let is_edge = step > LEAST_EDGE && step < GREATEST_EDGE;
+        if is_mixed && is_edge { distance + share * (other - distance) } else { distance }
     }
 }

@@ -121,7 +121,7 @@ impl Simulation {
         }
         let mut simulation = Self {
             physics,
-            surroundings: Surroundings::new(bodies),
+            surroundings: Surroundings::new(bodies, world.map.clone()),
             robots: Vec::new(),
             sensors: Vec::new(),
             now: 0,
@@ -230,6 +230,11 @@ impl Simulation {
     /// Sets the number of measuring threads; 1 by default. Results are the same.
     pub fn set_threads(&mut self, threads: usize) {
         self.nearby.resize_with(threads.max(1), Nearby::default);
+    }
+
+    /// Takes over what is no part of the state of another simulation of the same world.
+    pub(crate) fn set_map_of(&mut self, other: &Self) {
+        self.surroundings.set_map(other.surroundings.map().cloned());
     }
 
     /// Virtual time, nanoseconds.

@@ -1,0 +1,89 @@
+//! Faults of inputs.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+use slate_module::Text;
+
+use crate::InvalidParameter;
+
+/// An input that is bad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum FaultyInput {
+    Scan,
+    Odometry,
+    Map,
+    Parameter,
+}
+
+impl FaultyInput {
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Scan => "`scan`",
+            Self::Odometry => "`odometry`",
+            Self::Map => "`map`",
+            Self::Parameter => "the parameters",
+        }
+    }
+}
+
+/// Which input is bad, and why.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct InputFault {
+    input: FaultyInput,
+    #[serde(skip)]
+    reason: Text<92>,
+}
+
+impl InputFault {
+    pub fn new(input: FaultyInput, reason: &str) -> Self {
+        Self { input, reason: Text::new(reason) }
+    }
+
+    /// A reason with numbers.
+    pub fn with(input: FaultyInput, reason: fmt::Arguments<'_>) -> Self {
+        let mut text = FaultText::default();
+        // What does not fit is cut.
+        let _ = fmt::write(&mut text, reason);
+        Self { input, reason: Text::new(std::str::from_utf8(&text.bytes[..text.length]).unwrap_or_default()) }
+    }
+
+    pub fn parameter(error: InvalidParameter) -> Self {
+        Self::with(FaultyInput::Parameter, format_args!("are invalid: {error}"))
+    }
+
+    pub fn input(&self) -> FaultyInput {
+        self.input
+    }
+}
+
+impl fmt::Display for InputFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.input.name(), self.reason.as_str())
+    }
+}
+
+/// Text without an allocation, as a tick has none.
+struct FaultText {
+    bytes: [u8; 92],
+    length: usize,
+}
+
+impl Default for FaultText {
+    fn default() -> Self {
+        Self { bytes: [0; 92], length: 0 }
+    }
+}
+
+impl fmt::Write for FaultText {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for character in text.chars() {
+            let Some(place) = self.bytes.get_mut(self.length..self.length + character.len_utf8()) else {
+                return Err(fmt::Error);
+            };
+            character.encode_utf8(place);
+            self.length += character.len_utf8();
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,148 @@
+//! Checks of scans and odometry.
+
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{LaserScan, Odometry, Pose2};
+use slate_module::{Tick, math};
+
+use super::AmclParams;
+use super::fault::{FaultyInput, InputFault};
+
+/// Scans of another shape after which the laser has been exchanged.
+const EXCHANGED: u8 = 10;
+/// Travel and turn without a changed range after which a laser counts as frozen, m and rad.
+const FROZEN: [f64; 2] = [0.3, 0.3];
+
+/// What is known of the scans so far.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct ScanCheck {
+    /// Number of beams, first direction and increment; none before the first scan.
+    shape: Option<(usize, f64, f64)>,
+    /// Scans of another shape in a row.
+    others: u8,
+    /// Time of the newest scan, and of the newest good one, ns.
+    newest: u64,
+    good: u64,
+    /// Hash of the newest ranges, and the odometry when they came first.
+    ranges: u64,
+    since: [f64; 3],
+}
+
+impl ScanCheck {
+    /// Checks a new scan.
+    pub fn check(&mut self, scan: &LaserScan, time: u64, odometry: &Pose2) -> Result<(), InputFault> {
+        let fault = |reason: std::fmt::Arguments<'_>| Err(InputFault::with(FaultyInput::Scan, reason));
+        let before = std::mem::replace(&mut self.newest, time);
+        if time < before {
+            return fault(format_args!("went back in time by {:.3} s", (before - time) as f64 * 1e-9));
+        }
+        let numbers = [scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max];
+        if scan.ranges.is_empty() || numbers.iter().any(|number| !number.is_finite()) {
+            return fault(format_args!("has no beams, or angles and limits that are no numbers"));
+        }
+        self.check_shape((scan.ranges.len(), scan.angle_min, scan.angle_increment))?;
+        let invalid = scan.ranges.iter().filter(|range| range.is_nan()).count();
+        if 2 * invalid > scan.ranges.len() {
+            return fault(format_args!("has {invalid} ranges that are no numbers, of {}", scan.ranges.len()));
+        }
+        let ranges = hash(&scan.ranges);
+        if ranges != self.ranges {
+            (self.ranges, self.since) = (ranges, [odometry.x, odometry.y, odometry.theta]);
+        }
+        let [x, y, theta] = self.since;
+        let travel = math::hypot(odometry.x - x, odometry.y - y);
+        if travel > FROZEN[0] || math::angle_between(theta, odometry.theta).abs() > FROZEN[1] {
+            return fault(format_args!("is frozen: no range has changed on {travel:.2} m"));
+        }
+        self.good = time;
+        Ok(())
+    }
+
+    /// Checks that a scan has the beams of those before.
+    fn check_shape(&mut self, shape: (usize, f64, f64)) -> Result<(), InputFault> {
+        let expected = *self.shape.get_or_insert(shape);
+        if expected == shape {
+            self.others = 0;
+            return Ok(());
+        }
+        self.others += 1;
+        if self.others >= EXCHANGED {
+            (self.shape, self.others) = (Some(shape), 0);
+        }
+        let reason = format_args!("has {} beams from {:.3} rad, expected {}", shape.0, shape.1, expected.0);
+        Err(InputFault::with(FaultyInput::Scan, reason))
+    }
+
+    /// Checks that good scans go on.
+    pub fn check_age(&self, timeout: f64, now: &Tick) -> Result<(), InputFault> {
+        let age = now.now().saturating_sub(self.good) as f64 * 1e-9;
+        if age <= timeout {
+            return Ok(());
+        }
+        Err(InputFault::with(
+            FaultyInput::Scan,
+            format_args!("has stopped: the newest good one is {age:.2} s old"),
+        ))
+    }
+}
+
+/// What is known of the odometry so far.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct OdometryCheck {
+    /// Newest pose, and its time, ns.
+    newest: Option<([f64; 3], u64)>,
+}
+
+impl OdometryCheck {
+    /// Checks a new pose.
+    pub fn check(&mut self, odometry: &Odometry, time: u64, params: &AmclParams) -> Result<(), InputFault> {
+        let fault = |reason: std::fmt::Arguments<'_>| Err(InputFault::with(FaultyInput::Odometry, reason));
+        let Pose2 { x, y, theta } = odometry.pose;
+        if !odometry.pose.is_known() {
+            return fault(format_args!("is no number: ({x}, {y}, {theta})"));
+        }
+        let Some(([last_x, last_y, last_theta], last)) = self.newest.replace(([x, y, theta], time)) else {
+            return Ok(());
+        };
+        if time < last {
+            return fault(format_args!("went back in time by {:.3} s", (last - time) as f64 * 1e-9));
+        }
+        let seconds = (time - last) as f64 * 1e-9;
+        let (moved, turned) =
+            (math::hypot(x - last_x, y - last_y), math::angle_between(last_theta, theta).abs());
+        // A hand's breadth and some degrees are no jump, whatever the time.
+        if moved > params.max_linear_velocity * seconds + 0.1
+            || turned > params.max_angular_velocity * seconds + 0.1
+        {
+            return fault(format_args!("jumped by {moved:.2} m and {turned:.2} rad in {seconds:.3} s"));
+        }
+        Ok(())
+    }
+}
+
+/// Ends of about `max_beams` beams in the robot's frame, m, without those that hit nothing.
+pub(super) fn ends_of_beams(
+    scan: &LaserScan,
+    mount: &Pose2,
+    params: &AmclParams,
+    points: &mut Vec<[f64; 2]>,
+) {
+    points.clear();
+    let step = scan.ranges.len().div_ceil(params.max_beams.max(1) as usize);
+    let most = math::min(scan.range_max, params.laser_max_range);
+    let least = math::max(scan.range_min, params.laser_min_range);
+    for (beam, range) in scan.ranges.iter().enumerate().step_by(step.max(1)) {
+        let range = f64::from(*range);
+        // False for NaN, too.
+        if range > least && range < most {
+            let angle = mount.theta + scan.angle_min + beam as f64 * scan.angle_increment;
+            points.push([mount.x + range * math::cos(angle), mount.y + range * math::sin(angle)]);
+        }
+    }
+}
+
+/// FNV-1a of ranges' bits.
+fn hash(ranges: &[f32]) -> u64 {
+    ranges.iter().fold(0xcbf2_9ce4_8422_2325, |hash: u64, range| {
+        (hash ^ u64::from(range.to_bits())).wrapping_mul(0x0100_0000_01b3)
+    })
+}

@@ -1,0 +1,236 @@
+//! Adaptive Monte Carlo localization as a block.
+
+mod fault;
+mod frames;
+mod inputs;
+mod params;
+
+use serde::{Deserialize, Serialize};
+use slate_grid::Geometry;
+use slate_interfaces::{LaserScan, OccupancyGrid, Odometry, ParticleCloud, Pose2, PoseEstimate, Transform};
+use slate_mapek::RobotModel;
+use slate_mapek::prelude::*;
+use slate_module::prelude::*;
+
+use crate::{LikelihoodField, MOST_CELLS, MonteCarloLocalization};
+use fault::{FaultyInput, InputFault};
+use frames::{map_to_odom, odom_to_base};
+use inputs::{OdometryCheck, ScanCheck};
+pub use params::AmclParams;
+
+/// Ports of [`Amcl`].
+#[ports]
+pub struct AmclIo {
+    /// Scan of the laser.
+    scan: Observed<LaserScan>,
+    /// Odometry of the wheels.
+    odometry: Observed<Odometry>,
+    /// Map of the building, as of a `map_server`.
+    map: Input<OccupancyGrid>,
+    /// Robot model, from Knowledge: it has the mount of the laser.
+    robot: Input<RobotModel>,
+    /// Manual pose reset, as RViz's `initialpose`.
+    initial_pose: Inbox<Pose2>,
+    /// Number of a request; each starts a localization anywhere in the map, as `reinitialize_global_localization`.
+    global_localization: Inbox<GlobalLocalization>,
+    /// Particles of the newest update.
+    #[capacity(20_000)]
+    particles: Output<ParticleCloud>,
+    /// Frame of the odometry in that of the map.
+    map_to_odom: Output<Transform>,
+    /// Frame of the robot in that of the odometry.
+    odom_to_base: Output<Transform>,
+}
+
+/// Request of a localization anywhere in the map.
+#[interface]
+#[derive(PartialEq)]
+pub struct GlobalLocalization {
+    /// Number of the request, for its sender.
+    pub number: u64,
+}
+
+/// Adaptive Monte Carlo localization in a known map, with the parameters of Nav2.
+///
+/// A bad input is named in the log, and the block is degraded: its pose is not published, so that it becomes stale,
+/// until the input is well again.
+pub struct Amcl;
+
+/// State of [`Amcl`].
+#[derive(Default, Serialize, Deserialize)]
+pub struct AmclState {
+    localization: Option<MonteCarloLocalization>,
+    scan: ScanCheck,
+    odometry: OdometryCheck,
+    fault: Option<InputFault>,
+    /// Whether it has begun at the initial pose or anywhere.
+    has_begun: bool,
+    /// Likelihood field of the map with that sequence number; made anew from the map after a restart.
+    #[serde(skip)]
+    field: Option<(u64, LikelihoodField)>,
+    #[serde(skip)]
+    points: Vec<[f64; 2]>,
+}
+
+impl Analyze for Amcl {
+    const NAME: &'static str = "amcl";
+    const DOC: &'static str = "Localizes the robot in a map with a particle filter.";
+    type Observed = AmclIo;
+    type Params = AmclParams;
+    type State = AmclState;
+    type Value = PoseEstimate;
+
+    fn process(state: &mut AmclState, io: &AmclIo, params: &AmclParams, now: &Tick) -> Option<PoseEstimate> {
+        let is_waiting = io.map.get().is_none() || io.odometry.get().is_none() || io.scan.get().is_none();
+        // Devices take a while to begin.
+        if is_waiting && now.seconds() < params.scan_timeout {
+            return None;
+        }
+        let fault = state.step(io, params, now).err();
+        state.report(fault, now);
+        if state.fault.is_some() || !(io.odometry.is_new() || io.scan.is_new()) {
+            return None;
+        }
+        let (estimate, odometry) = (state.localization.as_ref()?.estimate()?, io.odometry.get()?);
+        if params.tf_broadcast.get() {
+            io.map_to_odom.set(map_to_odom(params, &estimate.pose, &odometry.pose, now));
+        }
+        if params.odom_broadcast.get() {
+            io.odom_to_base.set(odom_to_base(params, &odometry.pose, now));
+        }
+        Some(estimate)
+    }
+
+    fn is_degraded(state: &AmclState) -> bool {
+        state.fault.is_some()
+    }
+}
+
+impl AmclState {
+    /// Takes what is new.
+    fn step(&mut self, io: &AmclIo, params: &AmclParams, now: &Tick) -> Result<(), InputFault> {
+        self.prepare(io, params)?;
+        let (Some((_, field)), Some(localization)) = (&self.field, &mut self.localization) else {
+            return Err(InputFault::new(FaultyInput::Map, "has no likelihood field"));
+        };
+        begin(localization, &mut self.has_begun, field, (io, params), now);
+        let odometry = io.odometry.get().ok_or(InputFault::new(FaultyInput::Odometry, "has no value yet"))?;
+        if io.odometry.is_new() {
+            let checked = self.odometry.check(odometry, io.odometry.stamp().time, params);
+            if checked.is_err() {
+                localization.rebase(odometry.pose);
+            }
+            checked?;
+        }
+        let scan = io.scan.get().ok_or(InputFault::new(FaultyInput::Scan, "has no value yet"))?;
+        if io.scan.is_new() {
+            self.scan.check(scan, io.scan.stamp().time, &odometry.pose)?;
+        }
+        self.scan.check_age(params.scan_timeout, now)?;
+        if !io.scan.is_new() {
+            // Predicts, so that the estimate goes on by the odometry.
+            now.random(|random| localization.update(odometry.pose, &[], field, random));
+            return Ok(());
+        }
+        let mount =
+            io.robot.get().and_then(|robot| robot.sensor(params.laser.as_str())).map(|laser| laser.mount);
+        inputs::ends_of_beams(scan, &mount.unwrap_or_default(), params, &mut self.points);
+        let points = &self.points;
+        if now.random(|random| localization.update(odometry.pose, points, field, random)) {
+            publish_particles(localization, &io.particles);
+        }
+        Ok(())
+    }
+
+    /// Makes filter and likelihood field, where they are missing or the parameters or the map have changed.
+    fn prepare(&mut self, io: &AmclIo, params: &AmclParams) -> Result<(), InputFault> {
+        let parameters = params.filter();
+        match &mut self.localization {
+            Some(localization) if *localization.parameters() == parameters => {}
+            Some(localization) => localization.set_parameters(parameters).map_err(InputFault::parameter)?,
+            None => {
+                self.localization =
+                    Some(MonteCarloLocalization::new(parameters).map_err(InputFault::parameter)?);
+            }
+        }
+        let map = io
+            .map
+            .get()
+            .ok_or(InputFault::new(FaultyInput::Map, "has no value: link it to a `map_server`"))?;
+        let sequence = io.map.stamp().sequence;
+        if self.field.as_ref().is_none_or(|(known, _)| *known != sequence) {
+            self.field = Some((sequence, field_of(map, params)?));
+        }
+        Ok(())
+    }
+
+    /// Logs a fault that begins, and its end.
+    fn report(&mut self, fault: Option<InputFault>, now: &Tick) {
+        if self.fault.as_ref().map(InputFault::input) != fault.as_ref().map(InputFault::input) {
+            match (&fault, &self.fault) {
+                (Some(fault), _) => {
+                    now.warn(format_args!("{fault}; the pose is stale until it is well again"))
+                }
+                (None, Some(before)) => now.info(format_args!("{} is well again", before.input().name())),
+                (None, None) => {}
+            }
+        }
+        self.fault = fault;
+    }
+}
+
+/// Makes the likelihood field of a map.
+fn field_of(map: &OccupancyGrid, params: &AmclParams) -> Result<LikelihoodField, InputFault> {
+    let geometry = Geometry::of(map, MOST_CELLS).ok_or(InputFault::new(
+        FaultyInput::Map,
+        "is invalid: expected 1 to 4194304 cells, and as much data",
+    ))?;
+    let is_occupied = |cell: usize| i64::from(map.data[cell]) >= params.occupied_threshold;
+    // Unknown cells are no place for a robot.
+    let is_free = |cell: usize| map.data[cell] >= 0;
+    LikelihoodField::new(geometry, is_occupied, is_free, params.sensor_model()).map_err(InputFault::parameter)
+}
+
+/// Starts the filter: at the first time, and when asked to.
+fn begin(
+    localization: &mut MonteCarloLocalization,
+    has_begun: &mut bool,
+    field: &LikelihoodField,
+    (io, params): (&AmclIo, &AmclParams),
+    now: &Tick,
+) {
+    let stddev = params.initial_stddev();
+    if !std::mem::replace(has_begun, true) {
+        now.random(|random| match params.initial_pose() {
+            Some(pose) => {
+                localization.initialize(pose, stddev, random);
+            }
+            None => localization.initialize_globally(field, random),
+        });
+    }
+    for pose in io.initial_pose.iter() {
+        if !now.random(|random| localization.initialize(*pose, stddev, random)) {
+            let Pose2 { x, y, theta } = *pose;
+            now.warn(format_args!(
+                "invalid initial pose ({x}, {y}, {theta}): expected numbers of at most 1e6"
+            ));
+            pose.refuse(1);
+        }
+    }
+    for request in io.global_localization.iter() {
+        match field.has_free_cells() {
+            true => now.random(|random| localization.initialize_globally(field, random)),
+            false => request.refuse(1),
+        }
+    }
+}
+
+fn publish_particles(localization: &MonteCarloLocalization, output: &Output<ParticleCloud>) {
+    let particles = localization.particles();
+    let particles = &particles[..particles.len().min(output.capacity())];
+    output.write(particles.len(), |cloud| {
+        for (shown, particle) in cloud.particles.iter_mut().zip(particles) {
+            *shown = *particle;
+        }
+    });
+}

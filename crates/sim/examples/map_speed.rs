@@ -1,0 +1,104 @@
+//! Prints how much faster than real time a Pioneer with a laser of 541 beams at 10 Hz, sonars and odometry is simulated in a
+//! map of 120 m by 50 m, or in the `map.yaml` that is named behind `--`:
+//! `cargo run --release -p slate-sim --example map_speed`.
+
+// Wall time is what is measured here.
+#![allow(clippy::disallowed_methods)]
+
+use std::error::Error;
+use std::time::{Duration, Instant};
+
+use slate_grid::{Geometry, OccupancyMap, RayCaster};
+use slate_map_file::read_map;
+use slate_module::Random;
+use slate_sim::geometry::Pose;
+use slate_sim::robot::RobotDescription;
+use slate_sim::script::RandomWalk;
+use slate_sim::world::World;
+use slate_sim::{Placement, Simulation};
+
+const STEP: u64 = 10_000_000;
+const SECONDS: usize = 300;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let map = match std::env::args().nth(1) {
+        Some(file) => read_map(file.as_ref())?,
+        None => hospital().ok_or("no map")?,
+    };
+    let world = World::from_map("map", &map)?;
+    let mut description = RobotDescription::load("pioneer_p3dx")?;
+    let laser = description.laser.remove("utm_30lx").ok_or("no such laser")?;
+    let robot = Placement {
+        name: "r1".into(),
+        description,
+        sonar: "real".into(),
+        pose: free_pose(&map),
+        script: Some(RandomWalk::default()),
+    };
+    let mut simulation = Simulation::new(&world, &[robot], 1, STEP)?;
+    simulation.mount_laser(0, &laser, 1);
+    let mut times = Vec::with_capacity(SECONDS * 50);
+    // Two steps of the physics in each cycle of 20 ms, as an agent has them.
+    for _ in 0..SECONDS * 50 {
+        let start = Instant::now();
+        simulation.step();
+        simulation.step();
+        simulation.sense();
+        times.push(start.elapsed());
+    }
+    let all: Duration = times.iter().sum();
+    times.sort_unstable();
+    let microseconds = |share: f64| times[((times.len() - 1) as f64 * share) as usize].as_secs_f64() * 1e6;
+    let (width, height) = (map.geometry.width, map.geometry.height);
+    println!("{width} x {height} cells of {} m, {} walls", map.geometry.resolution, world.bodies.len());
+    println!(
+        "{:.0} times real time; cycle of 20 ms: p50 {:.0} us, p99 {:.0} us, max {:.0} us",
+        SECONDS as f64 / all.as_secs_f64(),
+        microseconds(0.5),
+        microseconds(0.99),
+        microseconds(1.0),
+    );
+    Ok(())
+}
+
+/// Rooms of 5 m with doors, some of them furnished.
+fn hospital() -> Option<OccupancyMap> {
+    let geometry = Geometry::new([0.0, 0.0], [120.0, 50.0], 0.05, 10_000_000)?;
+    let mut cells = vec![0; geometry.cells()];
+    for (cell, occupancy) in cells.iter_mut().enumerate() {
+        let (column, row) = (cell % geometry.width, cell / geometry.width);
+        let is_edge = column < 2 || row < 2 || column + 2 >= geometry.width || row + 2 >= geometry.height;
+        let is_door = (40..62).contains(&(column % 100)) || (40..62).contains(&(row % 100));
+        let is_wall = (column % 100 < 2 || row % 100 < 2) && !is_door;
+        if is_edge || is_wall {
+            *occupancy = 100;
+        }
+    }
+    let mut random = Random::new(1, "furniture");
+    for _ in 0..1_000 {
+        let at = |random: &mut Random, most: usize| (random.unit() * (most - 30) as f64) as usize;
+        let (left, low) = (at(&mut random, geometry.width), at(&mut random, geometry.height));
+        for row in low..low + at(&mut random, 45) {
+            cells[row * geometry.width + left..row * geometry.width + left + 14].fill(100);
+        }
+    }
+    Some(OccupancyMap { geometry, cells })
+}
+
+/// A pose that is far from all walls.
+fn free_pose(map: &OccupancyMap) -> Pose {
+    let caster = RayCaster::new(map.geometry, |cell| map.cells[cell] >= 50);
+    let mut random = Random::new(1, "pose");
+    let middle = map.geometry.center(map.geometry.width / 2, map.geometry.height / 2);
+    loop {
+        let [x, y] = [middle.x, middle.y].map(|part| part + random.uniform(-10.0, 10.0));
+        let is_far = |k: i32| {
+            let angle = f64::from(k) * 0.1;
+            let along = [slate_module::math::cos(angle), slate_module::math::sin(angle)];
+            caster.range([x, y], along, 1.0).is_infinite()
+        };
+        if !caster.is_occupied(x, y) && (0..63).all(is_far) {
+            return Pose { x, y, theta: 0.0 };
+        }
+    }
+}
