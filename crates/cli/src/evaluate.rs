@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use serde_json::json;
-use slate_evaluation::{Evaluation, Figure, planning};
+use slate_evaluation::{Evaluation, Figure, localization, planning};
 
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::output;
@@ -13,6 +13,9 @@ use crate::output;
 pub enum EvaluateVerb {
     /// A*, Theta* and D* Lite on the MovingAI benchmarks
     Planning(EvaluateOptions),
+
+    /// Monte Carlo localization in a hospital and an office
+    Localization(LocalizationOptions),
 }
 
 #[derive(Debug, Args)]
@@ -26,11 +29,30 @@ pub struct EvaluateOptions {
     json: bool,
 }
 
+#[derive(Debug, Args)]
+pub struct LocalizationOptions {
+    /// Folder with maps/hospital_section.png of Stage; without it, in the office alone
+    #[arg(long, value_name = "FOLDER")]
+    data: Option<PathBuf>,
+
+    /// Number of starts from which an unknown pose is searched
+    #[arg(long, value_name = "NUMBER", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    starts: u32,
+
+    /// Print the figures as JSON
+    #[arg(long)]
+    json: bool,
+}
+
 /// Prints the figures; returns what the process ends with.
 pub fn evaluate(verb: &EvaluateVerb) -> Result<u8, Failure> {
-    let EvaluateVerb::Planning(options) = verb;
-    let evaluations = planning::evaluate(&options.data)?;
-    if options.json {
+    let (is_json, evaluations) = match verb {
+        EvaluateVerb::Planning(options) => (options.json, planning::evaluate(&options.data)?),
+        EvaluateVerb::Localization(options) => {
+            (options.json, localization::evaluate(options.data.as_deref(), options.starts as usize)?)
+        }
+    };
+    if is_json {
         output::document("slate.evaluation/1", &json!({ "evaluations": evaluations }));
     } else {
         evaluations.iter().for_each(|evaluation| output::line(text(evaluation)));
@@ -47,5 +69,6 @@ fn text(evaluation: &Evaluation) -> String {
         let decimals = if figure.value.fract() == 0.0 { 0 } else { 3 };
         format!("\n  {:<55}{:>10.decimals$}{goal}", figure.name, figure.value)
     });
-    evaluation.name.clone() + &lines.collect::<String>()
+    let notes = evaluation.notes.iter().map(|note| format!("\n  {note}"));
+    evaluation.name.clone() + &lines.chain(notes).collect::<String>()
 }

@@ -11,6 +11,9 @@ pub struct Evaluation {
     pub name: String,
     /// What was measured, in order.
     pub figures: Vec<Figure>,
+    /// What else is to be known of them, such as which trials failed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
 }
 
 /// A figure that was measured.

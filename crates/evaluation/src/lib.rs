@@ -5,6 +5,7 @@
 
 mod error;
 mod figures;
+pub mod localization;
 pub mod movingai;
 pub mod planning;
 

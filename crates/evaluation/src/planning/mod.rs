@@ -35,6 +35,7 @@ fn evaluate_map(benchmark: &Benchmark) -> Evaluation {
     Evaluation {
         name: format!("{name} ({} x {} cells)", benchmark.grid.width(), benchmark.grid.height()),
         figures,
+        notes: Vec::new(),
     }
 }
 
