@@ -8,9 +8,11 @@ mod error;
 pub mod exploration;
 mod figures;
 pub mod local_planning;
+pub mod localization;
 pub mod movingai;
 pub mod planning;
 pub mod slam;
+mod trials;
 
 pub use error::DataError;
 pub use figures::{Evaluation, Figure, FigureGoal};

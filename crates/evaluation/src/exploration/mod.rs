@@ -8,6 +8,7 @@ use std::path::Path;
 
 use slate_exploration::GoalSelection;
 
+use crate::trials::each;
 use crate::{DataError, Evaluation, Figure, FigureGoal};
 use building::Building;
 use drive::{ExplorationRun, ROBOT_RADIUS, explore};
@@ -52,7 +53,8 @@ fn evaluate_building(building: &Building, starts: u64) -> Evaluation {
 
 /// Runs of all seeds, in their order.
 fn runs(building: &Building, selection: GoalSelection, starts: u64) -> Vec<(u64, ExplorationRun)> {
-    (0..starts).filter_map(|seed| Some((seed, explore(building, selection, seed)?))).collect()
+    let runs = each(starts as usize, |seed| Some((seed, explore(building, selection, seed)?)));
+    runs.into_iter().flatten().collect()
 }
 
 fn mean(runs: &[(u64, ExplorationRun)], of: impl Fn(&ExplorationRun) -> Option<f64>) -> f64 {

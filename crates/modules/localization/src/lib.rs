@@ -34,6 +34,7 @@ mod bins;
 mod candidate_pool;
 mod estimate;
 mod likelihood_field;
+mod map_monitor;
 mod map_server;
 mod monte_carlo;
 mod motion_model;
@@ -42,18 +43,19 @@ mod particles;
 
 pub use amcl::{Amcl, AmclIo, AmclParams, AmclState, GlobalLocalization};
 pub use likelihood_field::{LaserModelType, LikelihoodField, SensorModel};
+pub use map_monitor::{MapMonitor, MapSensors};
 pub use map_server::{MapServer, MapServerIo, MapServerParams, MapServerState};
 pub use monte_carlo::MonteCarloLocalization;
 pub use motion_model::OdometryAlphas;
 pub use parameters::{BeamSkip, Candidates, InvalidParameter, KldSampling, MonteCarloParameters, Recovery};
 pub use slate_interfaces::Particle;
 
-use slate_mapek::AnalyzeBlock;
+use slate_mapek::{AnalyzeBlock, MonitorBlock, SensorBlock};
 
 /// Largest number of cells of a map that an agent has.
 const MOST_CELLS: usize = 1 << 22;
 
-slate_module::plugin!(AnalyzeBlock<Amcl>, MapServer);
+slate_module::plugin!(AnalyzeBlock<Amcl>, SensorBlock<MapServer>, MonitorBlock<MapMonitor>);
 
 #[cfg(doctest)]
 #[doc = include_str!("../../../../book/src/35-localization.md")]

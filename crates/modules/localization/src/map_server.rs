@@ -3,18 +3,19 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use slate_grid::OccupancyMap;
 use slate_interfaces::OccupancyGrid;
 use slate_map_file::read_map;
+use slate_mapek::prelude::*;
 use slate_module::prelude::*;
-use slate_module::{Refusal, Setup};
+
+use crate::MOST_CELLS;
 
 /// Ports of [`MapServer`].
 #[ports]
 pub struct MapServerIo {
     /// Map of the file.
     #[capacity(4_194_304)]
-    map: Output<OccupancyGrid>,
+    value: Measurement<OccupancyGrid>,
 }
 
 /// Parameters of [`MapServer`].
@@ -24,50 +25,50 @@ pub struct MapServerParams {
     yaml_filename: Text<252>,
 }
 
-/// Publishes the map of a `map.yaml`, as ROS has it. The file is read when the agent starts.
+/// Publishes the map of a `map.yaml`, as ROS has it. The file is read once, when the agent starts.
 pub struct MapServer;
 
 /// State of [`MapServer`].
 #[derive(Default, Serialize, Deserialize)]
 pub struct MapServerState {
-    is_published: bool,
-    #[serde(skip)]
-    map: Option<OccupancyMap>,
+    /// Whether the file was read, with success or not.
+    was_read: bool,
 }
 
-#[module(stage = PreLoop)]
-impl Module for MapServer {
+impl Sensor for MapServer {
+    const NAME: &'static str = "map_server";
+    const DOC: &'static str = "Publishes the map of a map.yaml.";
     type Io = MapServerIo;
     type Params = MapServerParams;
     type State = MapServerState;
+    type Value = InPlace<OccupancyGrid>;
 
-    fn create(_: &Setup<'_>, params: &MapServerParams) -> Result<MapServerState, Refusal> {
-        let map =
-            read_map(Path::new(params.yaml_filename.as_str())).map_err(|error| Refusal(error.to_string()))?;
-        if map.cells.len() > crate::MOST_CELLS {
-            return Err(format!(
-                "{}: {} cells, expected at most {}",
-                params.yaml_filename.as_str(),
-                map.cells.len(),
-                crate::MOST_CELLS
-            )
-            .into());
+    fn get_data(
+        state: &mut MapServerState,
+        io: &MapServerIo,
+        params: &MapServerParams,
+        now: &Tick,
+    ) -> Option<InPlace<OccupancyGrid>> {
+        if std::mem::replace(&mut state.was_read, true) {
+            return None;
         }
-        Ok(MapServerState { is_published: false, map: Some(map) })
-    }
-
-    fn tick(state: &mut MapServerState, io: &MapServerIo, _: &MapServerParams, _: &Tick) -> Outcome {
-        if state.is_published {
-            return Outcome::Ok;
-        }
-        let Some(map) = state.map.take() else { return Outcome::Failed };
-        let is_written = io.map.write(map.cells.len(), |grid| {
+        let file = params.yaml_filename.as_str();
+        let map = match read_map(Path::new(file)) {
+            Ok(map) if map.cells.len() <= MOST_CELLS => map,
+            Ok(map) => {
+                now.error(format_args!("{file}: {} cells, expected at most {MOST_CELLS}", map.cells.len()));
+                return None;
+            }
+            Err(error) => {
+                now.error(format_args!("{error}"));
+                return None;
+            }
+        };
+        Some(io.value.write(map.cells.len(), |grid| {
             grid.origin = map.geometry.origin();
             grid.resolution = map.geometry.resolution;
             (grid.width, grid.height) = (map.geometry.width as u32, map.geometry.height as u32);
             grid.data.copy_from_slice(&map.cells);
-        });
-        state.is_published = is_written;
-        if is_written { Outcome::Ok } else { Outcome::Failed }
+        }))
     }
 }
