@@ -52,11 +52,16 @@ struct FileExample {
     file: &'static str,
 }
 
-const FILE_EXAMPLES: [FileExample; 8] = [
+const FILE_EXAMPLES: [FileExample; 9] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
         file: "mapping/mapping.toml",
+    },
+    FileExample {
+        name: "localization",
+        about: "a robot with a laser finds its pose in the map of an office and drives by it",
+        file: "localization/localization.toml",
     },
     FileExample {
         name: "adaptation",
@@ -119,6 +124,7 @@ pub fn plugins() -> Vec<Plugin> {
         slate_wheeled::plugin(),
         slate_adaptation::plugin(),
         slate_arcos::plugin(),
+        slate_localization::plugin(),
         slate_mapping::plugin(),
         slate_vision::plugin(),
         slate_exp3::plugin(),

@@ -22,6 +22,7 @@ fn plugins() -> Vec<Plugin> {
         slate::sim::plugin(),
         slate_wheeled::plugin(),
         slate_adaptation::plugin(),
+        slate_localization::plugin(),
         slate_mapping::plugin(),
         slate_exp3::plugin(),
     ]

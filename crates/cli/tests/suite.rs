@@ -16,6 +16,7 @@ mod gates;
 mod interface;
 mod interface_import;
 mod isolation;
+mod localization;
 mod logs;
 mod loose;
 mod mapping;

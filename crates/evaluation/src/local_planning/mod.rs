@@ -10,6 +10,7 @@ use slate_interfaces::{Point2, Pose2};
 use slate_module::math::{self, max};
 
 use crate::barn::{BarnWorld, read_folder};
+use crate::trials::each;
 use crate::{DataError, Evaluation, Figure, FigureGoal};
 
 use jackal::Jackal;
@@ -68,7 +69,8 @@ pub struct BarnRun {
 /// The folder has no worlds, or invalid ones.
 pub fn evaluate(folder: &Path, kind: LocalPlannerKind, seed: u64) -> Result<Evaluation, DataError> {
     let worlds = read_folder(folder)?;
-    let runs: Vec<BarnRun> = worlds.iter().filter_map(|world| run(world, kind, seed)).collect();
+    let runs = each(worlds.len(), |at| run(&worlds[at as usize], kind, seed));
+    let runs: Vec<BarnRun> = runs.into_iter().flatten().collect();
     Ok(summary(&runs, kind))
 }
 
