@@ -18,7 +18,7 @@ const HOSPITAL_WIDTH: f64 = 40.0;
 const HOSPITAL_CELLS: usize = 3;
 
 /// A building with what there is to see of it.
-pub struct Building {
+pub struct UnknownBuilding {
     /// Name of its file.
     pub name: String,
     /// Free and occupied cells; what is unknown is a wall.
@@ -29,7 +29,7 @@ pub struct Building {
     area: Vec<usize>,
 }
 
-impl Building {
+impl UnknownBuilding {
     /// Reads the buildings of a folder: those of Explore-Bench by name, then Stage's hospital.
     pub fn read_folder(folder: &Path, robot_radius: f64) -> Result<Vec<Self>, DataError> {
         let entries = fs::read_dir(folder).map_err(|error| DataError::unreadable(folder, &error))?;

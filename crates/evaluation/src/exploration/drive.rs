@@ -5,7 +5,7 @@ use slate_grid::{LineCells, OccupancyMap, UNKNOWN_CELL};
 use slate_module::math;
 use slate_planning::{CostGrid, Costmap, GridCell, Inflation, LETHAL, ThetaStar};
 
-use super::building::Building;
+use super::building::UnknownBuilding;
 
 /// A TurtleBot3 Burger, which Explore-Bench simulates: its radius, m.
 pub const ROBOT_RADIUS: f64 = 0.11;
@@ -35,7 +35,7 @@ pub struct ExplorationRun {
 }
 
 struct ExplorationDrive<'a> {
-    building: &'a Building,
+    building: &'a UnknownBuilding,
     map: OccupancyMap,
     costmap: Costmap,
     /// Position in cells.
@@ -47,7 +47,7 @@ struct ExplorationDrive<'a> {
 
 /// Drives from the start of a seed until 99 % of the area are known, or nothing is left to see; `None` for a building
 /// too large to search.
-pub fn explore(building: &Building, selection: GoalSelection, seed: u64) -> Option<ExplorationRun> {
+pub fn explore(building: &UnknownBuilding, selection: GoalSelection, seed: u64) -> Option<ExplorationRun> {
     let mut drive = ExplorationDrive::new(building, seed)?;
     let mut exploration = Exploration::new(ExplorationParameters {
         goal_selection: selection,
@@ -70,7 +70,7 @@ pub fn explore(building: &Building, selection: GoalSelection, seed: u64) -> Opti
 }
 
 impl<'a> ExplorationDrive<'a> {
-    fn new(building: &'a Building, seed: u64) -> Option<Self> {
+    fn new(building: &'a UnknownBuilding, seed: u64) -> Option<Self> {
         let geometry = building.map.geometry;
         let inflation = Inflation {
             inscribed_radius: ROBOT_RADIUS,

@@ -10,7 +10,7 @@ use slate_exploration::GoalSelection;
 
 use crate::trials::each;
 use crate::{DataError, Evaluation, Figure, FigureGoal};
-use building::Building;
+use building::UnknownBuilding;
 use drive::{ExplorationRun, ROBOT_RADIUS, explore};
 
 /// Explores all buildings of a folder's `maps` from that many starts, by information gain and to the nearest frontier.
@@ -18,11 +18,11 @@ use drive::{ExplorationRun, ROBOT_RADIUS, explore};
 /// # Errors
 /// The folder has no building, or one that can't be used.
 pub fn evaluate(folder: &Path, starts: u64) -> Result<Vec<Evaluation>, DataError> {
-    let buildings = Building::read_folder(&folder.join("maps"), ROBOT_RADIUS)?;
+    let buildings = UnknownBuilding::read_folder(&folder.join("maps"), ROBOT_RADIUS)?;
     Ok(buildings.iter().map(|building| evaluate_building(building, starts)).collect())
 }
 
-fn evaluate_building(building: &Building, starts: u64) -> Evaluation {
+fn evaluate_building(building: &UnknownBuilding, starts: u64) -> Evaluation {
     let nearest = runs(building, GoalSelection::NearestFrontier, starts);
     let views = runs(building, GoalSelection::NextBestView, starts);
     let (mut figures, mut notes) = (Vec::new(), Vec::new());
@@ -52,7 +52,7 @@ fn evaluate_building(building: &Building, starts: u64) -> Evaluation {
 }
 
 /// Runs of all seeds, in their order.
-fn runs(building: &Building, selection: GoalSelection, starts: u64) -> Vec<(u64, ExplorationRun)> {
+fn runs(building: &UnknownBuilding, selection: GoalSelection, starts: u64) -> Vec<(u64, ExplorationRun)> {
     let runs = each(starts as usize, |seed| Some((seed, explore(building, selection, seed)?)));
     runs.into_iter().flatten().collect()
 }

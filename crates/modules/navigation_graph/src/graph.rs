@@ -11,7 +11,7 @@ pub type Properties = BTreeMap<String, String>;
 
 /// A named place.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct GraphNode {
+pub struct NavigationNode {
     /// Name, unique in the graph.
     pub name: String,
     /// Position in the map frame, m.
@@ -24,7 +24,7 @@ pub struct GraphNode {
 
 /// A connection of two nodes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Connection {
+pub struct NavigationEdge {
     /// First node.
     pub from: String,
     /// Second node.
@@ -40,8 +40,8 @@ pub struct NavigationGraph {
     pub name: String,
     /// Properties of nodes that do not have their own.
     pub default_properties: Properties,
-    pub(crate) nodes: BTreeMap<String, GraphNode>,
-    pub(crate) connections: Vec<Connection>,
+    pub(crate) nodes: BTreeMap<String, NavigationNode>,
+    pub(crate) connections: Vec<NavigationEdge>,
 }
 
 impl NavigationGraph {
@@ -54,7 +54,7 @@ impl NavigationGraph {
     ///
     /// # Errors
     /// A node of that name exists, or the position is not finite.
-    pub fn add_node(&mut self, node: GraphNode) -> Result<(), GraphError> {
+    pub fn add_node(&mut self, node: NavigationNode) -> Result<(), GraphError> {
         if node.position.iter().any(|number| !number.is_finite()) {
             return Err(GraphError(format!("node `{}`: expected a finite position", node.name)));
         }
@@ -66,17 +66,17 @@ impl NavigationGraph {
     }
 
     /// Returns a node.
-    pub fn node(&self, name: &str) -> Option<&GraphNode> {
+    pub fn node(&self, name: &str) -> Option<&NavigationNode> {
         self.nodes.get(name)
     }
 
     /// Nodes by name.
-    pub fn nodes(&self) -> impl Iterator<Item = &GraphNode> {
+    pub fn nodes(&self) -> impl Iterator<Item = &NavigationNode> {
         self.nodes.values()
     }
 
     /// Connections in the order in which they were added.
-    pub fn connections(&self) -> &[Connection] {
+    pub fn connections(&self) -> &[NavigationEdge] {
         &self.connections
     }
 
@@ -87,7 +87,7 @@ impl NavigationGraph {
     }
 
     /// Returns the node that is nearest to a point, of those that can be driven to.
-    pub fn nearest_node(&self, point: [f64; 2]) -> Option<&GraphNode> {
+    pub fn nearest_node(&self, point: [f64; 2]) -> Option<&NavigationNode> {
         let connected = self.nodes.values().filter(|node| !node.is_unconnected);
         connected.min_by(|a, b| distance(a.position, point).total_cmp(&distance(b.position, point)))
     }

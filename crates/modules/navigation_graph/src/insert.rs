@@ -1,7 +1,7 @@
 //! Insertion of connections.
 
 use crate::error::GraphError;
-use crate::graph::{Connection, GraphNode, NavigationGraph, distance};
+use crate::graph::{NavigationEdge, NavigationGraph, NavigationNode, distance};
 
 /// What happens where a new connection crosses one that is there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,7 +21,7 @@ impl NavigationGraph {
     /// # Errors
     /// A node of it does not exist or is unconnected, both are the same, the connection exists, or it crosses another one
     /// and may not.
-    pub fn connect(&mut self, connection: Connection, crossing: Crossing) -> Result<(), GraphError> {
+    pub fn connect(&mut self, connection: NavigationEdge, crossing: Crossing) -> Result<(), GraphError> {
         self.check(&connection)?;
         if crossing == Crossing::Allow {
             self.connections.push(connection);
@@ -38,8 +38,8 @@ impl NavigationGraph {
         }
     }
 
-    fn check(&self, connection: &Connection) -> Result<(), GraphError> {
-        let Connection { from, to, .. } = connection;
+    fn check(&self, connection: &NavigationEdge) -> Result<(), GraphError> {
+        let NavigationEdge { from, to, .. } = connection;
         for name in [from, to] {
             match self.node(name) {
                 None => return Err(GraphError(format!("connection `{from}` to `{to}`: no node `{name}`"))),
@@ -53,7 +53,7 @@ impl NavigationGraph {
         if from == to {
             return Err(GraphError(format!("connection of `{from}` with itself")));
         }
-        let is_same = |other: &&Connection| {
+        let is_same = |other: &&NavigationEdge| {
             (&other.from, &other.to) == (from, to)
                 || (&other.from, &other.to) == (to, from) && !(other.is_directed && connection.is_directed)
         };
@@ -64,9 +64,9 @@ impl NavigationGraph {
     }
 
     /// Connections that one crosses, with its fraction there, in the order along it.
-    fn crossed(&self, connection: &Connection) -> Vec<(usize, f64)> {
+    fn crossed(&self, connection: &NavigationEdge) -> Vec<(usize, f64)> {
         let line = [self.position(&connection.from), self.position(&connection.to)];
-        let is_apart = |other: &Connection| {
+        let is_apart = |other: &NavigationEdge| {
             ![&other.from, &other.to].iter().any(|end| [&connection.from, &connection.to].contains(end))
         };
         let others = self.connections.iter().enumerate().filter(|(_, other)| is_apart(other));
@@ -80,20 +80,24 @@ impl NavigationGraph {
         crossed
     }
 
-    fn split(&mut self, connection: Connection, crossed: Vec<(usize, f64)>) -> Result<(), GraphError> {
+    fn split(&mut self, connection: NavigationEdge, crossed: Vec<(usize, f64)>) -> Result<(), GraphError> {
         let (start, end) = (self.position(&connection.from), self.position(&connection.to));
         let mut from = connection.from.clone();
         for (at, fraction) in crossed {
             let other = self.connections[at].clone();
             let position = [0, 1].map(|axis| start[axis] + fraction * (end[axis] - start[axis]));
             let name = format!("{}-{}_{}-{}", connection.from, connection.to, other.from, other.to);
-            self.add_node(GraphNode { name: name.clone(), position, ..GraphNode::default() })?;
+            self.add_node(NavigationNode { name: name.clone(), position, ..NavigationNode::default() })?;
             self.connections[at].to.clone_from(&name);
-            self.connections.push(Connection { from: name.clone(), ..other });
-            self.connections.push(Connection { from, to: name.clone(), is_directed: connection.is_directed });
+            self.connections.push(NavigationEdge { from: name.clone(), ..other });
+            self.connections.push(NavigationEdge {
+                from,
+                to: name.clone(),
+                is_directed: connection.is_directed,
+            });
             from = name;
         }
-        self.connections.push(Connection { from, ..connection });
+        self.connections.push(NavigationEdge { from, ..connection });
         Ok(())
     }
 
@@ -107,7 +111,7 @@ impl NavigationGraph {
         let others = self.nodes.values().filter(|node| node.name != name && !node.is_unconnected);
         let nearest = others.min_by(|a, b| distance(a.position, own).total_cmp(&distance(b.position, own)));
         let to = nearest.ok_or_else(|| missing("no other node"))?.name.clone();
-        self.connect(Connection { from: name.to_owned(), to, is_directed: false }, Crossing::Allow)
+        self.connect(NavigationEdge { from: name.to_owned(), to, is_directed: false }, Crossing::Allow)
     }
 
     /// Connects a node to the nearest connection, by a node there, `closest-edge`.
@@ -125,10 +129,10 @@ impl NavigationGraph {
         let (at, position) = nearest.ok_or_else(|| missing("no connection beside it"))?;
         let other = self.connections[at].clone();
         let middle = format!("{name}_{}-{}", other.from, other.to);
-        self.add_node(GraphNode { name: middle.clone(), position, ..GraphNode::default() })?;
+        self.add_node(NavigationNode { name: middle.clone(), position, ..NavigationNode::default() })?;
         self.connections[at].to.clone_from(&middle);
-        self.connections.push(Connection { from: middle.clone(), ..other });
-        self.connections.push(Connection { from: name.to_owned(), to: middle, is_directed: false });
+        self.connections.push(NavigationEdge { from: middle.clone(), ..other });
+        self.connections.push(NavigationEdge { from: name.to_owned(), to: middle, is_directed: false });
         Ok(())
     }
 }

@@ -30,7 +30,7 @@ mod route;
 mod write;
 
 pub use error::{GraphError, GraphFileError};
-pub use graph::{Connection, GraphNode, NavigationGraph, Properties};
+pub use graph::{NavigationEdge, NavigationGraph, NavigationNode, Properties};
 pub use insert::Crossing;
 pub use parse::read_graph;
 pub use route::GraphRoute;

@@ -8,7 +8,7 @@ use saphyr::{MarkedYaml, Scalar, YamlData, YamlLoader};
 use saphyr_parser::Parser;
 
 use crate::error::{GraphError, GraphFileError};
-use crate::graph::{Connection, GraphNode, NavigationGraph, Properties};
+use crate::graph::{NavigationEdge, NavigationGraph, NavigationNode, Properties};
 use crate::insert::Crossing;
 
 /// Largest size of a file, bytes.
@@ -84,7 +84,7 @@ fn insert(graph: &mut NavigationGraph, name: &str, mode: Option<&str>) -> Result
     }
 }
 
-fn node_of(item: &MarkedYaml<'_>) -> Result<GraphNode, GraphFileError> {
+fn node_of(item: &MarkedYaml<'_>) -> Result<NavigationNode, GraphFileError> {
     let position = field(item, "pos")?;
     let numbers: Vec<f64> = items(position)?
         .iter()
@@ -100,7 +100,7 @@ fn node_of(item: &MarkedYaml<'_>) -> Result<GraphNode, GraphFileError> {
             format!("{} numbers: expected pos: [x, y]", numbers.len()),
         ));
     };
-    Ok(GraphNode {
+    Ok(NavigationNode {
         name: text_of(field(item, "name")?)?,
         position: [x, y],
         is_unconnected: tag(item).is_some_and(|tag| tag == "unconnected"),
@@ -108,7 +108,7 @@ fn node_of(item: &MarkedYaml<'_>) -> Result<GraphNode, GraphFileError> {
     })
 }
 
-fn connection_of(item: &MarkedYaml<'_>) -> Result<(Connection, Crossing), GraphFileError> {
+fn connection_of(item: &MarkedYaml<'_>) -> Result<(NavigationEdge, Crossing), GraphFileError> {
     let ends = items(item)?.iter().map(text_of).collect::<Result<Vec<_>, _>>()?;
     let [from, to] = <[String; 2]>::try_from(ends).map_err(|ends| {
         GraphFileError::at(line(item), format!("{} names: expected a connection [from, to]", ends.len()))
@@ -124,7 +124,7 @@ fn connection_of(item: &MarkedYaml<'_>) -> Result<(Connection, Crossing), GraphF
             return Err(GraphFileError::at(line(item), format!("tag `!{other}`: {expected}")));
         }
     };
-    Ok((Connection { from, to, is_directed }, crossing))
+    Ok((NavigationEdge { from, to, is_directed }, crossing))
 }
 
 /// A list of names, which are true, and of maps.

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use slate_module::math::hypot;
-use slate_navigation_graph::{Connection, Crossing, GraphNode, NavigationGraph, read_graph, write_graph};
+use slate_navigation_graph::{
+    Crossing, NavigationEdge, NavigationGraph, NavigationNode, read_graph, write_graph,
+};
 
 /// As Fawkes writes them.
 const FILE: &str = r"%YAML 1.2
@@ -151,16 +153,16 @@ fn what_is_wrong_is_named_with_its_line() {
 #[test]
 fn a_graph_is_read_as_it_was_written() {
     let mut written = graph(FILE);
-    let strange = GraphNode {
+    let strange = NavigationNode {
         name: "a \"b\": [c] # \u{e4}".into(),
         position: [-0.1, 1e-7],
         properties: [("note".to_owned(), "yes: no\n- ~".to_owned())].into(),
-        ..GraphNode::default()
+        ..NavigationNode::default()
     };
     let name = strange.name.clone();
     written.add_node(strange).unwrap();
     written
-        .connect(Connection { from: name, to: "shelf".into(), is_directed: false }, Crossing::Allow)
+        .connect(NavigationEdge { from: name, to: "shelf".into(), is_directed: false }, Crossing::Allow)
         .unwrap();
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("graph.yaml");
     write_graph(&file, &written).unwrap();
@@ -177,11 +179,11 @@ proptest! {
         let mut graph = NavigationGraph::new("random");
         let name = |at: usize| format!("n{at}");
         for (at, (x, y)) in places.iter().enumerate() {
-            graph.add_node(GraphNode { name: name(at), position: [*x, *y], ..GraphNode::default() }).unwrap();
+            graph.add_node(NavigationNode { name: name(at), position: [*x, *y], ..NavigationNode::default() }).unwrap();
         }
         let mut lengths = vec![vec![f64::INFINITY; 6]; 6];
         for (from, to, is_directed) in ends {
-            let connection = Connection { from: name(from), to: name(to), is_directed };
+            let connection = NavigationEdge { from: name(from), to: name(to), is_directed };
             if graph.connect(connection, Crossing::Allow).is_ok() {
                 let length = hypot(places[from].0 - places[to].0, places[from].1 - places[to].1);
                 lengths[from][to] = length;
