@@ -1,5 +1,4 @@
 //! Worlds of the BARN challenge as files, and runs in them.
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

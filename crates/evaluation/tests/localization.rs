@@ -1,5 +1,4 @@
 //! The evaluation of the localization, in its smallest form.
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate_evaluation::{Figure, localization};
 

@@ -74,7 +74,7 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     }
     let surface =
         Arc::new(ControlSurface::new(&mission.agent).map_err(|error| RunError::Unreachable(error.into()))?);
-    // Who reaches the agent at its socket finds its console, too.
+    // Its address is known before the agent is reached at its socket.
     let is_watched = !options.headless || options.open || is_watched;
     let console = console_options.open(&mission, Arc::clone(&surface), is_watched)?;
     // A robot that `slate stop` can't find must not start.

@@ -216,6 +216,15 @@ fn a_map_that_is_missing_is_bad() {
 }
 
 #[test]
+fn an_unknown_sensor_model_is_bad_until_it_is_mended() {
+    let mut scene = driven();
+    scene.block.params().laser_model_type = Text::new("beam");
+    assert_eq!(scene.step(), Outcome::Degraded);
+    scene.block.params().laser_model_type = Text::new("likelihood_field");
+    assert_eq!(scene.step(), Outcome::Ok);
+}
+
+#[test]
 fn a_pose_is_reset_by_hand_and_sought_anywhere() {
     let mut scene = driven();
     // Wrong by more than the laser corrects.

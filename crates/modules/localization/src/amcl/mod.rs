@@ -12,7 +12,7 @@ use slate_mapek::RobotModel;
 use slate_mapek::prelude::*;
 use slate_module::prelude::*;
 
-use crate::{LikelihoodField, MOST_CELLS, MonteCarloLocalization};
+use crate::{LikelihoodField, MOST_CELLS, MonteCarloLocalization, SensorModel};
 use fault::{FaultyInput, InputFault};
 use frames::{map_to_odom, odom_to_base};
 use inputs::{OdometryCheck, ScanCheck};
@@ -65,11 +65,20 @@ pub struct AmclState {
     fault: Option<InputFault>,
     /// Whether it has begun at the initial pose or anywhere.
     has_begun: bool,
-    /// Likelihood field of the map with that sequence number; made anew from the map after a restart.
+    /// Likelihood field, and what it was made of; made anew after a restart.
     #[serde(skip)]
-    field: Option<(u64, LikelihoodField)>,
+    field: Option<(FieldSource, LikelihoodField)>,
     #[serde(skip)]
     points: Vec<[f64; 2]>,
+}
+
+/// What a likelihood field is made of.
+#[derive(Clone, Copy, PartialEq)]
+struct FieldSource {
+    /// Sequence number of the map.
+    map: u64,
+    model: SensorModel,
+    occupied_threshold: i64,
 }
 
 impl Analyze for Amcl {
@@ -157,9 +166,13 @@ impl AmclState {
             .map
             .get()
             .ok_or(InputFault::new(FaultyInput::Map, "has no value: link it to a `map_server`"))?;
-        let sequence = io.map.stamp().sequence;
-        if self.field.as_ref().is_none_or(|(known, _)| *known != sequence) {
-            self.field = Some((sequence, field_of(map, params)?));
+        let source = FieldSource {
+            map: io.map.stamp().sequence,
+            model: params.sensor_model().map_err(InputFault::parameter)?,
+            occupied_threshold: params.occupied_threshold,
+        };
+        if self.field.as_ref().is_none_or(|(known, _)| *known != source) {
+            self.field = Some((source, field_of(map, source)?));
         }
         Ok(())
     }
@@ -180,15 +193,15 @@ impl AmclState {
 }
 
 /// Makes the likelihood field of a map.
-fn field_of(map: &OccupancyGrid, params: &AmclParams) -> Result<LikelihoodField, InputFault> {
+fn field_of(map: &OccupancyGrid, source: FieldSource) -> Result<LikelihoodField, InputFault> {
     let geometry = Geometry::of(map, MOST_CELLS).ok_or(InputFault::new(
         FaultyInput::Map,
         "is invalid: expected 1 to 4194304 cells, and as much data",
     ))?;
-    let is_occupied = |cell: usize| i64::from(map.data[cell]) >= params.occupied_threshold;
+    let is_occupied = |cell: usize| i64::from(map.data[cell]) >= source.occupied_threshold;
     // Unknown cells are no place for a robot.
     let is_free = |cell: usize| map.data[cell] >= 0;
-    LikelihoodField::new(geometry, is_occupied, is_free, params.sensor_model()).map_err(InputFault::parameter)
+    LikelihoodField::new(geometry, is_occupied, is_free, source.model).map_err(InputFault::parameter)
 }
 
 /// Starts the filter: at the first time, and when asked to.

@@ -4,8 +4,8 @@ use slate_interfaces::Pose2;
 use slate_module::prelude::*;
 
 use crate::{
-    BeamSkip, Candidates, KldSampling, LaserModelType, MonteCarloParameters, OdometryAlphas, Recovery,
-    SensorModel,
+    BeamSkip, Candidates, InvalidParameter, KldSampling, LaserModelType, MonteCarloParameters,
+    OdometryAlphas, Recovery, SensorModel,
 };
 
 /// Parameters of [`Amcl`](super::Amcl).
@@ -140,20 +140,27 @@ impl AmclParams {
         }
     }
 
-    /// The sensor model; an unknown type of it is Nav2's default.
-    pub(super) fn sensor_model(&self) -> SensorModel {
+    /// Returns the sensor model.
+    ///
+    /// # Errors
+    /// An unknown `laser_model_type`; `beam`, which Nav2 has too, is one.
+    pub(super) fn sensor_model(&self) -> Result<SensorModel, InvalidParameter> {
         let laser_model_type = match self.laser_model_type.as_str() {
+            "likelihood_field" => LaserModelType::LikelihoodField,
             "likelihood_field_prob" => LaserModelType::LikelihoodFieldProb,
-            _ => LaserModelType::LikelihoodField,
+            _ => {
+                let expected = "likelihood_field or likelihood_field_prob";
+                return Err(InvalidParameter { name: "laser_model_type", expected });
+            }
         };
-        SensorModel {
+        Ok(SensorModel {
             laser_model_type,
             sigma_hit: self.sigma_hit,
             z_hit: self.z_hit,
             z_rand: self.z_rand,
             laser_max_range: self.laser_max_range,
             laser_likelihood_max_dist: self.laser_likelihood_max_dist,
-        }
+        })
     }
 
     pub(super) fn initial_pose(&self) -> Option<Pose2> {
