@@ -62,7 +62,7 @@ pub fn explore(building: &UnknownBuilding, selection: GoalSelection, seed: u64) 
         let Some(path) = planner.search(&costs, cell, goal.cell) else { break };
         match path.cells() {
             // It is there, and sees nothing new.
-            [] | [_] => exploration.blacklist(goal.cell),
+            [] | [_] => exploration.blacklist(&goal),
             cells => drive.follow(cells),
         }
     }

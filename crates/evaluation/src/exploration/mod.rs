@@ -22,28 +22,35 @@ pub fn evaluate(folder: &Path, starts: u64) -> Result<Vec<Evaluation>, DataError
     Ok(buildings.iter().map(|building| evaluate_building(building, starts)).collect())
 }
 
+type Runs = Vec<Option<ExplorationRun>>;
+
 fn evaluate_building(building: &UnknownBuilding, starts: u64) -> Evaluation {
     let nearest = runs(building, GoalSelection::NearestFrontier, starts);
     let views = runs(building, GoalSelection::NextBestView, starts);
+    // Of both the same starts.
+    let is_finished = |run: &Option<ExplorationRun>| run.is_some_and(|run| run.time_to_99.is_some());
+    let both: Vec<bool> = nearest.iter().zip(&views).map(|(a, b)| is_finished(a) && is_finished(b)).collect();
+    let mean = |runs: &Runs, of: TimeOf| {
+        let finished = runs.iter().zip(&both).filter(|(_, is_finished)| **is_finished);
+        let values: Vec<f64> = finished.filter_map(|(run, _)| of(run.as_ref()?)).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
     let (mut figures, mut notes) = (Vec::new(), Vec::new());
     for (name, runs) in [("nearest frontier", &nearest), ("next best view", &views)] {
-        let failed = |run: &&(u64, ExplorationRun)| run.1.time_to_99.is_none();
-        let failed: Vec<u64> = runs.iter().filter(failed).map(|(seed, _)| *seed).collect();
+        let failed: Vec<usize> = (0..runs.len()).filter(|seed| !is_finished(&runs[*seed])).collect();
         figures.push(
             Figure::new(format!("{name}: runs that end below 99 %"), failed.len() as f64)
                 .with_goal(FigureGoal::AtMost(0.0)),
         );
-        figures.push(Figure::new(format!("{name}: mean T90, s"), mean(runs, |run| run.time_to_90)));
-        figures.push(Figure::new(format!("{name}: mean T99, s"), mean(runs, |run| run.time_to_99)));
-        let length = mean(runs, |run| Some(run.path_length));
-        figures.push(Figure::new(format!("{name}: mean path length, m"), length));
+        let length: TimeOf = |run| Some(run.path_length);
+        for (what, of) in TIMES.into_iter().chain([("path length, m", length)]) {
+            figures.push(Figure::new(format!("{name}: mean {what}"), mean(runs, of)));
+        }
         if !failed.is_empty() {
             notes.push(format!("{name}: seeds that end below 99 %: {failed:?}"));
         }
     }
-    type TimeOf = fn(&ExplorationRun) -> Option<f64>;
-    let times: [(&str, TimeOf); 2] = [("T90", |run| run.time_to_90), ("T99", |run| run.time_to_99)];
-    for (name, time) in times {
+    for (name, time) in TIMES {
         let under = 100.0 * (1.0 - mean(&views, time) / mean(&nearest, time));
         let figure = Figure::new(format!("{name} under that of nearest frontier, %"), under);
         figures.push(figure.with_goal(FigureGoal::AtLeast(10.0)));
@@ -51,13 +58,10 @@ fn evaluate_building(building: &UnknownBuilding, starts: u64) -> Evaluation {
     Evaluation { name: building.name.clone(), figures, notes }
 }
 
-/// Runs of all seeds, in their order.
-fn runs(building: &UnknownBuilding, selection: GoalSelection, starts: u64) -> Vec<(u64, ExplorationRun)> {
-    let runs = each(starts as usize, |seed| Some((seed, explore(building, selection, seed)?)));
-    runs.into_iter().flatten().collect()
-}
+type TimeOf = fn(&ExplorationRun) -> Option<f64>;
+const TIMES: [(&str, TimeOf); 2] = [("T90, s", |run| run.time_to_90), ("T99, s", |run| run.time_to_99)];
 
-fn mean(runs: &[(u64, ExplorationRun)], of: impl Fn(&ExplorationRun) -> Option<f64>) -> f64 {
-    let values: Vec<f64> = runs.iter().filter_map(|(_, run)| of(run)).collect();
-    values.iter().sum::<f64>() / values.len() as f64
+/// Runs of all seeds, in their order.
+fn runs(building: &UnknownBuilding, selection: GoalSelection, starts: u64) -> Runs {
+    each(starts as usize, |seed| explore(building, selection, seed))
 }

@@ -1,6 +1,7 @@
 //! Choice of the next goal.
 
 use slate_grid::{Geometry, OccupancyMap};
+use slate_interfaces::Point2;
 use slate_module::math;
 use slate_planning::{CostField, CostGrid, GridCell};
 
@@ -10,12 +11,18 @@ use crate::parameters::{ExplorationParameters, GoalSelection};
 
 /// Cells around a frontier from which a next best view may be, on each side.
 const VIEW_CELLS: i64 = 10;
+/// Distance of a frontier from the current goal below which it is that goal's, m.
+const KEEP_DISTANCE: f64 = 1.0;
+/// Distance within which a robot in an impassable cell looks for a passable one, m.
+const ESCAPE_DISTANCE: f64 = 1.0;
 
-/// Where to go next.
+/// Goal of an exploring robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExplorationGoal {
     /// Cell that the robot drives to.
     pub cell: GridCell,
+    /// Middle of the cell in the map frame, m.
+    pub position: Point2,
     /// Area that it would see there, m².
     pub information_gain: f64,
     /// Cost of the path there, m.
@@ -33,8 +40,9 @@ pub struct Exploration {
     detector: FrontierDetector,
     information_gain: InformationGain,
     costs: CostField,
-    blacklist: Vec<GridCell>,
-    current: Option<GridCell>,
+    /// In the map frame, as cells change when a map grows.
+    blacklist: Vec<Point2>,
+    current: Option<Point2>,
 }
 
 impl Exploration {
@@ -50,9 +58,10 @@ impl Exploration {
         }
     }
 
-    /// Returns the best goal of a robot in a cell; `None` if no frontier can be reached.
+    /// Returns the best goal of a robot in a cell; `None` if no frontier is left that it can reach.
     ///
-    /// `costs` has the cells of the map: where its middle may be, and how dear that is.
+    /// `costs` has the cells of the map: where its middle may be, and at what cost. A robot in an impassable cell, such as
+    /// one too near a wall, starts at the nearest passable one; without one within a metre it reaches nothing.
     pub fn next_goal(
         &mut self,
         map: &OccupancyMap,
@@ -61,7 +70,7 @@ impl Exploration {
     ) -> Option<ExplorationGoal> {
         self.detector.update(map);
         // One search has the costs of all goals.
-        self.costs.compute(costs, robot);
+        self.costs.compute(costs, nearest_passable(costs, robot, map.geometry.resolution));
         let resolution = map.geometry.resolution;
         let min_cells = (self.parameters.min_frontier_size / resolution).ceil() as usize;
         let mut goals: Vec<ExplorationGoal> = Vec::new();
@@ -69,7 +78,7 @@ impl Exploration {
             goals.extend(self.goal(map, costs, frontier));
         }
         let chosen = self.keep_or_change(&map.geometry, goals);
-        self.current = chosen.as_ref().map(|goal| goal.cell);
+        self.current = chosen.as_ref().map(|goal| goal.position);
         chosen
     }
 
@@ -83,9 +92,9 @@ impl Exploration {
         Some(kept.filter(is_kept).unwrap_or(best).clone())
     }
 
-    /// Leaves out goals near a cell that the robot could not reach.
-    pub fn blacklist(&mut self, cell: GridCell) {
-        self.blacklist.push(cell);
+    /// Leaves out goals near one that the robot could not reach.
+    pub fn blacklist(&mut self, goal: &ExplorationGoal) {
+        self.blacklist.push(goal.position);
         self.current = None;
     }
 
@@ -100,9 +109,9 @@ impl Exploration {
     }
 
     fn is_current(&self, goal: &ExplorationGoal, geometry: &Geometry) -> bool {
-        let near = 1.0 / geometry.resolution;
-        self.current
-            .is_some_and(|current| goal.frontier.cells.iter().any(|cell| cell.distance(current) < near))
+        self.current.is_some_and(|current| {
+            goal.frontier.cells.iter().any(|cell| distance(middle(geometry, *cell), current) < KEEP_DISTANCE)
+        })
     }
 
     /// Returns the goal that shows what is behind a frontier; `None` if it can't be reached or seen, or is on the
@@ -113,10 +122,11 @@ impl Exploration {
             GoalSelection::NextBestView => self.views(costs, &frontier),
             _ => self.nearest_reachable(costs, &frontier).into_iter().collect(),
         };
-        let radius = self.parameters.blacklist_radius / resolution;
+        let radius = self.parameters.blacklist_radius;
         let mut best: Option<ExplorationGoal> = None;
         for cell in cells {
-            if self.blacklist.iter().any(|other| other.distance(cell) < radius) {
+            let position = middle(&map.geometry, cell);
+            if self.blacklist.iter().any(|other| distance(*other, position) < radius) {
                 continue;
             }
             let path_cost = self.costs.cost(costs, cell) * resolution;
@@ -129,6 +139,7 @@ impl Exploration {
             if best.as_ref().is_none_or(|best| utility > best.utility) {
                 best = Some(ExplorationGoal {
                     cell,
+                    position,
                     information_gain,
                     path_cost,
                     utility,
@@ -164,6 +175,24 @@ impl Exploration {
         cells.extend(self.nearest_reachable(costs, frontier));
         cells
     }
+}
+
+/// The cell itself, or the nearest passable one around it.
+fn nearest_passable(costs: &CostGrid, cell: GridCell, resolution: f64) -> GridCell {
+    if costs.is_passable(cell) {
+        return cell;
+    }
+    let side = (ESCAPE_DISTANCE / resolution).ceil() as i64;
+    let passable = around(cell, side).filter(|near| costs.is_passable(*near));
+    passable.min_by(|a, b| a.distance(cell).total_cmp(&b.distance(cell))).unwrap_or(cell)
+}
+
+fn middle(geometry: &Geometry, cell: GridCell) -> Point2 {
+    geometry.center(cell.column as usize, cell.row as usize)
+}
+
+fn distance(a: Point2, b: Point2) -> f64 {
+    math::hypot(a.x - b.x, a.y - b.y)
 }
 
 /// Cells of a square around one.

@@ -78,10 +78,10 @@ fn a_goal_on_the_blacklist_is_left_out_until_it_is_cleared() {
     let robot = GridCell::new(4, 2);
     let mut exploration = exploration(GoalSelection::NearestFrontier);
     let first = exploration.next_goal(&map, &costs(&map), robot).unwrap();
-    exploration.blacklist(first.cell);
+    exploration.blacklist(&first);
     let second = exploration.next_goal(&map, &costs(&map), robot).unwrap();
     assert_eq!(second.cell, GridCell::new(12, 2));
-    exploration.blacklist(second.cell);
+    exploration.blacklist(&second);
     assert!(exploration.next_goal(&map, &costs(&map), robot).is_none());
     exploration.clear_blacklist();
     assert_eq!(exploration.next_goal(&map, &costs(&map), robot).unwrap().cell, first.cell);
@@ -113,11 +113,15 @@ fn a_map_that_is_known_or_that_hides_the_robot_has_no_goal() {
     assert!(exploration(GoalSelection::NextBestView).next_goal(&known, &costs(&known), robot).is_none());
     let shut_in = map(&["#####", "#.#.?", "#####"]);
     assert!(exploration(GoalSelection::NextBestView).next_goal(&shut_in, &costs(&shut_in), robot).is_none());
-    assert!(
-        exploration(GoalSelection::NextBestView)
-            .next_goal(&known, &costs(&known), GridCell::new(0, 0))
-            .is_none()
-    );
+}
+
+#[test]
+fn a_robot_too_near_a_wall_explores_from_the_nearest_free_cell() {
+    let map = map(&ROOM);
+    let (wall, beside) = (GridCell::new(4, 0), GridCell::new(4, 1));
+    let goal = |robot| exploration(GoalSelection::NearestFrontier).next_goal(&map, &costs(&map), robot);
+    assert_eq!(goal(wall), goal(beside));
+    assert!(goal(wall).is_some());
 }
 
 #[test]

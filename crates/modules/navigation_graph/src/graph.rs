@@ -92,7 +92,8 @@ impl NavigationGraph {
         connected.min_by(|a, b| distance(a.position, point).total_cmp(&distance(b.position, point)))
     }
 
-    /// Returns the nodes that a route from each other one does not reach, with the node from which it does not.
+    /// Returns pairs of start and goal without a route, one of which is the first node by name; none means that routes
+    /// lead from every node to every other one.
     pub fn unreachable(&self) -> Vec<(String, String)> {
         let connected = || self.nodes.values().filter(|node| !node.is_unconnected);
         let Some(first) = connected().next() else { return Vec::new() };

@@ -34,7 +34,13 @@ impl NavigationGraph {
                  !split-intersection before it, or a node at the crossing",
                 connection.from, connection.to, self.connections[*other].from, self.connections[*other].to
             ))),
-            _ => self.split(connection, crossed),
+            _ => {
+                // All of it, or nothing.
+                let mut changed = self.clone();
+                changed.split(connection, crossed)?;
+                *self = changed;
+                Ok(())
+            }
         }
     }
 
@@ -111,6 +117,12 @@ impl NavigationGraph {
         let others = self.nodes.values().filter(|node| node.name != name && !node.is_unconnected);
         let nearest = others.min_by(|a, b| distance(a.position, own).total_cmp(&distance(b.position, own)));
         let to = nearest.ok_or_else(|| missing("no other node"))?.name.clone();
+        let is_between = |edge: &NavigationEdge| {
+            (edge.from == name && edge.to == to) || (edge.from == to && edge.to == name)
+        };
+        if self.connections.iter().any(is_between) {
+            return Ok(());
+        }
         self.connect(NavigationEdge { from: name.to_owned(), to, is_directed: false }, Crossing::Allow)
     }
 

@@ -5,14 +5,16 @@ use std::path::Path;
 use std::str::FromStr;
 
 use saphyr::{MarkedYaml, Scalar, YamlData, YamlLoader};
-use saphyr_parser::Parser;
+use saphyr_parser::{Event, Parser};
 
 use crate::error::{GraphError, GraphFileError};
 use crate::graph::{NavigationEdge, NavigationGraph, NavigationNode, Properties};
 use crate::insert::Crossing;
 
 /// Largest size of a file, bytes.
-const MOST_BYTES: u64 = 4 << 20;
+const MAX_BYTES: u64 = 4 << 20;
+/// Largest depth of lists and maps in each other; a graph has five.
+const MAX_DEPTH: usize = 16;
 
 /// Reads a graph from a file.
 ///
@@ -22,8 +24,8 @@ pub fn read_graph(file: &Path) -> Result<NavigationGraph, GraphFileError> {
     let named = |error: GraphFileError| GraphFileError { file: Some(file.into()), ..error };
     let unreadable = |error: std::io::Error| named(GraphFileError::new(format!("can't be read: {error}")));
     let length = fs::metadata(file).map_err(unreadable)?.len();
-    if length > MOST_BYTES {
-        return Err(named(GraphFileError::new(format!("{length} bytes: expected at most {MOST_BYTES}"))));
+    if length > MAX_BYTES {
+        return Err(named(GraphFileError::new(format!("{length} bytes: expected at most {MAX_BYTES}"))));
     }
     fs::read_to_string(file).map_err(unreadable)?.parse().map_err(named)
 }
@@ -32,6 +34,7 @@ impl FromStr for NavigationGraph {
     type Err = GraphFileError;
 
     fn from_str(text: &str) -> Result<Self, GraphFileError> {
+        check_depth(text)?;
         let mut parser = Parser::new_from_str(text);
         let mut loader = YamlLoader::<MarkedYaml<'_>>::default();
         // Values of properties stay as they are written.
@@ -60,6 +63,25 @@ impl FromStr for NavigationGraph {
         }
         Ok(graph)
     }
+}
+
+/// Refuses what is nested so deeply that reading it would overflow the stack.
+fn check_depth(text: &str) -> Result<(), GraphFileError> {
+    let mut depth = 0;
+    for event in Parser::new_from_str(text) {
+        // The loader says what is wrong.
+        let Ok((event, span)) = event else { return Ok(()) };
+        match event {
+            Event::SequenceStart(..) | Event::MappingStart(..) => depth += 1,
+            Event::SequenceEnd | Event::MappingEnd => depth -= 1,
+            _ => {}
+        }
+        if depth > MAX_DEPTH {
+            let reason = format!("more than {MAX_DEPTH} lists and maps in each other: expected a graph");
+            return Err(GraphFileError::at(span.start.line(), reason));
+        }
+    }
+    Ok(())
 }
 
 /// Connects a node as its property `insert-mode` says.

@@ -22,7 +22,7 @@ impl NavigationGraph {
     /// Returns the shortest route to a node from a place that is no node, such as a robot's: `entry` has the length of the
     /// way to each node, m, for instance by a path on a grid; `None` where there is none.
     ///
-    /// Dijkstra, 1959; of routes of the same length, the one through the node whose name comes first.
+    /// Dijkstra, 1959. Of routes of the same length it is always the same one.
     pub fn route_from(&self, entry: impl Fn(&str) -> Option<f64>, to: &str) -> Option<GraphRoute> {
         // By name: length so far, and the node before.
         let mut open: BTreeMap<&str, (f64, Option<&str>)> = BTreeMap::new();

@@ -151,6 +151,26 @@ fn what_is_wrong_is_named_with_its_line() {
 }
 
 #[test]
+fn lists_in_lists_do_not_overflow_the_stack() {
+    for nested in ["- ".repeat(100_000), "[".repeat(200), "a: {".repeat(50)] {
+        let message = refused(&nested);
+        assert!(message.contains("line 1: "), "{message}");
+    }
+}
+
+#[test]
+fn a_connection_that_can_not_be_split_changes_nothing() {
+    let mut graph = graph(FILE);
+    // The name of the node at the crossing is taken.
+    let taken = NavigationNode { name: "table-shelf_sofa-window".into(), ..NavigationNode::default() };
+    graph.add_node(taken).unwrap();
+    let before = graph.clone();
+    let edge = NavigationEdge { from: "table".into(), to: "shelf".into(), is_directed: false };
+    assert!(graph.connect(edge, Crossing::Split).is_err());
+    assert_eq!(graph, before);
+}
+
+#[test]
 fn a_graph_is_read_as_it_was_written() {
     let mut written = graph(FILE);
     let strange = NavigationNode {
