@@ -20,6 +20,14 @@ fn a_pose_in_the_office_is_found_and_followed() {
 }
 
 #[test]
+fn without_a_start_no_goal_is_reached() {
+    let evaluations = localization::evaluate(None, 0).unwrap();
+    let mut goals =
+        evaluations.iter().flat_map(|office| &office.figures).filter(|figure| figure.goal.is_some());
+    assert!(goals.all(|figure| figure.value.is_nan() && !figure.is_reached()));
+}
+
+#[test]
 fn a_folder_without_the_map_is_refused() {
     let error = localization::evaluate(Some("nowhere".as_ref()), 1).unwrap_err();
     assert!(error.to_string().starts_with("nowhere/maps/hospital_section.png: "), "{error}");

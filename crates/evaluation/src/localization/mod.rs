@@ -74,8 +74,8 @@ fn evaluate_building(
         [(SearchKind::Global, "global localization"), (SearchKind::Kidnapped, "kidnapped robot")]
     {
         let searches = each(starts, |seed| {
-            let search = kind.run(setting, seed)?;
-            Some((search, ambiguity.is_ambiguous(&poses(setting, kind, seed, SPACING))))
+            let search = kind.run(setting, seed).unwrap_or(PoseSearch::FAILED);
+            (search, ambiguity.is_ambiguous(&poses(setting, kind, seed, SPACING)))
         });
         figures.extend(rates(name, &searches, &mut notes));
     }
@@ -87,7 +87,8 @@ fn evaluate_building(
 fn tracking(setting: TrialSetting<'_>, starts: usize) -> Vec<Figure> {
     let routes = each(starts.min(ROUTES), |seed| track(setting, seed, ROUTE_LENGTH));
     let (mut positions, mut headings) = (Vec::new(), Vec::new());
-    for Errors { position, heading } in routes.into_iter().flatten() {
+    for route in routes {
+        let Errors { position, heading } = route.unwrap_or_else(Errors::unknown);
         positions.extend(position);
         headings.extend(heading.into_iter().map(f64::to_degrees));
     }
@@ -102,8 +103,8 @@ fn tracking(setting: TrialSetting<'_>, starts: usize) -> Vec<Figure> {
 }
 
 /// Figures of searches, each with whether it is ambiguous.
-fn rates(name: &str, searches: &[Option<(PoseSearch, bool)>], notes: &mut Vec<String>) -> Vec<Figure> {
-    let seeded = || (0..).zip(searches).filter_map(|(seed, found)| Some((seed, (*found)?)));
+fn rates(name: &str, searches: &[(PoseSearch, bool)], notes: &mut Vec<String>) -> Vec<Figure> {
+    let seeded = || (0..).zip(searches);
     let list = |chosen: &dyn Fn(&PoseSearch, bool) -> bool| {
         let seeds = seeded().filter(|(_, (search, is_ambiguous))| chosen(search, *is_ambiguous));
         seeds.map(|(seed, _)| seed).collect::<Vec<u64>>()
@@ -112,7 +113,7 @@ fn rates(name: &str, searches: &[Option<(PoseSearch, bool)>], notes: &mut Vec<St
     let failed = list(&|search, is_ambiguous| !is_ambiguous && !search.is_found());
     let all_failed = list(&|search, _| !search.is_found());
     let mut distances: Vec<f64> =
-        seeded().map(|(_, (search, _))| search.found_after).filter(|after| after.is_finite()).collect();
+        searches.iter().map(|(search, _)| search.found_after).filter(|after| after.is_finite()).collect();
     let clear = searches.len() - ambiguous.len();
     for (what, seeds) in [("failed", &failed), ("ambiguous", &ambiguous)] {
         if !seeds.is_empty() {
@@ -159,16 +160,19 @@ fn wilson(successes: usize, trials: usize) -> f64 {
     (share + square / 2.0 - spread) / (1.0 + square)
 }
 
+/// Percentage; NaN of nothing, which reaches no goal.
 fn percent(part: usize, whole: usize) -> f64 {
-    100.0 * part as f64 / whole.max(1) as f64
+    100.0 * part as f64 / whole as f64
 }
 
+/// Root mean square; NaN without values.
 fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
 }
 
+/// Largest value; NaN without values.
 fn largest(values: &[f64]) -> f64 {
-    values.iter().copied().fold(0.0, slate_module::math::max)
+    values.iter().copied().reduce(slate_module::math::max).unwrap_or(f64::NAN)
 }
 
 fn percentile(values: &mut [f64], share: f64) -> f64 {

@@ -35,6 +35,13 @@ pub struct Errors {
     pub heading: Vec<f64>,
 }
 
+impl Errors {
+    /// Errors of a route that can't be driven, as of a pose that is unknown.
+    pub fn unknown() -> Self {
+        Self { position: vec![f64::INFINITY], heading: vec![f64::INFINITY] }
+    }
+}
+
 /// Why the pose is searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SearchKind {
@@ -69,6 +76,9 @@ pub struct PoseSearch {
 }
 
 impl PoseSearch {
+    /// A search that has not found the pose, or could not begin.
+    pub const FAILED: Self = Self { found_after: f64::INFINITY };
+
     /// Returns whether the pose was right at the end.
     pub fn is_found(&self) -> bool {
         self.found_after.is_finite()

@@ -44,18 +44,18 @@ mod particles;
 pub use amcl::{Amcl, AmclIo, AmclParams, AmclState, GlobalLocalization};
 pub use likelihood_field::{LaserModelType, LikelihoodField, SensorModel};
 pub use map_monitor::{MapMonitor, MapSensors};
-pub use map_server::{MapServer, MapServerIo, MapServerParams, MapServerState};
+pub use map_server::{MapServer, MapServerBlock, MapServerIo, MapServerParams, MapServerState};
 pub use monte_carlo::MonteCarloLocalization;
 pub use motion_model::OdometryAlphas;
 pub use parameters::{BeamSkip, Candidates, InvalidParameter, KldSampling, MonteCarloParameters, Recovery};
 pub use slate_interfaces::Particle;
 
-use slate_mapek::{AnalyzeBlock, MonitorBlock, SensorBlock};
+use slate_mapek::{AnalyzeBlock, MonitorBlock};
 
 /// Largest number of cells of a map that an agent has.
 const MOST_CELLS: usize = 1 << 22;
 
-slate_module::plugin!(AnalyzeBlock<Amcl>, SensorBlock<MapServer>, MonitorBlock<MapMonitor>);
+slate_module::plugin!(AnalyzeBlock<Amcl>, MapServerBlock, MonitorBlock<MapMonitor>);
 
 #[cfg(doctest)]
 #[doc = include_str!("../../../../book/src/35-localization.md")]

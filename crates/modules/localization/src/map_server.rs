@@ -3,10 +3,13 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use slate_grid::OccupancyMap;
 use slate_interfaces::OccupancyGrid;
 use slate_map_file::read_map;
+use slate_mapek::SensorBlock;
 use slate_mapek::prelude::*;
 use slate_module::prelude::*;
+use slate_module::{Spec, Stage};
 
 use crate::MOST_CELLS;
 
@@ -25,14 +28,16 @@ pub struct MapServerParams {
     yaml_filename: Text<252>,
 }
 
-/// Publishes the map of a `map.yaml`, as ROS has it. The file is read once, when the agent starts.
+/// Publishes the map of a `map.yaml`, as ROS has it. The file is read when the agent starts, and when its name changes.
 pub struct MapServer;
 
 /// State of [`MapServer`].
 #[derive(Default, Serialize, Deserialize)]
 pub struct MapServerState {
-    /// Whether the file was read, with success or not.
-    was_read: bool,
+    /// Name of the file that was read, with success or not.
+    file: Option<String>,
+    /// Whether it is no map that can be published.
+    is_invalid: bool,
 }
 
 impl Sensor for MapServer {
@@ -49,26 +54,57 @@ impl Sensor for MapServer {
         params: &MapServerParams,
         now: &Tick,
     ) -> Option<InPlace<OccupancyGrid>> {
-        if std::mem::replace(&mut state.was_read, true) {
+        let file = params.yaml_filename.as_str();
+        if state.file.as_deref() == Some(file) {
             return None;
         }
-        let file = params.yaml_filename.as_str();
-        let map = match read_map(Path::new(file)) {
-            Ok(map) if map.cells.len() <= MOST_CELLS => map,
-            Ok(map) => {
-                now.error(format_args!("{file}: {} cells, expected at most {MOST_CELLS}", map.cells.len()));
-                return None;
-            }
-            Err(error) => {
-                now.error(format_args!("{error}"));
-                return None;
-            }
-        };
+        state.file = Some(file.into());
+        let map = read(file);
+        state.is_invalid = map.is_err();
+        let map =
+            map.map_err(|reason| now.error(format_args!("{reason}; name another `yaml_filename`"))).ok()?;
         Some(io.value.write(map.cells.len(), |grid| {
             grid.origin = map.geometry.origin();
             grid.resolution = map.geometry.resolution;
             (grid.width, grid.height) = (map.geometry.width as u32, map.geometry.height as u32);
             grid.data.copy_from_slice(&map.cells);
         }))
+    }
+}
+
+/// Reads a map that the port has room for.
+fn read(file: &str) -> Result<OccupancyMap, String> {
+    let map = read_map(Path::new(file)).map_err(|error| error.to_string())?;
+    match map.cells.len() {
+        ..=MOST_CELLS => Ok(map),
+        cells => Err(format!("{file}: {cells} cells, expected at most {MOST_CELLS}")),
+    }
+}
+
+/// A [`MapServer`] as a module: a [`SensorBlock`] that is degraded while its file is no map.
+pub struct MapServerBlock;
+
+impl Module for MapServerBlock {
+    type Io = <SensorBlock<MapServer> as Module>::Io;
+    type Params = MapServerParams;
+    type State = MapServerState;
+
+    const NAME: &'static str = <SensorBlock<MapServer> as Module>::NAME;
+    const DOC: &'static str = <SensorBlock<MapServer> as Module>::DOC;
+    const STAGE: Stage = <SensorBlock<MapServer> as Module>::STAGE;
+
+    fn spec() -> Spec {
+        SensorBlock::<MapServer>::spec()
+    }
+
+    fn create(setup: &Setup<'_>, params: &MapServerParams) -> Result<MapServerState, Refusal> {
+        SensorBlock::<MapServer>::create(setup, params)
+    }
+
+    fn tick(state: &mut MapServerState, io: &Self::Io, params: &MapServerParams, now: &Tick) -> Outcome {
+        match SensorBlock::<MapServer>::tick(state, io, params, now) {
+            Outcome::Ok if state.is_invalid => Outcome::Degraded,
+            outcome => outcome,
+        }
     }
 }

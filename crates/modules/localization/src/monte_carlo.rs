@@ -329,7 +329,7 @@ fn pose([x, y, theta]: [f64; 3]) -> Pose2 {
 const FULL_SHARE: f64 = 0.2;
 
 /// Farther poses are faults of what sent them, m.
-const FARTHEST: f64 = 1e6;
+pub(crate) const FARTHEST: f64 = 1e6;
 
 fn is_plausible(pose: &Pose2) -> bool {
     // Also false for what is no number.

@@ -6,14 +6,26 @@ use slate_interfaces::{
     LaserScan, OccupancyGrid, Odometry, ParticleCloud, Pose2, PoseEstimate, Transform, Twist2,
 };
 use slate_localization::{Amcl, AmclParams, GlobalLocalization};
-use slate_mapek::AnalyzeBlock;
+use slate_mapek::{AnalyzeBlock, Device, RobotModel};
 use slate_module::testing::Fixture;
-use slate_module::{Outcome, Text, math};
+use slate_module::{Outcome, Sequence, Text, math};
 
 const CYCLE: u64 = 100_000_000;
 const BEAMS: usize = 181;
 
-/// A robot in a room of 6 m by 4 m with a pillar, which drives in a circle.
+/// A room of 6 m by 4 m with a pillar.
+fn geometry() -> Geometry {
+    Geometry::new([0.0, 0.0], [6.0, 4.0], 0.05, 100_000).unwrap()
+}
+
+fn is_wall(cell: usize) -> bool {
+    let Geometry { width, height, .. } = geometry();
+    let (column, row) = (cell % width, cell / width);
+    let is_edge = column == 0 || row == 0 || column == width - 1 || row == height - 1;
+    is_edge || ((20..30).contains(&column) && (50..56).contains(&row))
+}
+
+/// A robot in the room, which drives in a circle.
 struct Scene {
     block: Fixture<AnalyzeBlock<Amcl>>,
     caster: RayCaster,
@@ -35,23 +47,24 @@ impl Scene {
             global_candidates: 5_000,
             ..AmclParams::default()
         };
-        let geometry = Geometry::new([0.0, 0.0], [6.0, 4.0], 0.05, 100_000).unwrap();
-        let is_wall = |cell: usize| {
-            let (column, row) = (cell % geometry.width, cell / geometry.width);
-            let is_edge =
-                column == 0 || row == 0 || column == geometry.width - 1 || row == geometry.height - 1;
-            is_edge || ((20..30).contains(&column) && (50..56).contains(&row))
-        };
-        let mut block = Fixture::<AnalyzeBlock<Amcl>>::with(params).unwrap();
-        block.write::<OccupancyGrid>("map", geometry.cells(), |map| {
+        let block = Fixture::<AnalyzeBlock<Amcl>>::with(params).unwrap();
+        let truth = Pose2 { x: 2.0, y: 1.0, theta: 0.0 };
+        let caster = RayCaster::new(geometry(), is_wall);
+        let mut scene = Self { block, caster, truth, odometry: Pose2::default(), cycle: 0 };
+        scene.set_map(|cell| if is_wall(cell) { 100 } else { 0 });
+        scene
+    }
+
+    /// Sets a map with that occupancy of each cell.
+    fn set_map(&mut self, occupancy: impl Fn(usize) -> i8) {
+        let geometry = geometry();
+        self.block.write::<OccupancyGrid>("map", geometry.cells(), |map| {
             map.resolution = geometry.resolution;
             (map.width, map.height) = (geometry.width as u32, geometry.height as u32);
-            for (cell, occupancy) in map.data.iter_mut().enumerate() {
-                *occupancy = if is_wall(cell) { 100 } else { 0 };
+            for (cell, value) in map.data.iter_mut().enumerate() {
+                *value = occupancy(cell);
             }
         });
-        let truth = Pose2 { x: 2.0, y: 1.0, theta: 0.0 };
-        Self { block, caster: RayCaster::new(geometry, is_wall), truth, odometry: Pose2::default(), cycle: 0 }
     }
 
     /// Drives on by a cycle.
@@ -174,11 +187,108 @@ fn scans_without_numbers_are_bad() {
 }
 
 #[test]
-fn a_frozen_laser_is_bad() {
+fn a_stuck_laser_is_bad() {
     spoil(&mut driven(), 12, |scene| {
         scene.set_odometry();
         scene.set_scan(BEAMS, |beam, _| 1.0 + 0.001 * beam as f64);
     });
+}
+
+#[test]
+fn a_stuck_laser_recovers_while_the_robot_stands() {
+    let mut scene = driven();
+    for _ in 0..12 {
+        scene.drive();
+        scene.set_odometry();
+        scene.set_scan(BEAMS, |_, _| 1.0);
+        scene.tick();
+    }
+    // Also where ranges came first, none has changed.
+    scene.odometry = Pose2::default();
+    for _ in 0..3 {
+        scene.set_odometry();
+        scene.set_scan(BEAMS, |_, _| 1.0);
+        assert_eq!(scene.tick(), Outcome::Degraded);
+    }
+    scene.set_odometry();
+    scene.set_scan(BEAMS, |_, range| range);
+    assert_eq!(scene.tick(), Outcome::Ok);
+}
+
+#[test]
+fn scans_without_a_return_are_good() {
+    let mut scene = driven();
+    for _ in 0..30 {
+        scene.drive();
+        scene.set_odometry();
+        scene.set_scan(BEAMS, |_, _| f64::INFINITY);
+        assert_eq!(scene.tick(), Outcome::Ok);
+    }
+}
+
+#[test]
+fn a_reset_of_the_odometry_is_no_motion_of_a_stuck_laser() {
+    let mut scene = driven();
+    let still = |scene: &mut Scene| {
+        scene.set_odometry();
+        scene.set_scan(BEAMS, |_, range| range);
+        scene.tick()
+    };
+    for _ in 0..3 {
+        assert_eq!(still(&mut scene), Outcome::Ok);
+    }
+    scene.odometry = Pose2 { x: 50.0, y: 0.0, theta: 0.0 };
+    assert_eq!(still(&mut scene), Outcome::Degraded);
+    assert_eq!(still(&mut scene), Outcome::Ok);
+}
+
+#[test]
+fn a_bad_scan_lasts_until_a_good_one() {
+    let mut scene = driven();
+    // Odometry comes five times as often as scans.
+    for cycle in 0..25 {
+        scene.drive();
+        scene.set_odometry();
+        if cycle % 5 == 0 {
+            scene.set_scan(BEAMS, |_, _| f64::NAN);
+        }
+        assert_eq!(scene.tick(), Outcome::Degraded);
+        assert!(scene.estimate().is_none() && !scene.block.wrote("map_to_odom"));
+    }
+    assert_eq!(scene.step(), Outcome::Ok);
+    assert!(scene.error() < 0.15, "{}", scene.error());
+}
+
+#[test]
+fn bad_odometry_lasts_until_a_good_one() {
+    let mut scene = driven();
+    let odometry = Odometry { pose: Pose2::UNKNOWN, twist: Twist2 { linear: 0.0, angular: 0.0 } };
+    scene.block.set("odometry", odometry);
+    for _ in 0..3 {
+        scene.set_scan(BEAMS, |_, range| range);
+        assert_eq!(scene.tick(), Outcome::Degraded);
+        assert!(!scene.block.wrote("map_to_odom"));
+    }
+    assert_eq!(scene.step(), Outcome::Ok);
+}
+
+#[test]
+fn odometry_that_jumps_while_scans_are_bad_keeps_the_pose() {
+    let mut scene = driven();
+    for cycle in 0..10 {
+        scene.drive();
+        if cycle == 7 {
+            scene.odometry.x += 30.0;
+        }
+        scene.set_odometry();
+        scene.set_scan(BEAMS, |_, _| f64::NAN);
+        scene.tick();
+    }
+    // By the odometry alone.
+    scene.set_odometry();
+    scene.set_scan(BEAMS, |_, _| f64::INFINITY);
+    assert_eq!(scene.tick(), Outcome::Ok);
+    assert!(scene.error() < 0.15, "{}", scene.error());
 }
 
 #[test]
@@ -213,6 +323,48 @@ fn a_map_that_is_missing_is_bad() {
         }
         assert_eq!(block.tick(), outcome);
     }
+}
+
+#[test]
+fn a_map_without_a_free_cell_is_bad_until_a_good_one() {
+    let mut scene = Scene::new();
+    scene.block.params().set_initial_pose = false.into();
+    scene.set_map(|_| -1);
+    for _ in 0..3 {
+        assert_eq!(scene.step(), Outcome::Degraded);
+        assert!(scene.estimate().is_none());
+    }
+    scene.set_map(|cell| if is_wall(cell) { 100 } else { 0 });
+    assert_eq!(scene.step(), Outcome::Ok);
+    for _ in 0..60 {
+        scene.step();
+    }
+    assert!(scene.error() < 0.15, "{}", scene.error());
+}
+
+#[test]
+fn an_invalid_initial_pose_is_bad_until_it_is_mended() {
+    let mut scene = Scene::new();
+    scene.block.params().initial_pose_x = 1e9;
+    for _ in 0..3 {
+        assert_eq!(scene.step(), Outcome::Degraded);
+    }
+    scene.block.params().initial_pose_x = scene.truth.x;
+    assert_eq!(scene.step(), Outcome::Ok);
+    assert!(scene.estimate().is_some());
+}
+
+#[test]
+fn a_laser_that_the_robot_model_lacks_is_bad() {
+    let mut scene = driven();
+    let laser = Device { name: Text::new("laser"), ..Device::default() };
+    scene.block.set("robot", RobotModel { sensors: Sequence::new(&[laser]), ..RobotModel::default() });
+    assert_eq!(scene.step(), Outcome::Ok);
+    scene.block.params().laser = Text::new("lidar");
+    assert_eq!(scene.step(), Outcome::Degraded);
+    assert!(scene.estimate().is_none());
+    scene.block.params().laser = Text::new("laser");
+    assert_eq!(scene.step(), Outcome::Ok);
 }
 
 #[test]

@@ -11,6 +11,8 @@ use crate::InvalidParameter;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum FaultyInput {
     Scan,
+    /// No scan for too long: apart from a bad one, so that the log names both.
+    StoppedScan,
     Odometry,
     Map,
     Parameter,
@@ -19,10 +21,10 @@ pub(super) enum FaultyInput {
 impl FaultyInput {
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Scan => "`scan`",
+            Self::Scan | Self::StoppedScan => "`scan`",
             Self::Odometry => "`odometry`",
             Self::Map => "`map`",
-            Self::Parameter => "the parameters",
+            Self::Parameter => "the configuration",
         }
     }
 }
@@ -49,7 +51,7 @@ impl InputFault {
     }
 
     pub fn parameter(error: InvalidParameter) -> Self {
-        Self::with(FaultyInput::Parameter, format_args!("are invalid: {error}"))
+        Self::with(FaultyInput::Parameter, format_args!("is invalid: {error}"))
     }
 
     pub fn input(&self) -> FaultyInput {

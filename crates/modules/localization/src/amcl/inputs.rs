@@ -7,10 +7,12 @@ use slate_module::{Tick, math};
 use super::AmclParams;
 use super::fault::{FaultyInput, InputFault};
 
-/// Scans of another shape after which the laser has been exchanged.
-const EXCHANGED: u8 = 10;
-/// Travel and turn without a changed range after which a laser counts as frozen, m and rad.
-const FROZEN: [f64; 2] = [0.3, 0.3];
+/// Scans of another shape in a row after which that shape is expected.
+const SHAPE_CHANGE_SCANS: u8 = 10;
+/// Travel without a changed range after which a laser counts as stuck, m.
+const STUCK_DISTANCE: f64 = 0.3;
+/// Turn without a changed range after which a laser counts as stuck, rad.
+const STUCK_ANGLE: f64 = 0.3;
 
 /// What is known of the scans so far.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -19,17 +21,39 @@ pub(super) struct ScanCheck {
     shape: Option<(usize, f64, f64)>,
     /// Scans of another shape in a row.
     others: u8,
-    /// Time of the newest scan, and of the newest good one, ns.
+    /// Time of the newest scan, ns.
     newest: u64,
-    good: u64,
     /// Hash of the newest ranges, and the odometry when they came first.
     ranges: u64,
-    since: [f64; 3],
+    since: Option<[f64; 3]>,
+    /// Whether the robot has moved without a changed range, until one changes.
+    is_stuck: bool,
+    /// What is wrong with the newest scan.
+    fault: Option<InputFault>,
 }
 
 impl ScanCheck {
-    /// Checks a new scan.
-    pub fn check(&mut self, scan: &LaserScan, time: u64, odometry: &Pose2) -> Result<(), InputFault> {
+    /// Checks a new scan, taken at a pose of the odometry if that is known.
+    pub fn check(&mut self, scan: &LaserScan, time: u64, odometry: Option<&Pose2>) {
+        self.fault = self.examine(scan, time, odometry).err();
+    }
+
+    /// Takes an odometry that no motion has led to.
+    pub fn rebase(&mut self) {
+        self.since = None;
+    }
+
+    /// Returns the fault of the newest scan, or that scans have stopped.
+    pub fn fault(&self, timeout: f64, now: &Tick) -> Result<(), InputFault> {
+        let age = now.now().saturating_sub(self.newest) as f64 * 1e-9;
+        if age > timeout {
+            let reason = format_args!("has stopped: the newest one is {age:.2} s old");
+            return Err(InputFault::with(FaultyInput::StoppedScan, reason));
+        }
+        self.fault.clone().map_or(Ok(()), Err)
+    }
+
+    fn examine(&mut self, scan: &LaserScan, time: u64, odometry: Option<&Pose2>) -> Result<(), InputFault> {
         let fault = |reason: std::fmt::Arguments<'_>| Err(InputFault::with(FaultyInput::Scan, reason));
         let before = std::mem::replace(&mut self.newest, time);
         if time < before {
@@ -44,17 +68,7 @@ impl ScanCheck {
         if 2 * invalid > scan.ranges.len() {
             return fault(format_args!("has {invalid} ranges that are no numbers, of {}", scan.ranges.len()));
         }
-        let ranges = hash(&scan.ranges);
-        if ranges != self.ranges {
-            (self.ranges, self.since) = (ranges, [odometry.x, odometry.y, odometry.theta]);
-        }
-        let [x, y, theta] = self.since;
-        let travel = math::hypot(odometry.x - x, odometry.y - y);
-        if travel > FROZEN[0] || math::angle_between(theta, odometry.theta).abs() > FROZEN[1] {
-            return fault(format_args!("is frozen: no range has changed on {travel:.2} m"));
-        }
-        self.good = time;
-        Ok(())
+        self.check_change(scan, odometry)
     }
 
     /// Checks that a scan has the beams of those before.
@@ -65,23 +79,32 @@ impl ScanCheck {
             return Ok(());
         }
         self.others += 1;
-        if self.others >= EXCHANGED {
+        if self.others >= SHAPE_CHANGE_SCANS {
             (self.shape, self.others) = (Some(shape), 0);
         }
         let reason = format_args!("has {} beams from {:.3} rad, expected {}", shape.0, shape.1, expected.0);
         Err(InputFault::with(FaultyInput::Scan, reason))
     }
 
-    /// Checks that good scans go on.
-    pub fn check_age(&self, timeout: f64, now: &Tick) -> Result<(), InputFault> {
-        let age = now.now().saturating_sub(self.good) as f64 * 1e-9;
-        if age <= timeout {
-            return Ok(());
+    /// Checks that ranges change while the robot moves.
+    fn check_change(&mut self, scan: &LaserScan, odometry: Option<&Pose2>) -> Result<(), InputFault> {
+        let ranges = hash(&scan.ranges);
+        if std::mem::replace(&mut self.ranges, ranges) != ranges {
+            (self.since, self.is_stuck) = (None, false);
         }
-        Err(InputFault::with(
-            FaultyInput::Scan,
-            format_args!("has stopped: the newest good one is {age:.2} s old"),
-        ))
+        // Where nothing is in range, scans are the same wherever the robot is.
+        let is_return =
+            |range: &f32| f64::from(*range) > scan.range_min && f64::from(*range) < scan.range_max;
+        let Some(odometry) = odometry.filter(|_| scan.ranges.iter().any(is_return)) else { return Ok(()) };
+        let [x, y, theta] = *self.since.get_or_insert([odometry.x, odometry.y, odometry.theta]);
+        let travel = math::hypot(odometry.x - x, odometry.y - y);
+        let turn = math::angle_between(theta, odometry.theta).abs();
+        self.is_stuck |= travel > STUCK_DISTANCE || turn > STUCK_ANGLE;
+        if self.is_stuck {
+            let reason = format_args!("is stuck: no range has changed on {travel:.2} m and {turn:.2} rad");
+            return Err(InputFault::with(FaultyInput::Scan, reason));
+        }
+        Ok(())
     }
 }
 
@@ -90,11 +113,22 @@ impl ScanCheck {
 pub(super) struct OdometryCheck {
     /// Newest pose, and its time, ns.
     newest: Option<([f64; 3], u64)>,
+    /// What is wrong with the newest pose.
+    fault: Option<InputFault>,
 }
 
 impl OdometryCheck {
     /// Checks a new pose.
-    pub fn check(&mut self, odometry: &Odometry, time: u64, params: &AmclParams) -> Result<(), InputFault> {
+    pub fn check(&mut self, odometry: &Odometry, time: u64, params: &AmclParams) {
+        self.fault = self.examine(odometry, time, params).err();
+    }
+
+    /// Returns the fault of the newest pose.
+    pub fn fault(&self) -> Result<(), InputFault> {
+        self.fault.clone().map_or(Ok(()), Err)
+    }
+
+    fn examine(&mut self, odometry: &Odometry, time: u64, params: &AmclParams) -> Result<(), InputFault> {
         let fault = |reason: std::fmt::Arguments<'_>| Err(InputFault::with(FaultyInput::Odometry, reason));
         let Pose2 { x, y, theta } = odometry.pose;
         if !odometry.pose.is_known() {

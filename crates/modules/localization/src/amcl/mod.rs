@@ -10,6 +10,7 @@ use slate_grid::Geometry;
 use slate_interfaces::{LaserScan, OccupancyGrid, Odometry, ParticleCloud, Pose2, PoseEstimate, Transform};
 use slate_mapek::RobotModel;
 use slate_mapek::prelude::*;
+use slate_module::Stamp;
 use slate_module::prelude::*;
 
 use crate::{LikelihoodField, MOST_CELLS, MonteCarloLocalization, SensorModel};
@@ -27,7 +28,7 @@ pub struct AmclIo {
     odometry: Observed<Odometry>,
     /// Map of the building, as of a `map_server`.
     map: Input<OccupancyGrid>,
-    /// Robot model, from Knowledge: it has the mount of the laser.
+    /// Robot model, from Knowledge: it has the mount of the laser. Without it, the laser is at the robot's origin.
     robot: Input<RobotModel>,
     /// Manual pose reset, as RViz's `initialpose`.
     initial_pose: Inbox<Pose2>,
@@ -53,7 +54,7 @@ pub struct GlobalLocalization {
 /// Adaptive Monte Carlo localization in a known map, with the parameters of Nav2.
 ///
 /// A bad input is named in the log, and the block is degraded: its pose is not published, so that it becomes stale,
-/// until the input is well again.
+/// until the input has recovered.
 pub struct Amcl;
 
 /// State of [`Amcl`].
@@ -63,8 +64,6 @@ pub struct AmclState {
     scan: ScanCheck,
     odometry: OdometryCheck,
     fault: Option<InputFault>,
-    /// Whether it has begun at the initial pose or anywhere.
-    has_begun: bool,
     /// Likelihood field, and what it was made of; made anew after a restart.
     #[serde(skip)]
     field: Option<(FieldSource, LikelihoodField)>,
@@ -75,8 +74,8 @@ pub struct AmclState {
 /// What a likelihood field is made of.
 #[derive(Clone, Copy, PartialEq)]
 struct FieldSource {
-    /// Sequence number of the map.
-    map: u64,
+    /// Stamp of the map; another property that is linked may have the same sequence number.
+    map: Stamp,
     model: SensorModel,
     occupied_threshold: i64,
 }
@@ -90,9 +89,10 @@ impl Analyze for Amcl {
     type Value = PoseEstimate;
 
     fn process(state: &mut AmclState, io: &AmclIo, params: &AmclParams, now: &Tick) -> Option<PoseEstimate> {
-        let is_waiting = io.map.get().is_none() || io.odometry.get().is_none() || io.scan.get().is_none();
-        // Devices take a while to begin.
-        if is_waiting && now.seconds() < params.scan_timeout {
+        state.check(io, params);
+        let has_inputs = io.map.get().is_some() && io.odometry.get().is_some() && io.scan.get().is_some();
+        // Devices take a while to begin, and to be in the robot model.
+        if now.seconds() < params.scan_timeout && !(has_inputs && mount(io.robot.get(), params).is_ok()) {
             return None;
         }
         let fault = state.step(io, params, now).err();
@@ -116,34 +116,42 @@ impl Analyze for Amcl {
 }
 
 impl AmclState {
+    /// Checks what is new. A fault lasts until the next good value of the same input.
+    fn check(&mut self, io: &AmclIo, params: &AmclParams) {
+        let odometry = io.odometry.get();
+        if let Some(odometry) = odometry.filter(|_| io.odometry.is_new()) {
+            self.odometry.check(odometry, io.odometry.stamp().time, params);
+            if self.odometry.fault().is_err() {
+                self.scan.rebase();
+                if let Some(localization) = &mut self.localization {
+                    localization.rebase(odometry.pose);
+                }
+            }
+        }
+        if let Some(scan) = io.scan.get().filter(|_| io.scan.is_new()) {
+            let pose = odometry.map(|odometry| &odometry.pose).filter(|pose| pose.is_known());
+            self.scan.check(scan, io.scan.stamp().time, pose);
+        }
+    }
+
     /// Takes what is new.
     fn step(&mut self, io: &AmclIo, params: &AmclParams, now: &Tick) -> Result<(), InputFault> {
         self.prepare(io, params)?;
         let (Some((_, field)), Some(localization)) = (&self.field, &mut self.localization) else {
             return Err(InputFault::new(FaultyInput::Map, "has no likelihood field"));
         };
-        begin(localization, &mut self.has_begun, field, (io, params), now);
+        begin(localization, field, (io, params), now)?;
         let odometry = io.odometry.get().ok_or(InputFault::new(FaultyInput::Odometry, "has no value yet"))?;
-        if io.odometry.is_new() {
-            let checked = self.odometry.check(odometry, io.odometry.stamp().time, params);
-            if checked.is_err() {
-                localization.rebase(odometry.pose);
-            }
-            checked?;
-        }
+        self.odometry.fault()?;
+        // Without a scan, too, so that the estimate goes on by the odometry, and a jump later is one from here.
+        now.random(|random| localization.update(odometry.pose, &[], field, random));
         let scan = io.scan.get().ok_or(InputFault::new(FaultyInput::Scan, "has no value yet"))?;
-        if io.scan.is_new() {
-            self.scan.check(scan, io.scan.stamp().time, &odometry.pose)?;
-        }
-        self.scan.check_age(params.scan_timeout, now)?;
+        self.scan.fault(params.scan_timeout, now)?;
+        let mount = mount(io.robot.get(), params)?;
         if !io.scan.is_new() {
-            // Predicts, so that the estimate goes on by the odometry.
-            now.random(|random| localization.update(odometry.pose, &[], field, random));
             return Ok(());
         }
-        let mount =
-            io.robot.get().and_then(|robot| robot.sensor(params.laser.as_str())).map(|laser| laser.mount);
-        inputs::ends_of_beams(scan, &mount.unwrap_or_default(), params, &mut self.points);
+        inputs::ends_of_beams(scan, &mount, params, &mut self.points);
         let points = &self.points;
         if now.random(|random| localization.update(odometry.pose, points, field, random)) {
             publish_particles(localization, &io.particles);
@@ -167,11 +175,13 @@ impl AmclState {
             .get()
             .ok_or(InputFault::new(FaultyInput::Map, "has no value: link it to a `map_server`"))?;
         let source = FieldSource {
-            map: io.map.stamp().sequence,
+            map: io.map.stamp(),
             model: params.sensor_model().map_err(InputFault::parameter)?,
             occupied_threshold: params.occupied_threshold,
         };
-        if self.field.as_ref().is_none_or(|(known, _)| *known != source) {
+        if io.map.is_new() || self.field.as_ref().is_none_or(|(known, _)| *known != source) {
+            // None is left of an earlier map if this one is invalid.
+            self.field = None;
             self.field = Some((source, field_of(map, source)?));
         }
         Ok(())
@@ -182,9 +192,9 @@ impl AmclState {
         if self.fault.as_ref().map(InputFault::input) != fault.as_ref().map(InputFault::input) {
             match (&fault, &self.fault) {
                 (Some(fault), _) => {
-                    now.warn(format_args!("{fault}; the pose is stale until it is well again"))
+                    now.warn(format_args!("{fault}; the pose is stale until it has recovered"))
                 }
-                (None, Some(before)) => now.info(format_args!("{} is well again", before.input().name())),
+                (None, Some(before)) => now.info(format_args!("{} has recovered", before.input().name())),
                 (None, None) => {}
             }
         }
@@ -204,22 +214,34 @@ fn field_of(map: &OccupancyGrid, source: FieldSource) -> Result<LikelihoodField,
     LikelihoodField::new(geometry, is_occupied, is_free, source.model).map_err(InputFault::parameter)
 }
 
-/// Starts the filter: at the first time, and when asked to.
+/// Mount of the laser: that of the robot model, or the robot's origin without one.
+fn mount(robot: Option<&RobotModel>, params: &AmclParams) -> Result<Pose2, InputFault> {
+    let Some(robot) = robot else { return Ok(Pose2::default()) };
+    let laser = params.laser.as_str();
+    let missing = || {
+        let reason = format_args!("is invalid: `laser` is `{laser}`, which the robot model lacks");
+        InputFault::with(FaultyInput::Parameter, reason)
+    };
+    robot.sensor(laser).map(|device| device.mount).ok_or_else(missing)
+}
+
+/// Starts the filter, while it has no particles, and when asked to.
 fn begin(
     localization: &mut MonteCarloLocalization,
-    has_begun: &mut bool,
     field: &LikelihoodField,
     (io, params): (&AmclIo, &AmclParams),
     now: &Tick,
-) {
+) -> Result<(), InputFault> {
     let stddev = params.initial_stddev();
-    if !std::mem::replace(has_begun, true) {
-        now.random(|random| match params.initial_pose() {
-            Some(pose) => {
-                localization.initialize(pose, stddev, random);
+    let initial = params.initial_pose();
+    if localization.particles().is_empty() {
+        match initial {
+            Some(pose) => _ = now.random(|random| localization.initialize(pose, stddev, random)),
+            None if field.has_free_cells() => {
+                now.random(|random| localization.initialize_globally(field, random));
             }
-            None => localization.initialize_globally(field, random),
-        });
+            None => {}
+        }
     }
     for pose in io.initial_pose.iter() {
         if !now.random(|random| localization.initialize(*pose, stddev, random)) {
@@ -235,6 +257,11 @@ fn begin(
             true => now.random(|random| localization.initialize_globally(field, random)),
             false => request.refuse(1),
         }
+    }
+    match initial {
+        _ if !localization.particles().is_empty() => Ok(()),
+        Some(pose) => Err(InputFault::parameter(params::invalid_initial_pose(&pose))),
+        None => Err(InputFault::new(FaultyInput::Map, "has no free cell, where the robot may be")),
     }
 }
 

@@ -3,6 +3,7 @@
 use slate_interfaces::Pose2;
 use slate_module::prelude::*;
 
+use crate::monte_carlo::FARTHEST;
 use crate::{
     BeamSkip, Candidates, InvalidParameter, KldSampling, LaserModelType, MonteCarloParameters,
     OdometryAlphas, Recovery, SensorModel,
@@ -87,13 +88,13 @@ pub struct AmclParams {
     initial_heading_stddev: f64,
     #[param(default = 65, range = 1..=100, unit = "%", doc = "occupancy from which a cell is an obstacle")]
     occupied_threshold: i64,
-    #[param(default = 1.0, range = 0.05..=60.0, unit = "s", doc = "age of the newest good scan from which the laser has stopped")]
+    #[param(default = 1.0, range = 0.05..=60.0, unit = "s", doc = "age of the newest scan from which the laser has stopped")]
     scan_timeout: f64,
     #[param(default = 3.0, range = 0.1..=100.0, unit = "m/s", doc = "velocity from which the odometry has jumped")]
     max_linear_velocity: f64,
     #[param(default = 6.0, range = 0.1..=100.0, unit = "rad/s", doc = "angular velocity from which the odometry has jumped")]
     max_angular_velocity: f64,
-    #[param(default = "laser", doc = "name of the laser in the robot model")]
+    #[param(default = "laser", doc = "name of the laser in the robot model, which has its mount")]
     laser: Text<28>,
     #[param(default = true, doc = "whether the transform from map to odometry is published")]
     tf_broadcast: Bool,
@@ -176,4 +177,15 @@ impl AmclParams {
 /// A number whose range the host has checked.
 fn count(number: i64) -> usize {
     usize::try_from(number).unwrap_or(0)
+}
+
+/// Returns what is wrong with an initial pose that the filter refuses.
+pub(super) fn invalid_initial_pose(pose: &Pose2) -> InvalidParameter {
+    let is_far = |coordinate: f64| coordinate.is_nan() || coordinate.abs() > FARTHEST;
+    let name = match () {
+        () if is_far(pose.x) => "initial_pose_x",
+        () if is_far(pose.y) => "initial_pose_y",
+        () => "initial_pose_yaw",
+    };
+    InvalidParameter { name, expected: "a number of at most 1e6" }
 }
