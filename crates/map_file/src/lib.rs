@@ -22,6 +22,7 @@ mod metadata;
 mod occupancy;
 mod pgm;
 mod png_image;
+mod quotes;
 mod read;
 mod write;
 

@@ -1,21 +1,22 @@
 //! The fields of `map.yaml`.
 //!
-//! Own code for the part of YAML that map files use, a flat mapping of scalars and one list of numbers: the crates for
-//! YAML give no line to an error of a value.
+//! Own code for the part of YAML that map files use, a flat mapping of scalars and one list of numbers: a handful of
+//! lines, whose numbers are kept for errors of values, needs no crate.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use slate_interfaces::Pose2;
 
 use crate::MapFileError;
 use crate::occupancy::{MapFileOptions, MapMode};
+use crate::quotes::{quoted, quoted_length, unquoted};
 
 /// Content of `map.yaml`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Metadata {
     /// As it is written, relative to the folder of the file.
-    pub image: PathBuf,
+    pub image: String,
     /// Line of the image's name.
     pub image_line: usize,
     pub resolution: f64,
@@ -56,7 +57,7 @@ impl Metadata {
             return Err(fields.wrong("free_thresh", "a number below occupied_thresh"));
         }
         Ok(Self {
-            image: image.value.clone().into(),
+            image: image.value.clone(),
             image_line: image.line,
             resolution,
             origin: fields.origin()?,
@@ -74,7 +75,7 @@ impl Metadata {
             text,
             "image: {}\nmode: {}\nresolution: {:?}\norigin: [{x:?}, {y:?}, {theta:?}]\nnegate: {}\n\
             occupied_thresh: {occupied_thresh:?}\nfree_thresh: {free_thresh:?}\n",
-            self.image.display(),
+            quoted(&self.image),
             mode.name(),
             self.resolution,
             u8::from(negate),
@@ -105,7 +106,11 @@ fn parse_fields<'a>(file: &Path, text: &'a str) -> Result<Vec<MetadataField<'a>>
                 if fields.iter().any(|field| field.key == key) {
                     return Err(MapFileError::at(file, line, format!("`{key}` is there twice")));
                 }
-                fields.push(MetadataField { key, value: unquoted(value.trim()).to_owned(), line });
+                let value = unquoted(value.trim());
+                let value = value.ok_or_else(|| {
+                    MapFileError::at(file, line, "invalid quoted text: expected matching quotes")
+                })?;
+                fields.push(MetadataField { key, value, line });
             }
             // A list may go on in the next line.
             _ => match fields.last_mut() {
@@ -119,16 +124,13 @@ fn parse_fields<'a>(file: &Path, text: &'a str) -> Result<Vec<MetadataField<'a>>
     Ok(fields)
 }
 
-/// A comment begins at the line's start, or after a blank.
+/// A comment begins at the line's start, or after a blank, and not within a quoted value.
 fn without_comment(text: &str) -> &str {
+    let value = text.split_once(':').map_or("", |(_, value)| value.trim_start());
+    let quoted = quoted_length(value).map_or(0, |length| text.len() - value.len() + length);
     let is_start = |at: &usize| *at == 0 || text.as_bytes()[at - 1].is_ascii_whitespace();
-    let end = text.match_indices('#').map(|(at, _)| at).find(is_start);
+    let end = text.match_indices('#').map(|(at, _)| at).find(|at| *at >= quoted && is_start(at));
     &text[..end.unwrap_or(text.len())]
-}
-
-fn unquoted(text: &str) -> &str {
-    let inner = |quote: char| text.strip_prefix(quote)?.strip_suffix(quote);
-    inner('"').or_else(|| inner('\'')).unwrap_or(text)
 }
 
 struct MetadataFields<'a> {

@@ -33,7 +33,7 @@ pub fn read_map(file: &Path) -> Result<OccupancyMap, MapFileError> {
         MapFileError::at(file, metadata.image_line, reason)
     })?;
     let image = image(&path, opened)?.ok_or_else(|| {
-        let reason = format!("image `{}`: expected a .pgm or .png file", metadata.image.display());
+        let reason = format!("image `{}`: expected a .pgm or .png file", metadata.image);
         MapFileError::at(file, metadata.image_line, reason)
     })?;
     let size = [image.width, image.height];

@@ -1,22 +1,52 @@
 //! Writing maps.
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
 
 use slate_grid::{OccupancyMap, UNKNOWN_CELL};
 
 use crate::image::{MapImage, check_size};
 use crate::metadata::Metadata;
 use crate::occupancy::{MapFileOptions, MapMode};
+use crate::read::extension;
 use crate::{MapFileError, pgm, png_image};
 
-/// Writes `map.yaml`, and its image beside it with the same name: a PGM, or a PNG if `mode` is `scale`, where unknown
-/// cells are transparent.
+/// Writes `map.yaml`, and before it its image beside it with the same name: a PGM, or a PNG if `mode` is `scale`, where
+/// unknown cells are transparent. Each file is written beside the one that it then replaces.
 ///
 /// # Errors
-/// Cells that do not match the geometry, thresholds of no map, or a file that can't be written.
+/// A file with another extension than `yaml` or `yml`, cells that do not match the geometry, thresholds of no map, or a
+/// file that can't be written.
 pub fn write_map(file: &Path, map: &OccupancyMap, options: &MapFileOptions) -> Result<(), MapFileError> {
+    check(file, map, options)?;
+    let path = file.with_extension(if options.mode == MapMode::Scale { "png" } else { "pgm" });
+    let name = path.file_name().and_then(OsStr::to_str);
+    let name = name.ok_or_else(|| MapFileError::new(file, "expected a name in UTF-8"))?;
+    let image = image(map, options);
+    replace(&path, |target| match options.mode {
+        MapMode::Scale => png_image::write(&image, target).map_err(io::Error::from),
+        _ => pgm::write(&image, target),
+    })?;
+    let metadata = Metadata {
+        image: name.to_owned(),
+        image_line: 1,
+        resolution: map.geometry.resolution,
+        origin: map.geometry.origin(),
+        options: *options,
+    };
+    replace(file, |target| target.write_all(metadata.text().as_bytes()))
+}
+
+fn check(file: &Path, map: &OccupancyMap, options: &MapFileOptions) -> Result<(), MapFileError> {
+    // The image's name is that of the file but for the extension: with its own it would replace the image.
+    if !matches!(extension(file).as_deref(), Some("yaml" | "yml")) {
+        return Err(MapFileError::new(
+            file,
+            "expected a .yaml or .yml file, whose image is written beside it",
+        ));
+    }
     let geometry = &map.geometry;
     check_size(file, [geometry.width, geometry.height], 1)?;
     if map.cells.len() != geometry.cells() {
@@ -28,25 +58,28 @@ pub fn write_map(file: &Path, map: &OccupancyMap, options: &MapFileOptions) -> R
         let reason = "invalid thresholds: expected 0 <= free_thresh < occupied_thresh <= 1";
         return Err(MapFileError::new(file, reason));
     }
-    let name = file.with_extension(if options.mode == MapMode::Scale { "png" } else { "pgm" });
-    let image = image(map, options);
-    let opened = File::create(&name).map_err(|error| MapFileError::unwritable(&name, error))?;
-    let mut target = BufWriter::new(opened);
-    match options.mode {
-        MapMode::Scale => {
-            png_image::write(&image, &mut target).map_err(|error| MapFileError::unwritable(&name, error))?;
-        }
-        _ => pgm::write(&image, &mut target).map_err(|error| MapFileError::unwritable(&name, error))?,
-    }
-    target.flush().map_err(|error| MapFileError::unwritable(&name, error))?;
-    let metadata = Metadata {
-        image: name.file_name().map(Into::into).unwrap_or_default(),
-        image_line: 1,
-        resolution: geometry.resolution,
-        origin: geometry.origin(),
-        options: *options,
-    };
-    fs::write(file, metadata.text()).map_err(|error| MapFileError::unwritable(file, error))
+    Ok(())
+}
+
+/// Writes a file beside the one that it then replaces, so that no one reads half of it.
+fn replace(
+    file: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<(), MapFileError> {
+    let mut name = file.as_os_str().to_owned();
+    name.push(".tmp");
+    let beside = PathBuf::from(name);
+    let written = File::create(&beside).and_then(|opened| {
+        let mut target = BufWriter::new(opened);
+        write(&mut target)?;
+        target.flush()?;
+        fs::rename(&beside, file)
+    });
+    written.map_err(|error| {
+        // What is left of a failed attempt helps no one; the first error is the one to report.
+        let _ = fs::remove_file(&beside);
+        MapFileError::unwritable(file, error)
+    })
 }
 
 fn image(map: &OccupancyMap, options: &MapFileOptions) -> MapImage {

@@ -129,6 +129,47 @@ fn cells_that_do_not_match_are_not_written() {
 }
 
 #[test]
+fn map_is_written_under_a_name_of_yaml_alone() {
+    let folder = folder("names");
+    let geometry = Geometry::new([0.0, 0.0], [1.5, 0.5], 0.5, 100).unwrap();
+    let map = OccupancyMap { geometry, cells: vec![-1, 0, 100] };
+    for name in ["map.pgm", "map.png", "map"] {
+        let file = folder.join(name);
+        let message = write_map(&file, &map, &MapFileOptions::default()).unwrap_err().to_string();
+        let expected = "expected a .yaml or .yml file, whose image is written beside it";
+        assert_eq!(message, format!("{}: {expected}", file.display()));
+        assert!(!file.exists());
+    }
+    for name in
+        ["map.yml", "map.v2.YAML", "floor #2: \"it's\" \\ here\t.yaml", "'a'.yaml", "- b.yaml", "x: y.yaml"]
+    {
+        let file = folder.join(name);
+        write_map(&file, &map, &MapFileOptions::default()).unwrap();
+        assert_eq!(read_map(&file).unwrap(), map, "{name}");
+    }
+    let is_left = |entry: fs::DirEntry| entry.path().extension().is_some_and(|extension| extension == "tmp");
+    assert!(!fs::read_dir(&folder).unwrap().any(|entry| is_left(entry.unwrap())));
+}
+
+#[test]
+fn quoted_names_of_images_are_read() {
+    let image = b"P5 1 1 255 \x00";
+    let with = |name: &str| read("quoted", &YAML.replace("map.pgm", name), image);
+    for name in ["'map.pgm' # it's one", "\"map.pgm\" # \"it\"", "\"m\\x61p.pgm\"", "\"./map.pgm\""] {
+        assert_eq!(with(name).unwrap().cells, [100], "{name}");
+    }
+    let missing = with("'it''s #1.pgm'").unwrap_err();
+    assert!(missing.starts_with("map.yaml:1: image `it's #1.pgm` can't be read"), "{missing}");
+    for name in ["\"map.pgm", "'map.pgm' x", "\"\\q\"", "\""] {
+        assert_eq!(
+            with(name).unwrap_err(),
+            "map.yaml:1: invalid quoted text: expected matching quotes",
+            "{name}"
+        );
+    }
+}
+
+#[test]
 fn unknown_cells_stay_unknown_with_any_threshold() {
     // Nav2's threshold, by which shade 205 is free.
     let options = MapFileOptions { free_thresh: 0.25, ..MapFileOptions::default() };

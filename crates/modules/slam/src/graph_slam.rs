@@ -6,8 +6,10 @@ use slate_interfaces::Pose2;
 use crate::parameters::{GraphSlamParameters, InvalidSlamParameter};
 use crate::pose_graph::{Constraint, PoseGraph};
 use crate::saved::SavedPose;
+use crate::scan_increment::ScanIncrement;
 use crate::scan_matcher::match_scan;
 use crate::se2;
+use crate::search_grids::SearchGrids;
 use crate::submap::Submap;
 
 /// 2D laser SLAM with a pose graph: scans are matched with submaps, and loops are closed between these (Hess, Kohler,
@@ -22,6 +24,10 @@ pub struct GraphSlam {
     pub(crate) nodes: Vec<ScanNode>,
     pub(crate) submaps: Vec<Submap>,
     pub(crate) graph: PoseGraph,
+    odometry_jumps: usize,
+    /// Made again after a restore.
+    #[serde(skip)]
+    pub(crate) search_grids: SearchGrids,
 }
 
 /// A scan.
@@ -43,14 +49,21 @@ impl GraphSlam {
     /// A parameter that no SLAM can have.
     pub fn new(parameters: GraphSlamParameters) -> Result<Self, InvalidSlamParameter> {
         parameters.check()?;
-        Ok(Self { parameters, nodes: Vec::new(), submaps: Vec::new(), graph: PoseGraph::default() })
+        Ok(Self {
+            parameters,
+            nodes: Vec::new(),
+            submaps: Vec::new(),
+            graph: PoseGraph::default(),
+            odometry_jumps: 0,
+            search_grids: SearchGrids::default(),
+        })
     }
 
     /// Inserts a scan: the pose of the odometry, and the ends of beams in the robot's frame, m. Returns the robot's
     /// pose in the map frame, which is that of the first scan.
     ///
     /// Points that are not finite or beyond `max_laser_range` are left out. An odometry that is unknown counts as that
-    /// of the scan before.
+    /// of the scan before; beyond `max_odometry_increment` from that one, no motion is assumed.
     pub fn insert(&mut self, odometry: Pose2, points: &[[f64; 2]]) -> Pose2 {
         let most = self.parameters.matching.max_laser_range;
         let is_fit = |[x, y]: &&[f64; 2]| x * x + y * y <= most * most;
@@ -60,10 +73,12 @@ impl GraphSlam {
         match self.nodes.last() {
             None => self.nodes.push(ScanNode { odometry, local: Pose2::default(), points }),
             Some(last) => {
-                let increment = se2::relative(last.odometry, odometry);
-                let predicted = se2::compose(last.local, increment);
+                let GraphSlamParameters { matching, odometry: drift, .. } = &self.parameters;
+                let increment = ScanIncrement::between(last.odometry, odometry, matching, drift);
+                let predicted = se2::compose(last.local, increment.pose);
+                self.odometry_jumps += usize::from(increment.is_jump);
                 self.nodes.push(ScanNode { odometry, local: predicted, points });
-                self.match_newest(increment);
+                self.match_newest(&increment);
             }
         }
         self.place_newest();
@@ -73,17 +88,18 @@ impl GraphSlam {
 
     /// Closes the last submaps and loops, and optimizes the graph. More scans may follow.
     pub fn finish(&mut self) {
-        for submap in 0..self.submaps.len() {
-            if !self.submaps[submap].is_finished {
-                self.finish_submap(submap);
-            }
-        }
+        self.finish_growing(|_, _| true);
         self.constrain_all();
     }
 
     /// Number of scans.
     pub fn scans(&self) -> usize {
         self.nodes.len()
+    }
+
+    /// Number of scans whose odometry was taken as an error, by `max_odometry_increment`.
+    pub fn odometry_jumps(&self) -> usize {
+        self.odometry_jumps
     }
 
     /// Poses of all scans in the map frame, as known now.
@@ -101,18 +117,19 @@ impl GraphSlam {
         &self.graph
     }
 
-    /// Submap that new scans are matched with: the oldest that grows.
+    /// Submap that new scans are matched with: the oldest that grows, or the last one if none does.
     fn reference(&self) -> Option<usize> {
-        self.submaps.iter().position(|submap| !submap.is_finished)
+        let growing = self.submaps.iter().position(|submap| !submap.is_finished);
+        growing.or_else(|| self.submaps.len().checked_sub(1))
     }
 
-    fn match_newest(&mut self, increment: Pose2) {
+    fn match_newest(&mut self, increment: &ScanIncrement) {
         let newest = self.nodes.len() - 1;
-        let information = self.parameters.odometry.information(increment);
+        let information = increment.information;
         self.graph.constraints.push(Constraint {
             from: newest - 1,
             to: newest,
-            relative: increment,
+            relative: increment.pose,
             information,
             is_robust: false,
         });
@@ -136,13 +153,16 @@ impl GraphSlam {
         self.nodes[newest].local = se2::compose(anchor_pose, found.pose);
     }
 
-    /// Places the newest scan in the map frame, beside the submap it was matched with.
+    /// Places the newest scan in the map frame: beside the submap it was matched with, or beside the scan before if
+    /// that submap no longer grows, as optimizing has moved scans in it.
     fn place_newest(&mut self) {
         let newest = self.nodes.len() - 1;
-        let anchor = self.reference().map_or(newest, |reference| self.submaps[reference].anchor);
+        let growing = self.reference().map(|reference| &self.submaps[reference]);
+        let growing = growing.filter(|submap| !submap.is_finished);
+        let beside = growing.map_or(newest.saturating_sub(1), |submap| submap.anchor);
         let local = self.nodes[newest].local;
-        let global = match self.graph.poses.get(anchor) {
-            Some(pose) => se2::compose(*pose, se2::relative(self.nodes[anchor].local, local)),
+        let global = match self.graph.poses.get(beside) {
+            Some(pose) => se2::compose(*pose, se2::relative(self.nodes[beside].local, local)),
             None => local,
         };
         self.graph.poses.push(global);
@@ -151,22 +171,28 @@ impl GraphSlam {
     /// Inserts the newest scan into the submaps that grow.
     fn fill_submaps(&mut self) {
         let newest = self.nodes.len() - 1;
+        // No submap reaches farther than two ranges of the laser, whatever its scans.
+        let most = self.parameters.matching.max_laser_range;
+        let local = self.nodes[newest].local;
+        self.finish_growing(|nodes, submap| se2::distance(nodes[submap.anchor].local, local) > most);
         let half = self.parameters.scans_per_submap.div_ceil(2);
-        if newest.is_multiple_of(half) {
+        let has_room = |last: &Submap| !last.is_finished && newest - last.anchor < half;
+        if !self.submaps.last().is_some_and(has_room) {
             self.submaps.push(Submap::new(self.parameters.matching.resolution, newest));
         }
-        let ScanNode { local, points, .. } = &self.nodes[newest];
-        let mut full = None;
-        for (at, submap) in self.submaps.iter_mut().enumerate().rev().take(2) {
-            if !submap.is_finished {
-                submap.insert(se2::relative(self.nodes[submap.anchor].local, *local), points);
-                if submap.scans >= 2 * half {
-                    full = Some(at);
-                }
-            }
+        let points = &self.nodes[newest].points;
+        for submap in self.submaps.iter_mut().filter(|submap| !submap.is_finished) {
+            submap.insert(se2::relative(self.nodes[submap.anchor].local, local), points);
         }
-        if let Some(submap) = full {
-            self.finish_submap(submap);
+        self.finish_growing(|_, submap| submap.scans >= 2 * half);
+    }
+
+    /// Finishes the submaps that grow and satisfy a condition.
+    fn finish_growing(&mut self, is_full: impl Fn(&[ScanNode], &Submap) -> bool) {
+        for submap in 0..self.submaps.len() {
+            if !self.submaps[submap].is_finished && is_full(&self.nodes, &self.submaps[submap]) {
+                self.finish_submap(submap);
+            }
         }
     }
 

@@ -29,11 +29,14 @@ mod max_grids;
 mod parameters;
 mod particle_slam;
 mod pose_graph;
+mod pose_proposal;
 mod refine;
 mod render;
 mod saved;
+mod scan_increment;
 mod scan_matcher;
 pub mod se2;
+mod search_grids;
 mod submap;
 mod surface_map;
 

@@ -66,7 +66,8 @@ impl GraphSlam {
         let guess = se2::relative(self.graph.poses[anchor], self.graph.poses[later]);
         let window = SearchWindow { distance: search_distance, angle: search_angle, penalty: 0.0 };
         let resolution = self.parameters.matching.resolution;
-        let found = search(self.submaps[other].grids(), resolution, query, guess, window, min_score);
+        let grids = self.search_grids.of(other, &self.submaps[other].map);
+        let found = search(grids, resolution, query, guess, window, min_score);
         let Some(found) = found else { return };
         let map = &self.submaps[other].map;
         let fit = self.refine_near(map, query, found.pose, true);

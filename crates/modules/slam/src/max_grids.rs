@@ -77,6 +77,11 @@ impl MaxGrids {
         self.levels.push(level);
     }
 
+    /// Number of cells of all levels.
+    pub fn cells(&self) -> usize {
+        self.levels.iter().map(Vec::len).sum()
+    }
+
     /// Number of levels.
     pub fn levels(&self) -> usize {
         self.levels.len()

@@ -19,6 +19,8 @@ pub struct MatchingParameters {
     pub correspondence_distance: f64,
     /// Least share of points on surfaces of a match; a scan of fewer goes where the odometry says.
     pub min_inliers: f64,
+    /// Translation of the odometry between two scans beyond which it is taken as an error, m.
+    pub max_odometry_increment: f64,
 }
 
 impl Default for MatchingParameters {
@@ -30,6 +32,7 @@ impl Default for MatchingParameters {
             search_angle: 0.35,
             correspondence_distance: 0.2,
             min_inliers: 0.3,
+            max_odometry_increment: 10.0,
         }
     }
 }
@@ -170,9 +173,19 @@ impl MatchingParameters {
             ("resolution", self.resolution),
             ("max_laser_range", self.max_laser_range),
             ("correspondence_distance", self.correspondence_distance),
+            ("max_odometry_increment", self.max_odometry_increment),
         ];
         check(lengths, "a length above 0 m", is_length)?;
-        // The search takes memory and time for each cell.
+        // Maps and searches take memory and time for each cell.
+        let is_range = |distance: f64| distance <= 2000.0 * self.resolution;
+        let ranges = [
+            ("max_laser_range", self.max_laser_range),
+            ("max_odometry_increment", self.max_odometry_increment),
+        ];
+        check(ranges, "at most 2000 times `resolution`", is_range)?;
+        let is_near = |distance: f64| distance <= 100.0 * self.resolution;
+        let near = [("correspondence_distance", self.correspondence_distance)];
+        check(near, "at most 100 times `resolution`", is_near)?;
         let cells = |distance: f64| (0.0..=1000.0 * self.resolution).contains(&distance);
         check([("search_distance", self.search_distance)], "0 to 1000 times `resolution`", cells)?;
         let is_angle = |angle: f64| (0.0..=std::f64::consts::PI).contains(&angle);

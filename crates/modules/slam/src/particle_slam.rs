@@ -1,13 +1,15 @@
 //! SLAM with a Rao-Blackwellized particle filter.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use slate_interfaces::Pose2;
 use slate_module::{Random, math};
 
 use crate::parameters::{InvalidSlamParameter, ParticleSlamParameters};
+use crate::pose_proposal::{Moments, PoseProposal};
 use crate::refine::{PosePrior, log_likelihood, refine};
 use crate::saved::{self, SavedPose};
+use crate::scan_increment::ScanIncrement;
 use crate::scan_matcher::match_scan;
 use crate::se2;
 use crate::surface_map::SurfaceMap;
@@ -26,6 +28,7 @@ pub struct ParticleSlam {
     parameters: ParticleSlamParameters,
     #[serde(with = "SavedPose")]
     odometry: Pose2,
+    odometry_jumps: usize,
     particles: Vec<MapParticle>,
     /// Points of each scan.
     scans: Vec<Vec<[f64; 2]>>,
@@ -53,26 +56,28 @@ impl ParticleSlam {
             log_weight: 0.0,
         };
         let particles = vec![particle; parameters.particles];
-        Ok(Self { parameters, odometry: Pose2::default(), particles, scans: Vec::new() })
+        Ok(Self { parameters, odometry: Pose2::default(), odometry_jumps: 0, particles, scans: Vec::new() })
     }
 
     /// Inserts a scan: the pose of the odometry, and the ends of beams in the robot's frame, m. Returns the pose of the
     /// heaviest particle in the map frame, which is that of the first scan.
     ///
     /// Points that are not finite or beyond `max_laser_range` are left out. An odometry that is unknown counts as that
-    /// of the scan before.
+    /// of the scan before; beyond `max_odometry_increment` from that one, no motion is assumed.
     pub fn insert(&mut self, odometry: Pose2, points: &[[f64; 2]], random: &mut Random) -> Pose2 {
         let most = self.parameters.matching.max_laser_range;
         let is_fit = |[x, y]: &&[f64; 2]| x * x + y * y <= most * most;
         let points: Vec<[f64; 2]> = points.iter().filter(is_fit).copied().collect();
         let odometry = if odometry.is_known() { odometry } else { self.odometry };
-        let increment = se2::relative(self.odometry, odometry);
+        let ParticleSlamParameters { matching, odometry: drift, .. } = &self.parameters;
+        let increment = ScanIncrement::between(self.odometry, odometry, matching, drift);
         self.odometry = odometry;
         if !self.scans.is_empty() {
-            let matched = self.match_heaviest(increment, &points);
+            self.odometry_jumps += usize::from(increment.is_jump);
+            let matched = self.match_heaviest(&increment, &points);
             let thinned: Vec<[f64; 2]> = points.iter().step_by(THINNED).copied().collect();
             for particle in &mut self.particles {
-                particle.advance([increment, matched], &thinned, &self.parameters, random);
+                particle.advance(&increment, matched, &thinned, &self.parameters, random);
             }
             self.resample(random);
         } else {
@@ -88,6 +93,11 @@ impl ParticleSlam {
     /// Number of scans.
     pub fn scans(&self) -> usize {
         self.scans.len()
+    }
+
+    /// Number of scans whose odometry was taken as an error, by `max_odometry_increment`.
+    pub fn odometry_jumps(&self) -> usize {
+        self.odometry_jumps
     }
 
     /// Poses of all scans in the map frame, by the heaviest particle.
@@ -107,14 +117,14 @@ impl ParticleSlam {
     }
 
     /// Increment by which the heaviest particle fits its map best: a search for each of them would find much the same.
-    fn match_heaviest(&self, increment: Pose2, points: &[[f64; 2]]) -> Pose2 {
-        let Some(particle) = self.heaviest() else { return increment };
+    fn match_heaviest(&self, increment: &ScanIncrement, points: &[[f64; 2]]) -> Pose2 {
+        let Some(particle) = self.heaviest() else { return increment.pose };
         let here = particle.pose();
-        let predicted = se2::compose(here, increment);
-        let prior = se2::turned(self.parameters.odometry.information(increment), here.theta);
+        let predicted = se2::compose(here, increment.pose);
+        let prior = se2::turned(increment.information, here.theta);
         let matching = &self.parameters.matching;
         let found = match_scan(&particle.map, points, predicted, prior, matching);
-        if found.inliers < matching.min_inliers { increment } else { se2::relative(here, found.pose) }
+        if found.inliers < matching.min_inliers { increment.pose } else { se2::relative(here, found.pose) }
     }
 
     fn heaviest(&self) -> Option<&MapParticle> {
@@ -162,50 +172,39 @@ impl MapParticle {
     /// by which the scan fits.
     fn advance(
         &mut self,
-        [increment, matched]: [Pose2; 2],
+        increment: &ScanIncrement,
+        matched: Pose2,
         points: &[[f64; 2]],
         parameters: &ParticleSlamParameters,
         random: &mut Random,
     ) {
         let matching = &parameters.matching;
         let here = self.pose();
-        let predicted = se2::compose(here, increment);
-        let information = se2::turned(parameters.odometry.information(increment), here.theta);
+        let predicted = se2::compose(here, increment.pose);
+        let information = se2::turned(increment.information, here.theta);
         let prior = PosePrior { mean: predicted, information };
         let radius = matching.correspondence_distance;
         let found = refine(&self.map, points, se2::compose(here, matched), radius, Some(prior));
         let is_matched = found.inliers >= matching.min_inliers;
-        let (center, precision) =
-            if is_matched { (found.pose, found.information + information) } else { (predicted, information) };
-        let Some(root) = precision.try_inverse().and_then(|covariance| covariance.cholesky()) else {
-            self.poses.push(center);
-            return;
+        let proposal = if is_matched {
+            PoseProposal::new(found.pose, found.information + information)
+        } else {
+            PoseProposal::new(predicted, information)
         };
-        // Weighs poses around the best one by odometry and scan (equations 13 to 15).
+        // Weighs poses around the best one by odometry and scan (equations 13 to 15); the constant of the odometry's
+        // density is that of all particles.
         let mut sampled = Moments::default();
         for sample in 0..parameters.samples {
-            let offset = if sample == 0 { Vector3::zeros() } else { root.l() * normal(random) };
-            let pose = shift(center, offset);
+            let offset = if sample == 0 { Vector3::zeros() } else { proposal.draw(random) };
+            let pose = proposal.pose(offset);
             let log_prior = -0.5 * mahalanobis(&prior, pose);
             let likelihood = log_likelihood(&self.map, points, pose, radius) / parameters.likelihood_gain;
             // Samples are dense where the proposal is likely.
-            let log_proposal = -0.5 * offset.dot(&(precision * offset));
-            sampled.add(offset, log_prior + likelihood - log_proposal);
+            sampled.add(offset, log_prior + likelihood - proposal.log_density(offset));
         }
-        let (mean, covariance, log_sum) = sampled.finish();
-        let spread = (covariance + Matrix3::identity() * 1e-9).cholesky();
-        let drawn = spread.map_or(mean, |root| mean + root.l() * normal(random));
-        self.poses.push(shift(center, drawn));
-        self.log_weight += log_sum;
+        self.poses.push(proposal.pose(sampled.draw(random)));
+        self.log_weight += sampled.log_mean_weight();
     }
-}
-
-fn shift(pose: Pose2, offset: Vector3<f64>) -> Pose2 {
-    Pose2 { x: pose.x + offset.x, y: pose.y + offset.y, theta: math::wrap_angle(pose.theta + offset.z) }
-}
-
-fn normal(random: &mut Random) -> Vector3<f64> {
-    Vector3::new(random.normal(), random.normal(), random.normal())
 }
 
 fn mahalanobis(prior: &PosePrior, pose: Pose2) -> f64 {
@@ -213,30 +212,4 @@ fn mahalanobis(prior: &PosePrior, pose: Pose2) -> f64 {
     let turn = math::angle_between(mean.theta, pose.theta);
     let error = Vector3::new(pose.x - mean.x, pose.y - mean.y, turn);
     error.dot(&(information * error))
-}
-
-/// Weighted samples.
-#[derive(Default)]
-struct Moments {
-    samples: Vec<(Vector3<f64>, f64)>,
-}
-
-impl Moments {
-    fn add(&mut self, offset: Vector3<f64>, log_weight: f64) {
-        self.samples.push((offset, log_weight));
-    }
-
-    /// Mean, covariance, and the logarithm of the mean weight.
-    fn finish(&self) -> (Vector3<f64>, Matrix3<f64>, f64) {
-        let most = self.samples.iter().map(|(_, log)| *log).fold(f64::NEG_INFINITY, math::max);
-        let weight = |log: f64| math::exp(log - most);
-        let sum: f64 = self.samples.iter().map(|(_, log)| weight(*log)).sum();
-        let mean = self.samples.iter().map(|(offset, log)| offset * weight(*log)).sum::<Vector3<f64>>() / sum;
-        let square = |(offset, log): &(Vector3<f64>, f64)| {
-            let apart = offset - mean;
-            apart * apart.transpose() * weight(*log)
-        };
-        let covariance = self.samples.iter().map(square).sum::<Matrix3<f64>>() / sum;
-        (mean, covariance, most + math::ln(sum / self.samples.len() as f64))
-    }
 }

@@ -6,7 +6,7 @@ use slate_module::math;
 
 use crate::correlative::{SearchWindow, search};
 use crate::max_grids::MaxGrids;
-use crate::parameters::{MatchingParameters, OdometryDrift};
+use crate::parameters::MatchingParameters;
 use crate::refine::{PosePrior, Refined, refine};
 use crate::surface_map::SurfaceMap;
 
@@ -38,18 +38,4 @@ pub(crate) fn match_scan(
     let guess = found.map_or(predicted, |found| found.pose);
     let prior = Some(PosePrior { mean: predicted, information: prior });
     refine(map, points, guess, parameters.correspondence_distance, prior)
-}
-
-impl OdometryDrift {
-    /// Inverse covariance of x, y and theta after an increment, in the frame where it begins.
-    pub(crate) fn information(&self, increment: Pose2) -> Matrix3<f64> {
-        let square = |value: f64| value * value;
-        let length = math::hypot(increment.x, increment.y);
-        let translation = square(self.translation_stddev) * length;
-        let rotation =
-            square(self.rotation_stddev) * increment.theta.abs() + square(self.drift_stddev) * length;
-        // Even a robot that stands does so by a millimetre.
-        let (across, turn) = (1.0 / (translation + 1e-6), 1.0 / (rotation + 1e-6));
-        Matrix3::from_diagonal(&[across, across, turn].into())
-    }
 }

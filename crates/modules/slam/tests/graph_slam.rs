@@ -2,7 +2,9 @@
 
 use slate_interfaces::Pose2;
 use slate_module::math;
-use slate_slam::{GraphSlam, GraphSlamParameters, LoopClosureParameters, occupancy_map};
+use slate_slam::{
+    GraphSlam, GraphSlamParameters, LoopClosureParameters, MatchingParameters, occupancy_map, se2,
+};
 
 use crate::world::{Step, drive, largest_error};
 
@@ -98,4 +100,52 @@ fn invalid_parameters_are_named() {
     let loops = LoopClosureParameters { search_angle: f64::NAN, ..LoopClosureParameters::default() };
     parameters = GraphSlamParameters { loops, ..GraphSlamParameters::default() };
     assert_eq!(refused(parameters), "invalid `loops.search_angle`: expected 0 to pi rad");
+    let matching = |change: fn(&mut MatchingParameters)| {
+        let mut parameters = GraphSlamParameters::default();
+        change(&mut parameters.matching);
+        refused(parameters)
+    };
+    let range = matching(|matching| matching.max_laser_range = 1e12);
+    assert_eq!(range, "invalid `max_laser_range`: expected at most 2000 times `resolution`");
+    let fine = matching(|matching| matching.resolution = 0.001);
+    assert_eq!(fine, "invalid `max_laser_range`: expected at most 2000 times `resolution`");
+    let increment = matching(|matching| matching.max_odometry_increment = 500.0);
+    assert_eq!(increment, "invalid `max_odometry_increment`: expected at most 2000 times `resolution`");
+    let near = matching(|matching| matching.correspondence_distance = 6.0);
+    assert_eq!(near, "invalid `correspondence_distance`: expected at most 100 times `resolution`");
+}
+
+#[test]
+fn scans_after_finish_go_on_in_the_map() {
+    let mut steps = drive(2, 1);
+    // The wheels slip to a side by 0.3 m before the first scan after it.
+    let last = steps[164].odometry;
+    let slipped = se2::compose(last, Pose2 { y: 0.3, ..Pose2::default() });
+    let slip = |step: &mut Step| step.odometry = se2::compose(slipped, se2::relative(last, step.odometry));
+    steps[165..].iter_mut().for_each(slip);
+    let (first, rest) = steps.split_at(165);
+    let mut slam = run(first, GraphSlamParameters::default());
+    slam.finish();
+    for (at, step) in rest.iter().enumerate() {
+        let pose = slam.insert(step.odometry, &step.points);
+        let error = math::hypot(pose.x - step.truth.x, pose.y - step.truth.y);
+        assert!(error < 0.15, "scan {at} after finish: {error}");
+    }
+    slam.finish();
+    slam.finish();
+    let error = largest_error(slam.poses(), &steps);
+    assert!(error < 0.05, "{error}");
+}
+
+#[test]
+fn odometry_jump_is_no_motion() {
+    let mut steps = drive(1, 5);
+    let far = Pose2 { x: 500.0, y: -300.0, theta: 1.0 };
+    steps[50..].iter_mut().for_each(|step| step.odometry = se2::compose(far, step.odometry));
+    let mut slam = run(&steps, GraphSlamParameters::default());
+    slam.insert(Pose2 { x: f64::MAX, y: f64::MAX, theta: 0.0 }, &steps[0].points);
+    slam.finish();
+    assert_eq!(slam.odometry_jumps(), 2);
+    let error = largest_error(slam.poses(), &steps);
+    assert!(error < 0.1, "{error}");
 }

@@ -46,6 +46,8 @@ fn bad_scans_do_no_harm() {
         slam.insert(Pose2 { x: 0.5, ..Pose2::default() }, points, &mut random);
     }
     slam.insert(Pose2::UNKNOWN, &[[1.0, 0.0]], &mut random);
-    assert!(slam.poses().iter().all(Pose2::is_known));
+    slam.insert(Pose2 { x: 500.5, ..Pose2::default() }, &[[1.0, 0.0]], &mut random);
+    assert_eq!(slam.odometry_jumps(), 1);
+    assert!(slam.poses().iter().all(|pose| pose.is_known() && pose.x < 10.0));
     assert!(slam.effective_number().is_finite());
 }
