@@ -22,7 +22,7 @@ pub fn evaluate(folder: &Path, starts: u64) -> Result<Vec<Evaluation>, DataError
     Ok(buildings.iter().map(|building| evaluate_building(building, starts)).collect())
 }
 
-type Runs = Vec<Option<ExplorationRun>>;
+type ExplorationRuns = Vec<Option<ExplorationRun>>;
 
 fn evaluate_building(building: &UnknownBuilding, starts: u64) -> Evaluation {
     let nearest = runs(building, GoalSelection::NearestFrontier, starts);
@@ -30,7 +30,7 @@ fn evaluate_building(building: &UnknownBuilding, starts: u64) -> Evaluation {
     // Of both the same starts.
     let is_finished = |run: &Option<ExplorationRun>| run.is_some_and(|run| run.time_to_99.is_some());
     let both: Vec<bool> = nearest.iter().zip(&views).map(|(a, b)| is_finished(a) && is_finished(b)).collect();
-    let mean = |runs: &Runs, of: TimeOf| {
+    let mean = |runs: &ExplorationRuns, of: TimeOf| {
         let finished = runs.iter().zip(&both).filter(|(_, is_finished)| **is_finished);
         let values: Vec<f64> = finished.filter_map(|(run, _)| of(run.as_ref()?)).collect();
         values.iter().sum::<f64>() / values.len() as f64
@@ -61,7 +61,7 @@ fn evaluate_building(building: &UnknownBuilding, starts: u64) -> Evaluation {
 type TimeOf = fn(&ExplorationRun) -> Option<f64>;
 const TIMES: [(&str, TimeOf); 2] = [("T90, s", |run| run.time_to_90), ("T99, s", |run| run.time_to_99)];
 
-/// Runs of all seeds, in their order.
-fn runs(building: &UnknownBuilding, selection: GoalSelection, starts: u64) -> Runs {
+/// ExplorationRuns of all seeds, in their order.
+fn runs(building: &UnknownBuilding, selection: GoalSelection, starts: u64) -> ExplorationRuns {
     each(starts as usize, |seed| explore(building, selection, seed))
 }
