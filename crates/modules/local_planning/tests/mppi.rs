@@ -3,8 +3,8 @@
 
 use slate_interfaces::Pose2;
 use slate_local_planning::{
-    MotionLimits, MotionModel, MotionState, Mppi, MppiCritics, MppiParameters, ObstacleField, PathCritic,
-    PlanarVelocity,
+    MotionLimits, MotionModel, MotionState, Mppi, MppiCritics, MppiParameters, ObstacleField,
+    ObstaclesCritic, PathCritic, PlanarVelocity,
 };
 use slate_module::{Random, math};
 
@@ -179,7 +179,11 @@ fn parameters_that_no_controller_can_have_are_named() {
 
 #[test]
 fn a_robot_that_touches_a_point_does_not_drive_into_a_wall() {
-    let mut planner = planner(small());
+    // Collisions alone hold it back.
+    let obstacles =
+        ObstaclesCritic { repulsion_weight: 0.0, critical_weight: 0.0, ..MppiCritics::default().obstacles };
+    let critics = MppiCritics { obstacles, ..MppiCritics::default() };
+    let mut planner = planner(MppiParameters { critics, ..small() });
     let wall: Vec<[f64; 2]> = (-40..=40).map(|k| [1.0, 0.025 * f64::from(k)]).collect();
     let mut field = ObstacleField::new(6.0, 0.05).unwrap();
     let mut state = standing(0.0, 0.0, 0.0);
@@ -204,6 +208,11 @@ fn a_robot_that_touches_a_point_does_not_drive_into_a_wall() {
         }
     }
     assert!(nearest > 0.0 && state.pose.x > 0.3, "{nearest} {state:?}");
+    // It can't stop before the wall any more, which the point at its corner does not hide.
+    let velocity = PlanarVelocity { vx: 0.5, vy: 0.0, wz: 0.0 };
+    let late = MotionState { velocity, ..standing(0.735, 0.0, 0.0) };
+    field.update([0.735, 0.0], wall.iter().copied().chain([[0.485, 0.2]]));
+    assert!(planner.plan(&late, &path, None, &field).is_none());
 }
 
 #[test]
