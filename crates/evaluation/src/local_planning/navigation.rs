@@ -74,7 +74,7 @@ impl BarnNavigation {
             observations: ObservationBuffer::new(settings.observation_persistence, 0.5),
             field: ObstacleField::new(settings.field_size, RESOLUTION).ok()?,
             progress: ProgressChecker::new(0.3, settings.movement_time_allowance).ok()?,
-            recovery: RecoverySequence::new(settings.recovery.clone()),
+            recovery: RecoverySequence::new(settings.recovery.clone()).ok()?,
             failures: 0,
             goal,
             hits: Vec::new(),

@@ -67,7 +67,7 @@ impl NavigationSettings {
             // The circle around the footprint: a path that the robot can follow at any heading.
             inflation: Inflation { inscribed_radius: 0.33, inflation_radius: 0.8, cost_scaling_factor: 4.0 },
             cost_factor: 5.0,
-            field_size: 8.0,
+            field_size: 10.0,
             obstacle_range: 10.0,
             raytrace_range: 10.0,
             observation_persistence: 30.0,

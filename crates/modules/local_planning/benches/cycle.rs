@@ -32,7 +32,8 @@ fn main() {
         let parameters =
             MppiParameters { limits, prune_distance: 3.4 * limits.vx_max, ..MppiParameters::default() };
         let mut planner = Mppi::new(parameters, &footprint, Random::new(1, "bench")).unwrap();
-        let mut field = ObstacleField::new(6.0, 0.05).unwrap();
+        // As far as it drives within the horizon.
+        let mut field = ObstacleField::new(math::max(6.0, 6.0 * limits.vx_max), 0.05).unwrap();
         report(name, |pose, velocity| {
             field.update([pose.x, pose.y], scan(pose).into_iter());
             let robot = MotionState { pose: *pose, velocity };

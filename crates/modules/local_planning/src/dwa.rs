@@ -8,7 +8,7 @@ use crate::error::LocalPlanningError;
 use crate::footprint_points::FootprintPoints;
 use crate::obstacle_field::ObstacleField;
 use crate::path_window::PathWindow;
-use crate::velocity::{MotionState, PlanarVelocity};
+use crate::velocity::{MOST_EXCESS, MotionState, PlanarVelocity};
 use crate::wavefront::GridWavefront;
 
 /// Parameters of [`Dwa`], with the names of ROS's `base_local_planner`.
@@ -164,7 +164,7 @@ impl Dwa {
     }
 
     /// Returns the velocity to command next, [`escape_vel`](DwaParameters::escape_vel) if no velocity is free; `None`
-    /// if an argument is no number or empty, or the path does not enter the field.
+    /// if an argument is no number or empty, the robot is not inside of the field, or the path does not enter it.
     pub fn plan(
         &mut self,
         robot: &MotionState,
@@ -173,9 +173,14 @@ impl Dwa {
     ) -> Option<PlanarVelocity> {
         let position = [robot.pose.x, robot.pose.y];
         let reach = field.side() as f64 * field.resolution();
-        if !robot.is_finite() || !self.path.update(path, position, field.center(), reach) {
+        if !robot.is_finite()
+            || !field.contains(position[0], position[1])
+            || !self.path.update(path, position, field.center(), reach)
+        {
             return None;
         }
+        let robot = &self.within_limits(robot);
+        self.footprint.fit(field.resolution());
         self.spread(field)?;
         self.forget_turn(position);
         let best = self.best(robot, field);
@@ -185,6 +190,17 @@ impl Dwa {
             self.turning = Some((velocity.wz.signum(), position));
         }
         Some(velocity)
+    }
+
+    /// The robot with a velocity that is at most a few times the limits, which bounds the points of a trajectory.
+    fn within_limits(&self, robot: &MotionState) -> MotionState {
+        let parameters = &self.parameters;
+        let fastest = MOST_EXCESS * math::max(parameters.max_vel_x, parameters.escape_vel.abs());
+        let turn = MOST_EXCESS * parameters.max_vel_theta;
+        let PlanarVelocity { vx, vy, wz } = robot.velocity;
+        let velocity =
+            PlanarVelocity { vx: math::clamp(vx, -fastest, fastest), vy, wz: math::clamp(wz, -turn, turn) };
+        MotionState { velocity, ..*robot }
     }
 
     /// Runs waves from the path and from its last point in the field.
@@ -319,7 +335,8 @@ impl Dwa {
         let (inscribed, circumscribed) = (self.footprint.inscribed, self.footprint.circumscribed);
         // An obstacle's cell reaches half of its size around its middle.
         let touch = (0.5 * field.resolution()) as f32;
-        if distance <= inscribed {
+        // What is beyond the field is unknown, so it counts as occupied.
+        if distance <= inscribed || !lookup.contains_circle(at, circumscribed) {
             return None;
         }
         if distance <= circumscribed + touch {

@@ -33,7 +33,16 @@ impl ObservationBuffer {
     }
 
     /// Adds a scan: ends of beams that hit something, in the sensor's frame, from the sensor's pose at a time in s.
+    ///
+    /// A scan from a pose or at a time that is no number is left out; scans of later times are dropped, as time has
+    /// gone back.
     pub fn insert(&mut self, time: f64, sensor: &Pose2, hits: &[[f64; 2]]) {
+        if !(sensor.is_known() && time.is_finite()) {
+            return;
+        }
+        while self.scans.back().is_some_and(|newest| newest.time > time) {
+            self.drop_scan(false);
+        }
         // The newest scan but one is kept only if it is an interval after the one before.
         if let [.., before, newest] = self.scans.make_contiguous()
             && newest.time - before.time < self.interval

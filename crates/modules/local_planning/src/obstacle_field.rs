@@ -47,10 +47,13 @@ impl ObstacleField {
     }
 
     /// Moves the window around a point, and fills it from points on obstacles. Points that are outside of it, or no
-    /// numbers, are left out.
+    /// numbers, are left out. A window around a point that is no number contains nothing, and no planner plans in it.
     pub fn update(&mut self, center: [f64; 2], obstacles: impl Iterator<Item = [f64; 2]>) {
         // Cells stay where they are while the window moves, so that distances do not flicker.
         self.center = center.map(|part| (part / self.resolution).round() * self.resolution);
+        if !self.center.iter().all(|part| part.is_finite()) {
+            self.center = [f64::NAN; 2];
+        }
         self.is_occupied.fill(false);
         let half = 0.5 * self.side as f64;
         let mut is_empty = true;
@@ -86,7 +89,13 @@ impl ObstacleField {
         self.center
     }
 
-    /// Returns the distance of a point to the nearest obstacle, m; 1,000 m outside of the window.
+    /// Returns whether a point is inside of the window; nothing is known of others.
+    pub fn contains(&self, x: f64, y: f64) -> bool {
+        self.lookup().contains_circle([(x - self.center[0]) as f32, (y - self.center[1]) as f32], 0.0)
+    }
+
+    /// Returns the distance of a point to the nearest obstacle, m; 1,000 m outside of the window, see
+    /// [`contains`](Self::contains).
     pub fn distance(&self, x: f64, y: f64) -> f64 {
         let lookup = self.lookup();
         f64::from(lookup.distance((x - self.center[0]) as f32, (y - self.center[1]) as f32))
@@ -118,6 +127,7 @@ impl ObstacleField {
             cells: self.side as f32,
             half: 0.5 * self.side as f32,
             inverse: (1.0 / self.resolution) as f32,
+            reach: (0.5 * self.side as f64 * self.resolution) as f32,
         }
     }
 }
@@ -130,9 +140,18 @@ pub(crate) struct FieldLookup<'a> {
     cells: f32,
     half: f32,
     inverse: f32,
+    /// Distance of the window's edges from its middle, m.
+    reach: f32,
 }
 
 impl FieldLookup<'_> {
+    /// Whether a circle is inside of the window; what is beyond is unknown.
+    #[inline(always)]
+    pub fn contains_circle(&self, [x, y]: [f32; 2], radius: f32) -> bool {
+        let most = self.reach - radius;
+        x.abs() < most && y.abs() < most
+    }
+
     #[inline(always)]
     pub fn distance(&self, x: f32, y: f32) -> f32 {
         let column = x * self.inverse + self.half;

@@ -36,10 +36,11 @@ impl ProgressChecker {
     /// Returns whether the robot makes progress, from its pose at a time in s.
     pub fn check(&mut self, pose: &Pose2, time: f64) -> bool {
         let Some((from, since)) = self.newest else {
-            self.newest = Some((*pose, time));
+            self.newest = time.is_finite().then_some((*pose, time));
             return true;
         };
-        if math::hypot(pose.x - from.x, pose.y - from.y) > self.radius {
+        let has_moved = math::hypot(pose.x - from.x, pose.y - from.y) > self.radius;
+        if time.is_finite() && pose.is_known() && (has_moved || !from.is_known()) {
             self.newest = Some((*pose, time));
             return true;
         }
@@ -78,6 +79,34 @@ pub enum RecoveryBehavior {
     },
 }
 
+/// Longest time that a behavior may take, s.
+const MOST_SECONDS: f64 = 600.0;
+
+impl RecoveryBehavior {
+    fn check(&self) -> Result<(), LocalPlanningError> {
+        let in_time = |name: &'static str, seconds: f64| {
+            LocalPlanningError::unless(seconds <= MOST_SECONDS, name, "a motion or a wait of up to 600 s")
+        };
+        match *self {
+            Self::ClearCostmap => Ok(()),
+            Self::BackUp { distance, speed } => {
+                LocalPlanningError::unless_magnitudes(&[("distance", distance)])?;
+                LocalPlanningError::unless_positive(&[("speed", speed)])?;
+                in_time("distance", distance / speed)
+            }
+            Self::Spin { angle, speed } => {
+                LocalPlanningError::unless_magnitudes(&[("angle", angle.abs())])?;
+                LocalPlanningError::unless_positive(&[("speed", speed)])?;
+                in_time("angle", angle.abs() / speed)
+            }
+            Self::Wait { duration } => {
+                LocalPlanningError::unless_magnitudes(&[("duration", duration)])?;
+                in_time("duration", duration)
+            }
+        }
+    }
+}
+
 /// What a recovery commands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RecoveryCommand {
@@ -109,12 +138,17 @@ struct RunningRecovery {
 }
 
 /// Time after which a motion that does not get on ends, as a multiple of what it takes.
-const PATIENCE: f64 = 3.0;
+const TIMEOUT_FACTOR: f64 = 3.0;
 
 impl RecoverySequence {
     /// Makes a sequence of behaviors, which run in that order.
-    pub fn new(behaviors: Vec<RecoveryBehavior>) -> Self {
-        Self { behaviors, next: 0, running: None }
+    ///
+    /// # Errors
+    /// A speed that is not above 0, a distance, an angle or a time that is no number, or a behavior that takes more than
+    /// ten minutes.
+    pub fn new(behaviors: Vec<RecoveryBehavior>) -> Result<Self, LocalPlanningError> {
+        behaviors.iter().try_for_each(RecoveryBehavior::check)?;
+        Ok(Self { behaviors, next: 0, running: None })
     }
 
     /// Starts the next behavior at a pose and a time in s; returns which, or `None` without any.
@@ -165,7 +199,7 @@ impl RecoverySequence {
             }
         };
         let is_motion = velocity != PlanarVelocity::ZERO;
-        if done || elapsed > PATIENCE * takes || (is_motion && !is_free(velocity)) {
+        if done || !(0.0..=TIMEOUT_FACTOR * takes).contains(&elapsed) || (is_motion && !is_free(velocity)) {
             self.running = None;
             return RecoveryCommand::Done;
         }

@@ -5,6 +5,9 @@ use slate_module::math;
 
 use crate::error::LocalPlanningError;
 
+/// Largest measured velocity, as a multiple of its limit; a faster one is an error of its sensor.
+pub(crate) const MOST_EXCESS: f64 = 3.0;
+
 /// Velocity in the plane, in the robot's frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlanarVelocity {

@@ -1,7 +1,7 @@
 //! Dynamic window approach.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-use slate_local_planning::{Dwa, DwaParameters, ObstacleField, PlanarVelocity};
+use slate_local_planning::{Dwa, DwaParameters, MotionState, ObstacleField, PlanarVelocity};
 use slate_module::math;
 
 use crate::common::{drive, footprint, line, rims, standing};
@@ -51,4 +51,14 @@ fn parameters_that_no_planner_can_have_are_named() {
     assert_eq!(refused(DwaParameters { vx_samples: 0, ..DwaParameters::default() }), "vx_samples");
     let fine = DwaParameters { sim_granularity: 1e-9, ..DwaParameters::default() };
     assert_eq!(refused(fine), "sim_granularity");
+}
+
+#[test]
+fn a_measured_velocity_beyond_all_limits_still_gives_a_plan() {
+    let mut planner = Dwa::new(DwaParameters::default(), &footprint()).unwrap();
+    let field = ObstacleField::new(4.0, 0.05).unwrap();
+    let path = line([0.0, 0.0], [1.0, 0.0]);
+    let velocity = PlanarVelocity { vx: 1e300, vy: 0.0, wz: -1e300 };
+    assert!(planner.plan(&MotionState { velocity, ..standing(0.0, 0.0, 0.0) }, &path, &field).is_some());
+    assert!(planner.plan(&standing(2.5, 0.0, 0.0), &path, &field).is_none());
 }

@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 use slate_interfaces::Pose2;
-use slate_local_planning::{FootprintPoints, ObservationBuffer, ObstacleField};
+use slate_local_planning::{CertaintyGrid, FootprintPoints, ObservationBuffer, ObstacleField};
 use slate_module::math;
 
 use crate::common::footprint;
@@ -34,8 +34,8 @@ proptest! {
         let inside = [pose.x + x * cosine - y * sine, pose.y + x * sine + y * cosine];
         field.update([pose.x, pose.y], std::iter::once(inside));
         let distance = FootprintPoints::new(&footprint()).distance(&field, &pose);
-        // Beside the inscribed circle a point is up to 5 cm from the outline, whose points are 8 cm apart.
-        prop_assert!(distance < 0.136, "{distance}");
+        // Beside the inscribed circle a point is up to 5 cm from the outline, whose points are a cell apart.
+        prop_assert!(distance < 0.126, "{distance}");
     }
 }
 
@@ -59,4 +59,50 @@ fn points_of_earlier_scans_are_kept_for_their_time() {
     assert_eq!(seen, [20, 25, 30, 35, 39]);
     memory.clear();
     assert_eq!(memory.points().count(), 1);
+}
+
+#[test]
+fn a_single_cell_at_the_front_is_seen_wherever_it_is() {
+    let points = FootprintPoints::new(&footprint());
+    let mut field = ObstacleField::new(4.0, 0.05).unwrap();
+    for offset in -18..=18 {
+        // Just inside of the front.
+        field.update([0.0, 0.0], std::iter::once([0.245, 0.01 * f64::from(offset)]));
+        let distance = points.distance(&field, &Pose2 { x: -0.005, y: 0.0, theta: 0.0 });
+        assert!(distance < 0.02, "{offset}: {distance}");
+    }
+}
+
+#[test]
+fn nothing_is_free_outside_of_a_field() {
+    let points = FootprintPoints::new(&footprint());
+    let mut field = ObstacleField::new(4.0, 0.05).unwrap();
+    let at = |x: f64| Pose2 { x, y: 0.0, theta: 0.0 };
+    assert!(points.distance(&field, &at(1.6)) > 1.0);
+    assert_eq!(points.distance(&field, &at(1.8)), 0.0);
+    assert!(field.contains(1.9, -1.9) && !field.contains(2.1, 0.0));
+    field.update([f64::NAN, 0.0], std::iter::empty());
+    assert!(!field.contains(0.0, 0.0) && points.distance(&field, &at(0.0)) == 0.0);
+}
+
+#[test]
+fn a_scan_from_nowhere_leaves_earlier_ones() {
+    let mut memory = ObservationBuffer::new(2.0, 0.0);
+    memory.insert(0.0, &Pose2 { x: 0.0, y: 0.0, theta: 0.0 }, &[[1.0, 0.0]]);
+    memory.insert(1.0, &Pose2 { x: f64::NAN, y: 0.0, theta: 0.0 }, &[[2.0, 0.0]]);
+    memory.insert(f64::NAN, &Pose2 { x: 0.0, y: 0.0, theta: 0.0 }, &[[3.0, 0.0]]);
+    assert!(memory.points().eq([[1.0, 0.0]]));
+    // Time goes back.
+    memory.insert(-5.0, &Pose2 { x: 0.0, y: 0.0, theta: 0.0 }, &[[4.0, 0.0]]);
+    assert!(memory.points().eq([[4.0, 0.0]]));
+}
+
+#[test]
+fn sonar_echoes_stay_while_the_pose_is_unknown() {
+    let mut grid = CertaintyGrid::new(4.0, 0.1, 5.0).unwrap();
+    grid.insert_cone(&Pose2 { x: 0.0, y: 0.0, theta: 0.0 }, 0.5, 1.0, true);
+    let before = grid.cells().count();
+    grid.advance(&Pose2 { x: f64::NAN, y: 0.0, theta: 0.0 }, 0.1);
+    grid.advance(&Pose2 { x: 0.0, y: 0.0, theta: 0.0 }, f64::NAN);
+    assert!(before > 0 && grid.cells().count() == before);
 }

@@ -3,7 +3,8 @@
 
 use slate_interfaces::Pose2;
 use slate_local_planning::{
-    MotionLimits, MotionModel, MotionState, Mppi, MppiParameters, ObstacleField, PlanarVelocity,
+    MotionLimits, MotionModel, MotionState, Mppi, MppiCritics, MppiParameters, ObstacleField,
+    ObstaclesCritic, PathCritic, PlanarVelocity,
 };
 use slate_module::{Random, math};
 
@@ -147,6 +148,14 @@ fn what_is_no_number_or_no_path_gives_no_velocity() {
     assert!(planner.plan(&standing(0.0, 0.0, 0.0), &[], None, &field).is_none());
     let nowhere = line([0.0, 0.0], [f64::INFINITY, 0.0]);
     assert!(planner.plan(&standing(0.0, 0.0, 0.0), &nowhere, None, &field).is_none());
+    assert!(planner.plan(&standing(0.0, 0.0, 0.0), &path, Some(f64::NAN), &field).is_none());
+    // Costs overflow.
+    let far = line([0.0, 0.0], [1e39, 0.0]);
+    let near_goal = PathCritic { threshold_to_consider: f64::MAX, ..MppiCritics::default().goal };
+    let critics = MppiCritics { goal: near_goal, ..MppiCritics::default() };
+    let mut overflowing = self::planner(MppiParameters { critics, ..small() });
+    assert!(overflowing.plan(&standing(0.0, 0.0, 0.0), &far, None, &field).is_none());
+    assert!(overflowing.plan(&standing(0.0, 0.0, 0.0), &path, None, &field).is_some());
     assert!(planner.plan(&standing(0.0, 0.0, 0.0), &path, None, &field).is_some());
 }
 
@@ -166,4 +175,72 @@ fn parameters_that_no_controller_can_have_are_named() {
     let motion_model = MotionModel::SkidSteer { slip: 1.0 };
     assert!(refused(MppiParameters { motion_model, ..defaults }).contains("slip"));
     assert!(ObstacleField::new(1e9, 0.05).unwrap_err().to_string().contains("size"));
+}
+
+#[test]
+fn a_robot_that_touches_a_point_does_not_drive_into_a_wall() {
+    // Collisions alone hold it back.
+    let obstacles =
+        ObstaclesCritic { repulsion_weight: 0.0, critical_weight: 0.0, ..MppiCritics::default().obstacles };
+    let critics = MppiCritics { obstacles, ..MppiCritics::default() };
+    let mut planner = planner(MppiParameters { critics, ..small() });
+    let wall: Vec<[f64; 2]> = (-40..=40).map(|k| [1.0, 0.025 * f64::from(k)]).collect();
+    let mut field = ObstacleField::new(6.0, 0.05).unwrap();
+    let mut state = standing(0.0, 0.0, 0.0);
+    let path = line([0.0, 0.0], [2.5, 0.0]);
+    let mut nearest = f64::INFINITY;
+    for _ in 0..100 {
+        // A point at a corner behind, which the robot takes along.
+        let Pose2 { x, y, theta } = state.pose;
+        let (sine, cosine) = (math::sin(theta), math::cos(theta));
+        let corner = [x - 0.25 * cosine - 0.2 * sine, y - 0.25 * sine + 0.2 * cosine];
+        field.update([x, y], wall.iter().copied().chain([corner]));
+        let velocity = planner.plan(&state, &path, None, &field).unwrap_or(PlanarVelocity::ZERO);
+        state.velocity = velocity;
+        state.pose.theta += 0.05 * velocity.wz;
+        state.pose.x += 0.05 * velocity.vx * math::cos(state.pose.theta);
+        state.pose.y += 0.05 * velocity.vx * math::sin(state.pose.theta);
+        for [wall_x, wall_y] in &wall {
+            let (across, up) = (wall_x - state.pose.x, wall_y - state.pose.y);
+            let (sine, cosine) = (math::sin(state.pose.theta), math::cos(state.pose.theta));
+            let distance = footprint().distance(across * cosine + up * sine, up * cosine - across * sine);
+            nearest = math::min(nearest, distance);
+        }
+    }
+    assert!(nearest > 0.0 && state.pose.x > 0.3, "{nearest} {state:?}");
+    // It can't stop before the wall any more, which the point at its corner does not hide.
+    let velocity = PlanarVelocity { vx: 0.5, vy: 0.0, wz: 0.0 };
+    let late = MotionState { velocity, ..standing(0.735, 0.0, 0.0) };
+    field.update([0.735, 0.0], wall.iter().copied().chain([[0.485, 0.2]]));
+    assert!(planner.plan(&late, &path, None, &field).is_none());
+}
+
+#[test]
+fn a_robot_drives_no_farther_than_its_field_reaches() {
+    let mut planner = planner(small());
+    let mut field = ObstacleField::new(4.0, 0.05).unwrap();
+    field.update([0.0, 0.0], std::iter::empty());
+    let path = line([0.0, 0.0], [5.0, 0.0]);
+    let mut state = standing(0.0, 0.0, 0.0);
+    for _ in 0..160 {
+        state.velocity = planner.plan(&state, &path, None, &field).unwrap_or(PlanarVelocity::ZERO);
+        state.pose.theta += 0.05 * state.velocity.wz;
+        state.pose.x += 0.05 * state.velocity.vx * math::cos(state.pose.theta);
+        state.pose.y += 0.05 * state.velocity.vx * math::sin(state.pose.theta);
+    }
+    assert!(state.pose.x > 1.0 && state.pose.x < 1.75, "{state:?}");
+    assert!(planner.plan(&standing(3.0, 0.0, 0.0), &path, None, &field).is_none());
+    field.update([f64::NAN, 0.0], std::iter::empty());
+    assert!(planner.plan(&standing(0.0, 0.0, 0.0), &path, None, &field).is_none());
+}
+
+#[test]
+fn a_measured_velocity_beyond_all_limits_is_held() {
+    let mut planner = planner(small());
+    let field = ObstacleField::new(20.0, 0.05).unwrap();
+    let velocity = PlanarVelocity { vx: 0.0, vy: 0.0, wz: 1e30 };
+    let state = MotionState { velocity, ..standing(0.0, 0.0, 0.0) };
+    let path = line([0.0, 0.0], [2.0, 0.0]);
+    assert!(planner.plan(&state, &path, None, &field).is_some_and(|velocity| velocity.wz.abs() < 6.0));
+    assert!(planner.trajectory().all(|pose| pose.x.abs() < 3.0 && pose.y.abs() < 3.0));
 }

@@ -28,7 +28,8 @@ fn behaviors_run_one_after_the_other() {
     let spin = RecoveryBehavior::Spin { angle: -1.0, speed: 0.5 };
     let back_up = RecoveryBehavior::BackUp { distance: 0.2, speed: 0.1 };
     let wait = RecoveryBehavior::Wait { duration: 1.0 };
-    let mut sequence = RecoverySequence::new(vec![RecoveryBehavior::ClearCostmap, back_up, spin, wait]);
+    let mut sequence =
+        RecoverySequence::new(vec![RecoveryBehavior::ClearCostmap, back_up, spin, wait]).unwrap();
     let moved = |vx: f64, wz: f64| RecoveryCommand::Move(PlanarVelocity { vx, vy: 0.0, wz });
     assert_eq!(sequence.step(&HERE, 0.0, |_| true), RecoveryCommand::Done);
     assert_eq!(sequence.start(&HERE, 0.0), Some(RecoveryBehavior::ClearCostmap));
@@ -46,15 +47,37 @@ fn behaviors_run_one_after_the_other() {
     assert_eq!(sequence.start(&HERE, 7.0), Some(RecoveryBehavior::ClearCostmap));
     sequence.reset();
     assert_eq!(sequence.start(&HERE, 8.0), Some(RecoveryBehavior::ClearCostmap));
-    assert_eq!(RecoverySequence::new(Vec::new()).start(&HERE, 0.0), None);
+    assert_eq!(RecoverySequence::new(Vec::new()).unwrap().start(&HERE, 0.0), None);
 }
 
 #[test]
 fn a_motion_ends_before_it_touches_or_where_it_gets_nowhere() {
-    let mut sequence = RecoverySequence::new(vec![RecoveryBehavior::BackUp { distance: 0.2, speed: 0.1 }]);
+    let mut sequence =
+        RecoverySequence::new(vec![RecoveryBehavior::BackUp { distance: 0.2, speed: 0.1 }]).unwrap();
     sequence.start(&HERE, 0.0);
     assert_eq!(sequence.step(&HERE, 0.1, |velocity| velocity.vx >= 0.0), RecoveryCommand::Done);
     sequence.start(&HERE, 1.0);
     assert!(matches!(sequence.step(&HERE, 6.9, |_| true), RecoveryCommand::Move(_)));
     assert_eq!(sequence.step(&HERE, 7.1, |_| true), RecoveryCommand::Done);
+}
+
+#[test]
+fn behaviors_that_never_end_are_refused() {
+    let refused = |behavior| RecoverySequence::new(vec![behavior]).unwrap_err().name;
+    assert_eq!(refused(RecoveryBehavior::BackUp { distance: 0.2, speed: 0.0 }), "speed");
+    assert_eq!(refused(RecoveryBehavior::BackUp { distance: 0.2, speed: -0.1 }), "speed");
+    assert_eq!(refused(RecoveryBehavior::BackUp { distance: 1e9, speed: 0.1 }), "distance");
+    assert_eq!(refused(RecoveryBehavior::Spin { angle: f64::NAN, speed: 0.1 }), "angle");
+    assert_eq!(refused(RecoveryBehavior::Wait { duration: f64::NAN }), "duration");
+    let mut sequence = RecoverySequence::new(vec![RecoveryBehavior::Wait { duration: 1.0 }]).unwrap();
+    sequence.start(&HERE, 0.0);
+    assert_eq!(sequence.step(&HERE, f64::NAN, |_| true), RecoveryCommand::Done);
+}
+
+#[test]
+fn a_robot_whose_first_pose_is_unknown_makes_progress_later() {
+    let mut checker = ProgressChecker::new(0.5, 10.0).unwrap();
+    assert!(checker.check(&Pose2 { x: f64::NAN, ..HERE }, 0.0));
+    assert!(checker.check(&HERE, 9.0) && checker.check(&HERE, 18.0));
+    assert!(!checker.check(&HERE, 19.1));
 }

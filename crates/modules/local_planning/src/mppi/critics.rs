@@ -112,6 +112,11 @@ impl CriticSums {
                     continue;
                 }
                 let at = [rollouts.x[row + k], rollouts.y[row + k]];
+                // What is beyond the field is unknown, so it counts as occupied.
+                if !scene.field.contains_circle(at, footprint.circumscribed) {
+                    self.collides[k] = true;
+                    continue;
+                }
                 let distance = scene.field.distance(at[0], at[1]);
                 if distance >= inflation {
                     continue;

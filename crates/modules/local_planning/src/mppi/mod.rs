@@ -77,7 +77,8 @@ impl Mppi {
         self.earlier = [PlanarVelocity::ZERO; 4];
     }
 
-    /// Returns the velocity to command next; `None` if every trajectory collides, or an argument is no number or empty.
+    /// Returns the velocity to command next; `None` if every trajectory collides or leaves the field, if the robot is
+    /// not inside of the field, or an argument is no number or empty.
     ///
     /// `path` leads to the goal, in the frame of the robot's pose and of the field; `heading` is that at the goal, rad,
     /// `None` for any.
@@ -91,21 +92,29 @@ impl Mppi {
         self.center = field.center();
         let position = [robot.pose.x, robot.pose.y];
         if !robot.is_finite()
+            || heading.is_some_and(|heading| !heading.is_finite())
+            || !field.contains(position[0], position[1])
             || !self.path.update(path, position, self.center, self.parameters.prune_distance)
         {
             return None;
         }
-        let start = RolloutStart::new(robot, self.center);
+        let limits = &self.parameters.limits;
+        let start = RolloutStart::new(robot, self.center).within(limits, self.parameters.model_dt);
         let goal = path[path.len() - 1];
         let goal_distance = math::hypot(goal.x - position[0], goal.y - position[1]);
         let lookup = field.lookup();
-        self.touch = self.touch_distance(&start, lookup);
+        self.footprint.fit(field.resolution());
+        // A robot that already touches an obstacle may leave it.
+        self.footprint.allow(&lookup, [start.x, start.y], [start.cosine, start.sine], self.touch);
         for attempt in 0..=self.parameters.retry_attempt_limit {
             if attempt > 0 {
                 self.mean.fill(0.0);
             }
             for _ in 0..self.parameters.iteration_count {
-                self.improve(&start, heading, goal_distance, lookup);
+                if !self.improve(&start, heading, goal_distance, lookup) {
+                    self.reset();
+                    return None;
+                }
             }
             if !self.sums.all_collide() {
                 return Some(self.command(&start, lookup));
@@ -124,22 +133,14 @@ impl Mppi {
         })
     }
 
-    /// A robot that is already too near to an obstacle may move, but hardly nearer.
-    fn touch_distance(&self, start: &RolloutStart, field: FieldLookup<'_>) -> f32 {
-        let at = [start.x, start.y];
-        let clearance = self.footprint.clearance(&field, at, [start.cosine, start.sine]);
-        let touch = self.parameters.critics.obstacles.collision_distance as f32;
-        crate::single::min(touch, clearance - 0.01)
-    }
-
-    /// Samples, judges and averages once.
+    /// Samples, judges and averages once; returns false if the costs are no numbers.
     fn improve(
         &mut self,
         start: &RolloutStart,
         heading: Option<f64>,
         goal_distance: f64,
         field: FieldLookup<'_>,
-    ) {
+    ) -> bool {
         self.noise.next_set();
         self.rollouts.run(start, &self.mean, Some(&self.noise));
         let scene = CriticScene {
@@ -148,16 +149,14 @@ impl Mppi {
             field,
             footprint: &self.footprint,
             path: &self.path,
-            heading: heading.map(|heading| heading as f32),
+            heading: heading.map(|heading| math::wrap_angle(heading) as f32),
             goal_distance,
             robot: ([start.x, start.y], start.yaw),
             touch: self.touch,
         };
         self.sums.judge(&scene);
         self.add_control_costs();
-        if !self.sums.all_collide() {
-            self.average();
-        }
+        self.sums.all_collide() || self.average()
     }
 
     /// Costs of controls away from the mean (Williams et al., 2016, equation 34).
@@ -179,8 +178,9 @@ impl Mppi {
         }
     }
 
-    /// Replaces the mean controls by the average of the sampled ones, weighted by their costs.
-    fn average(&mut self) {
+    /// Replaces the mean controls by the average of the sampled ones, weighted by their costs; returns false, and leaves
+    /// them, if the weights are no numbers.
+    fn average(&mut self) -> bool {
         let Self { parameters, mean, rollouts, sums, .. } = self;
         let least = sums.costs.iter().fold(f32::INFINITY, |least, cost| crate::single::min(least, *cost));
         let mut total = 0.0_f32;
@@ -189,6 +189,10 @@ impl Mppi {
             // Beyond, a weight is nothing beside the best one's.
             *cost = if excess < 30.0 { math::exp(-excess) as f32 } else { 0.0 };
             total += *cost;
+        }
+        // Costs that overflow leave no weight.
+        if !(total.is_finite() && total > 0.0) {
+            return false;
         }
         let batch = rollouts.batch;
         let parts =
@@ -205,6 +209,7 @@ impl Mppi {
                 *mean = lanes.iter().sum::<f32>() / total;
             }
         }
+        true
     }
 
     /// Smooths the mean controls, and takes the first; if their trajectory collides, those of the cheapest one.
@@ -247,9 +252,10 @@ impl Mppi {
             let at = [planned.x[step], planned.y[step]];
             let distance = field.distance(at[0], at[1]);
             let heading = [planned.cosine[step], planned.sine[step]];
-            distance <= self.footprint.circumscribed + touch
-                && (distance <= self.footprint.inscribed
-                    || self.footprint.clearance(&field, at, heading) <= touch)
+            !field.contains_circle(at, self.footprint.circumscribed)
+                || distance <= self.footprint.circumscribed + touch
+                    && (distance <= self.footprint.inscribed
+                        || self.footprint.clearance(&field, at, heading) <= touch)
         })
     }
 

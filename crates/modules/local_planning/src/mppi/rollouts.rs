@@ -1,10 +1,10 @@
 //! Sampled trajectories.
 
-use slate_module::Random;
+use slate_module::{Random, math};
 
 use super::parameters::MppiParameters;
 use crate::single::{clamp, small_sin_cos};
-use crate::velocity::{MotionLimits, MotionModel, MotionState};
+use crate::velocity::{MOST_EXCESS, MotionLimits, MotionModel, MotionState};
 
 /// Sets of noise that take turns, so that a robot that stands still sees new trajectories.
 const NOISE_SETS: usize = 4;
@@ -176,6 +176,18 @@ impl RolloutStart {
             vx: robot.velocity.vx as f32,
             vy: robot.velocity.vy as f32,
             wz: robot.velocity.wz as f32,
+        }
+    }
+
+    /// The start with a velocity that is at most a few times the limits, and turns by at most 1 rad in a step.
+    pub fn within(self, limits: &MotionLimits, seconds: f64) -> Self {
+        let held = |value: f32, most: f64| clamp(value, -most as f32, most as f32);
+        let fastest = math::max(limits.vx_max.abs(), limits.vx_min.abs());
+        Self {
+            vx: held(self.vx, MOST_EXCESS * fastest),
+            vy: held(self.vy, MOST_EXCESS * limits.vy_max),
+            wz: held(self.wz, math::min(MOST_EXCESS * limits.wz_max, 1.0 / seconds)),
+            ..self
         }
     }
 }

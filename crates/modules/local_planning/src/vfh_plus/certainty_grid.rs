@@ -54,8 +54,12 @@ impl CertaintyGrid {
         })
     }
 
-    /// Moves the window around a point, and lets certainties fade for a time, s.
+    /// Moves the window around a point, and lets certainties fade for a time, s. It stays where it is for a pose or a time
+    /// that is no number.
     pub fn advance(&mut self, robot: &Pose2, seconds: f64) {
+        if !(robot.is_known() && seconds.is_finite()) {
+            return;
+        }
         let cell = |part: f64| (math::clamp(part / self.resolution, -1e9, 1e9)).floor() as i64;
         let half = (self.side / 2) as i64;
         let corner = [cell(robot.x) - half, cell(robot.y) - half];
