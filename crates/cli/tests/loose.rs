@@ -319,9 +319,10 @@ fn false_is_no_link_in_drawings_and_expanded_files() {
     running.start("exp1", &["run", "robot.toml", "--headless", "--rate", "1"]);
     let inputs = |arguments: &[&str]| running.done(arguments).matches("execute/reflexes").count();
     assert_eq!(inputs(&["link"]), 0);
-    let listed = running.done(&["module", "list"]);
-    let execute = listed.lines().find(|line| line.starts_with("r2/execute")).unwrap();
-    assert!(execute.contains("WAITING for robot"), "{listed}");
+    wait_for("Execute waits", || {
+        let listed = running.done(&["module", "list"]);
+        listed.lines().any(|line| line.starts_with("r2/execute") && line.contains("WAITING for robot"))
+    });
     running.done(&["config", "save", "--expanded"]);
     let saved = std::fs::read_to_string(&file).unwrap();
     assert!(saved.contains("planner/plan") && links.lines().all(|line| saved.contains(line)), "{saved}");

@@ -173,6 +173,8 @@ fn a_recording_that_can_not_begin_says_why_and_what_to_do() {
 fn a_recording_of_a_tool_ends_well_with_its_agent_and_that_of_the_configuration_can_be_ended_early() {
     let mut running = Running::new("live-ends");
     running.start("exp1", &[&RUN[..], &["--set", "record.enabled=true"]].concat());
+    // The recording of the configuration begins with the run.
+    wait(&running, 0.1);
     running.done(&["record", "start", "--out", "tool.mcap"]);
     wait(&running, 0.5);
     running.done(&["record", "stop", "here/run.mcap"]);

@@ -63,6 +63,8 @@ pub const ALL: &[&Descriptor] = &[
     OccupancyGrid::DESCRIPTOR,
     Odometry::DESCRIPTOR,
     Orientation::DESCRIPTOR,
+    Particle::DESCRIPTOR,
+    ParticleCloud::DESCRIPTOR,
     Path::DESCRIPTOR,
     Point2::DESCRIPTOR,
     Pose2::DESCRIPTOR,
