@@ -332,7 +332,8 @@ fn interfaces_of_others_are_matched_by_the_names_of_their_fields() {
 fn all_interfaces_that_name_a_message_have_it() {
     let named: Vec<_> = all().into_iter().filter(|descriptor| !descriptor.ros.is_empty()).collect();
     assert_eq!(named.len(), 25);
-    // Of contacts, bumpers, gates and drivers of actuators, strokes on maps, facts and errors of sensors ROS has none.
+    // ROS has none for contacts, bumpers, gates and drivers of actuators, strokes on maps, facts, particles and errors of
+    // sensors.
     let without: Vec<_> =
         slate_interfaces::ALL.iter().filter(|own| own.ros.is_empty()).map(|own| own.name).collect();
     assert_eq!(
@@ -346,6 +347,8 @@ fn all_interfaces_that_name_a_message_have_it() {
             "FactTableHead",
             "GateState",
             "MapStroke",
+            "Particle",
+            "ParticleCloud",
             "SensorAccuracy"
         ]
     );
