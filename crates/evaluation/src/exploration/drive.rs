@@ -60,10 +60,11 @@ pub fn explore(building: &UnknownBuilding, selection: GoalSelection, seed: u64) 
         let costs = drive.costs();
         let Some(goal) = exploration.next_goal(&drive.map, &costs, cell) else { break };
         let Some(path) = planner.search(&costs, cell, goal.cell) else { break };
-        match path.cells() {
+        let before = drive.time;
+        drive.follow(path.cells());
+        if drive.time <= before {
             // It is there, and sees nothing new.
-            [] | [_] => exploration.blacklist(&goal),
-            cells => drive.follow(cells),
+            exploration.blacklist(&goal);
         }
     }
     Some(drive.run)
@@ -111,7 +112,7 @@ impl<'a> ExplorationDrive<'a> {
         let resolution = self.map.geometry.resolution;
         let mut left = f64::from(SCANS_PER_CHOICE) * PERIOD;
         let mut scan_in = PERIOD;
-        for cell in &path[1..] {
+        for cell in path.iter().skip(1) {
             let to = middle(*cell);
             let (x, y) = (to.0 - self.position.0, to.1 - self.position.1);
             let length = math::hypot(x, y) * resolution;
