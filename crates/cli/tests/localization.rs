@@ -39,7 +39,7 @@ fn a_robot_drives_by_a_pose_within_10_cm_of_its_true_one() {
     assert_eq!(first["digest"], again["digest"]);
     let [truth, estimates] =
         ["true", "estimated"].map(|report| trajectory(&folder.join(report).join("trajectory.csv")));
-    // It is told about where it begins; the first scans correct that.
+    // The initial pose is approximate; the first scans correct it.
     let mut count = 0;
     for [time, x, y] in truth.iter().filter(|[time, ..]| *time > 2.0) {
         if let Some([_, other_x, other_y]) = estimates.iter().find(|[other, ..]| other == time) {

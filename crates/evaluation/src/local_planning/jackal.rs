@@ -49,7 +49,7 @@ pub fn corners(padding: f64) -> [[f64; 2]; 4] {
 }
 
 impl<'a> Jackal<'a> {
-    /// Puts a robot into a world; `None` would be a footprint that is none.
+    /// Puts a robot into a world; `None` if its footprint is invalid.
     pub fn new(world: &'a BarnWorld, seed: u64, start: Pose2) -> Option<Self> {
         Some(Self {
             world,

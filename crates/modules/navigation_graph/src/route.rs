@@ -20,7 +20,7 @@ impl NavigationGraph {
     }
 
     /// Returns the shortest route to a node from a place that is no node, such as a robot's: `entry` has the length of the
-    /// way to each node, m, for instance by a path on a grid; `None` where there is none.
+    /// way to each node, m, for instance by a path on a grid; `None` for a node out of reach.
     ///
     /// Dijkstra, 1959. Of routes of the same length it is always the same one.
     pub fn route_from(&self, entry: impl Fn(&str) -> Option<f64>, to: &str) -> Option<GraphRoute> {

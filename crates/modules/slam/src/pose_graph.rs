@@ -83,7 +83,7 @@ impl PoseGraph {
                 (cost(&moved, &constraints, kernel), moved)
             });
             match moved {
-                // One that is not a number is none.
+                // False for a cost that is not a number.
                 Some((cost, moved)) if cost <= after => {
                     (self.poses, after) = (moved, cost);
                     damping *= 0.1;

@@ -215,7 +215,7 @@ impl Rollouts {
         }
     }
 
-    /// Rolls all trajectories out from a start, with the mean controls plus noise; without noise if there is none.
+    /// Rolls all trajectories out from a start, with the mean controls plus noise, if any.
     pub fn run(&mut self, start: &RolloutStart, mean: &ControlSequence, noise: Option<&ControlNoise>) {
         for step in 0..self.steps {
             self.set_controls(step, start, mean, noise);
