@@ -269,7 +269,7 @@ impl Dwa {
         let parameters = &self.parameters;
         let mut nearest = f64::INFINITY;
         for wz in turns.filter(|wz| self.may_turn(*wz)) {
-            // A turn in place that is too slow is left out.
+            // A turn in place has at least this speed.
             let least = parameters.min_in_place_vel_theta;
             let wz = if wz > 0.0 { math::max(wz, least) } else { math::min(wz, -least) };
             let velocity = PlanarVelocity { vx: 0.0, vy: 0.0, wz };
