@@ -7,7 +7,9 @@ use crate::memory::within;
 /// Reads a graph; one that is valid is written and read as the same.
 pub fn run(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
-    let Ok(graph) = within((1 << 20) + 4096 * bytes.len(), || text.parse::<NavigationGraph>()) else { return };
+    let Ok(graph) = within((1 << 20) + 4096 * bytes.len(), || text.parse::<NavigationGraph>()) else {
+        return;
+    };
     let again: NavigationGraph = graph.to_string().parse().expect("it was written here");
     let own = |properties: &Properties| {
         let mut properties = properties.clone();
@@ -16,7 +18,10 @@ pub fn run(bytes: &[u8]) {
         properties
     };
     let nodes = |graph: &NavigationGraph| -> Vec<NavigationNode> {
-        graph.nodes().map(|node| NavigationNode { properties: own(&node.properties), ..node.clone() }).collect()
+        graph
+            .nodes()
+            .map(|node| NavigationNode { properties: own(&node.properties), ..node.clone() })
+            .collect()
     };
     assert_eq!(nodes(&again), nodes(&graph), "other nodes came out");
     assert_eq!(again.connections(), graph.connections(), "other connections came out");
