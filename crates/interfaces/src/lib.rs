@@ -11,10 +11,13 @@ mod driver;
 mod fact;
 mod gate;
 mod image;
+mod imu;
+mod joystick;
 mod map;
 mod mission;
 mod pose;
 mod range;
+mod satellite_fix;
 mod sighting;
 mod transform;
 
@@ -26,10 +29,13 @@ pub use driver::DriverStatus;
 pub use fact::{FactHead, FactTableHead};
 pub use gate::{GateMode, GateState, LeasePriority, RefusalReason};
 pub use image::{Image, ImageFormat};
+pub use imu::{Imu, Vector3};
+pub use joystick::Joy;
 pub use map::{MapMark, MapStroke, OccupancyGrid, Path};
 pub use mission::{MissionOutcome, MissionState, Verdict};
 pub use pose::{Odometry, Orientation, Particle, ParticleCloud, Point2, Pose2, PoseEstimate, Position};
 pub use range::{Clearance, Echo, LaserScan, SonarPlacement, SonarScan};
+pub use satellite_fix::{FixStatus, NavSatFix};
 pub use sighting::{Sighting, Sightings};
 pub use transform::{FrameName, Quaternion, Transform};
 
@@ -38,9 +44,10 @@ use slate_module::blackboard::interface::{Descriptor, Interface};
 /// The interfaces that most robots speak.
 pub mod prelude {
     pub use crate::{
-        Bumper, Chassis, Clearance, Echo, FourWheelSpeeds, Image, LaserScan, MissionOutcome, MissionState,
-        OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate, Position, Quaternion,
-        SensorAccuracy, Sighting, Sightings, SonarScan, Transform, Twist2, Verdict, WheelSpeeds,
+        Bumper, Chassis, Clearance, Echo, FourWheelSpeeds, Image, Imu, Joy, LaserScan, MissionOutcome,
+        MissionState, NavSatFix, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate,
+        Position, Quaternion, SensorAccuracy, Sighting, Sightings, SonarScan, Transform, Twist2, Verdict,
+        WheelSpeeds,
     };
 }
 
@@ -58,8 +65,11 @@ pub const ALL: &[&Descriptor] = &[
     FourWheelSpeeds::DESCRIPTOR,
     GateState::DESCRIPTOR,
     Image::DESCRIPTOR,
+    Imu::DESCRIPTOR,
+    Joy::DESCRIPTOR,
     LaserScan::DESCRIPTOR,
     MapStroke::DESCRIPTOR,
+    NavSatFix::DESCRIPTOR,
     OccupancyGrid::DESCRIPTOR,
     Odometry::DESCRIPTOR,
     Orientation::DESCRIPTOR,
@@ -78,6 +88,7 @@ pub const ALL: &[&Descriptor] = &[
     SonarScan::DESCRIPTOR,
     Transform::DESCRIPTOR,
     Twist2::DESCRIPTOR,
+    Vector3::DESCRIPTOR,
     Verdict::DESCRIPTOR,
     WheelSpeeds::DESCRIPTOR,
 ];

@@ -126,6 +126,7 @@ pub(super) const RULES: &[(&str, &str, FieldOrigin)] = &[
     ("sensor_msgs/JointState", "name", Called(FOUR_WHEELS)),
     ("sensor_msgs/JointState", "velocity", Listed(TWO_WHEELS)),
     ("sensor_msgs/JointState", "velocity", Listed(FOUR_WHEELS)),
+    ("sensor_msgs/NavSatFix", "status/status", Among("status", &[-1.0, 0.0, 1.0, 2.0])),
     ("sensor_msgs/PointCloud2", "height", Number(1.0)),
     ("sensor_msgs/PointCloud2", "width", Heard(1.0)),
     ("sensor_msgs/PointCloud2", "fields", Axes),
@@ -260,6 +261,17 @@ const MESSAGES: &[(&str, &str)] = &[
          float64[] effort\n",
     ),
     (
+        "sensor_msgs/Imu",
+        "std_msgs/Header header\n\
+         geometry_msgs/Quaternion orientation\n\
+         float64[9] orientation_covariance\n\
+         geometry_msgs/Vector3 angular_velocity\n\
+         float64[9] angular_velocity_covariance\n\
+         geometry_msgs/Vector3 linear_acceleration\n\
+         float64[9] linear_acceleration_covariance\n",
+    ),
+    ("sensor_msgs/Joy", "std_msgs/Header header\nfloat32[] axes\nint32[] buttons\n"),
+    (
         "sensor_msgs/LaserScan",
         "std_msgs/Header header\n\
          float32 angle_min\n\
@@ -271,6 +283,35 @@ const MESSAGES: &[(&str, &str)] = &[
          float32 range_max\n\
          float32[] ranges\n\
          float32[] intensities\n",
+    ),
+    (
+        "sensor_msgs/NavSatFix",
+        "uint8 COVARIANCE_TYPE_UNKNOWN = 0\n\
+         uint8 COVARIANCE_TYPE_APPROXIMATED = 1\n\
+         uint8 COVARIANCE_TYPE_DIAGONAL_KNOWN = 2\n\
+         uint8 COVARIANCE_TYPE_KNOWN = 3\n\
+         std_msgs/Header header\n\
+         sensor_msgs/NavSatStatus status\n\
+         float64 latitude\n\
+         float64 longitude\n\
+         float64 altitude\n\
+         float64[9] position_covariance\n\
+         uint8 position_covariance_type\n",
+    ),
+    (
+        "sensor_msgs/NavSatStatus",
+        "int8 STATUS_UNKNOWN = -2\n\
+         int8 STATUS_NO_FIX = -1\n\
+         int8 STATUS_FIX = 0\n\
+         int8 STATUS_SBAS_FIX = 1\n\
+         int8 STATUS_GBAS_FIX = 2\n\
+         uint16 SERVICE_UNKNOWN = 0\n\
+         uint16 SERVICE_GPS = 1\n\
+         uint16 SERVICE_GLONASS = 2\n\
+         uint16 SERVICE_COMPASS = 4\n\
+         uint16 SERVICE_GALILEO = 8\n\
+         int8 status\n\
+         uint16 service\n",
     ),
     (
         "sensor_msgs/PointCloud2",
@@ -365,6 +406,19 @@ const MESSAGES_OF_ROS1: &[(&str, &str)] = &[
          float32[] cell_temperature\n\
          string location\n\
          string serial_number\n",
+    ),
+    (
+        "sensor_msgs/NavSatStatus",
+        "int8 STATUS_NO_FIX=-1\n\
+         int8 STATUS_FIX=0\n\
+         int8 STATUS_SBAS_FIX=1\n\
+         int8 STATUS_GBAS_FIX=2\n\
+         uint16 SERVICE_GPS=1\n\
+         uint16 SERVICE_GLONASS=2\n\
+         uint16 SERVICE_COMPASS=4\n\
+         uint16 SERVICE_GALILEO=8\n\
+         int8 status\n\
+         uint16 service\n",
     ),
     (
         "sensor_msgs/Range",

@@ -139,6 +139,7 @@ pub fn message_definition(name: &str) -> Option<Definition> {
 /// | all | `header` has the time and the frame that are given, but what is told in a map has `map`, and odometry `odom` (REP 105); covariances are 0, which means unknown |
 /// | `sensor_msgs/LaserScan` | `angle_max` is the direction of the last beam |
 /// | `sensor_msgs/Image` | `encoding` is the name of `format` in lower case |
+/// | `sensor_msgs/NavSatFix` | `status` has the kind of the fix; which systems are used, and where the covariance comes from, is not told |
 /// | `sensor_msgs/Range` | `range` is infinite when nothing was heard |
 /// | `sensor_msgs/BatteryState` | what is not measured is NaN |
 /// | `nav_msgs/OccupancyGrid` | `info` has where the cells are; when it was loaded is 0 |
