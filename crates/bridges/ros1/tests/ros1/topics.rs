@@ -1,6 +1,8 @@
 //! Topics both ways, with rospy.
 #![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
 
+use std::path::{Path, PathBuf};
+
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::Value;
 use slate_ros1::{Ros1Bridge, Ros1Settings};
@@ -229,11 +231,25 @@ fn without_a_master_nothing_begins() {
     agent.set("base/command", "linear", Value::Float(1.0));
 }
 
+/// The file of `geometry_msgs/WrenchStamped`, with those of the messages in it beside it, as a workspace of ROS has them.
+fn wrench_definition() -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros1-messages/geometry_msgs/msg");
+    std::fs::create_dir_all(&folder).unwrap();
+    for (name, text) in [
+        ("WrenchStamped", "# A wrench with a frame and a time.\nHeader header\nWrench wrench\n"),
+        ("Wrench", "Vector3 force\nVector3 torque\n"),
+        ("Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
+    ] {
+        std::fs::write(folder.join(name).with_extension("msg"), text).unwrap();
+    }
+    folder.join("WrenchStamped.msg")
+}
+
 #[test]
 fn messages_defined_by_files_are_read_and_written() {
     let master = Master::start();
-    // As ROS itself has it, with the file of the message in it beside it.
-    let file = "/usr/share/geometry_msgs/msg/WrenchStamped.msg";
+    let file = wrench_definition();
+    let file = file.display();
     let agent = Running::of(&format!(
         "[modules.wrist]\n[links]\n\"wrist/load\" = {{ from = \"ros1:/load\", definition = \"{file}\" }}\n[ros1]\n\
          master = \"{}\"\nwrite.\"/felt\" = {{ from = \"wrist/felt\", definition = \"{file}\", frame = \"wrist\" }}",
