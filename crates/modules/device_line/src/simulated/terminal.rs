@@ -10,22 +10,36 @@ use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-use crate::error::ControllerError;
+/// Why there is no pseudo-terminal.
+#[derive(Debug, thiserror::Error)]
+pub enum TerminalError {
+    /// The system gives none.
+    #[error("no pseudo-terminal: {0}")]
+    System(#[from] std::io::Error),
+    /// The link can't be made.
+    #[error("{}: {error}; expected a path where there is nothing, or an older link", .path.display())]
+    Link {
+        /// Where it should be.
+        path: PathBuf,
+        /// Error of the system.
+        error: std::io::Error,
+    },
+}
 
-/// The controller's end of the line.
+/// The device's end of a line.
 #[derive(Debug)]
-pub struct Terminal {
+pub struct PseudoTerminal {
     file: OwnedFd,
     path: PathBuf,
     link: Option<PathBuf>,
 }
 
-impl Terminal {
+impl PseudoTerminal {
     /// Opens one, and makes `link` lead to the end that is for the driver.
     ///
     /// # Errors
     /// When the system gives none, or the link can't be made.
-    pub fn open(link: Option<&Path>) -> Result<Self, ControllerError> {
+    pub fn open(link: Option<&Path>) -> Result<Self, TerminalError> {
         let io = std::io::Error::from;
         let file = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).map_err(io)?;
         grantpt(&file).map_err(io)?;
@@ -38,7 +52,7 @@ impl Terminal {
         let path =
             PathBuf::from(std::ffi::OsString::from_vec(ptsname(&file, Vec::new()).map_err(io)?.into_bytes()));
         if let Some(link) = link {
-            let wrong = |error| ControllerError::Link { path: link.into(), error };
+            let wrong = |error| TerminalError::Link { path: link.into(), error };
             if link.is_symlink() {
                 std::fs::remove_file(link).map_err(wrong)?;
             }
@@ -50,6 +64,13 @@ impl Terminal {
     /// Path for the driver.
     pub fn path(&self) -> &Path {
         self.link.as_deref().unwrap_or(&self.path)
+    }
+
+    /// Whether a program has the other end open.
+    pub fn is_open(&self) -> bool {
+        let mut files = [PollFd::new(&self.file, PollFlags::IN)];
+        poll(&mut files, Some(&Timespec { tv_sec: 0, tv_nsec: 0 })).is_ok()
+            && !files[0].revents().contains(PollFlags::HUP)
     }
 
     /// Waits for bytes, at most so long.
@@ -68,19 +89,21 @@ impl Terminal {
         rustix::io::read(&self.file, bytes).unwrap_or(0)
     }
 
-    /// Writes what there is room for; what there is none for is lost, as on a line.
-    pub fn write(&self, mut bytes: &[u8]) {
-        while !bytes.is_empty() {
-            match rustix::io::write(&self.file, bytes) {
-                Ok(count) => bytes = &bytes[count..],
+    /// Writes what there is room for, and returns the number of bytes; on a real line the others are lost.
+    pub fn write(&self, bytes: &[u8]) -> usize {
+        let mut written = 0;
+        while written < bytes.len() {
+            match rustix::io::write(&self.file, &bytes[written..]) {
+                Ok(count) => written += count,
                 Err(Errno::INTR) => {}
-                Err(_) => return,
+                Err(_) => break,
             }
         }
+        written
     }
 }
 
-impl Drop for Terminal {
+impl Drop for PseudoTerminal {
     fn drop(&mut self) {
         // A newer terminal may have the link by now.
         if let Some(link) = &self.link

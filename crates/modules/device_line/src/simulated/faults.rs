@@ -7,15 +7,15 @@ pub struct Faults {
     pub drop: f64,
     /// Probability that a byte becomes another one.
     pub corrupt: f64,
-    /// Whether nothing comes from the robot.
+    /// Whether nothing comes from the device.
     pub silent: bool,
-    /// Whether nothing but noise comes from the robot.
+    /// Whether nothing but noise comes from the device.
     pub noise: bool,
 }
 
 impl Faults {
-    /// Returns the bytes that arrive.
-    pub(crate) fn spoil(&self, bytes: &[u8], random: &mut Random) -> Vec<u8> {
+    /// Returns what arrives of bytes in either direction.
+    pub fn spoil(&self, bytes: &[u8], random: &mut Random) -> Vec<u8> {
         let mut spoilt = Vec::with_capacity(bytes.len());
         for byte in bytes {
             if random.unit() < self.drop {
@@ -27,8 +27,8 @@ impl Faults {
         spoilt
     }
 
-    /// Returns the reports that arrive.
-    pub(crate) fn spoil_reports(&self, bytes: &[u8], random: &mut Random) -> Vec<u8> {
+    /// Returns what arrives of what the device sends.
+    pub fn spoil_reports(&self, bytes: &[u8], random: &mut Random) -> Vec<u8> {
         if self.silent {
             return Vec::new();
         }
