@@ -124,6 +124,7 @@ pub fn plugins() -> Vec<Plugin> {
         slate_wheeled::plugin(),
         slate_adaptation::plugin(),
         slate_arcos::plugin(),
+        slate_drivers::plugin(),
         slate_localization::plugin(),
         slate_mapping::plugin(),
         slate_vision::plugin(),
