@@ -36,6 +36,30 @@ fn joystick_state_arrives_and_survives_a_pulled_cable() {
 }
 
 #[test]
+fn joystick_drives_through_the_gate_until_it_is_pulled_out() {
+    let device = at_terminal(SimulatedJoystick::default());
+    let gate = "[modules.joystick_wheels]\nparams = { max_linear_velocity = 0.39 }\n[links]\n\"joystick_wheels/joy\" = \"joystick/joy\"\n[actuators.wheels]\n\
+                commands = [\"joystick_wheels/wheels\"]\ntime_to_live = \"100ms\"\n\
+                limits = { left = [-12.3, 12.3], right = [-12.3, 12.3] }\nsafe = { left = 0.0, right = 0.0 }";
+    let running = Running::well("joystick", device.name(), gate);
+    running.until("all axes", || running.numbers("joy/axes").len() == 6);
+    device.with(|joystick| {
+        joystick.tilt(1, -32_767);
+        joystick.press(4, true);
+    });
+    // 0.39 m/s on wheels of 0.0975 m.
+    let drives = |speed: f64| (running.number("../wheels/command/left") - speed).abs() < 1e-9;
+    running.until("motion", || drives(4.0));
+    device.unplug();
+    running.until("standing", || drives(0.0));
+    // The button is still held when it returns.
+    device.plug().unwrap();
+    running.until("a connection", || running.is_well());
+    std::thread::sleep(Duration::from_millis(200));
+    assert!(drives(0.0));
+}
+
+#[test]
 fn joystick_that_is_none_is_refused() {
     assert!(refusal("joystick", "params.device = \"js0\"").contains("expected a device"));
     let running = Running::new("joystick", "/dev/input/slate-no-joystick", "");
