@@ -1,102 +1,29 @@
 //! The simulator as a module: it lets the world go on at the beginning of each cycle, with the commands that the
 //! actuators got in the last one, and shows what the robots' sensors measure.
 
+mod convert;
+mod ports;
+
 use slate_interfaces::{
-    Bumper, Chassis, Clearance, Contact, Contacts, Echo, FourWheelSpeeds, LaserScan, Odometry, Orientation,
-    Pose2, Position, Quaternion, SensorAccuracy, Sighting, Sightings, SonarPlacement, SonarScan, Transform,
-    Twist2, WheelSpeeds,
+    Bumper, Chassis, Clearance, Contacts, DoorState, Echo, HolonomicTwist, Odometry, OmniWheelSpeeds,
+    Orientation, Position, SensorAccuracy, Sighting, Sightings, SonarScan, Twist2,
 };
 use slate_module::prelude::*;
 use slate_module::{
     Description, Instance, Params as _, PortCursor, PortDescription, Stage, Trigger, decode, encode,
 };
 
-use crate::drive::{FourWheels, Wheels};
-use crate::geometry::{Point, Pose};
+use crate::drive::Velocity;
+use crate::geometry::Point;
 use crate::hardware::hardware;
 use crate::robot::DriveKind;
 use crate::scenario::Scenario;
 use crate::simulation::{Placement, Simulation};
-
-/// Command of a robot's two wheels; names of ports begin with the robot's.
-#[ports]
-struct TwoWheelsIo {
-    /// Wheel command.
-    #[role("actuation")]
-    wheels: Input<WheelSpeeds>,
-}
-
-/// Command of a robot's four wheels.
-#[ports]
-struct FourWheelsIo {
-    /// Wheel command.
-    #[role("actuation")]
-    wheels: Input<FourWheelSpeeds>,
-}
-
-/// What each robot knows of its own body.
-#[ports]
-struct ChassisIo {
-    /// Geometry and limits.
-    chassis: Output<Chassis>,
-    /// Errors of the sensors; nothing as long as they are exact.
-    accuracy: Output<SensorAccuracy>,
-}
-
-/// Outputs of a robot with sonars.
-#[ports]
-struct SonarIo {
-    /// Scan of the sonars.
-    sonar: Output<SonarScan>,
-}
-
-/// Outputs of each robot.
-#[ports]
-struct RobotIo {
-    /// Position of the positioning system.
-    position: Output<Position>,
-    /// Heading of the compass.
-    orientation: Output<Orientation>,
-    /// Odometry of the wheels.
-    odometry: Output<Odometry>,
-    /// Where the robot really is; for referees and reports, not for the robot.
-    #[role("truth")]
-    truth: Output<Pose2>,
-    /// True clearance; for referees and reports, not for the robot.
-    #[role("truth")]
-    clearance: Output<Clearance>,
-}
-
-/// Outputs of a robot with bumpers.
-#[ports]
-struct BumperIo {
-    /// State of the bumpers.
-    bumper: Output<Bumper>,
-}
-
-/// Outputs of a robot with a laser scanner.
-#[ports]
-struct LaserIo {
-    /// Scan of the laser scanner.
-    laser: Output<LaserScan>,
-    /// Where the laser scanner is mounted on the robot.
-    laser_mount: Output<Transform>,
-}
-
-/// Outputs of a robot with a detector of robots.
-#[ports]
-struct SightingsIo {
-    /// The robots that it sees.
-    sightings: Output<Sightings>,
-}
-
-/// Outputs of the world.
-#[ports]
-struct WorldIo {
-    /// The contacts that began in the last cycle; for referees, not for robots.
-    #[role("truth")]
-    contacts: Output<Contacts>,
-}
+use convert::{four_wheels, measured, mount, pose2, report, ring, two_wheels};
+use ports::{
+    Abilities, BumperIo, ChassisIo, DoorIo, FourWheelsIo, ImuIo, LaserIo, OmniIo, PersonIo, RobotIo,
+    SightingsIo, SonarIo, TwoWheelsIo, WorldIo,
+};
 
 /// The embedded simulator.
 #[derive(Debug)]
@@ -114,62 +41,23 @@ pub struct Simulator {
     started: bool,
 }
 
-/// Which ports a robot has.
-#[derive(Clone, Copy, Debug)]
-struct Abilities {
-    drive: DriveKind,
-    sonar: bool,
-    bumper: bool,
-    laser: bool,
-    robot_sensor: bool,
-}
-
-impl Abilities {
-    fn of(scenario: &Scenario, placement: &Placement) -> Self {
-        Self {
-            drive: placement.description.drive.kind,
-            sonar: !placement.sonar.is_empty(),
-            bumper: placement.description.bumper.is_some(),
-            laser: scenario.lasers.contains_key(&placement.name),
-            robot_sensor: placement.robot_sensor().is_some(),
-        }
-    }
-
-    fn ports(self) -> Vec<PortDescription> {
-        let mut ports = match self.drive {
-            DriveKind::Differential => TwoWheelsIo::describe(),
-            DriveKind::SkidSteer => FourWheelsIo::describe(),
-        };
-        ports.extend(ChassisIo::describe());
-        if self.sonar {
-            ports.extend(SonarIo::describe());
-        }
-        ports.extend(RobotIo::describe());
-        if self.bumper {
-            ports.extend(BumperIo::describe());
-        }
-        if self.laser {
-            ports.extend(LaserIo::describe());
-        }
-        if self.robot_sensor {
-            ports.extend(SightingsIo::describe());
-        }
-        ports
-    }
-}
-
 impl Instance for Simulator {
     const SECTION: &'static str = "world";
 
     fn describe(setup: &Setup<'_>) -> Result<Description, Refusal> {
         let scenario = scenario(setup)?;
         let mut ports = WorldIo::describe();
+        let mut add = |name: &str, own: Vec<PortDescription>| {
+            let named =
+                |port: PortDescription| PortDescription { name: format!("{name}/{}", port.name), ..port };
+            ports.extend(own.into_iter().map(named));
+        };
         for placement in &scenario.placements {
-            for mut port in Abilities::of(&scenario, placement).ports() {
-                port.name = format!("{}/{}", placement.name, port.name);
-                ports.push(port);
-            }
+            add(&placement.name, Abilities::of(&scenario, placement).ports());
         }
+        let people = scenario.moving.people.iter().flat_map(|people| people.starts());
+        people.for_each(|(name, _)| add(name, PersonIo::describe()));
+        scenario.moving.doors.keys().for_each(|name| add(name, DoorIo::describe()));
         Ok(Description {
             ports,
             params: <()>::DESCRIPTOR,
@@ -192,18 +80,27 @@ impl Instance for Simulator {
             )
             .into());
         }
-        let mut simulation =
-            Simulation::new(&scenario.world, &scenario.placements, setup.seed, scenario.step)
-                .map_err(|error| Refusal(error.to_string()))?;
+        let mut simulation = Simulation::with_moving(
+            &scenario.world,
+            &scenario.placements,
+            &scenario.moving,
+            setup.seed,
+            scenario.step,
+        )
+        .map_err(|error| Refusal(error.to_string()))?;
         simulation.set_threads(scenario.threads);
         let rings = (0..simulation.robot_count()).map(|robot| ring(&simulation, robot)).collect();
         let chassis = scenario.placements.iter().map(|placement| placement.description.chassis()).collect();
         let accuracy = scenario.placements.iter().map(Placement::accuracy).collect();
         let abilities = scenario.placements.iter().map(|placement| Abilities::of(&scenario, placement));
         let abilities = abilities.collect();
-        for (robot, Placement { name, .. }) in scenario.placements.iter().enumerate() {
+        for (robot, placement) in scenario.placements.iter().enumerate() {
+            let name = &placement.name;
             if let Some(laser) = scenario.lasers.get(name) {
                 simulation.mount_laser(robot, laser, setup.seed);
+            }
+            if scenario.imus.contains(name) {
+                simulation.mount_imu(robot, placement.imu(), setup.seed);
             }
             simulation.set_faults(robot, scenario.faults.get(name).map_or(&[], Vec::as_slice));
         }
@@ -232,13 +129,19 @@ impl Instance for Simulator {
             }
         });
         for robot in 0..self.simulation.robot_count() {
-            let Abilities { drive, sonar, bumper, laser, robot_sensor } = self.abilities[robot];
+            let Abilities { drive, sonar, bumper, laser, robot_sensor, imu } = self.abilities[robot];
             // A wheel command of now takes effect in the next cycle.
-            let wheels = match drive {
-                DriveKind::Differential => ports.with(|io: &TwoWheelsIo| two_wheels(io.wheels.get())),
-                DriveKind::SkidSteer => ports.with(|io: &FourWheelsIo| four_wheels(io.wheels.get())),
-            };
-            self.simulation.command(robot, wheels);
+            match drive {
+                DriveKind::Differential => {
+                    let wheels = ports.with(|io: &TwoWheelsIo| two_wheels(io.wheels.get()));
+                    self.simulation.command(robot, wheels);
+                }
+                DriveKind::SkidSteer => {
+                    let wheels = ports.with(|io: &FourWheelsIo| four_wheels(io.wheels.get()));
+                    self.simulation.command(robot, wheels);
+                }
+                DriveKind::Omni => ports.with(|io: &OmniIo| self.command_omni(robot, io)),
+            }
             ports.with(|io: &ChassisIo| {
                 io.chassis.set(self.chassis[robot]);
                 if is_first && self.accuracy[robot] != SensorAccuracy::default() {
@@ -263,7 +166,11 @@ impl Instance for Simulator {
             if robot_sensor {
                 ports.with(|io: &SightingsIo| self.see(robot, io));
             }
+            if imu {
+                ports.with(|io: &ImuIo| self.show_imu(robot, io, is_first));
+            }
         }
+        self.show_moving(ports);
         Outcome::Ok
     }
 
@@ -293,6 +200,21 @@ impl Simulator {
         self.simulation.sense();
     }
 
+    fn command_omni(&mut self, robot: usize, io: &OmniIo) {
+        let (wheels, twist) = (io.wheels.get(), io.twist.get());
+        match twist.filter(|_| wheels.is_none() || io.twist.stamp().time > io.wheels.stamp().time) {
+            Some(HolonomicTwist { x, y, angular }) => {
+                let velocity = Velocity { forward: *x, left: *y, turn: *angular };
+                self.simulation.command_velocity(robot, velocity);
+            }
+            // The wheels stand before the first command.
+            None => {
+                let OmniWheelSpeeds { speeds } = wheels.copied().unwrap_or(OmniWheelSpeeds::ZERO);
+                self.simulation.command_omni(robot, speeds);
+            }
+        }
+    }
+
     fn hear(&mut self, robot: usize, io: &SonarIo) {
         if let Some(echoes) = self.simulation.shown_sonar(robot) {
             let mut heard = [Echo::default(); 16];
@@ -320,6 +242,18 @@ impl Simulator {
         io.clearance.set(Clearance { distance: self.simulation.clearance(robot) });
     }
 
+    fn show_moving(&self, ports: &mut PortCursor) {
+        for (_, pose) in self.simulation.people() {
+            ports.with(|io: &PersonIo| io.truth.set(pose2(pose)));
+        }
+        for (_, leaf, opening) in self.simulation.doors() {
+            ports.with(|io: &DoorIo| {
+                io.door.set(DoorState { opening, is_open: (opening >= 1.0).into() });
+                io.truth.set(pose2(leaf));
+            });
+        }
+    }
+
     fn feel(&self, robot: usize, io: &BumperIo) {
         let felt = self.simulation.felt(robot);
         io.bumper.set(Bumper { front: felt.front.into(), back: felt.back.into() });
@@ -327,16 +261,16 @@ impl Simulator {
 
     fn tell_mount(&self, robot: usize, io: &LaserIo) {
         let Some(laser) = self.simulation.laser(robot) else { return };
-        let [x, y, degrees] = laser.description().mount;
-        let half = degrees.to_radians() / 2.0;
-        io.laser_mount.set(Transform {
-            parent: Text::new("base_link"),
-            child: Text::new("laser"),
-            translation: Position { x, y, z: 0.0 },
-            rotation: Quaternion { z: math::sin(half), w: math::cos(half), ..Quaternion::IDENTITY },
-            fixed: true.into(),
-            ..Transform::default()
-        });
+        io.laser_mount.set(mount("laser", laser.description().mount));
+    }
+
+    fn show_imu(&mut self, robot: usize, io: &ImuIo, is_first: bool) {
+        if let Some(imu) = self.simulation.imu(robot).filter(|_| is_first) {
+            io.imu_mount.set(mount("imu", imu.mount));
+        }
+        let Some(reading) = self.simulation.shown_imu(robot) else { return };
+        let Some(imu) = self.simulation.imu(robot) else { return };
+        io.imu.set(measured(&reading, imu));
     }
 
     fn scan(&mut self, robot: usize, io: &LaserIo) {
@@ -363,48 +297,5 @@ impl Simulator {
             })
         });
         io.sightings.set(Sightings { list: Sequence::new(&list[..length]) });
-    }
-}
-
-/// The wheels stand before the first command.
-fn two_wheels(wheels: Option<&WheelSpeeds>) -> FourWheels {
-    let WheelSpeeds { left, right } = wheels.copied().unwrap_or(WheelSpeeds::ZERO);
-    Wheels { left, right }.into()
-}
-
-fn four_wheels(wheels: Option<&FourWheelSpeeds>) -> FourWheels {
-    let wheels = wheels.copied().unwrap_or(FourWheelSpeeds::ZERO);
-    let FourWheelSpeeds { front_left, front_right, back_left, back_right } = wheels;
-    FourWheels { front_left, front_right, back_left, back_right }
-}
-
-fn pose2(pose: Pose) -> Pose2 {
-    Pose2 { x: pose.x, y: pose.y, theta: pose.theta }
-}
-
-fn report(contact: &crate::contact::Contact) -> Contact {
-    Contact {
-        time: contact.time,
-        robot: Text::new(&contact.robot),
-        other: Text::new(&contact.other),
-        caused: contact.caused.into(),
-        caused_by_other: contact.caused_by_other.into(),
-    }
-}
-
-fn ring(simulation: &Simulation, robot: usize) -> SonarScan {
-    let Some((_, ring)) = simulation.sonar(robot) else { return SonarScan::default() };
-    let description = ring.description();
-    let placements: Vec<_> = description
-        .placements
-        .iter()
-        .map(|[x, y, degrees]| SonarPlacement { x: *x, y: *y, theta: degrees.to_radians() })
-        .collect();
-    SonarScan {
-        field_of_view: description.field_of_view,
-        range_min: description.range_min,
-        range_max: description.range_max,
-        placements: Sequence::new(&placements),
-        echoes: Sequence::default(),
     }
 }
