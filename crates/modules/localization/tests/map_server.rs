@@ -1,5 +1,4 @@
 //! The block `map_server`: files that are maps, and others.
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use std::path::{Path, PathBuf};
 

@@ -1,11 +1,11 @@
-//! Checks of scans and odometry.
+//! Checks of scans.
 
 use serde::{Deserialize, Serialize};
-use slate_interfaces::{LaserScan, Odometry, Pose2};
+use slate_interfaces::{LaserScan, Pose2};
 use slate_module::{Tick, math};
 
 use super::AmclParams;
-use super::fault::{FaultyInput, InputFault};
+use crate::fault::{FaultyInput, InputFault};
 
 /// Scans of another shape in a row after which that shape is expected.
 const SHAPE_CHANGE_SCANS: u8 = 10;
@@ -103,51 +103,6 @@ impl ScanCheck {
         if self.is_stuck {
             let reason = format_args!("is stuck: no range has changed on {travel:.2} m and {turn:.2} rad");
             return Err(InputFault::with(FaultyInput::Scan, reason));
-        }
-        Ok(())
-    }
-}
-
-/// What is known of the odometry so far.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct OdometryCheck {
-    /// Newest pose, and its time, ns.
-    newest: Option<([f64; 3], u64)>,
-    /// What is wrong with the newest pose.
-    fault: Option<InputFault>,
-}
-
-impl OdometryCheck {
-    /// Checks a new pose.
-    pub fn check(&mut self, odometry: &Odometry, time: u64, params: &AmclParams) {
-        self.fault = self.examine(odometry, time, params).err();
-    }
-
-    /// Returns the fault of the newest pose.
-    pub fn fault(&self) -> Result<(), InputFault> {
-        self.fault.clone().map_or(Ok(()), Err)
-    }
-
-    fn examine(&mut self, odometry: &Odometry, time: u64, params: &AmclParams) -> Result<(), InputFault> {
-        let fault = |reason: std::fmt::Arguments<'_>| Err(InputFault::with(FaultyInput::Odometry, reason));
-        let Pose2 { x, y, theta } = odometry.pose;
-        if !odometry.pose.is_known() {
-            return fault(format_args!("is no number: ({x}, {y}, {theta})"));
-        }
-        let Some(([last_x, last_y, last_theta], last)) = self.newest.replace(([x, y, theta], time)) else {
-            return Ok(());
-        };
-        if time < last {
-            return fault(format_args!("went back in time by {:.3} s", (last - time) as f64 * 1e-9));
-        }
-        let seconds = (time - last) as f64 * 1e-9;
-        let (moved, turned) =
-            (math::hypot(x - last_x, y - last_y), math::angle_between(last_theta, theta).abs());
-        // A hand's breadth and some degrees are no jump, whatever the time.
-        if moved > params.max_linear_velocity * seconds + 0.1
-            || turned > params.max_angular_velocity * seconds + 0.1
-        {
-            return fault(format_args!("jumped by {moved:.2} m and {turned:.2} rad in {seconds:.3} s"));
         }
         Ok(())
     }

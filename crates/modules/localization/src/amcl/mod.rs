@@ -1,7 +1,5 @@
 //! Adaptive Monte Carlo localization as a block.
 
-mod fault;
-mod frames;
 mod inputs;
 mod params;
 
@@ -13,10 +11,10 @@ use slate_mapek::prelude::*;
 use slate_module::Stamp;
 use slate_module::prelude::*;
 
+use crate::fault::{FaultyInput, InputFault};
+use crate::odometry_check::OdometryCheck;
 use crate::{LikelihoodField, MOST_CELLS, MonteCarloLocalization, SensorModel};
-use fault::{FaultyInput, InputFault};
-use frames::{map_to_odom, odom_to_base};
-use inputs::{OdometryCheck, ScanCheck};
+use inputs::ScanCheck;
 pub use params::AmclParams;
 
 /// Ports of [`Amcl`].
@@ -96,16 +94,16 @@ impl Analyze for Amcl {
             return None;
         }
         let fault = state.step(io, params, now).err();
-        state.report(fault, now);
+        InputFault::report(&mut state.fault, fault, now);
         if state.fault.is_some() || !(io.odometry.is_new() || io.scan.is_new()) {
             return None;
         }
         let (estimate, odometry) = (state.localization.as_ref()?.estimate()?, io.odometry.get()?);
         if params.tf_broadcast.get() {
-            io.map_to_odom.set(map_to_odom(params, &estimate.pose, &odometry.pose, now));
+            io.map_to_odom.set(params.frames().map_to_odom(&estimate.pose, &odometry.pose, now));
         }
         if params.odom_broadcast.get() {
-            io.odom_to_base.set(odom_to_base(params, &odometry.pose, now));
+            io.odom_to_base.set(params.frames().odom_to_base(&odometry.pose, now));
         }
         Some(estimate)
     }
@@ -120,7 +118,7 @@ impl AmclState {
     fn check(&mut self, io: &AmclIo, params: &AmclParams) {
         let odometry = io.odometry.get();
         if let Some(odometry) = odometry.filter(|_| io.odometry.is_new()) {
-            self.odometry.check(odometry, io.odometry.stamp().time, params);
+            self.odometry.check(odometry, io.odometry.stamp().time, params.jump_velocities());
             if self.odometry.fault().is_err() {
                 self.scan.rebase();
                 if let Some(localization) = &mut self.localization {
@@ -185,20 +183,6 @@ impl AmclState {
             self.field = Some((source, field_of(map, source)?));
         }
         Ok(())
-    }
-
-    /// Logs a fault that begins, and its end.
-    fn report(&mut self, fault: Option<InputFault>, now: &Tick) {
-        if self.fault.as_ref().map(InputFault::input) != fault.as_ref().map(InputFault::input) {
-            match (&fault, &self.fault) {
-                (Some(fault), _) => {
-                    now.warn(format_args!("{fault}; the pose is stale until it has recovered"))
-                }
-                (None, Some(before)) => now.info(format_args!("{} has recovered", before.input().name())),
-                (None, None) => {}
-            }
-        }
-        self.fault = fault;
     }
 }
 

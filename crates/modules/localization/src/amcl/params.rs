@@ -3,7 +3,9 @@
 use slate_interfaces::Pose2;
 use slate_module::prelude::*;
 
+use crate::frames::FrameNames;
 use crate::monte_carlo::FARTHEST;
+use crate::odometry_check::JumpVelocities;
 use crate::{
     BeamSkip, Candidates, InvalidParameter, KldSampling, LaserModelType, MonteCarloParameters,
     OdometryAlphas, Recovery, SensorModel,
@@ -162,6 +164,18 @@ impl AmclParams {
             laser_max_range: self.laser_max_range,
             laser_likelihood_max_dist: self.laser_likelihood_max_dist,
         })
+    }
+
+    pub(super) fn jump_velocities(&self) -> JumpVelocities {
+        JumpVelocities { linear: self.max_linear_velocity, angular: self.max_angular_velocity }
+    }
+
+    pub(super) fn frames(&self) -> FrameNames<'_> {
+        FrameNames {
+            map: self.global_frame_id.as_str(),
+            odometry: self.odom_frame_id.as_str(),
+            robot: self.base_frame_id.as_str(),
+        }
     }
 
     pub(super) fn initial_pose(&self) -> Option<Pose2> {

@@ -3,35 +3,49 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-use slate_module::Text;
+use slate_module::{Text, Tick};
 
 use crate::InvalidParameter;
 
 /// An input that is bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum FaultyInput {
+pub(crate) enum FaultyInput {
     Scan,
     /// No scan for too long: apart from a bad one, so that the log names both.
     StoppedScan,
     Odometry,
+    StoppedOdometry,
     Map,
     Parameter,
+    Imu,
+    StoppedImu,
+    Orientation,
+    Position,
+    Fix,
+    Landmarks,
+    LandmarkMap,
 }
 
 impl FaultyInput {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Scan | Self::StoppedScan => "`scan`",
-            Self::Odometry => "`odometry`",
+            Self::Odometry | Self::StoppedOdometry => "`odometry`",
             Self::Map => "`map`",
             Self::Parameter => "the configuration",
+            Self::Imu | Self::StoppedImu => "`imu`",
+            Self::Orientation => "`orientation`",
+            Self::Position => "`position`",
+            Self::Fix => "`fix`",
+            Self::Landmarks => "`landmarks`",
+            Self::LandmarkMap => "`landmark_map`",
         }
     }
 }
 
 /// Which input is bad, and why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct InputFault {
+pub(crate) struct InputFault {
     input: FaultyInput,
     #[serde(skip)]
     reason: Text<92>,
@@ -44,10 +58,10 @@ impl InputFault {
 
     /// A reason with numbers.
     pub fn with(input: FaultyInput, reason: fmt::Arguments<'_>) -> Self {
-        let mut text = FaultText::default();
+        let mut text = Text::default();
         // What does not fit is cut.
         let _ = fmt::write(&mut text, reason);
-        Self { input, reason: Text::new(std::str::from_utf8(&text.bytes[..text.length]).unwrap_or_default()) }
+        Self { input, reason: text }
     }
 
     pub fn parameter(error: InvalidParameter) -> Self {
@@ -57,35 +71,24 @@ impl InputFault {
     pub fn input(&self) -> FaultyInput {
         self.input
     }
+
+    /// Replaces the newest fault, and logs one that begins, and its end.
+    pub fn report(newest: &mut Option<Self>, fault: Option<Self>, now: &Tick) {
+        if newest.as_ref().map(Self::input) != fault.as_ref().map(Self::input) {
+            match (&fault, &newest) {
+                (Some(fault), _) => {
+                    now.warn(format_args!("{fault}; the pose is stale until it has recovered"))
+                }
+                (None, Some(before)) => now.info(format_args!("{} has recovered", before.input().name())),
+                (None, None) => {}
+            }
+        }
+        *newest = fault;
+    }
 }
 
 impl fmt::Display for InputFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {}", self.input.name(), self.reason.as_str())
-    }
-}
-
-/// Text without an allocation, as a tick has none.
-struct FaultText {
-    bytes: [u8; 92],
-    length: usize,
-}
-
-impl Default for FaultText {
-    fn default() -> Self {
-        Self { bytes: [0; 92], length: 0 }
-    }
-}
-
-impl fmt::Write for FaultText {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        for character in text.chars() {
-            let Some(place) = self.bytes.get_mut(self.length..self.length + character.len_utf8()) else {
-                return Err(fmt::Error);
-            };
-            character.encode_utf8(place);
-            self.length += character.len_utf8();
-        }
-        Ok(())
     }
 }
