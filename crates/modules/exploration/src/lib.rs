@@ -23,6 +23,7 @@ mod exploration;
 mod frontier;
 mod information_gain;
 mod parameters;
+mod unknown_counts;
 
 pub use exploration::{Exploration, ExplorationGoal};
 pub use frontier::{Frontier, FrontierDetector};
