@@ -39,7 +39,7 @@ fn report(name: &str, drive_model: DriveModel, grid: &FootprintGrid) {
     let mut random = Random::new(1, "poses");
     let (mut times, mut states) = (Vec::new(), Vec::new());
     for _ in 0..100 {
-        let start = Pose2 { x: random.uniform(3.0, 37.0), y: 3.0, theta: random.uniform(-3.0, 3.0) };
+        let start = Pose2 { x: random.uniform(3.0, 37.0), y: 3.0, theta: random.uniform(-0.4, 0.4) };
         // An empty place.
         let place = (random.uniform(1.0, 4.0) as u32 * 3) as f64 * 2.5 + 1.25;
         let goal = Pose2 {
