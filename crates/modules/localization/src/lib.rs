@@ -33,8 +33,11 @@ mod beam_skip;
 mod bins;
 mod candidate_pool;
 mod estimate;
+pub mod frames;
+pub mod inputs;
 mod likelihood_field;
 mod map_monitor;
+mod map_saver;
 mod map_server;
 mod monte_carlo;
 mod motion_model;
@@ -44,6 +47,7 @@ mod particles;
 pub use amcl::{Amcl, AmclIo, AmclParams, AmclState, GlobalLocalization};
 pub use likelihood_field::{LaserModelType, LikelihoodField, SensorModel};
 pub use map_monitor::{MapMonitor, MapSensors};
+pub use map_saver::{MapSaver, MapSaverIo, MapSaverParams, MapSaverState, SaveMap};
 pub use map_server::{MapServer, MapServerBlock, MapServerIo, MapServerParams, MapServerState};
 pub use monte_carlo::MonteCarloLocalization;
 pub use motion_model::OdometryAlphas;
@@ -55,7 +59,7 @@ use slate_mapek::{AnalyzeBlock, MonitorBlock};
 /// Largest number of cells of a map that an agent has.
 const MOST_CELLS: usize = 1 << 22;
 
-slate_module::plugin!(AnalyzeBlock<Amcl>, MapServerBlock, MonitorBlock<MapMonitor>);
+slate_module::plugin!(AnalyzeBlock<Amcl>, MapSaver, MapServerBlock, MonitorBlock<MapMonitor>);
 
 #[cfg(doctest)]
 #[doc = include_str!("../../../../book/src/35-localization.md")]

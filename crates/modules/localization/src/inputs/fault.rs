@@ -3,22 +3,25 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-use slate_module::Text;
-
-use crate::InvalidParameter;
+use slate_module::{Text, Tick};
 
 /// An input that is bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum FaultyInput {
+pub enum FaultyInput {
+    /// A scan.
     Scan,
     /// No scan for too long: apart from a bad one, so that the log names both.
     StoppedScan,
+    /// The odometry.
     Odometry,
+    /// The map.
     Map,
+    /// A parameter.
     Parameter,
 }
 
 impl FaultyInput {
+    /// Name in messages.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Scan | Self::StoppedScan => "`scan`",
@@ -31,18 +34,19 @@ impl FaultyInput {
 
 /// Which input is bad, and why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct InputFault {
+pub struct InputFault {
     input: FaultyInput,
     #[serde(skip)]
     reason: Text<92>,
 }
 
 impl InputFault {
+    /// Makes a fault with a reason.
     pub fn new(input: FaultyInput, reason: &str) -> Self {
         Self { input, reason: Text::new(reason) }
     }
 
-    /// A reason with numbers.
+    /// Makes a fault with a reason that has numbers.
     pub fn with(input: FaultyInput, reason: fmt::Arguments<'_>) -> Self {
         let mut text = FaultText::default();
         // What does not fit is cut.
@@ -50,12 +54,26 @@ impl InputFault {
         Self { input, reason: Text::new(std::str::from_utf8(&text.bytes[..text.length]).unwrap_or_default()) }
     }
 
-    pub fn parameter(error: InvalidParameter) -> Self {
+    /// Makes the fault of an invalid parameter.
+    pub fn parameter(error: impl fmt::Display) -> Self {
         Self::with(FaultyInput::Parameter, format_args!("is invalid: {error}"))
     }
 
+    /// Returns the input that is bad.
     pub fn input(&self) -> FaultyInput {
         self.input
+    }
+
+    /// Logs a fault that begins, and its end.
+    pub fn log_change(before: Option<&Self>, fault: Option<&Self>, now: &Tick) {
+        if before.map(Self::input) == fault.map(Self::input) {
+            return;
+        }
+        match (fault, before) {
+            (Some(fault), _) => now.warn(format_args!("{fault}; the pose is stale until it has recovered")),
+            (None, Some(before)) => now.info(format_args!("{} has recovered", before.input().name())),
+            (None, None) => {}
+        }
     }
 }
 

@@ -1,10 +1,9 @@
-//! Checks of scans and odometry.
+//! Check of scans.
 
 use serde::{Deserialize, Serialize};
-use slate_interfaces::{LaserScan, Odometry, Pose2};
+use slate_interfaces::{LaserScan, Pose2};
 use slate_module::{Tick, math};
 
-use super::AmclParams;
 use super::fault::{FaultyInput, InputFault};
 
 /// Scans of another shape in a row after which that shape is expected.
@@ -14,9 +13,9 @@ const STUCK_DISTANCE: f64 = 0.3;
 /// Turn without a changed range after which a laser counts as stuck, rad.
 const STUCK_ANGLE: f64 = 0.3;
 
-/// What is known of the scans so far.
+/// Check of successive scans of a laser.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct ScanCheck {
+pub struct ScanCheck {
     /// Number of beams, first direction and increment; none before the first scan.
     shape: Option<(usize, f64, f64)>,
     /// Scans of another shape in a row.
@@ -38,7 +37,7 @@ impl ScanCheck {
         self.fault = self.examine(scan, time, odometry).err();
     }
 
-    /// Takes an odometry that no motion has led to.
+    /// Forgets the pose of the odometry, which has jumped.
     pub fn rebase(&mut self) {
         self.since = None;
     }
@@ -105,72 +104,6 @@ impl ScanCheck {
             return Err(InputFault::with(FaultyInput::Scan, reason));
         }
         Ok(())
-    }
-}
-
-/// What is known of the odometry so far.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct OdometryCheck {
-    /// Newest pose, and its time, ns.
-    newest: Option<([f64; 3], u64)>,
-    /// What is wrong with the newest pose.
-    fault: Option<InputFault>,
-}
-
-impl OdometryCheck {
-    /// Checks a new pose.
-    pub fn check(&mut self, odometry: &Odometry, time: u64, params: &AmclParams) {
-        self.fault = self.examine(odometry, time, params).err();
-    }
-
-    /// Returns the fault of the newest pose.
-    pub fn fault(&self) -> Result<(), InputFault> {
-        self.fault.clone().map_or(Ok(()), Err)
-    }
-
-    fn examine(&mut self, odometry: &Odometry, time: u64, params: &AmclParams) -> Result<(), InputFault> {
-        let fault = |reason: std::fmt::Arguments<'_>| Err(InputFault::with(FaultyInput::Odometry, reason));
-        let Pose2 { x, y, theta } = odometry.pose;
-        if !odometry.pose.is_known() {
-            return fault(format_args!("is no number: ({x}, {y}, {theta})"));
-        }
-        let Some(([last_x, last_y, last_theta], last)) = self.newest.replace(([x, y, theta], time)) else {
-            return Ok(());
-        };
-        if time < last {
-            return fault(format_args!("went back in time by {:.3} s", (last - time) as f64 * 1e-9));
-        }
-        let seconds = (time - last) as f64 * 1e-9;
-        let (moved, turned) =
-            (math::hypot(x - last_x, y - last_y), math::angle_between(last_theta, theta).abs());
-        // A hand's breadth and some degrees are no jump, whatever the time.
-        if moved > params.max_linear_velocity * seconds + 0.1
-            || turned > params.max_angular_velocity * seconds + 0.1
-        {
-            return fault(format_args!("jumped by {moved:.2} m and {turned:.2} rad in {seconds:.3} s"));
-        }
-        Ok(())
-    }
-}
-
-/// Ends of about `max_beams` beams in the robot's frame, m, without those that hit nothing.
-pub(super) fn ends_of_beams(
-    scan: &LaserScan,
-    mount: &Pose2,
-    params: &AmclParams,
-    points: &mut Vec<[f64; 2]>,
-) {
-    points.clear();
-    let step = scan.ranges.len().div_ceil(params.max_beams.max(1) as usize);
-    let most = math::min(scan.range_max, params.laser_max_range);
-    let least = math::max(scan.range_min, params.laser_min_range);
-    for (beam, range) in scan.ranges.iter().enumerate().step_by(step.max(1)) {
-        let range = f64::from(*range);
-        // False for NaN, too.
-        if range > least && range < most {
-            let angle = mount.theta + scan.angle_min + beam as f64 * scan.angle_increment;
-            points.push([mount.x + range * math::cos(angle), mount.y + range * math::sin(angle)]);
-        }
     }
 }
 
