@@ -1,5 +1,6 @@
 //! Choice of the next goal.
 
+use serde::{Deserialize, Serialize};
 use slate_grid::{Geometry, OccupancyMap};
 use slate_interfaces::Point2;
 use slate_module::math;
@@ -34,7 +35,10 @@ pub struct ExplorationGoal {
 }
 
 /// Chooses goals until no frontier is left that can be reached.
-#[derive(Clone, Debug)]
+///
+/// A saved one has its parameters, the blacklist and the current goal; the rest follows from the next map.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(from = "SavedExploration", into = "SavedExploration")]
 pub struct Exploration {
     parameters: ExplorationParameters,
     detector: FrontierDetector,
@@ -43,6 +47,36 @@ pub struct Exploration {
     /// In the map frame, as cells change when a map grows.
     blacklist: Vec<Point2>,
     current: Option<Point2>,
+}
+
+/// What is saved of an [`Exploration`].
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct SavedExploration {
+    parameters: ExplorationParameters,
+    blacklist: Vec<[f64; 2]>,
+    current: Option<[f64; 2]>,
+}
+
+impl From<Exploration> for SavedExploration {
+    fn from(exploration: Exploration) -> Self {
+        let saved = |point: &Point2| [point.x, point.y];
+        Self {
+            parameters: exploration.parameters,
+            blacklist: exploration.blacklist.iter().map(saved).collect(),
+            current: exploration.current.as_ref().map(saved),
+        }
+    }
+}
+
+impl From<SavedExploration> for Exploration {
+    fn from(saved: SavedExploration) -> Self {
+        let point = |[x, y]: [f64; 2]| Point2 { x, y };
+        Self {
+            blacklist: saved.blacklist.into_iter().map(point).collect(),
+            current: saved.current.map(point),
+            ..Self::new(saved.parameters)
+        }
+    }
 }
 
 impl Exploration {
@@ -94,8 +128,26 @@ impl Exploration {
 
     /// Leaves out goals near one that the robot could not reach.
     pub fn blacklist(&mut self, goal: &ExplorationGoal) {
-        self.blacklist.push(goal.position);
+        self.blacklist_position(goal.position);
+    }
+
+    /// Leaves out goals near a position, m.
+    pub fn blacklist_position(&mut self, position: Point2) {
+        self.blacklist.push(position);
         self.current = None;
+    }
+
+    /// Returns the number of positions on the blacklist.
+    pub fn blacklisted(&self) -> usize {
+        self.blacklist.len()
+    }
+
+    /// Goes on with other parameters.
+    pub fn set_parameters(&mut self, parameters: ExplorationParameters) {
+        if self.parameters != parameters {
+            self.information_gain = InformationGain::new(parameters.sensor_range);
+            self.parameters = parameters;
+        }
     }
 
     /// Forgets which goals could not be reached.

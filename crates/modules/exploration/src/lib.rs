@@ -20,14 +20,27 @@
 //! ```
 
 mod exploration;
+mod exploration_referee;
+mod explorer;
 mod frontier;
 mod information_gain;
 mod parameters;
 
 pub use exploration::{Exploration, ExplorationGoal};
+pub use exploration_referee::{
+    ExplorationCoverage, ExplorationReferee, ExplorationRefereeIo, ExplorationRefereeParams,
+    ExplorationRefereeState,
+};
+pub use explorer::{
+    ExplorationProgress, Explorer, ExplorerIo, ExplorerParams, ExplorerState, FrontierPoints,
+};
 pub use frontier::{Frontier, FrontierDetector};
 pub use information_gain::InformationGain;
 pub use parameters::{ExplorationParameters, GoalSelection};
+
+use slate_mapek::AnalyzeBlock;
+
+slate_module::plugin!(AnalyzeBlock<Explorer>, ExplorationReferee);
 
 #[cfg(doctest)]
 #[doc = include_str!("../../../../book/src/38-exploration.md")]
