@@ -62,6 +62,8 @@ pub enum Failure {
     #[error("{0}")]
     Data(#[from] slate_evaluation::DataError),
     #[error("{0}")]
+    Map(#[from] slate_map_file::MapFileError),
+    #[error("{0}")]
     Record(#[from] slate::record::RecordError),
     #[error("{0}")]
     Bag(#[from] slate::record::bag::Error),
