@@ -18,9 +18,9 @@ const PROGRESS: f64 = 0.2;
 /// Distance between two goals from which they are two, m.
 const OTHER_GOAL: f64 = 0.5;
 
-/// Ports of [`Explorer`].
+/// Ports of [`FrontierExplorer`].
 #[ports]
-pub struct ExplorerIo {
+pub struct FrontierExplorerIo {
     /// Map of what is known, from Knowledge.
     map: Required<OccupancyGrid>,
     /// Pose of the robot in the map frame, from Knowledge.
@@ -61,9 +61,9 @@ pub struct ExplorationProgress {
     pub is_done: Bool,
 }
 
-/// Parameters of [`Explorer`].
+/// Parameters of [`FrontierExplorer`].
 #[params]
-pub struct ExplorerParams {
+pub struct FrontierExplorerParams {
     #[param(default = "next_best_view", doc = "nearest_frontier, information_gain or next_best_view")]
     goal_selection: Text<28>,
     #[param(default = 7.0, range = 0.1..=100.0, unit = "m", doc = "range of the sensor")]
@@ -95,11 +95,11 @@ pub struct ExplorerParams {
 /// Explores unknown space: chooses goals from which the robot sees what its map lacks.
 ///
 /// It keeps a goal until another is better by `hysteresis`, and leaves out goals that the robot does not reach.
-pub struct Explorer;
+pub struct FrontierExplorer;
 
-/// State of [`Explorer`].
+/// State of [`FrontierExplorer`].
 #[derive(Default, Serialize, Deserialize)]
-pub struct ExplorerState {
+pub struct FrontierExplorerState {
     exploration: Option<Exploration>,
     target: Option<ExplorationTarget>,
     /// When it chose last, and since when it has no goal, ns.
@@ -127,18 +127,18 @@ struct ExplorationTarget {
     reached_at: Option<u64>,
 }
 
-impl Analyze for Explorer {
-    const NAME: &'static str = "explorer";
+impl Analyze for FrontierExplorer {
+    const NAME: &'static str = "frontier_explorer";
     const DOC: &'static str = "Chooses where to go next to see what the map lacks.";
-    type Observed = ExplorerIo;
-    type Params = ExplorerParams;
-    type State = ExplorerState;
+    type Observed = FrontierExplorerIo;
+    type Params = FrontierExplorerParams;
+    type State = FrontierExplorerState;
     type Value = InPlace<FrontierPoints>;
 
     fn process(
-        state: &mut ExplorerState,
-        io: &ExplorerIo,
-        params: &ExplorerParams,
+        state: &mut FrontierExplorerState,
+        io: &FrontierExplorerIo,
+        params: &FrontierExplorerParams,
         now: &Tick,
     ) -> Option<InPlace<FrontierPoints>> {
         let (map, pose) = (io.map.fresh()?, *io.pose.fresh()?);
@@ -158,9 +158,14 @@ impl Analyze for Explorer {
     }
 }
 
-impl ExplorerState {
+impl FrontierExplorerState {
     /// Takes a map, and makes the costs of its cells; `None` if it is too large to search.
-    fn take(&mut self, map: &OccupancyGrid, geometry: Geometry, params: &ExplorerParams) -> Option<()> {
+    fn take(
+        &mut self,
+        map: &OccupancyGrid,
+        geometry: Geometry,
+        params: &FrontierExplorerParams,
+    ) -> Option<()> {
         let known = self.map.get_or_insert_with(|| OccupancyMap { geometry, cells: Vec::new() });
         known.geometry = geometry;
         known.cells.clear();
@@ -184,7 +189,7 @@ impl ExplorerState {
         &mut self,
         robot: GridCell,
         pose: &Pose2,
-        params: &ExplorerParams,
+        params: &FrontierExplorerParams,
         now: &Tick,
     ) -> Option<ExplorationGoal> {
         let parameters = self.parameters(params, now);
@@ -214,7 +219,7 @@ impl ExplorerState {
         goal
     }
 
-    fn parameters(&mut self, params: &ExplorerParams, now: &Tick) -> ExplorationParameters {
+    fn parameters(&mut self, params: &FrontierExplorerParams, now: &Tick) -> ExplorationParameters {
         let goal_selection = match params.goal_selection.as_str() {
             "nearest_frontier" => GoalSelection::NearestFrontier,
             "information_gain" => GoalSelection::InformationGain,
@@ -240,9 +245,9 @@ impl ExplorerState {
 
     fn publish(
         &self,
-        io: &ExplorerIo,
+        io: &FrontierExplorerIo,
         goal: Option<&ExplorationGoal>,
-        params: &ExplorerParams,
+        params: &FrontierExplorerParams,
         now: &Tick,
     ) -> InPlace<FrontierPoints> {
         let resolution = self.map.as_ref().map_or(1.0, |map| map.geometry.resolution);
@@ -282,7 +287,7 @@ impl ExplorationTarget {
         before: Option<Self>,
         goal: &ExplorationGoal,
         pose: &Pose2,
-        params: &ExplorerParams,
+        params: &FrontierExplorerParams,
         now: &Tick,
     ) -> Self {
         let Point2 { x, y } = goal.position;
@@ -300,7 +305,7 @@ impl ExplorationTarget {
     }
 
     /// Whether the robot does not come nearer, or is there and it still is a goal.
-    fn is_missed(&self, params: &ExplorerParams, now: &Tick) -> bool {
+    fn is_missed(&self, params: &FrontierExplorerParams, now: &Tick) -> bool {
         let since = |time: u64| now.now().saturating_sub(time) as f64 * 1e-9;
         since(self.progress_at) > params.progress_timeout
             || self.reached_at.is_some_and(|reached| since(reached) > params.dwell_time)

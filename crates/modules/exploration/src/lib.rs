@@ -32,7 +32,8 @@ pub use exploration_referee::{
     ExplorationRefereeState,
 };
 pub use explorer::{
-    ExplorationProgress, Explorer, ExplorerIo, ExplorerParams, ExplorerState, FrontierPoints,
+    ExplorationProgress, FrontierExplorer, FrontierExplorerIo, FrontierExplorerParams, FrontierExplorerState,
+    FrontierPoints,
 };
 pub use frontier::{Frontier, FrontierDetector};
 pub use information_gain::InformationGain;
@@ -40,7 +41,7 @@ pub use parameters::{ExplorationParameters, GoalSelection};
 
 use slate_mapek::AnalyzeBlock;
 
-slate_module::plugin!(AnalyzeBlock<Explorer>, ExplorationReferee);
+slate_module::plugin!(AnalyzeBlock<FrontierExplorer>, ExplorationReferee);
 
 #[cfg(doctest)]
 #[doc = include_str!("../../../../book/src/38-exploration.md")]

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use slate_exploration::{
-    ExplorationCoverage, ExplorationProgress, ExplorationReferee, ExplorationRefereeParams, Explorer,
-    ExplorerParams, FrontierPoints,
+    ExplorationCoverage, ExplorationProgress, ExplorationReferee, ExplorationRefereeParams, FrontierExplorer,
+    FrontierExplorerParams, FrontierPoints,
 };
 use slate_grid::{Geometry, OccupancyMap};
 use slate_interfaces::{MissionOutcome, MissionState, OccupancyGrid, Point2, Pose2, Verdict};
@@ -27,14 +27,14 @@ fn occupancy(known: usize) -> Vec<i8> {
     (0..1600).map(cell).collect()
 }
 
-fn explorer(change: impl FnOnce(&mut ExplorerParams)) -> Fixture<AnalyzeBlock<Explorer>> {
-    let mut params = ExplorerParams { robot_radius: 0.2, ..ExplorerParams::default() };
+fn explorer(change: impl FnOnce(&mut FrontierExplorerParams)) -> Fixture<AnalyzeBlock<FrontierExplorer>> {
+    let mut params = FrontierExplorerParams { robot_radius: 0.2, ..FrontierExplorerParams::default() };
     change(&mut params);
     Fixture::with(params).unwrap()
 }
 
 fn see(
-    block: &mut Fixture<AnalyzeBlock<Explorer>>,
+    block: &mut Fixture<AnalyzeBlock<FrontierExplorer>>,
     known: usize,
     x: f64,
 ) -> (Option<Point2>, ExplorationProgress) {
@@ -83,7 +83,7 @@ fn a_goal_without_progress_goes_on_the_blacklist() {
 
 #[test]
 fn a_restored_explorer_goes_on_as_the_saved_one() {
-    let change = |params: &mut ExplorerParams| params.progress_timeout = 2.0;
+    let change = |params: &mut FrontierExplorerParams| params.progress_timeout = 2.0;
     let (mut first, mut second) = (explorer(change), explorer(change));
     for _ in 0..4 {
         see(&mut first, 30, 1.0);

@@ -8,7 +8,7 @@ use slate_module::math;
 use crate::correlative::{SearchWindow, search};
 use crate::graph_slam::GraphSlam;
 use crate::parameters::LoopClosureParameters;
-use crate::pending_work::{ConstraintSearch, LoopSearch};
+use crate::pending_work::{ConstraintSearch, LoopSearch, PendingWork};
 use crate::pose_graph::Constraint;
 use crate::refine::{Refined, refine};
 use crate::se2;
@@ -25,6 +25,28 @@ const LOOKS: usize = 500;
 const MATCHES: usize = 8;
 
 impl GraphSlam {
+    /// Makes a unit of the work that [`track`](Self::track) and [`request_finish`](Self::request_finish) have left: a
+    /// submap is searched in another one, a few scans are matched with one, or the graph is optimized. Returns whether
+    /// more is left.
+    pub fn work(&mut self) -> bool {
+        let left = match self.pending.pop_front() {
+            None => None,
+            Some(PendingWork::Loops(search)) => self.search_loop(search).map(PendingWork::Loops),
+            Some(PendingWork::Constraints(search)) => {
+                self.search_constraints(search).map(PendingWork::Constraints)
+            }
+        };
+        if let Some(left) = left {
+            self.pending.push_front(left);
+        }
+        !self.pending.is_empty()
+    }
+
+    /// Whether work is left.
+    pub fn has_work(&self) -> bool {
+        !self.pending.is_empty()
+    }
+
     /// Searches a submap in the next earlier one near it; returns what is left of the search. After the last one, the
     /// graph is optimized.
     pub(crate) fn search_loop(&mut self, mut search: LoopSearch) -> Option<LoopSearch> {

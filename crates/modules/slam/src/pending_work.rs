@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::graph_slam::GraphSlam;
 use crate::pose_graph::Constraint;
 
 /// Searches that are made in units of a few milliseconds.
@@ -45,29 +44,5 @@ impl PendingWork {
 
     pub fn constraints(is_rough: bool) -> Self {
         Self::Constraints(ConstraintSearch { is_rough, submap: 0, node: 0, found: Vec::new() })
-    }
-}
-
-impl GraphSlam {
-    /// Makes a unit of the work that [`track`](Self::track) and [`request_finish`](Self::request_finish) have left: a
-    /// submap is searched in another one, a few scans are matched with one, or the graph is optimized. Returns whether
-    /// more is left.
-    pub fn work(&mut self) -> bool {
-        let left = match self.pending.pop_front() {
-            None => None,
-            Some(PendingWork::Loops(search)) => self.search_loop(search).map(PendingWork::Loops),
-            Some(PendingWork::Constraints(search)) => {
-                self.search_constraints(search).map(PendingWork::Constraints)
-            }
-        };
-        if let Some(left) = left {
-            self.pending.push_front(left);
-        }
-        !self.pending.is_empty()
-    }
-
-    /// Whether work is left.
-    pub fn has_work(&self) -> bool {
-        !self.pending.is_empty()
     }
 }

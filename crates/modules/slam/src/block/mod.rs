@@ -20,7 +20,7 @@ use crate::se2;
 pub use interfaces::{SlamEdge, SlamEdgeKind, SlamGraph, SlamStatus};
 use live_slam::LiveSlam;
 pub use params::SlamParams;
-use travel::Travel;
+use travel::OdometryTravel;
 
 /// Ports of [`Slam`].
 #[ports]
@@ -61,7 +61,7 @@ pub struct SlamState {
     scan: ScanCheck,
     odometry: OdometryCheck,
     fault: Option<InputFault>,
-    travel: Travel,
+    travel: OdometryTravel,
     /// Travel at the newest scan.
     #[serde(with = "SavedPose")]
     inserted: Pose2,

@@ -8,7 +8,7 @@ use crate::se2;
 
 /// Odometry without its jumps, from wherever it began.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Travel {
+pub(super) struct OdometryTravel {
     #[serde(with = "SavedPose")]
     pose: Pose2,
     /// Newest pose of the odometry; unknown before the first.
@@ -16,13 +16,13 @@ pub(super) struct Travel {
     newest: Pose2,
 }
 
-impl Default for Travel {
+impl Default for OdometryTravel {
     fn default() -> Self {
         Self { pose: Pose2::default(), newest: Pose2::UNKNOWN }
     }
 }
 
-impl Travel {
+impl OdometryTravel {
     pub fn pose(&self) -> Pose2 {
         self.pose
     }
