@@ -42,7 +42,8 @@ pub use dwa::{Dwa, DwaParameters};
 pub use error::LocalPlanningError;
 pub use footprint_points::FootprintPoints;
 pub use mppi::{
-    Mppi, MppiCritics, MppiMemory, MppiParameters, ObstaclesCritic, PathAlignCritic, PathAngleCritic, PathCritic,
+    Mppi, MppiCritics, MppiMemory, MppiParameters, ObstaclesCritic, PathAlignCritic, PathAngleCritic,
+    PathCritic,
 };
 pub use observations::ObservationBuffer;
 pub use obstacle_field::ObstacleField;

@@ -5,7 +5,7 @@ use slate_interfaces::Pose2;
 use slate_module::math;
 
 use crate::error::LocalPlanningError;
-use crate::saved_pose::{SavedPose, SavedPoseTime};
+use crate::saved_pose::{ProgressPose, ProgressPoseTime};
 use crate::velocity::PlanarVelocity;
 
 /// Detects that a robot is stuck, as Nav2's progress checkers.
@@ -16,7 +16,7 @@ pub struct ProgressChecker {
     /// Time without progress after which it is stuck, `movement_time_allowance`, s.
     allowance: f64,
     /// Where and when it made progress.
-    #[serde(with = "SavedPoseTime")]
+    #[serde(with = "ProgressPoseTime")]
     newest: Option<(Pose2, f64)>,
 }
 
@@ -132,7 +132,7 @@ pub struct RecoverySequence {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct RunningRecovery {
     behavior: RecoveryBehavior,
-    #[serde(with = "SavedPose")]
+    #[serde(with = "ProgressPose")]
     start: Pose2,
     /// Time of the start, s.
     since: f64,

@@ -119,9 +119,8 @@ impl NavigationBody {
 
     /// Commands the wheels to a velocity; those of a robot without a model stand.
     pub fn drive(&self, velocity: PlanarVelocity, priority: Priority) {
-        let speeds = self
-            .model()
-            .map_or(WheelSpeeds::ZERO, |model| model.wheels_for(velocity.vx, velocity.wz));
+        let speeds =
+            self.model().map_or(WheelSpeeds::ZERO, |model| model.wheels_for(velocity.vx, velocity.wz));
         self.wheels.send(speeds, priority);
     }
 

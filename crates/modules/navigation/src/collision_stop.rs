@@ -69,7 +69,9 @@ impl ReactiveModel for CollisionStop {
         let robot = sensors.robot.get()?;
         let rules = sensors.rules.get()?;
         let is_late = |time: u64| now.now().saturating_sub(time) as f64 * 1e-9 > rules.source_timeout;
-        let (Some(scan), Some(odometry)) = (sensors.laser.get(), sensors.odometry.get()) else { return halt() };
+        let (Some(scan), Some(odometry)) = (sensors.laser.get(), sensors.odometry.get()) else {
+            return halt();
+        };
         if is_late(sensors.laser.stamp().time) || is_late(sensors.odometry.stamp().time) {
             return halt();
         }
@@ -98,7 +100,8 @@ fn collides(
     let margin = rules.collision_distance;
     let steps = (rules.time_before_collision / STEP).ceil() as u32;
     // No point that is farther comes near in that time.
-    let reach = twist.linear.abs() * rules.time_before_collision + footprint.radius() + margin;
+    let radius = footprint.outline().fold(0.0, |most, [x, y]| math::max(most, math::hypot(x, y)));
+    let reach = twist.linear.abs() * rules.time_before_collision + radius + margin;
     let points = scan.ranges.iter().enumerate().filter_map(|(beam, range)| {
         let range = f64::from(*range);
         if !(range >= scan.range_min && range < scan.range_max) {

@@ -14,12 +14,12 @@ use crate::settings::{ControllerSettings, LocalPlannerChoice};
 
 /// Local planner that follows paths. Its state is what it remembers; the rest is made anew.
 #[derive(Default, Serialize, Deserialize)]
-pub struct Controller {
+pub struct PathController {
     memory: MppiMemory,
     /// Newest velocity, and when it was planned, s.
     newest: Option<(PlanarVelocity, f64)>,
     #[serde(skip)]
-    planner: Option<(ControllerSettings, ChosenPlanner)>,
+    planner: Option<(ControllerSettings, FollowingPlanner)>,
     #[serde(skip)]
     window: Option<Box<LocalWindow>>,
     /// Path in the odometry frame.
@@ -27,7 +27,7 @@ pub struct Controller {
     path: Vec<Point2>,
 }
 
-enum ChosenPlanner {
+enum FollowingPlanner {
     Mppi(Box<Mppi>),
     Dwa(Box<Dwa>),
 }
@@ -59,7 +59,7 @@ impl<'a> ControlInputs<'a> {
     }
 }
 
-impl Controller {
+impl PathController {
     /// Returns the velocity that follows a path in the map frame, to a heading at its end, rad; `None` if none is free.
     ///
     /// # Errors
@@ -82,8 +82,8 @@ impl Controller {
         let planner = match &mut self.planner {
             Some((known, planner)) if *known == *settings => planner,
             other => {
-                let mut planner = ChosenPlanner::new(settings, &window.footprint)?;
-                if let ChosenPlanner::Mppi(planner) = &mut planner {
+                let mut planner = FollowingPlanner::new(settings, &window.footprint)?;
+                if let FollowingPlanner::Mppi(planner) = &mut planner {
                     planner.resume(&self.memory);
                 }
                 &mut other.insert((*settings, planner)).1
@@ -95,12 +95,12 @@ impl Controller {
         let heading = heading.map(|heading| to_odometry.heading(heading));
         let state = MotionState { pose: inputs.odometry.pose, velocity: inputs.odometry.twist.into() };
         let velocity = match planner {
-            ChosenPlanner::Mppi(planner) => {
+            FollowingPlanner::Mppi(planner) => {
                 let velocity = planner.plan(&state, &self.path, heading, &window.field);
                 planner.remember(&mut self.memory);
                 velocity
             }
-            ChosenPlanner::Dwa(planner) => planner.plan(&state, &self.path, &window.field),
+            FollowingPlanner::Dwa(planner) => planner.plan(&state, &self.path, &window.field),
         };
         self.newest = velocity.map(|velocity| (velocity, time));
         Ok(velocity)
@@ -124,13 +124,13 @@ impl Controller {
     /// Forgets earlier controls, as after a recovery.
     pub fn reset(&mut self) {
         (self.memory, self.newest) = (MppiMemory::default(), None);
-        if let Some((_, ChosenPlanner::Mppi(planner))) = &mut self.planner {
+        if let Some((_, FollowingPlanner::Mppi(planner))) = &mut self.planner {
             planner.reset();
         }
     }
 }
 
-impl ChosenPlanner {
+impl FollowingPlanner {
     fn new(settings: &ControllerSettings, footprint: &Footprint) -> Result<Self, LocalPlanningError> {
         if settings.planner == LocalPlannerChoice::DWA {
             return Ok(Self::Dwa(Box::new(Dwa::new(settings.dwa(), footprint)?)));

@@ -159,12 +159,14 @@ impl DeliveryRefereeState {
             let least = self.clearance.unwrap_or(f64::MAX);
             self.clearance = Some(math::min(least, clearance.distance));
         }
-        for contact in io.contacts.iter().flat_map(|contacts| contacts.list.to_vec()) {
-            let own = contact.robot.as_str() == robot;
-            if own || contact.other.as_str() == robot {
-                self.collisions += 1;
-                let caused = if own { contact.caused } else { contact.caused_by_other };
-                self.caused += u64::from(caused.get());
+        for contacts in io.contacts.iter() {
+            for contact in contacts.list.iter() {
+                let own = contact.robot.as_str() == robot;
+                if own || contact.other.as_str() == robot {
+                    self.collisions += 1;
+                    let caused = if own { contact.caused } else { contact.caused_by_other };
+                    self.caused += u64::from(caused.get());
+                }
             }
         }
     }
@@ -183,8 +185,7 @@ impl DeliveryRefereeState {
         }
         let goal = |number: u64| &mission.goals[(number % count) as usize];
         let here = goal(self.visits);
-        let is_there =
-            self.position(here).is_some_and(|goal| distance(goal, place) <= params.goal_tolerance);
+        let is_there = self.position(here).is_some_and(|goal| distance(goal, place) <= params.goal_tolerance);
         if !is_there {
             return;
         }
@@ -240,7 +241,11 @@ impl DeliveryRefereeState {
             verdict.state = if is_well { MissionState::SUCCEEDED } else { MissionState::FAILED };
         }
         // Writing to a text in place can't fail.
-        let _ = write!(verdict.reason, "{deliveries} deliveries, {in_time} in time, {} collisions caused", self.caused);
+        let _ = write!(
+            verdict.reason,
+            "{deliveries} deliveries, {in_time} in time, {} collisions caused",
+            self.caused
+        );
         io.verdict.set(verdict);
         Outcome::Ok
     }

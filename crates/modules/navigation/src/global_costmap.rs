@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use slate_grid::Geometry;
-use slate_planning::{Costmap, CostGrid, GridCell, Inflation};
+use slate_planning::{CostGrid, Costmap, GridCell, Inflation};
 use slate_plugin::interfaces::{OccupancyGrid, Pose2};
 use slate_plugin::module::Stamp;
 use slate_plugin::prelude::*;
@@ -105,7 +105,9 @@ impl Analyze for GlobalCostmap {
         state.updated = Some(now.now());
         if let Err(reason) = state.prepare(map, io.map.stamp(), params) {
             if !std::mem::replace(&mut state.is_invalid, true) {
-                now.warn(format_args!("`map` is invalid: {reason}; the robot stands until it is another one"));
+                now.warn(format_args!(
+                    "`map` is invalid: {reason}; the robot stands until it is another one"
+                ));
             }
             return None;
         }
@@ -115,7 +117,9 @@ impl Analyze for GlobalCostmap {
         let GlobalCostmapState { layers, hits, .. } = state;
         let (_, _, costmap) = layers.as_mut()?;
         costmap.clear_observations();
-        if let (Some(pose), Some(obstacles)) = (io.pose.fresh().filter(|pose| pose.is_known()), io.obstacles.fresh()) {
+        if let (Some(pose), Some(obstacles)) =
+            (io.pose.fresh().filter(|pose| pose.is_known()), io.obstacles.fresh())
+        {
             let robot = PlanarTransform::of(&obstacles.pose);
             hits.clear();
             hits.extend(

@@ -96,9 +96,12 @@ impl Knowledge for NavigationKnowledge {
             }
             models.collision_rules.set(params.collision_rules());
         }
-        if !std::mem::replace(&mut state.has_begun, true) && !params.goals.is_empty() {
-            state.mission.begin(params.goals.iter().map(SavedGoal::from).collect(), params.is_loop.get());
-            state.is_changed = true;
+        if !std::mem::replace(&mut state.has_begun, true) {
+            let goals = params.first_goals();
+            if !goals.is_empty() {
+                state.mission.begin(goals, params.is_loop.get());
+                state.is_changed = true;
+            }
         }
         for request in models.navigate.iter() {
             match state.mission.change(&request, now) {

@@ -4,7 +4,7 @@ use slate_plugin::prelude::*;
 use slate_wheeled::knowledge::WheeledKnowledgeParams;
 
 use crate::collision_stop::CollisionRules;
-use crate::mission::NavigationGoal;
+use crate::mission::{PlaceName, SavedGoal};
 use crate::settings::{ControllerSettings, LocalPlannerChoice};
 
 /// Parameters of [`NavigationKnowledge`](crate::NavigationKnowledge), with Nav2's names.
@@ -31,9 +31,11 @@ pub struct NavigationKnowledgeParams {
         doc = "profile of its sensor for other robots, if it is another one"
     )]
     pub robot_sensor: Text<28>,
-    #[param(default = Sequence::default(), doc = "goals of the first mission, each a pose or a place")]
-    pub goals: Sequence<NavigationGoal, 16>,
-    #[param(default = false, doc = "whether the first of these goals follows the last one")]
+    #[param(default = Sequence::default(), doc = "places of the first mission, by their names in the navigation graph")]
+    pub places: Sequence<PlaceName, 16>,
+    #[param(default = Sequence::default(), doc = "points of the first mission, if it has no places, metres")]
+    pub goals: Sequence<Point2, 16>,
+    #[param(default = false, doc = "whether the first goal of this mission follows the last one")]
     pub is_loop: Bool,
     #[param(default = "mppi", doc = "local planner: mppi or dwa")]
     pub local_planner: Text<28>,
@@ -97,6 +99,14 @@ impl NavigationKnowledgeParams {
             robot_sensor: self.robot_sensor,
             has_goal: false.into(),
             ..WheeledKnowledgeParams::default()
+        }
+    }
+
+    /// Goals of the first mission.
+    pub(crate) fn first_goals(&self) -> Vec<SavedGoal> {
+        match self.places.is_empty() {
+            true => self.goals.iter().map(SavedGoal::from).collect(),
+            false => self.places.iter().map(SavedGoal::from).collect(),
         }
     }
 

@@ -24,9 +24,9 @@ mod knowledge_params;
 mod local_costmap;
 mod local_window;
 mod mission;
-mod obstacle_memory;
 mod obstacles;
 mod route_planner;
+mod scan_memory;
 mod settings;
 
 pub use actions::{
@@ -35,13 +35,18 @@ pub use actions::{
 };
 pub use body::{CostmapClear, NavigationBody};
 pub use collision_stop::{CollisionRules, CollisionSensors, CollisionStop};
-pub use delivery_referee::{DeliveryMetrics, DeliveryReferee, DeliveryRefereeIo, DeliveryRefereeParams, DeliveryRefereeState};
-pub use global_costmap::{GlobalCostmap, GlobalCostmapIo, GlobalCostmapParams, GlobalCostmapState, KeepOutZone};
+pub use delivery_referee::{
+    DeliveryMetrics, DeliveryReferee, DeliveryRefereeIo, DeliveryRefereeParams, DeliveryRefereeState,
+};
+pub use global_costmap::{
+    GlobalCostmap, GlobalCostmapIo, GlobalCostmapParams, GlobalCostmapState, KeepOutZone,
+};
 pub use knowledge::{NavigationKnowledge, NavigationKnowledgeState, NavigationModels};
 pub use knowledge_params::NavigationKnowledgeParams;
 pub use local_costmap::{LocalCostmap, LocalCostmapIo, LocalCostmapParams, LocalCostmapState};
 pub use mission::{
-    NavigationCommand, NavigationGoal, NavigationMission, NavigationRequest, NavigationState, NavigationStatus,
+    NavigationCommand, NavigationGoal, NavigationMission, NavigationRequest, NavigationState,
+    NavigationStatus, PlaceName,
 };
 pub use obstacles::ObstaclePoints;
 pub use route_planner::{RoutePlanner, RoutePlannerIo, RoutePlannerParams, RoutePlannerState};

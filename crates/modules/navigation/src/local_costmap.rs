@@ -9,8 +9,8 @@ use slate_plugin::prelude::*;
 
 use crate::body::CostmapClear;
 use crate::frames::PlanarTransform;
-use crate::obstacle_memory::{MemoryLimits, ObstacleMemory};
 use crate::obstacles::ObstaclePoints;
+use crate::scan_memory::{MemoryLimits, ScanMemory};
 
 /// Ports of [`LocalCostmap`].
 #[ports]
@@ -53,7 +53,7 @@ pub struct LocalCostmap;
 /// State of [`LocalCostmap`].
 #[derive(Default, Serialize, Deserialize)]
 pub struct LocalCostmapState {
-    memory: ObstacleMemory,
+    memory: ScanMemory,
     fault: Option<ObstacleFault>,
     /// Number of the newest request to clear.
     cleared: u64,

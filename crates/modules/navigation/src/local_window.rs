@@ -38,13 +38,12 @@ impl LocalWindow {
         match window {
             Some(window) => Ok(window),
             none => {
-                let error = LocalPlanningError {
-                    name: "outline",
-                    expected: "a robot model with a convex outline",
-                };
+                let error =
+                    LocalPlanningError { name: "outline", expected: "a robot model with a convex outline" };
                 let outline = &body.model().ok_or(error)?.chassis.outline;
                 let footprint = Footprint::of(outline).map_err(|_| error)?;
-                let (points, field) = (FootprintPoints::new(&footprint), ObstacleField::new(size, RESOLUTION)?);
+                let (points, field) =
+                    (FootprintPoints::new(&footprint), ObstacleField::new(size, RESOLUTION)?);
                 Ok(none.insert(Box::new(Self { size, footprint, points, field })))
             }
         }

@@ -27,6 +27,14 @@ pub struct NavigationGoal {
     pub place: Text<28>,
 }
 
+/// Name of a place.
+#[interface]
+#[derive(PartialEq)]
+pub struct PlaceName {
+    /// As in the navigation graph.
+    pub place: Text<28>,
+}
+
 /// Change of a mission.
 #[interface]
 pub enum NavigationCommand {
@@ -136,6 +144,18 @@ impl From<&NavigationGoal> for SavedGoal {
             dock: goal.dock.get(),
             place: goal.place.as_str().into(),
         }
+    }
+}
+
+impl From<&PlaceName> for SavedGoal {
+    fn from(name: &PlaceName) -> Self {
+        Self { place: name.place.as_str().into(), ..Self::default() }
+    }
+}
+
+impl From<&Point2> for SavedGoal {
+    fn from(point: &Point2) -> Self {
+        Self { x: point.x, y: point.y, ..Self::default() }
     }
 }
 

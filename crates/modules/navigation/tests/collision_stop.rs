@@ -18,8 +18,12 @@ impl Scene {
     fn new() -> Self {
         let mut block = Fixture::new();
         block.set("robot", model(Pose2::default()));
-        let rules =
-            CollisionRules { time_before_collision: 0.6, collision_distance: 0.03, source_timeout: 0.5, min_points: 3 };
+        let rules = CollisionRules {
+            time_before_collision: 0.6,
+            collision_distance: 0.03,
+            source_timeout: 0.5,
+            min_points: 3,
+        };
         block.set("rules", rules);
         Self(block)
     }
@@ -50,10 +54,10 @@ impl Scene {
 #[test]
 fn a_robot_stops_in_time_before_a_wall() {
     let mut scene = Scene::new();
-    // The front is 0.19 m before the axle: 0.6 s at 0.5 m/s and a margin of 3 cm are 0.52 m.
-    assert!(!scene.stops(0.5, 0.0, 0.56));
-    assert!(scene.stops(0.5, 0.0, 0.50));
-    assert!(!scene.stops(0.2, 0.0, 0.50), "slowly it may come nearer");
+    // The front is 0.07 m before the laser: 0.6 s at 0.5 m/s and a margin of 3 cm are 0.40 m.
+    assert!(!scene.stops(0.5, 0.0, 0.45));
+    assert!(scene.stops(0.5, 0.0, 0.38));
+    assert!(!scene.stops(0.2, 0.0, 0.38), "slowly it may come nearer");
     assert!(!scene.stops(0.0, 0.0, 0.20), "it may turn away from where it stands");
     assert!(!scene.stops(-0.2, 0.0, 0.20), "it may back away");
 }
@@ -64,7 +68,10 @@ fn a_scan_or_a_velocity_that_stopped_stops_the_robot() {
         let mut scene = Scene::new();
         assert!(!scene.stops(0.5, 0.0, 3.0));
         for _ in 0..9 {
-            scene.0.set("odometry", Odometry { twist: Twist2 { linear: 0.5, angular: 0.0 }, ..Odometry::default() });
+            scene.0.set(
+                "odometry",
+                Odometry { twist: Twist2 { linear: 0.5, angular: 0.0 }, ..Odometry::default() },
+            );
             assert!(!scene.ticks());
         }
         // The laser has stopped after half a second; the odometry goes on.

@@ -89,7 +89,8 @@ fn cost(block: &Fixture<AnalyzeBlock<GlobalCostmap>>, column: usize, row: usize)
 #[test]
 fn costs_come_from_map_obstacles_and_zones() {
     let zone = KeepOutZone { min_x: 3.0, min_y: 3.0, max_x: 3.5, max_y: 3.5 };
-    let params = GlobalCostmapParams { keep_out_zones: Sequence::new(&[zone]), ..GlobalCostmapParams::default() };
+    let params =
+        GlobalCostmapParams { keep_out_zones: Sequence::new(&[zone]), ..GlobalCostmapParams::default() };
     let mut block = Fixture::<AnalyzeBlock<GlobalCostmap>>::with(params).unwrap();
     map(&mut block, |column, row| match (column, row) {
         (0, _) => 100,

@@ -1,7 +1,9 @@
 //! The referee of deliveries.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-use slate_navigation::{DeliveryMetrics, DeliveryReferee, DeliveryRefereeParams, NavigationGoal, NavigationMission};
+use slate_navigation::{
+    DeliveryMetrics, DeliveryReferee, DeliveryRefereeParams, NavigationGoal, NavigationMission,
+};
 use slate_plugin::interfaces::{Clearance, MissionOutcome, MissionState, Pose2, Verdict};
 use slate_plugin::module::Sequence;
 use slate_plugin::module::testing::Fixture;
@@ -11,7 +13,8 @@ fn referee() -> Fixture<DeliveryReferee> {
     let params = DeliveryRefereeParams { deliveries: 2, ..DeliveryRefereeParams::default() };
     let mut referee = Fixture::<DeliveryReferee>::with(params).unwrap();
     let goals = [0.0, 4.0].map(|x| NavigationGoal { x, ..NavigationGoal::default() });
-    let mission = NavigationMission { number: 1, goals: Sequence::new(&goals), ..NavigationMission::default() };
+    let mission =
+        NavigationMission { number: 1, goals: Sequence::new(&goals), ..NavigationMission::default() };
     referee.set("mission", mission);
     referee.set("clearance", Clearance { distance: 0.5 });
     referee

@@ -5,7 +5,7 @@ use slate_local_planning::PlanarVelocity;
 use slate_plugin::prelude::*;
 
 use crate::body::NavigationBody;
-use crate::controller::{ControlInputs, Controller};
+use crate::controller::{ControlInputs, PathController};
 use crate::frames::PlanarTransform;
 
 /// Drives slowly and straight to a pose before a target, such as a charger: within 2 cm and 2 degrees by the robot's pose.
@@ -14,7 +14,7 @@ use crate::frames::PlanarTransform;
 #[derive(Serialize, Deserialize)]
 pub struct Dock {
     arguments: DockArguments,
-    controller: Controller,
+    controller: PathController,
     /// Time for which something has been in its way, s.
     blocked: f64,
 }
@@ -50,7 +50,7 @@ impl ActionKind for Dock {
     type Arguments = DockArguments;
 
     fn start(arguments: DockArguments) -> Self {
-        Self { arguments, controller: Controller::default(), blocked: 0.0 }
+        Self { arguments, controller: PathController::default(), blocked: 0.0 }
     }
 }
 

@@ -6,7 +6,7 @@ use slate_plugin::interfaces::Point2;
 use slate_plugin::prelude::*;
 
 use crate::body::{MissingInput, NavigationBody};
-use crate::controller::{ControlInputs, Controller};
+use crate::controller::{ControlInputs, PathController};
 use crate::frames::distance;
 
 /// Follows the newest path of the Plan to its end, with any heading there.
@@ -14,7 +14,7 @@ use crate::frames::distance;
 /// While an input is missing or old it stands, says which, and goes on when that is well again.
 #[derive(Default, Serialize, Deserialize)]
 pub struct FollowPath {
-    controller: Controller,
+    controller: PathController,
     /// Whether the end was within its tolerance, so that the robot only turns.
     is_near: bool,
     /// Input that was missing in the newest cycle.
@@ -117,7 +117,8 @@ impl FollowPath {
         let read = ControlInputs::read(body).and_then(|inputs| {
             let path = body.path()?;
             let end = *path.points.last().ok_or(MissingInput::Path)?;
-            let is_other = goal.is_some_and(|goal| distance(end, Point2 { x: goal.x, y: goal.y }) > SAME_GOAL);
+            let is_other =
+                goal.is_some_and(|goal| distance(end, Point2 { x: goal.x, y: goal.y }) > SAME_GOAL);
             if is_other { Err(MissingInput::Path) } else { Ok((inputs, path, end)) }
         });
         self.report(read.as_ref().err().copied(), now);

@@ -14,7 +14,7 @@ use crate::settings::ControllerSettings;
 pub struct NavigateTo {
     goal: GoalPose,
     follow: FollowPath,
-    recovery: Option<Recovery>,
+    recovery: Option<RecoveryAction>,
     progress: Option<ProgressChecker>,
     /// Cycles without a free velocity.
     blocked: u32,
@@ -40,7 +40,7 @@ arguments!(NavigateToArguments { x, y, theta, has_heading });
 
 /// A recovery that runs.
 #[derive(Serialize, Deserialize)]
-enum Recovery {
+enum RecoveryAction {
     ClearCostmap(ClearCostmap),
     BackUp(BackUp),
     Spin(Spin),
@@ -70,10 +70,10 @@ impl ActionKind for NavigateTo {
     fn children(&self, tree: &mut ActionTree) {
         match &self.recovery {
             None => tree.child(&self.follow),
-            Some(Recovery::ClearCostmap(action)) => tree.child(action),
-            Some(Recovery::BackUp(action)) => tree.child(action),
-            Some(Recovery::Spin(action)) => tree.child(action),
-            Some(Recovery::Wait(action)) => tree.child(action),
+            Some(RecoveryAction::ClearCostmap(action)) => tree.child(action),
+            Some(RecoveryAction::BackUp(action)) => tree.child(action),
+            Some(RecoveryAction::Spin(action)) => tree.child(action),
+            Some(RecoveryAction::Wait(action)) => tree.child(action),
         }
     }
 }
@@ -143,13 +143,13 @@ impl NavigateTo {
         self.retries += 1;
         self.blocked = 0;
         self.stuck_at = [odometry.pose.x, odometry.pose.y];
-        self.recovery = Some(Recovery::of(behavior));
+        self.recovery = Some(RecoveryAction::of(behavior));
         now.info(format_args!("the robot is stuck: {behavior:?}"));
         Step::Running
     }
 }
 
-impl Recovery {
+impl RecoveryAction {
     fn of(behavior: RecoveryBehavior) -> Self {
         match behavior {
             RecoveryBehavior::ClearCostmap => Self::ClearCostmap(ClearCostmap::start(())),

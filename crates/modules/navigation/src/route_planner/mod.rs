@@ -193,7 +193,8 @@ impl RoutePlannerState {
         if self.progress.is_due(params.replan_period, now) {
             self.plan_path((&pose, &resolved, place), cycle, status)?;
         } else if let Some(before) = self.status.filter(|_| self.progress.is_blocked()) {
-            (status.state, status.reason, status.nearest_free) = (before.state, before.reason, before.nearest_free);
+            (status.state, status.reason, status.nearest_free) =
+                (before.state, before.reason, before.nearest_free);
         }
         if !self.progress.is_blocked() {
             say(status, NavigationState::NAVIGATING, format_args!("on the way"));
@@ -253,7 +254,11 @@ impl RoutePlannerState {
                 ),
             ),
             (None, None) => {
-                say(status, state, format_args!("the goal ({x:.2}, {y:.2}) is outside of the map's free space"));
+                say(
+                    status,
+                    state,
+                    format_args!("the goal ({x:.2}, {y:.2}) is outside of the map's free space"),
+                );
             }
         }
         let blocked = self.progress.set_blocked(now);

@@ -17,7 +17,7 @@ pub struct KnownPlaces {
 
 /// A place.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct NamedPlace {
     /// In the map frame, m.
     pub position: Point2,
     /// Its property `orientation`, rad.
@@ -43,11 +43,11 @@ impl KnownPlaces {
     }
 
     /// Returns a place by its name.
-    pub fn find(&self, name: &str) -> Option<Place> {
+    pub fn find(&self, name: &str) -> Option<NamedPlace> {
         let graph = self.graph()?;
         let [x, y] = graph.node(name)?.position;
         let heading = graph.property(name, "orientation").and_then(|text| text.parse::<f64>().ok());
-        Some(Place { position: Point2 { x, y }, heading: heading.filter(|heading| heading.is_finite()) })
+        Some(NamedPlace { position: Point2 { x, y }, heading: heading.filter(|heading| heading.is_finite()) })
     }
 
     /// Names of the places that can be driven to.
@@ -61,14 +61,17 @@ impl KnownPlaces {
     pub fn route(&self, from: Point2, name: &str, grid: &RouteGrid, route: &mut Vec<Point2>) {
         route.clear();
         let Some(graph) = self.graph() else { return };
-        let point = |name: &str| graph.node(name).map(|node| Point2 { x: node.position[0], y: node.position[1] });
+        let point =
+            |name: &str| graph.node(name).map(|node| Point2 { x: node.position[0], y: node.position[1] });
         let visible = |name: &str| {
             let to = point(name)?;
             grid.is_line_free(from, to).then(|| distance(from, to))
         };
         let nearest = graph.nearest_node([from.x, from.y]).map(|node| node.name.as_str());
         let found = graph.route_from(visible, name).or_else(|| {
-            let entry = |node: &str| (Some(node) == nearest).then(|| point(node).map_or(0.0, |to| distance(from, to)));
+            let entry = |node: &str| {
+                (Some(node) == nearest).then(|| point(node).map_or(0.0, |to| distance(from, to)))
+            };
             graph.route_from(entry, name)
         });
         match found {

@@ -44,8 +44,12 @@ impl MissionProgress {
         if self.mission == mission.number {
             return false;
         }
-        *self =
-            Self { mission: mission.number, reached: self.reached, given_up: self.given_up, ..Self::default() };
+        *self = Self {
+            mission: mission.number,
+            reached: self.reached,
+            given_up: self.given_up,
+            ..Self::default()
+        };
         true
     }
 
@@ -159,7 +163,11 @@ impl ResolvedGoal {
     ///
     /// # Errors
     /// The graph has no such place; with the name of a similar one.
-    pub fn of(goal: &NavigationGoal, places: &KnownPlaces, dock_distance: f64) -> Result<Self, Option<String>> {
+    pub fn of(
+        goal: &NavigationGoal,
+        places: &KnownPlaces,
+        dock_distance: f64,
+    ) -> Result<Self, Option<String>> {
         let name = goal.place.as_str();
         let pose = if name.is_empty() {
             GoalPose { x: goal.x, y: goal.y, heading: goal.has_heading.get().then_some(goal.theta) }

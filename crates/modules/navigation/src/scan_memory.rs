@@ -16,7 +16,7 @@ const SAME: f64 = 0.1;
 
 /// Memory of scans, of which a later scan clears what it sees through, as the ray tracing of Nav2's obstacle layer.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct ObstacleMemory {
+pub struct ScanMemory {
     scans: ObservationBuffer,
     /// Seconds for which the memory was made.
     persistence: f64,
@@ -26,13 +26,13 @@ pub struct ObstacleMemory {
     hits: Vec<[f64; 2]>,
 }
 
-impl Default for ObstacleMemory {
+impl Default for ScanMemory {
     fn default() -> Self {
         Self::new(0.0)
     }
 }
 
-impl ObstacleMemory {
+impl ScanMemory {
     fn new(persistence: f64) -> Self {
         Self {
             scans: ObservationBuffer::new(persistence, INTERVAL),
