@@ -190,7 +190,9 @@ fn a_goal_in_a_wall_is_refused_with_the_nearest_free_point() {
     for _ in 0..8 {
         scene.run(1000);
     }
-    assert_eq!((scene.status().state, scene.status().given_up), (NavigationState::FINISHED, 1));
+    let status = scene.status();
+    assert_eq!((status.state, status.given_up), (NavigationState::FINISHED, 1));
+    assert!(status.reason.as_str().contains("nearest free point"), "{}", status.reason);
 }
 
 #[test]

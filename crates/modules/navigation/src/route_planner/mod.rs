@@ -133,6 +133,9 @@ struct PlanningCycle<'a> {
     now: &'a Tick,
 }
 
+/// Time from the start on in which inputs may be missing, s.
+const STARTUP: f64 = 1.0;
+
 /// A goal is given up; the status has the reason.
 struct GivenUp;
 
@@ -153,9 +156,7 @@ impl RoutePlannerState {
     ) -> Result<(), GivenUp> {
         let PlanningCycle { io, mission, params, now, .. } = *cycle;
         let Some(goal) = self.progress.goal(mission) else {
-            let is_empty = mission.goals.is_empty();
-            let state = if is_empty { NavigationState::IDLE } else { NavigationState::FINISHED };
-            say(status, state, format_args!("{}", if is_empty { "no goal" } else { "all goals are done" }));
+            self.finish(mission, status);
             return Ok(());
         };
         if mission.is_paused.get() {
@@ -201,6 +202,22 @@ impl RoutePlannerState {
         }
         self.request(&resolved, cycle, plan);
         Ok(())
+    }
+
+    /// Sets the status of a mission without a goal; the reason why the last goal was given up stays.
+    fn finish(&self, mission: &NavigationMission, status: &mut NavigationStatus) {
+        let was_last = |before: &NavigationStatus| {
+            let is_end = matches!(before.state, NavigationState::BLOCKED | NavigationState::FINISHED);
+            is_end && before.mission == mission.number
+        };
+        match self.status.filter(was_last) {
+            _ if mission.goals.is_empty() => say(status, NavigationState::IDLE, format_args!("no goal")),
+            Some(before) => {
+                say(status, NavigationState::FINISHED, format_args!("{}", before.reason.as_str()));
+                status.nearest_free = before.nearest_free;
+            }
+            None => say(status, NavigationState::FINISHED, format_args!("all goals are done")),
+        }
     }
 
     /// Reads pose and costmap.
@@ -318,7 +335,12 @@ impl RoutePlannerState {
             status.distance = before.map_or(0.0, |before| before.distance);
         }
         let is_other = before.is_none_or(|before| (before.state, before.goal) != (status.state, status.goal));
-        if is_other && matches!(status.state, NavigationState::BLOCKED | NavigationState::WAITING_FOR_INPUT) {
+        // Devices take a while to begin.
+        let is_early = now.seconds() < STARTUP && status.state == NavigationState::WAITING_FOR_INPUT;
+        if is_other
+            && !is_early
+            && matches!(status.state, NavigationState::BLOCKED | NavigationState::WAITING_FOR_INPUT)
+        {
             now.warn(format_args!("{}", status.reason.as_str()));
         }
         if before != Some(&status) {
