@@ -155,6 +155,7 @@ enum DriveKind {
     #[default]
     Differential,
     SkidSteer,
+    Omni,
 }
 
 /// A profile of a sensor that measures ranges.
@@ -242,6 +243,12 @@ impl RobotDevices {
         let document: Document = toml_edit::de::from_str(text).map_err(|error| {
             DescriptionProblem::new(format!("{source}: {}", error.to_string().trim_end()))
         })?;
+        if document.drive.kind == DriveKind::Omni {
+            let message = format!(
+                "{source}: its wheels are omni wheels; expected a robot with a differential drive or skid steering"
+            );
+            return Err(DescriptionProblem::new(message));
+        }
         let profiles = document.profiles();
         if !profiles.is_empty() && !profiles.contains(profile) {
             let known = profiles.into_iter().collect::<Vec<_>>().join(", ");

@@ -2,14 +2,20 @@
 
 use std::fs;
 use std::path::Path;
+use std::time::Duration;
 
 use serde_json::json;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 use slate_dds::{IdlFile, IdlMessage, Representation};
+use slate_drivers::Conversation;
+use slate_drivers::joystick::session::JoystickSession;
+use slate_drivers::simulated::{
+    DeviceFirmware, SimulatedGps, SimulatedHokuyo, SimulatedImu, SimulatedJoystick, SimulatedRplidar,
+};
 use slate_fuzz::agents::{Agent, Blob, MILLISECOND, Number};
 use slate_fuzz::input::append_counted;
 use slate_fuzz::{
-    bag, configuration, definition, knowledge, logs as others, network, peer, robot, shared_memory,
+    bag, configuration, definition, drivers, knowledge, logs as others, network, peer, robot, shared_memory,
 };
 use slate_interfaces::{Chassis, Image, ImageFormat, LaserScan, Odometry, Pose2, Sightings, Transform};
 use slate_module::encode_interface;
@@ -39,6 +45,7 @@ fn main() {
     definitions();
     idl();
     samples();
+    devices();
 }
 
 fn keep(target: &str, name: &str, bytes: &[u8]) {
@@ -527,4 +534,30 @@ fn samples() {
     sample("other-schema", 0, own + 1, ["", "application/cdr;slate_msgs/msg/Twist2"], &[0, 1, 0, 0]);
     sample("other-encoding", 0, own + 1, ["", "image/png;1"], b"\x89PNG");
     sample("nested", 1, 2, ["", ""], "[".repeat(200).as_bytes());
+}
+
+/// What simulated devices say to their drivers in the first half of a second.
+fn devices() {
+    said(0, "hokuyo", drivers::hokuyo(), SimulatedHokuyo::default());
+    said(1, "rplidar", drivers::rplidar(), SimulatedRplidar::default());
+    said(2, "gps", drivers::gps(), SimulatedGps::default());
+    said(3, "imu", drivers::imu(), SimulatedImu::default());
+    said(4, "joystick", JoystickSession::new(0.05), SimulatedJoystick::default());
+}
+
+fn said(number: u8, name: &str, mut conversation: impl Conversation, mut device: impl DeviceFirmware) {
+    let (mut outgoing, mut script) = (Vec::new(), vec![number, 99]);
+    device.open();
+    conversation.begin(Duration::ZERO, &mut outgoing);
+    for step in 1..500 {
+        let now = Duration::from_millis(step);
+        device.receive(&std::mem::take(&mut outgoing));
+        let mut incoming = Vec::new();
+        device.advance(now, &mut incoming);
+        conversation.receive(&incoming, now, &mut outgoing, &mut |_| ());
+        conversation.poll(now, &mut outgoing).expect("it is well");
+        script.extend(incoming);
+    }
+    script.truncate(LONGEST);
+    keep("drivers", name, &script);
 }

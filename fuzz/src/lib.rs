@@ -10,6 +10,7 @@ pub mod bag;
 pub mod configuration;
 pub mod conversation;
 pub mod definition;
+pub mod drivers;
 pub mod encoding;
 pub mod idl;
 pub mod input;

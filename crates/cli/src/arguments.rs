@@ -22,6 +22,7 @@ use crate::graph::GraphOptions;
 use crate::interface::InterfaceVerb;
 use crate::link::{LinkOptions, UnlinkOptions};
 use crate::log::LogOptions;
+use crate::map::MapVerb;
 use crate::mcp::McpOptions;
 use crate::module::ModuleVerb;
 use crate::new::NewOptions;
@@ -177,6 +178,9 @@ pub enum Verb {
     /// Save, restore and inspect snapshots
     #[command(subcommand)]
     Snapshot(SnapshotVerb),
+    /// Save a map of a running agent
+    #[command(subcommand)]
+    Map(MapVerb),
     /// Print the link of the web console, which contains a token, or open it
     Console(ConsoleOptions),
     /// Call an operation of the HTTP API, or list all operations

@@ -6,7 +6,9 @@ use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
 use slate_evaluation::local_planning::LocalPlannerKind;
 use slate_evaluation::slam::SlamMethod;
-use slate_evaluation::{Evaluation, Figure, exploration, local_planning, localization, planning, slam};
+use slate_evaluation::{
+    DataError, Evaluation, Figure, exploration, local_planning, localization, mrclam, planning, slam,
+};
 
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::output;
@@ -16,7 +18,7 @@ pub enum EvaluateVerb {
     /// A*, Theta* and D* Lite on the MovingAI benchmarks
     Planning(EvaluateOptions),
 
-    /// Monte Carlo localization in a hospital and an office
+    /// Monte Carlo localization in a hospital and an office, and a Kalman filter on MRCLAM
     Localization(LocalizationOptions),
 
     /// SLAM on the log of the Intel Research Lab
@@ -43,9 +45,13 @@ pub struct EvaluateOptions {
 
 #[derive(Debug, Args)]
 pub struct LocalizationOptions {
-    /// Folder with maps/hospital_section.png of Stage; without it, in the office alone
+    /// Folder with maps/hospital_section.png of Stage and mrclam; without it, in the office alone
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
+
+    /// Evaluate one method alone
+    #[arg(long, value_enum)]
+    method: Option<LocalizationMethod>,
 
     /// Number of starts from which an unknown pose is searched
     #[arg(long, value_name = "NUMBER", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -54,6 +60,15 @@ pub struct LocalizationOptions {
     /// Print the figures as JSON
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub enum LocalizationMethod {
+    /// Monte Carlo localization in buildings
+    MonteCarlo,
+    /// Extended Kalman filter on MRCLAM
+    KalmanFilter,
 }
 
 #[derive(Debug, Args)]
@@ -111,13 +126,25 @@ pub struct ExplorationOptions {
     starts: u32,
 }
 
+fn evaluate_localization(options: &LocalizationOptions) -> Result<Vec<Evaluation>, DataError> {
+    let LocalizationOptions { data, method, starts, .. } = options;
+    let mut evaluations = match method {
+        Some(LocalizationMethod::KalmanFilter) => Vec::new(),
+        _ => localization::evaluate(data.as_deref(), *starts as usize)?,
+    };
+    if let Some(data) = data
+        && *method != Some(LocalizationMethod::MonteCarlo)
+    {
+        evaluations.extend(mrclam::evaluate(&data.join("mrclam"))?);
+    }
+    Ok(evaluations)
+}
+
 /// Prints the figures; returns what the process ends with.
 pub fn evaluate(verb: &EvaluateVerb) -> Result<u8, Failure> {
     let (is_json, evaluations) = match verb {
         EvaluateVerb::Planning(options) => (options.json, planning::evaluate(&options.data)?),
-        EvaluateVerb::Localization(LocalizationOptions { data, starts, json }) => {
-            (*json, localization::evaluate(data.as_deref(), *starts as usize)?)
-        }
+        EvaluateVerb::Localization(options) => (options.json, evaluate_localization(options)?),
         EvaluateVerb::Slam(SlamOptions { common, method, map }) => {
             let method = match method {
                 MethodArgument::Graph => SlamMethod::Graph,

@@ -52,7 +52,7 @@ struct FileExample {
     file: &'static str,
 }
 
-const FILE_EXAMPLES: [FileExample; 9] = [
+const FILE_EXAMPLES: [FileExample; 12] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
@@ -62,6 +62,21 @@ const FILE_EXAMPLES: [FileExample; 9] = [
         name: "localization",
         about: "a robot with a laser finds its pose in the map of an office and drives by it",
         file: "localization/localization.toml",
+    },
+    FileExample {
+        name: "explore",
+        about: "a robot with a laser explores an unknown building and saves its map",
+        file: "explore/explore.toml",
+    },
+    FileExample {
+        name: "slam",
+        about: "the laser log of a real building becomes a map",
+        file: "slam/intel.toml",
+    },
+    FileExample {
+        name: "office",
+        about: "a robot with a laser delivers between the rooms of an office",
+        file: "office/office.toml",
     },
     FileExample {
         name: "adaptation",
@@ -124,8 +139,12 @@ pub fn plugins() -> Vec<Plugin> {
         slate_wheeled::plugin(),
         slate_adaptation::plugin(),
         slate_arcos::plugin(),
+        slate_drivers::plugin(),
+        slate_exploration::plugin(),
         slate_localization::plugin(),
         slate_mapping::plugin(),
+        slate_navigation::plugin(),
+        slate_slam::plugin(),
         slate_vision::plugin(),
         slate_exp3::plugin(),
         slate_suave::plugin(),

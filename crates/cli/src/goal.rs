@@ -17,17 +17,20 @@ use crate::process::ProcessInfo;
 
 #[derive(Debug, Args)]
 pub struct GoalOptions {
-    /// x in the map frame, metres
-    #[arg(allow_negative_numbers = true, value_parser = finite)]
-    x: f64,
+    /// x and y in the map frame, metres, and a heading, radians or degrees such as `90deg`; or the name of a place
+    #[arg(value_name = "X Y [HEADING]|PLACE", num_args = 1..=3, allow_negative_numbers = true, required_unless_present = "change")]
+    goal: Vec<String>,
 
-    /// y in the map frame, metres
-    #[arg(allow_negative_numbers = true, value_parser = finite)]
-    y: f64,
+    /// One more goal, behind those that the robot has
+    #[arg(long)]
+    append: bool,
 
-    /// Heading, radians counter-clockwise from x, or degrees such as `90deg`
-    #[arg(allow_negative_numbers = true, value_parser = angle)]
-    heading: Option<f64>,
+    /// Drive slowly and straight to the goal at its end, as to a charger
+    #[arg(long)]
+    dock: bool,
+
+    #[command(flatten)]
+    change: GoalChange,
 
     /// Robot or module, such as `r2` or `r2/knowledge`; required if several have a goal
     #[arg(long, value_name = "MODULE")]
@@ -45,10 +48,55 @@ pub struct GoalOptions {
     agent: AgentOption,
 }
 
-fn finite(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(number),
-        _ => Err("expected a number of metres, such as 1.5".into()),
+/// Changes of what a robot does, without a goal.
+#[derive(Debug, Args)]
+#[group(id = "change", multiple = false, conflicts_with_all = ["goal", "append", "dock"])]
+struct GoalChange {
+    /// Let the robot stand until it is resumed
+    #[arg(long)]
+    pause: bool,
+
+    /// Let it go on after a pause
+    #[arg(long)]
+    resume: bool,
+
+    /// Give its goals up
+    #[arg(long)]
+    cancel: bool,
+}
+
+impl GoalChange {
+    /// The command of a navigation request, if there is one.
+    fn command(&self) -> Option<&'static str> {
+        [(self.pause, "PAUSE"), (self.resume, "RESUME"), (self.cancel, "CANCEL")]
+            .into_iter()
+            .find_map(|(is_given, command)| is_given.then_some(command))
+    }
+}
+
+/// Where a robot is to go.
+enum WantedGoal {
+    Pose { x: f64, y: f64, heading: Option<f64> },
+    Place(String),
+}
+
+impl WantedGoal {
+    /// Reads the words of the command; nothing without any.
+    fn read(words: &[String]) -> Result<Option<Self>, Failure> {
+        let wrong = |text: &str, expected: String| Failure::GoalWord { text: text.into(), expected };
+        let number = |text: &String| match text.parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(number),
+            _ => Err(wrong(text, "a number of metres, such as 1.5".into())),
+        };
+        match words {
+            [] => Ok(None),
+            [place] if place.parse::<f64>().is_err() => Ok(Some(Self::Place(place.clone()))),
+            [x] => Err(wrong(x, "two numbers of metres, or the name of a place".into())),
+            [x, y, rest @ ..] => {
+                let heading = rest.first().map(|text| angle(text).map_err(|expected| wrong(text, expected)));
+                Ok(Some(Self::Pose { x: number(x)?, y: number(y)?, heading: heading.transpose()? }))
+            }
+        }
     }
 }
 
@@ -59,7 +107,7 @@ fn angle(text: &str) -> Result<f64, String> {
     };
     match digits.trim().parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number * factor),
-        _ => Err("expected radians, such as 1.57, or degrees, such as 90deg".into()),
+        _ => Err("radians, such as 1.57, or degrees, such as 90deg".into()),
     }
 }
 
@@ -87,30 +135,94 @@ enum GoalSetting {
 
 /// Sets the goal of the one who has one.
 pub fn goal(options: &GoalOptions) -> Result<bool, Failure> {
-    if !options.yes && !std::io::stdin().is_terminal() {
+    let wanted = WantedGoal::read(&options.goal)?;
+    let moves = wanted.is_some() || options.change.resume;
+    if moves && !options.yes && !std::io::stdin().is_terminal() {
         return Err(Failure::Unconfirmed);
     }
     let mut client = options.agent.connect()?;
-    let target = target(&mut client, options.of.as_deref())?;
-    if options.heading.is_some() && !target.has_heading {
-        return Err(Failure::NoHeading { module: target.module });
-    }
-    if let Some(Bounds { minimum, maximum }) = bounds(&mut client)
-        && [options.x, options.y]
-            .iter()
-            .enumerate()
-            .any(|(axis, at)| !(minimum[axis]..=maximum[axis]).contains(at))
+    if let Some(WantedGoal::Pose { x, y, .. }) = wanted
+        && let Some(Bounds { minimum, maximum }) = bounds(&mut client)
+        && [x, y].iter().enumerate().any(|(axis, at)| !(minimum[axis]..=maximum[axis]).contains(at))
     {
         return Err(Failure::GoalOutside { minimum, maximum });
     }
-    let changed = set(&mut client, &target, options)?;
+    if let Some(inbox) = navigation_inbox(&mut client, options.of.as_deref())? {
+        return navigate(&mut client, &inbox, wanted.as_ref(), options);
+    }
+    let Some(WantedGoal::Pose { x, y, heading }) = wanted.filter(|_| !options.append && !options.dock) else {
+        return Err(Failure::NoNavigation);
+    };
+    let target = target(&mut client, options.of.as_deref())?;
+    if heading.is_some() && !target.has_heading {
+        return Err(Failure::NoHeading { module: target.module });
+    }
+    let changed = set(&mut client, &target, (x, y, heading))?;
     if options.json {
-        let goal = json!({ "x": options.x, "y": options.y, "theta": options.heading });
+        let goal = json!({ "x": x, "y": y, "theta": heading });
         output::json(
             &json!({"schema": "slate.goal/1", "module": target.module, "goal": goal, "changed": changed}),
         );
     } else {
         show_changes(&changed);
+    }
+    Ok(true)
+}
+
+/// Interface of the messages of a Knowledge that has missions.
+const NAVIGATION_REQUEST: &str = "NavigationRequest";
+
+/// Returns the only mailbox for missions, of one who is meant; nothing without any.
+fn navigation_inbox(client: &mut Client, of: Option<&str>) -> Result<Option<String>, Failure> {
+    let properties = client.properties(None)?;
+    let inboxes: Vec<&str> = properties
+        .iter()
+        .filter(|property| property.access == "messages" && property.interface == NAVIGATION_REQUEST)
+        .map(|property| property.path.as_str())
+        .filter(|path| of.is_none_or(|of| is_within(path, of.trim_matches('/'))))
+        .collect();
+    match inboxes[..] {
+        [] => Ok(None),
+        [inbox] => Ok(Some(inbox.to_owned())),
+        _ => {
+            let module = |path: &str| path.rsplit_once('/').map_or(path, |(module, _)| module).to_owned();
+            let found = inboxes.into_iter().map(module).collect();
+            Err(Failure::NoGoal { found, of: of.map(str::to_owned), others: Vec::new(), unread: Vec::new() })
+        }
+    }
+}
+
+/// Sends a request to a Knowledge that has missions.
+fn navigate(
+    client: &mut Client,
+    inbox: &str,
+    wanted: Option<&WantedGoal>,
+    options: &GoalOptions,
+) -> Result<bool, Failure> {
+    let command = options.change.command().unwrap_or(if options.append { "APPEND" } else { "GO_TO" });
+    let (x, y, heading, place) = match wanted {
+        Some(WantedGoal::Pose { x, y, heading }) => (*x, *y, *heading, ""),
+        Some(WantedGoal::Place(place)) => (0.0, 0.0, None, place.as_str()),
+        None => (0.0, 0.0, None, ""),
+    };
+    let goal = json!({
+        "x": x, "y": y, "theta": heading.unwrap_or(0.0), "has_heading": heading.is_some(), "dock": options.dock,
+        "place": place,
+    });
+    let url = format!("/{inbox}");
+    let message = json!({ "command": command, "goal": goal });
+    let status = client.send(&url, message, false);
+    let status = status.map_err(|error| crate::value_input::refused(client, "goal", &url, error))?;
+    if options.json {
+        output::json(&json!({
+            "schema": "slate.goal/1", "module": inbox.rsplit_once('/').map_or(inbox, |(module, _)| module),
+            "command": command, "goal": goal, "status": status,
+        }));
+    } else {
+        output::line(match status.as_str() {
+            "done" => "done",
+            _ => "sent; no reply within a second",
+        });
     }
     Ok(true)
 }
@@ -127,16 +239,19 @@ fn bounds(client: &mut Client) -> Option<Bounds> {
     Some(World::load(folder.join(arena).to_str()?).ok()?.bounds)
 }
 
-fn set(client: &mut Client, target: &SettableGoal, options: &GoalOptions) -> Result<Vec<Changed>, Failure> {
-    let GoalOptions { x, y, heading, .. } = options;
+fn set(
+    client: &mut Client,
+    target: &SettableGoal,
+    (x, y, heading): (f64, f64, Option<f64>),
+) -> Result<Vec<Changed>, Failure> {
     let parameters = format!("/{}/params", target.module);
     let (url, names) = match &target.place {
         GoalSetting::Input(url) => (url, ["x", "y", "theta"]),
         GoalSetting::Parameters => (&parameters, ["goal_x", "goal_y", "goal_theta"]),
     };
     // The goal of an input is a whole; parameters that are not named stay.
-    let usual = (target.has_heading && matches!(target.place, GoalSetting::Input(_))).then_some(&0.0);
-    let values = names.into_iter().zip([Some(x), Some(y), heading.as_ref().or(usual)]);
+    let usual = (target.has_heading && matches!(target.place, GoalSetting::Input(_))).then_some(0.0);
+    let values = names.into_iter().zip([Some(x), Some(y), heading.or(usual)]);
     let value: Map<_, _> =
         values.filter_map(|(name, value)| Some((name.to_owned(), json!(value?)))).collect();
     Ok(client.set_property(url, &value.into())?)

@@ -34,6 +34,7 @@ mod link;
 mod local_agents;
 mod log;
 mod man;
+mod map;
 mod mcp;
 mod module;
 mod new;
@@ -168,6 +169,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Ps { json } => ps::ps(*json),
         Verb::List { pattern, json, agent } => property::list(agent, pattern.as_deref(), *json),
         Verb::Snapshot(verb) => snapshot::snapshot(verb),
+        Verb::Map(verb) => map::map(verb),
         Verb::Bag(verb) => bag::bag(verb),
         Verb::Report(options) => report::report(options),
         Verb::Record(verb) => record::record(verb),

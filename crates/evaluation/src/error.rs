@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use slate_slam::carmen::LaserLogError;
+
 /// Data that can't be used.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {reason}", place(.file, *.line))]
@@ -25,6 +27,18 @@ impl DataError {
 
     pub(crate) fn unreadable(file: &Path, error: &io::Error) -> Self {
         Self::new(file, format!("can't be read: {error}"))
+    }
+}
+
+impl From<LaserLogError> for DataError {
+    fn from(error: LaserLogError) -> Self {
+        match error {
+            LaserLogError::Unreadable { file, source } => Self::unreadable(&file, &source),
+            LaserLogError::Line { ref file, line } => {
+                Self::at(file, line - 1, "expected CARMEN's `ODOM` or `FLASER` with its columns")
+            }
+            LaserLogError::Empty { ref file } => Self::new(file, "expected lines `ODOM` and `FLASER`"),
+        }
     }
 }
 

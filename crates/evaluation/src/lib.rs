@@ -10,6 +10,7 @@ mod figures;
 pub mod local_planning;
 pub mod localization;
 pub mod movingai;
+pub mod mrclam;
 pub mod planning;
 pub mod slam;
 mod trials;

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use slate_evaluation::slam::{SlamMethod, carmen, evaluate, is_one_line};
+use slate_evaluation::slam::{SlamMethod, evaluate, is_one_line};
 use slate_module::math;
+use slate_slam::carmen::{LogFormat, read_log};
 
 /// Seconds by which times of relations are later.
 const OFFSET: f64 = 976_052_857.337;
@@ -67,7 +68,7 @@ fn methods_are_compared_with_the_relations() {
 #[test]
 fn raw_odometry_is_rebuilt_between_corrections() {
     let folder = folder("raw", &log(), &relations());
-    let log = carmen::read_log(&folder.join("intel/intel.gfs.log")).unwrap();
+    let log = read_log(&folder.join("intel/intel.gfs.log"), &LogFormat::INTEL).unwrap();
     assert_eq!((log.scans.len(), log.odometry.len()), (10, 21));
     let last = log.scans.last().unwrap();
     assert!((last.odometry.x - 9.0 * 0.27).abs() < 1e-9 && (last.corrected.x - 2.7).abs() < 1e-9);

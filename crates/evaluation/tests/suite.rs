@@ -5,4 +5,5 @@ mod barn;
 mod exploration;
 mod localization;
 mod movingai;
+mod mrclam;
 mod slam;

@@ -6,6 +6,7 @@
 mod accuracy;
 mod chassis;
 mod contact;
+mod door;
 mod drive;
 mod driver;
 mod fact;
@@ -24,7 +25,8 @@ mod transform;
 pub use accuracy::SensorAccuracy;
 pub use chassis::Chassis;
 pub use contact::{Bumper, Contact, Contacts};
-pub use drive::{FourWheelSpeeds, Twist2, WheelSpeeds};
+pub use door::DoorState;
+pub use drive::{FourWheelSpeeds, HolonomicTwist, OmniWheelSpeeds, Twist2, WheelSpeeds};
 pub use driver::DriverStatus;
 pub use fact::{FactHead, FactTableHead};
 pub use gate::{GateMode, GateState, LeasePriority, RefusalReason};
@@ -44,10 +46,10 @@ use slate_module::blackboard::interface::{Descriptor, Interface};
 /// The interfaces that most robots speak.
 pub mod prelude {
     pub use crate::{
-        Bumper, Chassis, Clearance, Echo, FourWheelSpeeds, Image, Imu, Joy, LaserScan, MissionOutcome,
-        MissionState, NavSatFix, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate,
-        Position, Quaternion, SensorAccuracy, Sighting, Sightings, SonarScan, Transform, Twist2, Verdict,
-        WheelSpeeds,
+        Bumper, Chassis, Clearance, DoorState, Echo, FourWheelSpeeds, Image, Imu, Joy, LaserScan,
+        MissionOutcome, MissionState, NavSatFix, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2,
+        PoseEstimate, Position, Quaternion, SensorAccuracy, Sighting, Sightings, SonarScan, Transform,
+        Twist2, Verdict, WheelSpeeds,
     };
 }
 
@@ -58,12 +60,14 @@ pub const ALL: &[&Descriptor] = &[
     Clearance::DESCRIPTOR,
     Contact::DESCRIPTOR,
     Contacts::DESCRIPTOR,
+    DoorState::DESCRIPTOR,
     DriverStatus::DESCRIPTOR,
     Echo::DESCRIPTOR,
     FactHead::DESCRIPTOR,
     FactTableHead::DESCRIPTOR,
     FourWheelSpeeds::DESCRIPTOR,
     GateState::DESCRIPTOR,
+    HolonomicTwist::DESCRIPTOR,
     Image::DESCRIPTOR,
     Imu::DESCRIPTOR,
     Joy::DESCRIPTOR,
@@ -72,6 +76,7 @@ pub const ALL: &[&Descriptor] = &[
     NavSatFix::DESCRIPTOR,
     OccupancyGrid::DESCRIPTOR,
     Odometry::DESCRIPTOR,
+    OmniWheelSpeeds::DESCRIPTOR,
     Orientation::DESCRIPTOR,
     Particle::DESCRIPTOR,
     ParticleCloud::DESCRIPTOR,

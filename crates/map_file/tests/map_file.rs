@@ -13,7 +13,9 @@ const YAML: &str = "image: map.pgm\nresolution: 0.05\norigin: [-1.0, -2.5, 0.5]\
     occupied_thresh: 0.65\nfree_thresh: 0.196\n";
 
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    // All crates of a workspace have that folder, and runs before this one have left files.
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("map_file").join(name);
+    let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     folder
 }

@@ -58,11 +58,14 @@ pub use stay::DEBOUNCE;
 pub const EXTRA_TABLES: [&str; 7] = ["world", "report", "console", "network", "dds", "ros1", "ros2"];
 
 /// Settings of applications that may be paths.
-pub const PATHS: [&str; 4] = [
+pub const PATHS: [&str; 7] = [
     "world.arena",
     "world.robots.*.model",
+    "modules.*.params.log_file",
     "modules.*.params.yaml_filename",
     "robots.*.modules.*.params.yaml_filename",
+    "modules.*.params.graph_filename",
+    "robots.*.modules.*.params.graph_filename",
 ];
 
 /// An application to run.

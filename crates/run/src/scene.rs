@@ -6,9 +6,9 @@ use slate_blackboard::interface::Value;
 use slate_module::math;
 use slate_record::{Bounds, Cone, Goal, Polygon, Robot, Scene};
 use slate_runtime::configuration::{Configuration, Value as Setting, Variant};
-use slate_sim::geometry::Point;
+use slate_sim::geometry::{Point, Pose};
 use slate_sim::robot::{DriveDescription, RobotDescription};
-use slate_sim::{Placement, Scenario};
+use slate_sim::{MovingBodies, Placement, Scenario};
 
 use crate::RunError;
 
@@ -63,13 +63,16 @@ fn world(configuration: &Configuration) -> Result<Scene, RunError> {
         goals_of.push(("", std::slice::from_ref(&scenario.goal)));
     }
     let scripted = scenario.placements.iter().filter(|placement| placement.script.is_some());
+    let scripted = scripted.map(|placement| placement.name.clone());
+    let moving = moving(&scenario.moving);
+    let scripted = scripted.chain(moving.iter().map(|body| body.name.clone())).collect();
     Ok(Scene {
         bounds: Bounds { minimum: bounds.minimum, maximum: bounds.maximum },
         polygons,
         circles: Vec::new(),
         goals: goals(&goals_of),
-        robots: scenario.placements.iter().map(robot).collect(),
-        scripted: scripted.map(|placement| placement.name.clone()).collect(),
+        robots: scenario.placements.iter().map(robot).chain(moving).collect(),
+        scripted,
     })
 }
 
@@ -100,6 +103,27 @@ fn goals(of: &[(&str, &[Point])]) -> Vec<Goal> {
         })
     });
     labelled.collect()
+}
+
+/// People and doors as bodies that move without commands.
+fn moving(moving: &MovingBodies) -> Vec<Robot> {
+    let body = |name: &str, pose: Pose, outline: &slate_sim::geometry::Polygon| Robot {
+        name: name.into(),
+        x: pose.x,
+        y: pose.y,
+        theta: pose.theta,
+        outline: outline.points.iter().map(|corner| [corner.x, corner.y]).collect(),
+        ..Robot::default()
+    };
+    let people = moving.people.iter().flat_map(|people| {
+        let outline = people.outline();
+        people.starts().map(move |(name, pose)| body(name, pose, &outline))
+    });
+    let doors = moving
+        .doors
+        .iter()
+        .map(|(name, door)| body(name, door.leaf(door.opening_at_start()), &door.outline()));
+    people.chain(doors).collect()
 }
 
 fn robot(placement: &Placement) -> Robot {

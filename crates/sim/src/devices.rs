@@ -1,8 +1,8 @@
 //! The simulator's robots as their blocks see them: Sensors and Actuators.
 
 use slate_interfaces::{
-    Bumper, FourWheelSpeeds, LaserScan, Odometry, Orientation, Position, SensorAccuracy, Sightings,
-    SonarScan, WheelSpeeds,
+    Bumper, FourWheelSpeeds, HolonomicTwist, Imu, LaserScan, Odometry, OmniWheelSpeeds, Orientation,
+    Position, SensorAccuracy, Sightings, SonarScan, WheelSpeeds,
 };
 use slate_mapek::{driver_actuator, driver_sensors};
 
@@ -15,10 +15,19 @@ driver_sensors! {
     SimulatedBumper("simulated_bumper", "Bumpers of a simulated robot."): Bumper,
     SimulatedAccuracy("simulated_accuracy", "Errors of a simulated robot's sensors."): SensorAccuracy,
     SimulatedRobotSensor("simulated_robot_sensor", "Robot detector of a simulated robot."): Sightings,
+    SimulatedImu("simulated_imu", "Inertial measurement unit of a simulated robot."): Imu,
 }
 driver_actuator!(
     SimulatedWheels("simulated_wheels", "Two wheels of a simulated robot."),
     TwoWheelPorts { wheels: WheelSpeeds }
+);
+driver_actuator!(
+    SimulatedOmniWheels("simulated_omni_wheels", "Omni wheels of a simulated robot."),
+    OmniWheelPorts { wheels: OmniWheelSpeeds }
+);
+driver_actuator!(
+    SimulatedOmniTwist("simulated_omni_twist", "Drive of a simulated robot with omni wheels."),
+    OmniTwistPorts { twist: HolonomicTwist }
 );
 driver_actuator!(
     SimulatedSkidSteerWheels("simulated_skid_steer_wheels", "Four wheels of a simulated robot."),

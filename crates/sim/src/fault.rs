@@ -42,9 +42,12 @@ pub enum FaultySensor {
     Odometry,
     /// The sensor that sees other robots.
     RobotSensor,
+    /// The inertial measurement unit.
+    Imu,
 }
 
-const SENSORS: [(&str, FaultySensor); 6] = [
+const SENSORS: [(&str, FaultySensor); 7] = [
+    ("imu", FaultySensor::Imu),
     ("laser", FaultySensor::Laser),
     ("odometry", FaultySensor::Odometry),
     ("orientation", FaultySensor::Orientation),

@@ -114,6 +114,29 @@ impl Polygon {
         Self { points: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)] }
     }
 
+    /// A disc around the origin, as a polygon of 16 edges that touch it.
+    pub fn disc(radius: f64) -> Self {
+        let radius = radius / cos(std::f64::consts::PI / 16.0);
+        let corner = |k: u32| {
+            let angle = f64::from(k) * (std::f64::consts::PI / 8.0);
+            Point::new(radius * cos(angle), radius * sin(angle))
+        };
+        Self { points: (0..16).map(corner).collect() }
+    }
+
+    /// The point of the outline that is nearest to a point.
+    pub fn nearest(&self, point: Point) -> Point {
+        let mut best = (f64::INFINITY, point);
+        for (a, b) in self.edges() {
+            let foot = nearest_on(a, b, point);
+            let distance = foot.minus(point).norm();
+            if distance < best.0 {
+                best = (distance, foot);
+            }
+        }
+        best.1
+    }
+
     /// Whether it has at least three corners and turns left at each.
     pub fn is_convex(&self) -> bool {
         let n = self.points.len();

@@ -1,7 +1,8 @@
 //! Hardware of the simulated robots, with which their RobotModels must agree.
 
 use slate_interfaces::{
-    Bumper, FourWheelSpeeds, LaserScan, Odometry, Orientation, Position, Sightings, SonarScan, WheelSpeeds,
+    Bumper, FourWheelSpeeds, Imu, LaserScan, Odometry, OmniWheelSpeeds, Orientation, Position, Sightings,
+    SonarScan, WheelSpeeds,
 };
 use slate_module::{Hardware, HardwareDevice, HardwareDrive, Interface};
 
@@ -16,6 +17,7 @@ pub fn hardware(scenario: &Scenario, placement: &Placement) -> Hardware {
     let wheels = match drive.kind {
         DriveKind::Differential => WheelSpeeds::DESCRIPTOR,
         DriveKind::SkidSteer => FourWheelSpeeds::DESCRIPTOR,
+        DriveKind::Omni => OmniWheelSpeeds::DESCRIPTOR,
     };
     let mounted = |device: HardwareDevice, [x, y, degrees]: [f64; 3]| HardwareDevice {
         mount: [x, y, degrees.to_radians()],
@@ -38,6 +40,9 @@ pub fn hardware(scenario: &Scenario, placement: &Placement) -> Hardware {
     }
     if let Some(sensor) = placement.robot_sensor() {
         sensors.push(mounted(HardwareDevice::new("robot_sensor", Sightings::DESCRIPTOR.name), sensor.mount));
+    }
+    if scenario.imus.contains(&placement.name) {
+        sensors.push(mounted(HardwareDevice::new("imu", Imu::DESCRIPTOR.name), placement.imu().mount));
     }
     Hardware {
         robot: description.name.clone(),

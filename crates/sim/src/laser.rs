@@ -7,7 +7,7 @@ use slate_module::math::{cos, min, sin};
 use crate::geometry::Point;
 use crate::rate::due;
 use crate::robot::LaserDescription;
-use crate::surroundings::{Nearby, Surroundings};
+use crate::surroundings::{NearBody, Nearby, Surroundings};
 
 /// Laser scanner, with its constants.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -67,13 +67,14 @@ impl LaserScanner {
             return;
         }
         self.last = Some(now);
-        surroundings.look_beyond_map(own, range_max, self.place.norm(), nearby);
+        let aside = self.place.norm();
+        surroundings.look_beyond_map(own, range_max, aside, nearby);
         let frame = surroundings.robots()[own].frame();
         let origin = frame.apply(self.place);
         self.distances.clear();
         let distances = self.beams.iter().map(|beam| {
             let beam = frame.rotate(*beam);
-            let nearest = nearest_along(origin, beam, nearby);
+            let nearest = nearest_along(origin, beam, nearby, aside);
             let wall = surroundings.map().map_or(f64::INFINITY, |map| {
                 map.caster.range([origin.x, origin.y], [beam.x, beam.y], range_max)
             });
@@ -84,20 +85,38 @@ impl LaserScanner {
     }
 }
 
-/// Returns the range to the nearest edge along a beam; infinite for none.
-fn nearest_along(origin: Point, beam: Point, nearby: &Nearby) -> f64 {
+/// Bodies are left out only when a beam passes them by more than this, so that rounding leaves out none that is hit; metres.
+const SLACK: f64 = 1e-9;
+
+/// Returns the range to the nearest edge along a beam from `aside` metres off the reference point; infinite for none.
+fn nearest_along(origin: Point, beam: Point, nearby: &Nearby, aside: f64) -> f64 {
     let mut nearest = f64::INFINITY;
-    for (a, b) in nearby.bodies().flat_map(|(_, edges)| edges) {
-        let (to, along) = (a.minus(origin), b.minus(*a));
-        let across = beam.cross(along);
-        // Parallel to the beam there is nothing to be hit.
-        if across == 0.0 {
+    for (body, edges) in nearby.bodies() {
+        // The nearest bodies come first.
+        if body.distance - aside - SLACK > nearest {
+            break;
+        }
+        if passes(origin, beam, body) {
             continue;
         }
-        let (distance, share) = (to.cross(along) / across, to.cross(beam) / across);
-        if distance > 0.0 && distance < nearest && (0.0..=1.0).contains(&share) {
-            nearest = distance;
+        for (a, b) in edges {
+            let (to, along) = (a.minus(origin), b.minus(*a));
+            let across = beam.cross(along);
+            // Parallel to the beam there is nothing to be hit.
+            if across == 0.0 {
+                continue;
+            }
+            let (distance, share) = (to.cross(along) / across, to.cross(beam) / across);
+            if distance > 0.0 && distance < nearest && (0.0..=1.0).contains(&share) {
+                nearest = distance;
+            }
         }
     }
     nearest
+}
+
+/// Whether a beam passes the circle around a body, or points away from it.
+fn passes(origin: Point, beam: Point, body: &NearBody) -> bool {
+    let (to, radius) = (body.center.minus(origin), body.radius + SLACK);
+    beam.cross(to).abs() > radius || beam.dot(to) < -radius
 }

@@ -284,7 +284,7 @@ fn heading(random: &mut Random) -> f64 {
 }
 
 /// An outline where a robot stands.
-fn placed(outline: &Polygon, pose: &Pose) -> Polygon {
+pub(crate) fn placed(outline: &Polygon, pose: &Pose) -> Polygon {
     let mut result = Polygon::default();
     let frame = crate::geometry::Frame { origin: pose.point(), cos: cos(pose.theta), sin: sin(pose.theta) };
     outline.place(&frame, &mut result);

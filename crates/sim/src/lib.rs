@@ -5,15 +5,18 @@
 mod accuracy;
 pub mod contact;
 pub mod devices;
+pub mod door;
 pub mod drive;
 mod error;
 pub mod fault;
 pub mod geometry;
 pub mod grid;
 mod hardware;
+pub mod inertial;
 pub mod laser;
 pub mod layout;
 mod map_path;
+pub mod people;
 pub mod positioning;
 mod profile;
 mod rate;
@@ -41,7 +44,7 @@ use slate_module::{ModuleKind, Plugin};
 pub use error::DescriptionError;
 pub use referee::{Metrics, Pursuit, PursuitReferee, Referee, Stay};
 pub use scenario::Scenario;
-pub use simulation::{Placement, Simulation};
+pub use simulation::{MovingBodies, Placement, Simulation};
 pub use simulator::Simulator;
 pub use wall_map::WorldMap;
 
@@ -67,8 +70,11 @@ pub fn plugin() -> Plugin {
             sensor::<devices::SimulatedBumper>(),
             sensor::<devices::SimulatedAccuracy>(),
             sensor::<devices::SimulatedRobotSensor>(),
+            sensor::<devices::SimulatedImu>(),
             actuator::<devices::SimulatedWheels>(),
             actuator::<devices::SimulatedSkidSteerWheels>(),
+            actuator::<devices::SimulatedOmniWheels>(),
+            actuator::<devices::SimulatedOmniTwist>(),
         ],
     )
 }

@@ -76,7 +76,7 @@ impl<'a> Profiles<'a> {
     ///
     /// # Errors
     /// The key with a profile that the robot does not have.
-    pub fn choose(&self, description: &mut RobotDescription) -> Result<(), DescriptionError> {
+    pub fn choose(&self, description: &mut RobotDescription, has_imu: bool) -> Result<(), DescriptionError> {
         let general = self.choice("profile", None, None);
         if let Some(choice) = &general {
             choice.check_name(description)?;
@@ -91,6 +91,10 @@ impl<'a> Profiles<'a> {
         if let Some(choice) = general {
             choice.check("positioning", description, &description.positioning)?;
             choice.check("odometry", description, &description.odometry)?;
+            if has_imu {
+                choice.check("imu", description, &description.imu)?;
+                description.imu.retain(|name, _| name == choice.profile);
+            }
             description.positioning.retain(|name, _| name == choice.profile);
             description.odometry.retain(|name, _| name == choice.profile);
         }

@@ -99,7 +99,8 @@ impl RobotSensor {
         // Where things are found depends on where others are, and noise must not.
         self.near.sort_unstable();
         for &number in &self.near {
-            let Some(robot) = number.checked_sub(first_robot) else { continue };
+            let robot = number.checked_sub(first_robot).filter(|mover| *mover < surroundings.robot_count());
+            let Some(robot) = robot else { continue };
             let place = surroundings.robots()[robot].frame().origin;
             let distance = place.minus(eye.origin).norm();
             let share = || eye.share_in_view(number, surroundings, &self.near);

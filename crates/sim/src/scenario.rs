@@ -1,22 +1,24 @@
 //! Scenario: the `[world]` table of a configuration, laid out by the seed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
 use slate_module::blackboard::interface::Value;
 use slate_module::blackboard::nearest_names;
 
+use crate::door::DoorDescription;
 use crate::error::{key, unknown};
 use crate::fault::{self, Fault, FaultySensor};
 use crate::geometry::{Point, Polygon, Pose};
 pub use crate::layout::{Layout, StartOffset};
-use crate::layout::{ObstructedWay, Scattered};
+use crate::layout::{ObstructedWay, Scattered, placed};
+use crate::people::PeopleDescription;
 use crate::profile::{ProfileKeys, Profiles};
 use crate::robot::{LaserDescription, RobotDescription};
 use crate::script::RandomWalk;
 use crate::section::misread;
-use crate::simulation::Placement;
+use crate::simulation::{MovingBodies, Placement};
 use crate::world::{Body, DescriptionError, World};
 
 /// The `[world]` table.
@@ -64,6 +66,12 @@ pub struct Section {
     /// Faults of the robots' sensors, by name.
     #[serde(default)]
     pub faults: BTreeMap<String, serde_json::Value>,
+    /// People who walk.
+    #[serde(default)]
+    pub people: Option<PeopleDescription>,
+    /// Doors, by name.
+    #[serde(default)]
+    pub doors: BTreeMap<String, DoorDescription>,
 }
 
 impl Section {
@@ -85,6 +93,26 @@ impl Section {
             let message = format!("expected a number from 1 to 256, found {}", self.threads);
             return Err(DescriptionError::new("world.threads", message));
         }
+        self.people.as_ref().map_or(Ok(()), PeopleDescription::check)?;
+        self.doors.iter().try_for_each(|(name, door)| door.check(&format!("world.doors.{}", key(name))))?;
+        self.check_names()
+    }
+
+    /// People and doors have outputs beside those of the robots.
+    fn check_names(&self) -> Result<(), DescriptionError> {
+        let people: Vec<String> = self.people.iter().flat_map(PeopleDescription::names).collect();
+        for name in self.robots.keys().chain(self.doors.keys()) {
+            let setting = match self.robots.contains_key(name) {
+                true => "world.robots",
+                false => "world.doors",
+            };
+            let is_door_too = setting == "world.robots" && self.doors.contains_key(name);
+            if is_door_too || people.contains(name) {
+                let other = if is_door_too { "a door" } else { "a person" };
+                let message = format!("`{name}` is also the name of {other}; expected a name of its own");
+                return Err(DescriptionError::new(&format!("{setting}.{}", key(name)), message));
+            }
+        }
         Ok(())
     }
 
@@ -95,7 +123,7 @@ impl Section {
             let place = format!("world.robots.{}", key(name));
             let mut description =
                 RobotDescription::load(&entry.model).map_err(|error| error.of(&format!("{place}.model")))?;
-            self.profiles(entry, &place).choose(&mut description)?;
+            self.profiles(entry, &place).choose(&mut description, entry.imu)?;
             if let Some(laser) = entry.laser.as_ref().filter(|laser| !laser.is_empty()) {
                 lasers.insert(name.clone(), laser_of(&description, &place, laser)?);
             }
@@ -198,6 +226,9 @@ pub struct RobotEntry {
     /// Its profile of the sensor that sees other robots instead; empty for none.
     #[serde(default)]
     pub robot_sensor: Option<String>,
+    /// Whether it carries an inertial measurement unit.
+    #[serde(default)]
+    pub imu: bool,
     /// Its script, if it does not obey commands.
     #[serde(default)]
     pub script: Option<RandomWalk>,
@@ -220,8 +251,12 @@ pub struct Scenario {
     pub threads: usize,
     /// The laser scanners of the robots that carry one.
     pub lasers: BTreeMap<String, LaserDescription>,
+    /// The robots that carry an inertial measurement unit.
+    pub imus: BTreeSet<String>,
     /// Faults of the robots' sensors.
     pub faults: BTreeMap<String, Vec<Fault>>,
+    /// People who walk, and doors.
+    pub moving: MovingBodies,
 }
 
 impl Scenario {
@@ -245,8 +280,12 @@ impl Scenario {
             let laser = lasers.get(name).map(|_| FaultySensor::Laser);
             let robot_sensor =
                 descriptions[name].robot_sensor.values().next().map(|_| FaultySensor::RobotSensor);
+            let imu = Some(FaultySensor::Imu).filter(|_| entry.imu);
             let each = [FaultySensor::Odometry, FaultySensor::Orientation, FaultySensor::Position];
-            (name.clone(), sonar.into_iter().chain(laser).chain(robot_sensor).chain(each).collect())
+            (
+                name.clone(),
+                sonar.into_iter().chain(laser).chain(robot_sensor).chain(imu).chain(each).collect(),
+            )
         });
         let faults = fault::read(&section.faults, &sensors.collect())?;
         let goals: BTreeMap<String, Vec<Point>> = section
@@ -268,6 +307,12 @@ impl Scenario {
                 script: entry.script,
             });
         }
+        let outline = |placement: &Placement| placed(&placement.description.outline(), &placement.pose);
+        let outlines: Vec<Polygon> = placements.iter().map(outline).collect();
+        let people = section.people.as_ref().map(|people| people.lay_out(&world, &outlines, seed));
+        let carries_imu = |(_, entry): &(&String, &RobotEntry)| entry.imu;
+        let imus = section.robots.iter().filter(carries_imu).map(|(name, _)| name.clone()).collect();
+        let moving = MovingBodies { people: people.transpose()?, doors: section.doors };
         let step = 1_000_000_000 / u64::from(section.steps_per_second);
         Ok(Self {
             world,
@@ -277,7 +322,9 @@ impl Scenario {
             step,
             threads: section.threads,
             lasers,
+            imus,
             faults,
+            moving,
         })
     }
 

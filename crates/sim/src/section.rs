@@ -25,7 +25,7 @@ fn descend<'a>(inner: &'a Value, path: &mut Vec<&'a str>, error: &str, read: Sec
         let is_here = match &path[..] {
             [] => matches!(missing, "arena" | "robots"),
             // Tables of names; what is in them has the keys.
-            ["robots" | "layouts" | "goals" | "faults"] => false,
+            ["robots" | "layouts" | "goals" | "faults" | "doors"] => false,
             _ => true,
         };
         if is_here {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::fault::{Display, Measurement};
 use crate::geometry::{Point, Pose};
+use crate::inertial::InertialSensor;
 use crate::laser::LaserScanner;
 use crate::robot_sensor::{RobotSensor, Sighting};
 use crate::sonar::{Echo, SonarRing};
@@ -35,6 +36,9 @@ pub(crate) struct Sensors {
     /// Faults between the sensor for robots and its readers.
     #[serde(default)]
     pub sightings_display: Display<Vec<Sighting>>,
+    /// Inertial measurement unit, with its faults.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imu: Option<InertialSensor>,
 }
 
 /// Pose and twist (m/s, rad/s) by odometry.

@@ -10,7 +10,7 @@ use crate::geometry::{Extent, Frame, Point, Polygon};
 use crate::grid::Grid;
 use crate::wall_map::WorldMap;
 
-/// Body of a robot at its present pose.
+/// Body of something that moves, such as a robot, at its present pose.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Hull {
     /// In the robot's own frame.
@@ -78,19 +78,43 @@ impl Nearby {
     }
 }
 
-/// All that can be met, heard or seen. Bodies have numbers: first the static ones, then the robots.
+/// Kind of a body that moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mover {
+    /// A robot.
+    Robot,
+    /// A person.
+    Person,
+    /// The leaf of a door.
+    Door,
+}
+
+/// All that can be met, heard or seen. Bodies have numbers: first the static ones, then the movers, which are robots, people
+/// and doors in that order.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Surroundings {
     bodies: Vec<(String, Polygon)>,
     extents: Vec<Extent>,
     body_grid: Grid,
+    /// All movers.
     robots: Vec<Hull>,
     robot_grid: Grid,
-    /// The radius of the widest robot.
+    /// The radius of the widest mover.
     widest: f64,
+    /// Number of people among the movers.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    people: usize,
+    /// Number of doors among the movers.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    doors: usize,
     /// Map whose walls are the first static bodies; it never changes, and is no part of the state.
     #[serde(skip)]
     map: Option<Arc<WorldMap>>,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(number: &usize) -> bool {
+    *number == 0
 }
 
 impl Surroundings {
@@ -114,16 +138,26 @@ impl Surroundings {
 
     /// Puts a robot in. [`arrange`](Self::arrange) must follow.
     pub fn add(&mut self, hull: Hull) {
-        self.widest = max(self.widest, hull.radius);
-        self.robots.push(hull);
+        self.add_mover(Mover::Robot, hull);
     }
 
-    /// The robots, to be moved. [`arrange`](Self::arrange) must follow.
-    pub fn robots_mut(&mut self) -> &mut [Hull] {
+    /// Puts a mover in, after those of its kind and before those of later kinds. [`arrange`](Self::arrange) must follow.
+    pub fn add_mover(&mut self, mover: Mover, hull: Hull) {
+        self.widest = max(self.widest, hull.radius);
+        self.robots.push(hull);
+        match mover {
+            Mover::Robot => {}
+            Mover::Person => self.people += 1,
+            Mover::Door => self.doors += 1,
+        }
+    }
+
+    /// The movers, to be moved. [`arrange`](Self::arrange) must follow.
+    pub fn hulls_mut(&mut self) -> &mut [Hull] {
         &mut self.robots
     }
 
-    /// Makes robots that moved to be found where they are.
+    /// Makes movers that moved to be found where they are.
     pub fn arrange(&mut self) {
         let places = self.robots.iter().map(|hull| Extent::around(hull.frame.origin, 0.0));
         self.robot_grid.fill(places);
@@ -136,7 +170,26 @@ impl Surroundings {
 
     /// The robots.
     pub fn robots(&self) -> &[Hull] {
+        &self.robots[..self.robot_count()]
+    }
+
+    /// The movers: robots, people and doors.
+    pub fn hulls(&self) -> &[Hull] {
         &self.robots
+    }
+
+    /// Number of robots, which is that of the first person among the movers.
+    pub fn robot_count(&self) -> usize {
+        self.robots.len() - self.people - self.doors
+    }
+
+    /// The kind of the mover of that number among the movers.
+    pub fn mover(&self, number: usize) -> Mover {
+        match number.checked_sub(self.robot_count()) {
+            None => Mover::Robot,
+            Some(other) if other < self.people => Mover::Person,
+            Some(_) => Mover::Door,
+        }
     }
 
     /// The outline of the body of that number.
@@ -162,17 +215,27 @@ impl Surroundings {
     /// Tells the numbers of the bodies of which a part may be within `reach` of a point, with a lower bound of their
     /// distance from it.
     pub fn near(&self, center: Point, reach: f64, mut found: impl FnMut(usize, f64)) {
+        self.near_bodies(center, reach, &mut found);
+        self.near_movers(center, reach, |mover, distance| found(self.bodies.len() + mover, distance));
+    }
+
+    /// The same for static bodies alone.
+    pub fn near_bodies(&self, center: Point, reach: f64, mut found: impl FnMut(usize, f64)) {
         self.body_grid.near(&Extent::around(center, reach), |body| {
             let distance = self.extents[body].distance(center);
             if distance <= reach {
                 found(body, distance);
             }
         });
+    }
+
+    /// The same for movers alone, by their numbers among the movers.
+    pub fn near_movers(&self, center: Point, reach: f64, mut found: impl FnMut(usize, f64)) {
         self.robot_grid.near(&Extent::around(center, reach + self.widest), |robot| {
             let hull = &self.robots[robot];
             let distance = hull.frame.origin.minus(center).norm() - hull.radius;
             if distance <= reach {
-                found(self.bodies.len() + robot, distance);
+                found(robot, distance);
             }
         });
     }

@@ -54,7 +54,7 @@ impl Touching {
         mut began: impl FnMut((usize, usize), Point, Gap),
         mut felt: impl FnMut((usize, usize), Gap),
     ) {
-        self.press(physics, surroundings.bodies().len());
+        self.press(physics, surroundings.bodies().len(), surroundings.robot_count());
         let gap = |(i, j): (usize, usize)| surroundings.robots()[i].outline().gap(surroundings.outline(j));
         for (pair, towards) in &self.pressing {
             // The solver also presses on what would meet within the step; where a corner only grazed another, the
@@ -79,8 +79,8 @@ impl Touching {
         });
     }
 
-    /// Collects the pressing contacts, in order.
-    fn press(&mut self, physics: &PhysicsWorld, statics: usize) {
+    /// Collects the pressing contacts of robots, in order.
+    fn press(&mut self, physics: &PhysicsWorld, statics: usize, robots: usize) {
         self.pressing.clear();
         for pair in physics.narrow_phase.contact_pairs().filter(|pair| pair.has_any_active_contact()) {
             let (impulse, normal) = pair.max_impulse();
@@ -94,10 +94,14 @@ impl Touching {
                 let normal = Point::new(normal.x, normal.y);
                 // The robot, or of two robots the first, looks at the other: walls do not.
                 let first_looks = first >= statics && (second < statics || first < second);
-                self.pressing.push(match first_looks {
+                let (pair, normal) = match first_looks {
                     true => ((first - statics, second), normal),
                     false => ((second - statics, first), Point::default().minus(normal)),
-                });
+                };
+                // Of people and doors only contacts with robots matter.
+                if pair.0 < robots {
+                    self.pressing.push((pair, normal));
+                }
             }
         }
         self.pressing.sort_unstable_by_key(|(pair, _)| *pair);

@@ -286,3 +286,45 @@ fn wrong_start_offsets_are_refused() {
     );
     says(&layouts(r#"{"positions": 0.1}"#), &["start_offset", "unknown key `positions`", "position"]);
 }
+
+#[test]
+fn people_and_doors_of_a_world_are_checked_by_key() {
+    let robot = r#"{"model": "pioneer_p3dx"}"#;
+    for (more, words) in [
+        (r#", "people": {"count": 0}"#, ["world.people.count: ", "from 1 to 500"]),
+        (
+            r#", "people": {"count": 2, "place": [[0, 0]]}"#,
+            ["world.people.place: ", "did you mean `places`?"],
+        ),
+        (r#", "people": {"count": 2, "places": [[0, 0]]}"#, ["world.people.places: ", "from 2 to 64"]),
+        (r#", "people": {"count": 2, "pause": [5, 2]}"#, ["world.people.pause: ", "least"]),
+        (r#", "doors": {"d": {"from": [0, 0]}}"#, ["world.doors.d: ", "missing key `to`"]),
+        (r#", "doors": {"d": {"from": [0, 0], "to": [0, 9], "open": "ajar"}}"#, ["ajar", "`near`"]),
+        (r#", "doors": {"r": {"from": [1, 0], "to": [1, 1]}}"#, ["world.robots.r: ", "name of a door"]),
+        (
+            r#", "people": {"count": 1}, "doors": {"person_1": {"from": [1, 0], "to": [1, 1]}}"#,
+            ["world.doors.person_1: ", "name of a person"],
+        ),
+    ] {
+        says(&refusal(robot, more), &words);
+    }
+    let moving = scenario(robot, r#", "people": {"count": 3}"#).moving;
+    assert_eq!(
+        moving.people.unwrap().starts().map(|(name, _)| name.to_owned()).collect::<Vec<_>>(),
+        ["person_1", "person_2", "person_3"]
+    );
+}
+
+#[test]
+fn an_imu_has_the_profile_of_its_robot() {
+    let noise = |robot: &str, more: &str| {
+        let scenario = scenario(robot, more);
+        assert_eq!(scenario.imus.contains("r"), robot.contains("imu"));
+        scenario.placements[0].imu().noise_angular_velocity
+    };
+    let carrier = r#"{"model": "pioneer_p3dx", "imu": true}"#;
+    assert_eq!(noise(carrier, ""), 0.0);
+    assert_eq!(noise(carrier, r#", "profile": "vrep""#), 0.0);
+    assert_eq!(noise(carrier, r#", "profile": "real""#), 0.00061);
+    assert_eq!(noise(r#"{"model": "pioneer_p3dx"}"#, r#", "profile": "vrep""#), 0.0);
+}

@@ -3,10 +3,14 @@
 mod bumpers;
 mod contact_cause;
 mod descriptions;
+mod doors;
 mod faults;
+mod imu;
 mod kernel;
 mod maps;
 mod neighbours;
+mod omni;
+mod people;
 mod scenarios;
 mod sensors;
 mod sightings;

@@ -133,6 +133,8 @@ impl Failure {
                 "provide a property of the interface `Chassis` with the robot's name in its path".into()
             }
             Self::NoHeading { .. } => "omit the heading".into(),
+            Self::NoNavigation => "a robot with the Knowledge `navigation_knowledge` has them: see Navigation, page 40 of the book".into(),
+            Self::GoalWord { .. } => "such as `slate goal 1.5 -0.5`, `slate goal 1.5 -0.5 90deg` or `slate goal kitchen`".into(),
             Self::Unconfirmed => "add --yes to move it nevertheless".into(),
             Self::NoTerminal => "run it in a terminal; programs drive over HTTP, see page 28 of the book".into(),
             _ => return None,

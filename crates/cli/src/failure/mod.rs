@@ -62,6 +62,8 @@ pub enum Failure {
     #[error("{0}")]
     Data(#[from] slate_evaluation::DataError),
     #[error("{0}")]
+    Map(#[from] slate_map_file::MapFileError),
+    #[error("{0}")]
     Record(#[from] slate::record::RecordError),
     #[error("{0}")]
     Bag(#[from] slate::record::bag::Error),
@@ -131,6 +133,10 @@ pub enum Failure {
     NoKeys { actuator: String, interface: String, known: Vec<&'static str> },
     #[error("the wheel radius and track of `{actuator}` are unknown")]
     NoChassis { actuator: String },
+    #[error("`{text}` is no goal: expected {expected}")]
+    GoalWord { text: String, expected: String },
+    #[error("no robot here has places and missions: it takes a goal of two numbers alone")]
+    NoNavigation,
     #[error("the goal of `{module}` takes no heading")]
     NoHeading { module: String },
     #[error("the robot would move without a person at the terminal")]

@@ -95,6 +95,34 @@ export function plannedPath(context, colors, view, size, points) {
   }
 }
 
+/** A pose graph: the way from scan to scan, and thin lines where loops are closed. */
+export function poseGraph(context, colors, view, size, edges) {
+  const stroke = (kind, color, width, alpha) => {
+    context.beginPath();
+    for (const { from, to } of edges.filter((edge) => edge.kind === kind)) {
+      context.moveTo(...toPixel(view, size, from.x, from.y));
+      context.lineTo(...toPixel(view, size, to.x, to.y));
+    }
+    context.strokeStyle = color;
+    context.lineWidth = width;
+    context.globalAlpha = alpha;
+    context.stroke();
+    context.globalAlpha = 1;
+  };
+  stroke("LOOP_CLOSURE", colors.reactive, 1, 0.25);
+  stroke("ODOMETRY", colors.estimate, 1.5, 0.8);
+}
+
+/** Frontiers: their cells as dots. */
+export function frontierCells(context, colors, view, size, points) {
+  const side = Math.max(3, 0.05 * view.scale);
+  context.fillStyle = colors.amber;
+  for (const { x, y } of points) {
+    const [left, top] = toPixel(view, size, x, y);
+    context.fillRect(left - side / 2, top - side / 2, side, side);
+  }
+}
+
 /** Half axes, m, and angle of the 95 % ellipse of a covariance with rows of x, y, theta or of ROS's six. */
 export function ellipse(covariance) {
   const row = covariance.length === 36 ? 6 : 3;

@@ -51,6 +51,8 @@ export function find(properties, world) {
     sightings: anchored("Sightings"),
     grids: of("OccupancyGrid").map(({ path }) => ({ path })),
     paths: of("Path").map(({ path }) => ({ path })),
+    graphs: of("SlamGraph").map(({ path }) => ({ path })),
+    frontiers: of("FrontierPoints").map(({ path }) => ({ path })),
     estimates: of("PoseEstimate").map(({ path }) => ({ path, robot: robotOf(path, names) })),
     goals: where(of("Point2").filter(({ path }) => path.endsWith("/goal")).map(({ path }) => ({ path, robot: robotOf(path, names) }))),
   };

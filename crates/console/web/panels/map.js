@@ -13,7 +13,7 @@ const NO_GOAL = {
   operator: "No input or inbox of this agent accepts a goal; parameters require the role developer, or an entry in console.operable",
   developer: "No input, parameter or inbox of this agent accepts a goal",
 };
-const LAYERS = { world: "World", grids: "Occupancy grids", paths: "Planned paths", estimates: "Estimates", scans: "Scans", trails: "Trails", goals: "Goals", sightings: "Sightings", poses: "Poses" };
+const LAYERS = { world: "World", grids: "Occupancy grids", graphs: "Pose graphs", frontiers: "Frontiers", paths: "Planned paths", estimates: "Estimates", scans: "Scans", trails: "Trails", goals: "Goals", sightings: "Sightings", poses: "Poses" };
 
 const MARKS = { OCCUPIED: "Occupied", FREE: "Free", MEASURED: "As measured" };
 const BRUSHES = [0.1, 0.2, 0.4, 0.8];
@@ -62,31 +62,34 @@ function Panel({ options, setOptions }) {
 
   // Drawn properties are watched at the frame rate.
   const watched = useMemo(() => {
-    const { robots, poses, sightings, goals, grids, paths: ways, estimates } = scene;
+    const { robots, poses, sightings, goals, grids, graphs, frontiers, paths: ways, estimates } = scene;
     const paths = [...robots.flatMap(({ name, pose, status }) => [pose, status, ...gates[name]]), ...poses.map(({ path }) => path)];
     if (isShown("scans")) paths.push(...shownScans.flatMap(({ path, mount }) => [path, mount]));
     if (isShown("sightings")) paths.push(...sightings.map(({ path }) => path));
     if (isShown("goals")) paths.push(...goals.map(({ path }) => path));
     if (isShown("grids")) paths.push(...grids.map(({ path }) => path));
+    if (isShown("graphs")) paths.push(...graphs.map(({ path }) => path));
+    if (isShown("frontiers")) paths.push(...frontiers.map(({ path }) => path));
     if (isShown("paths")) paths.push(...ways.map(({ path }) => path));
     if (isShown("estimates")) paths.push(...estimates.map(({ path }) => path));
     // A dragged object is always drawn.
     if (tool === "pose" || tool === "goal") paths.push(...able[tool].map(({ shows, path, how }) => shows ?? (how === "send" ? null : path)));
     return [...new Set(paths.filter(Boolean))];
-  }, [scene, shownScans, actuators, able, tool, options.scans, options.sightings, options.goals, options.grids, options.paths, options.estimates]);
+  }, [scene, shownScans, actuators, able, tool, options.scans, options.sightings, options.goals, options.grids, options.graphs, options.frontiers, options.paths, options.estimates]);
   useEffect(() => {
     state.readings.clear();
     const ends = watched.map((path) =>
       watch(path, (reading) => {
         state.readings.set(path, reading);
         state.dirty = true;
-        // Without a world, the first occupancy grid defines the bounds.
-        if (reading.value.resolution > 0 && !state.isBound) {
-          state.isBound = true;
-          setGridBounds(layers.boundsOf(reading.value));
+        // Without a world, the first occupancy grid defines the bounds, also as it grows.
+        if (reading.value.resolution > 0 && (state.bound ?? path) === path) {
+          state.bound = path;
+          const found = layers.boundsOf(reading.value);
+          setGridBounds((bounds) => (JSON.stringify(bounds) === JSON.stringify(found) ? bounds : found));
         }
       }, {
-        rate: scene.grids.some((grid) => grid.path === path) ? 5 : 20,
+        rate: [...scene.grids, ...scene.graphs, ...scene.frontiers].some((large) => large.path === path) ? 5 : 20,
         none: () => {
           state.readings.delete(path);
           state.dirty = true;
@@ -157,6 +160,12 @@ function Panel({ options, setOptions }) {
     draw.grid(context, scheme, view, size);
     if (isShown("grids")) {
       for (const { path } of scene.grids) if (value(path)) layers.gridMap(context, scheme, view, size, path, state.readings.get(path), isOfNow(state.readings.get(path)));
+    }
+    if (isShown("graphs")) {
+      for (const { path } of scene.graphs) if (value(path)) layers.poseGraph(context, scheme, view, size, value(path).edges);
+    }
+    if (isShown("frontiers")) {
+      for (const { path } of scene.frontiers) if (value(path)) layers.frontierCells(context, scheme, view, size, value(path).points);
     }
     if (isShown("world") && world) draw.world(context, scheme, view, size, world);
     const drawGoals = () => {

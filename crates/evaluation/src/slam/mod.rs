@@ -1,6 +1,5 @@
 //! SLAM on the log of the Intel Research Lab.
 
-pub mod carmen;
 pub mod relations;
 mod trajectory;
 
@@ -10,11 +9,11 @@ use slate_grid::OccupancyMap;
 use slate_interfaces::Pose2;
 use slate_map_file::{MOST_MAP_CELLS, MapFileOptions, write_map};
 use slate_module::{Random, math};
+use slate_slam::carmen::{LaserLog, LogFormat, LoggedScan, read_log};
 use slate_slam::{GraphSlam, GraphSlamParameters, ParticleSlam, ParticleSlamParameters, occupancy_map};
 
 use crate::planning::timed;
 use crate::{DataError, Evaluation, Figure, FigureGoal};
-use carmen::{LaserLog, LoggedScan};
 use relations::{Relation, RelationErrors};
 
 pub use trajectory::{is_one_line, trajectory};
@@ -40,7 +39,7 @@ pub enum SlamMethod {
 /// A file that can't be read or written, or is not what its format says.
 pub fn evaluate(folder: &Path, method: SlamMethod, map: Option<&Path>) -> Result<Evaluation, DataError> {
     let folder = folder.join("intel");
-    let log = carmen::read_log(&folder.join("intel.gfs.log"))?;
+    let log = read_log(&folder.join("intel.gfs.log"), &LogFormat::INTEL)?;
     let relations = relations::read_relations(&folder.join("intel.relations"), TIME_OFFSET)?;
     let (poses, took) = timed(|| run(&log, method));
     if let Some(file) = map {
@@ -101,7 +100,7 @@ fn run(log: &LaserLog, method: SlamMethod) -> Vec<Pose2> {
         SlamMethod::Graph => {
             let Ok(mut slam) = GraphSlam::new(GraphSlamParameters::default()) else { return Vec::new() };
             for scan in &log.scans {
-                slam.insert(scan.odometry, &scan.points);
+                slam.insert(scan.odometry, &scan.points());
             }
             slam.finish();
             slam.poses().to_vec()
@@ -112,7 +111,7 @@ fn run(log: &LaserLog, method: SlamMethod) -> Vec<Pose2> {
             };
             let mut random = Random::new(1, "slam");
             for scan in &log.scans {
-                slam.insert(scan.odometry, &scan.points, &mut random);
+                slam.insert(scan.odometry, &scan.points(), &mut random);
             }
             slam.poses().to_vec()
         }
@@ -124,7 +123,7 @@ fn write(file: &Path, log: &LaserLog, poses: &[Pose2]) -> Result<(), DataError> 
     let near = |points: &[[f64; 2]]| -> Vec<[f64; 2]> {
         points.iter().filter(|[x, y]| x * x + y * y <= most * most).copied().collect()
     };
-    let points: Vec<Vec<[f64; 2]>> = log.scans.iter().map(|scan| near(&scan.points)).collect();
+    let points: Vec<Vec<[f64; 2]>> = log.scans.iter().map(|scan| near(&scan.points())).collect();
     let scans = poses.iter().copied().zip(points.iter().map(Vec::as_slice));
     let map: Option<OccupancyMap> = occupancy_map(scans, MAP_RESOLUTION, MOST_MAP_CELLS);
     let map = map.ok_or_else(|| DataError::new(file, "the map has no cells, or too many"))?;

@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use slate_interfaces::Pose2;
 use slate_module::math;
+use slate_slam::carmen::{LaserLog, LoggedPose};
 use slate_slam::se2;
-
-use super::carmen::{LaserLog, LoggedPose};
 
 /// Returns times, ascending, and poses of the odometry's lines, from the poses of scans: between two scans the odometry
 /// is bent so that it joins them, in proportion to its motion.

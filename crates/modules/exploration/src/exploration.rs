@@ -1,5 +1,6 @@
 //! Choice of the next goal.
 
+use serde::{Deserialize, Serialize};
 use slate_grid::{Geometry, OccupancyMap};
 use slate_interfaces::Point2;
 use slate_module::math;
@@ -8,6 +9,7 @@ use slate_planning::{CostField, CostGrid, GridCell};
 use crate::frontier::{Frontier, FrontierDetector};
 use crate::information_gain::InformationGain;
 use crate::parameters::{ExplorationParameters, GoalSelection};
+use crate::unknown_counts::UnknownCounts;
 
 /// Cells around a frontier from which a next best view may be, on each side.
 const VIEW_CELLS: i64 = 10;
@@ -34,15 +36,61 @@ pub struct ExplorationGoal {
 }
 
 /// Chooses goals until no frontier is left that can be reached.
-#[derive(Clone, Debug)]
+///
+/// A saved one has its parameters, the blacklist and the current goal; the rest follows from the next map.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(from = "SavedExploration", into = "SavedExploration")]
 pub struct Exploration {
     parameters: ExplorationParameters,
     detector: FrontierDetector,
     information_gain: InformationGain,
     costs: CostField,
+    unknown: UnknownCounts,
     /// In the map frame, as cells change when a map grows.
     blacklist: Vec<Point2>,
     current: Option<Point2>,
+}
+
+/// Cell from which a frontier may be seen.
+#[derive(Clone, Copy, Debug)]
+struct ViewCandidate {
+    /// Number of the frontier.
+    frontier: usize,
+    cell: GridCell,
+    position: Point2,
+    path_cost: f64,
+    /// Utility that it can't exceed.
+    bound: f64,
+}
+
+/// What is saved of an [`Exploration`].
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct SavedExploration {
+    parameters: ExplorationParameters,
+    blacklist: Vec<[f64; 2]>,
+    current: Option<[f64; 2]>,
+}
+
+impl From<Exploration> for SavedExploration {
+    fn from(exploration: Exploration) -> Self {
+        let saved = |point: &Point2| [point.x, point.y];
+        Self {
+            parameters: exploration.parameters,
+            blacklist: exploration.blacklist.iter().map(saved).collect(),
+            current: exploration.current.as_ref().map(saved),
+        }
+    }
+}
+
+impl From<SavedExploration> for Exploration {
+    fn from(saved: SavedExploration) -> Self {
+        let point = |[x, y]: [f64; 2]| Point2 { x, y };
+        Self {
+            blacklist: saved.blacklist.into_iter().map(point).collect(),
+            current: saved.current.map(point),
+            ..Self::new(saved.parameters)
+        }
+    }
 }
 
 impl Exploration {
@@ -53,6 +101,7 @@ impl Exploration {
             parameters,
             detector: FrontierDetector::default(),
             costs: CostField::default(),
+            unknown: UnknownCounts::default(),
             blacklist: Vec::new(),
             current: None,
         }
@@ -71,31 +120,113 @@ impl Exploration {
         self.detector.update(map);
         // One search has the costs of all goals.
         self.costs.compute(costs, nearest_passable(costs, robot, map.geometry.resolution));
+        self.unknown.count(map);
         let resolution = map.geometry.resolution;
         let min_cells = (self.parameters.min_frontier_size / resolution).ceil() as usize;
-        let mut goals: Vec<ExplorationGoal> = Vec::new();
-        for frontier in self.detector.frontiers(min_cells) {
-            goals.extend(self.goal(map, costs, frontier));
-        }
-        let chosen = self.keep_or_change(&map.geometry, goals);
+        let frontiers = self.detector.frontiers(min_cells);
+        let candidates = self.candidates(map, costs, &frontiers);
+        let best = self.best(map, &frontiers, candidates.iter().copied(), 0.0);
+        let chosen = best.map(|best| self.keep_or_change(map, &frontiers, &candidates, best));
         self.current = chosen.as_ref().map(|goal| goal.position);
         chosen
     }
 
-    /// Returns the best goal, or the one of the current frontier if that is nearly as good.
-    fn keep_or_change(&self, geometry: &Geometry, goals: Vec<ExplorationGoal>) -> Option<ExplorationGoal> {
-        let better = |a: &&ExplorationGoal, b: &&ExplorationGoal| a.utility.total_cmp(&b.utility);
-        let best = goals.iter().max_by(better)?;
-        let kept = goals.iter().filter(|goal| self.is_current(goal, geometry)).max_by(better);
-        let is_kept =
-            |kept: &&ExplorationGoal| best.utility <= kept.utility * (1.0 + self.parameters.hysteresis);
-        Some(kept.filter(is_kept).unwrap_or(best).clone())
+    /// Returns the best goal of the current frontier, if that is nearly as good as the best of all.
+    fn keep_or_change(
+        &mut self,
+        map: &OccupancyMap,
+        frontiers: &[Frontier],
+        candidates: &[ViewCandidate],
+        best: ExplorationGoal,
+    ) -> ExplorationGoal {
+        let Some(current) = self.current else { return best };
+        let is_current = |frontier: &Frontier| {
+            frontier.cells.iter().any(|cell| distance(middle(&map.geometry, *cell), current) < KEEP_DISTANCE)
+        };
+        let are_current: Vec<bool> = frontiers.iter().map(is_current).collect();
+        let own = candidates.iter().copied().filter(|candidate| are_current[candidate.frontier]);
+        let least = best.utility / (1.0 + self.parameters.hysteresis);
+        self.best(map, frontiers, own, least).unwrap_or(best)
+    }
+
+    /// Cells from which a frontier may be seen, the most promising first, without those on the blacklist.
+    fn candidates(&self, map: &OccupancyMap, costs: &CostGrid, frontiers: &[Frontier]) -> Vec<ViewCandidate> {
+        let resolution = map.geometry.resolution;
+        let side = (self.parameters.sensor_range / resolution).ceil() as usize + 1;
+        let mut candidates = Vec::new();
+        for (number, frontier) in frontiers.iter().enumerate() {
+            let cells = match self.parameters.goal_selection {
+                GoalSelection::NextBestView => self.views(costs, frontier),
+                _ => self.nearest_reachable(costs, frontier).into_iter().collect(),
+            };
+            for cell in cells {
+                let position = middle(&map.geometry, cell);
+                let radius = self.parameters.blacklist_radius;
+                if self.blacklist.iter().any(|other| distance(*other, position) < radius) {
+                    continue;
+                }
+                let path_cost = self.costs.cost(costs, cell) * resolution;
+                // No more than all that is near, whatever hides it.
+                let most = f64::from(self.unknown.around(cell, side)) * resolution * resolution;
+                let bound = self.utility(most, path_cost + resolution);
+                candidates.push(ViewCandidate { frontier: number, cell, position, path_cost, bound });
+            }
+        }
+        // Stable, so that equal ones stay in their order.
+        candidates.sort_by(|a, b| b.bound.total_cmp(&a.bound));
+        candidates
+    }
+
+    /// Returns the goal of the highest utility, at least `least`, of candidates of which the most promising come first.
+    fn best(
+        &mut self,
+        map: &OccupancyMap,
+        frontiers: &[Frontier],
+        candidates: impl Iterator<Item = ViewCandidate>,
+        least: f64,
+    ) -> Option<ExplorationGoal> {
+        let mut best: Option<(ViewCandidate, f64, f64)> = None;
+        for candidate in candidates {
+            let ViewCandidate { cell, path_cost, bound, .. } = candidate;
+            if bound < least || best.is_some_and(|(_, _, utility)| bound <= utility) {
+                break;
+            }
+            let information_gain = self.information_gain.area(map, cell);
+            let utility = self.utility(information_gain, path_cost + map.geometry.resolution);
+            // Without a gain, a wall is between the cell and the frontier.
+            let is_better = best.is_none_or(|(_, _, best)| utility > best);
+            if information_gain > 0.0 && utility >= least && is_better {
+                best = Some((candidate, information_gain, utility));
+            }
+        }
+        best.map(|(ViewCandidate { frontier, cell, position, path_cost, .. }, information_gain, utility)| {
+            let frontier = frontiers[frontier].clone();
+            ExplorationGoal { cell, position, information_gain, path_cost, utility, frontier }
+        })
     }
 
     /// Leaves out goals near one that the robot could not reach.
     pub fn blacklist(&mut self, goal: &ExplorationGoal) {
-        self.blacklist.push(goal.position);
+        self.blacklist_position(goal.position);
+    }
+
+    /// Leaves out goals near a position, m.
+    pub fn blacklist_position(&mut self, position: Point2) {
+        self.blacklist.push(position);
         self.current = None;
+    }
+
+    /// Returns the number of positions on the blacklist.
+    pub fn blacklisted(&self) -> usize {
+        self.blacklist.len()
+    }
+
+    /// Goes on with other parameters.
+    pub fn set_parameters(&mut self, parameters: ExplorationParameters) {
+        if self.parameters != parameters {
+            self.information_gain = InformationGain::new(parameters.sensor_range);
+            self.parameters = parameters;
+        }
     }
 
     /// Forgets which goals could not be reached.
@@ -106,48 +237,6 @@ impl Exploration {
     /// Returns the frontiers of the map of the last choice.
     pub fn frontiers(&self, min_cells: usize) -> Vec<Frontier> {
         self.detector.frontiers(min_cells)
-    }
-
-    fn is_current(&self, goal: &ExplorationGoal, geometry: &Geometry) -> bool {
-        self.current.is_some_and(|current| {
-            goal.frontier.cells.iter().any(|cell| distance(middle(geometry, *cell), current) < KEEP_DISTANCE)
-        })
-    }
-
-    /// Returns the goal that shows what is behind a frontier; `None` if it can't be reached or seen, or is on the
-    /// blacklist.
-    fn goal(&mut self, map: &OccupancyMap, costs: &CostGrid, frontier: Frontier) -> Option<ExplorationGoal> {
-        let resolution = map.geometry.resolution;
-        let cells = match self.parameters.goal_selection {
-            GoalSelection::NextBestView => self.views(costs, &frontier),
-            _ => self.nearest_reachable(costs, &frontier).into_iter().collect(),
-        };
-        let radius = self.parameters.blacklist_radius;
-        let mut best: Option<ExplorationGoal> = None;
-        for cell in cells {
-            let position = middle(&map.geometry, cell);
-            if self.blacklist.iter().any(|other| distance(*other, position) < radius) {
-                continue;
-            }
-            let path_cost = self.costs.cost(costs, cell) * resolution;
-            let information_gain = self.information_gain.area(map, cell);
-            // A wall is between the cell and the frontier.
-            if information_gain == 0.0 {
-                continue;
-            }
-            let utility = self.utility(information_gain, path_cost + resolution);
-            if best.as_ref().is_none_or(|best| utility > best.utility) {
-                best = Some(ExplorationGoal {
-                    cell,
-                    position,
-                    information_gain,
-                    path_cost,
-                    utility,
-                    frontier: Frontier::default(),
-                });
-            }
-        }
-        best.map(|goal| ExplorationGoal { frontier, ..goal })
     }
 
     fn utility(&self, information_gain: f64, path_cost: f64) -> f64 {

@@ -20,14 +20,29 @@
 //! ```
 
 mod exploration;
+mod exploration_referee;
+mod explorer;
 mod frontier;
 mod information_gain;
 mod parameters;
+mod unknown_counts;
 
 pub use exploration::{Exploration, ExplorationGoal};
+pub use exploration_referee::{
+    ExplorationCoverage, ExplorationReferee, ExplorationRefereeIo, ExplorationRefereeParams,
+    ExplorationRefereeState,
+};
+pub use explorer::{
+    ExplorationProgress, FrontierExplorer, FrontierExplorerIo, FrontierExplorerParams, FrontierExplorerState,
+    FrontierPoints,
+};
 pub use frontier::{Frontier, FrontierDetector};
 pub use information_gain::InformationGain;
 pub use parameters::{ExplorationParameters, GoalSelection};
+
+use slate_mapek::AnalyzeBlock;
+
+slate_module::plugin!(AnalyzeBlock<FrontierExplorer>, ExplorationReferee);
 
 #[cfg(doctest)]
 #[doc = include_str!("../../../../book/src/38-exploration.md")]

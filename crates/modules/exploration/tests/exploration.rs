@@ -1,5 +1,4 @@
 //! Frontiers and goals.
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use proptest::prelude::*;
 use slate_exploration::{

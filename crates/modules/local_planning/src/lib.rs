@@ -32,6 +32,7 @@ mod observations;
 mod obstacle_field;
 mod path_window;
 mod progress;
+mod saved_pose;
 mod single;
 mod velocity;
 mod vfh_plus;
@@ -41,7 +42,8 @@ pub use dwa::{Dwa, DwaParameters};
 pub use error::LocalPlanningError;
 pub use footprint_points::FootprintPoints;
 pub use mppi::{
-    Mppi, MppiCritics, MppiParameters, ObstaclesCritic, PathAlignCritic, PathAngleCritic, PathCritic,
+    Mppi, MppiCritics, MppiMemory, MppiParameters, ObstaclesCritic, PathAlignCritic, PathAngleCritic,
+    PathCritic,
 };
 pub use observations::ObservationBuffer;
 pub use obstacle_field::ObstacleField;

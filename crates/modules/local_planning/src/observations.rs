@@ -2,13 +2,14 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
 use slate_interfaces::Pose2;
 use slate_module::math;
 
 /// Obstacles that scans have seen within a time, as the observation buffer of Nav2's obstacle layer.
 ///
 /// A robot whose sensor does not look all round remembers what is behind it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ObservationBuffer {
     /// How long points are kept, `observation_persistence`, s; 0 keeps the newest scan alone.
     persistence: f64,
@@ -16,10 +17,11 @@ pub struct ObservationBuffer {
     interval: f64,
     scans: VecDeque<ObservedPoints>,
     /// Memory of dropped scans.
+    #[serde(skip)]
     spare: Vec<Vec<[f64; 2]>>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct ObservedPoints {
     time: f64,
     /// In the planner's frame.

@@ -1,19 +1,22 @@
 //! Progress and recovery.
 
+use serde::{Deserialize, Serialize};
 use slate_interfaces::Pose2;
 use slate_module::math;
 
 use crate::error::LocalPlanningError;
+use crate::saved_pose::{ProgressPose, ProgressPoseTime};
 use crate::velocity::PlanarVelocity;
 
 /// Detects that a robot is stuck, as Nav2's progress checkers.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProgressChecker {
     /// Distance within which a robot makes no progress, `required_movement_radius`, m.
     radius: f64,
     /// Time without progress after which it is stuck, `movement_time_allowance`, s.
     allowance: f64,
     /// Where and when it made progress.
+    #[serde(with = "ProgressPoseTime")]
     newest: Option<(Pose2, f64)>,
 }
 
@@ -54,7 +57,7 @@ impl ProgressChecker {
 }
 
 /// A behavior that frees a robot that is stuck.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum RecoveryBehavior {
     /// Forgets obstacles that are out of sight.
     ClearCostmap,
@@ -119,16 +122,17 @@ pub enum RecoveryCommand {
 }
 
 /// Recovery behaviors in a round: each time the robot is stuck, the next one (Nav2's `RoundRobin`).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecoverySequence {
     behaviors: Vec<RecoveryBehavior>,
     next: usize,
     running: Option<RunningRecovery>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct RunningRecovery {
     behavior: RecoveryBehavior,
+    #[serde(with = "ProgressPose")]
     start: Pose2,
     /// Time of the start, s.
     since: f64,

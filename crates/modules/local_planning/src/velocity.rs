@@ -1,5 +1,6 @@
 //! Velocities and their limits.
 
+use serde::{Deserialize, Serialize};
 use slate_interfaces::{Pose2, Twist2};
 use slate_module::math;
 
@@ -9,7 +10,7 @@ use crate::error::LocalPlanningError;
 pub(crate) const MOST_EXCESS: f64 = 3.0;
 
 /// Velocity in the plane, in the robot's frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlanarVelocity {
     /// Forward, m/s.
     pub vx: f64,

@@ -3,7 +3,7 @@
 
 use slate_interfaces::Pose2;
 use slate_local_planning::{
-    MotionLimits, MotionModel, MotionState, Mppi, MppiCritics, MppiParameters, ObstacleField,
+    MotionLimits, MotionModel, MotionState, Mppi, MppiCritics, MppiMemory, MppiParameters, ObstacleField,
     ObstaclesCritic, PathCritic, PlanarVelocity,
 };
 use slate_module::{Random, math};
@@ -243,4 +243,25 @@ fn a_measured_velocity_beyond_all_limits_is_held() {
     let path = line([0.0, 0.0], [2.0, 0.0]);
     assert!(planner.plan(&state, &path, None, &field).is_some_and(|velocity| velocity.wz.abs() < 6.0));
     assert!(planner.trajectory().all(|pose| pose.x.abs() < 3.0 && pose.y.abs() < 3.0));
+}
+
+#[test]
+fn a_controller_goes_on_by_its_memory() {
+    let (robot, path) = (standing(0.0, 0.0, 0.0), line([0.0, 0.0], [3.0, 0.0]));
+    let mut field = ObstacleField::new(6.0, 0.05).unwrap();
+    field.update([0.0, 0.0], rims(&[[1.2, 0.1]]).into_iter());
+    let parameters = MppiParameters { batch_size: 100, ..MppiParameters::default() };
+    let make = || Mppi::new(parameters, &footprint(), Random::new(1, "planner")).unwrap();
+    let mut first = make();
+    for _ in 0..5 {
+        first.plan(&robot, &path, None, &field).unwrap();
+    }
+    let mut memory = MppiMemory::default();
+    first.remember(&mut memory);
+    let mut second = make();
+    second.resume(&memory);
+    for _ in 0..3 {
+        let velocity = first.plan(&robot, &path, None, &field);
+        assert_eq!(second.plan(&robot, &path, None, &field), velocity);
+    }
 }

@@ -1,9 +1,11 @@
-//! Localization on a known map, from odometry and laser scans.
+//! Localization: on a known map from odometry and laser scans, and from odometry, IMU, compass, positions and landmarks.
 //!
 //! [`MonteCarloLocalization`] is adaptive Monte Carlo localization (KLD-AMCL) as Nav2 has it, with the names and
 //! defaults of its parameters: a [`LikelihoodField`] from an exact distance transform weighs particles, which an
 //! odometry motion model moves, and KLD sampling adapts their number. It is plain data without an agent: the caller
 //! gives poses of the odometry, points of the scan, and random numbers.
+//!
+//! [`PlanarFilter`] is an extended Kalman filter of pose and twist, in the role of `robot_localization`.
 //!
 //! ```
 //! use slate_grid::Geometry;
@@ -33,8 +35,12 @@ mod beam_skip;
 mod bins;
 mod candidate_pool;
 mod estimate;
+pub mod frames;
+pub mod inputs;
+mod kalman;
 mod likelihood_field;
 mod map_monitor;
+mod map_saver;
 mod map_server;
 mod monte_carlo;
 mod motion_model;
@@ -42,20 +48,33 @@ mod parameters;
 mod particles;
 
 pub use amcl::{Amcl, AmclIo, AmclParams, AmclState, GlobalLocalization};
+pub use kalman::{
+    Ekf, EkfIo, EkfParams, EkfState, FilterMeasurement, Innovation, Landmark, LandmarkDetection,
+    LandmarkDetections, LandmarkMap, MeasuredLandmark, MeasuredVariables, MeasurementOutcome, PlanarFilter,
+    PlanarFilterParameters, RangeKind, RejectedMeasurements, StateVariable, TangentPlane,
+};
 pub use likelihood_field::{LaserModelType, LikelihoodField, SensorModel};
 pub use map_monitor::{MapMonitor, MapSensors};
+pub use map_saver::{MapSaver, MapSaverIo, MapSaverParams, MapSaverState, SaveMap};
 pub use map_server::{MapServer, MapServerBlock, MapServerIo, MapServerParams, MapServerState};
 pub use monte_carlo::MonteCarloLocalization;
 pub use motion_model::OdometryAlphas;
-pub use parameters::{BeamSkip, Candidates, InvalidParameter, KldSampling, MonteCarloParameters, Recovery};
+pub use parameters::{BeamSkip, Candidates, KldSampling, MonteCarloParameters, Recovery};
 pub use slate_interfaces::Particle;
+pub use slate_module::InvalidParameter;
 
 use slate_mapek::{AnalyzeBlock, MonitorBlock};
 
 /// Largest number of cells of a map that an agent has.
 const MOST_CELLS: usize = 1 << 22;
 
-slate_module::plugin!(AnalyzeBlock<Amcl>, MapServerBlock, MonitorBlock<MapMonitor>);
+slate_module::plugin!(
+    AnalyzeBlock<Amcl>,
+    AnalyzeBlock<Ekf>,
+    MapSaver,
+    MapServerBlock,
+    MonitorBlock<MapMonitor>
+);
 
 #[cfg(doctest)]
 #[doc = include_str!("../../../../book/src/35-localization.md")]

@@ -4,7 +4,7 @@ use slate_grid::{DistanceTransform, Geometry};
 use slate_interfaces::Pose2;
 use slate_module::{Random, math};
 
-use crate::parameters::InvalidParameter;
+use crate::InvalidParameter;
 
 /// How the likelihoods of a scan's beams make that of the scan, `laser_model_type`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -4,13 +4,14 @@ use serde::{Deserialize, Serialize};
 use slate_interfaces::{Particle, Pose2, PoseEstimate};
 use slate_module::{Random, math};
 
+use crate::InvalidParameter;
 use crate::beam_skip::skip_beams;
 use crate::bins::PoseBins;
 use crate::candidate_pool::CandidatePool;
 use crate::estimate::{compose, moments, relative};
 use crate::likelihood_field::LikelihoodField;
 use crate::motion_model::OdometryIncrement;
-use crate::parameters::{InvalidParameter, MonteCarloParameters};
+use crate::parameters::MonteCarloParameters;
 use crate::particles::{effective_number, normalize, parts as particle_parts};
 
 /// Adaptive Monte Carlo localization (Dellaert, Fox, Burgard and Thrun, 1999, *Monte Carlo localization for mobile

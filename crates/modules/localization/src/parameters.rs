@@ -1,8 +1,7 @@
 //! Parameters, with the names and defaults of Nav2.
 
-use std::fmt;
-
 use serde::{Deserialize, Serialize};
+use slate_module::InvalidParameter;
 
 use crate::motion_model::OdometryAlphas;
 
@@ -95,30 +94,6 @@ impl Default for MonteCarloParameters {
             candidates: Candidates::default(),
             beam_skip: None,
         }
-    }
-}
-
-/// A parameter that no filter can have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct InvalidParameter {
-    /// Its name.
-    pub name: &'static str,
-    /// Its values.
-    pub expected: &'static str,
-}
-
-impl fmt::Display for InvalidParameter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "invalid `{}`: expected {}", self.name, self.expected)
-    }
-}
-
-impl std::error::Error for InvalidParameter {}
-
-impl InvalidParameter {
-    /// An error unless the value is as expected.
-    pub(crate) fn unless(is_valid: bool, name: &'static str, expected: &'static str) -> Result<(), Self> {
-        if is_valid { Ok(()) } else { Err(Self { name, expected }) }
     }
 }
 

@@ -1,5 +1,4 @@
 //! The block `amcl` in a room: good inputs, and bad ones.
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate_grid::{Geometry, RayCaster};
 use slate_interfaces::{

@@ -1,12 +1,11 @@
-//! The block `map_server`: files that are maps, and others.
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+//! The blocks `map_server` and `map_saver`: files that are maps, and others.
 
 use std::path::{Path, PathBuf};
 
 use slate_grid::{Geometry, OccupancyMap};
-use slate_interfaces::OccupancyGrid;
-use slate_localization::{MapServerBlock, MapServerParams};
-use slate_map_file::{MapFileOptions, write_map};
+use slate_interfaces::{MissionOutcome, MissionState, OccupancyGrid, Verdict};
+use slate_localization::{MapSaver, MapSaverParams, MapServerBlock, MapServerParams, SaveMap};
+use slate_map_file::{MapFileOptions, read_map, write_map};
 use slate_module::testing::Fixture;
 use slate_module::{Outcome, Text};
 
@@ -50,4 +49,52 @@ fn a_file_that_is_no_map_degrades_until_another_is_named() {
 fn a_map_of_too_many_cells_is_refused() {
     let mut server = server(&map("large.yaml", (1 << 22) + 1));
     assert_eq!((server.tick().outcome().unwrap(), cells(&server)), (Outcome::Degraded, None));
+}
+
+fn saver(map_file: &str) -> Fixture<MapSaver> {
+    let mut saver = Fixture::<MapSaver>::with(MapSaverParams { map_file: Text::new(map_file) }).unwrap();
+    saver.write::<OccupancyGrid>("map", 6, |map| {
+        (map.resolution, map.width, map.height) = (0.1, 3, 2);
+        map.data.copy_from_slice(&[0, 100, -1, 0, 0, 100]);
+    });
+    saver
+}
+
+fn file(name: &str) -> String {
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_file(&file);
+    file.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_map_is_saved_when_somebody_asks() {
+    let (mut saver, file) = (saver(""), file("asked.yaml"));
+    assert_eq!(saver.tick(), Outcome::Ok);
+    saver.push("save_map", SaveMap { file: Text::new(&file) });
+    assert_eq!(saver.tick(), Outcome::Ok);
+    assert_eq!(read_map(Path::new(&file)).unwrap().cells, [0, 100, -1, 0, 0, 100]);
+}
+
+#[test]
+fn a_map_is_saved_once_at_the_end_of_a_mission() {
+    let file = file("end.yaml");
+    let mut saver = saver(&file);
+    let mut judge = |state| {
+        saver.set("verdict", Verdict { state, outcome: MissionOutcome::OTHER, reason: Text::new("") });
+        assert_eq!(saver.tick(), Outcome::Ok);
+        Path::new(&file).exists()
+    };
+    assert!(!judge(MissionState::RUNNING));
+    assert!(judge(MissionState::SUCCEEDED));
+    std::fs::remove_file(&file).unwrap();
+    assert!(!judge(MissionState::SUCCEEDED));
+}
+
+#[test]
+fn a_map_that_can_not_be_saved_degrades_the_saver() {
+    let mut saver = saver("");
+    saver.push("save_map", SaveMap { file: Text::new("nowhere/map.yaml") });
+    assert_eq!(saver.tick(), Outcome::Degraded);
+    saver.push("save_map", SaveMap { file: Text::new(&file("again.yaml")) });
+    assert_eq!(saver.tick(), Outcome::Ok);
 }

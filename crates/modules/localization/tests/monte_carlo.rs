@@ -1,5 +1,4 @@
 //! A robot with a laser that drives in a building of which it has the map.
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate_grid::{Geometry, LineCells};
 use slate_interfaces::Pose2;

@@ -4,7 +4,6 @@ use slate_interfaces::{OccupancyGrid, Path, Point2, Pose2};
 use slate_mapek::prelude::*;
 use slate_module::prelude::*;
 
-use crate::MOST_CELLS;
 use crate::search::{BLOCKED, Search};
 
 /// Ports of [`PathPlanner`].
@@ -35,9 +34,14 @@ pub struct PathPlannerParams {
     lookahead_distance: f64,
     #[param(default = 0.5, range = 0.02..=60.0, unit = "s", doc = "time between two plans for the same goal")]
     replan_period: f64,
+    #[param(default = true, doc = "whether paths cross unknown cells")]
+    allow_unknown: Bool,
 }
 
-/// Global planner: A* on an inflated costmap, with line-of-sight smoothing; unknown cells count as free.
+/// Largest number of cells of a map that is planned on.
+const MOST_CELLS: usize = 1 << 20;
+
+/// Global planner: A* on an inflated costmap, with line-of-sight smoothing.
 pub struct PathPlanner;
 
 /// State of [`PathPlanner`].
@@ -86,7 +90,7 @@ impl Analyze for PathPlanner {
         (state.planned, state.goal) = (Some(now.now()), Some([goal.x, goal.y]));
         let Some(geometry) = Geometry::of(map, MOST_CELLS) else {
             now.warn(format_args!(
-                "invalid map of {} by {} cells of {} m: expected 1 to 65536 cells, and as much data",
+                "invalid map of {} by {} cells of {} m: expected 1 to 1048576 cells, and as much data",
                 map.width, map.height, map.resolution
             ));
             return None;
@@ -163,9 +167,10 @@ impl PathPlannerState {
         let is_occupied = |cell: usize| i64::from(map.data[cell]) >= params.occupied_threshold;
         let squares = self.distances.squares(geometry.width, geometry.height, is_occupied);
         self.costs.clear();
-        self.costs.extend(squares.iter().map(|square| {
+        let allow_unknown = params.allow_unknown.get();
+        self.costs.extend(squares.iter().zip(&map.data).map(|(square, occupancy)| {
             let square = *square as f64;
-            if square <= radius * radius {
+            if square <= radius * radius || (*occupancy < 0 && !allow_unknown) {
                 BLOCKED
             } else if square < farthest * farthest {
                 1 + (HIGHEST * (farthest - square.sqrt()) / (farthest - radius)) as u16

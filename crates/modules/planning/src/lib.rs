@@ -1,7 +1,8 @@
 //! Global planning on grids: paths that are cheapest among those of eight neighbours ([`AStar`]) or of any angle
-//! ([`ThetaStar`]), and one that is repaired while the robot learns of obstacles ([`DStarLite`]).
+//! ([`ThetaStar`]), one that is repaired while the robot learns of obstacles ([`DStarLite`]), and paths of a robot that
+//! steers as a car ([`HybridAStar`]).
 //!
-//! All of them search a [`CostGrid`], whose costs are those of Nav2's costmaps; a [`Costmap`] makes one of its layers.
+//! All but the last search a [`CostGrid`], whose costs are those of Nav2's costmaps; a [`Costmap`] makes one of its layers.
 //! Buffers are kept from search to search.
 //!
 //! ```
@@ -21,10 +22,15 @@ mod cost_field;
 mod cost_grid;
 mod costmap;
 mod d_star_lite;
+mod dubins;
+mod footprint_grid;
 mod grid_path;
+mod hybrid_a_star;
 mod indexed_heap;
 mod line;
 mod neighbors;
+mod reeds_shepp;
+mod steering_path;
 mod theta_star;
 
 pub use a_star::AStar;
@@ -32,8 +38,14 @@ pub use cost_field::CostField;
 pub use cost_grid::{CostGrid, GridCell, GridSizeError, INSCRIBED, LETHAL, MOST_CELLS, UNKNOWN};
 pub use costmap::{Costmap, Inflation};
 pub use d_star_lite::DStarLite;
+pub use dubins::dubins;
+pub use footprint_grid::FootprintGrid;
 pub use grid_path::GridPath;
+pub use hybrid_a_star::{DriveModel, DrivenPose, HybridAStar, HybridAStarParameters, HybridSearchError};
 pub use line::line_cost;
+pub use reeds_shepp::reeds_shepp;
+pub use slate_module::InvalidParameter;
+pub use steering_path::{SteeringPath, SteeringPosition, SteeringSegment};
 pub use theta_star::ThetaStar;
 
 #[cfg(doctest)]

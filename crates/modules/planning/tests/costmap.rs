@@ -1,5 +1,4 @@
 //! Layers of a costmap.
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use proptest::prelude::*;
 use slate_grid::Geometry;

@@ -1,5 +1,4 @@
 //! What the searches promise, on random grids.
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use proptest::prelude::*;
 use slate_module::math::min;

@@ -1,9 +1,13 @@
 //! Graph SLAM of submaps.
 
+use std::collections::VecDeque;
+
+use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 use slate_interfaces::Pose2;
 
 use crate::parameters::{GraphSlamParameters, InvalidSlamParameter};
+use crate::pending_work::PendingWork;
 use crate::pose_graph::{Constraint, PoseGraph};
 use crate::saved::SavedPose;
 use crate::scan_increment::ScanIncrement;
@@ -24,7 +28,11 @@ pub struct GraphSlam {
     pub(crate) nodes: Vec<ScanNode>,
     pub(crate) submaps: Vec<Submap>,
     pub(crate) graph: PoseGraph,
+    /// Searches that scans have left for later, in their order.
+    pub(crate) pending: VecDeque<PendingWork>,
     odometry_jumps: usize,
+    /// Inverse covariance of the newest scan's pose in its own frame; none for the first scan.
+    information: Option<Matrix3<f64>>,
     /// Made again after a restore.
     #[serde(skip)]
     pub(crate) search_grids: SearchGrids,
@@ -54,7 +62,9 @@ impl GraphSlam {
             nodes: Vec::new(),
             submaps: Vec::new(),
             graph: PoseGraph::default(),
+            pending: VecDeque::new(),
             odometry_jumps: 0,
+            information: None,
             search_grids: SearchGrids::default(),
         })
     }
@@ -65,6 +75,13 @@ impl GraphSlam {
     /// Points that are not finite or beyond `max_laser_range` are left out. An odometry that is unknown counts as that
     /// of the scan before; beyond `max_odometry_increment` from that one, no motion is assumed.
     pub fn insert(&mut self, odometry: Pose2, points: &[[f64; 2]]) -> Pose2 {
+        self.track(odometry, points);
+        while self.work() {}
+        self.newest_pose()
+    }
+
+    /// Inserts a scan as [`insert`](Self::insert) does, and leaves the search of loops for [`work`](Self::work).
+    pub fn track(&mut self, odometry: Pose2, points: &[[f64; 2]]) -> Pose2 {
         let most = self.parameters.matching.max_laser_range;
         let is_fit = |[x, y]: &&[f64; 2]| x * x + y * y <= most * most;
         let points: Vec<[f64; 2]> = points.iter().filter(is_fit).copied().collect();
@@ -83,18 +100,30 @@ impl GraphSlam {
         }
         self.place_newest();
         self.fill_submaps();
-        self.graph.poses[self.nodes.len() - 1]
+        self.newest_pose()
     }
 
     /// Closes the last submaps and loops, and optimizes the graph. More scans may follow.
     pub fn finish(&mut self) {
+        self.request_finish();
+        while self.work() {}
+    }
+
+    /// Leaves all that [`finish`](Self::finish) does for [`work`](Self::work).
+    pub fn request_finish(&mut self) {
         self.finish_growing(|_, _| true);
-        self.constrain_all();
+        self.pending.extend([true, false].map(PendingWork::constraints));
     }
 
     /// Number of scans.
     pub fn scans(&self) -> usize {
         self.nodes.len()
+    }
+
+    /// Returns the covariance of x, y and theta of the newest pose against its submap and the odometry, in the map frame.
+    pub fn covariance(&self) -> Matrix3<f64> {
+        let turned = self.information.map(|own| se2::turned(own, self.newest_pose().theta));
+        turned.and_then(|information| information.try_inverse()).unwrap_or_else(Matrix3::zeros)
     }
 
     /// Number of scans whose odometry was taken as an error, by `max_odometry_increment`.
@@ -117,6 +146,10 @@ impl GraphSlam {
         &self.graph
     }
 
+    fn newest_pose(&self) -> Pose2 {
+        self.graph.poses.last().copied().unwrap_or_default()
+    }
+
     /// Submap that new scans are matched with: the oldest that grows, or the last one if none does.
     fn reference(&self) -> Option<usize> {
         let growing = self.submaps.iter().position(|submap| !submap.is_finished);
@@ -133,6 +166,7 @@ impl GraphSlam {
             information,
             is_robust: false,
         });
+        self.information = Some(se2::turned(information, -increment.pose.theta));
         let Some(reference) = self.reference() else { return };
         let Submap { map, anchor, .. } = &self.submaps[reference];
         let anchor_pose = self.nodes[*anchor].local;
@@ -151,6 +185,8 @@ impl GraphSlam {
             is_robust: false,
         });
         self.nodes[newest].local = se2::compose(anchor_pose, found.pose);
+        let matched = se2::turned(found.information, -found.pose.theta);
+        self.information = self.information.map(|odometry| odometry + matched);
     }
 
     /// Places the newest scan in the map frame: beside the submap it was matched with, or beside the scan before if
@@ -198,9 +234,7 @@ impl GraphSlam {
 
     fn finish_submap(&mut self, submap: usize) {
         self.submaps[submap].is_finished = true;
-        if self.close_loops(submap) > 0 {
-            self.optimize();
-        }
+        self.pending.push_back(PendingWork::loops(submap));
     }
 
     pub(crate) fn optimize(&mut self) {

@@ -21,13 +21,18 @@
 //! # Ok::<(), slate_slam::InvalidSlamParameter>(())
 //! ```
 
+mod block;
 mod block_cholesky;
+pub mod carmen;
 mod correlative;
 mod graph_slam;
+mod live_map;
+mod log_player;
 mod loop_closure;
 mod max_grids;
 mod parameters;
 mod particle_slam;
+mod pending_work;
 mod pose_graph;
 mod pose_proposal;
 mod refine;
@@ -40,7 +45,12 @@ mod search_grids;
 mod submap;
 mod surface_map;
 
+pub use block::{Slam, SlamEdge, SlamEdgeKind, SlamGraph, SlamIo, SlamParams, SlamState, SlamStatus};
 pub use graph_slam::GraphSlam;
+pub use log_player::{
+    LogPlayer, LogPlayerIo, LogPlayerParams, LogPlayerState, LogProgress, LogReferee, LogRefereeIo,
+    LogRefereeState,
+};
 pub use parameters::{
     GraphSlamParameters, InvalidSlamParameter, LoopClosureParameters, MatchingParameters, OdometryDrift,
     ParticleSlamParameters,
@@ -48,3 +58,7 @@ pub use parameters::{
 pub use particle_slam::ParticleSlam;
 pub use pose_graph::{Constraint, Optimization, PoseGraph};
 pub use render::occupancy_map;
+
+use slate_mapek::AnalyzeBlock;
+
+slate_module::plugin!(AnalyzeBlock<Slam>, LogPlayer, LogReferee);

@@ -8,6 +8,7 @@ use slate_module::math;
 use crate::correlative::{SearchWindow, search};
 use crate::graph_slam::GraphSlam;
 use crate::parameters::LoopClosureParameters;
+use crate::pending_work::{ConstraintSearch, LoopSearch, PendingWork};
 use crate::pose_graph::Constraint;
 use crate::refine::{Refined, refine};
 use crate::se2;
@@ -19,19 +20,57 @@ const SPACING: f64 = 3.0;
 const CONSISTENT: [f64; 2] = [0.25, 0.05];
 /// Points of a scan that are matched with another submap than its own: of so many, one.
 const THINNED: usize = 2;
+/// Scans of a unit of work that are looked at, and that are matched.
+const LOOKS: usize = 500;
+const MATCHES: usize = 8;
 
 impl GraphSlam {
-    /// Searches a submap in all earlier ones near it; returns the number of constraints that were added.
-    pub(crate) fn close_loops(&mut self, submap: usize) -> usize {
-        let before = self.graph.constraints.len();
-        let query = self.query(submap);
-        for other in 0..submap {
-            let (earlier, later) = (self.submaps[other].nodes(), self.submaps[submap].nodes());
-            if earlier.end <= later.start && self.is_near(submap, other) {
-                self.close_loop(submap, other, &query);
+    /// Makes a unit of the work that [`track`](Self::track) and [`request_finish`](Self::request_finish) have left: a
+    /// submap is searched in another one, a few scans are matched with one, or the graph is optimized. Returns whether
+    /// more is left.
+    pub fn work(&mut self) -> bool {
+        let left = match self.pending.pop_front() {
+            None => None,
+            Some(PendingWork::Loops(search)) => self.search_loop(search).map(PendingWork::Loops),
+            Some(PendingWork::Constraints(search)) => {
+                self.search_constraints(search).map(PendingWork::Constraints)
             }
+        };
+        if let Some(left) = left {
+            self.pending.push_front(left);
         }
-        self.graph.constraints.len() - before
+        !self.pending.is_empty()
+    }
+
+    /// Whether work is left.
+    pub fn has_work(&self) -> bool {
+        !self.pending.is_empty()
+    }
+
+    /// Searches a submap in the next earlier one near it; returns what is left of the search. After the last one, the
+    /// graph is optimized.
+    pub(crate) fn search_loop(&mut self, mut search: LoopSearch) -> Option<LoopSearch> {
+        let LoopSearch { submap, other, .. } = search;
+        let Some(near) = (other..submap).find(|other| self.may_close(submap, *other)) else {
+            if search.found > 0 {
+                self.optimize();
+            }
+            return None;
+        };
+        if search.query.is_empty() {
+            search.query = self.query(submap);
+        }
+        let before = self.graph.constraints.len();
+        self.close_loop(submap, near, &search.query);
+        search.found += self.graph.constraints.len() - before;
+        search.other = near + 1;
+        Some(search)
+    }
+
+    /// Whether a submap may close a loop with an earlier one.
+    fn may_close(&self, submap: usize, other: usize) -> bool {
+        let (earlier, later) = (self.submaps[other].nodes(), self.submaps[submap].nodes());
+        earlier.end <= later.start && self.is_near(submap, other)
     }
 
     /// Whether a scan of one is near one of the other.
@@ -96,31 +135,40 @@ impl GraphSlam {
         })
     }
 
-    /// Matches every scan with every submap near it, from the poses that loop closure has found, and optimizes; then
-    /// again from those that this has found.
-    pub(crate) fn constrain_all(&mut self) {
-        for is_rough in [true, false] {
-            let constraints = self.constraints_of_all(is_rough);
-            self.graph.constraints.retain(|constraint| !constraint.is_robust);
-            self.graph.constraints.extend(constraints);
-            self.optimize();
+    /// Matches some scans with submaps near them, from the poses that are known; returns what is left of the search. After
+    /// the last one, the constraints take the place of those of earlier searches, and the graph is optimized.
+    pub(crate) fn search_constraints(&mut self, mut search: ConstraintSearch) -> Option<ConstraintSearch> {
+        let (mut looks, mut matches) = (0, 0);
+        while search.submap < self.submaps.len() {
+            if search.node >= self.nodes.len() {
+                (search.submap, search.node) = (search.submap + 1, 0);
+                continue;
+            }
+            if looks == LOOKS || matches == MATCHES {
+                return Some(search);
+            }
+            looks += 1;
+            let found = self.constraint_beside(search.submap, search.node, search.is_rough);
+            matches += usize::from(found.is_some());
+            search.found.extend(found.flatten());
+            search.node += 1;
         }
+        self.graph.constraints.retain(|constraint| !constraint.is_robust);
+        self.graph.constraints.append(&mut search.found);
+        self.optimize();
+        None
     }
 
-    fn constraints_of_all(&self, is_rough: bool) -> Vec<Constraint> {
-        let most = self.parameters.loops.max_distance;
+    /// Constraint between a submap and a scan of others, from their poses: `None` if it is not near, and inside of it
+    /// `None` if it does not fit.
+    fn constraint_beside(&self, submap: usize, node: usize, is_rough: bool) -> Option<Option<Constraint>> {
         let poses = &self.graph.poses;
-        let mut constraints = Vec::new();
-        for (at, submap) in self.submaps.iter().enumerate() {
-            for (node, pose) in poses.iter().enumerate() {
-                let nodes = submap.nodes();
-                let is_near = || nodes.clone().any(|other| se2::distance(*pose, poses[other]) < most);
-                if !nodes.contains(&node) && is_near() {
-                    let guess = se2::relative(poses[submap.anchor], *pose);
-                    constraints.extend(self.constraint(at, node, guess, is_rough));
-                }
-            }
-        }
-        constraints
+        let nodes = self.submaps[submap].nodes();
+        let most = self.parameters.loops.max_distance;
+        let is_near = || nodes.clone().any(|other| se2::distance(poses[node], poses[other]) < most);
+        (!nodes.contains(&node) && is_near()).then(|| {
+            let guess = se2::relative(poses[self.submaps[submap].anchor], poses[node]);
+            self.constraint(submap, node, guess, is_rough)
+        })
     }
 }

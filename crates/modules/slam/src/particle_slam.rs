@@ -1,6 +1,6 @@
 //! SLAM with a Rao-Blackwellized particle filter.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use slate_interfaces::Pose2;
 use slate_module::{Random, math};
@@ -114,6 +114,18 @@ impl ParticleSlam {
     pub fn effective_number(&self) -> f64 {
         let weights = self.weights();
         1.0 / weights.iter().map(|weight| weight * weight).sum::<f64>()
+    }
+
+    /// Returns the covariance of x, y and theta of the particles around the newest pose, in the map frame.
+    pub fn covariance(&self) -> Matrix3<f64> {
+        let pose = self.heaviest().map_or(Pose2::default(), MapParticle::pose);
+        let spread = self.particles.iter().zip(self.weights()).map(|(particle, weight)| {
+            let other = particle.pose();
+            let turn = math::angle_between(pose.theta, other.theta);
+            let error = Vector3::new(other.x - pose.x, other.y - pose.y, turn);
+            error * error.transpose() * weight
+        });
+        spread.fold(Matrix3::zeros(), |sum, one| sum + one)
     }
 
     /// Increment by which the heaviest particle fits its map best: a search for each of them would find much the same.

@@ -1,5 +1,6 @@
 //! Occupancy grid of scans at their poses.
 
+use serde::{Deserialize, Serialize};
 use slate_grid::{Geometry, LineCells, OccupancyMap, UNKNOWN_CELL};
 use slate_interfaces::Pose2;
 use slate_module::math;
@@ -20,20 +21,50 @@ pub fn occupancy_map<'a>(
 ) -> Option<OccupancyMap> {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for (pose, points) in scans.clone() {
-        for point in se2::transform_all(pose, points).chain([[pose.x, pose.y]]) {
-            for axis in 0..2 {
-                low[axis] = math::min(low[axis], point[axis]);
-                high[axis] = math::max(high[axis], point[axis]);
-            }
+        let [least, greatest] = extent(pose, points);
+        for axis in 0..2 {
+            low[axis] = math::min(low[axis], least[axis]);
+            high[axis] = math::max(high[axis], greatest[axis]);
         }
     }
     let border = BORDER * resolution;
     let corner = low.map(|value| value - border);
     let size = [0, 1].map(|axis| high[axis] - low[axis] + 2.0 * border);
-    let geometry = Geometry::new(corner, size, resolution, most)?;
-    // Beams that end in each cell, and that reach it.
-    let mut counts = vec![[0_u32; 2]; geometry.cells()];
+    let mut counts = BeamCounts::new(Geometry::new(corner, size, resolution, most)?);
     for (pose, points) in scans {
+        counts.insert(pose, points);
+    }
+    Some(OccupancyMap { geometry: counts.geometry, cells: counts.shares().collect() })
+}
+
+/// Least and greatest coordinates of a scan at a pose, its own place among them, m.
+pub(crate) fn extent(pose: Pose2, points: &[[f64; 2]]) -> [[f64; 2]; 2] {
+    let (mut low, mut high) = ([pose.x, pose.y], [pose.x, pose.y]);
+    for point in se2::transform_all(pose, points) {
+        for axis in 0..2 {
+            low[axis] = math::min(low[axis], point[axis]);
+            high[axis] = math::max(high[axis], point[axis]);
+        }
+    }
+    [low, high]
+}
+
+/// Beams that end in each cell of a grid, and that reach it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct BeamCounts {
+    pub geometry: Geometry,
+    /// Of each cell: those that end there, and all.
+    pub counts: Vec<[u32; 2]>,
+}
+
+impl BeamCounts {
+    pub fn new(geometry: Geometry) -> Self {
+        Self { geometry, counts: vec![[0; 2]; geometry.cells()] }
+    }
+
+    /// Counts the beams of a scan, from its pose to its points in the robot's frame.
+    pub fn insert(&mut self, pose: Pose2, points: &[[f64; 2]]) {
+        let Self { geometry, counts } = self;
         let from = geometry.place(pose.x, pose.y);
         for [x, y] in se2::transform_all(pose, points) {
             let to = geometry.place(x, y);
@@ -49,9 +80,12 @@ pub fn occupancy_map<'a>(
             }
         }
     }
-    let occupancy = |[hits, all]: [u32; 2]| match all {
-        0 => UNKNOWN_CELL,
-        all => (100.0 * f64::from(hits) / f64::from(all)).round() as i8,
-    };
-    Some(OccupancyMap { geometry, cells: counts.into_iter().map(occupancy).collect() })
+
+    /// Share of beams that end in each cell, percent; [`UNKNOWN_CELL`] where none has come.
+    pub fn shares(&self) -> impl Iterator<Item = i8> {
+        self.counts.iter().map(|[hits, all]| match all {
+            0 => UNKNOWN_CELL,
+            all => (100.0 * f64::from(*hits) / f64::from(*all)).round() as i8,
+        })
+    }
 }

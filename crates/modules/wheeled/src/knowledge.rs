@@ -146,6 +146,8 @@ pub struct WheeledModels {
     pub pose: Known<PoseEstimate>,
     /// Map of the surroundings.
     pub map: Known<OccupancyGrid>,
+    /// Goal of an exploration.
+    pub exploration_goal: Known<Point2>,
 }
 
 impl WheeledModels {

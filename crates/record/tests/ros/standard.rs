@@ -1,7 +1,7 @@
 use slate_interfaces::{
-    Chassis, Clearance, Contacts, Echo, FourWheelSpeeds, Image, ImageFormat, LaserScan, MissionState,
-    OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate, Position, Quaternion, Sighting,
-    Sightings, SonarPlacement, SonarScan, Transform, Twist2, Verdict, WheelSpeeds,
+    Chassis, Clearance, Contacts, Echo, FourWheelSpeeds, HolonomicTwist, Image, ImageFormat, LaserScan,
+    MissionState, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate, Position,
+    Quaternion, Sighting, Sightings, SonarPlacement, SonarScan, Transform, Twist2, Verdict, WheelSpeeds,
 };
 use slate_module::blackboard::interface::{Descriptor, Interface, View};
 use slate_module::{Sequence, interface};
@@ -37,6 +37,10 @@ fn poses_and_motions_in_the_plane_become_those_in_space() {
     assert_eq!(
         of(&Twist2 { linear: 0.5, angular: -1.0 }),
         "{ linear = { x = 0.5, y = 0, z = 0 }, angular = { x = 0, y = 0, z = -1 } }"
+    );
+    assert_eq!(
+        of(&HolonomicTwist { x: 0.5, y: 0.25, angular: -1.0 }),
+        "{ linear = { x = 0.5, y = 0.25, z = 0 }, angular = { x = 0, y = 0, z = -1 } }"
     );
     let mut odometry = Odometry {
         pose: Pose2 { x: 1.0, y: 2.0, theta: std::f64::consts::PI },
@@ -331,9 +335,9 @@ fn interfaces_of_others_are_matched_by_the_names_of_their_fields() {
 #[test]
 fn all_interfaces_that_name_a_message_have_it() {
     let named: Vec<_> = all().into_iter().filter(|descriptor| !descriptor.ros.is_empty()).collect();
-    assert_eq!(named.len(), 25);
-    // ROS has none for contacts, bumpers, gates and drivers of actuators, strokes on maps, facts, particles and errors of
-    // sensors.
+    assert_eq!(named.len(), 30);
+    // ROS has none for contacts, bumpers, doors, gates and drivers of actuators, strokes on maps, omni wheels, facts,
+    // particles and errors of sensors.
     let without: Vec<_> =
         slate_interfaces::ALL.iter().filter(|own| own.ros.is_empty()).map(|own| own.name).collect();
     assert_eq!(
@@ -342,11 +346,13 @@ fn all_interfaces_that_name_a_message_have_it() {
             "Bumper",
             "Contact",
             "Contacts",
+            "DoorState",
             "DriverStatus",
             "FactHead",
             "FactTableHead",
             "GateState",
             "MapStroke",
+            "OmniWheelSpeeds",
             "Particle",
             "ParticleCloud",
             "SensorAccuracy"

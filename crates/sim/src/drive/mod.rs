@@ -2,6 +2,7 @@
 
 mod differential;
 mod odometer;
+mod omni;
 mod skid_steer;
 
 use serde::{Deserialize, Serialize};
@@ -12,6 +13,7 @@ use crate::geometry::{Point, Pose};
 use crate::robot::{DriveDescription, DriveKind, NoiseDescription, OdometryDescription};
 
 pub use differential::Differential;
+pub use omni::Omni;
 pub use skid_steer::{Mass, SkidSteer, Velocity};
 
 /// Speeds of the wheels of two sides, radians per second.
@@ -59,6 +61,8 @@ pub enum Drive {
     Differential(Differential),
     /// Four wheels with friction, which give forces.
     SkidSteer(SkidSteer),
+    /// Omni wheels, which say how the robot moves.
+    Omni(Omni),
 }
 
 impl Drive {
@@ -73,15 +77,31 @@ impl Drive {
         match description.kind {
             DriveKind::Differential => Self::Differential(Differential::new(*description, noise, random)),
             DriveKind::SkidSteer => Self::SkidSteer(SkidSteer::new(description, noise, mass, center, random)),
+            DriveKind::Omni => Self::Omni(Omni::new(*description, noise, random)),
         }
     }
 
     /// What the wheels are told; held within their limits, and 0 for what is not a number. A drive of two wheels takes
-    /// the average of each side.
+    /// the average of each side, and one of omni wheels turns as if it had two.
     pub fn command(&mut self, wheels: FourWheels) {
         match self {
             Self::Differential(drive) => drive.command(wheels.into()),
             Self::SkidSteer(drive) => drive.command(wheels),
+            Self::Omni(drive) => drive.command_sides(wheels.into()),
+        }
+    }
+
+    /// What omni wheels are told, in their order, rad/s; other drives obey no such command.
+    pub fn command_omni(&mut self, speeds: impl IntoIterator<Item = f64>) {
+        if let Self::Omni(drive) = self {
+            drive.command(speeds);
+        }
+    }
+
+    /// The velocity that omni wheels are told; other drives obey no such command.
+    pub fn command_velocity(&mut self, velocity: Velocity) {
+        if let Self::Omni(drive) = self {
+            drive.command_velocity(velocity);
         }
     }
 
@@ -90,6 +110,7 @@ impl Drive {
         match self {
             Self::Differential(drive) => drive.odometer.set_bias(bias, random),
             Self::SkidSteer(drive) => drive.odometer.set_bias(bias, random),
+            Self::Omni(drive) => drive.set_bias(bias, random),
         }
     }
 
@@ -98,6 +119,7 @@ impl Drive {
         let odometer = match self {
             Self::Differential(drive) => &drive.odometer,
             Self::SkidSteer(drive) => &drive.odometer,
+            Self::Omni(drive) => return drive.odometry(),
         };
         (odometer.pose, odometer.measured)
     }

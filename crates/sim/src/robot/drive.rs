@@ -1,5 +1,7 @@
 use serde::{Deserialize, Serialize};
 
+use super::wheel_angles::WheelAngles;
+
 /// Drive of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -9,7 +11,7 @@ pub struct DriveDescription {
     pub kind: DriveKind,
     /// Metres.
     pub wheel_radius: f64,
-    /// Metres between the sides.
+    /// Metres between the sides; of omni wheels the diameter of the circle on which they stand.
     pub track: f64,
     /// Radians per second.
     pub maximum_wheel_speed: f64,
@@ -27,6 +29,9 @@ pub struct DriveDescription {
     /// How single wheels grip that do so in another way.
     #[serde(default)]
     pub wheel_friction: WheelFriction,
+    /// Where omni wheels stand.
+    #[serde(default)]
+    pub wheel_angles: Option<WheelAngles>,
 }
 
 /// Kind of drive.
@@ -38,6 +43,8 @@ pub enum DriveKind {
     Differential,
     /// Four driven wheels that all point ahead: they slip sideways when the robot turns.
     SkidSteer,
+    /// Three or four omni wheels on a circle: the robot moves in all directions.
+    Omni,
 }
 
 /// Friction of a wheel: coefficients of the normal force.
@@ -105,6 +112,9 @@ impl DriveDescription {
                 return Some((vec![key], "expected a positive, finite number".into()));
             }
         }
+        if let Some(mistake) = self.mistake_of_omni() {
+            return Some(mistake);
+        }
         let different = self.wheel_friction.all().into_iter().find(|(_, friction)| friction.is_some());
         let of_skid_steering = [
             ("wheelbase", self.wheelbase.is_some()),
@@ -132,6 +142,26 @@ impl DriveDescription {
     }
 }
 
+impl DriveDescription {
+    /// Returns the key of an invalid or missing value of omni wheels, and the expectation.
+    fn mistake_of_omni(&self) -> Option<(Vec<&'static str>, String)> {
+        let is_omni = self.kind == DriveKind::Omni;
+        match self.wheel_angles {
+            None if is_omni => {
+                Some((vec![], "kind = \"omni\" needs `wheel_angles`, such as [60, 180, 300], too".into()))
+            }
+            Some(_) if !is_omni => {
+                Some((vec!["wheel_angles"], "`wheel_angles` is of kind = \"omni\" only".into()))
+            }
+            Some(angles) if angles.directions() < 3 => {
+                let message = "expected wheels in three directions or more, apart from each other";
+                Some((vec!["wheel_angles"], message.into()))
+            }
+            _ => None,
+        }
+    }
+}
+
 fn not_of_differential(key: &str) -> String {
-    format!("`{key}` is of kind = \"skid_steer\" only; a differential drive has wheels that do not slip")
+    format!("`{key}` is of kind = \"skid_steer\" only; the wheels of other drives do not slip")
 }

@@ -1,11 +1,13 @@
 //! Robots as TOML: body, drive, sensors and noise.
 
 mod drive;
+mod imu;
 mod laser;
 mod odometry;
 mod positioning;
 mod robot_sensor;
 mod sonar;
+mod wheel_angles;
 
 use std::collections::BTreeMap;
 
@@ -18,11 +20,13 @@ use crate::error::{DescriptionError, DocumentStep, text_of};
 use crate::geometry::{Point, Polygon};
 
 pub use drive::{DriveDescription, DriveKind, Friction, WheelFriction};
+pub use imu::ImuDescription;
 pub use laser::LaserDescription;
 pub use odometry::OdometryDescription;
 pub use positioning::PositioningDescription;
 pub use robot_sensor::RobotSensorDescription;
 pub use sonar::SonarDescription;
+pub use wheel_angles::WheelAngles;
 
 /// A type of robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,6 +57,9 @@ pub struct RobotDescription {
     /// Profiles of its odometry, by name; without, its errors are those of `noise`.
     #[serde(default)]
     pub odometry: BTreeMap<String, OdometryDescription>,
+    /// Profiles of the inertial measurement unit that it may carry, by name; exact without.
+    #[serde(default)]
+    pub imu: BTreeMap<String, ImuDescription>,
     /// Its bumpers.
     #[serde(default)]
     pub bumper: Option<BumperDescription>,
@@ -147,7 +154,8 @@ impl RobotDescription {
         let lasers = self.laser.iter().map(|(name, it)| ("laser", name, it.mistake()));
         let positioning = self.positioning.iter().map(|(name, it)| ("positioning", name, it.mistake()));
         let odometry = self.odometry.iter().map(|(name, it)| ("odometry", name, it.mistake()));
-        let mut all = sonars.chain(sensors).chain(lasers).chain(positioning).chain(odometry);
+        let imus = self.imu.iter().map(|(name, it)| ("imu", name, it.mistake()));
+        let mut all = sonars.chain(sensors).chain(lasers).chain(positioning).chain(odometry).chain(imus);
         all.find_map(|(table, name, mistake)| {
             mistake.map(|(key, message)| ([table, name.as_str(), key], message))
         })

@@ -1,5 +1,6 @@
 //! Worlds with robots in virtual time.
 
+mod moving;
 mod robot;
 mod sensing;
 
@@ -11,11 +12,13 @@ use slate_module::Random;
 use slate_module::math::{atan2, wrap_angle};
 
 use crate::contact::{CAUSE_SPEED, Contact, Motion};
-use crate::drive::{Drive, FourWheels};
+use crate::drive::{Drive, FourWheels, Velocity};
 use crate::fault::Display;
 use crate::geometry::{Gap, Point, Polygon, Pose};
 use crate::positioning::{Fix, PositioningSystem};
-use crate::robot::{OdometryDescription, PositioningDescription, RobotDescription, RobotSensorDescription};
+use crate::robot::{
+    ImuDescription, OdometryDescription, PositioningDescription, RobotDescription, RobotSensorDescription,
+};
 use crate::robot_sensor::RobotSensor;
 use crate::script::{RandomWalk, Wanderer};
 use crate::sensors::Sensors;
@@ -23,6 +26,8 @@ use crate::sonar::SonarRing;
 use crate::surroundings::{Hull, Nearby, Surroundings};
 use crate::touching::{Felt, Touching};
 use crate::world::{Body, DescriptionError, World};
+use moving::Moving;
+pub use moving::MovingBodies;
 use robot::SimulatedRobot;
 
 /// A robot to be put into a world.
@@ -54,6 +59,11 @@ impl Placement {
         only(&self.description.positioning)
     }
 
+    /// The profile of its inertial measurement unit, if it carries one; an exact one unless the description has one profile.
+    pub fn imu(&self) -> ImuDescription {
+        only(&self.description.imu)
+    }
+
     /// The profile of its odometry; no more errors than those of its wheels unless the description has one profile.
     pub fn odometry(&self) -> OdometryDescription {
         only(&self.description.odometry)
@@ -78,6 +88,9 @@ pub struct Simulation {
     step: u64,
     contacts: Vec<Contact>,
     touching: Touching,
+    /// People and doors.
+    #[serde(default, skip_serializing_if = "Moving::is_empty")]
+    moving: Moving,
     /// Pressing contacts of each robot.
     felt: Vec<Felt>,
     /// Memory for what is around a robot, for each thread. How many threads there are is no part of the state.
@@ -104,6 +117,20 @@ impl Simulation {
     /// # Errors
     /// When a robot's sensor profile is unknown, it does not fit where it stands, or its script needs other sensors.
     pub fn new(world: &World, robots: &[Placement], seed: u64, step: u64) -> Result<Self, DescriptionError> {
+        Self::with_moving(world, robots, &MovingBodies::default(), seed, step)
+    }
+
+    /// The same with people who walk and doors that open.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_moving(
+        world: &World,
+        robots: &[Placement],
+        moving: &MovingBodies,
+        seed: u64,
+        step: u64,
+    ) -> Result<Self, DescriptionError> {
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::new(0.0, 0.0);
         physics.integration_parameters.dt = step as f64 * 1e-9;
@@ -128,12 +155,14 @@ impl Simulation {
             step,
             contacts: Vec::new(),
             touching: Touching::default(),
+            moving: Moving::default(),
             felt: vec![Felt::default(); robots.len()],
             nearby: one_thread(),
         };
         for placement in robots {
             simulation.place(placement, seed)?;
         }
+        simulation.add_moving(moving, seed)?;
         simulation.surroundings.arrange();
         simulation.sense();
         Ok(simulation)
@@ -200,6 +229,7 @@ impl Simulation {
             orientation_display: Display::default(),
             odometry_display: Display::default(),
             sightings_display: Display::default(),
+            imu: None,
             robot_sensor: placement
                 .robot_sensor()
                 .map(|profile| RobotSensor::new(profile, stream("robot_sensor"))),
@@ -235,6 +265,7 @@ impl Simulation {
     /// Takes over what is no part of the state of another simulation of the same world.
     pub(crate) fn set_map_of(&mut self, other: &Self) {
         self.surroundings.set_map(other.surroundings.map().cloned());
+        self.moving.set_paths_of(&other.moving);
     }
 
     /// Virtual time, nanoseconds.
@@ -270,6 +301,20 @@ impl Simulation {
         }
     }
 
+    /// Tells a robot with omni wheels how fast they should turn, in their order, rad/s.
+    pub fn command_omni(&mut self, robot: usize, speeds: impl IntoIterator<Item = f64>) {
+        if let Some(robot) = self.robots.get_mut(robot).filter(|robot| robot.script.is_none()) {
+            robot.drive.command_omni(speeds);
+        }
+    }
+
+    /// Tells a robot with omni wheels how it should move.
+    pub fn command_velocity(&mut self, robot: usize, velocity: Velocity) {
+        if let Some(robot) = self.robots.get_mut(robot).filter(|robot| robot.script.is_none()) {
+            robot.drive.command_velocity(velocity);
+        }
+    }
+
     /// Lets virtual time pass by one step, without sensing.
     pub fn step(&mut self) {
         let step = self.step as f64 * 1e-9;
@@ -279,9 +324,10 @@ impl Simulation {
             body.set_linvel(Vector::new(robot.velocity.x, robot.velocity.y), true);
             body.set_angvel(robot.turn, true);
         }
+        self.decide_moving(step);
         self.physics.step();
         self.now += self.step;
-        for (robot, hull) in self.robots.iter_mut().zip(self.surroundings.robots_mut()) {
+        for (robot, hull) in self.robots.iter_mut().zip(self.surroundings.hulls_mut()) {
             let body = &self.physics.bodies[robot.handle];
             let (position, velocity) = (body.position(), body.linvel());
             let rotation = position.rotation;
@@ -293,22 +339,33 @@ impl Simulation {
             (robot.velocity, robot.turn) = (Point::new(velocity.x, velocity.y), body.angvel());
             hull.place(robot.pose.frame());
         }
+        self.place_moving();
         self.surroundings.arrange();
         self.touch();
     }
 
     /// Finds contacts that begin, and the state of the bumpers.
     fn touch(&mut self) {
-        let Self { physics, surroundings, robots, felt, touching, contacts, now, .. } = self;
+        let Self { physics, surroundings, robots, moving, felt, touching, contacts, now, .. } = self;
         let statics = surroundings.bodies().len();
         let begin = |(i, j): (usize, usize), towards: Point, gap: Gap| {
-            let (robot, other) = (&robots[i], j.checked_sub(statics).map(|other| &robots[other]));
+            let robot = &robots[i];
+            let (other, motion) = match j.checked_sub(statics) {
+                None => (surroundings.bodies()[j].0.as_str(), None),
+                Some(mover) => match robots.get(mover) {
+                    Some(other) => (other.name.as_str(), Some(other.motion)),
+                    None => {
+                        let (name, motion) = moving.mover(mover - robots.len());
+                        (name, Some(motion))
+                    }
+                },
+            };
             let own = robot.motion.towards(gap.from, towards);
-            let theirs = other.map_or(0.0, |other| -other.motion.towards(gap.to, towards));
+            let theirs = motion.map_or(0.0, |motion| -motion.towards(gap.to, towards));
             contacts.push(Contact {
                 time: *now,
                 robot: robot.name.clone(),
-                other: other.map_or_else(|| surroundings.bodies()[j].0.clone(), |other| other.name.clone()),
+                other: other.into(),
                 caused: own > CAUSE_SPEED,
                 caused_by_other: theirs > CAUSE_SPEED,
                 approach: own + theirs,
@@ -317,7 +374,7 @@ impl Simulation {
         felt.fill(Felt::default());
         let feel = |(i, j): (usize, usize), gap: Gap| {
             felt[i].press(surroundings.robots()[i].frame().local(gap.from), robots[i].bumper);
-            if let Some(other) = j.checked_sub(statics) {
+            if let Some(other) = j.checked_sub(statics).filter(|mover| *mover < robots.len()) {
                 felt[other].press(surroundings.robots()[other].frame().local(gap.to), robots[other].bumper);
             }
         };

@@ -49,6 +49,13 @@ impl SimulatedRobot {
                 self.motion = Motion { origin, velocity, angular };
                 (self.velocity, self.turn) = (self.motion.at(middle.apply(self.center)), angular);
             }
+            Drive::Omni(drive) => {
+                let Velocity { forward, left, turn } = drive.advance(step);
+                let middle = Pose { theta: self.pose.theta + turn * step / 2.0, ..self.pose }.frame();
+                let velocity = middle.rotate(Point::new(forward, left));
+                self.motion = Motion { origin, velocity, angular: turn };
+                (self.velocity, self.turn) = (self.motion.at(middle.apply(self.center)), turn);
+            }
             Drive::SkidSteer(drive) => {
                 drive.follow(step);
                 let middle = Pose { theta: self.pose.theta + self.turn * step / 2.0, ..self.pose }.frame();

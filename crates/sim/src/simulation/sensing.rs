@@ -3,11 +3,13 @@
 use slate_module::Random;
 
 use super::Simulation;
+use crate::contact::Motion;
 use crate::fault::{Fault, FaultySensor};
 use crate::geometry::Pose;
+use crate::inertial::{InertialReading, InertialSensor};
 use crate::laser::LaserScanner;
 use crate::positioning::Fix;
-use crate::robot::LaserDescription;
+use crate::robot::{ImuDescription, LaserDescription};
 use crate::robot_sensor::{RobotSensor, Sighting};
 use crate::sensors::Sensors;
 use crate::sonar::{Echo, SonarRing};
@@ -20,6 +22,27 @@ impl Simulation {
         self.sensors[robot].laser = Some(LaserScanner::new(laser, random));
     }
 
+    /// Mounts an inertial measurement unit on a robot.
+    pub fn mount_imu(&mut self, robot: usize, imu: ImuDescription, seed: u64) {
+        let random = Random::new(seed, &format!("simulation/{}/imu", self.robots[robot].name));
+        self.sensors[robot].imu = Some(InertialSensor::new(imu, random));
+    }
+
+    /// Mount and errors of a robot's inertial measurement unit, if it carries one.
+    pub fn imu(&self, robot: usize) -> Option<&ImuDescription> {
+        self.sensors[robot].imu.as_ref().map(InertialSensor::description)
+    }
+
+    /// Returns the new reading of a robot's inertial measurement unit, with faults, if it is time to.
+    pub fn shown_imu(&mut self, robot: usize) -> Option<InertialReading> {
+        let own = &self.robots[robot];
+        let center = own.pose.frame().apply(own.center);
+        let body = Motion { origin: center, velocity: own.velocity, angular: own.turn };
+        let imu = self.sensors[robot].imu.as_mut()?;
+        let reading = imu.measure(own.pose, body, self.now)?;
+        *imu.display.show(&Some(reading), self.now)?
+    }
+
     /// Sets the faults of a robot's sensors.
     pub fn set_faults(&mut self, robot: usize, faults: &[Fault]) {
         let sensors = &mut self.sensors[robot];
@@ -29,6 +52,9 @@ impl Simulation {
         sensors.orientation_display.set_faults(FaultySensor::Orientation, faults);
         sensors.odometry_display.set_faults(FaultySensor::Odometry, faults);
         sensors.sightings_display.set_faults(FaultySensor::RobotSensor, faults);
+        if let Some(imu) = &mut sensors.imu {
+            imu.display.set_faults(FaultySensor::Imu, faults);
+        }
     }
 
     /// Measures with all sensors.

@@ -3,14 +3,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use slate_device_line::simulated::{Faults, PseudoTerminal};
 use slate_module::Random;
 use slate_sim::geometry::Pose;
 
 use crate::body::SimulatedPioneer;
 use crate::error::ControllerError;
-use crate::faults::Faults;
 use crate::firmware::Firmware;
-use crate::terminal::Terminal;
 
 /// How long the controller waits for bytes at a time.
 const LOOK: Duration = Duration::from_millis(5);
@@ -57,7 +56,7 @@ struct ControllerState {
     firmware: Firmware,
     faults: Faults,
     random: Random,
-    terminal: Option<Arc<Terminal>>,
+    terminal: Option<Arc<PseudoTerminal>>,
     ends: bool,
 }
 
@@ -69,7 +68,7 @@ impl Controller {
     pub fn start(options: ControllerOptions) -> Result<Self, ControllerError> {
         let ControllerOptions { world, at: [x, y, theta], seed, link, faults } = options;
         let body = SimulatedPioneer::new(&world, Pose { x, y, theta }, seed)?;
-        let terminal = Terminal::open(link.as_deref())?;
+        let terminal = PseudoTerminal::open(link.as_deref())?;
         let path = terminal.path().to_owned();
         let inner = Arc::new(Mutex::new(ControllerState {
             body,
@@ -105,7 +104,7 @@ impl Controller {
     /// When there is no pseudo-terminal, or no link was given under which the driver could find the new one.
     pub fn plug(&self) -> Result<(), ControllerError> {
         let link = self.link.as_deref().ok_or(ControllerError::Unlinked)?;
-        locked(&self.inner).terminal = Some(Arc::new(Terminal::open(Some(link))?));
+        locked(&self.inner).terminal = Some(Arc::new(PseudoTerminal::open(Some(link))?));
         Ok(())
     }
 
@@ -191,7 +190,8 @@ impl ControllerState {
         firmware.advance(body, now);
         let bytes = std::mem::take(firmware.outgoing());
         if let Some(terminal) = terminal {
-            terminal.write(&faults.spoil_reports(&bytes, random));
+            // What there is no room for is lost.
+            let _ = terminal.write(&faults.spoil_reports(&bytes, random));
         }
     }
 }

@@ -6,12 +6,10 @@
 mod body;
 mod controller;
 mod error;
-mod faults;
 pub mod firmware;
-mod terminal;
 
 pub use body::SimulatedPioneer;
 pub use controller::{Controller, ControllerOptions};
 pub use error::ControllerError;
-pub use faults::Faults;
 pub use firmware::Firmware;
+pub use slate_device_line::simulated::Faults;

@@ -1,6 +1,7 @@
 //! Model predictive path integral control.
 
 mod critics;
+mod memory;
 mod parameters;
 mod rollouts;
 mod smoothing;
@@ -18,6 +19,7 @@ use crate::velocity::{MotionModel, MotionState, PlanarVelocity};
 use critics::{CriticScene, CriticSums};
 use rollouts::{ControlNoise, ControlSequence, RolloutStart, Rollouts};
 
+pub use memory::MppiMemory;
 pub use parameters::{
     MppiCritics, MppiParameters, ObstaclesCritic, PathAlignCritic, PathAngleCritic, PathCritic,
 };

@@ -67,7 +67,17 @@ impl ControlNoise {
     }
 
     pub fn next_set(&mut self) {
-        self.set = (self.set + 1) % NOISE_SETS;
+        self.choose_set(self.set + 1);
+    }
+
+    /// The present set.
+    pub fn set(&self) -> usize {
+        self.set
+    }
+
+    /// Goes on with a set.
+    pub fn choose_set(&mut self, set: usize) {
+        self.set = set % NOISE_SETS;
     }
 
     fn row(noise: &[f32], set: usize, size: usize, step: usize, batch: usize) -> &[f32] {

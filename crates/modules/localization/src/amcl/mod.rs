@@ -1,8 +1,5 @@
 //! Adaptive Monte Carlo localization as a block.
 
-mod fault;
-mod frames;
-mod inputs;
 mod params;
 
 use serde::{Deserialize, Serialize};
@@ -13,10 +10,8 @@ use slate_mapek::prelude::*;
 use slate_module::Stamp;
 use slate_module::prelude::*;
 
+use crate::inputs::{FaultyInput, InputFault, OdometryCheck, ScanCheck, ends_of_beams, laser_mount};
 use crate::{LikelihoodField, MOST_CELLS, MonteCarloLocalization, SensorModel};
-use fault::{FaultyInput, InputFault};
-use frames::{map_to_odom, odom_to_base};
-use inputs::{OdometryCheck, ScanCheck};
 pub use params::AmclParams;
 
 /// Ports of [`Amcl`].
@@ -92,20 +87,22 @@ impl Analyze for Amcl {
         state.check(io, params);
         let has_inputs = io.map.get().is_some() && io.odometry.get().is_some() && io.scan.get().is_some();
         // Devices take a while to begin, and to be in the robot model.
-        if now.seconds() < params.scan_timeout && !(has_inputs && mount(io.robot.get(), params).is_ok()) {
+        if now.seconds() < params.scan_timeout
+            && !(has_inputs && laser_mount(io.robot.get(), params.laser.as_str()).is_ok())
+        {
             return None;
         }
         let fault = state.step(io, params, now).err();
-        state.report(fault, now);
+        InputFault::report(&mut state.fault, fault, now);
         if state.fault.is_some() || !(io.odometry.is_new() || io.scan.is_new()) {
             return None;
         }
         let (estimate, odometry) = (state.localization.as_ref()?.estimate()?, io.odometry.get()?);
         if params.tf_broadcast.get() {
-            io.map_to_odom.set(map_to_odom(params, &estimate.pose, &odometry.pose, now));
+            io.map_to_odom.set(params.frames().map_to_odom(&estimate.pose, &odometry.pose, now));
         }
         if params.odom_broadcast.get() {
-            io.odom_to_base.set(odom_to_base(params, &odometry.pose, now));
+            io.odom_to_base.set(params.frames().odom_to_base(&odometry.pose, now));
         }
         Some(estimate)
     }
@@ -120,7 +117,7 @@ impl AmclState {
     fn check(&mut self, io: &AmclIo, params: &AmclParams) {
         let odometry = io.odometry.get();
         if let Some(odometry) = odometry.filter(|_| io.odometry.is_new()) {
-            self.odometry.check(odometry, io.odometry.stamp().time, params);
+            self.odometry.check(odometry, io.odometry.stamp().time, params.velocity_limits());
             if self.odometry.fault().is_err() {
                 self.scan.rebase();
                 if let Some(localization) = &mut self.localization {
@@ -147,11 +144,11 @@ impl AmclState {
         now.random(|random| localization.update(odometry.pose, &[], field, random));
         let scan = io.scan.get().ok_or(InputFault::new(FaultyInput::Scan, "has no value yet"))?;
         self.scan.fault(params.scan_timeout, now)?;
-        let mount = mount(io.robot.get(), params)?;
+        let mount = laser_mount(io.robot.get(), params.laser.as_str())?;
         if !io.scan.is_new() {
             return Ok(());
         }
-        inputs::ends_of_beams(scan, &mount, params, &mut self.points);
+        ends_of_beams(scan, &mount, params.beams(), &mut self.points);
         let points = &self.points;
         if now.random(|random| localization.update(odometry.pose, points, field, random)) {
             publish_particles(localization, &io.particles);
@@ -186,20 +183,6 @@ impl AmclState {
         }
         Ok(())
     }
-
-    /// Logs a fault that begins, and its end.
-    fn report(&mut self, fault: Option<InputFault>, now: &Tick) {
-        if self.fault.as_ref().map(InputFault::input) != fault.as_ref().map(InputFault::input) {
-            match (&fault, &self.fault) {
-                (Some(fault), _) => {
-                    now.warn(format_args!("{fault}; the pose is stale until it has recovered"))
-                }
-                (None, Some(before)) => now.info(format_args!("{} has recovered", before.input().name())),
-                (None, None) => {}
-            }
-        }
-        self.fault = fault;
-    }
 }
 
 /// Makes the likelihood field of a map.
@@ -212,17 +195,6 @@ fn field_of(map: &OccupancyGrid, source: FieldSource) -> Result<LikelihoodField,
     // Unknown cells are no place for a robot.
     let is_free = |cell: usize| map.data[cell] >= 0;
     LikelihoodField::new(geometry, is_occupied, is_free, source.model).map_err(InputFault::parameter)
-}
-
-/// Mount of the laser: that of the robot model, or the robot's origin without one.
-fn mount(robot: Option<&RobotModel>, params: &AmclParams) -> Result<Pose2, InputFault> {
-    let Some(robot) = robot else { return Ok(Pose2::default()) };
-    let laser = params.laser.as_str();
-    let missing = || {
-        let reason = format_args!("is invalid: `laser` is `{laser}`, which the robot model lacks");
-        InputFault::with(FaultyInput::Parameter, reason)
-    };
-    robot.sensor(laser).map(|device| device.mount).ok_or_else(missing)
 }
 
 /// Starts the filter, while it has no particles, and when asked to.

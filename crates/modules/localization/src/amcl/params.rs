@@ -3,6 +3,8 @@
 use slate_interfaces::Pose2;
 use slate_module::prelude::*;
 
+use crate::frames::FrameNames;
+use crate::inputs::{BeamSelection, VelocityLimits};
 use crate::monte_carlo::FARTHEST;
 use crate::{
     BeamSkip, Candidates, InvalidParameter, KldSampling, LaserModelType, MonteCarloParameters,
@@ -162,6 +164,26 @@ impl AmclParams {
             laser_max_range: self.laser_max_range,
             laser_likelihood_max_dist: self.laser_likelihood_max_dist,
         })
+    }
+
+    pub(super) fn beams(&self) -> BeamSelection {
+        BeamSelection {
+            max_beams: count(self.max_beams),
+            min_range: self.laser_min_range,
+            max_range: self.laser_max_range,
+        }
+    }
+
+    pub(super) fn velocity_limits(&self) -> VelocityLimits {
+        VelocityLimits { linear: self.max_linear_velocity, angular: self.max_angular_velocity }
+    }
+
+    pub(super) fn frames(&self) -> FrameNames<'_> {
+        FrameNames {
+            map: self.global_frame_id.as_str(),
+            odom: self.odom_frame_id.as_str(),
+            base: self.base_frame_id.as_str(),
+        }
     }
 
     pub(super) fn initial_pose(&self) -> Option<Pose2> {

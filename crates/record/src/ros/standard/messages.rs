@@ -83,6 +83,8 @@ pub(super) const RULES: &[(&str, &str, FieldOrigin)] = &[
     ("geometry_msgs/Quaternion", "z", HalfSine("theta")),
     ("geometry_msgs/Quaternion", "w", HalfCosine("theta")),
     ("geometry_msgs/Twist", "linear/x", Field("linear")),
+    ("geometry_msgs/Twist", "linear/x", Field("x")),
+    ("geometry_msgs/Twist", "linear/y", Field("y")),
     ("geometry_msgs/Twist", "angular/z", Field("angular")),
     ("geometry_msgs/TransformStamped", "header/stamp", Time { time: "time", unless: "fixed" }),
     ("geometry_msgs/TransformStamped", "header/frame_id", NamedFrame("parent")),

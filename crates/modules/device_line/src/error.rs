@@ -1,0 +1,85 @@
+use std::path::{Path, PathBuf};
+
+use rustix::io::Errno;
+
+/// Why a device can't be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PortError {
+    /// The device is missing.
+    #[error("{} is not there: is its cable plugged in?", .0.display())]
+    Missing(PathBuf),
+    /// It may not be opened.
+    #[error(
+        "{} may not be opened: add yourself to its group (`sudo usermod -aG {} $USER`) and log in again",
+        .0.display(), group(.0)
+    )]
+    Forbidden(PathBuf),
+    /// Another program has it.
+    #[error("{} is in use: end the other program that has it open", .0.display())]
+    Busy(PathBuf),
+    /// It is something else.
+    #[error("{} is no serial device", .0.display())]
+    NotSerial(PathBuf),
+    /// It can't be set to that speed.
+    #[error("{} has no speed of {baud} baud", .path.display())]
+    Speed {
+        /// The device.
+        path: PathBuf,
+        /// Requested value.
+        baud: u32,
+    },
+    /// It was taken away while it was open.
+    #[error("{} is gone: was the cable pulled?", .0.display())]
+    Gone(PathBuf),
+    /// No connection to a host.
+    #[error("no connection to {address}: {reason}; has the device power, and this address?")]
+    Unreachable {
+        /// Host and port.
+        address: String,
+        /// Error of the system.
+        reason: String,
+    },
+    /// A connection to a host has ended.
+    #[error("{0} ended the connection: was its power or cable pulled?")]
+    Disconnected(String),
+    /// Something else.
+    #[error("{}: {reason}", .path.display())]
+    Other {
+        /// The device.
+        path: PathBuf,
+        /// Error of the system.
+        reason: String,
+    },
+}
+
+/// The group that Linux gives such a device.
+fn group(path: &Path) -> &'static str {
+    if path.starts_with("/dev/input") { "input" } else { "dialout" }
+}
+
+impl PortError {
+    /// Why a device could not be opened.
+    pub(crate) fn opening(path: &Path, error: Errno) -> Self {
+        match error {
+            Errno::NOENT | Errno::NXIO | Errno::NODEV => Self::Missing(path.into()),
+            // A pseudo-terminal whose other end is gone, or an adapter that is just going.
+            Errno::IO => Self::Gone(path.into()),
+            Errno::ACCESS | Errno::PERM => Self::Forbidden(path.into()),
+            Errno::BUSY => Self::Busy(path.into()),
+            Errno::ISDIR => Self::NotSerial(path.into()),
+            error => Self::other(path, error),
+        }
+    }
+
+    /// Why an open device does not do what it is told.
+    pub(crate) fn using(path: &Path, error: Errno) -> Self {
+        match error {
+            Errno::IO | Errno::NXIO | Errno::NODEV | Errno::NOENT | Errno::BADF => Self::Gone(path.into()),
+            error => Self::other(path, error),
+        }
+    }
+
+    pub(crate) fn other(path: &Path, error: Errno) -> Self {
+        Self::Other { path: path.into(), reason: std::io::Error::from(error).to_string() }
+    }
+}

@@ -1,0 +1,12 @@
+//! What all drivers share: the thread that has the line, and its tick.
+
+mod conversation;
+mod reader;
+mod reading;
+mod step;
+mod watch;
+
+pub use conversation::{Conversation, DeviceFault};
+pub(crate) use reading::{DriverReading, reading};
+pub use step::{DriverIo, DriverState};
+pub(crate) use step::{DriverStart, device, step};

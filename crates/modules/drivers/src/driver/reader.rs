@@ -1,0 +1,227 @@
+//! The thread that has the line.
+
+use std::time::{Duration, Instant};
+
+use slate_device_line::{Backoff, DeviceLine, LineAddress};
+use slate_module::Text;
+use slate_module::aspect::Stop;
+
+use super::conversation::Conversation;
+use super::reading::DriverReading;
+use super::watch::RateWatch;
+use crate::status::DeviceStatus;
+
+/// Longest time between two looks at the line and the clock.
+const LOOK: Duration = Duration::from_millis(10);
+/// Pauses before a line is opened again, the first one and the longest.
+const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(2));
+/// Timeout of the last bytes at the end.
+const FAREWELL: Duration = Duration::from_millis(100);
+
+/// The life of the thread.
+pub(super) fn run<R, C>(stop: &Stop, address: &LineAddress, conversation: C)
+where
+    R: DriverReading,
+    C: Conversation<Value = R::Value>,
+{
+    let mut reader = LineReader {
+        stop,
+        began: wall(),
+        address,
+        conversation,
+        outgoing: Vec::new(),
+        watch: RateWatch::default(),
+        status: DeviceStatus::default(),
+        told: String::new(),
+        pending: None::<R>,
+        backoff: Backoff::new(PAUSES.0, PAUSES.1),
+    };
+    while !stop.is_set() {
+        let served = match DeviceLine::open(address) {
+            Ok(line) => reader.serve(&line),
+            Err(error) => Err(error.to_string()),
+        };
+        let Err(reason) = served else { continue };
+        reader.lose(reason);
+        let until = reader.now() + reader.backoff.fail();
+        while !stop.is_set() && reader.now() < until {
+            reader.deliver();
+            stop.wait(LOOK);
+        }
+    }
+}
+
+/// A device lives by the wall clock, also when the agent's time stands still.
+#[allow(clippy::disallowed_methods, reason = "the device on the other end of the line has no other time")]
+fn wall() -> Instant {
+    Instant::now()
+}
+
+/// What the log compares to find out whether it knows a complaint.
+fn without_numbers(text: &str) -> String {
+    text.chars().filter(|letter| !letter.is_ascii_digit()).collect()
+}
+
+struct LineReader<'a, R, C> {
+    stop: &'a Stop,
+    began: Instant,
+    address: &'a LineAddress,
+    conversation: C,
+    outgoing: Vec<u8>,
+    watch: RateWatch,
+    status: DeviceStatus,
+    /// What is wrong, as the log knows it; empty when nothing is.
+    told: String,
+    /// A message that the tick had no room for.
+    pending: Option<R>,
+    backoff: Backoff,
+}
+
+impl<R: DriverReading, C: Conversation<Value = R::Value>> LineReader<'_, R, C> {
+    /// Since the thread began.
+    fn now(&self) -> Duration {
+        self.began.elapsed()
+    }
+
+    /// Talks to the device on an open line, until the thread is stopped.
+    fn serve(&mut self, line: &DeviceLine) -> Result<(), String> {
+        let now = self.now();
+        line.set_data_terminal_ready(self.conversation.data_terminal_ready());
+        self.outgoing.clear();
+        self.watch.begin(now);
+        self.conversation.begin(now, &mut self.outgoing);
+        let mut bytes = [0; 4096];
+        while !self.stop.is_set() {
+            line.write(&mut self.outgoing).map_err(|error| error.to_string())?;
+            line.wait(LOOK).map_err(|error| error.to_string())?;
+            let count = line.read(&mut bytes).map_err(|error| error.to_string())?;
+            self.receive(&bytes[..count]);
+            let now = self.now();
+            if let Err(fault) = self.conversation.poll(now, &mut self.outgoing) {
+                // It may have something to say to a device that refuses, such as a restart.
+                let _ = line.write(&mut self.outgoing);
+                return Err(self.named(&fault));
+            }
+            let silence = self.conversation.allowed_silence();
+            let nominal = self.conversation.nominal_rate();
+            self.watch.check(now, silence, nominal).map_err(|fault| self.named(&fault))?;
+            self.judge();
+            self.deliver();
+        }
+        self.farewell(line);
+        Ok(())
+    }
+
+    fn named(&self, fault: &super::DeviceFault) -> String {
+        format!("{}: {fault}", self.address)
+    }
+
+    fn receive(&mut self, bytes: &[u8]) {
+        let (now, arrival) = (self.began.elapsed(), self.stop.now());
+        let Self { conversation, outgoing, watch, status, pending, backoff, stop, .. } = self;
+        if !bytes.is_empty() {
+            watch.take_bytes(now);
+        }
+        conversation.receive(bytes, now, outgoing, &mut |value| {
+            watch.take_measurement(now);
+            backoff.succeed();
+            status.arrival = arrival;
+            status.is_connected = true.into();
+            let mut message = R::measured(value);
+            *message.status_mut() = *status;
+            // One that waits is older than this one; a message without a measurement loses nothing.
+            let full = pending
+                .take()
+                .is_some_and(|waiting| !matches!(stop.send(&waiting), Ok(true)) && waiting.value().is_some());
+            status.dropped += u64::from(full);
+            *pending = Some(message);
+        });
+    }
+
+    /// Finds out how the device is, and tells the tick and the log when that has changed.
+    fn judge(&mut self) {
+        if !self.watch.measures() {
+            return;
+        }
+        let text = match (self.conversation.complaint(), self.watch.lag(self.conversation.nominal_rate())) {
+            (Some(complaint), _) => Err(complaint.to_owned()),
+            (None, Some((rate, nominal))) => Err(format!(
+                "only {rate:.1} of {nominal:.1} measurements a second come: is the line fast enough?"
+            )),
+            (None, None) => Ok(self.conversation.identity()),
+        };
+        let (damaged, rate) = (self.conversation.damaged(), self.watch.rate);
+        let (is_well, shown) = match &text {
+            Ok(identity) => (true, Text::new(identity)),
+            Err(complaint) => (false, Text::new(complaint)),
+        };
+        let status = DeviceStatus {
+            damaged,
+            rate,
+            is_connected: true.into(),
+            is_well: is_well.into(),
+            text: shown,
+            ..self.status
+        };
+        let is_news = !self.status.is_connected.get() || self.status.text != shown || !self.told.is_empty();
+        if status != self.status && self.pending.is_none() {
+            self.pending = Some(R::default());
+        }
+        self.status = status;
+        if let Some(message) = &mut self.pending {
+            *message.status_mut() = status;
+        }
+        match text {
+            Ok(identity) if is_news => {
+                self.stop.info(format_args!("{identity} measures at {}", self.address));
+                self.told.clear();
+            }
+            // The number of measurements is another one each time.
+            Err(complaint) if without_numbers(&complaint) != self.told => {
+                self.stop.warn(format_args!("{}: {complaint}", self.address));
+                self.told = without_numbers(&complaint);
+            }
+            _ => {}
+        }
+    }
+
+    /// Handles a lost line; logs each reason once.
+    fn lose(&mut self, reason: String) {
+        let losses = self.status.losses + u64::from(self.status.is_connected.get());
+        if reason != self.told {
+            self.stop.warn(format_args!("no measurements, which is tried again: {reason}"));
+        }
+        self.status = DeviceStatus {
+            losses,
+            damaged: self.conversation.damaged(),
+            rate: 0.0,
+            is_connected: false.into(),
+            is_well: false.into(),
+            text: Text::new(&reason),
+            ..self.status
+        };
+        self.told = reason;
+        let mut message = R::default();
+        *message.status_mut() = self.status;
+        self.pending = Some(message);
+    }
+
+    /// Passes the newest message to the tick, or later when there is no room.
+    fn deliver(&mut self) {
+        if let Some(message) = self.pending.take()
+            && !matches!(self.stop.send(&message), Ok(true))
+        {
+            self.pending = Some(message);
+        }
+    }
+
+    fn farewell(&mut self, line: &DeviceLine) {
+        self.conversation.end(&mut self.outgoing);
+        let until = self.now() + FAREWELL;
+        while !self.outgoing.is_empty() && self.now() < until {
+            if line.write(&mut self.outgoing).and_then(|()| line.wait(Duration::from_millis(1))).is_err() {
+                return;
+            }
+        }
+    }
+}

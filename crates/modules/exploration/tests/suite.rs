@@ -1,0 +1,5 @@
+//! Tests of exploration.
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+
+mod exploration;
+mod explorer;

@@ -1,0 +1,222 @@
+//! Extended Kalman filter with a history.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{Odometry, Pose2, PoseEstimate};
+use slate_module::math;
+
+use super::belief::{Innovation, PlanarBelief, ProcessNoise, StateMatrix, StateVariable};
+use super::measurement::FilterMeasurement;
+use super::parameters::PlanarFilterParameters;
+use crate::InvalidParameter;
+
+/// Measurements that the history has room for.
+const MOST_LAGGED: usize = 256;
+
+/// Extended Kalman filter of a robot in the plane: pose, twist in the robot's frame, and a calibration of its
+/// sensors: the bias of the gyroscope and the scales of odometry and landmarks.
+///
+/// Between measurements the twist is constant but for its process noise (`robot_localization` with `two_d_mode`;
+/// Thrun, Burgard and Fox, *Probabilistic Robotics*, table 3.3). With a `history_length`, a measurement that comes late is
+/// taken in at its time, and the later ones again after it (`smooth_lagged_data`). Times are in nanoseconds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlanarFilter {
+    parameters: PlanarFilterParameters,
+    belief: Option<PlanarBelief>,
+    /// Oldest first.
+    history: VecDeque<LaggedEntry>,
+    rejected: u64,
+}
+
+/// A measurement, with the belief after it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct LaggedEntry {
+    belief: PlanarBelief,
+    measurement: Option<(FilterMeasurement, f64)>,
+}
+
+/// What a filter has done with a measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MeasurementOutcome {
+    /// It has corrected the belief; its Mahalanobis distance.
+    Accepted(f64),
+    /// It is an outlier; its Mahalanobis distance.
+    Rejected(f64),
+    /// It is older than the history by that many seconds, and was left out.
+    TooLate(f64),
+    /// It has numbers that are not finite, or no standard deviation above 0.
+    Invalid,
+    /// The filter has no pose yet.
+    NoPose,
+}
+
+impl PlanarFilter {
+    /// Makes a filter without a pose.
+    ///
+    /// # Errors
+    /// A parameter that is out of its range.
+    pub fn new(parameters: PlanarFilterParameters) -> Result<Self, InvalidParameter> {
+        parameters.check()?;
+        let history = VecDeque::with_capacity(MOST_LAGGED);
+        Ok(Self { parameters, belief: None, history, rejected: 0 })
+    }
+
+    /// Parameters.
+    pub fn parameters(&self) -> &PlanarFilterParameters {
+        &self.parameters
+    }
+
+    /// Changes the parameters; the belief stays.
+    ///
+    /// # Errors
+    /// A parameter that is out of its range; nothing changes.
+    pub fn set_parameters(&mut self, parameters: PlanarFilterParameters) -> Result<(), InvalidParameter> {
+        parameters.check()?;
+        self.parameters = parameters;
+        Ok(())
+    }
+
+    /// Starts at a pose with standard deviations of x, y (m) and heading (rad). Twist and bias begin at 0 and scales at
+    /// 1, with the initial standard deviations of the parameters. Returns false, and changes nothing, if a number is not finite.
+    pub fn initialize(&mut self, pose: Pose2, stddev: [f64; 3], time: u64) -> bool {
+        if !pose.is_known() || stddev.iter().any(|stddev| !stddev.is_finite() || *stddev < 0.0) {
+            return false;
+        }
+        let (mut mean, mut deviations) = self.parameters.initial();
+        (mean[0], mean[1], mean[2]) = (pose.x, pose.y, math::wrap_angle(pose.theta));
+        deviations.as_mut_slice()[..3].copy_from_slice(&stddev);
+        let covariance = StateMatrix::from_diagonal(&deviations.component_mul(&deviations));
+        self.restart(PlanarBelief { mean, covariance, time });
+        true
+    }
+
+    /// Widens the belief of the pose to standard deviations of x, y (m) and heading (rad), as of a robot that may have
+    /// been carried away; twist and calibration stay.
+    pub fn widen(&mut self, stddev: [f64; 3]) {
+        let Some(mut belief) = self.belief else { return };
+        for (at, stddev) in stddev.into_iter().enumerate() {
+            belief.covariance.row_mut(at).fill(0.0);
+            belief.covariance.column_mut(at).fill(0.0);
+            belief.covariance[(at, at)] = stddev * stddev;
+        }
+        self.restart(belief);
+    }
+
+    fn restart(&mut self, belief: PlanarBelief) {
+        self.belief = Some(belief);
+        self.history.clear();
+        self.history.push_back(LaggedEntry { belief, measurement: None });
+    }
+
+    /// Predicts to a time; one before the newest changes nothing.
+    pub fn predict(&mut self, time: u64) {
+        let noise = self.parameters.process_noise();
+        if let Some(belief) = &mut self.belief {
+            advance(belief, time, &noise);
+        }
+    }
+
+    /// Corrects by a measurement of a time. It is rejected beyond a Mahalanobis distance of `gate`; an infinite gate
+    /// lets all pass.
+    pub fn update(&mut self, measurement: &FilterMeasurement, time: u64, gate: f64) -> MeasurementOutcome {
+        if !measurement.is_valid() {
+            return MeasurementOutcome::Invalid;
+        }
+        let Some(newest) = self.belief else { return MeasurementOutcome::NoPose };
+        // Entries after the measurement, of which there are none but for a late one.
+        let later = self.history.iter().rev().take_while(|entry| entry.belief.time > time).count();
+        if later == self.history.len() || seconds(time, newest.time) > self.parameters.history_length {
+            return MeasurementOutcome::TooLate(seconds(time, newest.time));
+        }
+        let at = self.history.len() - later;
+        let mut belief = if time >= newest.time { newest } else { self.history[at - 1].belief };
+        let Innovation { distance, is_accepted } = self.step(&mut belief, Some((*measurement, gate)), time);
+        if !is_accepted {
+            self.rejected += 1;
+            return MeasurementOutcome::Rejected(distance);
+        }
+        self.history.insert(at, LaggedEntry { belief, measurement: Some((*measurement, gate)) });
+        for later in at + 1..self.history.len() {
+            let LaggedEntry { belief: before, measurement } = self.history[later];
+            self.step(&mut belief, measurement, before.time);
+            self.history[later].belief = belief;
+        }
+        advance(&mut belief, newest.time, &self.parameters.process_noise());
+        self.belief = Some(belief);
+        self.forget();
+        MeasurementOutcome::Accepted(distance)
+    }
+
+    /// Predicts to a time, and corrects there.
+    fn step(
+        &self,
+        belief: &mut PlanarBelief,
+        measurement: Option<(FilterMeasurement, f64)>,
+        time: u64,
+    ) -> Innovation {
+        advance(belief, time, &self.parameters.process_noise());
+        let unmeasured = Innovation { distance: 0.0, is_accepted: true };
+        measurement.map_or(unmeasured, |(measurement, gate)| {
+            measurement.apply(belief, gate, self.parameters.iterations)
+        })
+    }
+
+    /// Drops what is older than the history. One entry before it stays, for measurements after that.
+    fn forget(&mut self) {
+        let Some(newest) = self.belief else { return };
+        let is_old =
+            |entry: &LaggedEntry| seconds(entry.belief.time, newest.time) > self.parameters.history_length;
+        while self.history.len() >= MOST_LAGGED
+            || self.history.len() > 1 && self.history.get(1).is_some_and(is_old)
+        {
+            self.history.pop_front();
+        }
+    }
+
+    /// Pose with its covariance, at the newest time; `None` before [`initialize`](Self::initialize).
+    pub fn estimate(&self) -> Option<PoseEstimate> {
+        self.belief.map(|belief| belief.estimate())
+    }
+
+    /// Pose and twist at the newest time.
+    pub fn odometry(&self) -> Option<Odometry> {
+        self.belief.map(|belief| belief.odometry())
+    }
+
+    /// Mean of a variable, and its standard deviation.
+    pub fn variable(&self, variable: StateVariable) -> Option<(f64, f64)> {
+        let at = variable as usize;
+        self.belief.map(|belief| (belief.mean[at], belief.covariance[(at, at)].sqrt()))
+    }
+
+    /// Covariance of the variables in the order of [`StateVariable`], row by row.
+    pub fn covariance(&self) -> Option<[[f64; 10]; 10]> {
+        // The matrix is symmetric, so its columns are its rows.
+        self.belief.map(|belief| belief.covariance.into())
+    }
+
+    /// Number of measurements that were outliers.
+    pub fn rejected(&self) -> u64 {
+        self.rejected
+    }
+
+    /// Newest time, ns.
+    pub fn time(&self) -> Option<u64> {
+        self.belief.map(|belief| belief.time)
+    }
+}
+
+/// Predicts to a time; one before the belief's changes nothing.
+fn advance(belief: &mut PlanarBelief, time: u64, process_noise: &ProcessNoise) {
+    let passed = seconds(belief.time, time);
+    if passed > 0.0 {
+        belief.predict(passed, process_noise);
+        belief.time = time;
+    }
+}
+
+/// Time between, s; 0 if the second is not later.
+fn seconds(from: u64, to: u64) -> f64 {
+    to.saturating_sub(from) as f64 * 1e-9
+}

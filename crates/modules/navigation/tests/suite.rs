@@ -1,0 +1,9 @@
+//! All tests of the crate, in one program: each program costs link time.
+
+mod actions;
+mod collision_stop;
+mod common;
+mod costmaps;
+mod mission;
+mod referee;
+mod route_planner;

@@ -1,0 +1,186 @@
+use slate_grid::{Geometry, LineCells};
+use slate_module::math::max;
+
+use crate::error::DescriptionError;
+use crate::geometry::{Point, Polygon};
+use crate::world::{Body, Bounds, World};
+
+/// Least size of a cell, m.
+const LEAST_CELL: f64 = 0.1;
+/// The most cells of a grid; larger worlds have larger cells.
+const MOST_CELLS: f64 = 1_000_000.0;
+/// Free space beyond a person's radius, m.
+const CLEARANCE: f64 = 0.05;
+
+/// What a cell is to a person.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum WalkCell {
+    /// The middle of a person can be there.
+    Free,
+    /// A body is nearer than a person's radius.
+    Near,
+    /// A body is in it.
+    Body,
+}
+
+/// Cells in which the middle of a walking person can be.
+#[derive(Debug)]
+pub(super) struct WalkGrid {
+    geometry: Geometry,
+    cells: Vec<WalkCell>,
+}
+
+impl WalkGrid {
+    /// The grid of a world for people of that radius, m.
+    pub fn new(world: &World, radius: f64) -> Result<Self, DescriptionError> {
+        let Bounds { minimum: [west, south], maximum: [east, north] } = world.bounds;
+        let size = [east - west, north - south];
+        // Rounding up must not lead beyond the most.
+        let least = (size[0] * size[1] / (0.9 * MOST_CELLS)).sqrt();
+        let geometry = Geometry::new([west, south], size, max(LEAST_CELL, least), MOST_CELLS as usize)
+            .ok_or_else(|| {
+                let message = format!("a world of {} m x {} m can't be walked in", size[0], size[1]);
+                DescriptionError::new("world.people", message)
+            })?;
+        let mut grid = Self { geometry, cells: vec![WalkCell::Free; geometry.cells()] };
+        for body in world.bodies.iter().filter_map(Body::polygon) {
+            grid.block(&body, radius + CLEARANCE);
+        }
+        Ok(grid)
+    }
+
+    /// Marks the cells near a body.
+    fn block(&mut self, body: &Polygon, reach: f64) {
+        let extent = body.extent();
+        let (left, low) = self.geometry.place(extent.minimum.x - reach, extent.minimum.y - reach);
+        let (right, high) = self.geometry.place(extent.maximum.x + reach, extent.maximum.y + reach);
+        // A float that is too low for a number becomes 0.
+        let (left, low) = (left as usize, low as usize);
+        let right = (right as usize).min(self.geometry.width - 1);
+        let high = (high as usize).min(self.geometry.height - 1);
+        // Half a diagonal: no line slips through a wall between the middles of cells.
+        let touch = 0.75 * self.geometry.resolution;
+        for row in low..=high {
+            for column in left..=right {
+                let cell = self.geometry.index(column, row);
+                let middle = self.center(cell);
+                let distance = match body.contains(middle) {
+                    true => 0.0,
+                    false => body.nearest(middle).minus(middle).norm(),
+                };
+                let found = match distance {
+                    distance if distance < touch => WalkCell::Body,
+                    distance if distance < reach => WalkCell::Near,
+                    _ => WalkCell::Free,
+                };
+                self.cells[cell] = self.cells[cell].max(found);
+            }
+        }
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Columns of the grid.
+    pub fn width(&self) -> usize {
+        self.geometry.width
+    }
+
+    /// The middle of a cell.
+    pub fn center(&self, cell: usize) -> Point {
+        let middle = self.geometry.center(cell % self.geometry.width, cell / self.geometry.width);
+        Point::new(middle.x, middle.y)
+    }
+
+    /// The cell at a point of the grid.
+    pub fn cell(&self, point: Point) -> Option<usize> {
+        self.geometry.cell(point.x, point.y).map(|(column, row)| self.geometry.index(column, row))
+    }
+
+    /// The cell at a point, if a person can be there.
+    pub fn free_cell(&self, point: Point) -> Option<usize> {
+        self.cell(point).filter(|cell| self.is_free(*cell))
+    }
+
+    /// Whether the middle of a person can be in a cell.
+    pub fn is_free(&self, cell: usize) -> bool {
+        self.cells[cell] == WalkCell::Free
+    }
+
+    /// Whether a person can walk straight from one point to another.
+    pub fn is_straight(&self, from: Point, to: Point) -> bool {
+        self.all_along(from, to, WalkCell::Free)
+    }
+
+    /// Whether no body is between two points.
+    pub fn is_in_sight(&self, from: Point, to: Point) -> bool {
+        self.all_along(from, to, WalkCell::Near)
+    }
+
+    /// Whether no cell on a line is worse than that.
+    fn all_along(&self, from: Point, to: Point, worst: WalkCell) -> bool {
+        let place = |point: Point| self.geometry.place(point.x, point.y);
+        LineCells::new(place(from), place(to)).all(|(column, row)| {
+            let cell = usize::try_from(column).ok().zip(usize::try_from(row).ok());
+            cell.is_some_and(|(column, row)| {
+                let is_inside = column < self.geometry.width && row < self.geometry.height;
+                is_inside && self.cells[self.geometry.index(column, row)] <= worst
+            })
+        })
+    }
+
+    /// The cell beside another on one of nine sides, of which the fifth is the cell itself.
+    pub fn beside(&self, cell: usize, side: u8) -> Option<usize> {
+        let Geometry { width, height, .. } = self.geometry;
+        let (right, up) = (usize::from(side % 3), usize::from(side / 3));
+        let column = (cell % width + right).checked_sub(1).filter(|column| *column < width)?;
+        let row = (cell / width + up).checked_sub(1).filter(|row| *row < height)?;
+        Some(row * width + column)
+    }
+
+    /// The free cells that can be reached from one.
+    pub fn reachable(&self, from: usize) -> Vec<bool> {
+        let mut reached = vec![false; self.cells.len()];
+        self.flood(from, &mut reached);
+        reached
+    }
+
+    /// The cells of the largest area in which all free cells are connected.
+    pub fn largest_area(&self) -> Vec<bool> {
+        let mut reached = vec![false; self.cells.len()];
+        let mut largest = (0, 0);
+        for cell in 0..self.cells.len() {
+            if self.is_free(cell) && !reached[cell] {
+                let size = self.flood(cell, &mut reached);
+                if size > largest.0 {
+                    largest = (size, cell);
+                }
+            }
+        }
+        match largest {
+            (0, _) => reached,
+            (_, cell) => self.reachable(cell),
+        }
+    }
+
+    /// Marks the free cells that are connected with one, and returns their number.
+    fn flood(&self, from: usize, reached: &mut [bool]) -> usize {
+        let mut open = vec![from];
+        let mut size = 0;
+        reached[from] = true;
+        while let Some(cell) = open.pop() {
+            size += 1;
+            for side in [1, 3, 5, 7] {
+                if let Some(next) =
+                    self.beside(cell, side).filter(|next| self.is_free(*next) && !reached[*next])
+                {
+                    reached[next] = true;
+                    open.push(next);
+                }
+            }
+        }
+        size
+    }
+}

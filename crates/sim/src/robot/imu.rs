@@ -1,0 +1,48 @@
+use serde::{Deserialize, Serialize};
+
+use super::{is_deviation, is_rate};
+
+/// Inertial measurement unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImuDescription {
+    /// x and y in metres, direction of its x axis in degrees.
+    pub mount: [f64; 3],
+    /// Standard deviation of an angular velocity, rad/s, about each axis.
+    pub noise_angular_velocity: f64,
+    /// Standard deviation of an acceleration, m/s², along each axis.
+    pub noise_acceleration: f64,
+    /// Standard deviation of an error of the angular velocity that stays for a run, rad/s.
+    pub bias_angular_velocity: f64,
+    /// Standard deviation of an error of the acceleration that stays for a run, m/s².
+    pub bias_acceleration: f64,
+    /// Rate, Hz; each sweep by default.
+    #[serde(default)]
+    pub rate: Option<f64>,
+}
+
+impl ImuDescription {
+    /// Whether it measures without errors.
+    pub fn is_exact(&self) -> bool {
+        let Self {
+            noise_angular_velocity, noise_acceleration, bias_angular_velocity, bias_acceleration, ..
+        } = *self;
+        [noise_angular_velocity, noise_acceleration, bias_angular_velocity, bias_acceleration]
+            .iter()
+            .all(|deviation| *deviation == 0.0)
+    }
+
+    /// Returns the key of an invalid value, and the expectation.
+    pub(super) fn mistake(&self) -> Option<(&'static str, &'static str)> {
+        let deviation = "expected a standard deviation, not negative";
+        let checks = [
+            ("mount", self.mount.iter().all(|value| value.is_finite()), "expected finite numbers"),
+            ("noise_angular_velocity", is_deviation(self.noise_angular_velocity), deviation),
+            ("noise_acceleration", is_deviation(self.noise_acceleration), deviation),
+            ("bias_angular_velocity", is_deviation(self.bias_angular_velocity), deviation),
+            ("bias_acceleration", is_deviation(self.bias_acceleration), deviation),
+            ("rate", self.rate.is_none_or(is_rate), "expected a positive number of hertz"),
+        ];
+        checks.into_iter().find(|(_, right, _)| !right).map(|(key, _, message)| (key, message))
+    }
+}

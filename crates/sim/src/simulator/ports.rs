@@ -1,0 +1,181 @@
+//! Ports of the simulator; their names begin with that of a robot, a person or a door.
+
+use slate_interfaces::{
+    Bumper, Chassis, Clearance, Contacts, DoorState, FourWheelSpeeds, HolonomicTwist, Imu, LaserScan,
+    Odometry, OmniWheelSpeeds, Orientation, Pose2, Position, SensorAccuracy, Sightings, SonarScan, Transform,
+    WheelSpeeds,
+};
+use slate_module::PortDescription;
+use slate_module::prelude::*;
+
+use crate::robot::DriveKind;
+use crate::scenario::Scenario;
+use crate::simulation::Placement;
+
+/// Command of a robot's two wheels; names of ports begin with the robot's.
+#[ports]
+pub(super) struct TwoWheelsIo {
+    /// Wheel command.
+    #[role("actuation")]
+    pub wheels: Input<WheelSpeeds>,
+}
+
+/// Command of a robot's four wheels.
+#[ports]
+pub(super) struct FourWheelsIo {
+    /// Wheel command.
+    #[role("actuation")]
+    pub wheels: Input<FourWheelSpeeds>,
+}
+
+/// Commands of a robot with omni wheels; the newer one holds.
+#[ports]
+pub(super) struct OmniIo {
+    /// Wheel command.
+    #[role("actuation")]
+    pub wheels: Input<OmniWheelSpeeds>,
+    /// Velocity command.
+    #[role("actuation")]
+    pub twist: Input<HolonomicTwist>,
+}
+
+/// What each robot knows of its own body.
+#[ports]
+pub(super) struct ChassisIo {
+    /// Geometry and limits.
+    pub chassis: Output<Chassis>,
+    /// Errors of the sensors; nothing as long as they are exact.
+    pub accuracy: Output<SensorAccuracy>,
+}
+
+/// Outputs of a robot with sonars.
+#[ports]
+pub(super) struct SonarIo {
+    /// Scan of the sonars.
+    pub sonar: Output<SonarScan>,
+}
+
+/// Outputs of each robot.
+#[ports]
+pub(super) struct RobotIo {
+    /// Position of the positioning system.
+    pub position: Output<Position>,
+    /// Heading of the compass.
+    pub orientation: Output<Orientation>,
+    /// Odometry of the wheels.
+    pub odometry: Output<Odometry>,
+    /// Where the robot really is; for referees and reports, not for the robot.
+    #[role("truth")]
+    pub truth: Output<Pose2>,
+    /// True clearance; for referees and reports, not for the robot.
+    #[role("truth")]
+    pub clearance: Output<Clearance>,
+}
+
+/// Outputs of a robot with bumpers.
+#[ports]
+pub(super) struct BumperIo {
+    /// State of the bumpers.
+    pub bumper: Output<Bumper>,
+}
+
+/// Outputs of a robot with a laser scanner.
+#[ports]
+pub(super) struct LaserIo {
+    /// Scan of the laser scanner.
+    pub laser: Output<LaserScan>,
+    /// Where the laser scanner is mounted on the robot.
+    pub laser_mount: Output<Transform>,
+}
+
+/// Outputs of a robot with a detector of robots.
+#[ports]
+pub(super) struct SightingsIo {
+    /// The robots that it sees.
+    pub sightings: Output<Sightings>,
+}
+
+/// Outputs of a robot with an inertial measurement unit.
+#[ports]
+pub(super) struct ImuIo {
+    /// Measurement of the inertial measurement unit.
+    pub imu: Output<Imu>,
+    /// Where it is mounted on the robot.
+    pub imu_mount: Output<Transform>,
+}
+
+/// Outputs of the world.
+#[ports]
+pub(super) struct WorldIo {
+    /// The contacts that began in the last cycle; for referees, not for robots.
+    #[role("truth")]
+    pub contacts: Output<Contacts>,
+}
+
+/// Output of each person.
+#[ports]
+pub(super) struct PersonIo {
+    /// Where the person is; for referees and reports, not for robots.
+    #[role("truth")]
+    pub truth: Output<Pose2>,
+}
+
+/// Outputs of each door.
+#[ports]
+pub(super) struct DoorIo {
+    /// State of the door.
+    pub door: Output<DoorState>,
+    /// Where its leaf is; for reports, not for robots.
+    #[role("truth")]
+    pub truth: Output<Pose2>,
+}
+
+/// Which ports a robot has.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Abilities {
+    pub drive: DriveKind,
+    pub sonar: bool,
+    pub bumper: bool,
+    pub laser: bool,
+    pub robot_sensor: bool,
+    pub imu: bool,
+}
+
+impl Abilities {
+    pub fn of(scenario: &Scenario, placement: &Placement) -> Self {
+        Self {
+            drive: placement.description.drive.kind,
+            sonar: !placement.sonar.is_empty(),
+            bumper: placement.description.bumper.is_some(),
+            laser: scenario.lasers.contains_key(&placement.name),
+            robot_sensor: placement.robot_sensor().is_some(),
+            imu: scenario.imus.contains(&placement.name),
+        }
+    }
+
+    pub fn ports(self) -> Vec<PortDescription> {
+        let mut ports = match self.drive {
+            DriveKind::Differential => TwoWheelsIo::describe(),
+            DriveKind::SkidSteer => FourWheelsIo::describe(),
+            DriveKind::Omni => OmniIo::describe(),
+        };
+        ports.extend(ChassisIo::describe());
+        if self.sonar {
+            ports.extend(SonarIo::describe());
+        }
+        ports.extend(RobotIo::describe());
+        if self.bumper {
+            ports.extend(BumperIo::describe());
+        }
+        if self.laser {
+            ports.extend(LaserIo::describe());
+        }
+        if self.robot_sensor {
+            ports.extend(SightingsIo::describe());
+        }
+        if self.imu {
+            ports.extend(ImuIo::describe());
+        }
+        ports
+    }
+}
