@@ -172,7 +172,7 @@ pub fn goal(options: &GoalOptions) -> Result<bool, Failure> {
 /// Interface of the messages of a Knowledge that has missions.
 const NAVIGATION_REQUEST: &str = "NavigationRequest";
 
-/// Returns the only mailbox for missions, of one who is meant; nothing without any.
+/// Returns the only mailbox for missions, of a named robot if there is one; `None` without any.
 fn navigation_inbox(client: &mut Client, of: Option<&str>) -> Result<Option<String>, Failure> {
     let properties = client.properties(None)?;
     let inboxes: Vec<&str> = properties

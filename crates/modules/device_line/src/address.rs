@@ -93,7 +93,7 @@ impl LineAddress {
         Self::serial(path, 0).map(|_| Self::Input(path.into()))
     }
 
-    /// Checks that a device may come to be at the address; one that is not there yet is none of its errors.
+    /// Checks the form of the address. A device that is not connected yet is no error.
     ///
     /// # Errors
     /// When the folder of the path is missing, or a file or a folder is at the path.

@@ -71,7 +71,7 @@ impl PortError {
         }
     }
 
-    /// Why an open device does not do what it is told.
+    /// Why an open device does not carry out a request.
     pub(crate) fn using(path: &Path, error: Errno) -> Self {
         match error {
             Errno::IO | Errno::NXIO | Errno::NODEV | Errno::NOENT | Errno::BADF => Self::Gone(path.into()),

@@ -156,7 +156,7 @@ pub fn survives_a_pulled_cable<F: DeviceFirmware>(running: &Running, device: &Si
     device.plug().unwrap();
     running.until("measurements", || running.is_well());
     assert_eq!(running.number("status/losses"), 1.0);
-    assert_eq!(running.logged("plugged in"), 1, "each reason is told once");
+    assert_eq!(running.logged("plugged in"), 1, "each reason is logged once");
 }
 
 /// A conversation and its device, in virtual time.

@@ -65,7 +65,7 @@ pub fn rplidar_survives_damage_and_says_what_is_wrong() {
     device.set_faults(Faults::default());
     device.set_faults(Faults { silent: true, ..Faults::default() });
     running.until_text("fell silent");
-    // A defect is told, and the scanner restarted.
+    // A defect is reported, and the scanner restarted.
     device.with(|scanner| scanner.set_health(2, 0x17));
     device.set_faults(Faults::default());
     running.until("measurements", || running.is_well());

@@ -93,7 +93,7 @@ impl GpsSession {
             let [north, east, up] = stddev.map(|stddev| stddev * stddev);
             [east, north, up]
         } else if let Some(dilution) = horizontal_dilution.filter(|_| self.options.range_error_stddev > 0.0) {
-            // Where there is none, that to the sky is about twice that in the plane.
+            // Without a vertical dilution, it is about twice the horizontal one.
             let vertical = self.vertical_dilution.filter(|(_, time)| is_fresh(*time));
             let vertical = vertical.map_or(2.0 * dilution, |(vertical, _)| vertical);
             let stddev = self.options.range_error_stddev;

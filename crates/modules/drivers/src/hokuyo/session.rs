@@ -93,7 +93,7 @@ impl HokuyoSession {
         self.asked = now;
         self.tries += 1;
         let command = match self.phase {
-            // An old scanner speaks SCIP 1 until it is told otherwise; a newer one refuses that command.
+            // An old scanner starts in SCIP 1; a newer one refuses this command.
             HokuyoPhase::Quit if self.tries == 2 => "SCIP2.0\nQT".into(),
             HokuyoPhase::Quit => "QT".into(),
             HokuyoPhase::Parameters => "PP".into(),
