@@ -1,26 +1,13 @@
 //! What the command promises: exit codes, files, the same bytes again, and errors that say what to do.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use crate::common;
 
+use std::path::Path;
+use std::process::Command;
+
+use common::{folder, slate, text};
 use serde_json::Value;
-
-/// A fresh folder that a test works in.
-fn folder(name: &str) -> PathBuf {
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&path);
-    std::fs::create_dir_all(&path).unwrap();
-    path
-}
-
-fn slate(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_slate")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
 
 /// The summary of a headless run.
 fn summary(folder: &Path, arguments: &[&str]) -> Value {
@@ -352,7 +339,7 @@ fn a_plan_that_fails_in_every_cycle_is_told_once() {
 
 #[test]
 fn exit_code_is_the_same_without_anywhere_to_write() {
-    let folder = folder("unwritable");
+    let folder = folder("nowhere-to-write");
     for arguments in
         [&["stop", "--agent", "nobody"][..], &["run", "nothing"], &["check", "nothing"], &["list"]]
     {

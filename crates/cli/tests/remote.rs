@@ -139,7 +139,7 @@ fn the_console_shows_the_log_once_and_not_when_it_is_switched_off() {
         (Some("log.targets.console=true"), 1, "console = true"),
         (Some("log.targets.console=false"), 0, "console = false"),
     ] {
-        let mut running = Running::new("console");
+        let mut running = Running::new("remote-console");
         let sets = set.map(|set| ["--set", set]).into_iter().flatten();
         running.start("exp1", &EXP1.into_iter().chain(sets).collect::<Vec<_>>());
         let said = running.done(&["config", "get", "log.targets.console"]);

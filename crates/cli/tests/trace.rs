@@ -124,7 +124,7 @@ fn cycles(file: &Path) -> usize {
 
 #[test]
 fn a_trace_that_is_interrupted_is_kept_and_of_a_killed_one_nothing_is_left() {
-    let mut running = Running::new("interrupted");
+    let mut running = Running::new("trace-interrupted");
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
     let older = running.folder().join("killed.json");
     std::fs::write(&older, "older").unwrap();

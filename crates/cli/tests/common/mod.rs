@@ -2,11 +2,13 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::Mutex;
 use std::time::Duration;
 
 use serde_json::Value;
@@ -21,8 +23,10 @@ robots.r2 = { model = "pioneer_p3dx" }
 layouts.start.robots.r2 = { x = 0.6, y = 0.8, theta = 0.0 }
 "#;
 
-/// A fresh folder that a test works in.
+/// A fresh folder that a test works in, of a name that no other test has.
 pub fn folder(name: &str) -> PathBuf {
+    static TAKEN: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    assert!(TAKEN.lock().unwrap().insert(name.into()), "another test beside this one uses the folder {name}");
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&path);
     std::fs::create_dir_all(&path).unwrap();

@@ -17,6 +17,7 @@ mod watch;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use proptest::prelude::*;
 use slate_blackboard::interface;
@@ -62,7 +63,11 @@ struct Folder(PathBuf);
 
 impl Folder {
     fn new(test: &str, files: &[(&str, &str)]) -> Self {
-        let folder = std::env::temp_dir().join(format!("slate-configuration-{}-{test}", std::process::id()));
+        // Tests run beside each other, and two of them may choose the same name.
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let name = format!("slate-configuration-{}-{number}-{test}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
         for (name, text) in files {
             let path = folder.join(name);
             fs::create_dir_all(path.parent().unwrap()).unwrap();
