@@ -257,7 +257,7 @@ fn set(
     Ok(client.set_property(url, &value.into())?)
 }
 
-/// The only thing that can be set to a goal, of one who is meant.
+/// The only thing that can be set to a goal, or that of the robot that is named.
 fn target(client: &mut Client, of: Option<&str>) -> Result<SettableGoal, Failure> {
     let is_meant = |target: &SettableGoal| {
         of.is_none_or(|of| {

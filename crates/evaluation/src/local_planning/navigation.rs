@@ -8,7 +8,7 @@ use slate_local_planning::{
     ProgressChecker, RecoveryCommand, RecoverySequence,
 };
 use slate_module::{Random, math};
-use slate_planning::{AStar, CostGrid, Costmap, GridCell};
+use slate_planning::{AStar, Costmap, GridCell};
 
 use super::LocalPlannerKind;
 use super::jackal::{Jackal, corners};
@@ -136,7 +136,7 @@ impl BarnNavigation {
         let (Some(start), Some(goal)) = (cell(pose.x, pose.y), cell(self.goal.x, self.goal.y)) else {
             return;
         };
-        let Some(start) = nearest_passable(&grid, start) else { return };
+        let Some(start) = grid.nearest_passable(start, (0.5 / RESOLUTION) as u32) else { return };
         let Some(found) = self.search.search(&grid, start, goal) else { return };
         self.path.clear();
         self.path.push(Point2 { x: pose.x, y: pose.y });
@@ -180,22 +180,4 @@ fn ahead(pose: &Pose2, velocity: PlanarVelocity, seconds: f64) -> Pose2 {
         y: pose.y + velocity.vx * seconds * math::sin(pose.theta),
         theta,
     }
-}
-
-/// The passable cell that is nearest to one, within half a metre.
-fn nearest_passable(grid: &CostGrid, from: GridCell) -> Option<GridCell> {
-    let reach = (0.5 / RESOLUTION) as i64;
-    let mut best: Option<GridCell> = None;
-    for up in -reach..=reach {
-        for right in -reach..=reach {
-            let column = u32::try_from(i64::from(from.column) + right);
-            let row = u32::try_from(i64::from(from.row) + up);
-            let (Ok(column), Ok(row)) = (column, row) else { continue };
-            let cell = GridCell::new(column, row);
-            if grid.is_passable(cell) && best.is_none_or(|best| cell.distance(from) < best.distance(from)) {
-                best = Some(cell);
-            }
-        }
-    }
-    best
 }

@@ -12,7 +12,7 @@ use crate::parameters::{ExplorationParameters, GoalSelection};
 use crate::unknown_counts::UnknownCounts;
 
 /// Cells around a frontier from which a next best view may be, on each side.
-const VIEW_CELLS: i64 = 10;
+const VIEW_CELLS: u32 = 10;
 /// Distance of a frontier from the current goal below which it is that goal's, m.
 const KEEP_DISTANCE: f64 = 1.0;
 /// Distance within which a robot in an impassable cell looks for a passable one, m.
@@ -119,9 +119,10 @@ impl Exploration {
     ) -> Option<ExplorationGoal> {
         self.detector.update(map);
         // One search has the costs of all goals.
-        self.costs.compute(costs, nearest_passable(costs, robot, map.geometry.resolution));
-        self.unknown.count(map);
         let resolution = map.geometry.resolution;
+        let escape = (ESCAPE_DISTANCE / resolution).ceil() as u32;
+        self.costs.compute(costs, costs.nearest_passable(robot, escape).unwrap_or(robot));
+        self.unknown.count(map);
         let min_cells = (self.parameters.min_frontier_size / resolution).ceil() as usize;
         let frontiers = self.detector.frontiers(min_cells);
         let candidates = self.candidates(map, costs, &frontiers);
@@ -249,7 +250,7 @@ impl Exploration {
     /// The cell that can be reached and is nearest to the frontier's middle, of its own or of those around it.
     fn nearest_reachable(&self, costs: &CostGrid, frontier: &Frontier) -> Option<GridCell> {
         let middle = frontier.middle()?;
-        let own = frontier.cells.iter().copied().chain(around(middle, VIEW_CELLS));
+        let own = frontier.cells.iter().copied().chain(middle.around(VIEW_CELLS));
         own.filter(|cell| self.costs.cost(costs, *cell) < f64::INFINITY)
             .min_by(|a, b| a.distance(middle).total_cmp(&b.distance(middle)))
     }
@@ -257,7 +258,8 @@ impl Exploration {
     /// Cells around the frontier from which it may be seen, thinned.
     fn views(&self, costs: &CostGrid, frontier: &Frontier) -> Vec<GridCell> {
         let Some(middle) = frontier.middle() else { return Vec::new() };
-        let thinned = around(middle, VIEW_CELLS)
+        let thinned = middle
+            .around(VIEW_CELLS)
             .filter(|cell| cell.column.is_multiple_of(4) && cell.row.is_multiple_of(4));
         let mut cells: Vec<GridCell> =
             thinned.filter(|cell| self.costs.cost(costs, *cell) < f64::INFINITY).collect();
@@ -266,30 +268,10 @@ impl Exploration {
     }
 }
 
-/// The cell itself, or the nearest passable one around it.
-fn nearest_passable(costs: &CostGrid, cell: GridCell, resolution: f64) -> GridCell {
-    if costs.is_passable(cell) {
-        return cell;
-    }
-    let side = (ESCAPE_DISTANCE / resolution).ceil() as i64;
-    let passable = around(cell, side).filter(|near| costs.is_passable(*near));
-    passable.min_by(|a, b| a.distance(cell).total_cmp(&b.distance(cell))).unwrap_or(cell)
-}
-
 fn middle(geometry: &Geometry, cell: GridCell) -> Point2 {
     geometry.center(cell.column as usize, cell.row as usize)
 }
 
 fn distance(a: Point2, b: Point2) -> f64 {
     math::hypot(a.x - b.x, a.y - b.y)
-}
-
-/// Cells of a square around one.
-fn around(middle: GridCell, side: i64) -> impl Iterator<Item = GridCell> {
-    let at = |from: u32, by: i64| u32::try_from(i64::from(from) + by).ok();
-    (-side..=side).flat_map(move |rows| {
-        (-side..=side).filter_map(move |columns| {
-            Some(GridCell::new(at(middle.column, columns)?, at(middle.row, rows)?))
-        })
-    })
 }

@@ -25,14 +25,18 @@ impl GridCell {
     pub const fn new(column: u32, row: u32) -> Self {
         Self { column, row }
     }
-}
 
-impl GridCell {
     /// Returns the distance between the middles of two cells, cells.
     pub fn distance(self, other: Self) -> f64 {
         let columns = f64::from(self.column) - f64::from(other.column);
         let rows = f64::from(self.row) - f64::from(other.row);
         (columns * columns + rows * rows).sqrt()
+    }
+
+    /// Returns the cells up to `reach` columns and rows away, row by row from below.
+    pub fn around(self, reach: u32) -> impl Iterator<Item = Self> {
+        let range = move |middle: u32| middle.saturating_sub(reach)..=middle.saturating_add(reach);
+        range(self.row).flat_map(move |row| range(self.column).map(move |column| Self::new(column, row)))
     }
 }
 
@@ -155,6 +159,15 @@ impl CostGrid {
     /// Returns whether the robot's middle may be in a cell.
     pub fn is_passable(&self, cell: GridCell) -> bool {
         self.contains(cell) && self.is_open(self.index(cell))
+    }
+
+    /// Returns the cell itself, or else the nearest passable one at most `reach` columns and rows away.
+    pub fn nearest_passable(&self, cell: GridCell, reach: u32) -> Option<GridCell> {
+        if self.is_passable(cell) {
+            return Some(cell);
+        }
+        let passable = cell.around(reach).filter(|near| self.is_passable(*near));
+        passable.min_by(|a, b| a.distance(cell).total_cmp(&b.distance(cell)))
     }
 
     fn contains(&self, cell: GridCell) -> bool {

@@ -82,6 +82,19 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(128))]
 
     #[test]
+    fn no_passable_cell_is_nearer_than_the_nearest(costs in costs(), from in cell(), reach in 0..SIDE) {
+        let grid = grid(&costs, 0.0);
+        let is_near = |cell: &GridCell| {
+            cell.column.abs_diff(from.column) <= reach && cell.row.abs_diff(from.row) <= reach
+        };
+        let cells = (0..SIDE * SIDE).map(|k| GridCell::new(k % SIDE, k / SIDE));
+        let distances = cells.filter(is_near).filter(|cell| grid.is_passable(*cell)).map(|cell| cell.distance(from));
+        let nearest = grid.nearest_passable(from, reach);
+        prop_assert!(nearest.is_none_or(|cell| is_near(&cell) && grid.is_passable(cell)));
+        prop_assert_eq!(nearest.map(|cell| cell.distance(from)), distances.min_by(f64::total_cmp));
+    }
+
+    #[test]
     fn no_path_is_cheaper_than_a_stars(costs in costs(), start in cell(), goal in cell(), cost_factor in 0.0..9.0_f64) {
         let grid = grid(&costs, cost_factor);
         let mut planner = AStar::default();

@@ -51,7 +51,7 @@ impl RouteGrid {
         if self.costs.is_passable(cell) && self.cell(point) == Some(cell) {
             return Some(point);
         }
-        self.nearest_passable(cell, OFFER_REACH).map(|cell| self.center(cell))
+        self.costs.nearest_passable(cell, self.cells(OFFER_REACH)).map(|cell| self.center(cell))
     }
 
     /// Returns whether a straight line between two points is free.
@@ -81,8 +81,12 @@ impl RouteGrid {
 
     /// The robot's cell, or the nearest one in which it may be.
     fn start(&self, point: Point2) -> Option<GridCell> {
-        let cell = self.cell(point)?;
-        if self.costs.is_passable(cell) { Some(cell) } else { self.nearest_passable(cell, START_REACH) }
+        self.costs.nearest_passable(self.cell(point)?, self.cells(START_REACH))
+    }
+
+    /// Number of cells that a distance in m takes, at least.
+    fn cells(&self, distance: f64) -> u32 {
+        (distance / self.geometry.resolution).ceil() as u32
     }
 
     fn cell(&self, point: Point2) -> Option<GridCell> {
@@ -103,24 +107,5 @@ impl RouteGrid {
 
     fn center(&self, cell: GridCell) -> Point2 {
         self.geometry.center(cell.column as usize, cell.row as usize)
-    }
-
-    /// The passable cell that is nearest to one, within a distance in m.
-    fn nearest_passable(&self, from: GridCell, reach: f64) -> Option<GridCell> {
-        let reach = (reach / self.geometry.resolution).ceil() as i64;
-        let mut best: Option<GridCell> = None;
-        for up in -reach..=reach {
-            for right in -reach..=reach {
-                let column = u32::try_from(i64::from(from.column) + right);
-                let row = u32::try_from(i64::from(from.row) + up);
-                let (Ok(column), Ok(row)) = (column, row) else { continue };
-                let cell = GridCell::new(column, row);
-                let is_nearer = best.is_none_or(|best| cell.distance(from) < best.distance(from));
-                if is_nearer && self.costs.is_passable(cell) {
-                    best = Some(cell);
-                }
-            }
-        }
-        best
     }
 }
