@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::CommandExt;
@@ -25,8 +25,11 @@ layouts.start.robots.r2 = { x = 0.6, y = 0.8, theta = 0.0 }
 
 /// A fresh folder that a test works in, of a name that no other test has.
 pub fn folder(name: &str) -> PathBuf {
-    static TAKEN: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-    assert!(TAKEN.lock().unwrap().insert(name.into()), "another test beside this one uses the folder {name}");
+    // Its thread has a test's name.
+    static OWNERS: Mutex<BTreeMap<String, Option<String>>> = Mutex::new(BTreeMap::new());
+    let test = std::thread::current().name().map(str::to_owned);
+    let owner = OWNERS.lock().unwrap().entry(name.into()).or_insert_with(|| test.clone()).clone();
+    assert_eq!(owner, test, "two tests use the folder {name}");
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&path);
     std::fs::create_dir_all(&path).unwrap();
