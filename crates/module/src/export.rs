@@ -1,6 +1,8 @@
 //! The module's side of its table: from C calls to an [`Instance`]. A panic ends here, as a host can't catch what
 //! another library throws.
 
+use std::any::Any;
+
 use crate::instance::Authored;
 use crate::panics::{self, discard, placed_message};
 use crate::table::{Bytes, DONE, PANICKED, REFUSED, SetupTable, Sink};
@@ -42,11 +44,11 @@ impl Sink {
     }
 }
 
-/// Runs a call and writes what comes of it.
+/// Runs a call and writes what comes of it. Compiled once, and not for each call of each module.
 ///
 /// # Safety
 /// The sink is as the host made it.
-unsafe fn answer(sink: *const Sink, call: impl FnOnce() -> Result<Vec<u8>, Refusal>) -> i32 {
+unsafe fn answer(sink: *const Sink, call: &mut dyn FnMut() -> Result<Vec<u8>, Refusal>) -> i32 {
     let result = panics::catch(call).unwrap_or_else(|payload| {
         let reason = placed_message(payload.as_ref());
         discard(payload);
@@ -75,18 +77,20 @@ unsafe fn answer(sink: *const Sink, call: impl FnOnce() -> Result<Vec<u8>, Refus
 #[doc(hidden)]
 pub unsafe fn write_robot<E: std::fmt::Display>(
     sink: *const Sink,
-    robot: impl FnOnce() -> Result<String, E>,
+    robot: impl Fn() -> Result<String, E>,
 ) -> i32 {
     // SAFETY: passed on to the caller.
-    unsafe { answer(sink, || robot().map(String::into_bytes).map_err(|error| Refusal(error.to_string()))) }
+    unsafe {
+        answer(sink, &mut || robot().map(String::into_bytes).map_err(|error| Refusal(error.to_string())))
+    }
 }
 
 /// # Safety
 /// The table and its texts live during `work`.
-unsafe fn with_setup<R>(
+unsafe fn with_setup(
     table: *const SetupTable,
-    work: impl FnOnce(&Setup<'_>) -> Result<R, Refusal>,
-) -> Result<R, Refusal> {
+    work: &mut dyn FnMut(&Setup<'_>) -> Result<Vec<u8>, Refusal>,
+) -> Result<Vec<u8>, Refusal> {
     // SAFETY: passed on to the caller.
     let (table, name, section) = unsafe { (&*table, (*table).name.as_slice(), (*table).section.as_slice()) };
     let name = std::str::from_utf8(name).map_err(|error| Refusal(format!("the module's name: {error}")))?;
@@ -99,9 +103,9 @@ unsafe fn with_setup<R>(
 unsafe extern "C" fn describe<I: Instance>(setup: *const SetupTable, sink: *const Sink) -> i32 {
     // SAFETY: the host passes a setup and a sink that live during the call.
     unsafe {
-        answer(sink, || {
+        answer(sink, &mut || {
             panics::remember();
-            with_setup(setup, |setup| portable::encode_description(&I::describe(setup)?))
+            with_setup(setup, &mut |setup| portable::encode_description(&I::describe(setup)?))
         })
     }
 }
@@ -114,11 +118,12 @@ unsafe extern "C" fn create<I: Instance>(
 ) -> i32 {
     // SAFETY: the host passes what lives during the call, and a place for the instance.
     unsafe {
-        answer(sink, || {
+        answer(sink, &mut || {
             panics::remember();
-            let made = with_setup(setup, |setup| I::create(setup, params.as_slice()))?;
-            instance.write(Box::into_raw(Box::new(made)).cast());
-            Ok(Vec::new())
+            with_setup(setup, &mut |setup| {
+                instance.write(Box::into_raw(Box::new(I::create(setup, params.as_slice())?)).cast());
+                Ok(Vec::new())
+            })
         })
     }
 }
@@ -133,39 +138,45 @@ unsafe extern "C" fn tick<I: Instance>(instance: *mut (), frame: *const Frame) -
     };
     match panics::catch(step) {
         Ok(outcome) => outcome as i32,
-        Err(payload) => {
-            let reason = placed_message(payload.as_ref());
-            discard(payload);
-            // SAFETY: as above.
-            let now = unsafe { Tick::new(&*frame) };
-            now.log(Level::Error, format_args!("{reason}"));
-            PANICKED
-        }
+        // SAFETY: as above.
+        Err(payload) => unsafe { log_panic(payload, &*frame) },
     }
+}
+
+/// Says in the log of a module why its tick ended.
+///
+/// # Safety
+/// The frame is as the host made it.
+#[cold]
+unsafe fn log_panic(payload: Box<dyn Any + Send>, frame: &Frame) -> i32 {
+    let reason = placed_message(payload.as_ref());
+    discard(payload);
+    // SAFETY: passed on to the caller.
+    let now = unsafe { Tick::new(frame) };
+    now.log(Level::Error, format_args!("{reason}"));
+    PANICKED
 }
 
 unsafe extern "C" fn save<I: Instance>(instance: *const (), sink: *const Sink) -> i32 {
     // SAFETY: as for `tick`.
-    unsafe { answer(sink, || (*instance.cast::<I>()).save()) }
+    unsafe { answer(sink, &mut || (*instance.cast::<I>()).save()) }
 }
 
 unsafe extern "C" fn restore<I: Instance>(instance: *mut (), state: Bytes, sink: *const Sink) -> i32 {
     // SAFETY: as for `tick`, and the state lives during the call.
-    unsafe { answer(sink, || (*instance.cast::<I>()).restore(state.as_slice()).map(|()| Vec::new())) }
+    unsafe { answer(sink, &mut || (*instance.cast::<I>()).restore(state.as_slice()).map(|()| Vec::new())) }
 }
 
 unsafe extern "C" fn may_unload<I: Instance>(instance: *const (), sink: *const Sink) -> i32 {
     // SAFETY: as for `tick`.
-    unsafe { answer(sink, || (*instance.cast::<I>()).may_unload().map(|()| Vec::new())) }
+    unsafe { answer(sink, &mut || (*instance.cast::<I>()).may_unload().map(|()| Vec::new())) }
 }
 
 unsafe extern "C" fn destroy<I: Instance>(instance: *mut (), sink: *const Sink) -> i32 {
-    // SAFETY: the host passes what `create` returned, once.
-    let end = || drop(unsafe { Box::from_raw(instance.cast::<I>()) });
-    // SAFETY: as for `describe`.
+    // SAFETY: the host passes what `create` returned, once, and the sink is as for `describe`.
     unsafe {
-        answer(sink, || {
-            end();
+        answer(sink, &mut || {
+            drop(Box::from_raw(instance.cast::<I>()));
             Ok(Vec::new())
         })
     }

@@ -1,0 +1,29 @@
+//! What is wrong with CBOR, or with what it shall become.
+
+use std::fmt::Display;
+
+use serde::{de, ser};
+
+#[derive(Debug, thiserror::Error)]
+pub enum CodecError {
+    #[error("it ends too early")]
+    Short,
+    #[error("byte {0} is no CBOR")]
+    Syntax(usize),
+    #[error("it is nested too deeply")]
+    Deep,
+    #[error("{0}")]
+    Unfit(String),
+}
+
+impl ser::Error for CodecError {
+    fn custom<T: Display>(problem: T) -> Self {
+        Self::Unfit(problem.to_string())
+    }
+}
+
+impl de::Error for CodecError {
+    fn custom<T: Display>(problem: T) -> Self {
+        Self::Unfit(problem.to_string())
+    }
+}

@@ -1,0 +1,302 @@
+//! CborItems of CBOR.
+
+use serde::de::{Error, Unexpected};
+
+use super::error::CodecError;
+
+/// How deep arrays and maps may be nested: hostile bytes must not use up the stack.
+const DEEPEST: usize = 256;
+
+/// An item, without the content of arrays and maps. Their length is `None` if their end is marked.
+#[derive(Clone, Copy)]
+pub enum CborItem<'b> {
+    Unsigned(u64),
+    /// -1 minus this.
+    Negative(u64),
+    Wide(u128),
+    /// -1 minus this.
+    WideNegative(u128),
+    Bytes(&'b [u8]),
+    Text(&'b str),
+    Array(Option<usize>),
+    Map(Option<usize>),
+    Bool(bool),
+    Null,
+    Float(f64),
+    Break,
+}
+
+pub struct CborReader<'b> {
+    bytes: &'b [u8],
+    at: usize,
+    depth: usize,
+}
+
+impl<'b> CborReader<'b> {
+    pub fn new(bytes: &'b [u8]) -> Self {
+        Self { bytes, at: 0, depth: 0 }
+    }
+
+    fn take(&mut self, count: usize) -> Result<&'b [u8], CodecError> {
+        let (taken, _) = self.bytes[self.at..].split_at_checked(count).ok_or(CodecError::Short)?;
+        self.at += count;
+        Ok(taken)
+    }
+
+    /// Major type, its argument (`None` for an open end), and the argument's width in bytes.
+    fn head(&mut self) -> Result<(u8, Option<u64>, usize), CodecError> {
+        let start = self.at;
+        let first = self.take(1)?[0];
+        let (major, minor) = (first >> 5, first & 31);
+        let width = match minor {
+            0..=23 => return Ok((major, Some(minor.into()), 0)),
+            24..=27 => 1 << (minor - 24),
+            31 => return Ok((major, None, 0)),
+            _ => return Err(CodecError::Syntax(start)),
+        };
+        let value = self.take(width)?.iter().fold(0, |value, byte| value << 8 | u64::from(*byte));
+        Ok((major, Some(value), width))
+    }
+
+    /// The next item. A tag says nothing here, except that bytes are a wide integer.
+    #[inline(never)]
+    pub fn item(&mut self) -> Result<CborItem<'b>, CodecError> {
+        loop {
+            let start = self.at;
+            let (major, argument, width) = self.head()?;
+            let length = match argument {
+                Some(length) => Some(usize::try_from(length).map_err(|_| CodecError::Short)?),
+                None => None,
+            };
+            return Ok(match (major, argument) {
+                (0, Some(value)) => CborItem::Unsigned(value),
+                (1, Some(value)) => CborItem::Negative(value),
+                (2, Some(_)) => CborItem::Bytes(self.take(length.unwrap_or_default())?),
+                (3, Some(_)) => {
+                    let text = self.take(length.unwrap_or_default())?;
+                    CborItem::Text(std::str::from_utf8(text).map_err(|_| CodecError::Syntax(start))?)
+                }
+                (4, _) => CborItem::Array(length),
+                (5, _) => CborItem::Map(length),
+                (6, Some(2)) => CborItem::Wide(self.magnitude()?),
+                (6, Some(3)) => CborItem::WideNegative(self.magnitude()?),
+                (6, Some(_)) => continue,
+                (7, None) => CborItem::Break,
+                (7, Some(value)) => simple(value, width).ok_or(CodecError::Syntax(start))?,
+                // Text and bytes in pieces; nothing writes them.
+                _ => return Err(CodecError::Syntax(start)),
+            });
+        }
+    }
+
+    /// The bytes of a wide integer.
+    fn magnitude(&mut self) -> Result<u128, CodecError> {
+        match self.item()? {
+            CborItem::Bytes(bytes) => bytes.iter().try_fold(0_u128, |value, byte| {
+                let shifted = value.checked_mul(256).ok_or_else(|| CodecError::custom("bigint too large"))?;
+                Ok(shifted | u128::from(*byte))
+            }),
+            other => Err(other.unfit("bytes")),
+        }
+    }
+
+    /// The next item, which stays the next one.
+    pub fn peek(&mut self) -> Result<CborItem<'b>, CodecError> {
+        let start = self.at;
+        let item = self.item();
+        self.at = start;
+        item
+    }
+
+    #[inline(never)]
+    pub fn is_null(&mut self) -> Result<bool, CodecError> {
+        let is_null = matches!(self.peek()?, CborItem::Null);
+        if is_null {
+            self.item()?;
+        }
+        Ok(is_null)
+    }
+
+    #[inline(never)]
+    pub fn bool(&mut self) -> Result<bool, CodecError> {
+        match self.item()? {
+            CborItem::Bool(value) => Ok(value),
+            _ => Err(CodecError::custom("expected bool")),
+        }
+    }
+
+    #[inline(never)]
+    pub fn unsigned(&mut self) -> Result<u64, CodecError> {
+        match self.item()? {
+            CborItem::Unsigned(value) => Ok(value),
+            item => u64::try_from(item.wide()?).map_err(|_| CodecError::custom("integer too large")),
+        }
+    }
+
+    #[inline(never)]
+    pub fn signed(&mut self) -> Result<i64, CodecError> {
+        i64::try_from(self.item()?.wide_signed()?).map_err(|_| CodecError::custom("integer too large"))
+    }
+
+    #[inline(never)]
+    pub fn float(&mut self) -> Result<f64, CodecError> {
+        match self.item()? {
+            CborItem::Float(value) => Ok(value),
+            item => Err(item.unfit("float")),
+        }
+    }
+
+    #[inline(never)]
+    pub fn text(&mut self, expected: &str) -> Result<&'b str, CodecError> {
+        match self.item()? {
+            CborItem::Text(text) => Ok(text),
+            item => Err(item.unfit(expected)),
+        }
+    }
+
+    #[inline(never)]
+    pub fn character(&mut self) -> Result<char, CodecError> {
+        let text = self.text("char")?;
+        let mut characters = text.chars();
+        match (characters.next(), characters.next()) {
+            (Some(character), None) => Ok(character),
+            _ => Err(CborItem::Text(text).unfit("char")),
+        }
+    }
+
+    #[inline(never)]
+    pub fn unit(&mut self) -> Result<(), CodecError> {
+        match self.item()? {
+            CborItem::Null => Ok(()),
+            item => Err(item.unfit("unit")),
+        }
+    }
+
+    /// Begins an array; whoever has read it calls [`leave`](Self::leave).
+    #[inline(never)]
+    pub fn array(&mut self) -> Result<Option<usize>, CodecError> {
+        match self.item()? {
+            CborItem::Array(length) => self.enter(length),
+            item => Err(item.unfit("array")),
+        }
+    }
+
+    /// Begins a map, as [`array`](Self::array).
+    #[inline(never)]
+    pub fn map(&mut self) -> Result<Option<usize>, CodecError> {
+        match self.item()? {
+            CborItem::Map(length) => self.enter(length),
+            item => Err(item.unfit("map")),
+        }
+    }
+
+    /// Begins a variant, which has content if this is true.
+    #[inline(never)]
+    pub fn variant(&mut self) -> Result<bool, CodecError> {
+        match self.peek()? {
+            CborItem::Map(Some(1)) => {
+                self.item()?;
+                self.enter(None).map(|_| true)
+            }
+            CborItem::Text(_) => self.enter(None).map(|_| false),
+            item => Err(item.unfit("enum")),
+        }
+    }
+
+    fn enter(&mut self, length: Option<usize>) -> Result<Option<usize>, CodecError> {
+        if self.depth == DEEPEST {
+            return Err(CodecError::Deep);
+        }
+        self.depth += 1;
+        Ok(length)
+    }
+
+    pub fn leave(&mut self) {
+        self.depth -= 1;
+    }
+
+    /// Whether an array or a map has another item, of which it then has one less.
+    #[inline(never)]
+    pub fn has_more(&mut self, left: &mut Option<usize>) -> Result<bool, CodecError> {
+        match left {
+            Some(0) => Ok(false),
+            Some(count) => {
+                *count -= 1;
+                Ok(true)
+            }
+            None => {
+                let is_end = matches!(self.peek()?, CborItem::Break);
+                if is_end {
+                    self.item()?;
+                }
+                Ok(!is_end)
+            }
+        }
+    }
+}
+
+/// A truth value, nothing, or a float.
+fn simple(value: u64, width: usize) -> Option<CborItem<'static>> {
+    Some(match (width, value) {
+        (0, 20) => CborItem::Bool(false),
+        (0, 21) => CborItem::Bool(true),
+        (0, 22 | 23) => CborItem::Null,
+        (2, _) => CborItem::Float(from_half(value as u16)),
+        (4, _) => CborItem::Float(f32::from_bits(value as u32).into()),
+        (8, _) => CborItem::Float(f64::from_bits(value)),
+        _ => return None,
+    })
+}
+
+fn from_half(half: u16) -> f64 {
+    let (exponent, fraction) = (u64::from(half >> 10 & 31), u64::from(half & 0x3ff));
+    let magnitude = match exponent {
+        0 => fraction as f64 / f64::from(1 << 24),
+        31 => f64::from_bits(0x7ff << 52 | fraction << 42),
+        _ => f64::from_bits((exponent + 1008) << 52 | fraction << 42),
+    };
+    f64::from_bits(magnitude.to_bits() | u64::from(half >> 15) << 63)
+}
+
+impl CborItem<'_> {
+    #[inline(never)]
+    pub fn unfit(self, expected: &str) -> CodecError {
+        let found = match self {
+            Self::Unsigned(value) => Unexpected::Unsigned(value),
+            Self::Negative(value) => Unexpected::Signed(!(value as i64)),
+            Self::Wide(_) | Self::WideNegative(_) => Unexpected::Other("tag"),
+            Self::Bytes(_) => Unexpected::Other("bytes"),
+            Self::Text(_) => Unexpected::Other("string"),
+            Self::Array(_) => Unexpected::Seq,
+            Self::Map(_) => Unexpected::Map,
+            Self::Bool(value) => Unexpected::Bool(value),
+            Self::Null => Unexpected::Other("null"),
+            Self::Float(value) => Unexpected::Float(value),
+            Self::Break => Unexpected::Other("break"),
+        };
+        CodecError::invalid_type(found, &expected)
+    }
+
+    pub fn wide(self) -> Result<u128, CodecError> {
+        match self {
+            Self::Unsigned(value) => Ok(value.into()),
+            Self::Wide(value) => Ok(value),
+            Self::Negative(_) | Self::WideNegative(_) => {
+                Err(CodecError::custom("unexpected negative integer"))
+            }
+            item => Err(item.unfit("integer")),
+        }
+    }
+
+    pub fn wide_signed(self) -> Result<i128, CodecError> {
+        let (is_negative, magnitude) = match self {
+            Self::Unsigned(value) => (false, value.into()),
+            Self::Negative(value) => (true, value.into()),
+            Self::Wide(value) => (false, value),
+            Self::WideNegative(value) => (true, value),
+            item => return Err(item.unfit("integer")),
+        };
+        let value = i128::try_from(magnitude).map_err(|_| CodecError::custom("integer too large"))?;
+        Ok(if is_negative { !value } else { value })
+    }
+}
