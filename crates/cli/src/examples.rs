@@ -50,6 +50,8 @@ struct FileExample {
     name: &'static str,
     about: &'static str,
     file: &'static str,
+    /// Whether what it runs is behind the feature `navigation`.
+    navigates: bool,
 }
 
 const FILE_EXAMPLES: [FileExample; 12] = [
@@ -57,57 +59,73 @@ const FILE_EXAMPLES: [FileExample; 12] = [
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
         file: "mapping/mapping.toml",
+        navigates: false,
     },
     FileExample {
         name: "localization",
         about: "a robot with a laser finds its pose in the map of an office and drives by it",
         file: "localization/localization.toml",
+        navigates: true,
     },
     FileExample {
         name: "explore",
         about: "a robot with a laser explores an unknown building and saves its map",
         file: "explore/explore.toml",
+        navigates: true,
     },
     FileExample {
         name: "slam",
         about: "the laser log of a real building becomes a map",
         file: "slam/intel.toml",
+        navigates: true,
     },
     FileExample {
         name: "office",
         about: "a robot with a laser delivers between the rooms of an office",
         file: "office/office.toml",
+        navigates: true,
     },
     FileExample {
         name: "adaptation",
         about: "a robot whose sensors fail, and a loop that adapts it",
         file: "adaptation/adaptation.toml",
+        navigates: false,
     },
-    FileExample { name: "reflexes", about: "reflexes of three ranks", file: "reflexes/reflexes.toml" },
+    FileExample {
+        name: "reflexes",
+        about: "reflexes of three ranks",
+        file: "reflexes/reflexes.toml",
+        navigates: false,
+    },
     FileExample {
         name: "strategies",
         about: "plans chosen by past outcomes",
         file: "strategies/strategies.toml",
+        navigates: false,
     },
     FileExample {
         name: "roles",
         about: "two robots that exchange the roles of attacker and defender",
         file: "roles/roles.toml",
+        navigates: false,
     },
     FileExample {
         name: "camera",
         about: "a camera and the objects in its images",
         file: "camera/camera.toml",
+        navigates: false,
     },
     FileExample {
         name: "sharing",
         about: "two agents, one of which reads the other",
         file: "sharing/team.toml",
+        navigates: false,
     },
     FileExample {
         name: "team",
         about: "eight robots that explore an arena and tell each other what they find",
         file: "team/team.toml",
+        navigates: false,
     },
 ];
 
@@ -138,12 +156,18 @@ pub fn plugins() -> Vec<Plugin> {
         slate::sim::plugin(),
         slate_wheeled::plugin(),
         slate_adaptation::plugin(),
+        #[cfg(feature = "drivers")]
         slate_arcos::plugin(),
+        #[cfg(feature = "drivers")]
         slate_drivers::plugin(),
+        #[cfg(feature = "navigation")]
         slate_exploration::plugin(),
+        #[cfg(feature = "navigation")]
         slate_localization::plugin(),
         slate_mapping::plugin(),
+        #[cfg(feature = "navigation")]
         slate_navigation::plugin(),
+        #[cfg(feature = "navigation")]
         slate_slam::plugin(),
         slate_vision::plugin(),
         slate_exp3::plugin(),
@@ -208,6 +232,11 @@ pub fn find(
     }
     let path = file_of(name);
     let path = path.as_path();
+    if !cfg!(feature = "navigation")
+        && FILE_EXAMPLES.iter().any(|example| example.navigates && example.path().as_deref() == Some(path))
+    {
+        return Err(Failure::NotBuilt { what: format!("what `{name}` runs"), feature: "navigation" });
+    }
     if path.is_dir() {
         return Err(Failure::Folder { path: path.into(), inside: first_toml(path) });
     }

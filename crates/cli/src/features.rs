@@ -2,17 +2,7 @@
 
 use std::sync::LazyLock;
 
-/// Name of each feature, and whether it is built in.
-const FEATURES: [(&str, bool); 8] = [
-    ("console", cfg!(feature = "console")),
-    ("dds", cfg!(feature = "dds")),
-    ("jpeg", cfg!(feature = "jpeg")),
-    ("mcp", cfg!(feature = "mcp")),
-    ("ros1", cfg!(feature = "ros1")),
-    ("ros2", cfg!(feature = "ros2")),
-    ("tls", cfg!(feature = "tls")),
-    ("zenoh", cfg!(feature = "zenoh")),
-];
+use slate_robotics_cli::FEATURES;
 
 /// The version with its features, for `--version`.
 pub static VERSION: LazyLock<String> =

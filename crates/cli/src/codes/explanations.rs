@@ -43,8 +43,8 @@ pub const EXPLANATIONS: [Explanation; 25] = [
         mistake: Mistake::Kind,
         title: "unknown kind of module",
         text: "`kind = \"...\"` selects the kind of a module; the default is the module's own name. Kinds are \
-               built into the command, or come with libraries that [plugins] names. `slate plugin list` lists the \
-               kinds of a running agent.",
+               built into the command, some as its features, which `slate --version` lists, or come with libraries that \
+               [plugins] names. `slate plugin list` lists the kinds of a running agent.",
     },
     Explanation {
         mistake: Mistake::Ends,

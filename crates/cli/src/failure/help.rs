@@ -5,6 +5,7 @@ use slate::blackboard::nearest_names;
 use slate::control::ClientError;
 use slate::record::bag::Error as BagError;
 use slate::record::logs::{Format, recognise};
+use slate::runtime::configuration::Mistake;
 use slate::runtime::printable;
 
 use super::{Failure, usage};
@@ -26,6 +27,10 @@ impl Failure {
         Some(match self {
             Self::Words(error) => usage::help(error),
             Self::Leading { near, verb, .. } => leading(near.as_deref(), verb.as_deref()),
+            Self::NotBuilt { feature, .. } => {
+                format!("build it with the feature `{feature}`: cargo build --release --features {feature}")
+            }
+            Self::Configuration(report) if report.mistake() == Some(Mistake::Kind) => parts_not_built()?,
             Self::Unknown { help, .. } | Self::NoModule { help, .. } => help.clone(),
             Self::Folder { inside: Some(file), .. } => format!("name a file in it, such as `{}`", file.display()),
             Self::Folder { inside: None, .. } => "name a file, such as `robot.toml`".into(),
@@ -160,6 +165,17 @@ impl Failure {
             _ => return None,
         })
     }
+}
+
+/// The features that bring modules and are not built in.
+fn parts_not_built() -> Option<String> {
+    let missing = slate_robotics_cli::FEATURES
+        .iter()
+        .filter(|(name, is_built)| !is_built && ["drivers", "navigation"].contains(name));
+    let missing: Vec<_> = missing.map(|(name, _)| *name).collect();
+    let all = missing.join(",");
+    (!missing.is_empty())
+        .then(|| format!("more kinds are features of the command: cargo build --release --features {all}"))
 }
 
 fn leading(near: Option<&str>, verb: Option<&str>) -> String {

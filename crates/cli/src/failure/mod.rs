@@ -59,8 +59,11 @@ pub enum Failure {
     Start(StartError),
     #[error("{0}")]
     Report(#[from] slate::record::Error),
+    #[cfg(feature = "evaluate")]
     #[error("{0}")]
     Data(#[from] slate_evaluation::DataError),
+    #[error("{what} is not built in")]
+    NotBuilt { what: String, feature: &'static str },
     #[error("{0}")]
     Map(#[from] slate_map_file::MapFileError),
     #[error("{0}")]
