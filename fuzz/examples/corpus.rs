@@ -16,6 +16,7 @@ use slate_fuzz::agents::{Agent, Blob, MILLISECOND, Number};
 use slate_fuzz::input::append_counted;
 use slate_fuzz::{
     bag, configuration, definition, drivers, knowledge, logs as others, network, peer, robot, shared_memory,
+    state,
 };
 use slate_interfaces::{Chassis, Image, ImageFormat, LaserScan, Odometry, Pose2, Sightings, Transform};
 use slate_module::encode_interface;
@@ -34,6 +35,7 @@ fn main() {
     conversations();
     knowledge_of_a_team();
     values();
+    states();
     interfaces();
     memory();
     calls();
@@ -255,6 +257,10 @@ fn values() {
             keep("encoding", &format!("{name}-{encoding:?}"), &script);
         }
     }
+}
+
+fn states() {
+    keep("state", "whole", &state::example());
 }
 
 fn interfaces() {

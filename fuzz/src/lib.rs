@@ -27,6 +27,7 @@ pub mod peer;
 pub mod robot;
 pub mod shared_memory;
 pub mod snapshot;
+pub mod state;
 pub mod tool;
 
 // What reads the interfaces of a source file belongs to the `slate` command, and calls these by the facade's names.

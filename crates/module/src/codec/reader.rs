@@ -1,4 +1,4 @@
-//! CborItems of CBOR.
+//! Items of CBOR (RFC 8949, section 3).
 
 use serde::de::{Error, Unexpected};
 
@@ -89,15 +89,16 @@ impl<'b> CborReader<'b> {
         }
     }
 
-    /// The bytes of a wide integer.
+    /// The bytes of a wide integer. Nothing but them may follow the tag: of tags that follow each other the stack would be
+    /// used up.
     fn magnitude(&mut self) -> Result<u128, CodecError> {
-        match self.item()? {
-            CborItem::Bytes(bytes) => bytes.iter().try_fold(0_u128, |value, byte| {
-                let shifted = value.checked_mul(256).ok_or_else(|| CodecError::custom("bigint too large"))?;
-                Ok(shifted | u128::from(*byte))
-            }),
-            other => Err(other.unfit("bytes")),
-        }
+        let start = self.at;
+        let (2, Some(length), _) = self.head()? else { return Err(CodecError::Syntax(start)) };
+        let length = usize::try_from(length).map_err(|_| CodecError::Short)?;
+        self.take(length)?.iter().try_fold(0_u128, |value, byte| {
+            let shifted = value.checked_mul(256).ok_or_else(|| CodecError::custom("bigint too large"))?;
+            Ok(shifted | u128::from(*byte))
+        })
     }
 
     /// The next item, which stays the next one.
