@@ -159,7 +159,7 @@ fn a_robot_that_navigates_is_on_the_map_and_sent_from_there() {
 fn who_looks_back_sees_the_grid_map_of_then_or_is_told_that_it_is_of_now() {
     let _turn = turn();
     for (kept, largest) in [("false", "64KiB"), ("true", "128KiB")] {
-        let mut running = Running::new("browser-of-now");
+        let mut running = Running::new(&format!("browser-of-now-{kept}"));
         let set = format!("record.flight.largest={largest:?}");
         let link = open(&mut running, "mapping", &example("mapping/mapping.toml"), &["--set", &set]);
         run(browser("of-now.cjs", &link, "mapping").env("KEPT", kept), "the page does not do what it shall");
