@@ -146,10 +146,20 @@ fn what_a_robot_believes_of_the_world_is_on_the_map_and_a_person_corrects_it() {
 }
 
 #[test]
+fn a_robot_that_navigates_is_on_the_map_and_sent_from_there() {
+    let _turn = turn();
+    let mut running = Running::new("browser-navigation");
+    let zone = "robots.r2.modules.global_costmap.params.keep_out_zones=\
+                [{min_x=4.3,min_y=9.2,max_x=5.6,max_y=10.6}]";
+    let link = open(&mut running, "office", &example("office/office.toml"), &["--set", zone]);
+    visit("navigation.cjs", &link, "office");
+}
+
+#[test]
 fn who_looks_back_sees_the_grid_map_of_then_or_is_told_that_it_is_of_now() {
     let _turn = turn();
     for (kept, largest) in [("false", "64KiB"), ("true", "128KiB")] {
-        let mut running = Running::new("browser-of-now");
+        let mut running = Running::new(&format!("browser-of-now-{kept}"));
         let set = format!("record.flight.largest={largest:?}");
         let link = open(&mut running, "mapping", &example("mapping/mapping.toml"), &["--set", &set]);
         run(browser("of-now.cjs", &link, "mapping").env("KEPT", kept), "the page does not do what it shall");

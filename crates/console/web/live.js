@@ -52,7 +52,8 @@ export function connect() {
     tell("live");
     subscribe([...subscriptions.values()]);
   };
-  socket.onmessage = ({ data }) => hear(JSON.parse(data));
+  socket.binaryType = "arraybuffer";
+  socket.onmessage = ({ data }) => (typeof data === "string" ? hear(JSON.parse(data)) : hearBytes(data));
   socket.onclose = () => {
     tell("lost");
     setTimeout(connect, RETRY[Math.min(attempts++, RETRY.length - 1)]);
@@ -80,7 +81,7 @@ const rateOf = (subscription) => {
 
 function subscribe(wanted) {
   if (!isOpen() || wanted.length === 0) return;
-  const wishes = wanted.map((it) => ({ id: it.id, url: `/${it.path}`, rate: rateOf(it), every: it.every, ...selection(it.part) }));
+  const wishes = wanted.map((it) => ({ id: it.id, url: `/${it.path}`, rate: rateOf(it), every: it.every, form: it.decode ? "binary" : "json", ...selection(it.part) }));
   socket.send(JSON.stringify({ subscribe: wishes }));
 }
 
@@ -100,9 +101,21 @@ function hear(message) {
     subscription.interface = message.interface;
     return;
   }
-  if (message.time > clock.live) clock.live = message.time;
+  take(subscription, message);
+}
+
+// A value in the form `binary`: 1, id, time, sequence, and the bytes as they lie in memory.
+function hearBytes(bytes) {
+  life.heard = performance.now();
+  const head = new DataView(bytes);
+  const subscription = byId.get(head.getUint32(1, true));
+  const value = subscription?.decode?.(bytes.slice(21));
+  if (value) take(subscription, { value, time: Number(head.getBigUint64(5, true)), sequence: Number(head.getBigUint64(13, true)) });
+}
+
+function take(subscription, { value, time, sequence }) {
+  if (time > clock.live) clock.live = time;
   if (past === null) clock.now = clock.live;
-  const { value, time, sequence } = message;
   subscription.last = { value, time, sequence, received: performance.now(), isRecalled: false };
   deliver(subscription, subscription.last, past !== null);
 }
@@ -168,13 +181,14 @@ export const isOfNow = ({ time, isRecalled = isAsking }) => shown !== null && !i
  * Calls a function with each reading `{value, time, sequence, received}` of a property, at most `rate` times a second, or with
  * each kept value if `every`; with `live`, also while a past time is shown. With `part`, a JSON Pointer or JSONPath, the
  * value is that of the part, or a list of all matches; `fail` receives the reason of a missing value, and `none` is called when
- * there was no value at the past time. Returns a function that ends the subscription.
+ * there was no value at the past time. With `decode`, current values arrive as bytes, which it turns into a value; for large
+ * ones. Returns a function that ends the subscription.
  */
-export function watch(path, listener, { rate = 10, every = false, live = false, part = "", fail, none } = {}) {
-  const key = [path, part, every ? "every" : ""].join("|");
+export function watch(path, listener, { rate = 10, every = false, live = false, part = "", decode, fail, none } = {}) {
+  const key = [path, part, every ? "every" : "", decode ? "bytes" : ""].join("|");
   let subscription = subscriptions.get(key);
   if (subscription === undefined) {
-    subscription = { id: nextId++, path, part, every, watchers: new Map(), last: null, problem: null, interface: null };
+    subscription = { id: nextId++, path, part, every, decode, watchers: new Map(), last: null, problem: null, interface: null };
     subscriptions.set(key, subscription);
     byId.set(subscription.id, subscription);
   }

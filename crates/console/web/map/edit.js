@@ -36,11 +36,28 @@ export function targets(properties, links, interfaces, role, parameters = []) {
     // An operator changes only the parameters in the configuration.
     .filter(({ path }) => role === "developer" || ["goal_x", "goal_y"].every((name) => operable.has(`${path}/${name}`)))
     .map(({ path }) => ({ path, how: "parameters", turned: false }));
+  // A robot with a mission is sent by it alone, as by `slate goal`.
+  const missions = of("NavigationRequest").filter(({ access }) => access === "messages").map(({ path }) => ({ path, how: "navigate", turned: true, shows: path.replace(/[^/]*$/, "mission") }));
+  const isFree = ({ path }) => !missions.some((mission) => path.startsWith(mission.path.split("/").slice(0, -2).map((part) => `${part}/`).join("")));
   const canvases = of("MapStroke").filter(({ access }) => access === "messages").map(({ path }) => ({ path, how: "send" }));
-  return { goal: [...goalParameters, ...goals], pose: poses, paint: canvases };
+  return { goal: [...missions, ...[...goalParameters, ...goals].filter(isFree)], pose: poses, paint: canvases };
 }
 
 const give = (agent, { path, how }, value) => (how === "send" ? post : put)(at(agent, path), value);
+
+/** Changes the mission of a robot that navigates: GO_TO, APPEND, PAUSE, RESUME, CANCEL. */
+export const navigate = (agent, { path }, command, goal = {}) =>
+  post(at(agent, path), { command, goal: { x: 0, y: 0, theta: 0, has_heading: false, dock: false, place: "", ...goal } });
+
+/** Sends a robot to a pose, behind its goals if `isLast`; returns a function that restores `goals`, those before, if they are known. */
+export async function sendTo(agent, target, { x, y, theta, isTurned }, goals, isLast) {
+  await navigate(agent, target, isLast ? "APPEND" : "GO_TO", { x, y, theta: isTurned ? theta : 0, has_heading: isTurned });
+  if (!goals) return undefined;
+  return async () => {
+    if (!goals.length) await navigate(agent, target, "CANCEL");
+    for (const [order, goal] of goals.entries()) await navigate(agent, target, order ? "APPEND" : "GO_TO", goal);
+  };
+}
 
 /** Sets a goal or a pose; returns a function that undoes this, if the previous value `before` is known. */
 export async function setPlace(agent, target, { x, y, theta }, before) {

@@ -1,4 +1,4 @@
-// Beliefs of robots: occupancy grids, planned paths, pose estimates with covariance.
+// Beliefs of robots: occupancy grids, costmaps, planned paths, pose graphs, pose estimates with covariance.
 import { toPixel } from "/map/view.js";
 
 // Standard deviations of the 95 % region of a normal distribution in two dimensions.
@@ -12,8 +12,39 @@ const rgb = (color) => {
   return [0, 2, 4].map((place) => Number.parseInt(digits.slice(place, place + 2), 16));
 };
 
+// The pixel of each percentage by its lowest byte; what is unknown is transparent.
+function palette(pixel) {
+  const pixels = new Uint32Array(256);
+  for (let percent = 0; percent <= 100; percent += 1) {
+    const [[red, green, blue], alpha] = pixel(percent);
+    pixels[percent] = ((Math.round(255 * alpha) << 24) | (Math.round(blue) << 16) | (Math.round(green) << 8) | Math.round(red)) >>> 0;
+  }
+  return pixels;
+}
+
+// Uncertain cells are faint.
+const occupancy = ({ free, occupied }) => palette((percent) => [rgb(percent < 50 ? free : occupied), Math.min(1, 0.15 + 1.7 * Math.abs(percent / 100 - 0.5))]);
+
+// As RViz shows a costmap: 1 to 98 inflated, 99 too near to an obstacle, 100 an obstacle.
+const costs = () => palette((percent) => {
+  if (percent === 0) return [[0, 0, 0], 0];
+  if (percent === 100) return [[255, 0, 255], 0.85];
+  if (percent === 99) return [[0, 200, 230], 0.6];
+  return [[40 + 2 * percent, 60 - 0.5 * percent, 255 - 0.3 * percent], 0.2 + 0.0035 * percent];
+});
+
+/** An occupancy grid of the form `binary`. */
+export function decodeGrid(bytes) {
+  if (bytes.byteLength < 40) return null;
+  const view = new DataView(bytes);
+  const [x, y, theta, resolution] = [0, 8, 16, 24].map((place) => view.getFloat64(place, true));
+  const [width, height] = [32, 36].map((place) => view.getUint32(place, true));
+  if (bytes.byteLength < 40 + width * height) return null;
+  return { origin: { x, y, theta }, resolution, width, height, data: new Int8Array(bytes, 40, width * height) };
+}
+
 /** A grid as an image, a pixel for each cell, its first row at the top; nothing if its size is inconsistent. */
-function picture(path, { value, sequence }, colors) {
+function picture(path, { value, sequence }, colors, paletteOf) {
   const key = `${sequence} ${colors.free} ${colors.occupied}`;
   const known = pictures.get(path);
   if (known?.key === key) return known.canvas;
@@ -22,16 +53,10 @@ function picture(path, { value, sequence }, colors) {
   const canvas = new OffscreenCanvas(width, height);
   const context = canvas.getContext("2d");
   const image = context.createImageData(width, height);
-  const [free, occupied] = [rgb(colors.free), rgb(colors.occupied)];
-  for (let cell = 0; cell < data.length; cell += 1) {
-    const percent = data[cell];
-    if (percent < 0) continue;
-    const color = percent < 50 ? free : occupied;
-    const row = height - 1 - Math.floor(cell / width);
-    const place = 4 * (row * width + (cell % width));
-    image.data.set(color, place);
-    // Uncertain cells are faint.
-    image.data[place + 3] = Math.round(255 * Math.min(1, 0.15 + 1.7 * Math.abs(percent / 100 - 0.5)));
+  const [pixels, drawn] = [paletteOf(colors), new Uint32Array(image.data.buffer)];
+  for (let row = 0; row < height; row += 1) {
+    const [from, to] = [row * width, (height - 1 - row) * width];
+    for (let column = 0; column < width; column += 1) drawn[to + column] = pixels[data[from + column] & 255];
   }
   context.putImageData(image, 0, 0);
   pictures.set(path, { key, canvas });
@@ -40,8 +65,8 @@ function picture(path, { value, sequence }, colors) {
 
 /** An occupancy grid: free cells tinted, occupied ones dark on light or light on dark, unknown ones transparent; faint if it is of another
  *  time than the rest. */
-export function gridMap(context, colors, view, size, path, reading, isOfNow = false) {
-  const drawn = picture(path, reading, colors);
+export function gridMap(context, colors, view, size, path, reading, isOfNow = false, paletteOf = occupancy) {
+  const drawn = picture(path, reading, colors, paletteOf);
   if (!drawn) return;
   const { origin, resolution, width, height } = reading.value;
   const [left, bottom] = toPixel(view, size, origin.x, origin.y);
@@ -59,6 +84,9 @@ export function gridMap(context, colors, view, size, path, reading, isOfNow = fa
   context.strokeRect(0, -height * cell, width * cell, height * cell);
   context.restore();
 }
+
+/** A costmap: free and unknown cells transparent, inflated ones from blue to magenta, those too near to an obstacle cyan, obstacles magenta. */
+export const costmap = (context, colors, view, size, path, reading, isOfNow) => gridMap(context, colors, view, size, path, reading, isOfNow, costs);
 
 /** Bounds of the occupied cells of a grid. */
 export function boundsOf({ origin, resolution, width, height }) {

@@ -27,33 +27,47 @@ export function mounted(pose, mount) {
   return { x: pose.x + at.x * cosine - at.y * sine, y: pose.y + at.x * sine + at.y * cosine, theta: pose.theta + 2 * Math.atan2(turn.z, turn.w) };
 }
 
-/** Poses, scans, goals and the rest, each with its robot. */
-export function find(properties, world) {
-  const names = (world?.robots ?? []).map(({ name }) => name);
+/** Poses, scans, goals and the rest, each with its robot; `interfaces` has the schemas. */
+export function find(properties, world, interfaces = {}) {
   const outputs = properties.filter(({ access }) => access === "output");
   const of = (...interfaces) => outputs.filter((property) => interfaces.includes(property.interface));
-  const poses = of(...DRIVEN).map(({ path }) => ({ path, robot: robotOf(path, names) }));
-  const robots = (world?.robots ?? []).map((body) => ({
+  const bodies = world?.robots ?? [];
+  // A real robot has a name alone, and an estimate of its pose: `r2/amcl/change`.
+  const real = of("PoseEstimate").map(({ path }) => ({ path, name: path.split("/").slice(0, -2).at(-1) })).filter(({ name }) => name && !bodies.some((body) => body.name === name));
+  const names = [...bodies, ...real].map(({ name }) => name);
+  const owned = (...interfaces) => of(...interfaces).map(({ path }) => ({ path, robot: robotOf(path, names) }));
+  const status = (name) => owned("ExecuteStatus").find(({ robot }) => robot === name)?.path;
+  const poses = owned(...DRIVEN);
+  const robots = bodies.map((body) => ({
     ...body,
     isScripted: world.scripted.includes(body.name),
     pose: poses.find(({ path, robot }) => robot === body.name && path.endsWith("/truth"))?.path ?? poses.find(({ robot }) => robot === body.name)?.path,
-    status: of("ExecuteStatus").find(({ path }) => robotOf(path, names) === body.name)?.path,
+    status: status(body.name),
   }));
+  for (const { path, name } of real) if (!robots.some((robot) => robot.name === name)) robots.push({ name, isScripted: false, pose: path, status: status(name) });
   const anchored = (...interfaces) =>
     of(...interfaces)
       .map(({ path, interface: name }) => ({ path, interface: name, robot: robots.find((robot) => robot.name === robotOf(path, names)) }))
       .filter(({ robot }) => robot?.pose);
+  const grids = owned("OccupancyGrid");
+  const isCosts = ({ path }) => /costmap/i.test(path);
   return {
     robots,
     // A pose of no robot of the scene: an arrow.
-    poses: [...poses.filter(({ robot }) => !robot), ...of("Odometry").filter(({ path }) => !robotOf(path, names))].map(({ path }) => ({ path })),
+    poses: [...poses, ...owned("Odometry")].filter(({ robot }) => !robot),
     scans: anchored("SonarScan", "LaserScan").map((scan) => ({ ...scan, mount: of("Transform").find(({ path }) => path === `${scan.path}_mount`)?.path })),
     sightings: anchored("Sightings"),
-    grids: of("OccupancyGrid").map(({ path }) => ({ path })),
-    paths: of("Path").map(({ path }) => ({ path })),
-    graphs: of("SlamGraph").map(({ path }) => ({ path })),
-    frontiers: of("FrontierPoints").map(({ path }) => ({ path })),
-    estimates: of("PoseEstimate").map(({ path }) => ({ path, robot: robotOf(path, names) })),
-    goals: where(of("Point2").filter(({ path }) => path.endsWith("/goal")).map(({ path }) => ({ path, robot: robotOf(path, names) }))),
+    grids: grids.filter((grid) => !isCosts(grid)),
+    costmaps: grids.filter(isCosts),
+    zones: properties.filter(({ interface: name }) => interfaces[name]?.properties?.keep_out_zones).map(({ path }) => ({ path })),
+    obstacles: owned("ObstaclePoints"),
+    particles: owned("ParticleCloud"),
+    paths: owned("Path"),
+    plans: owned("LocalPlan"),
+    graphs: owned("SlamGraph"),
+    frontiers: owned("FrontierPoints"),
+    estimates: owned("PoseEstimate"),
+    goals: where(owned("Point2").filter(({ path }) => path.endsWith("/goal"))),
+    missions: owned("NavigationMission").map((mission) => ({ ...mission, status: owned("NavigationStatus").find(({ robot }) => robot === mission.robot)?.path })),
   };
 }

@@ -22,7 +22,7 @@ export function trail(pose, status, table) {
   if (table) remember(found, table);
   trails.set(key, found);
   if (status) watch(status, ({ value }) => (found.route = value.route), { rate: 20, live: true });
-  watch(pose, ({ value: { x, y }, time }) => add(found, x, y, time), { rate: 20, live: true });
+  watch(pose, ({ value, time }) => add(found, value, time), { rate: 20, live: true });
   recall(pose, 4000, (places) => {
     // The document of the run has more points.
     if (found.table) return undefined;
@@ -48,12 +48,15 @@ function prepend(trail, places, states) {
   for (const { value, time } of places) {
     if (time >= first) break;
     while (next < states.length && states[next].time <= time) before.route = states[next++].value.route;
-    add(before, value.x, value.y, time);
+    add(before, value, time);
   }
   trail.points.unshift(...before.points);
 }
 
-function add(trail, x, y, time) {
+// An estimate has its pose inside.
+function add(trail, value, time) {
+  const { x, y } = value.pose ?? value;
+  if (!Number.isFinite(x)) return;
   const last = trail.points.at(-1);
   // Another run has started, or the agent has resumed from a snapshot.
   if (last && time < last.time) trail.points.length = 0;

@@ -1,9 +1,11 @@
 // The world from above: bodies, robots, scans, trails by route, goals.
-import { clock, colors, degrees, Empty, fixed, html, isOfNow, isPast, Menu, onTheme, Problem, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
+import { colors, degrees, Empty, fixed, html, isOfNow, isPast, Menu, onTheme, Problem, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useReading, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
 import * as draw from "/map/draw.js";
-import { paint as paintStroke, setPlace, targets } from "/map/edit.js";
-import * as layers from "/map/layers.js";
-import { find, measured, mounted } from "/map/scene.js";
+import { navigate, paint as paintStroke, sendTo, setPlace, targets } from "/map/edit.js";
+import { boundsOf, brushStroke, estimate } from "/map/layers.js";
+import { remaining } from "/map/navigation.js";
+import { isCrowd, knownPose, LAYERS, leavingTrails, needs, paintScene } from "/map/paint.js";
+import { find, measured } from "/map/scene.js";
 import { forget, trail } from "/map/trails.js";
 import { gatesOf, routeOf } from "/route.js";
 import { fit, toPixel, toWorld, zoom } from "/map/view.js";
@@ -13,16 +15,12 @@ const NO_GOAL = {
   operator: "No input or inbox of this agent accepts a goal; parameters require the role developer, or an entry in console.operable",
   developer: "No input, parameter or inbox of this agent accepts a goal",
 };
-const LAYERS = { world: "World", grids: "Occupancy grids", graphs: "Pose graphs", frontiers: "Frontiers", paths: "Planned paths", estimates: "Estimates", scans: "Scans", trails: "Trails", goals: "Goals", sightings: "Sightings", poses: "Poses" };
 
 const MARKS = { OCCUPIED: "Occupied", FREE: "Free", MEASURED: "As measured" };
 const BRUSHES = [0.1, 0.2, 0.4, 0.8];
 
 // Distance from a pose within which it is dragged, pixels.
 const GRASP = 24;
-
-// Each of several robots has a colour of its own.
-const own = (scheme, place) => scheme.series[place % scheme.series.length];
 
 // The size of the world is unknown without a simulator.
 const SOMEWHERE = { minimum: [-3, -3], maximum: [3, 3] };
@@ -35,7 +33,7 @@ function Panel({ options, setOptions }) {
   const documents = useResource("/documents") ?? [];
   const world = useResource(documents.includes("world") ? "/documents/world" : null);
   const before = useResource(documents.includes("trails") ? "/documents/trails" : null)?.robots;
-  const scene = useMemo(() => find(properties, world), [properties, world]);
+  const scene = useMemo(() => find(properties, world, interfaces), [properties, world, interfaces]);
   const shownScans = useMemo(() => measured(scene.scans, links), [scene, links]);
   const parameters = useResource("/parameters", 10);
   const actuators = useResource("/actuators", 5) ?? [];
@@ -43,7 +41,7 @@ function Panel({ options, setOptions }) {
   const able = useMemo(() => targets(properties, links, interfaces, agent?.role, parameters), [properties, links, interfaces, agent?.role, parameters]);
   const [box, size] = useSize();
   const canvas = useRef(null);
-  const state = useRef({ view: null, readings: new Map(), pointers: new Map(), ruler: null, aim: null, stroke: null, dirty: true }).current;
+  const state = useRef({ view: null, readings: new Map(), ends: new Map(), pointers: new Map(), ruler: null, aim: null, stroke: null, dirty: true }).current;
   const [tool, setTool] = useState("move");
   const [target, setTarget] = useState("");
   const [mark, setMark] = useState("OCCUPIED");
@@ -56,49 +54,51 @@ function Panel({ options, setOptions }) {
   const [ofNow, setOfNow] = useState("");
   const isShown = (layer) => options[layer] !== false;
   const [gridBounds, setGridBounds] = useState(null);
-  const bounds = world?.bounds?.maximum ? world.bounds : (gridBounds ?? SOMEWHERE);
+  // The world of a robot without a simulator has no size.
+  const worldBounds = world?.bounds?.maximum?.some((end, axis) => end > world.bounds.minimum[axis]) ? world.bounds : null;
+  const bounds = worldBounds ?? gridBounds ?? SOMEWHERE;
   const choices = able[tool] ?? [];
   const chosen = choices.find(({ path }) => path === target) ?? choices[0];
 
-  // Drawn properties are watched at the frame rate.
+  const mission = useReading(chosen?.how === "navigate" && tool === "goal" ? chosen.shows : undefined, 4)?.value;
+
+  // Drawn properties are watched at the frame rate, large ones more slowly.
   const watched = useMemo(() => {
-    const { robots, poses, sightings, goals, grids, graphs, frontiers, paths: ways, estimates } = scene;
-    const paths = [...robots.flatMap(({ name, pose, status }) => [pose, status, ...gates[name]]), ...poses.map(({ path }) => path)];
-    if (isShown("scans")) paths.push(...shownScans.flatMap(({ path, mount }) => [path, mount]));
-    if (isShown("sightings")) paths.push(...sightings.map(({ path }) => path));
-    if (isShown("goals")) paths.push(...goals.map(({ path }) => path));
-    if (isShown("grids")) paths.push(...grids.map(({ path }) => path));
-    if (isShown("graphs")) paths.push(...graphs.map(({ path }) => path));
-    if (isShown("frontiers")) paths.push(...frontiers.map(({ path }) => path));
-    if (isShown("paths")) paths.push(...ways.map(({ path }) => path));
-    if (isShown("estimates")) paths.push(...estimates.map(({ path }) => path));
+    const { robots, poses } = scene;
+    const all = [...robots.flatMap(({ name, pose, status }) => [pose, status, ...gates[name]]), ...poses.map(({ path }) => path)].map((path) => ({ path }));
+    all.push(...needs(scene, shownScans, isShown));
     // A dragged object is always drawn.
-    if (tool === "pose" || tool === "goal") paths.push(...able[tool].map(({ shows, path, how }) => shows ?? (how === "send" ? null : path)));
-    return [...new Set(paths.filter(Boolean))];
-  }, [scene, shownScans, actuators, able, tool, options.scans, options.sightings, options.goals, options.grids, options.graphs, options.frontiers, options.paths, options.estimates]);
+    if (tool === "pose" || tool === "goal") all.push(...able[tool].map(({ shows, path, how }) => ({ path: shows ?? (how === "send" ? null : path) })));
+    return new Map(all.filter(({ path }) => path).map((wish) => [wish.path, wish]));
+  }, [scene, shownScans, actuators, able, tool, ...Object.keys(LAYERS).map(isShown)]);
+  const take = (path) => (reading) => {
+    state.readings.set(path, reading);
+    state.dirty = true;
+    // Without a world, the first occupancy grid defines the bounds, also as it grows.
+    if (reading.value.resolution > 0 && (state.bound ?? path) === path) {
+      state.bound = path;
+      const found = boundsOf(reading.value);
+      setGridBounds((bounds) => (JSON.stringify(bounds) === JSON.stringify(found) ? bounds : found));
+    }
+  };
+  const drop = (path) => () => {
+    state.readings.delete(path);
+    state.dirty = true;
+  };
   useEffect(() => {
-    state.readings.clear();
-    const ends = watched.map((path) =>
-      watch(path, (reading) => {
-        state.readings.set(path, reading);
-        state.dirty = true;
-        // Without a world, the first occupancy grid defines the bounds, also as it grows.
-        if (reading.value.resolution > 0 && (state.bound ?? path) === path) {
-          state.bound = path;
-          const found = layers.boundsOf(reading.value);
-          setGridBounds((bounds) => (JSON.stringify(bounds) === JSON.stringify(found) ? bounds : found));
-        }
-      }, {
-        rate: [...scene.grids, ...scene.graphs, ...scene.frontiers].some((large) => large.path === path) ? 5 : 20,
-        none: () => {
-          state.readings.delete(path);
-          state.dirty = true;
-        },
-      }),
-    );
-    return () => ends.forEach((end) => end());
-  }, [watched.join(" ")]);
-  const trails = useMemo(() => scene.robots.filter(({ pose }) => pose).map(({ name, pose, status }) => trail(pose, status, before?.[name])), [scene, before]);
+    // What was watched before goes on.
+    for (const [path, end] of state.ends) {
+      if (watched.has(path)) continue;
+      end();
+      state.ends.delete(path);
+      drop(path)();
+    }
+    for (const [path, { rate = 20, decode }] of watched) {
+      if (!state.ends.has(path)) state.ends.set(path, watch(path, take(path), { rate, decode, none: drop(path) }));
+    }
+  }, [watched]);
+  useEffect(() => () => state.ends.forEach((end) => end()), []);
+  const trails = useMemo(() => leavingTrails(scene.robots).map(({ name, pose, status }) => trail(pose, status, before?.[name])), [scene, before]);
 
   useEffect(() => {
     if (size && size.width > 0 && !state.moved) state.view = fit(bounds, size);
@@ -128,7 +128,7 @@ function Panel({ options, setOptions }) {
   useEffect(() => {
     const timer = setInterval(() => {
       setSummary(scene.robots.map(({ name, pose, status, isScripted }) => {
-        const place = state.readings.get(pose)?.value;
+        const place = knownPose(state.readings.get(pose));
         const route = routeNow(name, status);
         return { name, place, route: route ?? (isScripted ? "scripted" : "") };
       }));
@@ -138,8 +138,6 @@ function Panel({ options, setOptions }) {
   }, [scene]);
 
   const value = (path) => state.readings.get(path)?.value;
-  // One that is unknown has no numbers.
-  const knownPose = (path) => [value(path)].find((pose) => [pose?.x, pose?.y, pose?.theta].every(Number.isFinite));
   const routeNow = (robot, status) => routeOf(value(status)?.route, (gates[robot] ?? []).map(value));
 
   function paint() {
@@ -152,68 +150,20 @@ function Panel({ options, setOptions }) {
     const context = element.getContext("2d");
     const scheme = colors();
     const followed = scene.robots.find(({ name }) => name === options.follow);
-    const leader = followed && knownPose(followed.pose);
+    const leader = followed && knownPose(state.readings.get(followed.pose));
     if (leader) Object.assign(state.view, { x: leader.x, y: leader.y });
     const { view } = state;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, size.width, size.height);
-    draw.grid(context, scheme, view, size);
-    if (isShown("grids")) {
-      for (const { path } of scene.grids) if (value(path)) layers.gridMap(context, scheme, view, size, path, state.readings.get(path), isOfNow(state.readings.get(path)));
-    }
-    if (isShown("graphs")) {
-      for (const { path } of scene.graphs) if (value(path)) layers.poseGraph(context, scheme, view, size, value(path).edges);
-    }
-    if (isShown("frontiers")) {
-      for (const { path } of scene.frontiers) if (value(path)) layers.frontierCells(context, scheme, view, size, value(path).points);
-    }
-    if (isShown("world") && world) draw.world(context, scheme, view, size, world);
-    const drawGoals = () => {
-      const live = scene.goals.filter(({ path }) => value(path));
-      if (!live.length) (world?.goals ?? []).forEach(({ x, y, label }) => draw.goal(context, scheme, view, size, x, y, label, scheme.muted));
-      const several = live.length > 1;
-      live.forEach(({ path, robot }) => draw.goal(context, scheme, view, size, value(path).x, value(path).y, several ? `goal of ${robot ?? path}` : "goal"));
-    };
-    if (isShown("trails")) trails.forEach((trail, place) => draw.trail(context, scheme, view, size, trail, clock.now, trails.length > 1 ? own(scheme, place) : null));
-    if (isShown("scans")) {
-      for (const { path, interface: name, robot, mount } of shownScans) {
-        const [pose, scan] = [knownPose(robot.pose), value(path)];
-        if (pose && scan) (name === "SonarScan" ? draw.sonar : draw.laser)(context, scheme, view, size, mounted(pose, mount && value(mount)), scan);
-      }
-    }
-    if (isShown("sightings")) {
-      for (const { path, robot } of scene.sightings) {
-        if (knownPose(robot.pose) && value(path)) draw.sightings(context, scheme, view, size, knownPose(robot.pose), value(path));
-      }
-    }
-    for (const body of scene.robots) {
-      const color = scheme[{ REACTIVE: "reactive", DELIBERATIVE: "deliberative", TELEOPERATION: "amber" }[routeNow(body.name, body.status)] ?? "idle"];
-      draw.robot(context, scheme, view, size, body, knownPose(body.pose) ?? body, color);
-    }
-    if (isShown("paths")) {
-      for (const { path } of scene.paths) if (value(path)) layers.plannedPath(context, scheme, view, size, value(path).points);
-    }
-    if (isShown("estimates")) {
-      for (const { path, robot } of scene.estimates) {
-        const isHeld = state.aim && chosen?.shows === path;
-        if (value(path) && !isHeld) layers.estimate(context, scheme, view, size, value(path), `${robot ?? path} estimate`);
-      }
-    }
-    if (isShown("poses")) {
-      for (const { path } of scene.poses) {
-        const pose = value(path)?.pose ?? value(path);
-        if (pose) draw.arrow(context, scheme, view, size, pose, path);
-      }
-    }
-    // Above the robot that has arrived.
-    if (isShown("goals")) drawGoals();
+    const held = state.aim && chosen?.shows;
+    paintScene(context, scheme, view, size, { scene, scans: shownScans, world, readings: state.readings, isShown, trails, gates, held });
     if (state.ruler) draw.ruler(context, scheme, view, size, state.ruler);
     if (state.aim) {
-      if (tool === "pose") layers.estimate(context, scheme, view, size, { pose: state.aim }, "", true);
-      else if (chosen?.turned) draw.arrow(context, scheme, view, size, state.aim, "", scheme.text);
+      if (tool === "pose") estimate(context, scheme, view, size, { pose: state.aim }, "", true);
+      else if (chosen?.turned && (state.aim.isTurned || chosen.how !== "navigate")) draw.arrow(context, scheme, view, size, state.aim, "", scheme.text);
       else draw.goal(context, scheme, view, size, state.aim.x, state.aim.y, "", scheme.text);
     }
-    if (state.stroke) layers.brushStroke(context, scheme, view, size, state.stroke, brush, mark);
+    if (state.stroke) brushStroke(context, scheme, view, size, state.stroke, brush, mark);
     draw.scaleBar(context, scheme, view, size);
   }
 
@@ -230,8 +180,8 @@ function Panel({ options, setOptions }) {
       setProblem(error);
     }
   }
-  const send = (place) => {
-    const { minimum, maximum } = world?.bounds?.maximum ? world.bounds : {};
+  const send = (place, isLast = false) => {
+    const { minimum, maximum } = worldBounds ?? {};
     const isInside = !maximum || [place.x, place.y].every((at, axis) => at >= minimum[axis] && at <= maximum[axis]);
     if (!isInside) {
       const ends = (axis) => `${fixed(minimum[axis], "m")} to ${fixed(maximum[axis], "m")}`;
@@ -241,9 +191,17 @@ function Panel({ options, setOptions }) {
     }
     const shown = chosen.shows ?? (chosen.how === "send" ? null : chosen.path);
     const before = shown && (value(shown)?.pose ?? value(shown));
-    const words = `${tool === "pose" ? "Pose" : "Goal"}: x ${fixed(place.x, "m")}, y ${fixed(place.y, "m")}${chosen.turned ? `, ${degrees(place.theta)}` : ""}`;
+    const isTurned = chosen.turned && (place.isTurned || chosen.how !== "navigate");
+    const words = `${tool === "pose" ? "Pose" : "Goal"}: x ${fixed(place.x, "m")}, y ${fixed(place.y, "m")}${isTurned ? `, ${degrees(place.theta)}` : ""}`;
+    if (chosen.how === "navigate") {
+      const status = value(scene.missions.find(({ path }) => path === shown)?.status);
+      // That a mission is a loop can't be restored.
+      const goals = before && !before.is_loop ? remaining(before, status) : null;
+      return change(words, () => sendTo(agent.name, chosen, place, goals, isLast));
+    }
     return change(words, () => setPlace(agent.name, chosen, place, before));
   };
+  const order = (command) => change(`Goals: ${word(command).toLowerCase()}`, async () => void (await navigate(agent.name, chosen, command)));
   const undo = async () => {
     const last = undone.at(-1);
     setUndone(undone.slice(0, -1));
@@ -306,7 +264,7 @@ function Panel({ options, setOptions }) {
       if (Math.hypot(x - state.stroke.at(-1).x, y - state.stroke.at(-1).y) * state.view.scale > 2) state.stroke.push({ x, y });
     } else if (state.aim) {
       const [x, y] = world2(event);
-      if (Math.hypot(x - state.aim.x, y - state.aim.y) * state.view.scale > 6) state.aim.theta = round(Math.atan2(y - state.aim.y, x - state.aim.x));
+      if (Math.hypot(x - state.aim.x, y - state.aim.y) * state.view.scale > 6) Object.assign(state.aim, { isTurned: true, theta: round(Math.atan2(y - state.aim.y, x - state.aim.x)) });
     } else if (state.ruler) state.ruler[1] = world2(event);
     state.pointers.set(event.pointerId, now);
     state.dirty = true;
@@ -314,7 +272,7 @@ function Panel({ options, setOptions }) {
   const up = (event) => {
     state.pointers.delete(event.pointerId);
     const { aim, stroke } = state;
-    if (aim) send({ x: aim.x, y: aim.y, theta: round(aim.theta) });
+    if (aim) send({ x: aim.x, y: aim.y, theta: round(aim.theta), isTurned: Boolean(aim.isTurned) }, event.shiftKey);
     if (stroke) change(`Painted: ${MARKS[mark].toLowerCase()}`, () => paintStroke(agent.name, chosen, stroke, brush, mark));
     state.aim = state.stroke = null;
     state.dirty = true;
@@ -342,7 +300,7 @@ function Panel({ options, setOptions }) {
     if (factor) state.view = zoom(state.view, size, size.width / 2, size.height / 2, factor);
     else if (across || upwards) state.view = { ...state.view, x: state.view.x + (across * 40) / state.view.scale, y: state.view.y + (upwards * 40) / state.view.scale };
     else if (event.key === "f") whole();
-    else if (event.key === "Enter" && ["goal", "pose"].includes(tool) && chosen) send({ x: round(state.view.x), y: round(state.view.y), theta: 0 });
+    else if (event.key === "Enter" && ["goal", "pose"].includes(tool) && chosen) send({ x: round(state.view.x), y: round(state.view.y), theta: 0, isTurned: false }, event.shiftKey);
     else if (event.key === "Enter" && tool === "paint" && chosen) {
       const here = [{ x: round(state.view.x), y: round(state.view.y) }];
       change(`Painted: ${MARKS[mark].toLowerCase()}`, () => paintStroke(agent.name, chosen, here, brush, mark));
@@ -354,12 +312,13 @@ function Panel({ options, setOptions }) {
   };
 
   if (world === undefined && !documents.length && !scene.poses.length && !properties.length) return html`<${Empty}>Waiting for the agent.</${Empty}>`;
+  const rows = isCrowd(summary) ? summary.filter(({ route }) => route !== "scripted") : summary;
   const button = (name, title, disabled = false) =>
     html`<button class="tool" aria-pressed=${tool === name} disabled=${disabled} title=${title} onClick=${() => setTool(name)}>${word(name)}</button>`;
   return html`<div class="map">
     <div class="bar-of-tools">
       ${button("move", "Drag to pan; wheel to zoom")}
-      ${button("goal", able.goal.length ? "Click to set the goal; drag to set its heading" : NO_GOAL[agent?.role], !able.goal.length)}
+      ${button("goal", able.goal.length ? "Click to set the goal; drag to set its heading; with Shift, it follows the other goals of a mission" : NO_GOAL[agent?.role], !able.goal.length)}
       ${able.pose.length > 0 && button("pose", "Drag the estimate to the robot's true position, or click beside it to set a new pose and drag to set its heading")}
       ${able.paint.length > 0 && button("paint", "Drag to paint cells of the occupancy grid")}
       ${button("measure", "Drag to measure a distance")}
@@ -369,6 +328,8 @@ function Panel({ options, setOptions }) {
           ${Object.entries(MARKS).map(([name, title]) => html`<option key=${name} value=${name}>${title}</option>`)}</select>
         <select aria-label="Brush width" value=${brush} onChange=${(event) => setBrush(Number(event.target.value))}>
           ${BRUSHES.map((width) => html`<option key=${width} value=${width}>${width} m</option>`)}</select>`}
+      ${mission?.goals.length > 0 && html`<button class="tool" onClick=${() => order(mission.is_paused ? "RESUME" : "PAUSE")}>${mission.is_paused ? "Resume" : "Pause"}</button>
+        <button class="tool" onClick=${() => order("CANCEL")}>Cancel goals</button>`}
       ${tool in able && html`<button class="tool" disabled=${!undone.length} title=${undone.length ? `Undo: ${undone.at(-1).words}` : "Nothing to undo"} onClick=${undo}>Undo</button>`}
       <button class="tool" onClick=${whole} title="Fit the world into the view (f)">Fit</button>
       ${scene.robots.length > 0 && html`<select aria-label="Follow" value=${options.follow ?? ""} onChange=${(event) => setOptions({ follow: event.target.value })}>
@@ -384,10 +345,11 @@ function Panel({ options, setOptions }) {
         onPointerDown=${down} onPointerMove=${move} onPointerUp=${up} onPointerCancel=${() => { state.pointers.clear(); state.aim = state.stroke = null; }} onPointerLeave=${() => setHover(null)} onKeyDown=${press}></canvas>
       <table class="readout">
         <caption class="hidden">Robots</caption>
-        <tbody>${summary.map(({ name, place, route }, row) => html`<tr key=${name} data-route=${route}>
+        <tbody>${rows.map(({ name, place, route }, row) => html`<tr key=${name} data-route=${route}>
           <th scope="row">${summary.length > 1 && html`<span class="own" style=${{ background: `var(--series-${(row % 6) + 1})` }}></span>`}${name}</th>
           <td class="number">${place ? fixed(place.x, "m") : "–"}</td><td class="number">${place ? fixed(place.y, "m") : "–"}</td>
-          <td class="number" title=${place ? fixed(place.theta, "rad") : ""}>${place ? degrees(place.theta) : "–"}</td><td>${word(route)}</td></tr>`)}</tbody>
+          <td class="number" title=${place ? fixed(place.theta, "rad") : ""}>${place ? degrees(place.theta) : "–"}</td><td>${word(route)}</td></tr>`)}
+          ${summary.length > rows.length && html`<tr><td colspan="5">and ${summary.length - rows.length} that follow a script</td></tr>`}</tbody>
       </table>
       <p class="pointer number">${hover ? `${fixed(hover[0], "m")}  ${fixed(hover[1], "m")}` : ""}</p>
       <p class="legend" aria-hidden="true"><span class="deliberative">● Deliberative</span><span class="reactive">■ Reactive</span></p>

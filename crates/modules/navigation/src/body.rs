@@ -6,6 +6,7 @@ use slate_plugin::interfaces::{Odometry, Path, Pose2, WheelSpeeds};
 use slate_plugin::prelude::*;
 use slate_wheeled::knowledge::WheeledModel;
 
+use crate::local_plan::LocalPlan;
 use crate::obstacles::ObstaclePoints;
 use crate::settings::ControllerSettings;
 
@@ -36,6 +37,9 @@ pub struct NavigationBody {
     controller: Input<ControllerSettings>,
     /// Request to forget the obstacles that are out of sight.
     clear: Output<CostmapClear>,
+    /// Trajectories that the local planner compares, for views.
+    #[capacity(1024)]
+    pub local_plan: Debug<LocalPlan>,
     /// Both wheels.
     #[safe(WheelSpeeds::ZERO)]
     wheels: Command<WheelSpeeds>,

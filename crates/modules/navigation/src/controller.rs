@@ -9,6 +9,7 @@ use slate_plugin::prelude::*;
 
 use crate::body::{MissingInput, NavigationBody};
 use crate::frames::PlanarTransform;
+use crate::local_plan::LocalPlan;
 use crate::local_window::LocalWindow;
 use crate::settings::{ControllerSettings, LocalPlannerChoice};
 
@@ -98,6 +99,10 @@ impl PathController {
             FollowingPlanner::Mppi(planner) => {
                 let velocity = planner.plan(&state, &self.path, heading, &window.field);
                 planner.remember(&mut self.memory);
+                if velocity.is_some() {
+                    let poses = (&inputs.odometry.pose, &inputs.pose);
+                    LocalPlan::write(&body.local_plan, planner, settings, poses);
+                }
                 velocity
             }
             FollowingPlanner::Dwa(planner) => planner.plan(&state, &self.path, &window.field),

@@ -22,6 +22,7 @@ mod global_costmap;
 mod knowledge;
 mod knowledge_params;
 mod local_costmap;
+mod local_plan;
 mod local_window;
 mod mission;
 mod obstacles;
@@ -44,6 +45,7 @@ pub use global_costmap::{
 pub use knowledge::{NavigationKnowledge, NavigationKnowledgeState, NavigationModels};
 pub use knowledge_params::NavigationKnowledgeParams;
 pub use local_costmap::{LocalCostmap, LocalCostmapIo, LocalCostmapParams, LocalCostmapState};
+pub use local_plan::{LocalPlan, LocalPlanPoint};
 pub use mission::{
     NavigationCommand, NavigationGoal, NavigationMission, NavigationRequest, NavigationState,
     NavigationStatus, PlaceName,

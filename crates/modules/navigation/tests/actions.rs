@@ -1,7 +1,7 @@
 //! Actions of a robot that navigates.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-use slate_navigation::{Dock, DockArguments, FollowPath, Halt, NavigateTo, NavigateToArguments};
+use slate_navigation::{Dock, DockArguments, FollowPath, Halt, LocalPlan, NavigateTo, NavigateToArguments};
 use slate_plugin::interfaces::{Pose2, Twist2};
 use slate_plugin::module::math;
 use slate_plugin::prelude::*;
@@ -40,6 +40,40 @@ fn a_path_is_followed_to_its_end() {
     scene.request(FollowPath::request(()));
     assert_eq!(scene.run(300), Some(Ending::COMPLETED), "{:?}", scene.pose);
     assert!(math::hypot(scene.pose.x - 1.0, scene.pose.y - 1.2) < 0.2, "{:?}", scene.pose);
+}
+
+#[test]
+fn a_local_plan_shows_what_was_compared_in_the_map_frame() {
+    let mut scene = scene();
+    scene.request(to(4.0, 0.0, None));
+    for _ in 0..20 {
+        scene.step();
+    }
+    let before = scene.pose;
+    scene.step();
+    let trajectories = scene.execute.read::<LocalPlan, _>("local_plan", |plan| {
+        let steps = plan.steps as usize;
+        assert_eq!((steps, plan.points.len() % steps), (14, 0));
+        plan.points.chunks(steps).map(|points| (points[0], points[steps - 1])).collect::<Vec<_>>()
+    });
+    let trajectories = trajectories.unwrap();
+    assert_eq!(trajectories.len(), 49);
+    for (first, last) in &trajectories {
+        assert!(math::hypot(first.x - before.x, first.y - before.y) < 0.1, "{first:?}, {before:?}");
+        assert!(first.weight == last.weight && (0.0..=1.0).contains(&first.weight), "{first:?}");
+    }
+    let [planned, sampled @ ..] = &trajectories[..] else { unreachable!("48 are sampled") };
+    assert!(planned.0.weight == 1.0 && planned.1.x > before.x + 0.5, "{planned:?}");
+    assert!(sampled.iter().any(|(first, _)| first.weight > 0.0));
+    // Beside a column some collide.
+    let collides = |scene: &Scene| {
+        let has = |plan: &LocalPlan| plan.points.iter().any(|point| point.weight == 0.0);
+        scene.execute.read::<LocalPlan, _>("local_plan", has).unwrap()
+    };
+    assert!((0..60).any(|_| {
+        scene.step();
+        collides(&scene)
+    }));
 }
 
 #[test]

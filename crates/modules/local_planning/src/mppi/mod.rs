@@ -135,6 +135,17 @@ impl Mppi {
         })
     }
 
+    /// Weight of a sampled trajectory of the newest call that found a velocity, and its positions, a time step apart.
+    ///
+    /// The best one has 1; those that collide have 0. There are [`batch_size`](MppiParameters::batch_size) of them.
+    pub fn sampled(&self, trajectory: usize) -> (f64, impl Iterator<Item = [f64; 2]> + '_) {
+        let Rollouts { batch, x, y, .. } = &self.rollouts;
+        // Costs have become weights.
+        let weight = self.sums.costs.get(trajectory).map_or(0.0, |weight| f64::from(*weight));
+        let positions = x.iter().zip(y).skip(trajectory).step_by(*batch);
+        (weight, positions.map(|(x, y)| [self.center[0] + f64::from(*x), self.center[1] + f64::from(*y)]))
+    }
+
     /// Samples, judges and averages once; returns false if the costs are no numbers.
     fn improve(
         &mut self,
