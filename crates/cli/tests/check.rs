@@ -89,19 +89,16 @@ fn all_mistakes_are_told_at_once_with_their_places() {
 #[test]
 fn wrong_settings_are_told_of_where_they_are_written() {
     let running = Running::new("check-set");
-    let told = |set: &str, column: u64| {
+    let told = |set: &str| {
         let checked = findings(&running, 7, &["check", "exp1", "--set", set]);
         let found = checked["findings"].as_array().unwrap();
-        for one in found {
-            assert_eq!((&one["file"], one["column"].as_u64()), (&"--set".into(), Some(column)), "{checked}");
-        }
+        assert!(found.iter().all(|one| one["file"] == "--set"), "{checked}");
         found[0].clone()
     };
-    told("world.profile=nonsense", 15);
+    told("world.profile=nonsense");
     for (rules, help) in [("[]", "disable the reflex"), ("[{sensor=\"sonar\",distance=-1.0}]", "such as 0.1")]
     {
-        let column = if rules == "[]" { 49 } else { 50 };
-        let told = told(&format!("robots.r2.modules.knowledge.params.sensor_rules={rules}"), column);
+        let told = told(&format!("robots.r2.modules.knowledge.params.sensor_rules={rules}"));
         assert_eq!(told["code"], "S015", "{told}");
         assert!(told["help"].as_str().unwrap().contains(help), "{told}");
     }
