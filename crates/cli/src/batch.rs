@@ -5,6 +5,7 @@ mod progress;
 
 use std::collections::BTreeMap;
 use std::num::NonZero;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -14,7 +15,7 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use slate::record::{Batch, Outcome, Summary};
 use slate::runtime::Rate;
-use slate_run::{ApplicationOptions, MAXIMUM_SEED, MissionOptions, MissionRun, ModeName};
+use slate_run::{ApplicationOptions, Folder, MAXIMUM_SEED, MissionOptions, MissionRun, ModeName, RunError};
 
 use crate::complete;
 use crate::examples;
@@ -43,6 +44,10 @@ pub struct BatchOptions {
     /// Number of parallel runs; the results do not depend on it [default: number of cores; 1 in threaded mode]
     #[arg(long, value_parser = number::whole::<u16>(1, 1024))]
     pub jobs: Option<u16>,
+
+    /// Folder of the statistics: `batch.txt` as it is printed, and `batch.json` as with `--json`
+    #[arg(long)]
+    pub out: Option<PathBuf>,
 }
 
 /// Runs many seeds; true when all were run and succeeded.
@@ -52,6 +57,7 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
     if last.is_none_or(|last| last > MAXIMUM_SEED) {
         return Err(Failure::Seeds);
     }
+    let folder = options.out.as_deref().map(Folder::take).transpose()?;
     let ending = BatchEnding::on_request();
     let queue = SeedQueue { options, sets: sets(options)?, begun: AtomicU64::new(0), ending: &ending };
     let summaries = all(&queue)?;
@@ -60,10 +66,25 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
     }
     let batch = Batch::of(&summaries).out_of(options.runs);
     output::line(&batch);
+    if let Some(folder) = folder {
+        write(&folder, &batch)?;
+    }
     if options.common.json {
         output::document("slate.batch/1", &batch);
     }
     Ok(summaries.len() as u64 == options.runs && summaries.iter().all(Summary::succeeded))
+}
+
+/// Writes the statistics into a folder.
+fn write(folder: &Folder, batch: &Batch) -> Result<(), RunError> {
+    let figures = output::named("slate.batch/1", batch).map(|figures| format!("{figures}\n"));
+    let write = |name: &str, text: std::io::Result<String>| {
+        let path = folder.path.join(name);
+        let written = text.and_then(|text| std::fs::write(&path, text));
+        written.map_err(|source| RunError::File { path, source })
+    };
+    write("batch.txt", Ok(batch.to_string()))?;
+    write("batch.json", figures.map_err(Into::into))
 }
 
 /// Time of a step that counts as hung, unless a setting says otherwise, seconds. A batch loads the machine by itself, and the

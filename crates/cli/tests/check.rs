@@ -87,6 +87,24 @@ fn all_mistakes_are_told_at_once_with_their_places() {
 }
 
 #[test]
+fn wrong_settings_are_told_of_where_they_are_written() {
+    let running = Running::new("check-set");
+    let told = |set: &str| {
+        let checked = findings(&running, 7, &["check", "exp1", "--set", set]);
+        let found = checked["findings"].as_array().unwrap();
+        assert!(found.iter().all(|one| one["file"] == "--set"), "{checked}");
+        found[0].clone()
+    };
+    told("world.profile=nonsense");
+    for (rules, help) in [("[]", "disable the reflex"), ("[{sensor=\"sonar\",distance=-1.0}]", "such as 0.1")]
+    {
+        let told = told(&format!("robots.r2.modules.knowledge.params.sensor_rules={rules}"));
+        assert_eq!(told["code"], "S015", "{told}");
+        assert!(told["help"].as_str().unwrap().contains(help), "{told}");
+    }
+}
+
+#[test]
 fn rules_of_reflexes_are_told_of_in_their_lines() {
     let running = Running::new("check-rules");
     let both = "sensor_rules = [{ sensor = \"sonar\", distance = 0.3 }, { sensor = \"robot_sensor\", distance = 0.25 }]";
@@ -323,8 +341,8 @@ fn a_forgotten_slash_and_a_wrong_name_get_the_right_hint() {
         ("/simulator/r2/sonnar", "`simulator` has no output `r2/sonnar`", "did you mean r2/sonar"),
         (
             "pass_range/change",
-            "can't read `/r2/pass_range/change`, which is what an Analyze tells",
-            "Monitor -> Analyze",
+            "an Analyze reads another one only as a fact of Knowledge",
+            "make it a fact of Knowledge",
         ),
     ] {
         let port = if from.starts_with("pass") { "pass_range/range" } else { "range_monitor/sonar" };

@@ -252,6 +252,14 @@ fn a_batch_reports_rates_intervals_and_spreads() {
     assert!(batch["sim_time_s"]["median"].as_f64() <= batch["sim_time_s"]["p95"].as_f64());
 }
 
+#[test]
+fn a_batch_keeps_its_statistics_in_a_folder() {
+    let folder = folder("batch-out");
+    let output = slate(&folder, &["batch", "exp1", "--runs", "2", "--seed", "1", "--json", "--out", "here"]);
+    let read = |name: &str| std::fs::read_to_string(folder.join("here").join(name)).unwrap();
+    assert_eq!(read("batch.txt") + "\n" + &read("batch.json"), text(&output.stdout));
+}
+
 /// Runs with exit code 2 say these words on stderr and leave nothing behind.
 fn refused(name: &str, arguments: &[&str], words: &[&str]) {
     let folder = folder(name);

@@ -92,13 +92,17 @@ fn a_robot_without_sonars_offers_none_to_its_monitors() {
 }
 
 #[test]
-fn a_sensor_that_reads_the_device_of_another_robot_is_warned_of() {
+fn a_sensor_that_reads_the_device_of_another_robot_is_refused() {
     let links = "[robots.r2.links]\n";
     let text = EXP1.replacen(links, &format!("{links}\"position/source\" = \"/simulator/r1/position\"\n"), 1);
-    let found = warnings("loose-abroad", &text);
-    assert_eq!(found.len(), 1, "{found:?}");
-    let words = "`r2/position/source` of robot `r2` measures by `simulator/r1/position`, which is of `r1`: write \"/r2/position/source\" = \"/simulator/r2/position\"";
-    assert!(found[0].starts_with(words), "{found:?}");
+    let running = Running::new("loose-abroad");
+    std::fs::write(running.folder().join("abroad.toml"), text).unwrap();
+    let said = running.fails(7, &["check", "abroad.toml"], &["S016", "abroad.toml"]);
+    // However it is wrapped.
+    let dense = |text: &str| text.split([' ', '\n', '│']).collect::<String>();
+    let rule = "a Sensor measures by the devices of its own robot: `/r2/position/source` can't read `/simulator/r1/position`";
+    let help = "write \"/r2/position/source\" = \"/simulator/r2/position\", or leave the link out";
+    assert!(dense(&said).contains(&dense(rule)) && dense(&said).contains(&dense(help)), "{said}");
 }
 
 #[test]

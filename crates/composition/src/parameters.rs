@@ -54,12 +54,15 @@ fn fields(descriptor: &Descriptor) -> String {
     format!("{{ {} }}", fields.join(", "))
 }
 
+/// A parameter, and the setting that it follows.
+pub type FollowedSetting<'a> = (String, &'a Spanned<Value>);
+
 /// The values of settings that parameters of a module follow, by parameter, where the configuration gives them none.
 pub fn followed<'a>(
     configuration: &'a Configuration,
     module: &Module,
     description: &Description,
-) -> Vec<(String, &'a Spanned<Value>)> {
+) -> Vec<FollowedSetting<'a>> {
     let robot = module.name.value.rsplit_once('/').map_or("", |(robot, _)| robot);
     let open = description.parameters.iter().filter(|parameter| module.params.get(&parameter.name).is_none());
     let followed = open.filter_map(|parameter| {
@@ -76,7 +79,7 @@ pub fn followed<'a>(
 pub fn bytes(
     description: &Description,
     table: &Table,
-    followed: &[(String, &Spanned<Value>)],
+    followed: &[FollowedSetting<'_>],
     complaints: &mut Complaints<'_>,
 ) -> Vec<u8> {
     let descriptor = description.params;

@@ -161,6 +161,7 @@ fn summary() -> Summary {
         ]
         .into(),
         outcome: Outcome::GoalReached,
+        verdict: None,
         message: None,
         sim_time_s: 61.0,
         wall_time_s: 0.048,

@@ -30,6 +30,9 @@ pub struct Batch {
     /// Number of runs by outcome.
     #[serde(default)]
     pub outcomes: BTreeMap<Outcome, u64>,
+    /// Number of runs by the judge's own word, such as `gap_kept`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub verdicts: BTreeMap<String, u64>,
     /// Runs that reached their last goal, with or without collisions.
     #[serde(default)]
     pub goals_reached: u64,
@@ -45,7 +48,7 @@ pub struct Batch {
     pub spl: Option<f64>,
     /// Seeds of the runs that did not do their task or caused a collision, ascending.
     pub failed_seeds: Vec<u64>,
-    /// The same seeds by cause: the outcome, or the error where it is an error.
+    /// The same seeds by cause: the judge's own word, the outcome, or the error where it is an error.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub failures: BTreeMap<String, Vec<u64>>,
     /// Simulated time of all runs, also the failed, seconds.
@@ -176,13 +179,16 @@ impl Batch {
         for summary in &failed {
             let why = match &summary.message {
                 Some(message) if summary.outcome == Outcome::Failed => message.clone(),
-                _ => summary.outcome.to_string(),
+                _ => summary.outcome_text(),
             };
             failures.entry(why).or_default().push(summary.seed);
         }
-        let mut outcomes = BTreeMap::new();
+        let (mut outcomes, mut verdicts) = (BTreeMap::new(), BTreeMap::new());
         for summary in summaries {
             *outcomes.entry(summary.outcome).or_default() += 1;
+            if let Some(verdict) = &summary.verdict {
+                *verdicts.entry(verdict.clone()).or_default() += 1;
+            }
         }
         let total = |count: fn(&Summary) -> u64| summaries.iter().map(count).sum();
         let companions: BTreeSet<&String> =
@@ -201,6 +207,7 @@ impl Batch {
             interrupted: false,
             runs_asked: None,
             outcomes,
+            verdicts,
             goals_reached: summaries.iter().filter(|summary| summary.reached_goal()).count() as u64,
             success_rate: per_run(successes as f64),
             success_interval: wilson_interval(successes, runs),

@@ -6,17 +6,16 @@ use std::{collections::BTreeMap, fmt};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The goal was reached, and held where that is the mission, without a collision caused.
+    /// The task was done: the goal was reached, and held where that is the mission, without a collision caused.
+    // The alias, as the one below, is of summaries from before the judge's own word had its field.
+    #[serde(alias = "gap_kept")]
     GoalReached,
     /// The goal was reached, and left for too long.
     GoalLeft,
-    /// The gap to another robot was kept, without a collision caused.
-    GapKept,
-    /// The gap was too small or too large for too long.
-    GapLeft,
     /// A collision was caused, whatever else was achieved.
     Collided,
-    /// The time for the run was up before the goal was reached.
+    /// The time for the run was up before the task was done.
+    #[serde(alias = "gap_left")]
     TimedOut,
     /// The run was stopped from outside.
     Stopped,
@@ -27,7 +26,7 @@ pub enum Outcome {
 impl Outcome {
     /// Whether the run did its task and caused no collision.
     pub fn is_success(self) -> bool {
-        matches!(self, Outcome::GoalReached | Outcome::GapKept)
+        self == Outcome::GoalReached
     }
 }
 
@@ -36,8 +35,6 @@ impl fmt::Display for Outcome {
         formatter.write_str(match self {
             Outcome::GoalReached => "goal reached",
             Outcome::GoalLeft => "goal left",
-            Outcome::GapKept => "gap kept",
-            Outcome::GapLeft => "gap left",
             Outcome::Collided => "collided",
             Outcome::TimedOut => "timed out",
             Outcome::Stopped => "stopped",
@@ -60,6 +57,9 @@ pub struct Summary {
     pub conditions: BTreeMap<String, String>,
     /// How the run ended.
     pub outcome: Outcome,
+    /// The judge's own word for the outcome, such as `gap_left` where that is `timed_out`; none if it has no other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<String>,
     /// Message about the outcome, such as the error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
@@ -120,10 +120,15 @@ impl Summary {
         Ok(serde_json::to_string(self)?)
     }
 
+    /// The outcome in words: the judge's own ones, if there are any.
+    pub fn outcome_text(&self) -> String {
+        self.verdict.as_ref().map_or_else(|| self.outcome.to_string(), |verdict| verdict.replace('_', " "))
+    }
+
     /// Headline of the run.
     pub fn headline(&self) -> String {
         // A message that only repeats the outcome is left out.
-        let message = self.message.as_ref().filter(|message| **message != self.outcome.to_string());
+        let message = self.message.as_ref().filter(|message| **message != self.outcome_text());
         self.title() + &message.map_or(String::new(), |message| format!(": {message}"))
     }
 
@@ -179,7 +184,7 @@ impl Summary {
     /// The headline without the message, which may be long.
     pub(crate) fn title(&self) -> String {
         let Summary { example, seed, sim_time_s, .. } = self;
-        format!("{example}, seed {seed}: {} after {sim_time_s:.1} s", self.outcome)
+        format!("{example}, seed {seed}: {} after {sim_time_s:.1} s", self.outcome_text())
     }
 
     /// The conditions in one line.

@@ -251,21 +251,23 @@ fn run_with_caused_collisions_is_no_success() {
     assert!(!collided.succeeded() && collided.reached_goal());
     let headline = "exp1, seed 2: collided after 20.0 s: goal reached, with 12 collisions caused";
     assert_eq!(collided.headline(), headline);
-    let kept = Summary { outcome: Outcome::GapKept, ..summary(3) };
-    assert!(kept.succeeded());
+    let kept = Summary { verdict: Some("gap_kept".into()), ..summary(3) };
+    assert!(kept.succeeded() && kept.headline().starts_with("exp1, seed 3: gap kept after"));
+    let left = Summary { outcome: Outcome::TimedOut, verdict: Some("gap_left".into()), ..summary(5) };
     let late = Summary { outcome: Outcome::TimedOut, time_to_goal_s: None, ..summary(4) };
     assert!(!late.succeeded() && !late.reached_goal());
-    let batch = Batch::of(&[summary(1), collided, kept, late]);
-    assert_eq!((batch.goals_reached, batch.success_rate), (3, Some(0.5)));
-    assert_eq!(batch.failed_seeds, [2, 4]);
+    let batch = Batch::of(&[summary(1), collided, kept, late, left]);
+    assert_eq!((batch.goals_reached, batch.success_rate), (4, Some(0.4)));
+    assert_eq!(batch.failed_seeds, [2, 4, 5]);
     let seeds = |cause: &str| batch.failures[cause].as_slice();
-    assert_eq!((seeds("collided"), seeds("timed out")), (&[2][..], &[4][..]));
+    assert_eq!((seeds("collided"), seeds("timed out"), seeds("gap left")), (&[2][..], &[4][..], &[5][..]));
     let json: serde_json::Value = serde_json::from_str(&batch.json_line().unwrap()).unwrap();
-    let counts = serde_json::json!({ "collided": 1, "gap_kept": 1, "goal_reached": 1, "timed_out": 1 });
-    assert_eq!(json["outcomes"], counts);
+    assert_eq!(json["outcomes"], serde_json::json!({ "collided": 1, "goal_reached": 2, "timed_out": 2 }));
+    assert_eq!(json["verdicts"], serde_json::json!({ "gap_kept": 1, "gap_left": 1 }));
     let text = batch.to_string();
-    assert!(text.starts_with("exp1: 2 of 4 runs succeeded, 50.0 %"), "{text}");
-    assert!(text.contains("1 goal reached, 1 gap kept, 1 collided, 1 timed out"), "{text}");
+    assert!(text.starts_with("exp1: 2 of 5 runs succeeded, 40.0 %"), "{text}");
+    assert!(text.contains("2 goal reached, 1 collided, 2 timed out"), "{text}");
+    assert!(text.contains("1 gap kept, 1 gap left") && text.contains("5: gap left"), "{text}");
 }
 
 #[test]

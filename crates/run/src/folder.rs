@@ -42,6 +42,7 @@ impl ReportFolder {
 
 /// Keeps other runs out of a folder as long as it is there. The system ends that with the process, however that ends.
 pub struct Folder {
+    /// Where it is.
     pub path: PathBuf,
     /// Nothing where a file system has no locks.
     _lock: Option<File>,
@@ -49,6 +50,9 @@ pub struct Folder {
 
 impl Folder {
     /// Makes a folder if it is missing, and takes it.
+    ///
+    /// # Errors
+    /// It can't be made, or another run writes into it.
     pub fn take(path: &Path) -> Result<Self, RunError> {
         let failed = |source| RunError::File { path: path.into(), source };
         std::fs::create_dir_all(path).map_err(failed)?;
@@ -63,6 +67,9 @@ impl Folder {
     }
 
     /// As [`take`](Folder::take), or the next one with a number that no run writes.
+    ///
+    /// # Errors
+    /// It can't be made.
     pub fn take_next(path: &Path) -> Result<Self, RunError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let numbered = (2..).map(|number| path.with_file_name(format!("{name}-{number}")));

@@ -40,6 +40,7 @@ pub use console::open_browser;
 pub use dds::check_dds;
 pub use error::RunError;
 pub use finding::ConfigurationFinding;
+pub use folder::Folder;
 pub use mission::{Finished, MissionOptions, MissionRun};
 pub use network::check_network;
 pub use observation::Observation;

@@ -248,7 +248,7 @@ impl MissionRun {
         let recorded = self.recorder.as_ref().and_then(|recorder| recorder.finish(&mut self.agent));
         let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
         let judged = self.observation.metrics();
-        let (outcome, message) = self.judge(&end, &judged);
+        let (outcome, verdict, message) = self.judge(&end, &judged);
         let failure = (!outcome.is_success()).then_some(&self.warnings);
         let stopped = causes::describe(&self.agent.composer(), self.agent.board(), self.agent.now(), failure);
         let message = [message, stopped]
@@ -282,6 +282,7 @@ impl MissionRun {
             mode: self.mode.name().into(),
             conditions,
             outcome,
+            verdict,
             message,
             sim_time_s: now as f64 * 1e-9,
             wall_time_s: wall_time.as_secs_f64(),
@@ -316,29 +317,29 @@ impl MissionRun {
         conditions
     }
 
-    fn judge(&self, end: &End, judged: &[JudgeMetrics]) -> (Outcome, Option<String>) {
+    /// The outcome, the judge's own word for it, and the reason.
+    fn judge(&self, end: &End, judged: &[JudgeMetrics]) -> (Outcome, Option<String>, Option<String>) {
+        let failed = |reason| (Outcome::Failed, None, Some(reason));
         match end {
-            End::Hung { module } => {
-                return (Outcome::Failed, Some(format!("{module} hangs in its tick")));
-            }
+            End::Hung { module } => return failed(format!("{module} hangs in its tick")),
             End::TooManyHung { modules } => {
-                return (Outcome::Failed, Some(format!("hang in their ticks: {}", modules.join(", "))));
+                return failed(format!("hang in their ticks: {}", modules.join(", ")));
             }
-            End::Unanswered { reason } => return (Outcome::Failed, Some(reason.clone())),
+            End::Unanswered { reason } => return failed(reason.clone()),
             End::Stopped => {}
         }
         let Some(verdict) = self.observation.verdict().filter(|verdict| verdict.state != "RUNNING") else {
-            return (Outcome::Stopped, None);
+            return (Outcome::Stopped, None, None);
         };
         let has_collided = |metrics: &JudgeMetrics| {
             metrics.figures.get("collisions_caused").is_some_and(|collisions| *collisions > 0.0)
         };
-        let outcome = match verdict.outcome() {
-            // A judge of one's own may leave collisions to the figures.
-            outcome if outcome.is_success() && judged.first().is_some_and(has_collided) => Outcome::Collided,
-            outcome => outcome,
-        };
-        (outcome, Some(verdict.reason))
+        let outcome = verdict.outcome();
+        // A judge of one's own may leave collisions to the figures.
+        if outcome.is_success() && judged.first().is_some_and(has_collided) {
+            return (Outcome::Collided, None, Some(verdict.reason));
+        }
+        (outcome, verdict.own_word().map(str::to_owned), Some(verdict.reason))
     }
 
     /// Route switches and reflexes of all robots.

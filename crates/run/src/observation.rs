@@ -69,12 +69,22 @@ impl JudgeVerdict {
         match self.outcome.as_str() {
             "GOAL_REACHED" => Outcome::GoalReached,
             "GOAL_LEFT" => Outcome::GoalLeft,
-            "GAP_KEPT" => Outcome::GapKept,
-            "GAP_LEFT" => Outcome::GapLeft,
+            "GAP_KEPT" => Outcome::GoalReached,
             "COLLIDED" => Outcome::Collided,
-            "TIMED_OUT" => Outcome::TimedOut,
+            // The time of a patrol is up, and its task is not done.
+            "TIMED_OUT" | "GAP_LEFT" => Outcome::TimedOut,
             _ if self.state == "SUCCEEDED" => Outcome::GoalReached,
             _ => Outcome::Failed,
+        }
+    }
+
+    /// Returns the judge's own word for the outcome, if that is another one.
+    pub fn own_word(&self) -> Option<&'static str> {
+        match self.outcome.as_str() {
+            "GAP_KEPT" => Some("gap_kept"),
+            "GAP_LEFT" => Some("gap_left"),
+            "" | "OTHER" if self.state == "SUCCEEDED" => Some("succeeded"),
+            _ => None,
         }
     }
 }

@@ -100,18 +100,25 @@ pub fn json(value: &impl serde::Serialize) {
     }
 }
 
-/// Prints a document of a form that has a name. What is no object stands in it under `value`.
+/// Prints a document of a form that has a name.
 pub fn document(schema: &str, value: &impl serde::Serialize) {
-    let value = match serde_json::to_value(value) {
-        Ok(value) => value,
-        Err(error) => return eprintln!("the result can't be written as JSON: {error}"),
-    };
-    let mut document = match value {
-        Value::Object(_) => value,
+    match named(schema, value) {
+        Ok(document) => line(document),
+        Err(error) => eprintln!("the result can't be written as JSON: {error}"),
+    }
+}
+
+/// A document of a form that has a name, in a line. What is no object stands in it under `value`.
+///
+/// # Errors
+/// The value has no JSON.
+pub fn named(schema: &str, value: &impl serde::Serialize) -> Result<Value, serde_json::Error> {
+    let mut document = match serde_json::to_value(value)? {
+        object @ Value::Object(_) => object,
         other => json!({ "value": other }),
     };
     document["schema"] = json!(schema);
-    json(&document);
+    Ok(document)
 }
 
 /// Prints rows with their columns below each other.

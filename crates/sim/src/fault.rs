@@ -65,7 +65,7 @@ pub struct Fault {
     pub kind: FaultKind,
     /// When it begins, nanoseconds.
     pub from: u64,
-    /// When it is over, nanoseconds.
+    /// When it is over, nanoseconds; the greatest number for a fault that lasts to the end.
     pub until: u64,
     /// How late [`FaultKind::Late`] is, nanoseconds.
     pub delay: u64,
@@ -80,7 +80,8 @@ struct FaultEntry {
     kind: String,
     /// Seconds, as the next two.
     from: f64,
-    until: f64,
+    /// None for a fault that lasts to the end.
+    until: Option<f64>,
     #[serde(default = "half_a_second")]
     delay: f64,
 }
@@ -124,7 +125,7 @@ pub(crate) fn read(
         if !(entry.from.is_finite() && entry.from >= 0.0) {
             return wrong(".from", "expected a time in seconds, which is not negative".into());
         }
-        if !(entry.until.is_finite() && entry.until > entry.from) {
+        if entry.until.is_some_and(|until| !(until.is_finite() && until > entry.from)) {
             return wrong(".until", "expected a time in seconds, later than `from`".into());
         }
         if !(entry.delay.is_finite() && entry.delay > 0.0) {
@@ -136,7 +137,7 @@ pub(crate) fn read(
             sensor: *sensor,
             kind: *kind,
             from: nanoseconds(entry.from),
-            until: nanoseconds(entry.until),
+            until: entry.until.map_or(u64::MAX, nanoseconds),
             delay: nanoseconds(entry.delay),
         };
         let of_robot = faults.entry(entry.robot).or_default();

@@ -228,6 +228,12 @@ fn a_fault_is_read_from_the_configuration() {
 }
 
 #[test]
+fn a_fault_without_an_end_lasts_to_the_end_of_the_run() {
+    let read = scenario(r#"{"robot": "r", "sensor": "sonar", "kind": "silent", "from": 1}"#).unwrap();
+    assert_eq!(read.faults["r"][0].until, u64::MAX);
+}
+
+#[test]
 fn an_invalid_fault_is_refused_with_its_place() {
     for (fault, words) in [
         (
@@ -263,8 +269,8 @@ fn an_invalid_fault_is_refused_with_its_place() {
             &["world.faults.f.delay: ", "positive"],
         ),
         (
-            r#"{"robot": "r", "sensor": "sonar", "kind": "invalid", "from": 1}"#,
-            &["world.faults.f: ", "until"],
+            r#"{"robot": "r", "sensor": "sonar", "kind": "invalid", "until": 2}"#,
+            &["world.faults.f: ", "from"],
         ),
         (
             r#"{"robot": "r", "sensor": "sonar", "kind": "invalid", "from": 1, "until": 2, "for": 1}"#,

@@ -315,6 +315,44 @@ fn a_reflex_turns_while_position_or_orientation_is_silent() {
     }
 }
 
+/// A fault of R2 that lasts from 2.5 s on.
+fn fault(sensor: &str, kind: &str) -> String {
+    format!("world.faults.f={{ robot = \"r2\", sensor = {sensor:?}, kind = {kind:?}, from = 2.5 }}")
+}
+
+#[test]
+fn encoders_that_stop_stop_the_wheels_of_every_controller() {
+    for variant in ["controller=slate", "controller=rocs-fixed", "planner=local"] {
+        let mut agent = agent(&[&fault("odometry", "silent"), variant, "agent.seed=1"]);
+        let mut moved = false;
+        while agent.now() < 8_000_000_000 {
+            agent.step();
+            let (now, wheels) = (agent.now(), wheels(agent.board()));
+            moved |= wheels != [0.0; 2];
+            // A reflex of the authors' law still turns away from what is near.
+            let avoids = tree(&agent).starts_with("AvoidObstacle") && variant == "controller=rocs-fixed";
+            assert!(
+                now < 3_500_000_000 || avoids || wheels == [0.0; 2],
+                "{wheels:?}, {variant}, at {now} ns"
+            );
+        }
+        assert!(moved, "it drove before");
+    }
+}
+
+#[test]
+fn frozen_sonars_stop_the_wheels() {
+    for seed in 0..8 {
+        let mut agent = agent(&[&fault("sonar", "frozen"), &format!("agent.seed={seed}")]);
+        while agent.now() < 12_000_000_000 {
+            agent.step();
+        }
+        assert_eq!(verdict(agent.board()), "RUNNING", "seed {seed}");
+        assert_eq!(wheels(agent.board()), [0.0; 2], "seed {seed}");
+        assert_eq!(number(agent.board(), "referee/metrics/collisions_caused"), 0.0, "seed {seed}");
+    }
+}
+
 #[test]
 fn a_monitor_and_the_robot_model_tell_of_a_stopped_sensor() {
     let kind = format!("modules.trouble.params.kind={SILENT_SONAR}");

@@ -153,10 +153,10 @@ impl Module for SuaveReferee {
                 outcome: MissionOutcome::TIMED_OUT,
                 ..verdict(MissionState::FAILED, "the pipeline was not found in time")
             },
-            (true, Some(_)) => Verdict {
-                outcome: MissionOutcome::GOAL_REACHED,
-                ..verdict(MissionState::SUCCEEDED, "the pipeline was found")
-            },
+            (true, Some(_)) => verdict(
+                MissionState::SUCCEEDED,
+                "the pipeline was found, and inspected until the time was up",
+            ),
         });
         io.metrics.set(state.metrics(io, math::min(time, params.time_limit)));
         Outcome::Ok

@@ -1,4 +1,6 @@
 //! Links by which a block of one robot drives another robot, or measures in its place.
+//!
+//! Driving is warned of, as one program may have two robots; a measurement of another robot is none of its own.
 
 use slate_module::{Direction, PortDescription};
 
@@ -11,7 +13,6 @@ use slate_configuration::{Configuration, Diagnostic};
 pub fn crossing(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let mut found = sent(configuration, survey);
     found.extend(commanded(configuration));
-    found.extend(measured(configuration, survey));
     found
 }
 
@@ -80,24 +81,25 @@ fn help(from: &str, to: &str) -> String {
     format!("link a block of `{to}`, unless `{from}` is to drive both")
 }
 
-/// Sensors that read a device of another robot, though their own has the same one.
-fn measured(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
-    let warn = |joint: &super::ResolvedLink<'_>| {
-        let LinkSource::Port(device, output) = joint.target else { return None };
-        let (reader, ports) = (&survey.modules[joint.port.0], &survey.modules[device].description.ports);
-        let robot = scope(&reader.module.name.value);
-        let (other, part) = ports[output].name.split_once('/')?;
-        let is_own = |port: &&PortDescription| port.name.split_once('/') == Some((robot, part));
-        let own = ports.iter().find(is_own).filter(|_| other != robot)?;
-        if Block::of(&reader.description) != Some(Block::Sensor) {
-            return None;
-        }
-        let source = survey.path(configuration, joint.target);
-        let sensor = survey.wire_path(joint.port.0, joint.port.1);
-        let message = format!("`{sensor}` of robot `{robot}` measures by `{source}`, which is of `{other}`");
-        let device = &survey.modules[device].module.name.value;
-        let help = format!("write \"/{sensor}\" = \"/{device}/{}\", or leave the link out", own.name);
-        Some(configuration.diagnostic(joint.link.to.span, message, Some(help)))
-    };
-    survey.joints.iter().filter_map(warn).collect()
+/// Why a Sensor may not read a device (`name`) at a port (`path`), and what to do about it: it is that of another robot, and its
+/// own robot has the same one.
+pub fn refusal(
+    survey: &Survey<'_>,
+    joint: &super::ResolvedLink<'_>,
+    (path, name): (&str, &str),
+) -> Option<(String, String)> {
+    let LinkSource::Port(device, output) = joint.target else { return None };
+    let (reader, device) = (&survey.modules[joint.port.0], &survey.modules[device]);
+    if Block::of(&reader.description) != Some(Block::Sensor) || Block::of(&device.description).is_some() {
+        return None;
+    }
+    let (robot, ports) = (scope(&reader.module.name.value), &device.description.ports);
+    let (other, part) = ports[output].name.split_once('/').filter(|(other, _)| *other != robot)?;
+    let is_own = |port: &&PortDescription| port.name.split_once('/') == Some((robot, part));
+    let own = ports.iter().find(is_own)?;
+    let message = format!(
+        "a Sensor measures by the devices of its own robot: `/{path}` can't read `/{name}`, a device of robot `{other}`"
+    );
+    let device = &device.module.name.value;
+    Some((message, format!("write \"/{path}\" = \"/{device}/{}\", or leave the link out", own.name)))
 }

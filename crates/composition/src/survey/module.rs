@@ -11,7 +11,7 @@ use super::{RESERVED, RESERVED_WHEN_ISOLATED, Surveyed};
 use crate::OwnSetup;
 use crate::catalogue::Catalogue;
 use crate::complaints::{Complaints, suggest};
-use crate::parameters;
+use crate::parameters::{self, FollowedSetting};
 use slate_configuration::{Configuration, Mistake, Module};
 
 /// Names of the agent's own properties.
@@ -46,7 +46,8 @@ pub(super) fn survey_module<'a>(
     if is_of_robot && complaints.diagnostics.len() == before {
         let with_params = OwnSetup { params: Some(params.clone()), ..setup.clone() };
         description.hardware =
-            describe(configuration, module, (kind, catalogue), &with_params, complaints)?.hardware;
+            describe(configuration, module, (kind, catalogue), (&with_params, &followed), complaints)?
+                .hardware;
     }
     let inputs = inputs(module, &description, complaints);
     let trigger = trigger(module, &description, complaints)?;
@@ -80,7 +81,7 @@ fn described<'a>(
         section,
         params: None,
     };
-    let description = describe(configuration, module, (kind, catalogue), &setup, complaints)?;
+    let description = describe(configuration, module, (kind, catalogue), (&setup, &[]), complaints)?;
     let is_reserved =
         |name: &str| RESERVED.contains(&name) || module.isolated.value && name == RESERVED_WHEN_ISOLATED;
     if let Some(port) = description.ports.iter().find(|port| is_reserved(&port.name)) {
@@ -92,12 +93,12 @@ fn described<'a>(
     Some((setup, description))
 }
 
-/// What a kind says of itself under a setup; its refusal is a complaint.
+/// What a kind says of itself under a setup, with the settings that parameters follow; its refusal is a complaint.
 fn describe<'a>(
     configuration: &'a Configuration,
     module: &'a Module,
     (kind, catalogue): (&ModuleKind, &Catalogue),
-    setup: &OwnSetup,
+    (setup, followed): (&OwnSetup, &[FollowedSetting<'_>]),
     complaints: &mut Complaints<'a>,
 ) -> Option<Description> {
     let hang = Duration::from_nanos(configuration.hang().value);
@@ -106,7 +107,10 @@ fn describe<'a>(
         Err(refusal) => refusal,
     };
     let message = format!("{}: {refusal}", module.name.value);
-    match module.place_of(&refusal.0).or_else(|| configuration.place_of(&refusal.0)) {
+    let is_its = |(name, _): &&FollowedSetting<'_>| refusal.0.starts_with(&format!("params.{name}: "));
+    let setting = || followed.iter().find(is_its).map(|(_, value)| value.span);
+    let place = module.place_of(&refusal.0).or_else(setting);
+    match place.or_else(|| configuration.place_of(&refusal.0)) {
         // The refusal says what is expected of the setting.
         Some(place) => complaints.add_plain(place, message),
         None if setup.params.is_some() => complaints.add_plain(module.name.span, message),

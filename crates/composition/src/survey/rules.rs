@@ -12,6 +12,7 @@ use super::block::{
 };
 use super::by_hand::check_values;
 use super::commander::decides;
+use super::crossing;
 use super::known;
 use super::names::{join, split_module};
 use super::origins::{ValueOrigin, origins, passed_by};
@@ -100,7 +101,8 @@ pub(super) fn refusal(
     };
     let refused = refused
         .or_else(|| actuation::refusal(configuration, survey, joint, (&path, &name), &origins))
-        .or_else(|| known::refusal(survey, joint, (&path, &name), &origins));
+        .or_else(|| known::refusal(survey, joint, (&path, &name), &origins))
+        .or_else(|| crossing::refusal(survey, joint, (&path, &name)));
     refused.map(|(message, help)| (span, message, help))
 }
 

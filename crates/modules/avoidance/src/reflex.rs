@@ -147,7 +147,7 @@ impl std::fmt::Display for RuleError {
             ),
             Self::Distance { sensor, distance, .. } => write!(
                 formatter,
-                "expected a distance of the sensor `{sensor}` from 0 to {MAX_DISTANCE} m, found {distance}"
+                "expected a distance of the sensor `{sensor}` from 0 to {MAX_DISTANCE} m, found {distance}; choose one of these, such as 0.1"
             ),
             Self::Sensor { sensor, .. } => {
                 write!(formatter, "no reflex of this robot has a threshold for a sensor `{sensor}`")

@@ -5,8 +5,8 @@ use slate_plugin::interfaces::{Odometry, Sightings, SonarScan, Twist2};
 use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
-use crate::knowledge::WheeledModel;
-use crate::late_sensors::{has_no_model, is_blind, is_late};
+use crate::knowledge::{ODOMETRY, WheeledModel};
+use crate::late_sensors::{has_lost, has_no_model, is_blind, is_late};
 use crate::rules::WheeledRules;
 
 /// Sensors and knowledge of the reflex.
@@ -26,12 +26,10 @@ pub struct AvoidObstacleSensors {
     robot: Input<WheeledModel>,
 }
 
-/// Name of the wheel encoders in a robot model.
-const ODOMETRY: &str = "odometry";
-
 /// Maps the newest measurements to `AvoidObstacle`, by the rules in Knowledge. It has no memory.
 ///
-/// It stops the robot while a sensor with a rule is late, and without rules for the sonars, a robot model or a valid outline.
+/// It stops the robot while a sensor with a rule or the odometry is late, and without rules for the sonars, a robot model or a
+/// valid outline.
 pub struct AvoidObstacleModel;
 
 impl ReactiveModel for AvoidObstacleModel {
@@ -55,8 +53,9 @@ impl ReactiveModel for AvoidObstacleModel {
 
 fn maneuver(sensors: &AvoidObstacleSensors, robot: &WheeledModel, now: &Tick) -> Option<Maneuver> {
     let AvoidObstacleSensors { sonar, robots, odometry, rules, .. } = sensors;
-    let is_blind =
-        is_blind(SONAR, sonar, rules, robot, now) || is_blind(ROBOT_SENSOR, robots, rules, robot, now);
+    let is_blind = is_blind(SONAR, sonar, rules, robot, now)
+        || is_blind(ROBOT_SENSOR, robots, rules, robot, now)
+        || has_lost(ODOMETRY, odometry, robot, now);
     // The same without an outline, a rule or a scan.
     let (false, Ok(footprint), Some(thresholds), Some(scan)) =
         (is_blind, Footprint::of(&robot.chassis.outline), rules.get(), sonar.get())
@@ -69,10 +68,8 @@ fn maneuver(sensors: &AvoidObstacleSensors, robot: &WheeledModel, now: &Tick) ->
         y: seen.range * math::sin(seen.bearing),
         radius: robot.detected_radius,
     });
-    let twist = match odometry.get() {
-        Some(odometry) if !is_late(ODOMETRY, &sensors.odometry, robot, now) => odometry.twist,
-        // Encoders that have stopped, or never measured, may hide the greatest speed.
-        _ => Twist2 { linear: robot.chassis.maximum_wheel_speed * robot.chassis.wheel_radius, angular: 0.0 },
-    };
+    // A robot without encoders may be as fast as it can.
+    let greatest = robot.chassis.maximum_wheel_speed * robot.chassis.wheel_radius;
+    let twist = odometry.get().map_or(Twist2 { linear: greatest, angular: 0.0 }, |odometry| odometry.twist);
     react(&thresholds.avoid_obstacle, &footprint, &ReflexInput::new(scan, discs, twist))
 }

@@ -43,10 +43,11 @@ pub struct BodyModel {
 }
 
 impl BodyModel {
-    /// Returns the pose; `None` if it is stale or invalid.
+    /// Returns the pose; `None` if it is stale or invalid, or while the wheel encoders have stopped.
     pub fn pose(&self) -> Option<Pose2> {
-        let pose = self.robot.fresh()?.robot.pose;
-        pose.is_known().then_some(pose)
+        let robot = self.robot.fresh()?;
+        let pose = robot.robot.pose;
+        (pose.is_known() && !robot.has_lost_odometry()).then_some(pose)
     }
 
     /// Returns the heading in the frame of the odometry, radians; `None` if it is stale or invalid.

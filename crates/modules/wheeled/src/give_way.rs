@@ -5,8 +5,8 @@ use slate_plugin::interfaces::{Echo, Odometry, Sighting, Sightings, SonarPlaceme
 use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
-use crate::knowledge::WheeledModel;
-use crate::late_sensors::{has_no_model, is_blind, is_late};
+use crate::knowledge::{ODOMETRY, WheeledModel};
+use crate::late_sensors::{has_lost, has_no_model, is_blind, is_late};
 use crate::monitors::is_valid;
 use crate::rules::{GiveWayRules, WheeledRules};
 
@@ -54,11 +54,12 @@ impl ReactiveModel for GiveWayModel {
 }
 
 impl GiveWaySensors {
-    /// Returns the linear velocity, m/s: zero without rules, or while a sensor with a rule is late.
+    /// Returns the linear velocity, m/s: zero without rules, or while a sensor with a rule or the odometry is late.
     fn velocity(&self, robot: &WheeledModel, now: &Tick) -> Option<f64> {
         let Self { robots, sonar, odometry, rules, .. } = self;
-        let is_blind =
-            is_blind(SONAR, sonar, rules, robot, now) || is_blind(ROBOT_SENSOR, robots, rules, robot, now);
+        let is_blind = is_blind(SONAR, sonar, rules, robot, now)
+            || is_blind(ROBOT_SENSOR, robots, rules, robot, now)
+            || has_lost(ODOMETRY, odometry, robot, now);
         let (false, Some(rules)) = (is_blind || sonar.get().is_some_and(|scan| !is_valid(scan)), rules.get())
         else {
             return Some(0.0);

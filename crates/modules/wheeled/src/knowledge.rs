@@ -11,12 +11,16 @@ use slate_plugin::module::Hardware;
 use slate_plugin::prelude::*;
 use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices, SensorProfiles};
 
+use crate::frozen_sonars::FrozenSonars;
 use crate::goals::Goals;
 use crate::hardware::hardware_of;
 use crate::knowledge_params::DescribedRobot;
 use crate::rules::{CheckedRules, RefusedRule, RulePorts, WheeledRules, default_sensor_rules, has_threshold};
 
 pub use crate::knowledge_params::WheeledKnowledgeParams;
+
+/// Name of the wheel encoders in a robot model.
+pub const ODOMETRY: &str = "odometry";
 
 /// Model of a wheeled robot.
 #[interface]
@@ -72,6 +76,12 @@ impl WheeledModel {
             sonars: Sequence::new(&sonars),
             detected_radius: devices.detected_radius,
         }
+    }
+
+    /// Returns whether the robot has wheel encoders that are late or have stopped: it must not drive on.
+    pub fn has_lost_odometry(&self) -> bool {
+        let odometry = self.robot.sensor(ODOMETRY);
+        odometry.is_some_and(|device| matches!(device.health, DeviceHealth::LATE | DeviceHealth::SILENT))
     }
 
     /// Inverse kinematics: wheel speeds of a twist (m/s, rad/s); zero while the drive is unknown.
@@ -157,7 +167,7 @@ impl WheeledModels {
             SONAR => &self.sonar,
             "position" => &self.position,
             "orientation" => &self.orientation,
-            "odometry" => &self.odometry,
+            ODOMETRY => &self.odometry,
             "bumper" => &self.bumper,
             "laser" => &self.laser,
             ROBOT_SENSOR => &self.robot_sensor,
@@ -213,13 +223,14 @@ impl WheeledModels {
         rules
     }
 
-    /// Lists the described sensors that have measured or have a rule, with their health; returns their number.
+    /// Lists the described sensors that have measured or have a rule, with their health; returns their number. Frozen sonars are
+    /// silent since that time, ns.
     fn list_sensors(
         &self,
         list: &mut [Device; SENSORS],
         watched: &mut [WatchedSensor; SENSORS],
         model: &WheeledModel,
-        rules: &WheeledRules,
+        (rules, frozen_since): (&WheeledRules, Option<u64>),
         now: &Tick,
     ) -> usize {
         let mut length = 0;
@@ -227,6 +238,10 @@ impl WheeledModels {
             let WatchedSensor { measured, health } = *watched;
             let mut sensor = Device { measured, health: DeviceHealth(health), ..*sensor };
             let has_measured = self.watch(&mut sensor, now);
+            // What it repeats is no measurement.
+            if let Some(since) = frozen_since.filter(|_| sensor.name.as_str() == SONAR) {
+                (sensor.measured, sensor.health) = (since, DeviceHealth::SILENT);
+            }
             if rules.is_required(sensor.name.as_str()) {
                 log_late(DeviceHealth(health), &sensor, now);
             }
@@ -324,6 +339,8 @@ pub struct WheeledKnowledgeState {
     /// The described sensors, as they were last.
     #[serde(default)]
     watched: [WatchedSensor; SENSORS],
+    #[serde(default)]
+    sonars: FrozenSonars,
     /// Whether the pose was known once.
     #[serde(default)]
     was_placed: bool,
@@ -424,8 +441,11 @@ impl Knowledge for WheeledKnowledge {
         let Some(known) = state.robot.model(params, now) else { return };
         let accuracy = models.accuracy.get().copied().unwrap_or_default();
         let known_rules = models.publish_rules(&mut state.rules, known, rules, params, now);
+        let (scan, odometry) = (models.sonar.updated(), models.odometry.get());
+        let frozen_since = state.sonars.update(scan, odometry, known.robot.sensor(SONAR), now);
         let mut sensors = [Device::default(); SENSORS];
-        let length = models.list_sensors(&mut sensors, &mut state.watched, known, &known_rules, now);
+        let told = (&known_rules, frozen_since);
+        let length = models.list_sensors(&mut sensors, &mut state.watched, known, told, now);
         let sensors = &sensors[..length];
         let pose = models.newest_pose(sensors);
         state.was_placed |= pose.is_some();

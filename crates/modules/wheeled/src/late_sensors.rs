@@ -24,6 +24,16 @@ pub fn is_blind<T: Interface + ?Sized>(
     rules.get().is_some_and(|rules| rules.is_required(name)) && is_late(name, input, robot, now)
 }
 
+/// Returns whether a sensor that the robot has, with or without a rule, is late: what it measured may be wrong meanwhile.
+pub fn has_lost<T: Interface + ?Sized>(
+    name: &str,
+    input: &Input<T>,
+    robot: &WheeledModel,
+    now: &Tick,
+) -> bool {
+    (input.has_writer() || input.get().is_some()) && is_late(name, input, robot, now)
+}
+
 /// Returns whether a sensor has not measured yet or is late, by its rate and health in the robot model. Single measurements
 /// of a late one do not count: the robot would drive on for a moment with each.
 pub fn is_late<T: Interface + ?Sized>(

@@ -20,6 +20,7 @@ pub mod body;
 pub mod bumper_release;
 pub mod differential;
 pub mod estimate_pose;
+pub mod frozen_sonars;
 pub mod give_way;
 pub mod go_to_origin;
 pub mod goals;

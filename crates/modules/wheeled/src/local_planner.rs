@@ -80,9 +80,11 @@ impl Plan for LocalPlanner {
         let (Some(goal), Some(robot)) = (noticed.goal.fresh(), local.robot.fresh()) else { return };
         let time = now.seconds();
         let decision = memory.decide(local, *goal, robot, params, time);
-        let is_lost = memory.mapped.is_none_or(|mapped| time - mapped > MAP_TIMEOUT);
+        let is_lost =
+            memory.mapped.is_none_or(|mapped| time - mapped > MAP_TIMEOUT) || robot.has_lost_odometry();
         let was_round = memory.round.is_some();
-        match decision.or(is_lost.then_some(Decision::Avoid(Twist2::ZERO))) {
+        let stop = is_lost.then_some(Decision::Avoid(Twist2::ZERO));
+        match stop.or(decision) {
             Some(Decision::Avoid(twist)) => memory.avoid(robot, twist, time, plan),
             Some(Decision::Clear) => memory.round = None,
             None => {}

@@ -1,11 +1,13 @@
 //! Monitors, one for each type of sensor. Each finds its device in the RobotModel: it is degraded after a second without a
 //! measurement, or five periods of a slower device, as sensors lose single ones, and while the newest one is no number.
 
+use serde::{Deserialize, Serialize};
 use slate_avoidance::SONAR;
 use slate_plugin::interfaces::{Echo, Odometry, Orientation, Pose2, Position, SonarScan};
 use slate_plugin::mapek::Device;
 use slate_plugin::prelude::*;
 
+use crate::frozen_sonars::FrozenSonars;
 use crate::knowledge::WheeledModel;
 
 /// The device of that name in a robot model, if that is known.
@@ -18,6 +20,8 @@ pub(crate) fn device<'m>(robot: &'m Input<WheeledModel>, name: &str) -> Option<&
 pub struct Sonar {
     #[stale(after = "1s")]
     sonar: Sensed<SonarScan>,
+    /// Wheel encoders, by which the robot moves; without them no sonar is known to be frozen.
+    odometry: Input<Odometry>,
     /// Robot model with the limits and mounts of the sonars, from Knowledge.
     robot: Input<WheeledModel>,
 }
@@ -76,7 +80,19 @@ fn valid<T: Copy>(
     (!*is_invalid).then_some(*newest)
 }
 
-/// Monitors the sonars: ranges are within the limits of the device. Drops scans with a range that is no number.
+/// State of [`RangeMonitor`].
+#[derive(Default, Serialize, Deserialize)]
+pub struct RangeMonitorState {
+    /// Whether the newest scan is invalid.
+    is_invalid: bool,
+    /// Whether a sonar is frozen.
+    is_frozen: bool,
+    sonars: FrozenSonars,
+}
+
+/// Monitors the sonars: ranges are within the limits of the device.
+///
+/// Drops scans with a range that is no number, and all scans while a sonar is frozen.
 pub struct RangeMonitor;
 
 impl Monitor for RangeMonitor {
@@ -84,21 +100,29 @@ impl Monitor for RangeMonitor {
     const DOC: &'static str = "Monitors the sonars.";
     type Sensors = Sonar;
     type Params = ();
-    /// Whether the newest scan is invalid.
-    type State = bool;
+    type State = RangeMonitorState;
     type Value = SonarScan;
 
-    fn interpret(is_invalid: &mut bool, sensors: &Sonar, _: &(), now: &Tick) -> Option<SonarScan> {
-        let scan = sensors.sonar.updated().map(|scan| sensors.interpreted(scan));
-        valid(is_invalid, (SONAR, scan.as_ref()), is_valid, now)
+    fn interpret(state: &mut RangeMonitorState, sensors: &Sonar, _: &(), now: &Tick) -> Option<SonarScan> {
+        let scan = sensors.sonar.updated();
+        let since = state.sonars.update(scan, sensors.odometry.get(), device(&sensors.robot, SONAR), now);
+        if let Some(since) = since.filter(|_| !state.is_frozen) {
+            now.warn(format_args!(
+                "the sensor `{SONAR}` is frozen: an echo is the same since {:.2} s, and the robot moves; its scans are dropped",
+                since as f64 * 1e-9
+            ));
+        }
+        state.is_frozen = since.is_some();
+        let scan = scan.map(|scan| sensors.interpreted(scan));
+        valid(&mut state.is_invalid, (SONAR, scan.as_ref()), is_valid, now).filter(|_| since.is_none())
     }
 
     fn device<'s>(sensors: &'s Sonar, port: &str) -> Option<&'s Device> {
         device(&sensors.robot, port)
     }
 
-    fn is_degraded(is_invalid: &bool) -> bool {
-        *is_invalid
+    fn is_degraded(state: &RangeMonitorState) -> bool {
+        state.is_invalid || state.is_frozen
     }
 }
 

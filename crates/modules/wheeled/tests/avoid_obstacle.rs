@@ -162,11 +162,12 @@ fn an_unknown_outline_or_stopped_encoders_make_the_robot_safe() {
     model.set("odometry", Odometry::default());
     model.set("sonar", echo);
     model.tick();
-    let sent = model.sent::<Reflex>("reflex").len();
+    assert!(model.sent::<Reflex>("reflex").is_empty());
     model.advance(500_000_000);
     model.set("sonar", echo);
     model.tick();
-    assert!(!model.sent::<Reflex>("reflex").is_empty() && sent == 0, "encoders that stop may hide any speed");
+    let stop = model.sent::<Reflex>("reflex").last().unwrap().action;
+    assert_eq!(&stop.arguments[..3], [0.0, 0.0, 0.0], "encoders that stop count as an obstacle that is near");
 }
 
 #[test]

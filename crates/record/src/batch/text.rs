@@ -22,6 +22,11 @@ impl fmt::Display for Batch {
         let outcomes: Vec<_> =
             self.outcomes.iter().map(|(outcome, runs)| format!("{runs} {outcome}")).collect();
         line("outcomes", outcomes.join(", "))?;
+        if !self.verdicts.is_empty() {
+            let verdicts =
+                self.verdicts.iter().map(|(verdict, runs)| format!("{runs} {}", verdict.replace('_', " ")));
+            line("verdicts", verdicts.collect::<Vec<_>>().join(", "))?;
+        }
         if let Some(spl) = self.spl {
             line("SPL", number(Some(spl)))?;
         }

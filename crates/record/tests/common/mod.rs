@@ -10,6 +10,7 @@ pub fn summary(seed: u64) -> Summary {
         mode: "staged".to_owned(),
         conditions: [("noise".to_owned(), "none".to_owned())].into(),
         outcome: Outcome::GoalReached,
+        verdict: None,
         message: None,
         sim_time_s: 20.0,
         wall_time_s: 0.05,

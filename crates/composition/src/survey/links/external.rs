@@ -129,7 +129,7 @@ fn attachment_refusal(
     let description = &survey.modules[module].description;
     let role = description.ports[port].role.as_str();
     if binds(role) {
-        let message = roles(path, role, from, "");
+        let message = roles(path, role, from, ("", None));
         let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";
         return Some((Mistake::Attachment.of(message), help.into()));
     }

@@ -13,7 +13,7 @@ use crate::complaints::Complaints;
 use crate::link::{FieldPlace, Filter, NoField, Program};
 use crate::own::{ModuleState, ModuleTiming, TimingHistogram};
 use crate::parameters::enabled_descriptor;
-use crate::survey::block::{Block, PERCEPT, binds};
+use crate::survey::block::{Block, PERCEPT, Provenance, binds};
 use crate::survey::names::{join, split_module};
 use crate::survey::origins::passed_by;
 use crate::survey::writers::writers;
@@ -212,6 +212,7 @@ impl<'a, 's> BothEnds<'a, 's> {
             return Ok(());
         };
         let own = &self.surveyed().description.ports[port].role;
+        let source = Block::of(&self.survey.modules[module].description);
         let other = &self.survey.modules[module].description.ports[other].role;
         if own == PERCEPT
             && matches!(passed_by(self.configuration, self.survey, self.link), Some((_, Block::Monitor)))
@@ -226,8 +227,16 @@ impl<'a, 's> BothEnds<'a, 's> {
         if is_free || is_part || own == other {
             return Ok(());
         }
+        let from = format!("`/{}`", self.name);
+        if own == PERCEPT && source == Some(Block::Analyze) {
+            let message = format!(
+                "an Analyze reads another one only as a fact of Knowledge: `{}` can't read {from}, of an Analyze",
+                self.to
+            );
+            return self.refuse(message, Block::Analyze.advice(Provenance::Block(Block::Analyze)));
+        }
         let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";
-        self.refuse(roles(&self.to, own, &format!("`/{}`", self.name), other), help)
+        self.refuse(roles(&self.to, own, &from, (other, source)), help)
     }
 
     /// The filter of the link, if it has one.

@@ -3,6 +3,8 @@
 use slate_blackboard::interface::Descriptor;
 use slate_configuration::{Message, Mistake};
 
+use crate::survey::block::Block;
+
 /// Help: the rule of links.
 pub(super) const HELP: &str = "both ends of a link carry the same interface, or one that converts exactly: to wider numbers, whole \
                     numbers to a smaller unit, and interfaces with such fields of the same names";
@@ -25,9 +27,10 @@ pub(super) fn different(to: &str, from: &str, own: &Descriptor, other: &Descript
     }
 }
 
-/// Message: two ports can't be attached, in terms of blocks; `from` stands in it as it is.
-pub(super) fn roles(to: &str, own: &str, from: &str, other: &str) -> String {
+/// Message: two ports can't be attached, in terms of blocks; `from` stands in it as it is. The other port has a role and a block.
+pub(super) fn roles(to: &str, own: &str, from: &str, (other, block): (&str, Option<Block>)) -> String {
     let what = match other {
+        "" if let Some(block) = block => format!("an output of {}", block.name()),
         "measurement" => "a measurement of a Sensor".to_owned(),
         "percept" => "what a Monitor tells".to_owned(),
         "change" => "what an Analyze tells".to_owned(),

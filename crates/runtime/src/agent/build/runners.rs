@@ -11,6 +11,7 @@ use slate_module::{Direction, Entry, Interface, ModuleKind, PortDescription, Ran
 use super::{BuildPlan, ModuleBuilder, WiringBuilder, new_writer};
 use crate::aspects::{self, AspectPort, ProviderPort};
 use slate_composition::{Surveyed, Wire};
+use slate_configuration::Mistake;
 use slate_engine::runner::{
     AlignedMemory, EntryPorts, InboxPort, Inputs, ModuleCode, ModuleServices, ModuleState, ModuleSwitch,
     ModuleTiming, OutboxPort, OutputPort, Outputs, ParameterReader, Requirements, Runner, RunnerStatus,
@@ -182,11 +183,17 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             Err(refusal) => {
                 let message = format!("`{}` can't be set up: {refusal}", runner.name);
                 let (configuration, module) = (self.plan.configuration, self.plan.surveyed(m).module);
-                let place = module.name.span;
-                let said = module.place_of(&refusal.0);
-                match said.or_else(|| configuration.place_of(&refusal.0)) {
-                    Some(place) => self.builder.complaints.add_plain(place, message),
-                    None => self.builder.complaints.add(place, message, "fix its parameters or its setup"),
+                let complaints = &mut self.builder.complaints;
+                match (module.place_of(&refusal.0), message.rsplit_once("; ")) {
+                    // What to do about a parameter stands at the end.
+                    (Some(place), Some((message, help))) => {
+                        complaints.add(place, Mistake::Value.of(message.to_owned()), help);
+                    }
+                    (Some(place), None) => complaints.add_plain(place, Mistake::Value.of(message)),
+                    (None, _) => match configuration.place_of(&refusal.0) {
+                        Some(place) => complaints.add_plain(place, message),
+                        None => complaints.add(module.name.span, message, "fix its parameters or its setup"),
+                    },
                 }
                 None
             }
