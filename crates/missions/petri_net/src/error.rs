@@ -22,7 +22,7 @@ impl NetError {
     }
 
     /// Names the file, unless one is named.
-    pub(crate) fn of_file(mut self, file: &Path) -> Self {
+    pub fn of_file(mut self, file: &Path) -> Self {
         self.file.get_or_insert_with(|| file.into());
         self
     }

@@ -2,7 +2,8 @@
 //!
 //! [`read_pnml`] reads a net as the editors of PNP write it, [`PetriPlan`] combines it with its sub-plans, and
 //! [`PetriNetExecutor`] executes it: a [`PlanHost`] performs the actions and knows the conditions. [`check_net`] finds
-//! defects of a net before it runs, with the firing sequence that leads to them. None of them needs an agent.
+//! defects of a net before it runs, with the firing sequence that leads to them, and [`generate_net`] makes the net of a
+//! linear plan with execution rules. None of them needs an agent.
 //!
 //! The labels of places and transitions, and the step, are those of PNP 1.4.7 (Ziparo et al., *Petri Net Plans*,
 //! Autonomous Agents and Multi-Agent Systems 23, 2011). Three defects of PNP are mended:
@@ -62,6 +63,7 @@ mod analysis;
 mod builder;
 mod error;
 mod executor;
+mod generator;
 mod guard;
 mod label;
 mod net;
@@ -76,6 +78,9 @@ pub use error::NetError;
 pub use executor::{
     ActionPhase, ActionProgress, CarryError, ConflictOrder, ExecutorState, MOST_TOKENS, NetState,
     PetriNetExecutor, PlanHost, PlanTransition, SavedAction, SavedTokens, StepError,
+};
+pub use generator::{
+    ExecutionRule, LinearAction, PlanRecovery, generate_net, parse_linear_plan, parse_rules,
 };
 pub use guard::{ActionQuery, NetGuard};
 pub use label::{ActionEvent, action_arguments, action_name};

@@ -4,6 +4,7 @@
 mod analysis;
 mod common;
 mod execution;
+mod generator;
 mod labels;
 mod pnml;
 mod reference;
