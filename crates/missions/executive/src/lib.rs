@@ -1,7 +1,7 @@
 //! Executives: Plans that follow a mission.
 //!
-//! A mission reads conditions, which Analyzes, Knowledge or a person set ([`conditions`]), and performs actions of Execute
-//! by their kind and arguments ([`actions`]). [`petri_net_plan`] is a Plan whose mission is a Petri Net Plan.
+//! A mission reads conditions, which Analyzes, Knowledge or a person set ([`conditions`]), and performs actions of
+//! Execute by their kind and arguments ([`actions`]). [`petri_net_plan`] is a Plan whose mission is a Petri Net Plan.
 
 pub mod actions;
 pub mod conditions;

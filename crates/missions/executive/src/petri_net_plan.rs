@@ -67,6 +67,7 @@ struct SavedNetPlan {
     fired: u64,
     conflicts: u64,
     failure: Option<String>,
+    is_reported: bool,
 }
 
 /// State of [`PetriNetPlan`].
@@ -178,7 +179,7 @@ impl PetriNetPlanState {
         let loaded =
             load(file).and_then(|(plan, actions)| self.exchange(plan, actions, params.conflict_seed));
         match loaded {
-            Ok(()) => self.is_reported = false,
+            Ok(()) => {}
             Err(reason) if self.executor.is_some() => {
                 now.error(format_args!("{reason}; the mission goes on with the old plan"));
             }
@@ -200,8 +201,8 @@ impl PetriNetPlanState {
             0 => ConflictOrder::File,
             seed => ConflictOrder::Seed(seed.into()),
         };
-        let saved =
-            if self.executor.is_some() { self.save() } else { self.restored.take().unwrap_or_default() };
+        let is_running = self.executor.is_some();
+        let saved = if is_running { self.save() } else { self.restored.clone().unwrap_or_default() };
         let restored = PetriNetExecutor::restore(Arc::clone(&plan), order, &saved.executor);
         let executor = restored.map_err(|error| error.to_string())?;
         actions.restore(&saved.actions, names(&plan));
@@ -209,7 +210,10 @@ impl PetriNetPlanState {
         self.actions = actions;
         self.conditions = saved.conditions;
         (self.fired, self.conflicts) = (saved.fired, saved.conflicts);
-        self.failure = None;
+        // A changed plan is reported; a restored one was.
+        self.is_reported = saved.is_reported && !is_running;
+        self.failure = saved.failure.filter(|_| !is_running);
+        self.restored = None;
         Ok(())
     }
 
@@ -222,6 +226,7 @@ impl PetriNetPlanState {
             fired: self.fired,
             conflicts: self.conflicts,
             failure: self.failure.clone(),
+            is_reported: self.is_reported,
         }
     }
 

@@ -147,6 +147,7 @@ fn a_restored_mission_goes_on_as_the_saved_one() {
     for plan in [&mut plan, &mut other] {
         plan.set("situation", status(0, 1, None));
         assert_eq!(sent(plan), []);
+        assert!(!plan.wrote("mission"), "nothing has changed");
         plan.push("conditions", ConditionValues::new(&[("person", true)]));
         assert_eq!(sent(plan), [clear()]);
         plan.advance(2_000_000_000);
