@@ -52,7 +52,7 @@ struct FileExample {
     file: &'static str,
 }
 
-const FILE_EXAMPLES: [FileExample; 12] = [
+const FILE_EXAMPLES: [FileExample; 13] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
@@ -82,6 +82,11 @@ const FILE_EXAMPLES: [FileExample; 12] = [
         name: "adaptation",
         about: "a robot whose sensors fail, and a loop that adapts it",
         file: "adaptation/adaptation.toml",
+    },
+    FileExample {
+        name: "patrol",
+        about: "a robot that visits three places by a Petri Net Plan and lets others pass",
+        file: "patrol/patrol.toml",
     },
     FileExample { name: "reflexes", about: "reflexes of three ranks", file: "reflexes/reflexes.toml" },
     FileExample {
@@ -140,6 +145,7 @@ pub fn plugins() -> Vec<Plugin> {
         slate_adaptation::plugin(),
         slate_arcos::plugin(),
         slate_drivers::plugin(),
+        slate_executive::plugin(),
         slate_exploration::plugin(),
         slate_localization::plugin(),
         slate_mapping::plugin(),

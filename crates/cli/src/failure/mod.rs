@@ -64,6 +64,8 @@ pub enum Failure {
     #[error("{0}")]
     Map(#[from] slate_map_file::MapFileError),
     #[error("{0}")]
+    Net(#[from] slate_petri_net::NetError),
+    #[error("{0}")]
     Record(#[from] slate::record::RecordError),
     #[error("{0}")]
     Bag(#[from] slate::record::bag::Error),
