@@ -2,8 +2,8 @@
 //!
 //! [`read_pnml`] reads a net as the editors of PNP write it, [`PetriPlan`] combines it with its sub-plans, and
 //! [`PetriNetExecutor`] executes it: a [`PlanHost`] performs the actions and knows the conditions. [`check_net`] finds
-//! defects of a net before it runs, with the firing sequence that leads to them, and [`generate_net`] makes the net of a
-//! linear plan with execution rules. None of them needs an agent.
+//! defects of a net before it runs, with the firing sequence that leads to them, and [`generate_net`] makes the net of
+//! a linear plan with execution rules. None of them needs an agent.
 //!
 //! The labels of places and transitions, and the step, are those of PNP 1.4.7 (Ziparo et al., *Petri Net Plans*,
 //! Autonomous Agents and Multi-Agent Systems 23, 2011). Three defects of PNP are mended:
@@ -87,3 +87,7 @@ pub use label::{ActionEvent, action_arguments, action_name};
 pub use net::{NetPlace, NetTransition, PetriNet};
 pub use plan::{PetriPlan, PlanAction};
 pub use pnml::{parse_pnml, read_pnml, write_pnml};
+
+#[cfg(doctest)]
+#[doc = include_str!("../../../../book/src/41-missions.md")]
+mod book {}
