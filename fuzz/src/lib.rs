@@ -24,6 +24,7 @@ pub mod navigation_graph;
 pub mod network;
 pub mod outline;
 pub mod peer;
+pub mod petri_net;
 pub mod robot;
 pub mod shared_memory;
 pub mod snapshot;

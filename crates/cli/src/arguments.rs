@@ -24,6 +24,7 @@ use crate::link::{LinkOptions, UnlinkOptions};
 use crate::log::LogOptions;
 use crate::map::MapVerb;
 use crate::mcp::McpOptions;
+use crate::mission::MissionVerb;
 use crate::module::ModuleVerb;
 use crate::new::NewOptions;
 use crate::peers::PeersOptions;
@@ -181,6 +182,9 @@ pub enum Verb {
     /// Save a map of a running agent
     #[command(subcommand)]
     Map(MapVerb),
+    /// Check, draw and generate missions as Petri Net Plans
+    #[command(subcommand)]
+    Mission(MissionVerb),
     /// Print the link of the web console, which contains a token, or open it
     Console(ConsoleOptions),
     /// Call an operation of the HTTP API, or list all operations

@@ -1,13 +1,14 @@
 //! What is built into the `slate` command.
 
 /// Name of each feature, and whether it is built in.
-pub const FEATURES: [(&str, bool); 11] = [
+pub const FEATURES: [(&str, bool); 12] = [
     ("console", cfg!(feature = "console")),
     ("dds", cfg!(feature = "dds")),
     ("drivers", cfg!(feature = "drivers")),
     ("evaluate", cfg!(feature = "evaluate")),
     ("jpeg", cfg!(feature = "jpeg")),
     ("mcp", cfg!(feature = "mcp")),
+    ("missions", cfg!(feature = "missions")),
     ("navigation", cfg!(feature = "navigation")),
     ("ros1", cfg!(feature = "ros1")),
     ("ros2", cfg!(feature = "ros2")),

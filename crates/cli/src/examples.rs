@@ -4,6 +4,7 @@ use slate::blackboard::nearest_names;
 use slate::module::Plugin;
 use slate::runtime::configuration::{Configuration, Database, Options, Variant, parse_change};
 use slate::runtime::snapshot::Snapshot;
+use slate_robotics_cli::FEATURES;
 use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory};
 
 use crate::failure::Failure;
@@ -50,82 +51,88 @@ struct FileExample {
     name: &'static str,
     about: &'static str,
     file: &'static str,
-    /// Whether what it runs is behind the feature `navigation`.
-    navigates: bool,
+    /// Feature that what it runs is behind.
+    feature: Option<&'static str>,
 }
 
-const FILE_EXAMPLES: [FileExample; 12] = [
+const FILE_EXAMPLES: [FileExample; 13] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
         file: "mapping/mapping.toml",
-        navigates: false,
+        feature: None,
     },
     FileExample {
         name: "localization",
         about: "a robot with a laser finds its pose in the map of an office and drives by it",
         file: "localization/localization.toml",
-        navigates: true,
+        feature: Some("navigation"),
     },
     FileExample {
         name: "explore",
         about: "a robot with a laser explores an unknown building and saves its map",
         file: "explore/explore.toml",
-        navigates: true,
+        feature: Some("navigation"),
     },
     FileExample {
         name: "slam",
         about: "the laser log of a real building becomes a map",
         file: "slam/intel.toml",
-        navigates: true,
+        feature: Some("navigation"),
     },
     FileExample {
         name: "office",
         about: "a robot with a laser delivers between the rooms of an office",
         file: "office/office.toml",
-        navigates: true,
+        feature: Some("navigation"),
     },
     FileExample {
         name: "adaptation",
         about: "a robot whose sensors fail, and a loop that adapts it",
         file: "adaptation/adaptation.toml",
-        navigates: false,
+        feature: None,
     },
     FileExample {
         name: "reflexes",
         about: "reflexes of three ranks",
         file: "reflexes/reflexes.toml",
-        navigates: false,
+        feature: None,
+    },
+    FileExample {
+        name: "patrol",
+        about: "a robot that visits three places by a Petri Net Plan and lets others pass",
+        file: "patrol/patrol.toml",
+        feature: Some("missions"),
     },
     FileExample {
         name: "strategies",
         about: "plans chosen by past outcomes",
         file: "strategies/strategies.toml",
-        navigates: false,
+        feature: None,
     },
     FileExample {
         name: "roles",
         about: "two robots that exchange the roles of attacker and defender",
         file: "roles/roles.toml",
-        navigates: false,
+        feature: None,
     },
     FileExample {
         name: "camera",
         about: "a camera and the objects in its images",
         file: "camera/camera.toml",
-        navigates: false,
+        feature: None,
     },
     FileExample {
         name: "sharing",
         about: "two agents, one of which reads the other",
         file: "sharing/team.toml",
-        navigates: false,
+        feature: None,
     },
     FileExample {
         name: "team",
         about: "eight robots that explore an arena and tell each other what they find",
         file: "team/team.toml",
-        navigates: false,
+        feature: None,
     },
 ];
 
@@ -145,6 +152,14 @@ fn file_of(name: &str) -> PathBuf {
     example.and_then(FileExample::path).unwrap_or_else(|| own.to_owned())
 }
 
+/// The feature that the example of a file is behind.
+fn feature_of(file: &Path) -> Option<&'static str> {
+    FILE_EXAMPLES
+        .iter()
+        .find(|example| example.path().as_deref() == Some(file))
+        .and_then(|example| example.feature)
+}
+
 /// An application with the modules that are linked into the command.
 fn application(name: &str, database: Database) -> Application {
     Application::new(name, database, plugins())
@@ -160,6 +175,8 @@ pub fn plugins() -> Vec<Plugin> {
         slate_arcos::plugin(),
         #[cfg(feature = "drivers")]
         slate_drivers::plugin(),
+        #[cfg(feature = "missions")]
+        slate_executive::plugin(),
         #[cfg(feature = "navigation")]
         slate_exploration::plugin(),
         #[cfg(feature = "navigation")]
@@ -232,10 +249,8 @@ pub fn find(
     }
     let path = file_of(name);
     let path = path.as_path();
-    if !cfg!(feature = "navigation")
-        && FILE_EXAMPLES.iter().any(|example| example.navigates && example.path().as_deref() == Some(path))
-    {
-        return Err(Failure::NotBuilt { what: format!("what `{name}` runs"), feature: "navigation" });
+    if let Some(feature) = feature_of(path).filter(|feature| FEATURES.contains(&(feature, false))) {
+        return Err(Failure::NotBuilt { what: format!("what `{name}` runs"), feature });
     }
     if path.is_dir() {
         return Err(Failure::Folder { path: path.into(), inside: first_toml(path) });

@@ -36,6 +36,7 @@ mod log;
 mod man;
 mod map;
 mod mcp;
+mod mission;
 mod module;
 mod new;
 mod offline;
@@ -170,6 +171,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::List { pattern, json, agent } => property::list(agent, pattern.as_deref(), *json),
         Verb::Snapshot(verb) => snapshot::snapshot(verb),
         Verb::Map(verb) => map::map(verb),
+        Verb::Mission(verb) => return mission::mission(verb),
         Verb::Bag(verb) => bag::bag(verb),
         Verb::Report(options) => report::report(options),
         Verb::Record(verb) => record::record(verb),

@@ -22,6 +22,7 @@ mod loose;
 mod mapping;
 #[cfg(feature = "mcp")]
 mod mcp;
+mod mission;
 mod network;
 mod new;
 mod operate;

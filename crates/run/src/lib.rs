@@ -59,7 +59,7 @@ pub use stay::DEBOUNCE;
 pub const EXTRA_TABLES: [&str; 7] = ["world", "report", "console", "network", "dds", "ros1", "ros2"];
 
 /// Settings of applications that may be paths.
-pub const PATHS: [&str; 7] = [
+pub const PATHS: [&str; 9] = [
     "world.arena",
     "world.robots.*.model",
     "modules.*.params.log_file",
@@ -67,6 +67,8 @@ pub const PATHS: [&str; 7] = [
     "robots.*.modules.*.params.yaml_filename",
     "modules.*.params.graph_filename",
     "robots.*.modules.*.params.graph_filename",
+    "modules.*.params.plan_filename",
+    "robots.*.modules.*.params.plan_filename",
 ];
 
 /// An application to run.

@@ -6,6 +6,7 @@ mod text;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+pub use svg::escaped;
 
 use clap::{Args, ValueEnum};
 use clap_complete::ArgValueCompleter;
@@ -103,7 +104,7 @@ pub fn graph(options: &GraphOptions) -> Result<bool, Failure> {
 }
 
 /// A drawing that is there stays until the new one is whole; a pipe or a device takes it as it comes.
-fn write(path: &Path, text: &str) -> io::Result<()> {
+pub fn write(path: &Path, text: &str) -> io::Result<()> {
     if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
         return std::fs::write(path, text);
     }

@@ -177,6 +177,7 @@ fn title(graph: &ModuleGraph, edge: &GraphEdge) -> String {
     format!("{}/{} → {}/{}{inferred}", name(edge.from), edge.output, name(edge.to), edge.input)
 }
 
-fn escaped(text: &str) -> String {
+/// Text for SVG.
+pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

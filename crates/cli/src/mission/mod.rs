@@ -1,0 +1,61 @@
+//! Missions: plans as Petri nets, checked, drawn and generated.
+
+#[cfg(feature = "missions")]
+mod check;
+#[cfg(feature = "missions")]
+mod nets;
+#[cfg(feature = "missions")]
+mod svg;
+
+use std::path::PathBuf;
+
+use clap::Subcommand;
+
+#[cfg(feature = "missions")]
+pub use nets::mission;
+
+#[cfg(not(feature = "missions"))]
+use crate::failure::Failure;
+
+#[derive(Debug, Subcommand)]
+pub enum MissionVerb {
+    /// Check a Petri Net Plan and its sub-plans for defects (exit code 7 if one is found)
+    Check {
+        /// Plan in PNML
+        file: PathBuf,
+        /// Action of the robot; repeatable [default: every action is known]
+        #[arg(long, value_name = "NAME")]
+        action: Vec<String>,
+        /// Number of markings after which a net is given up
+        #[arg(long, value_name = "NUMBER", default_value_t = 100_000)]
+        states: usize,
+        /// Print the findings as JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Draw a Petri Net Plan as SVG
+    Show {
+        /// Plan in PNML
+        file: PathBuf,
+        /// Output file [default: stdout]
+        #[arg(long, short, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+    /// Generate a Petri Net Plan from a linear plan and execution rules
+    Generate {
+        /// Linear plan, such as `goto_1_2|30; look`
+        file: PathBuf,
+        /// Execution rules
+        #[arg(long, value_name = "FILE")]
+        rules: Option<PathBuf>,
+        /// Output file [default: stdout]
+        #[arg(long, short, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+}
+
+/// Reports that the feature is not built in.
+#[cfg(not(feature = "missions"))]
+pub fn mission(_verb: &MissionVerb) -> Result<u8, Failure> {
+    Err(Failure::NotBuilt { what: "`slate mission`".into(), feature: "missions" })
+}

@@ -1,0 +1,136 @@
+//! A Petri net as an SVG drawing.
+
+use std::fmt::Write;
+
+use slate::control::graph::{Flow, GraphEdge, GraphLayout, GraphNode, ModuleGraph, NodeKind};
+use slate_petri_net::PetriNet;
+
+use crate::graph::escaped;
+
+/// Approximate width of a letter, pixels.
+const LETTER: f64 = 5.9;
+/// Radius of a place, and half of the height of a transition.
+const RADIUS: f64 = 13.0;
+/// Half of the width of a transition.
+const BAR: f64 = 3.0;
+/// Height of a label.
+const LABEL: f64 = 16.0;
+const HEADER: f64 = 36.0;
+const MARGIN: f64 = 24.0;
+
+const STYLE: &str = "
+  text { font: 10px ui-monospace, 'DejaVu Sans Mono', monospace; fill: #1b1f24; text-anchor: middle; }
+  .title { font-size: 15px; font-weight: bold; text-anchor: start; }
+  .paper { fill: #ffffff; }
+  .place { fill: #f6f8fa; stroke: #57606a; }
+  .action { fill: #eef6ff; stroke: #0072b2; stroke-width: 1.8; }
+  .goal { stroke: #117733; stroke-width: 3; }
+  .fail { stroke: #a04000; stroke-width: 3; }
+  .transition, .token { fill: #1b1f24; }
+  .edge { fill: none; stroke: #57606a; stroke-opacity: 0.75; }
+  .back { stroke: #0072b2; }
+  @media (prefers-color-scheme: dark) {
+    text { fill: #e6edf3; } .paper { fill: #14181d; } .place { fill: #1f252c; stroke: #9da7b3; }
+    .action { fill: #16242f; stroke: #56b4e9; } .goal { stroke: #44aa99; } .fail { stroke: #e69f00; }
+    .transition, .token { fill: #e6edf3; } .edge { stroke: #9da7b3; } .back { stroke: #56b4e9; }
+  }
+";
+
+/// The net as an SVG document: places are circles, transitions are bars.
+pub fn draw(net: &PetriNet) -> String {
+    let graph = graph(net);
+    let sizes: Vec<(f64, f64)> = graph.nodes.iter().map(|node| size(&node.name)).collect();
+    let layout = GraphLayout::new(&graph, &sizes, None);
+    let (width, height) = (layout.width, layout.height + HEADER);
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
+         height=\"{height:.0}\" role=\"img\" aria-label=\"the plan {title}\">\n<style>{STYLE}</style>\n\
+         <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
+         <defs><marker id=\"arrow\" viewBox=\"0 0 8 8\" refX=\"7\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" \
+         orient=\"auto\"><path d=\"M0 0L8 4L0 8z\" fill=\"context-stroke\"/></marker></defs>\n\
+         <text class=\"title\" x=\"{MARGIN}\" y=\"24\">{title}</text>\n<g transform=\"translate(0 {HEADER:.0})\">\n",
+        title = escaped(&graph.title)
+    );
+    // The middle of the shape of each node. Writing into a string can't fail.
+    let middle = |node: usize| {
+        let at = layout.nodes[node];
+        (at.x + sizes[node].0 / 2.0, at.y + RADIUS)
+    };
+    let half = |node: usize| if node < net.places().len() { RADIUS } else { BAR };
+    for (edge, route) in graph.edges.iter().zip(&layout.routes) {
+        let (from, to) = (middle(edge.from), middle(edge.to));
+        let path = route.path((from.0 + half(edge.from), from.1), (to.0 - half(edge.to), to.1));
+        let back = if route.is_back() { " back" } else { "" };
+        let _ = writeln!(text, "<path class=\"edge{back}\" d=\"{path}\" marker-end=\"url(#arrow)\"/>");
+        if edge.output != "1" {
+            let (x, y) = ((from.0 + to.0) / 2.0, (from.1 + to.1) / 2.0 - 4.0);
+            let _ = writeln!(text, "<text x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", edge.output);
+        }
+    }
+    for (node, GraphNode { name, .. }) in graph.nodes.iter().enumerate() {
+        draw_node(net, node, middle(node), &mut text);
+        let (x, y) = (middle(node).0, middle(node).1 + RADIUS + 11.0);
+        let _ = writeln!(text, "<text x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escaped(name));
+    }
+    text.push_str("</g>\n</svg>\n");
+    text
+}
+
+/// The net as a graph: places, then transitions.
+fn graph(net: &PetriNet) -> ModuleGraph {
+    let mut graph = ModuleGraph { title: net.name().into(), ..ModuleGraph::default() };
+    // Nodes outside of an agent belong to no robot, whatever their labels.
+    let node = |name: &str| GraphNode { name: name.into(), kind: NodeKind::Outside, note: String::new() };
+    graph.nodes.extend(net.places().iter().map(|place| node(&place.name)));
+    graph.nodes.extend(net.transitions().iter().map(|transition| node(&transition.name)));
+    let is_marked = |node: usize| net.places().get(node).is_some_and(|place| place.initial > 0);
+    let edge = |from: usize, to: usize, weight: u32| GraphEdge {
+        from,
+        to,
+        output: weight.to_string(),
+        input: String::new(),
+        // The drawing begins with the places that have a token: what leads back to them closes a loop.
+        flow: if is_marked(to) { Flow::Previous } else { Flow::Values },
+        inferred: false,
+    };
+    for (index, transition) in net.transitions().iter().enumerate() {
+        let own = net.places().len() + index;
+        graph.edges.extend(transition.inputs.iter().map(|(place, weight)| edge(*place, own, *weight)));
+        graph.edges.extend(transition.outputs.iter().map(|(place, weight)| edge(own, *place, *weight)));
+    }
+    graph
+}
+
+fn size(label: &str) -> (f64, f64) {
+    let width = label.chars().count() as f64 * LETTER + 8.0;
+    (if width > 2.0 * RADIUS { width } else { 2.0 * RADIUS }, 2.0 * RADIUS + LABEL)
+}
+
+fn draw_node(net: &PetriNet, node: usize, (x, y): (f64, f64), text: &mut String) {
+    let Some(place) = net.places().get(node) else {
+        let (left, top, width, height) = (x - BAR, y - RADIUS, 2.0 * BAR, 2.0 * RADIUS);
+        let _ = writeln!(
+            text,
+            "<rect class=\"transition\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\"/>"
+        );
+        return;
+    };
+    let mut class = String::from("place");
+    for (is_so, word) in [
+        (place.action.is_some(), " action"),
+        (place.goal.is_some(), " goal"),
+        (place.fail.is_some(), " fail"),
+    ] {
+        class.push_str(if is_so { word } else { "" });
+    }
+    let _ = writeln!(text, "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{RADIUS}\"/>");
+    match place.initial {
+        0 => {}
+        1 => {
+            let _ = writeln!(text, "<circle class=\"token\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\"/>");
+        }
+        tokens => {
+            let _ = writeln!(text, "<text x=\"{x:.1}\" y=\"{:.1}\">{tokens}</text>", y + 3.5);
+        }
+    }
+}

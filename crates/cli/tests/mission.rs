@@ -1,0 +1,91 @@
+//! Missions as Petri Net Plans: checked, drawn, generated, and followed by a robot.
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::common::{Running, folder, json, slate, text};
+
+const PATROL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/patrol");
+
+const PLAN: &str = "goto_1|30; say_hello";
+const RULES: &str = "*if* person *during* goto *do* say_away; restart_action";
+
+#[test]
+fn a_generated_plan_is_sound_until_it_is_spoiled() {
+    let running = Running::new("mission");
+    fs::write(running.folder().join("fetch.plan"), PLAN).unwrap();
+    fs::write(running.folder().join("fetch.rules"), RULES).unwrap();
+    running.done(&["mission", "generate", "fetch.plan", "--rules", "fetch.rules", "--out", "fetch.pnml"]);
+    let said = running.done(&["mission", "check", "fetch.pnml"]);
+    assert!(said.starts_with("fetch: sound; "), "{said}");
+    running.fails(7, &["mission", "check", "fetch.pnml", "--action", "goto"], &[]);
+    let output = running.call(&["mission", "check", "fetch.pnml", "--action", "goto", "--json"]);
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(document["plans"][0]["findings"][0]["kind"], "unknown action", "{document}");
+    // Nothing leads out of the greeting.
+    let file = running.folder().join("fetch.pnml");
+    let spoiled = fs::read_to_string(&file).unwrap().replace("say_away.end", "say_away.end [never");
+    fs::write(&file, &spoiled).unwrap();
+    running.fails(2, &["mission", "check", "fetch.pnml"], &["fetch.pnml:", "expected `]` after the guard"]);
+    running.fails(2, &["mission", "show", "none.pnml"], &["none.pnml: can't be read"]);
+}
+
+#[test]
+fn a_defect_is_printed_with_the_way_to_it() {
+    let running = Running::new("mission_defect");
+    let place = |id: &str, name: &str, tokens: u32| {
+        format!(
+            "<place id='{id}'><name><value>{name}</value></name><initialMarking><value>{tokens}</value></initialMarking></place>"
+        )
+    };
+    let transition =
+        |id: &str| format!("<transition id='{id}'><name><value>[{id}]</value></name></transition>");
+    let arc = |from: &str, to: &str| format!("<arc source='{from}' target='{to}'/>");
+    let net = [
+        place("p", "start", 1),
+        place("q", "nook", 0),
+        place("g", "goal", 0),
+        transition("in"),
+        transition("out"),
+        arc("p", "in"),
+        arc("in", "q"),
+        arc("p", "out"),
+        arc("out", "g"),
+    ];
+    fs::write(running.folder().join("trap.pnml"), format!("<pnml><net>{}</net></pnml>", net.concat()))
+        .unwrap();
+    let output = running.call(&["mission", "check", "trap.pnml"]);
+    assert_eq!(output.status.code(), Some(7));
+    let said = text(&output.stdout);
+    let expected =
+        "error: trap: deadlock: nothing can happen with nook\n  after in ([in])\ntrap: not sound; ";
+    assert!(said.starts_with(expected), "{said}");
+    let drawing = running.done(&["mission", "show", "trap.pnml"]);
+    let document = roxmltree::Document::parse(&drawing).unwrap();
+    let count = |class: &str| {
+        let classes = document.descendants().filter_map(|node| node.attribute("class"));
+        classes.filter(|own| own.split(' ').any(|own| own == class)).count()
+    };
+    assert_eq!(["place", "transition", "edge", "goal", "token"].map(count), [3, 2, 4, 1, 1]);
+}
+
+#[test]
+fn a_robot_follows_its_plan_and_each_run_is_the_same() {
+    let folder = folder("patrol");
+    let file = format!("{PATROL}/patrol.toml");
+    let run = |arguments: &[&str]| {
+        let output = slate(&folder, &[&["run", "--headless", "--json"], arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        json(&output)
+    };
+    let snapshot = ["--set", "snapshot.at=\"13.3s\"", "--set", "snapshot.file=half.snapshot"];
+    let first = run(&[&file]);
+    let again = run(&[&[file.as_str()], &snapshot[..]].concat());
+    let resumed = run(&["--resume", "half.snapshot"]);
+    assert_eq!(first["collisions"], 0, "{first}");
+    assert_eq!((&again["digest"], &resumed["digest"]), (&first["digest"], &first["digest"]));
+    let said = text(&slate(&folder, &["mission", "check", &format!("{PATROL}/patrol.pnml")]).stdout);
+    assert!(said.contains("patrol: sound; "), "{said}");
+}

@@ -1,0 +1,178 @@
+//! Actions of a mission at Execute.
+
+use serde::{Deserialize, Serialize};
+use slate_petri_net::ActionProgress;
+use slate_plugin::mapek::ActionRequest;
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
+
+/// Name of the action that the Plan itself performs: it waits a number of seconds.
+pub const WAIT: &str = "wait";
+
+/// Who performs an action.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Performed {
+    /// Execute.
+    Request(ActionRequest),
+    /// The Plan, which waits so long, ns.
+    Wait(u64),
+}
+
+/// Where an action is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct ActionRecord {
+    /// Whether the mission performs it.
+    is_active: bool,
+    progress: ActionProgress,
+    /// Number at Execute; 0 while Execute does not have it.
+    ticket: u64,
+    /// When it was started, ns.
+    since: u64,
+}
+
+/// Actions of a mission, their requests and how far they have come.
+///
+/// What a reflex or a failure has cleared is requested again as long as the mission performs it.
+#[derive(Clone, Debug, Default)]
+pub struct MissionActions {
+    performed: Vec<Performed>,
+    records: Vec<ActionRecord>,
+    newest_start: u64,
+    /// Whether Execute has an action that the mission has stopped.
+    must_clear: bool,
+}
+
+impl MissionActions {
+    /// Actions by their names and arguments.
+    ///
+    /// # Errors
+    /// If a name is too long, or an argument is no number.
+    pub fn new<'a>(actions: impl Iterator<Item = (&'a str, Vec<&'a str>)>) -> Result<Self, String> {
+        let performed: Vec<Performed> =
+            actions.map(|(name, arguments)| performed(name, &arguments)).collect::<Result<_, _>>()?;
+        let records = vec![ActionRecord::default(); performed.len()];
+        Ok(Self { performed, records, ..Self::default() })
+    }
+
+    /// Starts or continues an action.
+    pub fn start(&mut self, index: usize, now: u64) {
+        self.stop(index);
+        self.records[index] =
+            ActionRecord { is_active: true, progress: ActionProgress::Running, ticket: 0, since: now };
+        self.newest_start = now;
+    }
+
+    /// Stops an action, if Execute has it.
+    pub fn stop(&mut self, index: usize) {
+        let record = &mut self.records[index];
+        self.must_clear |= record.progress == ActionProgress::Running && record.ticket > 0;
+        (record.is_active, record.ticket) = (false, 0);
+    }
+
+    /// Returns how far an action has come.
+    pub fn progress(&self, index: usize, now: u64) -> ActionProgress {
+        let ActionRecord { progress, since, .. } = self.records[index];
+        match self.performed[index] {
+            Performed::Wait(duration) if now.saturating_sub(since) >= duration => ActionProgress::Succeeded,
+            _ => progress,
+        }
+    }
+
+    /// Time since the newest start, s.
+    pub fn elapsed(&self, now: u64) -> f64 {
+        now.saturating_sub(self.newest_start) as f64 / 1e9
+    }
+
+    /// Takes the actions that ended since the previous run.
+    pub fn take_endings(&mut self, situation: &Situation<'_>) {
+        for ended in situation.ended().filter(|ended| ended.ticket > 0) {
+            let own = self.records.iter_mut().find(|record| record.ticket == ended.ticket);
+            if let Some(record) = own {
+                record.ticket = 0;
+                record.progress = match ended.ending {
+                    Ending::COMPLETED => ActionProgress::Succeeded,
+                    Ending::FAILED | Ending::REFUSED => ActionProgress::Failed,
+                    _ => ActionProgress::Preempted,
+                };
+            }
+        }
+    }
+
+    /// Requests what the mission performs and Execute does not have.
+    pub fn request(&mut self, situation: &Situation<'_>, plan: &mut Agenda<'_>) {
+        let is_lost = situation.needs_plan();
+        if self.must_clear && plan.clear().is_none() {
+            // No message fits in this run; the next one has room.
+            return;
+        }
+        for (record, performed) in self.records.iter_mut().zip(&self.performed) {
+            let Performed::Request(request) = *performed else { continue };
+            let is_unfinished =
+                matches!(record.progress, ActionProgress::Running | ActionProgress::Preempted);
+            if !record.is_active || !is_unfinished {
+                continue;
+            }
+            if record.ticket == 0 || is_lost || self.must_clear {
+                record.progress = ActionProgress::Running;
+                record.ticket = plan.append(request).unwrap_or(0);
+            }
+        }
+        self.must_clear = false;
+    }
+
+    /// Returns the state: for each action its name, and where it is.
+    pub fn save<'a>(&self, names: impl Iterator<Item = (&'a str, &'a str)>) -> SavedActions {
+        let records = names.zip(&self.records).filter(|(_, record)| **record != ActionRecord::default());
+        SavedActions {
+            newest_start: self.newest_start,
+            must_clear: self.must_clear,
+            actions: records.map(|((path, text), record)| (path.into(), text.into(), *record)).collect(),
+        }
+    }
+
+    /// Restores a state, of the actions that have the same names.
+    pub fn restore<'a>(&mut self, saved: &SavedActions, names: impl Iterator<Item = (&'a str, &'a str)>) {
+        self.newest_start = saved.newest_start;
+        self.must_clear = saved.must_clear;
+        let names: Vec<(&str, &str)> = names.collect();
+        for (path, text, record) in &saved.actions {
+            if let Some(index) = names.iter().position(|name| *name == (path, text)) {
+                self.records[index] = *record;
+            } else {
+                self.must_clear |= record.ticket > 0;
+            }
+        }
+    }
+}
+
+/// State of [`MissionActions`] by names, for snapshots and changed missions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SavedActions {
+    newest_start: u64,
+    must_clear: bool,
+    /// Path of the plan, action with arguments, and where it is.
+    actions: Vec<(String, String, ActionRecord)>,
+}
+
+fn performed(name: &str, arguments: &[&str]) -> Result<Performed, String> {
+    let number = |argument: &&str| {
+        let value = argument.parse().ok().filter(|value: &f64| value.is_finite());
+        value.ok_or_else(|| {
+            format!("expected numbers as arguments of the action `{name}`, found `{argument}`")
+        })
+    };
+    let numbers: Vec<f64> = arguments.iter().map(number).collect::<Result<_, _>>()?;
+    if name == WAIT {
+        return match numbers[..] {
+            // The cast takes the nearest number for what is out of range.
+            [seconds] if seconds >= 0.0 => Ok(Performed::Wait((seconds * 1e9) as u64)),
+            _ => Err(format!("expected a number of seconds, such as `{WAIT}_5`")),
+        };
+    }
+    let request = ActionRequest { arguments: Sequence::new(&numbers), kind: Text::new(name) };
+    // A request takes what fits.
+    if request.kind.as_str() != name || request.arguments.len() != numbers.len() {
+        return Err(format!("expected a shorter name and fewer arguments of the action `{name}`"));
+    }
+    Ok(Performed::Request(request))
+}

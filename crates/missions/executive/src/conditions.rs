@@ -1,0 +1,57 @@
+//! Conditions of missions.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use slate_plugin::prelude::*;
+
+/// A condition and whether it holds.
+#[interface]
+#[derive(PartialEq)]
+pub struct ConditionValue {
+    /// Name in guards, such as `obstacle`.
+    pub name: Text<28>,
+    /// Whether it holds.
+    pub holds: Bool,
+}
+
+/// Conditions of a mission; one that is not named is unknown.
+#[interface]
+#[derive(PartialEq)]
+pub struct ConditionValues {
+    /// The conditions.
+    pub conditions: Sequence<ConditionValue, 8>,
+}
+
+impl ConditionValues {
+    /// Conditions by their names.
+    pub fn new(conditions: &[(&str, bool)]) -> Self {
+        let value =
+            |(name, holds): &(&str, bool)| ConditionValue { name: Text::new(name), holds: (*holds).into() };
+        let values: Vec<ConditionValue> = conditions.iter().map(value).collect();
+        Self { conditions: Sequence::new(&values) }
+    }
+}
+
+/// Newest value of each condition that was told.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KnownConditions(BTreeMap<String, bool>);
+
+impl KnownConditions {
+    /// Takes new values.
+    pub fn update(&mut self, values: &ConditionValues) {
+        for ConditionValue { name, holds } in values.conditions.iter() {
+            match self.0.get_mut(name.as_str()) {
+                Some(known) => *known = holds.get(),
+                None => {
+                    self.0.insert(name.as_str().into(), holds.get());
+                }
+            }
+        }
+    }
+
+    /// Returns whether a condition holds; `None` while it is unknown.
+    pub fn get(&self, name: &str) -> Option<bool> {
+        self.0.get(name).copied()
+    }
+}

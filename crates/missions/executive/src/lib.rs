@@ -1,0 +1,14 @@
+//! Executives: Plans that follow a mission.
+//!
+//! A mission reads conditions, which Analyzes, Knowledge or a person set ([`conditions`]), and performs actions of
+//! Execute by their kind and arguments ([`actions`]). [`petri_net_plan`] is a Plan whose mission is a Petri Net Plan.
+
+pub mod actions;
+pub mod conditions;
+pub mod petri_net_plan;
+pub mod wheeled_conditions;
+
+use slate_plugin::mapek::{AnalyzeBlock, PlanBlock};
+use slate_plugin::prelude::*;
+
+plugin!(PlanBlock<petri_net_plan::PetriNetPlan>, AnalyzeBlock<wheeled_conditions::WheeledConditions>,);

@@ -1,0 +1,5 @@
+//! All tests of the crate, in one program: each program costs link time.
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+
+mod conditions;
+mod petri_net_plan;

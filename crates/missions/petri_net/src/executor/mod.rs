@@ -1,0 +1,271 @@
+//! Execution of plans, step by step.
+
+mod state;
+mod step;
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+pub use state::{CarryError, ExecutorState, NetState, SavedAction, SavedTokens};
+
+use crate::label::ActionEvent;
+use crate::plan::{Performer, PetriPlan, PlanAction};
+
+/// The most tokens of a place while a plan runs.
+pub const MOST_TOKENS: u32 = 1_000_000;
+
+/// How far an action, or a plan, has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ActionProgress {
+    /// Has not been started.
+    #[default]
+    Idle,
+    /// Runs.
+    Running,
+    /// Has reached its goal.
+    Succeeded,
+    /// Has failed.
+    Failed,
+    /// Was preempted by something above the plan, such as a reflex.
+    Preempted,
+}
+
+/// Who performs the actions of a plan and knows its conditions.
+pub trait PlanHost {
+    /// Returns whether a condition holds; `None` while it is unknown, which satisfies neither it nor its negation.
+    ///
+    /// A step asks once at most, so that all guards of a step see one value.
+    fn condition(&mut self, index: usize, name: &str) -> Option<bool>;
+
+    /// Returns how far an active action has come. A step asks once for each.
+    fn progress(&mut self, index: usize, action: &PlanAction) -> ActionProgress;
+
+    /// Begins, continues, or ends an action.
+    fn control(&mut self, index: usize, action: &PlanAction, event: ActionEvent);
+}
+
+/// Whether the plan starts, steps, and stops an action.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ActionPhase {
+    /// Is not part of what the plan does now.
+    #[default]
+    Inactive,
+    /// Was started, and has not been ended.
+    Active,
+    /// Its plan was interrupted; `resume` continues it.
+    Suspended,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct ActionState {
+    phase: ActionPhase,
+    progress: ActionProgress,
+}
+
+/// Order in which enabled transitions of a step fire, which decides conflicts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ConflictOrder {
+    /// As in the file.
+    #[default]
+    File,
+    /// At random, from this seed.
+    Seed(u64),
+}
+
+/// A transition of a plan or sub-plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct PlanTransition {
+    /// Number of the run of a net, 0 for the plan itself; see [`PetriNetExecutor::path`].
+    pub instance: usize,
+    /// Index among the transitions of its net.
+    pub transition: usize,
+}
+
+/// A step that can't be made.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "plan `{plan}`: transition `{transition}` would put more than {MOST_TOKENS} tokens into place `{place}`; \
+     check the plan for unbounded places"
+)]
+pub struct StepError {
+    /// Path of the plan.
+    pub plan: String,
+    /// The transition.
+    pub transition: String,
+    /// The place.
+    pub place: String,
+}
+
+/// Executes a [`PetriPlan`]: PNP's step, with its defects mended as the crate's page lists them.
+///
+/// A step first asks how far the active actions have come, and steps active sub-plans; then it collects the enabled
+/// transitions whose guard holds, and fires each that is still enabled at its turn. It allocates nothing.
+#[derive(Clone, Debug)]
+pub struct PetriNetExecutor {
+    plan: Arc<PetriPlan>,
+    order: ConflictOrder,
+    random: u64,
+    /// Tokens of the places of all instances.
+    marking: Vec<u32>,
+    /// Actions of all instances.
+    actions: Vec<ActionState>,
+    /// How far each instance has come.
+    progress: Vec<ActionProgress>,
+    /// Answers of this step: asked or not, and the answer.
+    answers: Vec<Option<Option<bool>>>,
+    /// Candidates of the instances that are stepped.
+    candidates: Vec<PlanTransition>,
+    fired: Vec<PlanTransition>,
+    conflicts: Vec<PlanTransition>,
+    steps: u64,
+}
+
+impl PetriNetExecutor {
+    /// Makes an executor at the start of the plan.
+    pub fn new(plan: Arc<PetriPlan>, order: ConflictOrder) -> Self {
+        let random = match order {
+            ConflictOrder::File => 0,
+            ConflictOrder::Seed(seed) => seed,
+        };
+        // An instance fires a transition once in a step.
+        let transitions = plan.instances.iter().map(|own| plan.nets[own.net].transitions.len()).sum();
+        let mut executor = Self {
+            order,
+            random,
+            marking: vec![0; plan.places],
+            actions: vec![ActionState::default(); plan.states],
+            progress: vec![ActionProgress::Idle; plan.instances.len()],
+            answers: vec![None; plan.conditions.len()],
+            candidates: Vec::with_capacity(transitions),
+            fired: Vec::with_capacity(transitions),
+            conflicts: Vec::with_capacity(transitions),
+            steps: 0,
+            plan,
+        };
+        executor.reset(0);
+        executor
+    }
+
+    /// Returns the plan.
+    pub fn plan(&self) -> &Arc<PetriPlan> {
+        &self.plan
+    }
+
+    /// Returns how far the plan has come.
+    pub fn progress(&self) -> ActionProgress {
+        self.progress[0]
+    }
+
+    /// Returns the number of steps.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Returns the transitions that the last step fired, in order.
+    pub fn fired(&self) -> &[PlanTransition] {
+        &self.fired
+    }
+
+    /// Returns the transitions of the last step that another one disabled before their turn.
+    pub fn conflicts(&self) -> &[PlanTransition] {
+        &self.conflicts
+    }
+
+    /// Returns the tokens of the places of a run of a net, 0 for the plan itself.
+    pub fn marking(&self, instance: usize) -> &[u32] {
+        let own = &self.plan.instances[instance];
+        &self.marking[own.places..own.places + self.plan.nets[own.net].places.len()]
+    }
+
+    /// Returns the names that lead to a run of a net, such as `patrol/inspect_3`.
+    pub fn path(&self, instance: usize) -> &str {
+        &self.plan.instances[instance].path
+    }
+
+    /// Returns the label of a transition, with the plan's path.
+    pub fn title(&self, transition: PlanTransition) -> String {
+        let own = &self.plan.instances[transition.instance];
+        format!("{}: {}", own.path, self.plan.nets[own.net].transitions[transition.transition].title())
+    }
+
+    /// Ends what runs, and begins anew.
+    pub fn restart(&mut self, host: &mut impl PlanHost) {
+        self.stop(0, ActionEvent::End, host);
+        self.reset(0);
+    }
+
+    /// Interrupts the actions that run; [`resume_all`](Self::resume_all) continues them.
+    pub fn interrupt_all(&mut self, host: &mut impl PlanHost) {
+        self.stop(0, ActionEvent::Interrupt, host);
+    }
+
+    /// Continues what [`interrupt_all`](Self::interrupt_all) has interrupted.
+    pub fn resume_all(&mut self, host: &mut impl PlanHost) {
+        self.resume_inside(0, host);
+    }
+
+    /// Puts a run of a net to its start; nothing of it may be active.
+    fn reset(&mut self, instance: usize) {
+        let own = &self.plan.instances[instance];
+        let net = &self.plan.nets[own.net];
+        for (tokens, place) in self.marking[own.places..].iter_mut().zip(&net.places) {
+            *tokens = place.initial;
+        }
+        self.actions[own.states..own.states + net.actions.len()].fill(ActionState::default());
+        self.progress[instance] = self.reached(instance);
+    }
+
+    /// Returns how far a run of a net has come by its marking.
+    fn reached(&self, instance: usize) -> ActionProgress {
+        let own = &self.plan.instances[instance];
+        let net = &self.plan.nets[own.net];
+        let marking = self.marking(instance);
+        if net.is_goal(marking) {
+            ActionProgress::Succeeded
+        } else if net.is_failure(marking) {
+            ActionProgress::Failed
+        } else {
+            ActionProgress::Running
+        }
+    }
+
+    /// Ends or interrupts all active actions of a run of a net, innermost last.
+    fn stop(&mut self, instance: usize, event: ActionEvent, host: &mut impl PlanHost) {
+        let plan = Arc::clone(&self.plan);
+        let own = &plan.instances[instance];
+        for (action, performer) in own.performers.iter().enumerate() {
+            let state = own.states + action;
+            let was = self.actions[state].phase;
+            let is_ended = event != ActionEvent::Interrupt;
+            if was == ActionPhase::Inactive || was == ActionPhase::Suspended && !is_ended {
+                continue;
+            }
+            self.actions[state].phase = if is_ended { ActionPhase::Inactive } else { ActionPhase::Suspended };
+            match *performer {
+                Performer::Host(index) if was == ActionPhase::Active => {
+                    host.control(index, &plan.actions[index], event);
+                }
+                Performer::Host(_) => {}
+                Performer::Instance(inner) => self.stop(inner, event, host),
+            }
+        }
+    }
+
+    fn resume_inside(&mut self, instance: usize, host: &mut impl PlanHost) {
+        let plan = Arc::clone(&self.plan);
+        let own = &plan.instances[instance];
+        for (action, performer) in own.performers.iter().enumerate() {
+            let state = &mut self.actions[own.states + action];
+            if state.phase != ActionPhase::Suspended {
+                continue;
+            }
+            *state = ActionState { phase: ActionPhase::Active, progress: ActionProgress::Running };
+            match *performer {
+                Performer::Host(index) => {
+                    host.control(index, &plan.actions[index], ActionEvent::Resume);
+                }
+                Performer::Instance(inner) => self.resume_inside(inner, host),
+            }
+        }
+    }
+}
