@@ -29,9 +29,9 @@ pub fn check(file: &Path, actions: &[String], states: usize, json: bool) -> Resu
 fn print(net: &PetriNet, report: &NetReport) {
     for finding in &report.findings {
         let level = if finding.kind.is_error() { "error" } else { "warning" };
-        output::line(&format!("{level}: {}: {}: {}", net.name(), finding.kind.name(), finding.text));
+        output::line(format!("{level}: {}: {}: {}", net.name(), finding.kind.name(), finding.text));
         if let Some(path) = &finding.path {
-            output::line(&format!("  after {}", sequence(net, path)));
+            output::line(format!("  after {}", sequence(net, path)));
         }
     }
     let verdict = match (report.is_sound(), report.is_complete) {
@@ -39,7 +39,7 @@ fn print(net: &PetriNet, report: &NetReport) {
         (false, true) => "not sound",
         (false, false) => "not sound as far as it was explored",
     };
-    output::line(&format!(
+    output::line(format!(
         "{}: {verdict}; {} places, {} transitions, {} markings, {} actions, {} conditions",
         net.name(),
         net.places().len(),
