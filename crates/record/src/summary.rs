@@ -10,12 +10,10 @@ pub enum Outcome {
     // The alias, as the one below, is of summaries from before the judge's own word had its field.
     #[serde(alias = "gap_kept")]
     GoalReached,
-    /// The goal was reached, and left for too long.
-    GoalLeft,
     /// A collision was caused, whatever else was achieved.
     Collided,
     /// The time for the run was up before the task was done.
-    #[serde(alias = "gap_left")]
+    #[serde(alias = "gap_left", alias = "goal_left")]
     TimedOut,
     /// The run was stopped from outside.
     Stopped,
@@ -34,7 +32,6 @@ impl fmt::Display for Outcome {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Outcome::GoalReached => "goal reached",
-            Outcome::GoalLeft => "goal left",
             Outcome::Collided => "collided",
             Outcome::TimedOut => "timed out",
             Outcome::Stopped => "stopped",

@@ -68,11 +68,10 @@ impl JudgeVerdict {
     pub fn outcome(&self) -> Outcome {
         match self.outcome.as_str() {
             "GOAL_REACHED" => Outcome::GoalReached,
-            "GOAL_LEFT" => Outcome::GoalLeft,
             "GAP_KEPT" => Outcome::GoalReached,
             "COLLIDED" => Outcome::Collided,
-            // The time of a patrol is up, and its task is not done.
-            "TIMED_OUT" | "GAP_LEFT" => Outcome::TimedOut,
+            // The time is up, and the task is not done.
+            "TIMED_OUT" | "GAP_LEFT" | "GOAL_LEFT" => Outcome::TimedOut,
             _ if self.state == "SUCCEEDED" => Outcome::GoalReached,
             _ => Outcome::Failed,
         }
@@ -83,6 +82,7 @@ impl JudgeVerdict {
         match self.outcome.as_str() {
             "GAP_KEPT" => Some("gap_kept"),
             "GAP_LEFT" => Some("gap_left"),
+            "GOAL_LEFT" => Some("goal_left"),
             "" | "OTHER" if self.state == "SUCCEEDED" => Some("succeeded"),
             _ => None,
         }

@@ -2,13 +2,12 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use serde_json::Value;
@@ -23,14 +22,10 @@ robots.r2 = { model = "pioneer_p3dx" }
 layouts.start.robots.r2 = { x = 0.6, y = 0.8, theta = 0.0 }
 "#;
 
-/// A fresh folder that a test works in, of a name that no other test has.
+/// A fresh folder that a test works in. Its thread has the test's name, so tests beside each other may choose the same name.
 pub fn folder(name: &str) -> PathBuf {
-    // Its thread has a test's name.
-    static OWNERS: Mutex<BTreeMap<String, Option<String>>> = Mutex::new(BTreeMap::new());
-    let test = std::thread::current().name().map(str::to_owned);
-    let owner = OWNERS.lock().unwrap().entry(name.into()).or_insert_with(|| test.clone()).clone();
-    assert_eq!(owner, test, "two tests use the folder {name}");
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let test = std::thread::current().name().unwrap_or("thread").replace("::", "-");
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(test).join(name);
     let _ = std::fs::remove_dir_all(&path);
     std::fs::create_dir_all(&path).unwrap();
     path
@@ -86,7 +81,9 @@ const ORDINARY_USER: u32 = 54_321;
 impl Running {
     /// Nothing runs yet.
     pub fn new(name: &str) -> Self {
-        let sockets = std::env::temp_dir().join(format!("slate-test-{}-{name}", std::process::id()));
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let sockets = std::env::temp_dir().join(format!("slate-test-{}-{number}-{name}", std::process::id()));
         std::fs::create_dir_all(&sockets).unwrap();
         Self { folder: folder(name), sockets, runs: Vec::new(), ordinary: None }
     }
