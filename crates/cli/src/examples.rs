@@ -51,7 +51,7 @@ struct FileExample {
     name: &'static str,
     about: &'static str,
     file: &'static str,
-    /// Feature that what it runs is behind.
+    /// Feature of the command that the example needs.
     feature: Option<&'static str>,
 }
 
@@ -152,7 +152,7 @@ fn file_of(name: &str) -> PathBuf {
     example.and_then(FileExample::path).unwrap_or_else(|| own.to_owned())
 }
 
-/// The feature that the example of a file is behind.
+/// Returns the feature that an example's file needs.
 fn feature_of(file: &Path) -> Option<&'static str> {
     FILE_EXAMPLES
         .iter()

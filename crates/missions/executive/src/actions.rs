@@ -9,7 +9,7 @@ use slate_plugin::prelude::*;
 /// Name of the action that the Plan itself performs: it waits a number of seconds.
 pub const WAIT: &str = "wait";
 
-/// Who performs an action.
+/// Performer of an action.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Performed {
     /// Execute.
@@ -18,7 +18,7 @@ enum Performed {
     Wait(u64),
 }
 
-/// Where an action is.
+/// Progress of an action at Execute.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct ActionRecord {
     /// Whether the mission performs it.
@@ -67,6 +67,11 @@ impl MissionActions {
         let record = &mut self.records[index];
         self.must_clear |= record.progress == ActionProgress::Running && record.ticket > 0;
         (record.is_active, record.ticket) = (false, 0);
+    }
+
+    /// Stops all actions.
+    pub fn stop_all(&mut self) {
+        (0..self.records.len()).for_each(|index| self.stop(index));
     }
 
     /// Returns how far an action has come.

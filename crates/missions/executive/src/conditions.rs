@@ -5,12 +5,15 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use slate_plugin::prelude::*;
 
+/// Name of a condition in guards, such as `obstacle`.
+pub type ConditionName = Text<28>;
+
 /// A condition and whether it holds.
 #[interface]
 #[derive(PartialEq)]
 pub struct ConditionValue {
     /// Name in guards, such as `obstacle`.
-    pub name: Text<28>,
+    pub name: ConditionName,
     /// Whether it holds.
     pub holds: Bool,
 }
@@ -33,7 +36,7 @@ impl ConditionValues {
     }
 }
 
-/// Newest value of each condition that was told.
+/// Newest value of each received condition.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KnownConditions(BTreeMap<String, bool>);
 

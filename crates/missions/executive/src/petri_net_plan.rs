@@ -12,7 +12,7 @@ use slate_plugin::interfaces::{MissionOutcome, MissionState, Verdict};
 use slate_plugin::prelude::*;
 
 use crate::actions::{MissionActions, SavedActions};
-use crate::conditions::{ConditionValues, KnownConditions};
+use crate::conditions::{ConditionName, ConditionValues, KnownConditions};
 
 /// The most steps of a net in a run of the Plan.
 const MOST_STEPS: usize = 32;
@@ -128,6 +128,7 @@ impl Plan for PetriNetPlan {
         if let Err(error) = state.step(now) {
             now.error(format_args!("{error}"));
             state.failure = Some(error.to_string());
+            state.actions.stop_all();
             state.is_reported = false;
         }
         state.actions.request(situation, plan);
@@ -190,7 +191,7 @@ impl PetriNetPlanState {
         }
     }
 
-    /// Begins with a plan, or goes on with it.
+    /// Goes on with a changed plan, or begins with it where the old one has ended.
     fn exchange(
         &mut self,
         plan: Arc<PetriPlan>,
@@ -202,7 +203,13 @@ impl PetriNetPlanState {
             seed => ConflictOrder::Seed(seed.into()),
         };
         let is_running = self.executor.is_some();
-        let saved = if is_running { self.save() } else { self.restored.clone().unwrap_or_default() };
+        let saved = match &self.executor {
+            Some(executor) if executor.progress() != ActionProgress::Running => {
+                SavedNetPlan { conditions: self.conditions.clone(), ..SavedNetPlan::default() }
+            }
+            Some(_) => self.save(),
+            None => self.restored.clone().unwrap_or_default(),
+        };
         let restored = PetriNetExecutor::restore(Arc::clone(&plan), order, &saved.executor);
         let executor = restored.map_err(|error| error.to_string())?;
         actions.restore(&saved.actions, names(&plan));
@@ -283,6 +290,12 @@ fn load(file: &str) -> Result<(Arc<PetriPlan>, MissionActions), String> {
         return Err("a mission needs a file with its plan".into());
     }
     let plan = PetriPlan::read(Path::new(file)).map_err(|error| error.to_string())?;
+    // The values of a longer one are cut, and never found.
+    let is_cut =
+        |name: &&String| !name.starts_with(ELAPSED) && ConditionName::new(name).as_str() != name.as_str();
+    if let Some(name) = plan.conditions().iter().find(is_cut) {
+        return Err(format!("{file}: expected a shorter name of the condition `{name}`"));
+    }
     let texts = plan.actions().iter().map(PlanAction::text);
     let actions = texts.map(|text| (action_name(text), action_arguments(text).collect()));
     let actions = MissionActions::new(actions).map_err(|reason| format!("{file}: {reason}"))?;

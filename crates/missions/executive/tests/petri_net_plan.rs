@@ -187,5 +187,36 @@ fn a_plan_that_can_not_run_fails_with_the_reason() {
     };
     assert_eq!(reason(std::path::Path::new("")), "a mission needs a file with its plan");
     assert!(reason(std::path::Path::new("none.pnml")).starts_with("none.pnml: can't be read"));
-    assert!(!reason(&file("words", "Go_there", "")).is_empty());
+    // A verdict cuts what comes behind a long path.
+    let words = file("words", "Go_there", "");
+    assert!(reason(&words).starts_with(&words.display().to_string()[..8]));
+}
+
+#[test]
+fn a_mission_that_has_ended_is_followed_by_the_next_file() {
+    let mut plan = planning(&file("first", "Go_1", ""));
+    sent(&mut plan);
+    plan.set("situation", status(1, 1, Some(Ending::COMPLETED)));
+    assert_eq!(sent(&mut plan), []);
+    assert_eq!(plan.output::<Verdict>("verdict").unwrap().state, MissionState::SUCCEEDED);
+    let next = file("next", "Go_2", "");
+    plan.params().plan_filename = Text::new(next.to_str().unwrap());
+    assert_eq!(sent(&mut plan), [append("Go", &[2.0])]);
+    assert_eq!(plan.output::<Verdict>("verdict").unwrap().state, MissionState::RUNNING);
+}
+
+#[test]
+fn a_robot_whose_plan_overflows_stops_its_action() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("petri-net-plan");
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("overflow.pnml");
+    let mut net = slate_petri_net::NetBuilder::new("overflow");
+    let (drive, many) = (net.place("Go_1.exec", 1), net.place("many", 1));
+    net.transition("", &[(many, 1)], &[(many, 30_000)]);
+    net.transition("Go_1.end", &[(drive, 1)], &[]);
+    std::fs::write(&path, write_pnml(&net.finish().unwrap())).unwrap();
+    let mut plan = planning(&path);
+    let steps: Vec<_> = (0..100).map(|_| sent(&mut plan)).take_while(|steps| *steps != [clear()]).collect();
+    assert!(steps.len() < 100, "the net overflows");
+    assert_eq!(plan.output::<Verdict>("verdict").unwrap().state, MissionState::FAILED);
 }

@@ -7,6 +7,8 @@ use crate::net::{NetPlace, NetTransition, PetriNet};
 
 /// The most places, transitions and arcs of a net.
 pub(crate) const MOST_PARTS: usize = 10_000;
+/// The longest label, bytes.
+const LONGEST_LABEL: usize = 4096;
 
 /// Places with weights.
 type Arcs = Vec<(usize, u32)>;
@@ -117,7 +119,16 @@ fn arcs(arcs: Vec<(usize, u32)>, part: &NodeLabel) -> Result<Vec<(usize, u32)>, 
     Ok(joined)
 }
 
+/// Refuses labels that no editor shows, whose words would be searched for long.
+fn check_length(part: &NodeLabel) -> Result<(), String> {
+    match part.name.len() {
+        ..=LONGEST_LABEL => Ok(()),
+        length => Err(format!("expected a label of at most {LONGEST_LABEL} bytes, found {length}")),
+    }
+}
+
 fn place(part: &NodeLabel, initial: u32, actions: &mut Vec<String>) -> Result<NetPlace, String> {
+    check_length(part)?;
     let words = place_words(&part.name)?;
     Ok(NetPlace {
         id: part.id.clone(),
@@ -136,6 +147,7 @@ fn transition(
     places: &[NetPlace],
     actions: &mut Vec<String>,
 ) -> Result<NetTransition, String> {
+    check_length(part)?;
     let words = transition_words(&part.name)?;
     let mut events = Vec::new();
     for (action, event) in &words.events {

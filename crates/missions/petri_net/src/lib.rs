@@ -17,7 +17,8 @@
 //!
 //! Where PNP's definition is open, Slate is strict:
 //!
-//! - What still runs when a plan reaches its goal or fails is ended.
+//! - The first transition that leads to a goal or a failure is the last one, also within a step; what still runs is
+//!   ended.
 //! - An unknown condition satisfies neither a guard nor its negation.
 //! - All guards of a step, those of sub-plans included, see one value of a condition.
 //! - A guard that names an unknown action is refused on loading, as are sub-plans that contain themselves.

@@ -25,7 +25,6 @@ pub struct PetriPlan {
     pub(crate) conditions: Vec<String>,
     pub(crate) places: usize,
     pub(crate) states: usize,
-    pub(crate) most_transitions: usize,
 }
 
 /// A net in the tree of sub-plans.
@@ -107,7 +106,6 @@ impl PetriPlan {
             conditions: Vec::new(),
             places: 0,
             states: 0,
-            most_transitions: 0,
         };
         let name = root.name().to_owned();
         let mut known = BTreeMap::from([(name.clone(), Some(0))]);
@@ -136,7 +134,6 @@ impl PetriPlan {
         self.instances.push(instance);
         self.places += self.nets[net].places.len();
         self.states += texts.len();
-        self.most_transitions = self.most_transitions.max(self.nets[net].transitions.len());
         for text in texts {
             let sub_plan = match known.get(&text) {
                 Some(found) => *found,

@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use roxmltree::{Document, Node, NodeId};
@@ -17,12 +19,16 @@ const MOST_BYTES: u64 = 16 << 20;
 /// Reads a net from a file. Its name is that of the file up to the first dot, or that of a comment `PLAN NAME: x`.
 pub fn read_pnml(file: &Path) -> Result<PetriNet, NetError> {
     let unreadable = |error: std::io::Error| NetError::new(format!("can't be read: {error}")).of_file(file);
-    let length = std::fs::metadata(file).map_err(unreadable)?.len();
-    if length > MOST_BYTES {
-        let reason = format!("expected a file of at most {MOST_BYTES} bytes, found {length}");
-        return Err(NetError::new(reason).of_file(file));
+    let refused = |reason: String| Err(NetError::new(reason).of_file(file));
+    if !std::fs::metadata(file).map_err(unreadable)?.is_file() {
+        return refused("expected a file".into());
     }
-    let bytes = std::fs::read(file).map_err(unreadable)?;
+    let mut bytes = Vec::new();
+    let opened = File::open(file).map_err(unreadable)?;
+    opened.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return refused(format!("expected a file of at most {MOST_BYTES} bytes"));
+    }
     let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
     parse_pnml(name.split('.').next().unwrap_or(name), &bytes).map_err(|error| error.of_file(file))
 }
@@ -34,8 +40,9 @@ pub fn parse_pnml(name: &str, bytes: &[u8]) -> Result<PetriNet, NetError> {
         let line = error.pos().row as usize;
         NetError::at(line, format!("expected XML: {error}"))
     })?;
+    let lines = text.match_indices('\n').map(|(at, _)| at).collect();
     let mut reader =
-        PnmlReader { document: &document, nodes: BTreeMap::new(), builder: NetBuilder::new(name) };
+        PnmlReader { document: &document, lines, nodes: BTreeMap::new(), builder: NetBuilder::new(name) };
     reader.read()?;
     reader.builder.finish()
 }
@@ -43,7 +50,7 @@ pub fn parse_pnml(name: &str, bytes: &[u8]) -> Result<PetriNet, NetError> {
 fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, NetError> {
     let head: String = bytes.iter().take(200).map(|byte| byte.to_ascii_lowercase() as char).collect();
     let head = head.split("?>").next().unwrap_or_default();
-    if head.contains("iso-8859-1") || head.contains("latin1") {
+    if head.starts_with("<?xml") && (head.contains("iso-8859-1") || head.contains("latin1")) {
         return Ok(bytes.iter().map(|byte| *byte as char).collect::<String>().into());
     }
     let text = std::str::from_utf8(bytes).map_err(|error| {
@@ -65,6 +72,8 @@ enum NetNode {
 
 struct PnmlReader<'a, 'input> {
     document: &'a Document<'input>,
+    /// Where lines end.
+    lines: Vec<usize>,
     nodes: BTreeMap<&'a str, NetNode>,
     builder: NetBuilder,
 }
@@ -181,7 +190,7 @@ impl<'a> PnmlReader<'a, '_> {
 
     fn line(&self, node: NodeId) -> usize {
         let start = self.document.get_node(node).map_or(0, |node| node.range().start);
-        self.document.text_pos_at(start).row as usize
+        self.lines.partition_point(|end| *end < start) + 1
     }
 
     fn error(&self, node: Node<'_, '_>, reason: impl Into<String>) -> NetError {

@@ -61,8 +61,6 @@ def reference(net):
 
 
 def tokens_of(weight):
-    from snakes.nets import MultiArc, PetriNet, Place, StateGraph, Transition, Value, dot
-
     return Value(dot) if weight == 1 else MultiArc([Value(dot)] * weight)
 
 

@@ -192,3 +192,11 @@ fn a_place_that_overflows_ends_the_run_with_words() {
     assert!(error.contains("transition `t1 (pour)` would put more than 1000000 tokens into place `pool`"));
     assert_eq!(executor.marking(0), [900_000]);
 }
+
+#[test]
+fn nothing_fires_after_the_goal_within_a_step() {
+    let two = net("two", &[("P", 1), ("Q", 1), ("goal", 0)], &[("", &[0], &[2]), ("", &[1], &[2])]);
+    let (mut executor, mut host) = (executor(two), Script::default());
+    assert_eq!(executor.step(&mut host), Ok(ActionProgress::Succeeded));
+    assert_eq!(executor.marking(0), [0, 1, 1]);
+}

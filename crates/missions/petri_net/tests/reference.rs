@@ -199,6 +199,9 @@ impl Reference<'_> {
                 }
             }
             fired.push(index);
+            if self.is_over() {
+                break;
+            }
         }
         if self.is_over() {
             for action in actions {

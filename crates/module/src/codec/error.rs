@@ -1,4 +1,4 @@
-//! What is wrong with CBOR, or with what it shall become.
+//! Errors of reading and writing CBOR.
 
 use std::fmt::Display;
 

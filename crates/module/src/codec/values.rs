@@ -169,7 +169,7 @@ impl<'de> Deserializer<'de> for &mut CborReader<'de> {
     }
 }
 
-/// CborContent of an array or a map that is still to be read.
+/// Items of an array or a map that are still to be read.
 struct CborContent<'r, 'b> {
     reader: &'r mut CborReader<'b>,
     left: Option<usize>,

@@ -292,7 +292,7 @@ impl<'w> Serializer for &'w mut CborWriter {
     }
 }
 
-/// CborContent of an array or a map.
+/// Writes the items of an array or a map.
 pub struct CborItems<'w> {
     writer: &'w mut CborWriter,
     is_open: bool,

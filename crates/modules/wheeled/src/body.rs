@@ -43,7 +43,7 @@ pub struct BodyModel {
 }
 
 impl BodyModel {
-    /// Returns the pose; `None` if it is stale or invalid, or while the wheel encoders have stopped.
+    /// Returns the pose; `None` if it is stale or invalid, or while the wheel encoders are late or have stopped.
     pub fn pose(&self) -> Option<Pose2> {
         let robot = self.robot.fresh()?;
         let pose = robot.robot.pose;

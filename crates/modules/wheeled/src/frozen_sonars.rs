@@ -9,8 +9,9 @@ use slate_plugin::prelude::*;
 const DISPLACEMENT: f64 = 0.05;
 /// Turn of the robot after which it is one, radians.
 const TURN: f64 = 0.1;
-/// Greatest ratio of the displacement across the axis to that along it: a sonar that looks farther aside, at 31 degrees, may hear
-/// a wall along the way, whose range stays the same.
+/// Greatest ratio of the displacement across a sonar's axis to that along it.
+///
+/// A sonar that looks farther aside, at 31 degrees, may hear a wall along the way, whose range stays the same.
 const MAX_ASIDE: f64 = 0.6;
 
 /// Detects sonars that repeat an echo, to the last bit, while the odometry moves.
@@ -64,7 +65,9 @@ impl FrozenSonars {
 }
 
 impl HeldEcho {
-    /// Returns whether a robot that is now there, in the frame of the odometry, must hear another range in this direction (rad).
+    /// Returns whether the range in this direction (rad) must have changed.
+    ///
+    /// The pose is that of now, in the frame of the odometry.
     fn must_have_changed(&self, pose: Pose2, direction: f64) -> bool {
         let [x, y, theta] = self.place;
         let (east, north) = (pose.x - x, pose.y - y);

@@ -223,8 +223,9 @@ impl WheeledModels {
         rules
     }
 
-    /// Lists the described sensors that have measured or have a rule, with their health; returns their number. Frozen sonars are
-    /// silent since that time, ns.
+    /// Lists the sensors with their health, and returns their number.
+    ///
+    /// Listed are those that have measured or have a rule. Frozen sonars are silent since that time, ns.
     fn list_sensors(
         &self,
         list: &mut [Device; SENSORS],

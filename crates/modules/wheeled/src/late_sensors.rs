@@ -24,7 +24,7 @@ pub fn is_blind<T: Interface + ?Sized>(
     rules.get().is_some_and(|rules| rules.is_required(name)) && is_late(name, input, robot, now)
 }
 
-/// Returns whether a sensor that the robot has, with or without a rule, is late: what it measured may be wrong meanwhile.
+/// Returns whether a sensor that the robot has is late, with or without a rule.
 pub fn has_lost<T: Interface + ?Sized>(
     name: &str,
     input: &Input<T>,

@@ -98,7 +98,8 @@ impl NetReport {
 
 /// Checks a net without its sub-plans, which are nets of their own.
 ///
-/// Guards are ignored, so a defect may need a combination of conditions that does not occur, but none is missed.
+/// Guards are ignored: each may hold or not. So a defect may need conditions that never come together, and a deadlock
+/// that guards alone cause is missed.
 pub fn check_net(net: &PetriNet, limits: &CheckLimits<'_>) -> NetReport {
     let space = state_space(net, limits.most_states, true);
     let mut findings = Vec::new();

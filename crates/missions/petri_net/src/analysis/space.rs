@@ -4,6 +4,8 @@ use std::collections::HashMap;
 
 use crate::net::PetriNet;
 
+/// The most numbers of tokens that are kept, places times markings.
+const MOST_NUMBERS: usize = 1 << 25;
 /// The most tokens of a place in an analysis.
 const MOST_TOKENS: u32 = u32::MAX;
 
@@ -33,7 +35,7 @@ pub struct FiringPath {
     pub marking: Vec<u32>,
 }
 
-/// Explores at most `most_states` markings of a net.
+/// Explores at most `most_states` markings of a net, and fewer where they would take more than 256 MB.
 ///
 /// With `stops`, nothing follows a goal or a failure, as in a plan that runs, and a growth without bound ends the
 /// exploration. Without it, all markings of the net follow from the initial one.
@@ -70,7 +72,7 @@ pub fn state_space(net: &PetriNet, most_states: usize, stops: bool) -> StateSpac
                 space.edges.push((state, index, *next));
                 continue;
             }
-            if space.states() >= most_states {
+            if space.states() >= most_states || space.markings.len() >= MOST_NUMBERS {
                 return space;
             }
             let next = space.states();

@@ -194,16 +194,6 @@ impl PetriNetExecutor {
         self.reset(0);
     }
 
-    /// Interrupts the actions that run; [`resume_all`](Self::resume_all) continues them.
-    pub fn interrupt_all(&mut self, host: &mut impl PlanHost) {
-        self.stop(0, ActionEvent::Interrupt, host);
-    }
-
-    /// Continues what [`interrupt_all`](Self::interrupt_all) has interrupted.
-    pub fn resume_all(&mut self, host: &mut impl PlanHost) {
-        self.resume_inside(0, host);
-    }
-
     /// Puts a run of a net to its start; nothing of it may be active.
     fn reset(&mut self, instance: usize) {
         let own = &self.plan.instances[instance];

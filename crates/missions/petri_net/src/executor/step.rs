@@ -156,6 +156,10 @@ impl PetriNetExecutor {
             }
             self.release(plan, own, transition, host);
             self.fired.push(candidate);
+            // A goal or a failure ends the plan at once, as in its state space.
+            if self.reached(instance) != ActionProgress::Running {
+                break;
+            }
         }
         Ok(())
     }

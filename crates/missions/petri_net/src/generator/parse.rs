@@ -48,6 +48,13 @@ fn rule(content: &str, line: usize) -> Result<ExecutionRule, NetError> {
         let words = PlanRecovery::ALL.map(PlanRecovery::word).join(", ");
         NetError::at(line, format!("expected one of {words} at the end of the rule, found `{last}`"))
     })?;
+    // They would end the guard that the condition becomes.
+    if condition.contains(['[', ']']) {
+        return Err(NetError::at(
+            line,
+            format!("expected a condition without brackets, found `{}`", condition.trim()),
+        ));
+    }
     Ok(ExecutionRule {
         condition: condition.trim().into(),
         during: name(during.trim(), line)?,
