@@ -1,6 +1,6 @@
 //! Links by which a block of one robot drives another robot, or measures in its place.
 //!
-//! Driving is warned of, as one program may have two robots; a measurement of another robot is none of its own.
+//! Driving is warned of, as one program may have two robots; a measurement of another robot is refused.
 
 use slate_module::{Direction, PortDescription};
 

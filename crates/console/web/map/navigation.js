@@ -4,7 +4,7 @@ import { toPixel } from "/map/view.js";
 
 // Most particles that are drawn.
 const MOST_PARTICLES = 2000;
-// Age from which a local plan is none, ns.
+// Age from which a local plan is not drawn, ns.
 const OLD = 1e9;
 
 /** Particles: a dash in the heading of each, from its position on. */

@@ -173,7 +173,7 @@ impl<'b> CborReader<'b> {
         }
     }
 
-    /// Begins an array; whoever has read it calls [`leave`](Self::leave).
+    /// Begins an array; the caller ends it with [`leave`](Self::leave).
     #[inline(never)]
     pub fn array(&mut self) -> Result<Option<usize>, CodecError> {
         match self.item()? {
