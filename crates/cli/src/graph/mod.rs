@@ -1,12 +1,11 @@
 //! `slate graph`: modules, gates and links as a drawing, or as text for other programs.
 
-mod svg;
+pub mod svg;
 mod text;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-pub use svg::escaped;
 
 use clap::{Args, ValueEnum};
 use clap_complete::ArgValueCompleter;

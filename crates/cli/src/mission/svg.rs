@@ -5,7 +5,7 @@ use std::fmt::Write;
 use slate::control::graph::{Flow, GraphEdge, GraphLayout, GraphNode, ModuleGraph, NodeKind};
 use slate_petri_net::PetriNet;
 
-use crate::graph::escaped;
+use crate::graph::svg::escaped;
 
 /// Approximate width of a letter, pixels.
 const LETTER: f64 = 5.9;
