@@ -11,8 +11,8 @@ use rustdds::no_key::SimpleDataReader;
 use rustdds::with_key::{BareDataReaderStream, DataReader, Sample};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent,
-    DomainParticipantStatusListener, GUID, Publisher, QosPolicies, QosPolicyBuilder, RTPSEntity,
-    StatusEvented, Subscriber, Topic, TopicKind,
+    DomainParticipantStatusListener, GUID, Publisher, QosPolicies, QosPolicyBuilder, RTPSEntity, Subscriber,
+    Topic, TopicKind,
 };
 use slate_topics::TopicSink;
 
@@ -20,7 +20,7 @@ use crate::error::DdsError;
 use crate::message::DdsMessage;
 use crate::quality::Representation;
 use crate::topic_type::DdsTopic;
-use crate::wire::{Matches, RawAdapter, RawMessage, policies};
+use crate::wire::{DiscoveryProbe, Matches, RawAdapter, RawMessage, policies};
 
 /// Messages of all instances of a topic that wait at least.
 const WAITING: i32 = 256;
@@ -32,6 +32,7 @@ pub struct DdsParticipant {
     publisher: Publisher,
     subscriber: Subscriber,
     status: DomainParticipantStatusListener,
+    probe: DiscoveryProbe,
 }
 
 impl DdsParticipant {
@@ -50,7 +51,8 @@ impl DdsParticipant {
         let publisher = participant.create_publisher(&any).map_err(|error| refused(&error))?;
         let subscriber = participant.create_subscriber(&any).map_err(|error| refused(&error))?;
         let status = participant.status_listener();
-        Ok(Self { domain, participant, publisher, subscriber, status })
+        let probe = DiscoveryProbe::start(&participant).map_err(|error| refused(&error))?;
+        Ok(Self { domain, participant, publisher, subscriber, status, probe })
     }
 
     /// Reads a topic.
@@ -134,7 +136,7 @@ impl DdsParticipant {
 
     /// The next event of the domain, if there is one.
     pub fn next_status(&self) -> Option<DomainParticipantStatusEvent> {
-        self.status.try_recv_status()
+        self.probe.next_event(&self.status)
     }
 }
 

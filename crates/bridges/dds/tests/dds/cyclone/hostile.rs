@@ -1,5 +1,8 @@
 //! Packets that nobody sends by mistake.
 
+use std::net::UdpSocket;
+use std::time::Duration;
+
 use serde_json::json;
 use slate_test_tools::{HostileSender, PacketCapture, resident_memory, values_alone};
 
@@ -50,5 +53,35 @@ fn mutated_packets_end_neither_a_participant_nor_its_matches() {
         exchange(&mut peer, &agent);
         // And one that starts afterwards.
         connected(domain, &agent);
+    });
+}
+
+/// Announces so many participants of which nothing can be read.
+#[allow(clippy::disallowed_methods, reason = "packets go by the machine's clock")]
+fn announce_unreadable(port: u16, count: u32) {
+    let socket = UdpSocket::bind(("127.0.0.1", 0)).unwrap();
+    for number in 0..count {
+        // DATA of the built-in writer and reader of participants, which has a list of no parameters.
+        let mut packet =
+            b"RTPS\x02\x03\x01\x12nobody here.\x15\x05\x1c\0\0\0\x10\0\0\x01\0\xc7\0\x01\0\xc2\0\0\0\0"
+                .to_vec();
+        packet.extend((2 * number + 1).to_le_bytes());
+        packet.extend([0, 3, 0, 0, 1, 0, 0, 0]);
+        socket.send_to(&packet, ("127.0.0.1", port)).unwrap();
+        if number % 100 == 0 {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+#[test]
+fn unreadable_announcements_hide_no_later_program() {
+    alone("dds::cyclone::hostile::unreadable_announcements_hide_no_later_program", |domain| {
+        let of = "type = \"demo::Count\", idl = \"tests/dds/count.idl\"";
+        let read = format!("read.\"planner/number\" = {{ topic = \"Sum\", {of} }}");
+        let agent = start(&format!("domain = {domain}\n{read}"));
+        announce_unreadable(7410 + 250 * domain, 500);
+        let later = start(&format!("domain = {domain}\nwrite.\"Sum\" = {{ from = \"planner/sum\", {of} }}"));
+        eventually("a number", || agent.number("planner/number/value") == later.number("planner/sum/value"));
     });
 }

@@ -5,14 +5,14 @@ use std::net::{IpAddr, Ipv4Addr};
 use rustdds::no_key::{DataWriter, SimpleDataReader};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent,
-    DomainParticipantStatusListener, GUID, Publisher, QosPolicies, QosPolicyBuilder, RTPSEntity,
-    StatusEvented, Subscriber, Topic, TopicKind,
+    DomainParticipantStatusListener, GUID, Publisher, QosPolicies, QosPolicyBuilder, RTPSEntity, Subscriber,
+    Topic, TopicKind,
 };
 
 use super::graph;
 use crate::name::{NodeName, type_name, wire_topic};
 use crate::settings::RosSettings;
-use slate_dds::wire::{RawAdapter, RawMessage};
+use slate_dds::wire::{DiscoveryProbe, RawAdapter, RawMessage};
 use slate_dds::{Representation, TopicQuality};
 use slate_topics::RosError;
 
@@ -31,6 +31,7 @@ pub struct RosParticipant {
     subscriber: Subscriber,
     graph: RosDataWriter,
     status: DomainParticipantStatusListener,
+    probe: DiscoveryProbe,
 }
 
 impl RosParticipant {
@@ -61,7 +62,8 @@ impl RosParticipant {
             .create_datawriter_no_key(&topic, Some(policies(quality)))
             .map_err(|error| refused(domain, &error))?;
         let status = participant.status_listener();
-        Ok(Self { node, domain, participant, publisher, subscriber, graph, status })
+        let probe = DiscoveryProbe::start(&participant).map_err(|error| refused(domain, &error))?;
+        Ok(Self { node, domain, participant, publisher, subscriber, graph, status, probe })
     }
 
     /// Reads a topic of ROS.
@@ -136,7 +138,7 @@ impl RosParticipant {
 
     /// Returns the next event of the domain, if any.
     pub fn next_status(&self) -> Option<DomainParticipantStatusEvent> {
-        self.status.try_recv_status()
+        self.probe.next_event(&self.status)
     }
 }
 
