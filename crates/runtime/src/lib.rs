@@ -15,8 +15,6 @@ pub mod recording;
 pub mod sharing;
 pub mod snapshot;
 pub mod stop_line;
-#[cfg(feature = "tls")]
-pub mod tls;
 
 pub use agent::{
     Agent, CommandError, Composer, ControlsError, ControlsHolder, CycleEnd, ExternalContent,

@@ -9,7 +9,7 @@ use rustls::{ClientConnection, ServerConnection};
 
 use super::credentials::{LoadedCredentials, common_name, expires, explain};
 use super::settings::{client, server};
-use slate_runtime::tls::ShownCertificate;
+use slate_tls::ShownCertificate;
 
 /// The largest packet, bytes.
 pub(super) const LARGEST: usize = 31 << 10;

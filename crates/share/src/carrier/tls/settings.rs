@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rustls::{ClientConfig, ServerConfig};
-use slate_runtime::tls::{ClientVerifier, ServerVerifier, ShownCertificate};
+use slate_tls::{ClientVerifier, ServerVerifier, ShownCertificate};
 
 use super::credentials::LoadedCredentials;
 
