@@ -9,10 +9,6 @@ mod definition;
 mod described;
 mod files;
 mod interfaces;
-#[cfg(feature = "external-tools")]
-mod others;
-#[cfg(feature = "external-tools")]
-use crate::python;
 mod ros1;
 mod schema;
 mod shown;

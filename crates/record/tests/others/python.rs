@@ -1,5 +1,4 @@
 //! Programs of others, from PyPI.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that fails panics")]
 
 use std::path::{Path, PathBuf};
 

@@ -10,15 +10,15 @@ use slate_record::bag::{Error, Selection, Value};
 use slate_record::logs::{self, Format, import};
 use slate_record::ros;
 
-use crate::logs::files::{self, LENIENT, STRICT, folder, messages, write};
-use crate::logs::python::{python, run};
+use crate::files::{self, LENIENT, STRICT, folder, messages, write};
+use crate::python::{python, run};
 
 /// What the library has written, and a line for each message.
 fn written() -> &'static (PathBuf, Vec<Json>) {
     static WRITTEN: OnceLock<(PathBuf, Vec<Json>)> = OnceLock::new();
     WRITTEN.get_or_init(|| {
         let folder = folder("rosbags");
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/logs/write_rosbags.py");
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/others/write_rosbags.py");
         let output = run(Command::new(python()).arg(script).arg(&folder), "others can't write recordings");
         let lines = String::from_utf8(output.stdout).unwrap();
         (folder, lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect())

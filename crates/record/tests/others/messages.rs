@@ -15,11 +15,11 @@ use slate_record::ros::{
     standard_in, type_description,
 };
 
-use crate::ros::interfaces::{all, value};
-use crate::ros::python::{python, run};
+use crate::interfaces::{all, value};
+use crate::python::{python, run};
 
 fn script(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ros").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/others").join(name)
 }
 
 /// A value as JSON, as the scripts print it.

@@ -8,14 +8,14 @@ use proptest::prelude::*;
 use slate_record::bag::Value;
 use slate_record::logs::{self, Format, import};
 
-use crate::logs::files::{self, LENIENT, STRICT, folder, lines, messages, write};
-use crate::logs::python::run;
+use crate::files::{self, LENIENT, STRICT, folder, lines, messages, write};
+use crate::python::run;
 
 fn written() -> &'static PathBuf {
     static WRITTEN: OnceLock<PathBuf> = OnceLock::new();
     WRITTEN.get_or_init(|| {
         let folder = folder("bblogger");
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/logs/write_bblogs.py");
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/others/write_bblogs.py");
         run(Command::new("python3").arg(script).arg(&folder), "this test needs Python");
         folder
     })

@@ -1,5 +1,4 @@
 //! Recordings that the program most used outside of ROS writes are read, in every form that it knows.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::python;
 
@@ -13,7 +12,7 @@ fn all_that_the_writer_of_python_writes_is_whole_and_has_its_messages() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bags-of-python");
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/write_bags.py");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/others/write_bags.py");
     python::run(Command::new(python::python()).arg(script).arg(&folder), "the files can't be written");
     let mut files = 0;
     for entry in std::fs::read_dir(&folder).unwrap() {
