@@ -1,15 +1,18 @@
 //! Counts the instructions of hot paths under Valgrind, and fails when one takes more than a tenth more than is written down
 //! in `expected.txt`. Unlike times, these are the same whatever else the machine does.
 //!
-//! `cargo run --release --manifest-path bench/Cargo.toml -p slate-instructions [-- --write]`
+//! `cargo run --release -p slate-instructions [-- --write]`
 #![allow(clippy::disallowed_methods, reason = "nothing here is deterministic")]
 
+mod folder;
 mod monitors;
 mod paths;
 
 use std::fmt::Write;
 use std::path::Path;
 use std::process::{Command, ExitCode};
+
+use folder::ProcessFolder;
 
 /// How much more a path may take than what is written down.
 const TOLERANCE: f64 = 1.1;
@@ -92,7 +95,7 @@ fn count(name: &str, few: u32, many: u32) -> Result<f64, String> {
 
 /// Instructions of the main thread of a run.
 fn total(name: &str, operations: u32) -> Result<u64, String> {
-    let folder = tempfile::tempdir().map_err(|error| format!("a folder for what is counted: {error}"))?;
+    let folder = ProcessFolder::new().map_err(|error| format!("a folder for what is counted: {error}"))?;
     let program = std::env::current_exe().map_err(|error| error.to_string())?;
     let file = folder.path().join("count");
     let output = Command::new("valgrind")

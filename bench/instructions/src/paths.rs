@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::hint::black_box;
 use std::sync::Arc;
 
+use crate::folder::ProcessFolder;
 use crate::monitors;
 use slate_blackboard::Shape;
 use slate_blackboard::channel::{Budget, Channel, Policy, Start};
@@ -129,7 +130,7 @@ impl Module for Segment {
 }
 
 fn cycle(count: u32, recorded: bool) -> Result<(), String> {
-    let folder = tempfile::tempdir().map_err(text)?;
+    let folder = ProcessFolder::new().map_err(text)?;
     let mut settings = Record { enabled: recorded, ..Record::default() };
     settings.flight.enabled = false;
     let recorder = recorded.then(|| Recorder::on_demand(&settings));
