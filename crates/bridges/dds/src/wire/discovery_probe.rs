@@ -25,6 +25,9 @@ const REPETITION_PERIOD: Duration = Duration::from_millis(1);
 /// Repetitions after which another probe follows, as the answer may be lost.
 const REPETITIONS: u32 = 4096;
 
+/// Longest time between probes that nobody answers, as where a firewall closes the loopback interface.
+const LONGEST_PERIOD: Duration = Duration::from_secs(60);
+
 /// Length of a probe, bytes.
 const LENGTH: usize = 20 + 16 + 24 + 28;
 
@@ -141,8 +144,9 @@ impl Prober {
     fn run(&mut self) {
         // Odd, because RustDDS drops waiting announcements at multiples of 64.
         let mut sequence = 1_u32;
+        let mut period = PERIOD;
         loop {
-            match self.answers.recv_timeout(PERIOD) {
+            match self.answers.recv_timeout(period) {
                 // Answer to an earlier probe.
                 Ok(()) => continue,
                 Err(RecvTimeoutError::Timeout) => {}
@@ -151,21 +155,23 @@ impl Prober {
             if self.watched.swap(false, Ordering::Relaxed) {
                 self.message[SEQUENCE..SEQUENCE + 4].copy_from_slice(&sequence.to_le_bytes());
                 sequence = sequence.wrapping_add(2);
-                self.probe();
+                period = if self.is_answered() { PERIOD } else { LONGEST_PERIOD.min(2 * period) };
             }
         }
     }
 
-    /// Repeats a probe until it is answered.
-    fn probe(&self) {
+    /// Repeats a probe until it is answered, unless that takes too many.
+    fn is_answered(&self) -> bool {
         let mut wait = ANSWER_TIMEOUT;
         for _ in 0..REPETITIONS {
             // A lost message is repeated.
             let _ = self.socket.send(&self.message);
             match self.answers.recv_timeout(wait) {
                 Err(RecvTimeoutError::Timeout) => wait = REPETITION_PERIOD,
-                Ok(()) | Err(RecvTimeoutError::Disconnected) => return,
+                Ok(()) => return true,
+                Err(RecvTimeoutError::Disconnected) => return false,
             }
         }
+        false
     }
 }
