@@ -137,6 +137,11 @@ const FILE_EXAMPLES: [FileExample; 13] = [
 ];
 
 impl FileExample {
+    /// Returns the feature that it needs and that is not built in.
+    fn missing_feature(&self) -> Option<&'static str> {
+        self.feature.filter(|feature| FEATURES.contains(&(feature, false)))
+    }
+
     /// Its file: in the sources that this program was built from, or else in those where it is called.
     fn path(&self) -> Option<PathBuf> {
         let built = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples")).join(self.file);
@@ -152,12 +157,12 @@ fn file_of(name: &str) -> PathBuf {
     example.and_then(FileExample::path).unwrap_or_else(|| own.to_owned())
 }
 
-/// Returns the feature that an example's file needs.
-fn feature_of(file: &Path) -> Option<&'static str> {
+/// Returns the feature that an example's file needs and that is not built in.
+fn missing_feature_of(file: &Path) -> Option<&'static str> {
     FILE_EXAMPLES
         .iter()
         .find(|example| example.path().as_deref() == Some(file))
-        .and_then(|example| example.feature)
+        .and_then(FileExample::missing_feature)
 }
 
 /// An application with the modules that are linked into the command.
@@ -249,7 +254,7 @@ pub fn find(
     }
     let path = file_of(name);
     let path = path.as_path();
-    if let Some(feature) = feature_of(path).filter(|feature| FEATURES.contains(&(feature, false))) {
+    if let Some(feature) = missing_feature_of(path) {
         return Err(Failure::NotBuilt { what: format!("what `{name}` runs"), feature });
     }
     if path.is_dir() {
@@ -312,17 +317,24 @@ pub fn list(json: bool) -> Result<bool, Failure> {
         let one = |example: &Example| serde_json::json!({"name": example.name, "about": example.about});
         let file = |example: &FileExample| {
             let path = format!("examples/{}", example.file);
-            serde_json::json!({"name": example.name, "about": example.about, "file": path})
+            serde_json::json!({
+                "name": example.name, "about": example.about, "file": path, "missing_feature": example.missing_feature(),
+            })
         };
         let all: Vec<_> = EXAMPLES.iter().map(one).chain(FILE_EXAMPLES.iter().map(file)).collect();
         output::document("slate.examples/1", &serde_json::json!({ "examples": all }));
         return Ok(true);
     }
     for example in &EXAMPLES {
-        output::line(format_args!("{:10} {}", example.name, example.about));
+        output::line(format_args!("{:12} {}", example.name, example.about));
     }
     for example in &FILE_EXAMPLES {
-        output::line(format_args!("{:10} {}  (examples/{})", example.name, example.about, example.file));
+        let missing = example.missing_feature();
+        let missing = missing.map(|feature| format!("; build with --features {feature}")).unwrap_or_default();
+        output::line(format_args!(
+            "{:12} {}  (examples/{}{missing})",
+            example.name, example.about, example.file
+        ));
     }
     Ok(true)
 }

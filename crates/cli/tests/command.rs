@@ -317,9 +317,17 @@ fn a_file_with_a_mistake_is_shown_with_its_line() {
 fn a_report_that_can_not_be_written_is_named() {
     let folder = folder("unwritable");
     std::fs::write(folder.join("taken"), "a file").unwrap();
-    let output = slate(&folder, &["run", "exp1", "--headless", "--out", "taken/report"]);
-    assert_eq!(output.status.code(), Some(2), "{output:?}");
-    assert!(text(&output.stderr).contains("taken/report"), "{output:?}");
+    let report = ["run", "exp1", "--headless", "--out", "taken/report"];
+    let statistics = ["batch", "exp1", "--runs", "1", "--out", "taken"];
+    for (arguments, path) in [(&report[..], "taken/report"), (&statistics[..], "taken")] {
+        let output = slate(&folder, arguments);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        let said = text(&output.stderr);
+        assert!(
+            said.contains(&format!("`{path}` can't be used")) && said.contains("name a folder"),
+            "{said}"
+        );
+    }
 }
 
 #[test]
