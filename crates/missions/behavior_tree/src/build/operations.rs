@@ -1,0 +1,84 @@
+//! Nodes of BehaviorTree.CPP by their names.
+
+use super::attributes::Attributes;
+use super::computable;
+use crate::error::TreeError;
+use crate::tree::{NodeStatus, Operation};
+
+/// Returns the operation of a node with its ports; `None` for one that is not built in.
+pub(super) fn operation(
+    tag: &str,
+    attributes: &mut Attributes<'_, '_>,
+) -> Result<Option<Operation>, TreeError> {
+    Ok(Some(match tag {
+        "Sequence" => Operation::Sequence { is_async: false },
+        "AsyncSequence" => Operation::Sequence { is_async: true },
+        "SequenceWithMemory" => Operation::SequenceWithMemory,
+        "ReactiveSequence" => Operation::ReactiveSequence,
+        "Fallback" => Operation::Fallback { is_async: false },
+        "AsyncFallback" => Operation::Fallback { is_async: true },
+        "ReactiveFallback" => Operation::ReactiveFallback,
+        "Parallel" => Operation::Parallel {
+            successes: attributes.integer("success_count", Some(-1), i64::MIN)?,
+            failures: attributes.integer("failure_count", Some(1), i64::MIN)?,
+        },
+        "ParallelAll" => {
+            Operation::ParallelAll { failures: attributes.integer("max_failures", Some(1), i64::MIN)? }
+        }
+        "IfThenElse" => Operation::IfThenElse,
+        "WhileDoElse" => Operation::WhileDoElse,
+        "Switch2" => switch(2, attributes)?,
+        "Switch3" => switch(3, attributes)?,
+        "Switch4" => switch(4, attributes)?,
+        "Switch5" => switch(5, attributes)?,
+        "Switch6" => switch(6, attributes)?,
+        "Inverter" => Operation::Inverter,
+        "ForceSuccess" => Operation::ForceSuccess,
+        "ForceFailure" => Operation::ForceFailure,
+        "Repeat" => Operation::Repeat { count: attributes.integer("num_cycles", None, -1)? },
+        "RetryUntilSuccessful" => Operation::Retry { count: attributes.integer("num_attempts", None, -1)? },
+        "KeepRunningUntilFailure" => Operation::KeepRunningUntilFailure,
+        "Delay" => Operation::Delay { milliseconds: attributes.integer("delay_msec", None, 0)? },
+        "Timeout" => Operation::Timeout { milliseconds: attributes.integer("msec", None, 0)? },
+        "RunOnce" => {
+            let text = attributes.take("then_skip").unwrap_or("true");
+            Operation::RunOnce { then_skip: attributes.bind("then_skip", text) }
+        }
+        "Precondition" => precondition(attributes)?,
+        "AlwaysSuccess" => Operation::AlwaysSuccess,
+        "AlwaysFailure" => Operation::AlwaysFailure,
+        "SetBlackboard" => {
+            let entry = attributes.entry("output_key")?;
+            let text = attributes.required("value")?;
+            Operation::SetBlackboard { value: computable(attributes.bind("value", text)), entry }
+        }
+        "UnsetBlackboard" => Operation::UnsetBlackboard { entry: attributes.entry("key")? },
+        "Script" => Operation::Script(attributes.script_port("code")?),
+        "ScriptCondition" => Operation::ScriptCondition(attributes.script_port("code")?),
+        "Sleep" => Operation::Sleep { milliseconds: attributes.integer("msec", None, 0)? },
+        _ => return Ok(None),
+    }))
+}
+
+fn switch(count: usize, attributes: &mut Attributes<'_, '_>) -> Result<Operation, TreeError> {
+    let text = attributes.required("variable")?;
+    let variable = attributes.bind("variable", text);
+    let mut cases = Vec::with_capacity(count);
+    for number in 1..=count {
+        let name = format!("case_{number}");
+        let text = attributes.required(&name)?;
+        cases.push(attributes.bind(&name, text));
+    }
+    Ok(Operation::Switch { variable, cases })
+}
+
+fn precondition(attributes: &mut Attributes<'_, '_>) -> Result<Operation, TreeError> {
+    let condition = attributes.script_port("if")?;
+    let word = attributes.take("else").unwrap_or("FAILURE");
+    let otherwise = NodeStatus::parse(word).ok_or_else(|| {
+        let reason =
+            format!("expected SUCCESS, FAILURE, RUNNING or SKIPPED in the port `else`, found `{word}`");
+        attributes.error(reason)
+    })?;
+    Ok(Operation::Precondition { condition, otherwise })
+}
