@@ -44,7 +44,7 @@ impl NodeStatus {
 
 /// What a node does.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Operation {
+pub(crate) enum NodeOperation {
     /// Whether it lets others run after each child.
     Sequence {
         is_async: bool,
@@ -110,10 +110,10 @@ pub(crate) enum Operation {
     Leaf(usize),
 }
 
-impl Operation {
+impl NodeOperation {
     /// Numbers of children that a node may have.
     pub fn children(&self) -> RangeInclusive<usize> {
-        use Operation::{
+        use NodeOperation::{
             Delay, Fallback, ForceFailure, ForceSuccess, IfThenElse, Inverter, KeepRunningUntilFailure,
             Parallel, ParallelAll, Precondition, ReactiveFallback, ReactiveSequence, Repeat, Retry, RunOnce,
             Sequence, SequenceWithMemory, SubTree, Switch, Timeout, WhileDoElse,
@@ -158,7 +158,7 @@ pub struct BehaviorNode {
     pub(crate) path: String,
     pub(crate) line: usize,
     pub(crate) depth: usize,
-    pub(crate) operation: Operation,
+    pub(crate) operation: NodeOperation,
     pub(crate) children: Vec<usize>,
     pub(crate) scripts: Option<Box<NodeScripts>>,
 }

@@ -6,7 +6,7 @@ use crate::value::BoardValue;
 
 /// Blackboard of a tree.
 #[derive(Default)]
-pub(super) struct Board {
+pub(super) struct TreeBoard {
     pub parent: Option<usize>,
     /// Path of the sub-tree; empty for the main tree.
     pub path: String,
@@ -21,14 +21,14 @@ pub(super) struct Board {
 /// Blackboards, and their entries by numbers.
 #[derive(Default)]
 pub(super) struct Boards {
-    boards: Vec<Board>,
+    boards: Vec<TreeBoard>,
     slots: BTreeMap<(usize, String), usize>,
     pub entries: Vec<String>,
     pub initial: Vec<Option<BoardValue>>,
 }
 
 impl Boards {
-    pub fn add(&mut self, board: Board) -> usize {
+    pub fn add(&mut self, board: TreeBoard) -> usize {
         self.boards.push(board);
         self.boards.len() - 1
     }

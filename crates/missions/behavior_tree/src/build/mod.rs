@@ -10,7 +10,7 @@ use std::io::Read;
 use std::path::Path;
 
 use attributes::{Attributes, pointer};
-use boards::{Board, Boards};
+use boards::{Boards, TreeBoard};
 use document::TreeDocument;
 use operations::operation;
 use roxmltree::{Document, Node};
@@ -18,7 +18,7 @@ use roxmltree::{Document, Node};
 use crate::error::TreeError;
 use crate::model::{LeafKind, LeafModels};
 use crate::ports::PortBinding;
-use crate::tree::{BehaviorNode, BehaviorTree, Operation, TreeLeaf};
+use crate::tree::{BehaviorNode, BehaviorTree, NodeOperation, TreeLeaf};
 use crate::value::BoardValue;
 
 /// Greatest size of a file, bytes.
@@ -56,9 +56,9 @@ impl BehaviorTree {
             .map_err(|error| TreeError::at(error.pos().row as usize, format!("expected XML: {error}")))?;
         let read = TreeDocument::read(text, &document, models)?;
         let mut builder =
-            Builder { document: &read, boards: Boards::default(), nodes: Vec::new(), leaves: Vec::new() };
-        let board = builder.boards.add(Board::default());
-        let place = Place { board, path: read.main.to_owned(), depth: 0 };
+            TreeBuilder { document: &read, boards: Boards::default(), nodes: Vec::new(), leaves: Vec::new() };
+        let board = builder.boards.add(TreeBoard::default());
+        let place = NodePlace { board, path: read.main.to_owned(), depth: 0 };
         builder.tree(read.main, &place, &mut Vec::new())?;
         Ok(Self {
             name: read.main.into(),
@@ -71,23 +71,23 @@ impl BehaviorTree {
 }
 
 /// Where nodes are added.
-struct Place {
+struct NodePlace {
     board: usize,
     /// Names of the sub-trees that lead here.
     path: String,
     depth: usize,
 }
 
-struct Builder<'a, 'b> {
+struct TreeBuilder<'a, 'b> {
     document: &'b TreeDocument<'a>,
     boards: Boards,
     nodes: Vec<BehaviorNode>,
     leaves: Vec<TreeLeaf>,
 }
 
-impl<'a> Builder<'a, '_> {
+impl<'a> TreeBuilder<'a, '_> {
     /// Adds the nodes of a tree that the file has; returns the first one.
-    fn tree(&mut self, id: &'a str, place: &Place, above: &mut Vec<&'a str>) -> Result<usize, TreeError> {
+    fn tree(&mut self, id: &'a str, place: &NodePlace, above: &mut Vec<&'a str>) -> Result<usize, TreeError> {
         let document = self.document;
         let root = document.trees.get(id).and_then(Node::first_element_child);
         // The document has checked both.
@@ -103,7 +103,7 @@ impl<'a> Builder<'a, '_> {
     fn node(
         &mut self,
         element: Node<'a, 'a>,
-        place: &Place,
+        place: &NodePlace,
         number: &mut usize,
         above: &mut Vec<&'a str>,
     ) -> Result<usize, TreeError> {
@@ -123,7 +123,7 @@ impl<'a> Builder<'a, '_> {
         let name = element.attribute("name").unwrap_or(tag);
         let path = format!("{}/{number} {name}", place.path);
         *number += 1;
-        let is_sub_tree = operation == Operation::SubTree;
+        let is_sub_tree = operation == NodeOperation::SubTree;
         let expected = operation.children();
         self.nodes.push(BehaviorNode {
             tag: tag.into(),
@@ -135,7 +135,7 @@ impl<'a> Builder<'a, '_> {
             children: Vec::new(),
             scripts,
         });
-        let inner = Place { board: place.board, path: place.path.clone(), depth: place.depth + 1 };
+        let inner = NodePlace { board: place.board, path: place.path.clone(), depth: place.depth + 1 };
         if is_sub_tree {
             let child = self.sub_tree(element, tag, place, index, above)?;
             self.nodes[index].children.push(child);
@@ -166,9 +166,9 @@ impl<'a> Builder<'a, '_> {
     fn operation(
         &mut self,
         element: Node<'a, 'a>,
-        place: &Place,
+        place: &NodePlace,
         index: usize,
-    ) -> Result<(&'a str, Operation), TreeError> {
+    ) -> Result<(&'a str, NodeOperation), TreeError> {
         let document = self.document;
         let element_tag = element.tag_name().name();
         let explicit = match element_tag {
@@ -179,7 +179,7 @@ impl<'a> Builder<'a, '_> {
         let has_id = matches!(element_tag, "Action" | "Condition" | "Control" | "Decorator" | "SubTree");
         let tag = if has_id { document.attribute(element, "ID")? } else { element_tag };
         if element_tag == "SubTree" {
-            return Ok((tag, Operation::SubTree));
+            return Ok((tag, NodeOperation::SubTree));
         }
         let mut attributes = Attributes::new(document, &mut self.boards, place.board, element);
         if let Some(operation) = operation(tag, &mut attributes)? {
@@ -210,7 +210,7 @@ impl<'a> Builder<'a, '_> {
         };
         let ports = attributes.leaf_ports(model)?;
         self.leaves.push(TreeLeaf { kind, id: tag.into(), node: index, ports });
-        Ok((tag, Operation::Leaf(self.leaves.len() - 1)))
+        Ok((tag, NodeOperation::Leaf(self.leaves.len() - 1)))
     }
 
     /// Adds the nodes of a sub-tree below its node; returns the first one.
@@ -218,7 +218,7 @@ impl<'a> Builder<'a, '_> {
         &mut self,
         element: Node<'a, 'a>,
         id: &'a str,
-        place: &Place,
+        place: &NodePlace,
         index: usize,
         above: &mut Vec<&'a str>,
     ) -> Result<usize, TreeError> {
@@ -236,7 +236,7 @@ impl<'a> Builder<'a, '_> {
             return Err(document.error(element, format!("expected no child of the sub-tree `{id}`")));
         }
         let path = self.nodes[index].path.clone();
-        let mut board = Board { parent: Some(place.board), path: path.clone(), ..Board::default() };
+        let mut board = TreeBoard { parent: Some(place.board), path: path.clone(), ..TreeBoard::default() };
         let open = element.attribute("_autoremap").unwrap_or("false");
         board.is_open = match BoardValue::Text(open.into()).truth() {
             Some(open) => open,
@@ -272,7 +272,7 @@ impl<'a> Builder<'a, '_> {
             }
         }
         let board = self.boards.add(board);
-        self.tree(id, &Place { board, path, depth: place.depth + 1 }, above)
+        self.tree(id, &NodePlace { board, path, depth: place.depth + 1 }, above)
     }
 }
 

@@ -3,64 +3,66 @@
 use super::attributes::Attributes;
 use super::computable;
 use crate::error::TreeError;
-use crate::tree::{NodeStatus, Operation};
+use crate::tree::{NodeOperation, NodeStatus};
 
 /// Returns the operation of a node with its ports; `None` for one that is not built in.
 pub(super) fn operation(
     tag: &str,
     attributes: &mut Attributes<'_, '_>,
-) -> Result<Option<Operation>, TreeError> {
+) -> Result<Option<NodeOperation>, TreeError> {
     Ok(Some(match tag {
-        "Sequence" => Operation::Sequence { is_async: false },
-        "AsyncSequence" => Operation::Sequence { is_async: true },
-        "SequenceWithMemory" => Operation::SequenceWithMemory,
-        "ReactiveSequence" => Operation::ReactiveSequence,
-        "Fallback" => Operation::Fallback { is_async: false },
-        "AsyncFallback" => Operation::Fallback { is_async: true },
-        "ReactiveFallback" => Operation::ReactiveFallback,
-        "Parallel" => Operation::Parallel {
+        "Sequence" => NodeOperation::Sequence { is_async: false },
+        "AsyncSequence" => NodeOperation::Sequence { is_async: true },
+        "SequenceWithMemory" => NodeOperation::SequenceWithMemory,
+        "ReactiveSequence" => NodeOperation::ReactiveSequence,
+        "Fallback" => NodeOperation::Fallback { is_async: false },
+        "AsyncFallback" => NodeOperation::Fallback { is_async: true },
+        "ReactiveFallback" => NodeOperation::ReactiveFallback,
+        "Parallel" => NodeOperation::Parallel {
             successes: attributes.integer("success_count", Some(-1), i64::MIN)?,
             failures: attributes.integer("failure_count", Some(1), i64::MIN)?,
         },
         "ParallelAll" => {
-            Operation::ParallelAll { failures: attributes.integer("max_failures", Some(1), i64::MIN)? }
+            NodeOperation::ParallelAll { failures: attributes.integer("max_failures", Some(1), i64::MIN)? }
         }
-        "IfThenElse" => Operation::IfThenElse,
-        "WhileDoElse" => Operation::WhileDoElse,
+        "IfThenElse" => NodeOperation::IfThenElse,
+        "WhileDoElse" => NodeOperation::WhileDoElse,
         "Switch2" => switch(2, attributes)?,
         "Switch3" => switch(3, attributes)?,
         "Switch4" => switch(4, attributes)?,
         "Switch5" => switch(5, attributes)?,
         "Switch6" => switch(6, attributes)?,
-        "Inverter" => Operation::Inverter,
-        "ForceSuccess" => Operation::ForceSuccess,
-        "ForceFailure" => Operation::ForceFailure,
-        "Repeat" => Operation::Repeat { count: attributes.integer("num_cycles", None, -1)? },
-        "RetryUntilSuccessful" => Operation::Retry { count: attributes.integer("num_attempts", None, -1)? },
-        "KeepRunningUntilFailure" => Operation::KeepRunningUntilFailure,
-        "Delay" => Operation::Delay { milliseconds: attributes.integer("delay_msec", None, 0)? },
-        "Timeout" => Operation::Timeout { milliseconds: attributes.integer("msec", None, 0)? },
+        "Inverter" => NodeOperation::Inverter,
+        "ForceSuccess" => NodeOperation::ForceSuccess,
+        "ForceFailure" => NodeOperation::ForceFailure,
+        "Repeat" => NodeOperation::Repeat { count: attributes.integer("num_cycles", None, -1)? },
+        "RetryUntilSuccessful" => {
+            NodeOperation::Retry { count: attributes.integer("num_attempts", None, -1)? }
+        }
+        "KeepRunningUntilFailure" => NodeOperation::KeepRunningUntilFailure,
+        "Delay" => NodeOperation::Delay { milliseconds: attributes.integer("delay_msec", None, 0)? },
+        "Timeout" => NodeOperation::Timeout { milliseconds: attributes.integer("msec", None, 0)? },
         "RunOnce" => {
             let text = attributes.take("then_skip").unwrap_or("true");
-            Operation::RunOnce { then_skip: attributes.bind("then_skip", text) }
+            NodeOperation::RunOnce { then_skip: attributes.bind("then_skip", text) }
         }
         "Precondition" => precondition(attributes)?,
-        "AlwaysSuccess" => Operation::AlwaysSuccess,
-        "AlwaysFailure" => Operation::AlwaysFailure,
+        "AlwaysSuccess" => NodeOperation::AlwaysSuccess,
+        "AlwaysFailure" => NodeOperation::AlwaysFailure,
         "SetBlackboard" => {
             let entry = attributes.entry("output_key")?;
             let text = attributes.required("value")?;
-            Operation::SetBlackboard { value: computable(attributes.bind("value", text)), entry }
+            NodeOperation::SetBlackboard { value: computable(attributes.bind("value", text)), entry }
         }
-        "UnsetBlackboard" => Operation::UnsetBlackboard { entry: attributes.entry("key")? },
-        "Script" => Operation::Script(attributes.script_port("code")?),
-        "ScriptCondition" => Operation::ScriptCondition(attributes.script_port("code")?),
-        "Sleep" => Operation::Sleep { milliseconds: attributes.integer("msec", None, 0)? },
+        "UnsetBlackboard" => NodeOperation::UnsetBlackboard { entry: attributes.entry("key")? },
+        "Script" => NodeOperation::Script(attributes.script_port("code")?),
+        "ScriptCondition" => NodeOperation::ScriptCondition(attributes.script_port("code")?),
+        "Sleep" => NodeOperation::Sleep { milliseconds: attributes.integer("msec", None, 0)? },
         _ => return Ok(None),
     }))
 }
 
-fn switch(count: usize, attributes: &mut Attributes<'_, '_>) -> Result<Operation, TreeError> {
+fn switch(count: usize, attributes: &mut Attributes<'_, '_>) -> Result<NodeOperation, TreeError> {
     let text = attributes.required("variable")?;
     let variable = attributes.bind("variable", text);
     let mut cases = Vec::with_capacity(count);
@@ -69,10 +71,10 @@ fn switch(count: usize, attributes: &mut Attributes<'_, '_>) -> Result<Operation
         let text = attributes.required(&name)?;
         cases.push(attributes.bind(&name, text));
     }
-    Ok(Operation::Switch { variable, cases })
+    Ok(NodeOperation::Switch { variable, cases })
 }
 
-fn precondition(attributes: &mut Attributes<'_, '_>) -> Result<Operation, TreeError> {
+fn precondition(attributes: &mut Attributes<'_, '_>) -> Result<NodeOperation, TreeError> {
     let condition = attributes.script_port("if")?;
     let word = attributes.take("else").unwrap_or("FAILURE");
     let otherwise = NodeStatus::parse(word).ok_or_else(|| {
@@ -80,5 +82,5 @@ fn precondition(attributes: &mut Attributes<'_, '_>) -> Result<Operation, TreeEr
             format!("expected SUCCESS, FAILURE, RUNNING or SKIPPED in the port `else`, found `{word}`");
         attributes.error(reason)
     })?;
-    Ok(Operation::Precondition { condition, otherwise })
+    Ok(NodeOperation::Precondition { condition, otherwise })
 }

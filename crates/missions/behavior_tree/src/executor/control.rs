@@ -4,22 +4,22 @@ use super::TreeHost;
 use super::node::TreeRun;
 use crate::error::TickError;
 use crate::ports::PortBinding;
-use crate::tree::{NodeStatus, Operation};
+use crate::tree::{NodeOperation, NodeStatus};
 
 impl<H: TreeHost> TreeRun<'_, H> {
-    pub fn control(&mut self, node: usize, operation: &Operation) -> Result<NodeStatus, TickError> {
+    pub fn control(&mut self, node: usize, operation: &NodeOperation) -> Result<NodeStatus, TickError> {
         use NodeStatus::{Failed, Succeeded};
         match operation {
-            Operation::Sequence { is_async } => self.in_turn(node, Succeeded, *is_async),
-            Operation::Fallback { is_async } => self.in_turn(node, Failed, *is_async),
-            Operation::SequenceWithMemory => self.sequence_with_memory(node),
-            Operation::ReactiveSequence => self.reactive(node, Succeeded),
-            Operation::ReactiveFallback => self.reactive(node, Failed),
-            Operation::Parallel { successes, failures } => self.parallel(node, successes, failures),
-            Operation::ParallelAll { failures } => self.parallel_all(node, failures),
-            Operation::IfThenElse => self.if_then_else(node),
-            Operation::WhileDoElse => self.while_do_else(node),
-            Operation::Switch { variable, cases } => self.switch(node, variable, cases),
+            NodeOperation::Sequence { is_async } => self.in_turn(node, Succeeded, *is_async),
+            NodeOperation::Fallback { is_async } => self.in_turn(node, Failed, *is_async),
+            NodeOperation::SequenceWithMemory => self.sequence_with_memory(node),
+            NodeOperation::ReactiveSequence => self.reactive(node, Succeeded),
+            NodeOperation::ReactiveFallback => self.reactive(node, Failed),
+            NodeOperation::Parallel { successes, failures } => self.parallel(node, successes, failures),
+            NodeOperation::ParallelAll { failures } => self.parallel_all(node, failures),
+            NodeOperation::IfThenElse => self.if_then_else(node),
+            NodeOperation::WhileDoElse => self.while_do_else(node),
+            NodeOperation::Switch { variable, cases } => self.switch(node, variable, cases),
             // No other has several children.
             _ => Err(self.error(node, "expected a control node")),
         }

@@ -4,26 +4,26 @@ use super::TreeHost;
 use super::node::TreeRun;
 use crate::error::TickError;
 use crate::ports::PortBinding;
-use crate::tree::{NodeStatus, Operation};
+use crate::tree::{NodeOperation, NodeStatus};
 use crate::value::BoardValue;
 
 impl<H: TreeHost> TreeRun<'_, H> {
-    pub fn decorate(&mut self, node: usize, operation: &Operation) -> Result<NodeStatus, TickError> {
+    pub fn decorate(&mut self, node: usize, operation: &NodeOperation) -> Result<NodeStatus, TickError> {
         use NodeStatus::{Failed, Running, Succeeded};
         match operation {
-            Operation::Inverter => self.map(node, |succeeded| if succeeded { Failed } else { Succeeded }),
-            Operation::ForceSuccess => self.map(node, |_| Succeeded),
-            Operation::ForceFailure => self.map(node, |_| Failed),
-            Operation::KeepRunningUntilFailure => {
+            NodeOperation::Inverter => self.map(node, |succeeded| if succeeded { Failed } else { Succeeded }),
+            NodeOperation::ForceSuccess => self.map(node, |_| Succeeded),
+            NodeOperation::ForceFailure => self.map(node, |_| Failed),
+            NodeOperation::KeepRunningUntilFailure => {
                 let status = self.map(node, |succeeded| if succeeded { Running } else { Failed })?;
                 Ok(if status == NodeStatus::Skipped { Running } else { status })
             }
-            Operation::Repeat { count } => self.cycle(node, count, "num_cycles", Succeeded),
-            Operation::Retry { count } => self.cycle(node, count, "num_attempts", Failed),
-            Operation::Delay { milliseconds } => self.delay(node, milliseconds),
-            Operation::Timeout { milliseconds } => self.timeout(node, milliseconds),
-            Operation::RunOnce { then_skip } => self.run_once(node, then_skip),
-            Operation::Precondition { condition, otherwise } => {
+            NodeOperation::Repeat { count } => self.cycle(node, count, "num_cycles", Succeeded),
+            NodeOperation::Retry { count } => self.cycle(node, count, "num_attempts", Failed),
+            NodeOperation::Delay { milliseconds } => self.delay(node, milliseconds),
+            NodeOperation::Timeout { milliseconds } => self.timeout(node, milliseconds),
+            NodeOperation::RunOnce { then_skip } => self.run_once(node, then_skip),
+            NodeOperation::Precondition { condition, otherwise } => {
                 if !self.records[node].is_started && !self.holds(node, condition)? {
                     return Ok(*otherwise);
                 }
@@ -32,7 +32,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
                 self.records[node].is_started = !status.is_completed();
                 Ok(status)
             }
-            Operation::SubTree => {
+            NodeOperation::SubTree => {
                 if self.records[node].status == NodeStatus::Idle {
                     self.records[node].status = Running;
                 }

@@ -83,8 +83,8 @@ impl TreeExecutor {
 
     /// Returns whether a node of the last tick wants another one at once.
     ///
-    /// `Repeat`, `RetryUntilSuccessful`, `SequenceWithMemory`, `AsyncSequence` and `AsyncFallback` run one child in a
-    /// tick, so that what is above them can react.
+    /// `Repeat`, `RetryUntilSuccessful`, `SequenceWithMemory`, `AsyncSequence` and `AsyncFallback` leave the tick after
+    /// a child that has begun and completed in it, so that what is above them can react.
     pub fn wants_tick(&self) -> bool {
         self.wants_tick
     }

@@ -7,7 +7,7 @@ use crate::error::TickError;
 use crate::model::LeafKind;
 use crate::ports::{LeafPorts, PortBinding};
 use crate::script::{TreeScript, keep_type};
-use crate::tree::{BehaviorTree, NodeStatus, Operation};
+use crate::tree::{BehaviorTree, NodeOperation, NodeStatus};
 use crate::value::BoardValue;
 
 /// State of a node. What a number means depends on the node.
@@ -107,23 +107,23 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
     fn tick(&mut self, node: usize) -> Result<NodeStatus, TickError> {
         let tree = self.tree;
         match &tree.nodes[node].operation {
-            Operation::AlwaysSuccess => Ok(NodeStatus::Succeeded),
-            Operation::AlwaysFailure => Ok(NodeStatus::Failed),
-            Operation::SetBlackboard { value, entry } => self.set_entry(node, value, *entry),
-            Operation::UnsetBlackboard { entry } => {
+            NodeOperation::AlwaysSuccess => Ok(NodeStatus::Succeeded),
+            NodeOperation::AlwaysFailure => Ok(NodeStatus::Failed),
+            NodeOperation::SetBlackboard { value, entry } => self.set_entry(node, value, *entry),
+            NodeOperation::UnsetBlackboard { entry } => {
                 self.values[*entry] = None;
                 Ok(NodeStatus::Succeeded)
             }
-            Operation::Script(script) => {
+            NodeOperation::Script(script) => {
                 self.perform(node, Some(script))?;
                 Ok(NodeStatus::Succeeded)
             }
-            Operation::ScriptCondition(script) => Ok(match self.holds(node, script)? {
+            NodeOperation::ScriptCondition(script) => Ok(match self.holds(node, script)? {
                 true => NodeStatus::Succeeded,
                 false => NodeStatus::Failed,
             }),
-            Operation::Sleep { milliseconds } => self.sleep(node, milliseconds),
-            Operation::Leaf(leaf) => self.leaf(node, *leaf),
+            NodeOperation::Sleep { milliseconds } => self.sleep(node, milliseconds),
+            NodeOperation::Leaf(leaf) => self.leaf(node, *leaf),
             operation if operation.is_decorator() => self.decorate(node, operation),
             operation => self.control(node, operation),
         }
@@ -202,7 +202,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
     fn halt(&mut self, node: usize) -> Result<(), TickError> {
         let tree = self.tree;
         let own = &tree.nodes[node];
-        if let Operation::Leaf(index) = own.operation
+        if let NodeOperation::Leaf(index) = own.operation
             && self.records[node].status == NodeStatus::Running
             && tree.leaves[index].kind == LeafKind::Action
         {
@@ -211,17 +211,17 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
         let old = self.records[node];
         self.records[node] = match own.operation {
             // It goes on where it was.
-            Operation::SequenceWithMemory => {
+            NodeOperation::SequenceWithMemory => {
                 NodeRecord { child: old.child, count: old.count, ..NodeRecord::default() }
             }
             // What has run once stays so.
-            Operation::RunOnce { .. } => {
+            NodeOperation::RunOnce { .. } => {
                 NodeRecord { is_started: old.is_started, result: old.result, ..NodeRecord::default() }
             }
             _ => NodeRecord::default(),
         };
         self.records[node].is_counted = old.is_counted;
-        if matches!(own.operation, Operation::Parallel { .. } | Operation::ParallelAll { .. }) {
+        if matches!(own.operation, NodeOperation::Parallel { .. } | NodeOperation::ParallelAll { .. }) {
             self.forget_counted(node);
         }
         self.halt_children(node)?;

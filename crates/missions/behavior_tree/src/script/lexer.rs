@@ -78,7 +78,8 @@ fn number(text: &str) -> Result<(Word, usize), String> {
         let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
         end = digits(end + 1 + sign);
     }
-    let is_whole = !text[end..].starts_with(|sign: char| sign.is_alphanumeric() || sign == '_');
+    let is_dotted = text[end..].starts_with('.') && !text[end..].starts_with("..");
+    let is_whole = !is_dotted && !text[end..].starts_with(|sign: char| sign.is_alphanumeric() || sign == '_');
     match text[..end].parse() {
         Ok(number) if is_whole && f64::is_finite(number) => Ok((Word::Number(number), end)),
         _ => {

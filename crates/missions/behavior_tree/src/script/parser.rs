@@ -30,10 +30,10 @@ struct ScriptParser<'a> {
 }
 
 /// Column and reason.
-type Refusal = (usize, String);
+type ScriptRefusal = (usize, String);
 
 impl ScriptParser<'_> {
-    fn statements(&mut self) -> Result<Vec<Expression>, Refusal> {
+    fn statements(&mut self) -> Result<Vec<Expression>, ScriptRefusal> {
         let mut statements = Vec::new();
         while self.take_sign(&[";"]).is_some() {}
         while self.word() != &Word::End {
@@ -50,7 +50,7 @@ impl ScriptParser<'_> {
     }
 
     /// An assignment, or an expression.
-    fn statement(&mut self, depth: usize) -> Result<Expression, Refusal> {
+    fn statement(&mut self, depth: usize) -> Result<Expression, ScriptRefusal> {
         let start = self.column();
         let target = self.choice(depth)?;
         let operator = match self.take_sign(&[":=", "=", "+=", "-=", "*=", "/="]) {
@@ -68,7 +68,7 @@ impl ScriptParser<'_> {
         Ok(Expression::Assignment(slot, operator, Box::new(self.statement(self.deeper(depth)?)?)))
     }
 
-    fn choice(&mut self, depth: usize) -> Result<Expression, Refusal> {
+    fn choice(&mut self, depth: usize) -> Result<Expression, ScriptRefusal> {
         let condition = self.logic(depth, true)?;
         if self.take_sign(&["?"]).is_none() {
             return Ok(condition);
@@ -81,7 +81,7 @@ impl ScriptParser<'_> {
         Ok(Expression::Choice(Box::new([condition, then, self.choice(depth)?])))
     }
 
-    fn logic(&mut self, depth: usize, is_or: bool) -> Result<Expression, Refusal> {
+    fn logic(&mut self, depth: usize, is_or: bool) -> Result<Expression, ScriptRefusal> {
         let (sign, operator) = if is_or { ("||", BinaryOperator::Or) } else { ("&&", BinaryOperator::And) };
         let part = |parser: &mut Self, depth| match is_or {
             true => parser.logic(depth, false),
@@ -96,7 +96,7 @@ impl ScriptParser<'_> {
         Ok(left)
     }
 
-    fn comparison(&mut self, depth: usize) -> Result<Expression, Refusal> {
+    fn comparison(&mut self, depth: usize) -> Result<Expression, ScriptRefusal> {
         let first = self.sum(depth)?;
         let mut others = Vec::new();
         while let Some(sign) = self.take_sign(&["==", "!=", "<=", ">=", "<", ">"]) {
@@ -113,7 +113,7 @@ impl ScriptParser<'_> {
         Ok(if others.is_empty() { first } else { Expression::Comparison(Box::new(first), others) })
     }
 
-    fn sum(&mut self, depth: usize) -> Result<Expression, Refusal> {
+    fn sum(&mut self, depth: usize) -> Result<Expression, ScriptRefusal> {
         let mut left = self.product(depth)?;
         let mut depth = depth;
         while let Some(sign) = self.take_sign(&["+", "-", ".."]) {
@@ -128,7 +128,7 @@ impl ScriptParser<'_> {
         Ok(left)
     }
 
-    fn product(&mut self, depth: usize) -> Result<Expression, Refusal> {
+    fn product(&mut self, depth: usize) -> Result<Expression, ScriptRefusal> {
         let mut left = self.operand(depth)?;
         let mut depth = depth;
         while let Some(sign) = self.take_sign(&["*", "/"]) {
@@ -139,7 +139,7 @@ impl ScriptParser<'_> {
         Ok(left)
     }
 
-    fn operand(&mut self, depth: usize) -> Result<Expression, Refusal> {
+    fn operand(&mut self, depth: usize) -> Result<Expression, ScriptRefusal> {
         let depth = self.deeper(depth)?;
         if let Some(sign) = self.take_sign(&["-", "!", "("]) {
             return match sign {
@@ -173,7 +173,7 @@ impl ScriptParser<'_> {
     }
 
     /// An expression is as deep as its longest chain, as its evaluation is.
-    fn deeper(&self, depth: usize) -> Result<usize, Refusal> {
+    fn deeper(&self, depth: usize) -> Result<usize, ScriptRefusal> {
         match depth < DEPTH {
             true => Ok(depth + 1),
             false => Err((
@@ -201,7 +201,7 @@ impl ScriptParser<'_> {
         }
     }
 
-    fn refuse(&self, expected: &str) -> Refusal {
+    fn refuse(&self, expected: &str) -> ScriptRefusal {
         (self.column(), format!("expected {expected}, found {}", self.word().title()))
     }
 }
