@@ -105,6 +105,12 @@ const FILE_EXAMPLES: [FileExample; 13] = [
         feature: Some("missions"),
     },
     FileExample {
+        name: "patrol_tree",
+        about: "the same patrol by a behaviour tree",
+        file: "patrol/patrol_tree.toml",
+        feature: Some("missions"),
+    },
+    FileExample {
         name: "strategies",
         about: "plans chosen by past outcomes",
         file: "strategies/strategies.toml",

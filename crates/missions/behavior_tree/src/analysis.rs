@@ -58,11 +58,12 @@ pub fn check_tree(tree: &BehaviorTree, is_known: Option<&KnownLeaf<'_>>) -> Vec<
     {
         let kind = if leaf.kind == LeafKind::Action { "action" } else { "condition" };
         let text = format!("the {kind} `{}` is unknown", leaf.id);
-        findings.push(TreeFinding {
-            kind: TreeFindingKind::UnknownLeaf,
-            line: tree.nodes[leaf.node].line,
-            text,
-        });
+        let line = tree.nodes[leaf.node].line;
+        let finding = TreeFinding { kind: TreeFindingKind::UnknownLeaf, line, text };
+        // A sub-tree may be there several times.
+        if !findings.contains(&finding) {
+            findings.push(finding);
+        }
     }
     let outcomes = possible_outcomes(tree);
     dead_nodes(tree, &outcomes, &mut findings);

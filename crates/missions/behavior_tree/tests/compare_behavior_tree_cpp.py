@@ -19,8 +19,10 @@ from behaviortreepy import BehaviorTreeFactory, Blackboard, NodeStatus
 PROGRAM = "target/release/examples/tree_trace"
 TICKS = 20
 # Real time between ticks of trees with timers, ms. No timer ends near a tick.
-PERIOD = 30
-TIMERS = [15, 45, 75]
+PERIOD = 60
+TIMERS = [30, 90, 150]
+# A busy machine delays timers: a tree that differs is tried again.
+TRIES = 3
 
 STATUS = {"R": NodeStatus.RUNNING, "S": NodeStatus.SUCCESS, "F": NodeStatus.FAILURE}
 NAMES = {"RUNNING": "Running", "SUCCESS": "Succeeded", "FAILURE": "Failed", "SKIPPED": "Skipped", "IDLE": "Idle"}
@@ -171,10 +173,9 @@ def reference(line):
             return None
         raise
     tree = factory.create_tree("Main", board)
-    start = time.monotonic()
     for tick in range(line["ticks"]):
-        if line["period"]:
-            time.sleep(max(0.0, start + tick * line["period"] / 1000 - time.monotonic()))
+        if tick:
+            time.sleep(line["period"] / 1000)
         try:
             status = tree.tick_exactly_once()
         except Exception as error:
@@ -197,12 +198,17 @@ def same(own, other):
     return False
 
 
+def first_difference(own, other):
+    pairs = zip(own + ["end"], other + ["end"])
+    return next((at for at, (left, right) in enumerate(pairs) if not same(left, right)), None)
+
+
 def main():
     wanted = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
     chance = random.Random(int(sys.argv[2]) if len(sys.argv) > 2 else 1)
     has_timers = len(sys.argv) > 3 and sys.argv[3] == "timers"
     program = subprocess.Popen([PROGRAM], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    compared = events = errors = nodes = left_out = 0
+    compared = events = errors = nodes = left_out = again = 0
     while compared < wanted:
         trees = Trees(chance, has_timers)
         xml = trees.document()
@@ -216,24 +222,29 @@ def main():
         program.stdin.write(json.dumps(line) + "\n")
         program.stdin.flush()
         own = json.loads(program.stdout.readline())
-        other = reference(line)
+        for attempt in range(TRIES if has_timers else 1):
+            other = reference(line)
+            at = first_difference(own, other or own)
+            if at is None:
+                break
         if other is None:
             continue
-        for at, (left, right) in enumerate(zip(own + ["end"], other + ["end"])):
-            if not same(left, right):
-                if right.startswith("error"):
-                    # A skipped condition of `IfThenElse` or `WhileDoElse`, which skips the node here.
-                    if "IfThenElse" not in right and "WhileDoElse" not in right:
-                        sys.exit(f"an error only there: {right}")
-                    left_out += 1
-                    break
+        if at is not None:
+            # A skipped condition of `IfThenElse` or `WhileDoElse`, which skips the node here.
+            right = (other + ["end"])[at]
+            if not right.startswith("error") or "IfThenElse" not in right and "WhileDoElse" not in right:
                 print(f"{xml}\n{line['answers']} {line['entries']}", file=sys.stderr)
                 sys.exit(f"not equal: {own[max(0, at - 12):at]}\nhere    {own[at:at + 3]}\nthere   {other[at:at + 3]}")
+            left_out += 1
+        again += attempt
         compared += 1
         events += len(own)
         nodes += xml.count("</")
         errors += own[-1].startswith("error")
-    print(f"{compared} trees equal, {nodes} elements, {events} events, {errors} end with an error; {left_out} with an error only there")
+    print(
+        f"{compared} trees equal, {nodes} elements, {events} events, {errors} end with an error; "
+        f"{left_out} up to an error only there, {again} tries again"
+    )
 
 
 if __name__ == "__main__":

@@ -87,6 +87,11 @@ fn deep_and_huge_trees_are_refused() {
     others += "<BehaviorTree ID=\"t12\"><A/></BehaviorTree>";
     let error = parse(&document("<SubTree ID=\"t0\"/>", &others)).unwrap_err();
     assert!(error.contains("expected at most 10000 nodes with all sub-trees"), "{error}");
+    let inner =
+        format!("<BehaviorTree ID=\"inner\"><Sequence>{}</Sequence></BehaviorTree>", "<A/>".repeat(1000));
+    let long = format!("<SubTree ID=\"inner\" name=\"{}\"/>", "x".repeat(100_000));
+    let error = parse(&document(&long, &inner)).unwrap_err();
+    assert!(error.contains("bytes of names and attributes with all sub-trees"), "{error}");
 }
 
 #[test]

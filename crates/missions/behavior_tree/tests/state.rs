@@ -67,3 +67,25 @@ fn a_tree_without_a_running_node_is_refused() {
     assert!(error.contains("the node `main/1 A` (`A`) runs, and is missing"), "{error}");
     assert_eq!(executor.tick(1, &mut host), Ok(NodeStatus::Succeeded));
 }
+
+#[test]
+fn a_damaged_state_is_refused_or_harmless() {
+    let node = "<Parallel success_count=\"-1\"><IfThenElse><P/><A/></IfThenElse><Sequence><Script code=\"x := 1\" \
+                _skipIf=\"true\"/><Repeat num_cycles=\"-1\"><B/></Repeat></Sequence></Parallel>";
+    let mut executor = TreeExecutor::new(tree(node));
+    let mut host = Answers::new(&[("P", "S"), ("B", "S")]);
+    step(&mut executor, &mut host, 0);
+    let text = serde_json::to_string(&executor.state()).unwrap();
+    for field in ["child", "count", "failures", "deadline"] {
+        for value in ["0", "1", "2", "3", "4294967295"] {
+            let mut damaged = text.clone();
+            for old in ["0", "1", "2"] {
+                damaged = damaged.replace(&format!("\"{field}\":{old},"), &format!("\"{field}\":{value},"));
+            }
+            let state: TreeState = serde_json::from_str(&damaged).unwrap();
+            if let Ok(mut restored) = TreeExecutor::restore(tree(node), &state) {
+                (1..5).for_each(|tick| drop(restored.tick(tick, &mut host)));
+            }
+        }
+    }
+}

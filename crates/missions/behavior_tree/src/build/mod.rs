@@ -25,6 +25,8 @@ use crate::value::BoardValue;
 const MOST_BYTES: usize = 4 << 20;
 /// The most nodes of a tree, those of sub-trees included.
 const MOST_NODES: usize = 10_000;
+/// The most bytes of paths, attributes and defaults, those of sub-trees included.
+const MOST_TEXT: usize = 16 << 20;
 /// Deepest nesting of nodes, those of sub-trees included.
 const DEPTH: usize = 64;
 
@@ -55,8 +57,13 @@ impl BehaviorTree {
         let document = Document::parse(text)
             .map_err(|error| TreeError::at(error.pos().row as usize, format!("expected XML: {error}")))?;
         let read = TreeDocument::read(text, &document, models)?;
-        let mut builder =
-            TreeBuilder { document: &read, boards: Boards::default(), nodes: Vec::new(), leaves: Vec::new() };
+        let mut builder = TreeBuilder {
+            document: &read,
+            boards: Boards::default(),
+            nodes: Vec::new(),
+            leaves: Vec::new(),
+            text: 0,
+        };
         let board = builder.boards.add(TreeBoard::default());
         let place = NodePlace { board, path: read.main.to_owned(), depth: 0 };
         builder.tree(read.main, &place, &mut Vec::new())?;
@@ -83,6 +90,8 @@ struct TreeBuilder<'a, 'b> {
     boards: Boards,
     nodes: Vec<BehaviorNode>,
     leaves: Vec<TreeLeaf>,
+    /// Bytes of text that the nodes have so far.
+    text: usize,
 }
 
 impl<'a> TreeBuilder<'a, '_> {
@@ -116,6 +125,8 @@ impl<'a> TreeBuilder<'a, '_> {
                 document.error(element, format!("expected at most {MOST_NODES} nodes with all sub-trees"))
             );
         }
+        let text = element.attributes().map(|attribute| attribute.value().len() + attribute.name().len());
+        self.charge(element, place.path.len() + text.sum::<usize>())?;
         let index = self.nodes.len();
         let (tag, operation) = self.operation(element, place, index)?;
         let mut attributes = Attributes::new(document, &mut self.boards, place.board, element);
@@ -160,6 +171,18 @@ impl<'a> TreeBuilder<'a, '_> {
             (least, most) => format!("{least} or {most} children"),
         };
         Err(document.error(element, format!("expected {expected} of `{tag}`, found {count}")))
+    }
+
+    /// Counts text, which sub-trees repeat.
+    fn charge(&mut self, element: Node<'a, 'a>, bytes: usize) -> Result<(), TreeError> {
+        self.text += bytes;
+        match self.text <= MOST_TEXT {
+            true => Ok(()),
+            false => Err(self.document.error(
+                element,
+                format!("expected at most {MOST_TEXT} bytes of names and attributes with all sub-trees"),
+            )),
+        }
     }
 
     /// Returns what an element is called, and does.
@@ -209,6 +232,9 @@ impl<'a> TreeBuilder<'a, '_> {
             }
         };
         let ports = attributes.leaf_ports(model)?;
+        let defaults = model.and_then(|model| model.ports.as_ref()).into_iter().flatten();
+        let text = defaults.map(|port| port.name.len() + port.default.as_ref().map_or(0, String::len));
+        self.charge(element, text.sum())?;
         self.leaves.push(TreeLeaf { kind, id: tag.into(), node: index, ports });
         Ok((tag, NodeOperation::Leaf(self.leaves.len() - 1)))
     }
@@ -261,6 +287,7 @@ impl<'a> TreeBuilder<'a, '_> {
                 }
             }
         }
+        self.charge(element, ports.iter().map(|(name, text)| name.len() + text.len()).sum())?;
         for (name, text) in ports {
             match pointer(name, &text) {
                 Some(outer) => {

@@ -92,7 +92,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
 
     fn pass_skipped(&mut self, node: usize) {
         self.records[node].child += 1;
-        self.records[node].count += 1;
+        self.records[node].count = self.records[node].count.saturating_add(1);
     }
 
     fn end_turn(&mut self, node: usize, count: usize, passed: NodeStatus) -> Result<NodeStatus, TickError> {
@@ -145,11 +145,11 @@ impl<H: TreeHost> TreeRun<'_, H> {
                     NodeStatus::Skipped => skipped += 1,
                     NodeStatus::Succeeded => {
                         self.records[*child].is_counted = true;
-                        self.records[node].count += 1;
+                        self.records[node].count = self.records[node].count.saturating_add(1);
                     }
                     NodeStatus::Failed => {
                         self.records[*child].is_counted = true;
-                        self.records[node].failures += 1;
+                        self.records[node].failures = self.records[node].failures.saturating_add(1);
                     }
                     NodeStatus::Running | NodeStatus::Idle => {}
                 }
@@ -158,7 +158,8 @@ impl<H: TreeHost> TreeRun<'_, H> {
                 (self.records[node].count as usize, self.records[node].failures as usize);
             let is_done =
                 succeeded >= least_successes || is_relative && succeeded + skipped >= least_successes;
-            let is_hopeless = children.len() - failed < least_successes || failed == most_failures;
+            let is_hopeless =
+                children.len().saturating_sub(failed) < least_successes || failed == most_failures;
             if is_done || is_hopeless {
                 self.forget_counted(node);
                 self.halt_children(node)?;
@@ -178,7 +179,8 @@ impl<H: TreeHost> TreeRun<'_, H> {
             if !self.records[*child].is_counted {
                 let status = self.execute(*child)?;
                 skipped += usize::from(status == NodeStatus::Skipped);
-                self.records[node].failures += u32::from(status == NodeStatus::Failed);
+                let failed = u32::from(status == NodeStatus::Failed);
+                self.records[node].failures = self.records[node].failures.saturating_add(failed);
                 self.records[*child].is_counted = status.is_completed();
             }
             completed += usize::from(self.records[*child].is_counted);

@@ -1,5 +1,6 @@
 //! The state of a run by names, for snapshots and for a changed tree.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -7,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::TreeExecutor;
 use super::node::NodeRecord;
 use crate::error::TreeStateError;
-use crate::tree::{BehaviorTree, NodeStatus};
+use crate::tree::{BehaviorNode, BehaviorTree, NodeOperation, NodeStatus};
 use crate::value::BoardValue;
 
 /// State of a run: nodes and entries by their names, so that it fits into a changed tree.
@@ -63,11 +64,12 @@ impl TreeExecutor {
         let mut executor = Self::new(tree);
         (executor.ticks, executor.wants_tick, executor.outcome) =
             (state.ticks, state.wants_tick, state.outcome);
+        let tree = Arc::clone(&executor.tree);
+        let paths: BTreeMap<&str, usize> =
+            tree.nodes.iter().enumerate().map(|(index, node)| (node.path.as_str(), index)).collect();
         for SavedNode { path, tag, record } in &state.nodes {
-            let nodes = &executor.tree.nodes;
-            let found = nodes.iter().position(|node| node.path == *path && node.tag == *tag);
-            let fits = |index: &usize| record.child as usize <= nodes[*index].children.len();
-            match found.filter(fits) {
+            let found = paths.get(path.as_str()).copied();
+            match found.filter(|index| fits(&tree.nodes[*index], tag, record)) {
                 Some(index) => executor.records[index] = *record,
                 None if record.status != NodeStatus::Running => {}
                 None => {
@@ -75,9 +77,11 @@ impl TreeExecutor {
                 }
             }
         }
+        let names: BTreeMap<&str, usize> =
+            tree.entries.iter().enumerate().map(|(slot, name)| (name.as_str(), slot)).collect();
         for (name, value) in &state.entries {
-            if let Some(slot) = executor.slot(name) {
-                executor.values[slot] = value.clone();
+            if let Some(slot) = names.get(name.as_str()) {
+                executor.values[*slot] = value.clone();
             }
         }
         Ok(executor)
@@ -88,4 +92,13 @@ impl TreeExecutor {
         *self = Self::restore(tree, &self.state())?;
         Ok(())
     }
+}
+
+/// Whether a saved node may be one of the tree: the same thing, and its next child is there.
+fn fits(node: &BehaviorNode, tag: &str, record: &NodeRecord) -> bool {
+    let most = match node.operation {
+        NodeOperation::IfThenElse => node.children.len() - 1,
+        _ => node.children.len(),
+    };
+    node.tag == tag && record.child as usize <= most
 }
