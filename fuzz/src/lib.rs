@@ -7,6 +7,7 @@
 
 pub mod agents;
 pub mod bag;
+pub mod behavior_tree;
 pub mod configuration;
 pub mod conversation;
 pub mod definition;

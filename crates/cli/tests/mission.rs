@@ -89,3 +89,30 @@ fn a_robot_follows_its_plan_and_each_run_is_the_same() {
     let said = text(&slate(&folder, &["mission", "check", &format!("{PATROL}/patrol.pnml")]).stdout);
     assert!(said.contains("patrol: sound; "), "{said}");
 }
+
+#[test]
+fn a_behavior_tree_is_checked_drawn_and_followed() {
+    let folder = folder("patrol_tree");
+    let tree = format!("{PATROL}/patrol.xml");
+    let said = text(&slate(&folder, &["mission", "check", &tree]).stdout);
+    assert_eq!(said, "patrol: sound; 43 nodes, 1 actions, 2 conditions, 9 entries\n");
+    let output = slate(&folder, &["mission", "check", &tree, "--action", "Go"]);
+    assert_eq!(output.status.code(), Some(7));
+    let said = text(&output.stdout);
+    let expected =
+        "error: patrol: line 27: unknown leaf: the action `GoToOrigin` is unknown\npatrol: not sound; ";
+    assert!(said.starts_with(expected), "{said}");
+    let drawing = text(&slate(&folder, &["mission", "show", &tree]).stdout);
+    let document = roxmltree::Document::parse(&drawing).unwrap();
+    let rows = document.descendants().filter(|node| node.has_tag_name("rect")).count();
+    assert_eq!(rows, 43 + 1, "one for each node, and the paper");
+    let run = |arguments: &[&str]| {
+        let output = slate(&folder, &[&["run", "--headless", "--json"], arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        json(&output)
+    };
+    let snapshot = ["--set", "snapshot.at=\"13.3s\"", "--set", "snapshot.file=half.snapshot"];
+    let first = run(&[&[format!("{PATROL}/patrol_tree.toml").as_str()], &snapshot[..]].concat());
+    assert_eq!((&first["collisions"], &first["outcome"]), (&0.into(), &"goal_reached".into()), "{first}");
+    assert_eq!(run(&["--resume", "half.snapshot"])["digest"], first["digest"]);
+}

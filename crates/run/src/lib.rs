@@ -59,7 +59,7 @@ pub use stay::DEBOUNCE;
 pub const EXTRA_TABLES: [&str; 7] = ["world", "report", "console", "network", "dds", "ros1", "ros2"];
 
 /// Settings of applications that may be paths.
-pub const PATHS: [&str; 9] = [
+pub const PATHS: [&str; 11] = [
     "world.arena",
     "world.robots.*.model",
     "modules.*.params.log_file",
@@ -68,7 +68,9 @@ pub const PATHS: [&str; 9] = [
     "modules.*.params.graph_filename",
     "robots.*.modules.*.params.graph_filename",
     "modules.*.params.plan_filename",
+    "modules.*.params.tree_filename",
     "robots.*.modules.*.params.plan_filename",
+    "robots.*.modules.*.params.tree_filename",
 ];
 
 /// An application to run.

@@ -69,6 +69,9 @@ pub enum Failure {
     #[cfg(feature = "missions")]
     #[error("{0}")]
     Net(#[from] slate_petri_net::NetError),
+    #[cfg(feature = "missions")]
+    #[error("{0}")]
+    Tree(#[from] slate_behavior_tree::TreeError),
     #[error("{0}")]
     Record(#[from] slate::record::RecordError),
     #[error("{0}")]

@@ -1,4 +1,4 @@
-//! Missions: plans as Petri nets, checked, drawn and generated.
+//! Missions: plans as Petri nets and behaviour trees, checked, drawn and generated.
 
 #[cfg(feature = "missions")]
 mod check;
@@ -6,6 +6,10 @@ mod check;
 mod nets;
 #[cfg(feature = "missions")]
 mod svg;
+#[cfg(feature = "missions")]
+mod tree;
+#[cfg(feature = "missions")]
+mod tree_svg;
 
 use std::path::PathBuf;
 
@@ -19,9 +23,9 @@ use crate::failure::Failure;
 
 #[derive(Debug, Subcommand)]
 pub enum MissionVerb {
-    /// Check a Petri Net Plan and its sub-plans for defects (exit code 7 if one is found)
+    /// Check a Petri Net Plan or a behaviour tree for defects (exit code 7 if one is found)
     Check {
-        /// Plan in PNML
+        /// Plan in PNML, or behaviour tree (.xml)
         file: PathBuf,
         /// Action of the robot; repeatable [default: every action is known]
         #[arg(long, value_name = "NAME")]
@@ -33,9 +37,9 @@ pub enum MissionVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Draw a Petri Net Plan as SVG
+    /// Draw a Petri Net Plan or a behaviour tree as SVG
     Show {
-        /// Plan in PNML
+        /// Plan in PNML, or behaviour tree (.xml)
         file: PathBuf,
         /// Output file [default: stdout]
         #[arg(long, short, value_name = "FILE")]

@@ -6,7 +6,7 @@ use slate_petri_net::{
     NetError, PetriNet, generate_net, parse_linear_plan, parse_rules, read_pnml, write_pnml,
 };
 
-use super::{MissionVerb, check, svg};
+use super::{MissionVerb, check, svg, tree, tree_svg};
 use crate::failure::Failure;
 use crate::graph::write;
 use crate::output;
@@ -14,9 +14,12 @@ use crate::output;
 /// Runs the command; returns the exit code.
 pub fn mission(verb: &MissionVerb) -> Result<u8, Failure> {
     match verb {
+        MissionVerb::Check { file, action, json, .. } if is_tree(file) => tree::check(file, action, *json),
         MissionVerb::Check { file, action, states, json } => check::check(file, action, *states, *json),
         MissionVerb::Show { file, out } => {
-            put(&svg::draw(&read_pnml(file)?), out.as_deref())?;
+            let drawing =
+                if is_tree(file) { tree_svg::draw(&tree::read(file)?) } else { svg::draw(&read_pnml(file)?) };
+            put(&drawing, out.as_deref())?;
             Ok(0)
         }
         MissionVerb::Generate { file, rules, out } => {
@@ -24,6 +27,11 @@ pub fn mission(verb: &MissionVerb) -> Result<u8, Failure> {
             Ok(0)
         }
     }
+}
+
+/// Whether a file is a behaviour tree, by its name.
+fn is_tree(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("xml"))
 }
 
 /// Generates the net of a linear plan.

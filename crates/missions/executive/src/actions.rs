@@ -48,10 +48,20 @@ impl MissionActions {
     /// # Errors
     /// If a name is too long, or an argument is no number.
     pub fn new<'a>(actions: impl Iterator<Item = (&'a str, Vec<&'a str>)>) -> Result<Self, String> {
-        let performed: Vec<Performed> =
-            actions.map(|(name, arguments)| performed(name, &arguments)).collect::<Result<_, _>>()?;
+        let performed: Vec<Performed> = actions
+            .map(|(name, arguments)| performed(name, &numbers(name, &arguments)?))
+            .collect::<Result<_, _>>()?;
         let records = vec![ActionRecord::default(); performed.len()];
         Ok(Self { performed, records, ..Self::default() })
+    }
+
+    /// Changes the arguments of an action that is not active.
+    ///
+    /// # Errors
+    /// If they are too many, or not those of the action.
+    pub fn set_arguments(&mut self, index: usize, name: &str, arguments: &[f64]) -> Result<(), String> {
+        self.performed[index] = performed(name, arguments)?;
+        Ok(())
     }
 
     /// Starts or continues an action.
@@ -159,22 +169,25 @@ pub struct SavedActions {
     actions: Vec<(String, String, ActionRecord)>,
 }
 
-fn performed(name: &str, arguments: &[&str]) -> Result<Performed, String> {
+fn numbers(name: &str, arguments: &[&str]) -> Result<Vec<f64>, String> {
     let number = |argument: &&str| {
         let value = argument.parse().ok().filter(|value: &f64| value.is_finite());
         value.ok_or_else(|| {
             format!("expected numbers as arguments of the action `{name}`, found `{argument}`")
         })
     };
-    let numbers: Vec<f64> = arguments.iter().map(number).collect::<Result<_, _>>()?;
+    arguments.iter().map(number).collect()
+}
+
+fn performed(name: &str, numbers: &[f64]) -> Result<Performed, String> {
     if name == WAIT {
-        return match numbers[..] {
+        return match *numbers {
             // The cast takes the nearest number for what is out of range.
             [seconds] if seconds >= 0.0 => Ok(Performed::Wait((seconds * 1e9) as u64)),
             _ => Err(format!("expected a number of seconds, such as `{WAIT}_5`")),
         };
     }
-    let request = ActionRequest { arguments: Sequence::new(&numbers), kind: Text::new(name) };
+    let request = ActionRequest { arguments: Sequence::new(numbers), kind: Text::new(name) };
     // A request takes what fits.
     if request.kind.as_str() != name || request.arguments.len() != numbers.len() {
         return Err(format!("expected a shorter name and fewer arguments of the action `{name}`"));

@@ -1,9 +1,11 @@
 //! Executives: Plans that follow a mission.
 //!
 //! A mission reads conditions, which Analyzes, Knowledge or a person set ([`conditions`]), and performs actions of
-//! Execute by their kind and arguments ([`actions`]). [`petri_net_plan`] is a Plan whose mission is a Petri Net Plan.
+//! Execute by their kind and arguments ([`actions`]). [`petri_net_plan`] is a Plan whose mission is a Petri Net Plan,
+//! [`behavior_tree_plan`] one whose mission is a behaviour tree.
 
 pub mod actions;
+pub mod behavior_tree_plan;
 pub mod conditions;
 pub mod petri_net_plan;
 pub mod wheeled_conditions;
@@ -11,4 +13,8 @@ pub mod wheeled_conditions;
 use slate_plugin::mapek::{AnalyzeBlock, PlanBlock};
 use slate_plugin::prelude::*;
 
-plugin!(PlanBlock<petri_net_plan::PetriNetPlan>, AnalyzeBlock<wheeled_conditions::WheeledConditions>,);
+plugin!(
+    PlanBlock<petri_net_plan::PetriNetPlan>,
+    PlanBlock<behavior_tree_plan::BehaviorTreePlan>,
+    AnalyzeBlock<wheeled_conditions::WheeledConditions>,
+);

@@ -1,5 +1,6 @@
 //! All tests of the crate, in one program: each program costs link time.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
+mod behavior_tree_plan;
 mod conditions;
 mod petri_net_plan;

@@ -1,0 +1,93 @@
+//! A behaviour tree as an SVG drawing: one row for each node, below its parent.
+
+use std::fmt::Write;
+
+use slate_behavior_tree::{BehaviorNode, BehaviorTree};
+
+use crate::graph::svg::escaped;
+
+/// Approximate width of a letter, pixels.
+const LETTER: f64 = 6.7;
+/// Height of a row.
+const ROW: f64 = 26.0;
+/// Height of a node.
+const HEIGHT: f64 = 20.0;
+/// Width of a level.
+const LEVEL: f64 = 28.0;
+const HEADER: f64 = 36.0;
+const MARGIN: f64 = 24.0;
+
+const STYLE: &str = "
+  text { font: 11px ui-monospace, 'DejaVu Sans Mono', monospace; fill: #1b1f24; }
+  .title { font-size: 15px; font-weight: bold; }
+  .paper { fill: #ffffff; }
+  .node { fill: #f6f8fa; stroke: #57606a; }
+  .control { fill: #fff4e5; stroke: #a04000; }
+  .leaf { fill: #eef6ff; stroke: #0072b2; stroke-width: 1.8; }
+  .edge { fill: none; stroke: #57606a; stroke-opacity: 0.75; }
+  @media (prefers-color-scheme: dark) {
+    text { fill: #e6edf3; } .paper { fill: #14181d; } .node { fill: #1f252c; stroke: #9da7b3; }
+    .control { fill: #2e2417; stroke: #e69f00; } .leaf { fill: #16242f; stroke: #56b4e9; } .edge { stroke: #9da7b3; }
+  }
+";
+
+/// The tree as an SVG document.
+pub fn draw(tree: &BehaviorTree) -> String {
+    let nodes = tree.nodes();
+    let right = nodes.iter().map(|node| left(node) + width(node)).max_by(f64::total_cmp).unwrap_or(0.0);
+    let (width_of_all, height) = (right + MARGIN, nodes.len() as f64 * ROW + HEADER + MARGIN);
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width_of_all:.0} {height:.0}\" \
+         width=\"{width_of_all:.0}\" height=\"{height:.0}\" role=\"img\" aria-label=\"the tree {title}\">\n\
+         <style>{STYLE}</style>\n<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
+         <text class=\"title\" x=\"{MARGIN}\" y=\"24\">{title}</text>\n",
+        title = escaped(tree.name())
+    );
+    // Writing into a string can't fail.
+    for (row, node) in nodes.iter().enumerate() {
+        for child in node.children() {
+            let (x, from, to) = (left(node) + LEVEL / 2.0, top(row) + HEIGHT, top(*child) + HEIGHT / 2.0);
+            let _ = writeln!(
+                text,
+                "<path class=\"edge\" d=\"M{x:.1} {from:.1}V{to:.1}H{:.1}\"/>",
+                left(&nodes[*child])
+            );
+        }
+    }
+    for (row, node) in nodes.iter().enumerate() {
+        let class = match node.children().len() {
+            0 => "node leaf",
+            1 => "node",
+            _ => "node control",
+        };
+        let _ = writeln!(
+            text,
+            "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{HEIGHT}\" rx=\"4\"/>\
+             <text x=\"{label:.1}\" y=\"{base:.1}\">{title}</text>",
+            x = left(node),
+            y = top(row),
+            width = width(node),
+            label = left(node) + 6.0,
+            base = top(row) + 14.0,
+            title = escaped(&title(node))
+        );
+    }
+    text.push_str("</svg>\n");
+    text
+}
+
+fn title(node: &BehaviorNode) -> String {
+    if node.name() == node.tag() { node.tag().into() } else { format!("{}: {}", node.tag(), node.name()) }
+}
+
+fn width(node: &BehaviorNode) -> f64 {
+    title(node).chars().count() as f64 * LETTER + 12.0
+}
+
+fn left(node: &BehaviorNode) -> f64 {
+    MARGIN + node.depth() as f64 * LEVEL
+}
+
+fn top(row: usize) -> f64 {
+    HEADER + row as f64 * ROW
+}

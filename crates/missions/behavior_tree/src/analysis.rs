@@ -1,0 +1,301 @@
+//! Defects of a tree, found before it runs.
+
+use crate::model::LeafKind;
+use crate::ports::PortBinding;
+use crate::script::{Expression, TreeScript};
+use crate::tree::{BehaviorTree, NodeOperation, NodeScripts, NodeStatus};
+
+/// Kind of a finding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TreeFindingKind {
+    /// An action or a condition that the robot does not have.
+    UnknownLeaf,
+    /// A node that is never ticked.
+    DeadNode,
+    /// An entry of the blackboard that nothing writes.
+    UnsetEntry,
+    /// The tree neither succeeds nor fails: it runs until it is stopped.
+    NoEnd,
+}
+
+impl TreeFindingKind {
+    /// Returns whether the tree can't work.
+    pub fn is_error(self) -> bool {
+        self == Self::UnknownLeaf
+    }
+
+    /// Returns the name, such as `dead node`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::UnknownLeaf => "unknown leaf",
+            Self::DeadNode => "dead node",
+            Self::UnsetEntry => "unset entry",
+            Self::NoEnd => "no end",
+        }
+    }
+}
+
+/// A defect of a tree.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TreeFinding {
+    /// Kind.
+    pub kind: TreeFindingKind,
+    /// Line in the file, from 1.
+    pub line: usize,
+    /// What is wrong.
+    pub text: String,
+}
+
+/// Whether the robot has an action or a condition.
+pub type KnownLeaf<'a> = dyn Fn(LeafKind, &str) -> bool + 'a;
+
+/// Finds defects of a tree, in the order of their kinds and of the file.
+///
+/// `is_known` returns whether the robot has an action or a condition; `None` if it has every one.
+pub fn check_tree(tree: &BehaviorTree, is_known: Option<&KnownLeaf<'_>>) -> Vec<TreeFinding> {
+    let mut findings = Vec::new();
+    for leaf in tree.leaves().iter().filter(|leaf| is_known.is_some_and(|known| !known(leaf.kind, &leaf.id)))
+    {
+        let kind = if leaf.kind == LeafKind::Action { "action" } else { "condition" };
+        let text = format!("the {kind} `{}` is unknown", leaf.id);
+        let line = tree.nodes[leaf.node].line;
+        let finding = TreeFinding { kind: TreeFindingKind::UnknownLeaf, line, text };
+        // A sub-tree may be there several times.
+        if !findings.contains(&finding) {
+            findings.push(finding);
+        }
+    }
+    let outcomes = possible_outcomes(tree);
+    dead_nodes(tree, &outcomes, &mut findings);
+    unset_entries(tree, &mut findings);
+    if outcomes[0] & (SUCCESS | FAILURE) == 0 {
+        let text = "the tree neither succeeds nor fails: it runs until it is stopped".into();
+        findings.push(TreeFinding { kind: TreeFindingKind::NoEnd, line: tree.nodes[0].line, text });
+    }
+    findings
+}
+
+const SUCCESS: u8 = 1;
+const FAILURE: u8 = 2;
+const RUNNING: u8 = 4;
+const SKIPPED: u8 = 8;
+const ANY: u8 = SUCCESS | FAILURE | RUNNING | SKIPPED;
+
+/// What each node may return, at least.
+fn possible_outcomes(tree: &BehaviorTree) -> Vec<u8> {
+    let mut outcomes = vec![0; tree.nodes.len()];
+    // Children have greater numbers.
+    for index in (0..tree.nodes.len()).rev() {
+        let node = &tree.nodes[index];
+        let children: Vec<u8> = node.children.iter().map(|child| outcomes[*child]).collect();
+        let mut own = operation_outcomes(&node.operation, &children);
+        if let Some(scripts) = &node.scripts {
+            own |= if scripts.failure_if.is_some() { FAILURE } else { 0 };
+            own |= if scripts.success_if.is_some() { SUCCESS } else { 0 };
+            own |= if scripts.skip_if.is_some() || scripts.only_while.is_some() { SKIPPED } else { 0 };
+        }
+        outcomes[index] = own;
+    }
+    outcomes
+}
+
+fn operation_outcomes(operation: &NodeOperation, children: &[u8]) -> u8 {
+    let ends = SUCCESS | FAILURE;
+    let first = children.first().copied().unwrap_or(0);
+    match operation {
+        NodeOperation::AlwaysSuccess | NodeOperation::UnsetBlackboard { .. } | NodeOperation::Script(_) => {
+            SUCCESS
+        }
+        NodeOperation::AlwaysFailure => FAILURE,
+        NodeOperation::SetBlackboard { .. } => SUCCESS,
+        NodeOperation::ScriptCondition(_) => ends,
+        NodeOperation::Sleep { .. } => SUCCESS | RUNNING,
+        NodeOperation::Sequence { .. }
+        | NodeOperation::SequenceWithMemory
+        | NodeOperation::ReactiveSequence => in_turn(operation, children, SUCCESS),
+        NodeOperation::Fallback { .. } | NodeOperation::ReactiveFallback => {
+            in_turn(operation, children, FAILURE)
+        }
+        NodeOperation::Inverter => first & !ends | (first & SUCCESS) << 1 | (first & FAILURE) >> 1,
+        NodeOperation::ForceSuccess => first & !ends | if first & ends != 0 { SUCCESS } else { 0 },
+        NodeOperation::ForceFailure => first & !ends | if first & ends != 0 { FAILURE } else { 0 },
+        NodeOperation::KeepRunningUntilFailure => first & FAILURE | RUNNING,
+        NodeOperation::Repeat { count } if is_endless(count) => first & !SUCCESS | RUNNING,
+        NodeOperation::Retry { count } if is_endless(count) => first & !FAILURE | RUNNING,
+        NodeOperation::SubTree => first,
+        NodeOperation::Precondition { otherwise, .. } => first | bit(*otherwise),
+        _ => ANY,
+    }
+}
+
+fn in_turn(operation: &NodeOperation, children: &[u8], passing: u8) -> u8 {
+    let reached = reached_in_turn(children, passing);
+    let mut own = if children.len() > 1 && !matches!(operation, NodeOperation::Sequence { is_async: false }) {
+        RUNNING
+    } else {
+        0
+    };
+    for (child, is_reached) in children.iter().zip(&reached) {
+        own |= if *is_reached { child & !(passing | SKIPPED) } else { 0 };
+    }
+    let is_passed =
+        children.last().is_some_and(|last| last & (passing | SKIPPED) != 0) && reached.last() == Some(&true);
+    if is_passed {
+        own |= if children.iter().any(|child| child & passing != 0) { passing } else { 0 };
+        own |= if children.iter().all(|child| child & SKIPPED != 0) { SKIPPED } else { 0 };
+    }
+    own
+}
+
+/// Which children a sequence or a fallback can reach.
+fn reached_in_turn(children: &[u8], passing: u8) -> Vec<bool> {
+    let mut is_reached = true;
+    let next = |child: &u8| {
+        let own = is_reached;
+        is_reached &= child & (passing | SKIPPED) != 0;
+        own
+    };
+    children.iter().map(next).collect()
+}
+
+fn is_endless(count: &PortBinding) -> bool {
+    matches!(count, PortBinding::Literal(value) if value.number() == Some(-1.0))
+}
+
+fn bit(status: NodeStatus) -> u8 {
+    match status {
+        NodeStatus::Succeeded => SUCCESS,
+        NodeStatus::Failed => FAILURE,
+        NodeStatus::Running => RUNNING,
+        NodeStatus::Skipped => SKIPPED,
+        NodeStatus::Idle => 0,
+    }
+}
+
+fn dead_nodes(tree: &BehaviorTree, outcomes: &[u8], findings: &mut Vec<TreeFinding>) {
+    let mut alive = vec![true; tree.nodes.len()];
+    for (index, node) in tree.nodes.iter().enumerate() {
+        let children: Vec<u8> = node.children.iter().map(|child| outcomes[*child]).collect();
+        let reached = match &node.operation {
+            NodeOperation::Sequence { .. }
+            | NodeOperation::SequenceWithMemory
+            | NodeOperation::ReactiveSequence => reached_in_turn(&children, SUCCESS),
+            NodeOperation::Fallback { .. } | NodeOperation::ReactiveFallback => {
+                reached_in_turn(&children, FAILURE)
+            }
+            NodeOperation::IfThenElse | NodeOperation::WhileDoElse => {
+                let condition = children[0];
+                vec![true, condition & SUCCESS != 0, condition & FAILURE != 0]
+            }
+            _ => vec![true; children.len()],
+        };
+        for (child, is_reached) in node.children.iter().zip(reached) {
+            alive[*child] = alive[index] && is_reached;
+            if alive[index] && !is_reached {
+                let dead = &tree.nodes[*child];
+                let text =
+                    format!("`{}` is never ticked, because of what the node before it returns", dead.path);
+                findings.push(TreeFinding { kind: TreeFindingKind::DeadNode, line: dead.line, text });
+            }
+        }
+    }
+}
+
+/// Entries that are read and written.
+struct EntryUses {
+    /// Line of the first node that reads it.
+    read: Vec<Option<usize>>,
+    is_written: Vec<bool>,
+}
+
+fn unset_entries(tree: &BehaviorTree, findings: &mut Vec<TreeFinding>) {
+    let is_written = tree.initial.iter().map(Option::is_some).collect();
+    let mut uses = EntryUses { read: vec![None; tree.entries.len()], is_written };
+    for node in &tree.nodes {
+        uses.take_operation(&node.operation, node.line);
+        for script in node.scripts.iter().flat_map(|scripts| all_scripts(scripts)) {
+            uses.take_script(script, node.line);
+        }
+    }
+    // Which of its ports a leaf writes, only its model says, if it has one.
+    for (_, binding) in tree.leaves.iter().flat_map(|leaf| &leaf.ports) {
+        if let PortBinding::Entry(slot) = binding {
+            uses.is_written[*slot] = true;
+        }
+    }
+    for (slot, line) in uses.read.iter().enumerate() {
+        if let Some(line) = line.filter(|_| !uses.is_written[slot]) {
+            let text =
+                format!("nothing in the tree writes the entry `{}`, which is read", tree.entries[slot]);
+            findings.push(TreeFinding { kind: TreeFindingKind::UnsetEntry, line, text });
+        }
+    }
+}
+
+fn all_scripts(scripts: &NodeScripts) -> impl Iterator<Item = &TreeScript> {
+    [&scripts.failure_if, &scripts.success_if, &scripts.skip_if, &scripts.only_while]
+        .into_iter()
+        .chain([&scripts.on_halted, &scripts.on_failure, &scripts.on_success, &scripts.post])
+        .flatten()
+}
+
+impl EntryUses {
+    fn take_operation(&mut self, operation: &NodeOperation, line: usize) {
+        match operation {
+            NodeOperation::Parallel { successes, failures } => {
+                self.take_ports(&[successes, failures], line);
+            }
+            NodeOperation::ParallelAll { failures: port }
+            | NodeOperation::Repeat { count: port }
+            | NodeOperation::Retry { count: port }
+            | NodeOperation::Delay { milliseconds: port }
+            | NodeOperation::Timeout { milliseconds: port }
+            | NodeOperation::Sleep { milliseconds: port }
+            | NodeOperation::RunOnce { then_skip: port } => self.take_ports(&[port], line),
+            NodeOperation::Switch { variable, cases } => {
+                self.take_ports(&[variable], line);
+                self.take_ports(&cases.iter().collect::<Vec<_>>(), line);
+            }
+            NodeOperation::SetBlackboard { value, entry } => {
+                self.take_ports(&[value], line);
+                self.is_written[*entry] = true;
+            }
+            NodeOperation::Precondition { condition: script, .. }
+            | NodeOperation::Script(script)
+            | NodeOperation::ScriptCondition(script) => self.take_script(script, line),
+            _ => {}
+        }
+    }
+
+    fn take_ports(&mut self, ports: &[&PortBinding], line: usize) {
+        for port in ports {
+            if let PortBinding::Entry(slot) = port {
+                self.read[*slot].get_or_insert(line);
+            }
+        }
+    }
+
+    fn take_script(&mut self, script: &TreeScript, line: usize) {
+        script.statements.iter().for_each(|statement| self.take(statement, line));
+    }
+
+    fn take(&mut self, expression: &Expression, line: usize) {
+        match expression {
+            Expression::Number(_) | Expression::Text(_) => {}
+            Expression::Entry(slot) => {
+                self.read[*slot].get_or_insert(line);
+            }
+            Expression::Negation(inner) | Expression::Not(inner) => self.take(inner, line),
+            Expression::Binary(parts, _) => parts.iter().for_each(|part| self.take(part, line)),
+            Expression::Choice(parts) => parts.iter().for_each(|part| self.take(part, line)),
+            Expression::Comparison(first, others) => {
+                self.take(first, line);
+                others.iter().for_each(|(_, other)| self.take(other, line));
+            }
+            Expression::Assignment(slot, _, value) => {
+                self.take(value, line);
+                self.is_written[*slot] = true;
+            }
+        }
+    }
+}

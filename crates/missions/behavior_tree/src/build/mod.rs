@@ -1,0 +1,312 @@
+//! Trees from the XML of BehaviorTree.CPP 4.
+
+mod attributes;
+mod boards;
+mod document;
+mod operations;
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use attributes::{Attributes, pointer};
+use boards::{Boards, TreeBoard};
+use document::TreeDocument;
+use operations::operation;
+use roxmltree::{Document, Node};
+
+use crate::error::TreeError;
+use crate::model::{LeafKind, LeafModels};
+use crate::ports::PortBinding;
+use crate::tree::{BehaviorNode, BehaviorTree, NodeOperation, TreeLeaf};
+use crate::value::BoardValue;
+
+/// Greatest size of a file, bytes.
+const MOST_BYTES: usize = 4 << 20;
+/// The most nodes of a tree, those of sub-trees included.
+const MOST_NODES: usize = 10_000;
+/// The most bytes of paths, attributes and defaults, those of sub-trees included.
+const MOST_TEXT: usize = 16 << 20;
+/// Deepest nesting of nodes, those of sub-trees included.
+const DEPTH: usize = 64;
+
+impl BehaviorTree {
+    /// Reads a tree from a file; `models` has the actions and conditions that its own models lack.
+    pub fn read(file: &Path, models: &LeafModels) -> Result<Self, TreeError> {
+        let unreadable =
+            |error: std::io::Error| TreeError::new(format!("can't be read: {error}")).of_file(file);
+        if !std::fs::metadata(file).map_err(unreadable)?.is_file() {
+            return Err(TreeError::new("expected a file").of_file(file));
+        }
+        let mut bytes = Vec::new();
+        let opened = File::open(file).map_err(unreadable)?;
+        opened.take(MOST_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+        Self::parse(&bytes, models).map_err(|error| error.of_file(file))
+    }
+
+    /// Reads a tree from the bytes of a file in UTF-8.
+    pub fn parse(bytes: &[u8], models: &LeafModels) -> Result<Self, TreeError> {
+        if bytes.len() > MOST_BYTES {
+            return Err(TreeError::new(format!("expected a file of at most {MOST_BYTES} bytes")));
+        }
+        let text = std::str::from_utf8(bytes).map_err(|error| {
+            let line = bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count() + 1;
+            TreeError::at(line, "expected UTF-8; save the file in that encoding")
+        })?;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let document = Document::parse(text)
+            .map_err(|error| TreeError::at(error.pos().row as usize, format!("expected XML: {error}")))?;
+        let read = TreeDocument::read(text, &document, models)?;
+        let mut builder = TreeBuilder {
+            document: &read,
+            boards: Boards::default(),
+            nodes: Vec::new(),
+            leaves: Vec::new(),
+            text: 0,
+        };
+        let board = builder.boards.add(TreeBoard::default());
+        let place = NodePlace { board, path: read.main.to_owned(), depth: 0 };
+        builder.tree(read.main, &place, &mut Vec::new())?;
+        Ok(Self {
+            name: read.main.into(),
+            nodes: builder.nodes,
+            leaves: builder.leaves,
+            entries: builder.boards.entries,
+            initial: builder.boards.initial,
+        })
+    }
+}
+
+/// Where nodes are added.
+struct NodePlace {
+    board: usize,
+    /// Names of the sub-trees that lead here.
+    path: String,
+    depth: usize,
+}
+
+struct TreeBuilder<'a, 'b> {
+    document: &'b TreeDocument<'a>,
+    boards: Boards,
+    nodes: Vec<BehaviorNode>,
+    leaves: Vec<TreeLeaf>,
+    /// Bytes of text that the nodes have so far.
+    text: usize,
+}
+
+impl<'a> TreeBuilder<'a, '_> {
+    /// Adds the nodes of a tree that the file has; returns the first one.
+    fn tree(&mut self, id: &'a str, place: &NodePlace, above: &mut Vec<&'a str>) -> Result<usize, TreeError> {
+        let document = self.document;
+        let root = document.trees.get(id).and_then(Node::first_element_child);
+        // The document has checked both.
+        let root = root.ok_or_else(|| TreeError::new(format!("no tree has the ID `{id}`")))?;
+        above.push(id);
+        let mut number = 0;
+        let node = self.node(root, place, &mut number, above);
+        above.pop();
+        node
+    }
+
+    /// Adds a node and those below; returns its index.
+    fn node(
+        &mut self,
+        element: Node<'a, 'a>,
+        place: &NodePlace,
+        number: &mut usize,
+        above: &mut Vec<&'a str>,
+    ) -> Result<usize, TreeError> {
+        let document = self.document;
+        if place.depth >= DEPTH {
+            return Err(document.error(element, format!("expected at most {DEPTH} levels of nodes")));
+        }
+        if self.nodes.len() >= MOST_NODES {
+            return Err(
+                document.error(element, format!("expected at most {MOST_NODES} nodes with all sub-trees"))
+            );
+        }
+        let text = element.attributes().map(|attribute| attribute.value().len() + attribute.name().len());
+        self.charge(element, place.path.len() + text.sum::<usize>())?;
+        let index = self.nodes.len();
+        let (tag, operation) = self.operation(element, place, index)?;
+        let mut attributes = Attributes::new(document, &mut self.boards, place.board, element);
+        let scripts = attributes.scripts()?;
+        let name = element.attribute("name").unwrap_or(tag);
+        let path = format!("{}/{number} {name}", place.path);
+        *number += 1;
+        let is_sub_tree = operation == NodeOperation::SubTree;
+        let expected = operation.children();
+        self.nodes.push(BehaviorNode {
+            tag: tag.into(),
+            name: name.into(),
+            path,
+            line: document.line(element),
+            depth: place.depth,
+            operation,
+            children: Vec::new(),
+            scripts,
+        });
+        let inner = NodePlace { board: place.board, path: place.path.clone(), depth: place.depth + 1 };
+        if is_sub_tree {
+            let child = self.sub_tree(element, tag, place, index, above)?;
+            self.nodes[index].children.push(child);
+            return Ok(index);
+        }
+        for child in element.children().filter(Node::is_element) {
+            let child = self.node(child, &inner, number, above)?;
+            self.nodes[index].children.push(child);
+        }
+        let count = self.nodes[index].children.len();
+        if expected.contains(&count) {
+            return Ok(index);
+        }
+        let (least, most) = (*expected.start(), *expected.end());
+        let expected = match (least, most) {
+            (0, 0) => "no child".into(),
+            (1, 1) => "one child".into(),
+            (least, usize::MAX) => format!("at least {least} child"),
+            (least, most) if least == most => {
+                format!("{least} children (one for each case, and the default)")
+            }
+            (least, most) => format!("{least} or {most} children"),
+        };
+        Err(document.error(element, format!("expected {expected} of `{tag}`, found {count}")))
+    }
+
+    /// Counts text, which sub-trees repeat.
+    fn charge(&mut self, element: Node<'a, 'a>, bytes: usize) -> Result<(), TreeError> {
+        self.text += bytes;
+        match self.text <= MOST_TEXT {
+            true => Ok(()),
+            false => Err(self.document.error(
+                element,
+                format!("expected at most {MOST_TEXT} bytes of names and attributes with all sub-trees"),
+            )),
+        }
+    }
+
+    /// Returns what an element is called, and does.
+    fn operation(
+        &mut self,
+        element: Node<'a, 'a>,
+        place: &NodePlace,
+        index: usize,
+    ) -> Result<(&'a str, NodeOperation), TreeError> {
+        let document = self.document;
+        let element_tag = element.tag_name().name();
+        let explicit = match element_tag {
+            "Action" => Some(LeafKind::Action),
+            "Condition" => Some(LeafKind::Condition),
+            _ => None,
+        };
+        let has_id = matches!(element_tag, "Action" | "Condition" | "Control" | "Decorator" | "SubTree");
+        let tag = if has_id { document.attribute(element, "ID")? } else { element_tag };
+        if element_tag == "SubTree" {
+            return Ok((tag, NodeOperation::SubTree));
+        }
+        let mut attributes = Attributes::new(document, &mut self.boards, place.board, element);
+        if let Some(operation) = operation(tag, &mut attributes)? {
+            if let [(port, _), ..] = attributes.rest()[..] {
+                return Err(document.error(element, format!("`{tag}` has no port `{port}`")));
+            }
+            return Ok((tag, operation));
+        }
+        let model = document.models.get(tag);
+        let kind = match (explicit, model) {
+            (Some(kind), Some(model)) if kind != model.kind => {
+                let expected = if model.kind == LeafKind::Action { "an action" } else { "a condition" };
+                return Err(
+                    document.error(element, format!("expected `{tag}` as {expected}, as its model says"))
+                );
+            }
+            (Some(kind), _) => kind,
+            (None, Some(model)) => model.kind,
+            (None, None) => {
+                return Err(document.error(
+                    element,
+                    format!(
+                        "unknown node `{tag}`: expected a node of BehaviorTree.CPP, or one of `TreeNodesModel`; \
+                         write `<Action ID=\"{tag}\"/>` for an action without a model"
+                    ),
+                ));
+            }
+        };
+        let ports = attributes.leaf_ports(model)?;
+        let defaults = model.and_then(|model| model.ports.as_ref()).into_iter().flatten();
+        let text = defaults.map(|port| port.name.len() + port.default.as_ref().map_or(0, String::len));
+        self.charge(element, text.sum())?;
+        self.leaves.push(TreeLeaf { kind, id: tag.into(), node: index, ports });
+        Ok((tag, NodeOperation::Leaf(self.leaves.len() - 1)))
+    }
+
+    /// Adds the nodes of a sub-tree below its node; returns the first one.
+    fn sub_tree(
+        &mut self,
+        element: Node<'a, 'a>,
+        id: &'a str,
+        place: &NodePlace,
+        index: usize,
+        above: &mut Vec<&'a str>,
+    ) -> Result<usize, TreeError> {
+        let document = self.document;
+        if !document.trees.contains_key(id) {
+            let known = document.trees.keys().copied().collect::<Vec<_>>().join(", ");
+            return Err(document.error(element, format!("unknown sub-tree `{id}`; the file has: {known}")));
+        }
+        if above.contains(&id) {
+            let path = above.join(" > ");
+            let reason = format!("a sub-tree can't be a part of itself: {path} leads back to `{id}`");
+            return Err(document.error(element, reason));
+        }
+        if element.has_children() && element.children().any(|child| child.is_element()) {
+            return Err(document.error(element, format!("expected no child of the sub-tree `{id}`")));
+        }
+        let path = self.nodes[index].path.clone();
+        let mut board = TreeBoard { parent: Some(place.board), path: path.clone(), ..TreeBoard::default() };
+        let open = element.attribute("_autoremap").unwrap_or("false");
+        board.is_open = match BoardValue::Text(open.into()).truth() {
+            Some(open) => open,
+            None => {
+                let reason = format!("expected `true` or `false` in `_autoremap`, found `{open}`");
+                return Err(document.error(element, reason));
+            }
+        };
+        let mut attributes = Attributes::new(document, &mut self.boards, place.board, element);
+        let mut ports: Vec<(&str, String)> =
+            attributes.rest().into_iter().map(|(name, text)| (name, text.to_owned())).collect();
+        for (name, default) in document.sub_trees.get(id).into_iter().flatten() {
+            if board.is_open || ports.iter().any(|(own, _)| own == name) {
+                continue;
+            }
+            match default {
+                Some(default) => ports.push((name, default.clone())),
+                None => {
+                    return Err(
+                        document.error(element, format!("expected the port `{name}` of the sub-tree `{id}`"))
+                    );
+                }
+            }
+        }
+        self.charge(element, ports.iter().map(|(name, text)| name.len() + text.len()).sum())?;
+        for (name, text) in ports {
+            match pointer(name, &text) {
+                Some(outer) => {
+                    board.remapped.insert(name.into(), outer.into());
+                }
+                None => {
+                    board.own.insert(name.into(), BoardValue::parse(&text));
+                }
+            }
+        }
+        let board = self.boards.add(board);
+        self.tree(id, &NodePlace { board, path, depth: place.depth + 1 }, above)
+    }
+}
+
+/// Literal that a script can compute with: a number where it is one.
+fn computable(binding: PortBinding) -> PortBinding {
+    match binding {
+        PortBinding::Literal(BoardValue::Text(text)) => PortBinding::Literal(BoardValue::parse(&text)),
+        other => other,
+    }
+}

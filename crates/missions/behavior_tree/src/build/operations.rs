@@ -1,0 +1,86 @@
+//! Nodes of BehaviorTree.CPP by their names.
+
+use super::attributes::Attributes;
+use super::computable;
+use crate::error::TreeError;
+use crate::tree::{NodeOperation, NodeStatus};
+
+/// Returns the operation of a node with its ports; `None` for one that is not built in.
+pub(super) fn operation(
+    tag: &str,
+    attributes: &mut Attributes<'_, '_>,
+) -> Result<Option<NodeOperation>, TreeError> {
+    Ok(Some(match tag {
+        "Sequence" => NodeOperation::Sequence { is_async: false },
+        "AsyncSequence" => NodeOperation::Sequence { is_async: true },
+        "SequenceWithMemory" => NodeOperation::SequenceWithMemory,
+        "ReactiveSequence" => NodeOperation::ReactiveSequence,
+        "Fallback" => NodeOperation::Fallback { is_async: false },
+        "AsyncFallback" => NodeOperation::Fallback { is_async: true },
+        "ReactiveFallback" => NodeOperation::ReactiveFallback,
+        "Parallel" => NodeOperation::Parallel {
+            successes: attributes.integer("success_count", Some(-1), i64::MIN)?,
+            failures: attributes.integer("failure_count", Some(1), i64::MIN)?,
+        },
+        "ParallelAll" => {
+            NodeOperation::ParallelAll { failures: attributes.integer("max_failures", Some(1), i64::MIN)? }
+        }
+        "IfThenElse" => NodeOperation::IfThenElse,
+        "WhileDoElse" => NodeOperation::WhileDoElse,
+        "Switch2" => switch(2, attributes)?,
+        "Switch3" => switch(3, attributes)?,
+        "Switch4" => switch(4, attributes)?,
+        "Switch5" => switch(5, attributes)?,
+        "Switch6" => switch(6, attributes)?,
+        "Inverter" => NodeOperation::Inverter,
+        "ForceSuccess" => NodeOperation::ForceSuccess,
+        "ForceFailure" => NodeOperation::ForceFailure,
+        "Repeat" => NodeOperation::Repeat { count: attributes.integer("num_cycles", None, -1)? },
+        "RetryUntilSuccessful" => {
+            NodeOperation::Retry { count: attributes.integer("num_attempts", None, -1)? }
+        }
+        "KeepRunningUntilFailure" => NodeOperation::KeepRunningUntilFailure,
+        "Delay" => NodeOperation::Delay { milliseconds: attributes.integer("delay_msec", None, 0)? },
+        "Timeout" => NodeOperation::Timeout { milliseconds: attributes.integer("msec", None, 0)? },
+        "RunOnce" => {
+            let text = attributes.take("then_skip").unwrap_or("true");
+            NodeOperation::RunOnce { then_skip: attributes.bind("then_skip", text) }
+        }
+        "Precondition" => precondition(attributes)?,
+        "AlwaysSuccess" => NodeOperation::AlwaysSuccess,
+        "AlwaysFailure" => NodeOperation::AlwaysFailure,
+        "SetBlackboard" => {
+            let entry = attributes.entry("output_key")?;
+            let text = attributes.required("value")?;
+            NodeOperation::SetBlackboard { value: computable(attributes.bind("value", text)), entry }
+        }
+        "UnsetBlackboard" => NodeOperation::UnsetBlackboard { entry: attributes.entry("key")? },
+        "Script" => NodeOperation::Script(attributes.script_port("code")?),
+        "ScriptCondition" => NodeOperation::ScriptCondition(attributes.script_port("code")?),
+        "Sleep" => NodeOperation::Sleep { milliseconds: attributes.integer("msec", None, 0)? },
+        _ => return Ok(None),
+    }))
+}
+
+fn switch(count: usize, attributes: &mut Attributes<'_, '_>) -> Result<NodeOperation, TreeError> {
+    let text = attributes.required("variable")?;
+    let variable = attributes.bind("variable", text);
+    let mut cases = Vec::with_capacity(count);
+    for number in 1..=count {
+        let name = format!("case_{number}");
+        let text = attributes.required(&name)?;
+        cases.push(attributes.bind(&name, text));
+    }
+    Ok(NodeOperation::Switch { variable, cases })
+}
+
+fn precondition(attributes: &mut Attributes<'_, '_>) -> Result<NodeOperation, TreeError> {
+    let condition = attributes.script_port("if")?;
+    let word = attributes.take("else").unwrap_or("FAILURE");
+    let otherwise = NodeStatus::parse(word).ok_or_else(|| {
+        let reason =
+            format!("expected SUCCESS, FAILURE, RUNNING or SKIPPED in the port `else`, found `{word}`");
+        attributes.error(reason)
+    })?;
+    Ok(NodeOperation::Precondition { condition, otherwise })
+}

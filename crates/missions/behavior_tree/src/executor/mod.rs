@@ -1,0 +1,159 @@
+//! Execution of trees, tick by tick.
+
+mod control;
+mod decorator;
+mod node;
+mod state;
+
+use std::sync::Arc;
+
+use node::{NodeRecord, TreeRun};
+pub use state::{SavedNode, TreeState};
+
+use crate::error::TickError;
+use crate::ports::LeafPorts;
+use crate::tree::{BehaviorTree, NodeStatus, TreeLeaf};
+use crate::value::BoardValue;
+
+/// Who performs the actions of a tree and knows its conditions.
+pub trait TreeHost {
+    /// Answers a condition; one that is running is not known yet.
+    fn condition(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
+
+    /// Starts an action and returns how far it has come.
+    fn start(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
+
+    /// Returns how far an action has come that runs. A tick asks once for each.
+    fn progress(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
+
+    /// Stops an action that runs.
+    fn halt(&mut self, index: usize, leaf: &TreeLeaf);
+}
+
+/// Executes a [`BehaviorTree`] with the semantics of BehaviorTree.CPP 4.
+///
+/// A tick without scripts allocates nothing.
+#[derive(Clone, Debug)]
+pub struct TreeExecutor {
+    tree: Arc<BehaviorTree>,
+    records: Vec<NodeRecord>,
+    values: Vec<Option<BoardValue>>,
+    wants_tick: bool,
+    ticks: u64,
+    outcome: NodeStatus,
+}
+
+impl TreeExecutor {
+    /// Makes an executor at the start of the tree.
+    pub fn new(tree: Arc<BehaviorTree>) -> Self {
+        Self {
+            records: vec![NodeRecord::default(); tree.nodes.len()],
+            values: tree.initial.clone(),
+            wants_tick: false,
+            ticks: 0,
+            outcome: NodeStatus::Idle,
+            tree,
+        }
+    }
+
+    /// Ticks the root once at the time `now`, ns, and returns its status.
+    ///
+    /// After it has completed, the next tick begins anew; the blackboard stays.
+    pub fn tick(&mut self, now: u64, host: &mut impl TreeHost) -> Result<NodeStatus, TickError> {
+        self.ticks += 1;
+        self.wants_tick = false;
+        let tree = Arc::clone(&self.tree);
+        let mut run = self.run(&tree, now, host);
+        let result = run.execute(0);
+        match result {
+            Ok(status) => {
+                if status.is_completed() {
+                    self.records[0].status = NodeStatus::Idle;
+                }
+                self.outcome = status;
+                Ok(status)
+            }
+            Err(error) => {
+                run.abandon();
+                self.outcome = NodeStatus::Failed;
+                Err(error)
+            }
+        }
+    }
+
+    /// Returns whether a node of the last tick wants another one at once.
+    ///
+    /// `Repeat`, `RetryUntilSuccessful`, `SequenceWithMemory`, `AsyncSequence` and `AsyncFallback` leave the tick after
+    /// a child that has begun and completed in it, so that what is above them can react.
+    pub fn wants_tick(&self) -> bool {
+        self.wants_tick
+    }
+
+    /// Halts the tree if it runs; the blackboard stays, and so does what `SequenceWithMemory` and `RunOnce` remember.
+    pub fn halt(&mut self, now: u64, host: &mut impl TreeHost) -> Result<(), TickError> {
+        let tree = Arc::clone(&self.tree);
+        let mut run = self.run(&tree, now, host);
+        let result = run.halt_child(0);
+        if result.is_err() {
+            run.abandon();
+        }
+        self.outcome = NodeStatus::Idle;
+        result
+    }
+
+    /// Returns the tree.
+    pub fn tree(&self) -> &Arc<BehaviorTree> {
+        &self.tree
+    }
+
+    /// Returns the number of ticks.
+    pub fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// Returns what the last tick returned.
+    pub fn outcome(&self) -> NodeStatus {
+        self.outcome
+    }
+
+    /// Returns the status of a node.
+    pub fn status(&self, node: usize) -> NodeStatus {
+        self.records[node].status
+    }
+
+    /// Returns the value of an entry, by its name in [`BehaviorTree::entries`].
+    pub fn entry(&self, name: &str) -> Option<&BoardValue> {
+        self.values[self.slot(name)?].as_ref()
+    }
+
+    /// Writes an entry; `false` if no node of the tree reads or writes it.
+    pub fn set_entry(&mut self, name: &str, value: BoardValue) -> bool {
+        match self.slot(name) {
+            Some(slot) => {
+                self.values[slot] = Some(value);
+                true
+            }
+            None => false,
+        }
+    }
+
+    fn slot(&self, name: &str) -> Option<usize> {
+        self.tree.entries.iter().position(|own| own == name)
+    }
+
+    fn run<'a, H: TreeHost>(
+        &'a mut self,
+        tree: &'a BehaviorTree,
+        now: u64,
+        host: &'a mut H,
+    ) -> TreeRun<'a, H> {
+        TreeRun {
+            tree,
+            records: &mut self.records,
+            values: &mut self.values,
+            wants_tick: &mut self.wants_tick,
+            now,
+            host,
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Models of leaves: the actions and conditions that a tree may name.
+
+use std::collections::BTreeMap;
+
+/// Whether a leaf acts or asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum LeafKind {
+    /// Acts on the world, over several ticks.
+    Action,
+    /// Asks whether something holds, within a tick.
+    Condition,
+}
+
+/// Direction of a port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum PortDirection {
+    /// The leaf reads it.
+    Input,
+    /// The leaf writes it.
+    Output,
+    /// The leaf reads and writes it.
+    Both,
+}
+
+/// A port of a leaf.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PortModel {
+    /// Name of the attribute.
+    pub name: String,
+    /// Direction.
+    pub direction: PortDirection,
+    /// Value where the tree has none; an input without one must be given.
+    pub default: Option<String>,
+}
+
+/// Kind and ports of a leaf.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeafModel {
+    /// Whether it is an action or a condition.
+    pub kind: LeafKind,
+    /// Ports, or `None` if any are allowed.
+    pub ports: Option<Vec<PortModel>>,
+}
+
+/// Models by names. Those of a file's `TreeNodesModel` are added to them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LeafModels(BTreeMap<String, LeafModel>);
+
+impl LeafModels {
+    /// Adds an action, with any ports.
+    pub fn action(self, name: &str) -> Self {
+        self.with(name, LeafModel { kind: LeafKind::Action, ports: None })
+    }
+
+    /// Adds a condition, with any ports.
+    pub fn condition(self, name: &str) -> Self {
+        self.with(name, LeafModel { kind: LeafKind::Condition, ports: None })
+    }
+
+    /// Adds a model.
+    pub fn with(mut self, name: &str, model: LeafModel) -> Self {
+        self.insert(name, model);
+        self
+    }
+
+    pub(crate) fn insert(&mut self, name: &str, model: LeafModel) {
+        self.0.insert(name.into(), model);
+    }
+
+    pub(crate) fn get(&self, name: &str) -> Option<&LeafModel> {
+        self.0.get(name)
+    }
+}

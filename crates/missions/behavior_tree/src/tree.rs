@@ -1,0 +1,265 @@
+//! Behaviour trees, checked and ready to run.
+
+use std::ops::RangeInclusive;
+
+use serde::{Deserialize, Serialize};
+
+use crate::model::LeafKind;
+use crate::ports::PortBinding;
+use crate::script::TreeScript;
+use crate::value::BoardValue;
+
+/// Status of a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum NodeStatus {
+    /// Was not ticked, or was reset.
+    #[default]
+    Idle,
+    /// Goes on with the next tick.
+    Running,
+    /// Has succeeded.
+    Succeeded,
+    /// Has failed.
+    Failed,
+    /// Was passed over; its parent goes on as if it were not there.
+    Skipped,
+}
+
+impl NodeStatus {
+    /// Returns whether it has succeeded or failed.
+    pub fn is_completed(self) -> bool {
+        matches!(self, Self::Succeeded | Self::Failed)
+    }
+
+    pub(crate) fn parse(word: &str) -> Option<Self> {
+        Some(match word {
+            "RUNNING" => Self::Running,
+            "SUCCESS" => Self::Succeeded,
+            "FAILURE" => Self::Failed,
+            "SKIPPED" => Self::Skipped,
+            _ => return None,
+        })
+    }
+}
+
+/// What a node does.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum NodeOperation {
+    /// Whether it lets others run after each child.
+    Sequence {
+        is_async: bool,
+    },
+    SequenceWithMemory,
+    ReactiveSequence,
+    Fallback {
+        is_async: bool,
+    },
+    ReactiveFallback,
+    Parallel {
+        successes: PortBinding,
+        failures: PortBinding,
+    },
+    ParallelAll {
+        failures: PortBinding,
+    },
+    IfThenElse,
+    WhileDoElse,
+    Switch {
+        variable: PortBinding,
+        cases: Vec<PortBinding>,
+    },
+    Inverter,
+    ForceSuccess,
+    ForceFailure,
+    Repeat {
+        count: PortBinding,
+    },
+    Retry {
+        count: PortBinding,
+    },
+    KeepRunningUntilFailure,
+    Delay {
+        milliseconds: PortBinding,
+    },
+    Timeout {
+        milliseconds: PortBinding,
+    },
+    RunOnce {
+        then_skip: PortBinding,
+    },
+    Precondition {
+        condition: TreeScript,
+        otherwise: NodeStatus,
+    },
+    SubTree,
+    AlwaysSuccess,
+    AlwaysFailure,
+    SetBlackboard {
+        value: PortBinding,
+        entry: usize,
+    },
+    UnsetBlackboard {
+        entry: usize,
+    },
+    Script(TreeScript),
+    ScriptCondition(TreeScript),
+    Sleep {
+        milliseconds: PortBinding,
+    },
+    /// Number of the leaf.
+    Leaf(usize),
+}
+
+impl NodeOperation {
+    /// Numbers of children that a node may have.
+    pub fn children(&self) -> RangeInclusive<usize> {
+        use NodeOperation::{
+            Delay, Fallback, ForceFailure, ForceSuccess, IfThenElse, Inverter, KeepRunningUntilFailure,
+            Parallel, ParallelAll, Precondition, ReactiveFallback, ReactiveSequence, Repeat, Retry, RunOnce,
+            Sequence, SequenceWithMemory, SubTree, Switch, Timeout, WhileDoElse,
+        };
+        match self {
+            Sequence { .. } | SequenceWithMemory | ReactiveSequence | Fallback { .. } | ReactiveFallback => {
+                1..=usize::MAX
+            }
+            Parallel { .. } | ParallelAll { .. } => 1..=usize::MAX,
+            IfThenElse | WhileDoElse => 2..=3,
+            Switch { cases, .. } => cases.len() + 1..=cases.len() + 1,
+            Inverter | ForceSuccess | ForceFailure | Repeat { .. } | Retry { .. } => 1..=1,
+            KeepRunningUntilFailure | Delay { .. } | Timeout { .. } | RunOnce { .. } => 1..=1,
+            Precondition { .. } | SubTree => 1..=1,
+            _ => 0..=0,
+        }
+    }
+
+    pub fn is_decorator(&self) -> bool {
+        self.children() == (1..=1)
+    }
+}
+
+/// Scripts before and after a node, in the order in which they are evaluated.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct NodeScripts {
+    pub failure_if: Option<TreeScript>,
+    pub success_if: Option<TreeScript>,
+    pub skip_if: Option<TreeScript>,
+    pub only_while: Option<TreeScript>,
+    pub on_halted: Option<TreeScript>,
+    pub on_failure: Option<TreeScript>,
+    pub on_success: Option<TreeScript>,
+    pub post: Option<TreeScript>,
+}
+
+/// A node of a tree, its sub-trees included.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BehaviorNode {
+    pub(crate) tag: String,
+    pub(crate) name: String,
+    pub(crate) path: String,
+    pub(crate) line: usize,
+    pub(crate) depth: usize,
+    pub(crate) operation: NodeOperation,
+    pub(crate) children: Vec<usize>,
+    pub(crate) scripts: Option<Box<NodeScripts>>,
+}
+
+impl BehaviorNode {
+    /// Returns what it is: `Sequence`, or the ID of an action, a condition or a sub-tree.
+    pub fn tag(&self) -> &str {
+        &self.tag
+    }
+
+    /// Returns its name, which is the tag unless the file has another.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the names of the sub-trees that lead to it, with its number in its tree: `patrol/2 GoTo`.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// Returns the line in the file, from 1.
+    pub fn line(&self) -> usize {
+        self.line
+    }
+
+    /// Returns the number of nodes above it.
+    pub fn depth(&self) -> usize {
+        self.depth
+    }
+
+    /// Returns its children, in order: indices of [`BehaviorTree::nodes`].
+    pub fn children(&self) -> &[usize] {
+        &self.children
+    }
+}
+
+/// An action or a condition of a tree, which the host performs or answers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TreeLeaf {
+    pub(crate) kind: LeafKind,
+    pub(crate) id: String,
+    pub(crate) node: usize,
+    pub(crate) ports: Vec<(String, PortBinding)>,
+}
+
+impl TreeLeaf {
+    /// Returns whether it is an action or a condition.
+    pub fn kind(&self) -> LeafKind {
+        self.kind
+    }
+
+    /// Returns its kind of action or condition, such as `GoTo`.
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// Returns its node: an index of [`BehaviorTree::nodes`].
+    pub fn node(&self) -> usize {
+        self.node
+    }
+
+    /// Returns its ports that have a value in the file, with that value.
+    pub fn literals(&self) -> impl Iterator<Item = (&str, &BoardValue)> {
+        self.ports.iter().filter_map(|(name, binding)| match binding {
+            PortBinding::Literal(value) => Some((name.as_str(), value)),
+            PortBinding::Entry(_) => None,
+        })
+    }
+}
+
+/// A behaviour tree with its sub-trees, ready to run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BehaviorTree {
+    pub(crate) name: String,
+    /// The root, then the others, parents before children.
+    pub(crate) nodes: Vec<BehaviorNode>,
+    pub(crate) leaves: Vec<TreeLeaf>,
+    /// Entries of blackboards by number: the path of their sub-tree and their name.
+    pub(crate) entries: Vec<String>,
+    /// Values of the entries at the start.
+    pub(crate) initial: Vec<Option<BoardValue>>,
+}
+
+impl BehaviorTree {
+    /// Returns the ID of the main tree.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the nodes: the root first, parents before their children.
+    pub fn nodes(&self) -> &[BehaviorNode] {
+        &self.nodes
+    }
+
+    /// Returns the actions and conditions, in the order of the file.
+    pub fn leaves(&self) -> &[TreeLeaf] {
+        &self.leaves
+    }
+
+    /// Returns the names of the blackboards' entries: those of a sub-tree have its path in front.
+    pub fn entries(&self) -> &[String] {
+        &self.entries
+    }
+}
