@@ -1,7 +1,7 @@
 //! Counts the instructions of hot paths under Valgrind, and fails when one takes more than a tenth more than is written down
 //! in `expected.txt`. Unlike times, these are the same whatever else the machine does.
 //!
-//! `cargo run --release -p slate-instructions [-- --write]`
+//! `cargo run --release --bin slate-instructions [-- --write]`
 #![allow(clippy::disallowed_methods, reason = "nothing here is deterministic")]
 
 mod folder;
