@@ -324,7 +324,8 @@ fn a_report_that_can_not_be_written_is_named() {
         assert_eq!(output.status.code(), Some(2), "{output:?}");
         let said = text(&output.stderr);
         assert!(
-            said.contains(&format!("`{path}` can't be used")) && said.contains("name a folder"),
+            said.contains(&format!("{path} can't be used as a folder"))
+                && said.contains("name another folder"),
             "{said}"
         );
     }

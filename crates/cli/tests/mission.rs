@@ -99,9 +99,8 @@ fn a_behavior_tree_is_checked_drawn_and_followed() {
     let output = slate(&folder, &["mission", "check", &tree, "--action", "Go"]);
     assert_eq!(output.status.code(), Some(7));
     let said = text(&output.stdout);
-    let expected =
-        "error: patrol: line 27: unknown leaf: the action `GoToOrigin` is unknown\npatrol: not sound; ";
-    assert!(said.starts_with(expected), "{said}");
+    let place = format!("error: {tree}:27: unknown leaf: the action `GoToOrigin` is unknown");
+    assert!(said.starts_with(&format!("{place}\npatrol: not sound; ")), "{said}");
     let drawing = text(&slate(&folder, &["mission", "show", &tree]).stdout);
     let document = roxmltree::Document::parse(&drawing).unwrap();
     let rows = document.descendants().filter(|node| node.has_tag_name("rect")).count();

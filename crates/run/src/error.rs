@@ -47,6 +47,14 @@ pub enum RunError {
     /// The memory of modules can't be written.
     #[error("{0}")]
     Memory(#[from] MemoryError),
+    /// The folder of the report can't be made or opened.
+    #[error("{} can't be used as a folder: {source}", slate_runtime::printable(.path))]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
     /// Another run writes into the folder of the report.
     #[error("another run is writing its report into {}", slate_runtime::printable(.path))]
     FolderInUse {
@@ -97,6 +105,7 @@ impl RunError {
             Self::WallClock => {
                 "omit `--rate`, or give the configuration a time source (`time.source`)".into()
             }
+            Self::Folder { .. } => "name another folder with --out; it is made if it is missing".into(),
             Self::FolderInUse { .. } => {
                 "choose another folder with --out, or wait until that run has ended".into()
             }

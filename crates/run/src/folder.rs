@@ -54,7 +54,7 @@ impl Folder {
     /// # Errors
     /// It can't be made, or another run writes into it.
     pub fn take(path: &Path) -> Result<Self, RunError> {
-        let failed = |source| RunError::File { path: path.into(), source };
+        let failed = |source| RunError::Folder { path: path.into(), source };
         std::fs::create_dir_all(path).map_err(failed)?;
         // The folder itself is locked, so that no file is left behind.
         let folder = File::open(path).map_err(failed)?;

@@ -1,8 +1,5 @@
 //! What to do about an error.
 
-use std::io::{self, ErrorKind};
-use std::path::Path;
-
 use miette::Diagnostic;
 use slate::blackboard::nearest_names;
 use slate::control::ClientError;
@@ -15,15 +12,6 @@ use super::{Failure, usage};
 
 const START_AN_AGENT: &str =
     "start one with `slate run`; commands find agents of the same user with the same XDG_RUNTIME_DIR";
-
-/// Whether a path can't be used because it or a part of it is a file and no folder.
-fn is_file_for_folder(path: &Path, error: &io::Error) -> bool {
-    match error.kind() {
-        ErrorKind::NotADirectory => true,
-        ErrorKind::AlreadyExists => path.is_file(),
-        _ => false,
-    }
-}
 
 impl Failure {
     /// Returns what to do, if there is advice.
@@ -48,9 +36,6 @@ impl Failure {
             Self::Folder { inside: None, .. } => "name a file, such as `robot.toml`".into(),
             Self::NoRobot { .. } => {
                 "export one, `plugin!(...; robot = rover)`, or run a configuration that names the library as a plugin".into()
-            }
-            Self::File { path, source } if is_file_for_folder(path, source) => {
-                "name a folder, which is made if it is missing".into()
             }
             Self::Unseekable { .. } => "write the configuration into a file".into(),
             Self::Start(error) => error.help()?.to_string(),

@@ -23,14 +23,14 @@ use crate::failure::Failure;
 
 #[derive(Debug, Subcommand)]
 pub enum MissionVerb {
-    /// Check a Petri Net Plan or a behaviour tree for defects (exit code 7 if one is found)
+    /// Check a Petri Net Plan or a behaviour tree for defects (exit code 7 for an error)
     Check {
-        /// Plan in PNML, or behaviour tree (.xml)
+        /// Plan in PNML, or behaviour tree in the XML of BehaviorTree.CPP
         file: PathBuf,
         /// Action of the robot; repeatable [default: every action is known]
         #[arg(long, value_name = "NAME")]
         action: Vec<String>,
-        /// Number of markings after which a net is given up
+        /// Number of markings after which a Petri net is given up
         #[arg(long, value_name = "NUMBER", default_value_t = 100_000)]
         states: usize,
         /// Print the findings as JSON
@@ -39,7 +39,7 @@ pub enum MissionVerb {
     },
     /// Draw a Petri Net Plan or a behaviour tree as SVG
     Show {
-        /// Plan in PNML, or behaviour tree (.xml)
+        /// Plan in PNML, or behaviour tree in the XML of BehaviorTree.CPP
         file: PathBuf,
         /// Output file [default: stdout]
         #[arg(long, short, value_name = "FILE")]

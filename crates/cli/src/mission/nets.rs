@@ -29,9 +29,16 @@ pub fn mission(verb: &MissionVerb) -> Result<u8, Failure> {
     }
 }
 
-/// Whether a file is a behaviour tree, by its name.
+/// Whether a file is a behaviour tree, by its content: what can't be read says why when it is read as a net.
 fn is_tree(file: &Path) -> bool {
-    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("xml"))
+    std::fs::read_to_string(file).is_ok_and(|text| is_tree_text(&text))
+}
+
+/// Whether the first element is that of a behaviour tree.
+fn is_tree_text(text: &str) -> bool {
+    let starts = text.match_indices('<').map(|(start, _)| &text[start + 1..]);
+    let first = starts.into_iter().find(|rest| rest.starts_with(|c: char| c.is_alphabetic()));
+    first.is_some_and(|rest| rest.split(|c: char| !c.is_alphanumeric()).next() == Some("root"))
 }
 
 /// Generates the net of a linear plan.
@@ -57,5 +64,18 @@ fn put(text: &str, out: Option<&Path>) -> Result<(), Failure> {
             output::line(text.trim_end());
             Ok(())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_tree_text;
+
+    #[test]
+    fn the_first_element_tells_a_tree_from_a_net() {
+        assert!(is_tree_text("<?xml version=\"1.0\"?>\n<!-- a plan -->\n<root BTCPP_format=\"4\">"));
+        assert!(!is_tree_text("<?xml version=\"1.0\"?><pnml><net/></pnml>"));
+        assert!(!is_tree_text("<rooted/>"));
+        assert!(!is_tree_text("goto_1_2|30; look"));
     }
 }

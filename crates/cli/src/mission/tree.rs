@@ -28,15 +28,15 @@ pub fn check(file: &Path, actions: &[String], json: bool) -> Result<u8, Failure>
             "plans": [document(&tree, &findings, is_sound)],
         }));
     } else {
-        print(&tree, &findings, is_sound);
+        print(file, &tree, &findings, is_sound);
     }
     Ok(if is_sound { 0 } else { ASSERTION_FALSE })
 }
 
-fn print(tree: &BehaviorTree, findings: &[TreeFinding], is_sound: bool) {
+fn print(file: &Path, tree: &BehaviorTree, findings: &[TreeFinding], is_sound: bool) {
     for TreeFinding { kind, line, text } in findings {
         let level = if kind.is_error() { "error" } else { "warning" };
-        output::line(format!("{level}: {}: line {line}: {}: {text}", tree.name(), kind.name()));
+        output::line(format!("{level}: {}:{line}: {}: {text}", file.display(), kind.name()));
     }
     output::line(format!(
         "{}: {}; {} nodes, {} actions, {} conditions, {} entries",

@@ -25,7 +25,7 @@ const REPETITION_PERIOD: Duration = Duration::from_millis(1);
 /// Repetitions after which another probe follows, as the answer may be lost.
 const REPETITIONS: u32 = 4096;
 
-/// Longest time between probes that nobody answers, as where a firewall closes the loopback interface.
+/// Longest time between probes while none was ever answered, as where a firewall closes the loopback interface.
 const LONGEST_PERIOD: Duration = Duration::from_secs(60);
 
 /// Length of a probe, bytes.
@@ -145,6 +145,7 @@ impl Prober {
         // Odd, because RustDDS drops waiting announcements at multiples of 64.
         let mut sequence = 1_u32;
         let mut period = PERIOD;
+        let mut is_reached = false;
         loop {
             match self.answers.recv_timeout(period) {
                 // Answer to an earlier probe.
@@ -155,7 +156,8 @@ impl Prober {
             if self.watched.swap(false, Ordering::Relaxed) {
                 self.message[SEQUENCE..SEQUENCE + 4].copy_from_slice(&sequence.to_le_bytes());
                 sequence = sequence.wrapping_add(2);
-                period = if self.is_answered() { PERIOD } else { LONGEST_PERIOD.min(2 * period) };
+                is_reached |= self.is_answered();
+                period = if is_reached { PERIOD } else { LONGEST_PERIOD.min(2 * period) };
             }
         }
     }
