@@ -217,10 +217,13 @@ fn unset_entries(tree: &BehaviorTree, findings: &mut Vec<TreeFinding>) {
             uses.take_script(script, node.line);
         }
     }
-    // Which of its ports a leaf writes, only its model says, if it has one.
-    for (_, binding) in tree.leaves.iter().flat_map(|leaf| &leaf.ports) {
-        if let PortBinding::Entry(slot) = binding {
-            uses.is_written[*slot] = true;
+    for leaf in &tree.leaves {
+        for port in &leaf.ports {
+            let PortBinding::Entry(slot) = port.binding else { continue };
+            uses.is_written[slot] |= port.is_written();
+            if port.is_read() {
+                uses.read[slot].get_or_insert(tree.nodes[leaf.node].line);
+            }
         }
     }
     for (slot, line) in uses.read.iter().enumerate() {

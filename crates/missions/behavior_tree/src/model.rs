@@ -19,7 +19,7 @@ pub enum PortDirection {
     /// The leaf writes it.
     Output,
     /// The leaf reads and writes it.
-    Both,
+    InOut,
 }
 
 /// A port of a leaf.

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 use crate::model::LeafKind;
-use crate::ports::PortBinding;
+use crate::ports::{BoundPort, PortBinding};
 use crate::script::TreeScript;
 use crate::value::BoardValue;
 
@@ -201,7 +201,7 @@ pub struct TreeLeaf {
     pub(crate) kind: LeafKind,
     pub(crate) id: String,
     pub(crate) node: usize,
-    pub(crate) ports: Vec<(String, PortBinding)>,
+    pub(crate) ports: Vec<BoundPort>,
 }
 
 impl TreeLeaf {
@@ -222,8 +222,8 @@ impl TreeLeaf {
 
     /// Returns its ports that have a value in the file, with that value.
     pub fn literals(&self) -> impl Iterator<Item = (&str, &BoardValue)> {
-        self.ports.iter().filter_map(|(name, binding)| match binding {
-            PortBinding::Literal(value) => Some((name.as_str(), value)),
+        self.ports.iter().filter_map(|port| match &port.binding {
+            PortBinding::Literal(value) => Some((port.name.as_str(), value)),
             PortBinding::Entry(_) => None,
         })
     }

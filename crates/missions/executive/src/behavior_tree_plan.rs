@@ -150,14 +150,8 @@ impl TreeHost for TreeMission<'_> {
 
     fn start(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus {
         let arguments = &mut self.arguments[index];
-        arguments.clear();
-        let names = ports.names();
-        arguments.extend(names.map(|name| ports.number(name).unwrap_or(f64::NAN)));
-        let started = match arguments.iter().all(|number| number.is_finite()) {
-            true => self.actions.set_arguments(index, leaf.id(), arguments),
-            false => Err(format!("expected a number in each port of the action `{}`", leaf.id())),
-        };
-        if let Err(reason) = started {
+        let read = read_arguments(leaf, ports, arguments);
+        if let Err(reason) = read.and_then(|()| self.actions.set_arguments(index, leaf.id(), arguments)) {
             self.now.error(format_args!("{reason}; the action has failed"));
             return NodeStatus::Failed;
         }
@@ -303,6 +297,19 @@ impl BehaviorTreePlanState {
         io.verdict.set(Verdict { state, outcome, reason: Text::new(reason) });
         self.reported = Some(running.clone());
     }
+}
+
+/// Reads the numbers in the ports of an action, in the order of its model.
+fn read_arguments(leaf: &TreeLeaf, ports: &LeafPorts<'_>, arguments: &mut Vec<f64>) -> Result<(), String> {
+    arguments.clear();
+    for port in ports.inputs() {
+        let number = ports.number(port).ok_or_else(|| {
+            let found = ports.get(port).map_or("none".into(), |value| format!("`{value}`"));
+            format!("expected a number in the port `{port}` of the action `{}`, found {found}", leaf.id())
+        })?;
+        arguments.push(number);
+    }
+    Ok(())
 }
 
 fn load(file: &str) -> Result<(Arc<BehaviorTree>, MissionActions), String> {

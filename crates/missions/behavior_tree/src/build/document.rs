@@ -109,7 +109,7 @@ impl<'a> TreeDocument<'a> {
             let direction = match port.tag_name().name() {
                 "input_port" => PortDirection::Input,
                 "output_port" => PortDirection::Output,
-                "inout_port" => PortDirection::Both,
+                "inout_port" => PortDirection::InOut,
                 // Descriptions of editors.
                 _ => continue,
             };

@@ -132,7 +132,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
     fn leaf(&mut self, node: usize, index: usize) -> Result<NodeStatus, TickError> {
         let tree = self.tree;
         let leaf = &tree.leaves[index];
-        let mut ports = LeafPorts { bindings: &leaf.ports, values: self.values };
+        let mut ports = LeafPorts { ports: &leaf.ports, values: self.values };
         let status = match (leaf.kind, self.records[node].status) {
             (LeafKind::Condition, _) => self.host.condition(index, leaf, &mut ports),
             (LeafKind::Action, NodeStatus::Idle | NodeStatus::Skipped) => {
