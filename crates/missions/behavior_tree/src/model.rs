@@ -67,6 +67,10 @@ impl LeafModels {
         self.0.insert(name.into(), model);
     }
 
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
+    }
+
     pub(crate) fn get(&self, name: &str) -> Option<&LeafModel> {
         self.0.get(name)
     }

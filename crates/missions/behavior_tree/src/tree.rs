@@ -132,6 +132,21 @@ impl NodeOperation {
         }
     }
 
+    /// Numbers of children in the ports of a parallel node that have a value in the file.
+    pub fn literal_counts(&self) -> [Option<(&'static str, f64)>; 2] {
+        let literal = |port: &'static str, binding: &PortBinding| match binding {
+            PortBinding::Literal(value) => value.number().map(|number| (port, number)),
+            PortBinding::Entry(_) => None,
+        };
+        match self {
+            Self::Parallel { successes, failures } => {
+                [literal("success_count", successes), literal("failure_count", failures)]
+            }
+            Self::ParallelAll { failures } => [literal("max_failures", failures), None],
+            _ => [None, None],
+        }
+    }
+
     pub fn is_decorator(&self) -> bool {
         self.children() == (1..=1)
     }

@@ -6,12 +6,19 @@ use roxmltree::Node;
 
 use super::boards::Boards;
 use super::document::TreeDocument;
+use super::nearest::nearest_name;
 use crate::error::TreeError;
 use crate::model::{LeafModel, PortDirection, PortModel};
 use crate::ports::{BoundPort, PortBinding};
 use crate::script::{TreeScript, parse_script};
 use crate::tree::NodeScripts;
 use crate::value::BoardValue;
+
+/// Attributes with a script before or after a node.
+const SCRIPTS: [&str; 8] =
+    ["_failureIf", "_successIf", "_skipIf", "_while", "_onHalted", "_onFailure", "_onSuccess", "_post"];
+/// Attributes of sub-trees and notes of editors.
+const NOTES: [&str; 4] = ["_autoremap", "_description", "_uid", "_fullpath"];
 
 /// Returns the name in `{name}`; `{=}` is the port's own.
 pub(super) fn pointer<'a>(port: &'a str, text: &'a str) -> Option<&'a str> {
@@ -130,13 +137,20 @@ impl<'a, 'b> Attributes<'a, 'b> {
                 "_onFailure" => &mut scripts.on_failure,
                 "_onSuccess" => &mut scripts.on_success,
                 "_post" => &mut scripts.post,
-                // Notes of editors, such as `_description`.
-                _ => continue,
+                name if NOTES.contains(&name) => continue,
+                name => return Err(self.unknown_script(name)),
             };
             *place = Some(self.script(attribute.value())?);
             has_any = true;
         }
         Ok(has_any.then(|| Box::new(scripts)))
+    }
+
+    fn unknown_script(&self, name: &str) -> TreeError {
+        self.error(match nearest_name(name, SCRIPTS.into_iter().chain(NOTES)) {
+            Some(near) => format!("unknown attribute `{name}`: did you mean `{near}`?"),
+            None => format!("unknown attribute `{name}`: those with `_` are {}", SCRIPTS.join(", ")),
+        })
     }
 
     /// Returns the ports of an action or a condition: in the order of its model, without one in that of the file.

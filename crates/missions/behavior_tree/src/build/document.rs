@@ -64,7 +64,10 @@ impl<'a> TreeDocument<'a> {
             }
         };
         if !read.trees.contains_key(read.main) {
-            return Err(read.error(root, format!("no tree has the ID `{}` of the main tree", read.main)));
+            let known = read.trees.keys().copied().collect::<Vec<_>>().join(", ");
+            let reason =
+                format!("no tree has the ID `{}` of the main tree; the file has: {known}", read.main);
+            return Err(read.error(root, reason));
         }
         Ok(read)
     }

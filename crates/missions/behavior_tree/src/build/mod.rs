@@ -3,6 +3,7 @@
 mod attributes;
 mod boards;
 mod document;
+mod nearest;
 mod operations;
 
 use std::fs::File;
@@ -12,7 +13,8 @@ use std::path::Path;
 use attributes::{Attributes, pointer};
 use boards::{Boards, TreeBoard};
 use document::TreeDocument;
-use operations::operation;
+use nearest::nearest_name;
+use operations::{OPERATIONS, operation};
 use roxmltree::{Document, Node};
 
 use crate::error::TreeError;
@@ -136,6 +138,7 @@ impl<'a> TreeBuilder<'a, '_> {
         *number += 1;
         let is_sub_tree = operation == NodeOperation::SubTree;
         let expected = operation.children();
+        let counts = operation.literal_counts();
         self.nodes.push(BehaviorNode {
             tag: tag.into(),
             name: name.into(),
@@ -158,7 +161,11 @@ impl<'a> TreeBuilder<'a, '_> {
         }
         let count = self.nodes[index].children.len();
         if expected.contains(&count) {
-            return Ok(index);
+            let too_many = counts.into_iter().flatten().find(|(_, number)| *number > count as f64);
+            return match too_many {
+                None => Ok(index),
+                Some((port, number)) => Err(document.error(element, too_many_children(count, port, number))),
+            };
         }
         let (least, most) = (*expected.start(), *expected.end());
         let expected = match (least, most) {
@@ -222,11 +229,14 @@ impl<'a> TreeBuilder<'a, '_> {
             (Some(kind), _) => kind,
             (None, Some(model)) => model.kind,
             (None, None) => {
+                let known = OPERATIONS.into_iter().chain(document.models.names());
+                let near = nearest_name(tag, known).map(|near| format!("did you mean `{near}`? "));
                 return Err(document.error(
                     element,
                     format!(
-                        "unknown node `{tag}`: expected a node of BehaviorTree.CPP, or one of `TreeNodesModel`; \
-                         write `<Action ID=\"{tag}\"/>` for an action without a model"
+                        "unknown node `{tag}`: {}expected a node of BehaviorTree.CPP, or one of `TreeNodesModel`; \
+                         write `<Action ID=\"{tag}\"/>` for an action without a model",
+                        near.unwrap_or_default()
                     ),
                 ));
             }
@@ -301,6 +311,11 @@ impl<'a> TreeBuilder<'a, '_> {
         let board = self.boards.add(board);
         self.tree(id, &NodePlace { board, path, depth: place.depth + 1 }, above)
     }
+}
+
+/// Error of a count of children that a parallel node doesn't have.
+pub(crate) fn too_many_children(count: usize, port: &str, number: f64) -> String {
+    format!("expected at most the number of children, {count}, in the port `{port}`, found {number}")
 }
 
 /// Literal that a script can compute with: a number where it is one.

@@ -2,6 +2,7 @@
 
 use super::TreeHost;
 use super::node::TreeRun;
+use crate::build::too_many_children;
 use crate::error::TickError;
 use crate::ports::PortBinding;
 use crate::tree::{NodeOperation, NodeStatus};
@@ -204,12 +205,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
         let number = if number < 0 { (count as i64 + number + 1).max(0) } else { number };
         match usize::try_from(number) {
             Ok(number) if number <= count => Ok(number),
-            _ => Err(self.error(
-                node,
-                format!(
-                    "expected at most the number of children, {count}, in the port `{port}`, found {number}"
-                ),
-            )),
+            _ => Err(self.error(node, too_many_children(count, port, number as f64))),
         }
     }
 

@@ -144,7 +144,11 @@ impl<H: TreeHost> TreeRun<'_, H> {
 
     fn run_once(&mut self, node: usize, then_skip: &PortBinding) -> Result<NodeStatus, TickError> {
         if self.records[node].is_started {
-            let skips = then_skip.read(self.values).and_then(BoardValue::truth).unwrap_or(true);
+            let value = then_skip.read(self.values);
+            let skips = value.and_then(BoardValue::truth).ok_or_else(|| {
+                let found = value.map_or("none".into(), |value| format!("`{value}`"));
+                self.error(node, format!("expected true or false in the port `then_skip`, found {found}"))
+            })?;
             return Ok(if skips { NodeStatus::Skipped } else { self.records[node].result });
         }
         self.records[node].status = NodeStatus::Running;
