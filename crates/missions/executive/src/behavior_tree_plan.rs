@@ -57,8 +57,8 @@ pub struct BehaviorTreePlanParams {
 struct SavedTreePlan {
     executor: TreeState,
     actions: SavedActions,
-    /// Arguments of each action that was started, by the path of its node.
-    arguments: Vec<(String, Vec<f64>)>,
+    /// Arguments of each action that runs, by the path of its node and its ID.
+    arguments: Vec<(String, String, Vec<f64>)>,
     conditions: KnownConditions,
     failure: Option<String>,
     reported: Option<String>,
@@ -209,7 +209,8 @@ impl BehaviorTreePlanState {
             TreeExecutor::restore(Arc::clone(&tree), &saved.executor).map_err(|error| error.to_string())?;
         let mut all_arguments = vec![Vec::new(); tree.leaves().len()];
         for (index, (path, id)) in names(&tree).enumerate() {
-            if let Some((_, arguments)) = saved.arguments.iter().find(|(own, _)| own == path) {
+            let is_own = |(own, own_id, _): &&(String, String, Vec<f64>)| own == path && own_id == id;
+            if let Some((_, _, arguments)) = saved.arguments.iter().find(is_own) {
                 actions.set_arguments(index, id, arguments)?;
                 all_arguments[index].clone_from(arguments);
             }
@@ -226,11 +227,19 @@ impl BehaviorTreePlanState {
 
     fn save(&self) -> SavedTreePlan {
         let Some(executor) = &self.executor else { return self.restored.clone().unwrap_or_default() };
-        let arguments = names(executor.tree()).zip(&self.arguments).filter(|(_, own)| !own.is_empty());
+        let leaves = executor.tree().leaves().iter().zip(&self.arguments);
+        // Those without ports have none, and are saved as well.
+        let running = leaves.filter(|(leaf, _)| {
+            leaf.kind() == LeafKind::Action && executor.status(leaf.node()) == NodeStatus::Running
+        });
+        let arguments = running.map(|(leaf, own)| {
+            let path = executor.tree().nodes()[leaf.node()].path();
+            (path.to_owned(), leaf.id().to_owned(), own.clone())
+        });
         SavedTreePlan {
             executor: executor.state(),
             actions: self.actions.save(names(executor.tree())),
-            arguments: arguments.map(|((path, _), own)| (path.to_owned(), own.clone())).collect(),
+            arguments: arguments.collect(),
             conditions: self.conditions.clone(),
             failure: self.failure.clone(),
             reported: self.reported.clone(),

@@ -190,6 +190,23 @@ fn a_changed_tree_takes_over_or_is_refused_while_the_mission_runs() {
 }
 
 #[test]
+fn an_action_without_arguments_goes_on_in_a_changed_tree() {
+    let node = |first: &str| format!("<Sequence>{first}<Look/></Sequence>");
+    let mut plan = planning(&file("other", &node("<Go name=\"first\" x=\"-1\"/>")));
+    sent(&mut plan);
+    plan.set("situation", status(1, 1, Some(Ending::COMPLETED)));
+    assert_eq!(sent(&mut plan), ["Look"]);
+    // A `wait` of -1 s would be refused.
+    file("other", &node("<Action ID=\"wait\" name=\"first\" seconds=\"1\"/>"));
+    plan.params().revision = 1;
+    assert_eq!(sent(&mut plan), [""; 0]);
+    assert_eq!(plan.output::<TreeMissionStatus>("mission").unwrap().running.as_str(), "Look");
+    plan.set("situation", status(2, 2, Some(Ending::COMPLETED)));
+    sent(&mut plan);
+    assert_eq!(plan.output::<Verdict>("verdict").unwrap().state, MissionState::SUCCEEDED);
+}
+
+#[test]
 fn a_tree_that_can_not_run_fails_with_the_reason() {
     let reason = |file: &Path| {
         let mut plan = planning(file);

@@ -99,6 +99,8 @@ impl<H: TreeHost> TreeRun<'_, H> {
                 return Ok(NodeStatus::Running);
             }
         }
+        // It runs where the count has become smaller meanwhile.
+        self.halt_child(child)?;
         self.records[node].count = 0;
         Ok(passing)
     }

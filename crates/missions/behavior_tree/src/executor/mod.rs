@@ -23,7 +23,7 @@ pub trait TreeHost {
     /// Starts an action and returns how far it has come.
     fn start(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
 
-    /// Returns how far an action has come that runs. A tick asks once for each.
+    /// Returns how far an action has come that runs. A tick asks once for each; a skipped one has ended.
     fn progress(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
 
     /// Stops an action that runs.

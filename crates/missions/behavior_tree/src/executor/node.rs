@@ -143,6 +143,11 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
         };
         match status {
             NodeStatus::Idle => Err(self.error(node, "expected an answer of the host, found `Idle`")),
+            NodeStatus::Skipped => {
+                // It does not run any more.
+                self.records[node].status = NodeStatus::Idle;
+                Ok(status)
+            }
             status => Ok(status),
         }
     }
