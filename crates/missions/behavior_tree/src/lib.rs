@@ -6,7 +6,7 @@
 //!
 //! Statuses, order of ticks, halting and skipping are those of BehaviorTree.CPP 4, also which node is ticked again
 //! before it was reset: a condition of `WhileDoElse` that is an action keeps its answer while the node runs. Two
-//! defects are mended:
+//! deviations from BehaviorTree.CPP fix defects:
 //!
 //! - A condition of `IfThenElse` or `WhileDoElse` that is skipped skips the node; BehaviorTree.CPP throws.
 //! - A `Precondition` that was halted is evaluated again; in BehaviorTree.CPP it counts as passed.

@@ -25,7 +25,7 @@ pub struct TreeMissionStatus {
     pub ticks: u64,
     /// ID of the tree.
     pub tree: Text<60>,
-    /// Actions that run, by their names.
+    /// Actions that run, by their names, and conditions that nobody has told yet: "Go, waits for `localized`".
     pub running: Text<252>,
 }
 
@@ -61,7 +61,7 @@ struct SavedTreePlan {
     arguments: Vec<(String, String, Vec<f64>)>,
     conditions: KnownConditions,
     failure: Option<String>,
-    reported: Option<String>,
+    last_status_text: Option<String>,
 }
 
 /// State of [`BehaviorTreePlan`].
@@ -78,10 +78,10 @@ pub struct BehaviorTreePlanState {
     failure: Option<String>,
     /// State that waits for its tree.
     restored: Option<SavedTreePlan>,
-    /// What was reported: the actions that run, or how the mission has ended.
-    reported: Option<String>,
-    /// What is to be reported, kept so that a run allocates nothing.
-    news: String,
+    /// Text of the status that was written: the actions that run, or how the mission has ended.
+    last_status_text: Option<String>,
+    /// Text of the newest status, kept so that a run allocates nothing.
+    status_text: String,
 }
 
 impl Serialize for BehaviorTreePlanState {
@@ -124,14 +124,14 @@ impl Plan for BehaviorTreePlan {
             now.error(format_args!("{error}"));
             state.failure = Some(error.to_string());
             state.actions.stop_all();
-            state.reported = None;
+            state.last_status_text = None;
         }
         state.actions.request(situation, plan);
         state.report(io);
     }
 }
 
-/// What the tree sees of the robot.
+/// The robot as a tree sees it.
 struct TreeMission<'a> {
     actions: &'a mut MissionActions,
     arguments: &'a mut [Vec<f64>],
@@ -219,7 +219,7 @@ impl BehaviorTreePlanState {
         self.executor = Some(executor);
         (self.actions, self.arguments, self.conditions) = (actions, all_arguments, saved.conditions);
         // A changed tree is reported; a restored one was.
-        self.reported = saved.reported.filter(|_| !is_running);
+        self.last_status_text = saved.last_status_text.filter(|_| !is_running);
         self.failure = saved.failure.filter(|_| !is_running);
         self.restored = None;
         Ok(())
@@ -242,7 +242,7 @@ impl BehaviorTreePlanState {
             arguments: arguments.collect(),
             conditions: self.conditions.clone(),
             failure: self.failure.clone(),
-            reported: self.reported.clone(),
+            last_status_text: self.last_status_text.clone(),
         }
     }
 
@@ -266,16 +266,12 @@ impl BehaviorTreePlanState {
 
     /// Writes the outputs where something has changed.
     fn report(&mut self, io: &BehaviorTreePlanPorts) {
-        let running = &mut self.news;
+        let running = &mut self.status_text;
         running.clear();
         let (mut state, mut outcome) = (MissionState::RUNNING, MissionOutcome::OTHER);
         let mut reason = "";
         if let Some(executor) = &self.executor {
-            let nodes = executor.tree().leaves().iter().filter(|leaf| leaf.kind() == LeafKind::Action);
-            for leaf in nodes.filter(|leaf| executor.status(leaf.node()) == NodeStatus::Running) {
-                running.push_str(if running.is_empty() { "" } else { ", " });
-                running.push_str(executor.tree().nodes()[leaf.node()].name());
-            }
+            write_running(executor, running);
             match executor.outcome() {
                 NodeStatus::Succeeded => {
                     (state, outcome) = (MissionState::SUCCEEDED, MissionOutcome::GOAL_REACHED);
@@ -293,7 +289,7 @@ impl BehaviorTreePlanState {
         if is_ended {
             running.push_str(reason);
         }
-        if self.reported.as_ref() == Some(running) {
+        if self.last_status_text.as_ref() == Some(running) {
             return;
         }
         if let Some(executor) = &self.executor {
@@ -304,7 +300,26 @@ impl BehaviorTreePlanState {
             });
         }
         io.verdict.set(Verdict { state, outcome, reason: Text::new(reason) });
-        self.reported = Some(running.clone());
+        self.last_status_text = Some(running.clone());
+    }
+}
+
+/// Writes the actions that run, and the conditions that are unknown: "Go, waits for `localized`".
+fn write_running(executor: &TreeExecutor, text: &mut String) {
+    let tree = executor.tree();
+    let running = || tree.leaves().iter().filter(|leaf| executor.status(leaf.node()) == NodeStatus::Running);
+    for leaf in running().filter(|leaf| leaf.kind() == LeafKind::Action) {
+        text.push_str(if text.is_empty() { "" } else { ", " });
+        text.push_str(tree.nodes()[leaf.node()].name());
+    }
+    for (number, leaf) in running().filter(|leaf| leaf.kind() == LeafKind::Condition).enumerate() {
+        text.push_str(match (number, text.is_empty()) {
+            (0, true) => "waits for `",
+            (0, false) => ", waits for `",
+            _ => ", `",
+        });
+        text.push_str(leaf.id());
+        text.push('`');
     }
 }
 

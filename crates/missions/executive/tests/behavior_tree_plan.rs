@@ -114,6 +114,18 @@ fn a_condition_halts_what_a_reactive_node_runs() {
 }
 
 #[test]
+fn conditions_that_nobody_has_told_are_named() {
+    let node = "<Parallel><Go x=\"1\"/><person/><Condition ID=\"localised\"/></Parallel>";
+    let mut plan = planning(&file("untold_conditions", node));
+    sent(&mut plan);
+    let running = |plan: &TreePlanning| plan.output::<TreeMissionStatus>("mission").unwrap().running;
+    assert_eq!(running(&plan).as_str(), "Go, waits for `person`, `localised`");
+    plan.push("conditions", ConditionValues::new(&[("person", true)]));
+    sent(&mut plan);
+    assert_eq!(running(&plan).as_str(), "Go, waits for `localised`");
+}
+
+#[test]
 fn an_action_of_a_tree_that_a_reflex_cancels_is_sent_again() {
     let mut plan = planning(&file("reflex", "<Go x=\"1\"/>"));
     sent(&mut plan);

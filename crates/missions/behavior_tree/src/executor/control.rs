@@ -159,9 +159,9 @@ impl<H: TreeHost> TreeRun<'_, H> {
                 (self.records[node].count as usize, self.records[node].failures as usize);
             let is_done =
                 succeeded >= least_successes || is_relative && succeeded + skipped >= least_successes;
-            let is_hopeless =
+            let can_not_succeed =
                 children.len().saturating_sub(failed) < least_successes || failed == most_failures;
-            if is_done || is_hopeless {
+            if is_done || can_not_succeed {
                 self.forget_counted(node);
                 self.halt_children(node)?;
                 return Ok(if is_done { NodeStatus::Succeeded } else { NodeStatus::Failed });

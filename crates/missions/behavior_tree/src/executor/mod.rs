@@ -15,7 +15,7 @@ use crate::ports::LeafPorts;
 use crate::tree::{BehaviorTree, NodeStatus, TreeLeaf};
 use crate::value::BoardValue;
 
-/// Who performs the actions of a tree and knows its conditions.
+/// Performer of the actions of a tree, which also knows its conditions.
 pub trait TreeHost {
     /// Answers a condition; one that is running is not known yet.
     fn condition(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
@@ -32,7 +32,7 @@ pub trait TreeHost {
 
 /// Executes a [`BehaviorTree`] with the semantics of BehaviorTree.CPP 4.
 ///
-/// A tick without scripts allocates nothing.
+/// A tick allocates nothing unless a script uses a text or a node writes one.
 #[derive(Clone, Debug)]
 pub struct TreeExecutor {
     tree: Arc<BehaviorTree>,
@@ -74,7 +74,7 @@ impl TreeExecutor {
                 Ok(status)
             }
             Err(error) => {
-                run.abandon();
+                run.reset();
                 self.outcome = NodeStatus::Failed;
                 Err(error)
             }
@@ -95,7 +95,7 @@ impl TreeExecutor {
         let mut run = self.run(&tree, now, host);
         let result = run.halt_child(0);
         if result.is_err() {
-            run.abandon();
+            run.reset();
         }
         self.outcome = NodeStatus::Idle;
         result

@@ -237,7 +237,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
     }
 
     /// Stops all actions that run and resets all nodes, without scripts.
-    pub fn abandon(&mut self) {
+    pub fn reset(&mut self) {
         let tree = self.tree;
         for (index, leaf) in tree.leaves.iter().enumerate() {
             if leaf.kind == LeafKind::Action && self.records[leaf.node].status == NodeStatus::Running {
