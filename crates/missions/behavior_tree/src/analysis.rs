@@ -42,7 +42,7 @@ pub struct TreeFinding {
     pub kind: TreeFindingKind,
     /// Line in the file, from 1.
     pub line: usize,
-    /// What is wrong.
+    /// Description of the defect.
     pub text: String,
 }
 
@@ -81,7 +81,7 @@ const RUNNING: u8 = 4;
 const SKIPPED: u8 = 8;
 const ANY: u8 = SUCCESS | FAILURE | RUNNING | SKIPPED;
 
-/// What each node may return, at least.
+/// Statuses that each node may return, at least.
 fn possible_outcomes(tree: &BehaviorTree) -> Vec<u8> {
     let mut outcomes = vec![0; tree.nodes.len()];
     // Children have greater numbers.

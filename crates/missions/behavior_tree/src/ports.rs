@@ -3,7 +3,7 @@
 use crate::model::PortDirection;
 use crate::value::BoardValue;
 
-/// What a port leads to.
+/// Value or entry that a port leads to.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum PortBinding {
     /// A value in the file.
@@ -47,12 +47,16 @@ pub struct LeafPorts<'a> {
 }
 
 impl LeafPorts<'_> {
-    /// Returns the names of the ports, in the order of the model; without one, of the file.
+    /// Returns the names of the ports, in the order of the model.
+    ///
+    /// Without a model, in the order of the file.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.ports.iter().map(|port| port.name.as_str())
     }
 
-    /// Returns the names of the ports that the leaf reads, in that order. Without a model it may read any.
+    /// Returns the names of the ports that the leaf reads, in that order.
+    ///
+    /// Without a model it may read any.
     pub fn inputs(&self) -> impl Iterator<Item = &str> {
         self.ports.iter().filter(|port| port.is_read()).map(|port| port.name.as_str())
     }
@@ -67,7 +71,9 @@ impl LeafPorts<'_> {
         self.get(name)?.number()
     }
 
-    /// Writes the entry that a port leads to; `false` if the port is missing or has a literal value.
+    /// Writes the entry that a port leads to.
+    ///
+    /// Returns `false` if the port is missing or has a literal value.
     pub fn set(&mut self, name: &str, value: BoardValue) -> bool {
         match self.binding(name) {
             Some(PortBinding::Entry(slot)) => {

@@ -42,7 +42,7 @@ impl NodeStatus {
     }
 }
 
-/// What a node does.
+/// Operation of a node.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum NodeOperation {
     /// Whether it lets others run after each child.
@@ -132,7 +132,7 @@ impl NodeOperation {
         }
     }
 
-    /// Numbers of children in the ports of a parallel node that have a value in the file.
+    /// Literal numbers of children in the ports of a parallel node.
     pub fn literal_counts(&self) -> [Option<(&'static str, f64)>; 2] {
         let literal = |port: &'static str, binding: &PortBinding| match binding {
             PortBinding::Literal(value) => value.number().map(|number| (port, number)),
@@ -179,7 +179,7 @@ pub struct BehaviorNode {
 }
 
 impl BehaviorNode {
-    /// Returns what it is: `Sequence`, or the ID of an action, a condition or a sub-tree.
+    /// Returns its type: `Sequence`, or the ID of a leaf or a sub-tree.
     pub fn tag(&self) -> &str {
         &self.tag
     }
@@ -189,7 +189,7 @@ impl BehaviorNode {
         &self.name
     }
 
-    /// Returns the names of the sub-trees that lead to it, with its number in its tree: `patrol/2 GoTo`.
+    /// Returns its sub-trees with its number and name, such as `patrol/2 GoTo`.
     pub fn path(&self) -> &str {
         &self.path
     }
@@ -273,7 +273,9 @@ impl BehaviorTree {
         &self.leaves
     }
 
-    /// Returns the names of the blackboards' entries: those of a sub-tree have its path in front.
+    /// Returns the names of the blackboards' entries.
+    ///
+    /// Those of a sub-tree have its path in front.
     pub fn entries(&self) -> &[String] {
         &self.entries
     }

@@ -25,7 +25,7 @@ pub struct TreeMissionStatus {
     pub ticks: u64,
     /// ID of the tree.
     pub tree: Text<60>,
-    /// Actions that run, by their names, and conditions that nobody has told yet: "Go, waits for `localized`".
+    /// Actions that run and unknown conditions: "Go, waits for `localized`".
     pub running: Text<252>,
 }
 
@@ -78,7 +78,7 @@ pub struct BehaviorTreePlanState {
     failure: Option<String>,
     /// State that waits for its tree.
     restored: Option<SavedTreePlan>,
-    /// Text of the status that was written: the actions that run, or how the mission has ended.
+    /// Text of the status that was written, or how the mission has ended.
     last_status_text: Option<String>,
     /// Text of the newest status, kept so that a run allocates nothing.
     status_text: String,
@@ -96,7 +96,9 @@ impl<'de> Deserialize<'de> for BehaviorTreePlanState {
     }
 }
 
-/// Follows a behaviour tree: its actions are those of Execute, its conditions come from Analyzes and Knowledge.
+/// Plan that follows a behaviour tree.
+///
+/// Its actions are those of Execute, its conditions come from Analyzes and Knowledge.
 pub struct BehaviorTreePlan;
 
 impl Plan for BehaviorTreePlan {
@@ -304,7 +306,7 @@ impl BehaviorTreePlanState {
     }
 }
 
-/// Writes the actions that run, and the conditions that are unknown: "Go, waits for `localized`".
+/// Writes the actions that run, and the conditions that are unknown.
 fn write_running(executor: &TreeExecutor, text: &mut String) {
     let tree = executor.tree();
     let running = || tree.leaves().iter().filter(|leaf| executor.status(leaf.node()) == NodeStatus::Running);

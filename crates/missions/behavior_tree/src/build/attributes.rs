@@ -55,7 +55,7 @@ impl<'a, 'b> Attributes<'a, 'b> {
         self.ports.remove(name)
     }
 
-    /// What is left of the ports, in the order of the file.
+    /// Ports that were not taken, in the order of the file.
     pub fn rest(&mut self) -> Vec<(&'a str, &'a str)> {
         let names = self.node.attributes().map(|attribute| attribute.name());
         let mut left = std::mem::take(&mut self.ports);
@@ -153,7 +153,9 @@ impl<'a, 'b> Attributes<'a, 'b> {
         })
     }
 
-    /// Returns the ports of an action or a condition: in the order of its model, without one in that of the file.
+    /// Returns the ports of an action or a condition, in the order of its model.
+    ///
+    /// Without a model, in the order of the file.
     pub fn leaf_ports(&mut self, model: Option<&LeafModel>) -> Result<Vec<BoundPort>, TreeError> {
         let Some(known) = model.and_then(|model| model.ports.as_ref()) else {
             let given = self.rest();

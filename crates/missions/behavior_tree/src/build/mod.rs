@@ -33,7 +33,9 @@ const MOST_TEXT: usize = 16 << 20;
 const DEPTH: usize = 64;
 
 impl BehaviorTree {
-    /// Reads a tree from a file; `models` has the actions and conditions that its own models lack.
+    /// Reads a tree from a file.
+    ///
+    /// `models` has the actions and conditions that its own models lack.
     pub fn read(file: &Path, models: &LeafModels) -> Result<Self, TreeError> {
         let unreadable =
             |error: std::io::Error| TreeError::new(format!("can't be read: {error}")).of_file(file);
@@ -137,8 +139,6 @@ impl<'a> TreeBuilder<'a, '_> {
         let path = format!("{}/{number} {name}", place.path);
         *number += 1;
         let is_sub_tree = operation == NodeOperation::SubTree;
-        let expected = operation.children();
-        let counts = operation.literal_counts();
         self.nodes.push(BehaviorNode {
             tag: tag.into(),
             name: name.into(),
@@ -159,16 +159,24 @@ impl<'a> TreeBuilder<'a, '_> {
             let child = self.node(child, &inner, number, above)?;
             self.nodes[index].children.push(child);
         }
-        let count = self.nodes[index].children.len();
+        self.check_children(element, index)?;
+        Ok(index)
+    }
+
+    /// Checks the number of children of a node, and what its ports say of it.
+    fn check_children(&self, element: Node<'a, 'a>, index: usize) -> Result<(), TreeError> {
+        let BehaviorNode { operation, children, tag, .. } = &self.nodes[index];
+        let (expected, count) = (operation.children(), children.len());
         if expected.contains(&count) {
-            let too_many = counts.into_iter().flatten().find(|(_, number)| *number > count as f64);
-            return match too_many {
-                None => Ok(index),
-                Some((port, number)) => Err(document.error(element, too_many_children(count, port, number))),
+            let mut literals = operation.literal_counts().into_iter().flatten();
+            return match literals.find(|(_, number)| *number > count as f64) {
+                None => Ok(()),
+                Some((port, number)) => {
+                    Err(self.document.error(element, too_many_children(count, port, number)))
+                }
             };
         }
-        let (least, most) = (*expected.start(), *expected.end());
-        let expected = match (least, most) {
+        let expected = match (*expected.start(), *expected.end()) {
             (0, 0) => "no child".into(),
             (1, 1) => "one child".into(),
             (least, usize::MAX) => format!("at least {least} child"),
@@ -177,7 +185,7 @@ impl<'a> TreeBuilder<'a, '_> {
             }
             (least, most) => format!("{least} or {most} children"),
         };
-        Err(document.error(element, format!("expected {expected} of `{tag}`, found {count}")))
+        Err(self.document.error(element, format!("expected {expected} of `{tag}`, found {count}")))
     }
 
     /// Counts text, which sub-trees repeat.

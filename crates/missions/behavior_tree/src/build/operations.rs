@@ -46,7 +46,7 @@ pub(super) const OPERATIONS: [&str; 36] = [
     "Condition",
 ];
 
-/// Returns the operation of a node with its ports; `None` for one that is not built in.
+/// Returns the operation of a node; `None` for one that is not built in.
 pub(super) fn operation(
     tag: &str,
     attributes: &mut Attributes<'_, '_>,

@@ -26,7 +26,9 @@ impl<H: TreeHost> TreeRun<'_, H> {
         }
     }
 
-    /// Ticks children in turn as long as they end with `passing`: those of a sequence or a fallback.
+    /// Ticks children in turn as long as they end with `passing`.
+    ///
+    /// A sequence passes on success, a fallback on failure.
     fn in_turn(&mut self, node: usize, passing: NodeStatus, is_async: bool) -> Result<NodeStatus, TickError> {
         let count = self.begin_turn(node);
         while (self.records[node].child as usize) < count {

@@ -23,7 +23,9 @@ pub trait TreeHost {
     /// Starts an action and returns how far it has come.
     fn start(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
 
-    /// Returns how far an action has come that runs. A tick asks once for each; a skipped one has ended.
+    /// Returns how far an action has come that runs.
+    ///
+    /// A tick asks once for each; a skipped one has ended.
     fn progress(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
 
     /// Stops an action that runs.
@@ -89,7 +91,9 @@ impl TreeExecutor {
         self.wants_tick
     }
 
-    /// Halts the tree if it runs; the blackboard stays, and so does what `SequenceWithMemory` and `RunOnce` remember.
+    /// Halts the tree if it runs.
+    ///
+    /// The blackboard stays, and so does what `SequenceWithMemory` and `RunOnce` remember.
     pub fn halt(&mut self, now: u64, host: &mut impl TreeHost) -> Result<(), TickError> {
         let tree = Arc::clone(&self.tree);
         let mut run = self.run(&tree, now, host);
@@ -111,7 +115,7 @@ impl TreeExecutor {
         self.ticks
     }
 
-    /// Returns what the last tick returned.
+    /// Returns the status of the last tick.
     pub fn outcome(&self) -> NodeStatus {
         self.outcome
     }

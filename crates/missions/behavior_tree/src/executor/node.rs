@@ -10,7 +10,7 @@ use crate::script::{TreeScript, keep_type};
 use crate::tree::{BehaviorTree, NodeOperation, NodeStatus};
 use crate::value::BoardValue;
 
-/// State of a node. What a number means depends on the node.
+/// State of a node; the meaning of a number depends on the node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct NodeRecord {
@@ -27,7 +27,7 @@ pub(crate) struct NodeRecord {
     pub is_late: bool,
     /// Whether the parallel node above has counted it.
     pub is_counted: bool,
-    /// What ran once returned.
+    /// Status that the child of `RunOnce` returned.
     pub result: NodeStatus,
     /// When a timer ends, ns.
     pub deadline: u64,

@@ -11,7 +11,7 @@ use crate::error::TreeStateError;
 use crate::tree::{BehaviorNode, BehaviorTree, NodeOperation, NodeStatus};
 use crate::value::BoardValue;
 
-/// State of a run: nodes and entries by their names, so that it fits into a changed tree.
+/// State of a run by names, so that it fits into a changed tree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct TreeState {
@@ -19,7 +19,7 @@ pub struct TreeState {
     pub ticks: u64,
     /// Whether a node wants another tick at once.
     pub wants_tick: bool,
-    /// What the last tick returned.
+    /// Status that the last tick returned.
     pub outcome: NodeStatus,
     /// Nodes that are not as at the start.
     pub nodes: Vec<SavedNode>,
@@ -33,7 +33,7 @@ pub struct TreeState {
 pub struct SavedNode {
     /// Path of the node, such as `patrol/2 GoTo`.
     pub path: String,
-    /// What it is.
+    /// Its type.
     pub tag: String,
     record: NodeRecord,
 }
@@ -57,7 +57,7 @@ impl TreeExecutor {
         }
     }
 
-    /// Makes an executor that goes on from a state, also of another version of the tree.
+    /// Makes an executor that goes on from a state, also of a changed tree.
     ///
     /// Nodes are found by their path; one that runs must be there. All nodes above a leaf that runs must run, and a
     /// node that ticks its children in turn must be at the one that runs.
@@ -151,14 +151,16 @@ impl TreeExecutor {
         }
     }
 
-    /// Exchanges the tree while it runs. The old one goes on where the state does not fit.
+    /// Exchanges the tree while it runs.
+    ///
+    /// The old one goes on where the state does not fit.
     pub fn reload(&mut self, tree: Arc<BehaviorTree>) -> Result<(), TreeStateError> {
         *self = Self::restore(tree, &self.state())?;
         Ok(())
     }
 }
 
-/// Whether a saved node may be one of the tree: the same thing, and its next child is there.
+/// Whether a saved node may be one of the tree: its next child is there.
 fn fits(node: &BehaviorNode, tag: &str, record: &NodeRecord) -> bool {
     let most = match node.operation {
         NodeOperation::IfThenElse => node.children.len() - 1,

@@ -27,9 +27,9 @@ impl ScriptToken {
     }
 }
 
-/// Splits a script into tokens with their columns, from 1; the last one is [`ScriptToken::End`].
+/// Splits a script into tokens with their columns, from 1.
 ///
-/// An error has its column.
+/// The last one is [`ScriptToken::End`]. An error has its column.
 pub(super) fn tokens(text: &str) -> Result<Vec<(ScriptToken, usize)>, (usize, String)> {
     let mut tokens = Vec::new();
     let mut rest = text;
