@@ -1,4 +1,4 @@
-//! Prints what each tree of standard input does, for `tests/compare_behavior_tree_cpp.py`.
+//! Prints traces of trees, for `tests/compare_behavior_tree_cpp.py`.
 //!
 //! A line is a tree: `{"xml": "...", "answers": {"A0": "RSF"}, "entries": {"x": 1}, "ticks": 20, "period": 30}`. The
 //! n-th call of a leaf has the n-th answer: running, success or failure. Time goes on by `period` ms with each tick.

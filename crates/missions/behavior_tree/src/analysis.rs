@@ -42,7 +42,7 @@ pub struct TreeFinding {
     pub kind: TreeFindingKind,
     /// Line in the file, from 1.
     pub line: usize,
-    /// What is wrong.
+    /// Description of the defect.
     pub text: String,
 }
 
@@ -81,7 +81,7 @@ const RUNNING: u8 = 4;
 const SKIPPED: u8 = 8;
 const ANY: u8 = SUCCESS | FAILURE | RUNNING | SKIPPED;
 
-/// What each node may return, at least.
+/// Statuses that each node may return, at least.
 fn possible_outcomes(tree: &BehaviorTree) -> Vec<u8> {
     let mut outcomes = vec![0; tree.nodes.len()];
     // Children have greater numbers.
@@ -217,10 +217,13 @@ fn unset_entries(tree: &BehaviorTree, findings: &mut Vec<TreeFinding>) {
             uses.take_script(script, node.line);
         }
     }
-    // Which of its ports a leaf writes, only its model says, if it has one.
-    for (_, binding) in tree.leaves.iter().flat_map(|leaf| &leaf.ports) {
-        if let PortBinding::Entry(slot) = binding {
-            uses.is_written[*slot] = true;
+    for leaf in &tree.leaves {
+        for port in &leaf.ports {
+            let PortBinding::Entry(slot) = port.binding else { continue };
+            uses.is_written[slot] |= port.is_written();
+            if port.is_read() {
+                uses.read[slot].get_or_insert(tree.nodes[leaf.node].line);
+            }
         }
     }
     for (slot, line) in uses.read.iter().enumerate() {

@@ -52,7 +52,7 @@ pub struct TickError {
     pub path: String,
     /// Its line in the file, from 1.
     pub line: usize,
-    /// What is wrong, and what was expected.
+    /// Defect, and what was expected.
     pub reason: String,
 }
 

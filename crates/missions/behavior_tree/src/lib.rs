@@ -5,11 +5,13 @@
 //! them needs an agent. Time is passed in; nothing reads a clock.
 //!
 //! Statuses, order of ticks, halting and skipping are those of BehaviorTree.CPP 4, also which node is ticked again
-//! before it was reset: a condition of `WhileDoElse` that is an action keeps its answer while the node runs. Two
-//! defects are mended:
+//! before it was reset: a condition of `WhileDoElse` that is an action keeps its answer while the node runs. Three
+//! deviations from BehaviorTree.CPP fix defects:
 //!
 //! - A condition of `IfThenElse` or `WhileDoElse` that is skipped skips the node; BehaviorTree.CPP throws.
 //! - A `Precondition` that was halted is evaluated again; in BehaviorTree.CPP it counts as passed.
+//! - `Repeat` and `RetryUntilSuccessful` halt a child that runs when their count has become smaller; BehaviorTree.CPP
+//!   leaves it running.
 //!
 //! Where BehaviorTree.CPP is open, Slate is strict:
 //!

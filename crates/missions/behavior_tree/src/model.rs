@@ -19,7 +19,7 @@ pub enum PortDirection {
     /// The leaf writes it.
     Output,
     /// The leaf reads and writes it.
-    Both,
+    InOut,
 }
 
 /// A port of a leaf.
@@ -65,6 +65,10 @@ impl LeafModels {
 
     pub(crate) fn insert(&mut self, name: &str, model: LeafModel) {
         self.0.insert(name.into(), model);
+    }
+
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
     }
 
     pub(crate) fn get(&self, name: &str) -> Option<&LeafModel> {

@@ -1,8 +1,9 @@
 //! Ports of leaves while a tree runs.
 
+use crate::model::PortDirection;
 use crate::value::BoardValue;
 
-/// What a port leads to.
+/// Value or entry that a port leads to.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum PortBinding {
     /// A value in the file.
@@ -20,17 +21,44 @@ impl PortBinding {
     }
 }
 
+/// A port of a leaf in a tree.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct BoundPort {
+    pub name: String,
+    pub direction: PortDirection,
+    pub binding: PortBinding,
+}
+
+impl BoundPort {
+    pub fn is_read(&self) -> bool {
+        self.direction != PortDirection::Output
+    }
+
+    pub fn is_written(&self) -> bool {
+        self.direction != PortDirection::Input
+    }
+}
+
 /// Ports of a leaf with their values.
 #[derive(Debug)]
 pub struct LeafPorts<'a> {
-    pub(crate) bindings: &'a [(String, PortBinding)],
+    pub(crate) ports: &'a [BoundPort],
     pub(crate) values: &'a mut [Option<BoardValue>],
 }
 
 impl LeafPorts<'_> {
-    /// Returns the names of the ports, in the order of the file.
+    /// Returns the names of the ports, in the order of the model.
+    ///
+    /// Without a model, in the order of the file.
     pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.bindings.iter().map(|(name, _)| name.as_str())
+        self.ports.iter().map(|port| port.name.as_str())
+    }
+
+    /// Returns the names of the ports that the leaf reads, in that order.
+    ///
+    /// Without a model it may read any.
+    pub fn inputs(&self) -> impl Iterator<Item = &str> {
+        self.ports.iter().filter(|port| port.is_read()).map(|port| port.name.as_str())
     }
 
     /// Returns the value of a port, if it has one.
@@ -43,7 +71,9 @@ impl LeafPorts<'_> {
         self.get(name)?.number()
     }
 
-    /// Writes the entry that a port leads to; `false` if the port is missing or has a literal value.
+    /// Writes the entry that a port leads to.
+    ///
+    /// Returns `false` if the port is missing or has a literal value.
     pub fn set(&mut self, name: &str, value: BoardValue) -> bool {
         match self.binding(name) {
             Some(PortBinding::Entry(slot)) => {
@@ -56,6 +86,6 @@ impl LeafPorts<'_> {
     }
 
     fn binding(&self, name: &str) -> Option<&PortBinding> {
-        self.bindings.iter().find(|(own, _)| own == name).map(|(_, binding)| binding)
+        self.ports.iter().find(|port| port.name == name).map(|port| &port.binding)
     }
 }

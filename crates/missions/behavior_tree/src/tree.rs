@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 use crate::model::LeafKind;
-use crate::ports::PortBinding;
+use crate::ports::{BoundPort, PortBinding};
 use crate::script::TreeScript;
 use crate::value::BoardValue;
 
@@ -42,7 +42,7 @@ impl NodeStatus {
     }
 }
 
-/// What a node does.
+/// Operation of a node.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum NodeOperation {
     /// Whether it lets others run after each child.
@@ -132,6 +132,21 @@ impl NodeOperation {
         }
     }
 
+    /// Literal numbers of children in the ports of a parallel node.
+    pub fn literal_counts(&self) -> [Option<(&'static str, f64)>; 2] {
+        let literal = |port: &'static str, binding: &PortBinding| match binding {
+            PortBinding::Literal(value) => value.number().map(|number| (port, number)),
+            PortBinding::Entry(_) => None,
+        };
+        match self {
+            Self::Parallel { successes, failures } => {
+                [literal("success_count", successes), literal("failure_count", failures)]
+            }
+            Self::ParallelAll { failures } => [literal("max_failures", failures), None],
+            _ => [None, None],
+        }
+    }
+
     pub fn is_decorator(&self) -> bool {
         self.children() == (1..=1)
     }
@@ -164,7 +179,7 @@ pub struct BehaviorNode {
 }
 
 impl BehaviorNode {
-    /// Returns what it is: `Sequence`, or the ID of an action, a condition or a sub-tree.
+    /// Returns its type: `Sequence`, or the ID of a leaf or a sub-tree.
     pub fn tag(&self) -> &str {
         &self.tag
     }
@@ -174,7 +189,7 @@ impl BehaviorNode {
         &self.name
     }
 
-    /// Returns the names of the sub-trees that lead to it, with its number in its tree: `patrol/2 GoTo`.
+    /// Returns its sub-trees with its number and name, such as `patrol/2 GoTo`.
     pub fn path(&self) -> &str {
         &self.path
     }
@@ -201,7 +216,7 @@ pub struct TreeLeaf {
     pub(crate) kind: LeafKind,
     pub(crate) id: String,
     pub(crate) node: usize,
-    pub(crate) ports: Vec<(String, PortBinding)>,
+    pub(crate) ports: Vec<BoundPort>,
 }
 
 impl TreeLeaf {
@@ -222,8 +237,8 @@ impl TreeLeaf {
 
     /// Returns its ports that have a value in the file, with that value.
     pub fn literals(&self) -> impl Iterator<Item = (&str, &BoardValue)> {
-        self.ports.iter().filter_map(|(name, binding)| match binding {
-            PortBinding::Literal(value) => Some((name.as_str(), value)),
+        self.ports.iter().filter_map(|port| match &port.binding {
+            PortBinding::Literal(value) => Some((port.name.as_str(), value)),
             PortBinding::Entry(_) => None,
         })
     }
@@ -258,7 +273,9 @@ impl BehaviorTree {
         &self.leaves
     }
 
-    /// Returns the names of the blackboards' entries: those of a sub-tree have its path in front.
+    /// Returns the names of the blackboards' entries.
+    ///
+    /// Those of a sub-tree have its path in front.
     pub fn entries(&self) -> &[String] {
         &self.entries
     }

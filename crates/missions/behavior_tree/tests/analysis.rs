@@ -1,8 +1,8 @@
 //! Checks of trees.
 
-use slate_behavior_tree::{TreeFindingKind, check_tree};
+use slate_behavior_tree::{BehaviorTree, TreeFindingKind, check_tree};
 
-use crate::common::tree;
+use crate::common::{document, models as models_of_tests, tree};
 
 fn findings(node: &str) -> Vec<String> {
     let found = check_tree(&tree(node), None);
@@ -39,6 +39,20 @@ fn an_entry_that_nothing_writes_is_found() {
     let found = findings("<Sequence><A _skipIf=\"go\"/><Repeat num_cycles=\"{n}\"><B/></Repeat></Sequence>");
     assert_eq!(found.len(), 2);
     assert!(found[0].contains("nothing in the tree writes the entry `go`"), "{found:?}");
+}
+
+#[test]
+fn an_input_of_an_action_writes_nothing() {
+    let models = "<TreeNodesModel><Action ID=\"Go\"><input_port name=\"to\"/><output_port name=\"end\"/></Action>\
+                  </TreeNodesModel>";
+    let parse =
+        |node: &str| BehaviorTree::parse(document(node, models).as_bytes(), &models_of_tests()).unwrap();
+    let found = check_tree(&parse("<Sequence>\n<Go to=\"{place}\"/></Sequence>"), None);
+    assert_eq!((found.len(), found[0].line, found[0].kind), (1, 4, TreeFindingKind::UnsetEntry));
+    assert!(
+        check_tree(&parse("<Sequence><Go to=\"1\" end=\"{p}\"/><Go to=\"{p}\"/></Sequence>"), None)
+            .is_empty()
+    );
 }
 
 #[test]

@@ -13,6 +13,24 @@ fn parse(text: &str) -> Result<BehaviorTree, String> {
 fn a_defect_is_named_with_its_line_and_what_was_expected() {
     for (node, expected) in [
         ("<Walk/>", "unknown node `Walk`: expected a node of BehaviorTree.CPP, or one of `TreeNodesModel`"),
+        ("<Sequnce><A/></Sequnce>", "unknown node `Sequnce`: did you mean `Sequence`?"),
+        ("<A _skipif=\"true\"/>", "unknown attribute `_skipif`: did you mean `_skipIf`?"),
+        ("<A _onsuccess=\"x := 1\"/>", "unknown attribute `_onsuccess`: did you mean `_onSuccess`?"),
+        ("<A _guardian=\"x\"/>", "unknown attribute `_guardian`: those with `_` are _failureIf, _successIf,"),
+        (
+            "<SubTree ID=\"main\" _autormap=\"true\"/>",
+            "unknown attribute `_autormap`: did you mean `_autoremap`?",
+        ),
+        (
+            "<Parallel success_count=\"3\"><A/><B/></Parallel>",
+            "expected at most the number of children, 2, in the port `success_count`, found 3",
+        ),
+        ("<Parallel failure_count=\"3\"><A/><B/></Parallel>", "in the port `failure_count`, found 3"),
+        ("<ParallelAll max_failures=\"2\"><A/></ParallelAll>", "in the port `max_failures`, found 2"),
+        (
+            "<RunOnce then_skip=\"maybe\"><A/></RunOnce>",
+            "expected true, false or an entry such as `{n}` in the port `then_skip`, found `maybe`",
+        ),
         ("<Action/>", "expected the attribute `ID` of `Action`"),
         ("<Condition ID=\"A\"/>", "expected `A` as an action, as its model says"),
         ("<SubTree ID=\"other\"/>", "unknown sub-tree `other`; the file has: main"),
@@ -47,6 +65,12 @@ fn a_defect_is_named_with_its_line_and_what_was_expected() {
 }
 
 #[test]
+fn notes_of_editors_are_accepted() {
+    let notes = "_description=\"look around\" _uid=\"3\" _fullpath=\"main/look\"";
+    parse(&document(&format!("<Sequence><A {notes}/></Sequence>"), "")).unwrap();
+}
+
+#[test]
 fn a_document_that_is_no_tree_is_refused() {
     let tree = "<BehaviorTree ID=\"main\"><A/></BehaviorTree>";
     for (text, expected) in [
@@ -57,7 +81,7 @@ fn a_document_that_is_no_tree_is_refused() {
         (format!("<root BTCPP_format=\"4\"><include path=\"x\"/>{tree}</root>"), "expected no `include`"),
         (
             format!("<root BTCPP_format=\"4\" main_tree_to_execute=\"x\">{tree}</root>"),
-            "no tree has the ID `x` of the main tree",
+            "no tree has the ID `x` of the main tree; the file has: main",
         ),
         ("<root BTCPP_format=\"4\"".to_owned(), "expected XML"),
         (

@@ -55,7 +55,11 @@ fn a_bad_script_is_refused_with_its_column() {
         ("1 := 2", "column 1: expected the name of an entry before the assignment"),
         ("x := '\u{e4}' ! 'b", "column 12: expected a closing `'`"),
         ("x := 1.5.2", "column 6: expected a number such as `1.5`, found `1.5.2`"),
-        ("x := 1 & 2", "column 8: expected an operator or `;`, found `&`"),
+        (
+            "x := 1 & 2",
+            "column 8: expected an operator or `;`, found `&`; use `&&` for and, in XML `&amp;&amp;`",
+        ),
+        ("x := 1 | 2", "column 8: expected an operator or `;`, found `|`; use `||` for or"),
         ("x := ~1", "column 6: expected no operator of bits"),
         ("x := 1 # 2", "column 8: expected an operator, found `#`"),
         (" ; ", "column 4: expected a statement such as `count := 1`"),

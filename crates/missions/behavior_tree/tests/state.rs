@@ -1,7 +1,7 @@
 //! States of runs: saved, restored, and carried into a changed tree.
 
 use proptest::prelude::*;
-use slate_behavior_tree::{NodeStatus, TreeExecutor, TreeState};
+use slate_behavior_tree::{BoardValue, NodeStatus, TreeExecutor, TreeState};
 
 use crate::common::{Answers, step, tree};
 
@@ -66,6 +66,47 @@ fn a_tree_without_a_running_node_is_refused() {
     let error = executor.reload(tree("<Sequence><B/></Sequence>")).unwrap_err().to_string();
     assert!(error.contains("the node `main/1 A` (`A`) runs, and is missing"), "{error}");
     assert_eq!(executor.tick(1, &mut host), Ok(NodeStatus::Succeeded));
+}
+
+#[test]
+fn a_node_above_a_running_one_can_not_be_inserted() {
+    let refused = |old: &str, new: &str| {
+        let mut executor = TreeExecutor::new(tree(old));
+        let mut host = Answers::new(&[("A", "RS"), ("P", "S"), ("Q", "S")]);
+        step(&mut executor, &mut host, 0);
+        let error = executor.reload(tree(new)).unwrap_err().to_string();
+        assert_eq!(executor.tick(1, &mut host), Ok(NodeStatus::Succeeded), "the old tree goes on");
+        error
+    };
+    let error =
+        refused("<Sequence><P/><A/></Sequence>", "<Sequence><ForceSuccess><A/></ForceSuccess></Sequence>");
+    assert!(error.contains("`main/2 A` runs, and `main/1 ForceSuccess` above it doesn't"), "{error}");
+    let error = refused(
+        "<Sequence><Inverter><Inverter><P/></Inverter></Inverter><A/></Sequence>",
+        "<Sequence><P/><Q/><P/><A/></Sequence>",
+    );
+    assert!(error.contains("`main/4 A` runs, and `main/0 Sequence` is at another child"), "{error}");
+}
+
+#[test]
+fn a_parallel_counts_the_children_it_still_has() {
+    let mut executor = TreeExecutor::new(tree("<Parallel success_count=\"2\"><A/><B/><C/></Parallel>"));
+    let mut host = Answers::new(&[("A", "S"), ("B", "RS"), ("C", "R"), ("D", "R")]);
+    step(&mut executor, &mut host, 0);
+    executor.reload(tree("<Parallel success_count=\"2\"><D/><B/><C/></Parallel>")).unwrap();
+    assert_eq!(step(&mut executor, &mut host, 1), "start D, go on B, go on C: Running");
+}
+
+#[test]
+fn an_action_is_halted_when_its_repetitions_become_fewer() {
+    let node = "<Sequence><Script code=\"n := 2\" _skipIf=\"true\"/><Repeat num_cycles=\"{n}\"><A/></Repeat><B/></Sequence>";
+    let mut executor = TreeExecutor::new(tree(node));
+    executor.set_entry("n", BoardValue::Number(2.0));
+    let mut host = Answers::default();
+    step(&mut executor, &mut host, 0);
+    executor.set_entry("n", BoardValue::Number(0.0));
+    assert_eq!(step(&mut executor, &mut host, 1), "halt A, start B: Running");
+    TreeExecutor::restore(tree(node), &executor.state()).unwrap();
 }
 
 #[test]

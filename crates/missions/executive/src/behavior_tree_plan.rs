@@ -25,7 +25,7 @@ pub struct TreeMissionStatus {
     pub ticks: u64,
     /// ID of the tree.
     pub tree: Text<60>,
-    /// Actions that run, by their names.
+    /// Actions that run and unknown conditions: "Go, waits for `localized`".
     pub running: Text<252>,
 }
 
@@ -57,11 +57,11 @@ pub struct BehaviorTreePlanParams {
 struct SavedTreePlan {
     executor: TreeState,
     actions: SavedActions,
-    /// Arguments of each action that was started, by the path of its node.
-    arguments: Vec<(String, Vec<f64>)>,
+    /// Arguments of each action that runs, by the path of its node and its ID.
+    arguments: Vec<(String, String, Vec<f64>)>,
     conditions: KnownConditions,
     failure: Option<String>,
-    reported: Option<String>,
+    last_status_text: Option<String>,
 }
 
 /// State of [`BehaviorTreePlan`].
@@ -78,10 +78,10 @@ pub struct BehaviorTreePlanState {
     failure: Option<String>,
     /// State that waits for its tree.
     restored: Option<SavedTreePlan>,
-    /// What was reported: the actions that run, or how the mission has ended.
-    reported: Option<String>,
-    /// What is to be reported, kept so that a run allocates nothing.
-    news: String,
+    /// Text of the status that was written, or how the mission has ended.
+    last_status_text: Option<String>,
+    /// Text of the newest status, kept so that a run allocates nothing.
+    status_text: String,
 }
 
 impl Serialize for BehaviorTreePlanState {
@@ -96,7 +96,9 @@ impl<'de> Deserialize<'de> for BehaviorTreePlanState {
     }
 }
 
-/// Follows a behaviour tree: its actions are those of Execute, its conditions come from Analyzes and Knowledge.
+/// Plan that follows a behaviour tree.
+///
+/// Its actions are those of Execute, its conditions come from Analyzes and Knowledge.
 pub struct BehaviorTreePlan;
 
 impl Plan for BehaviorTreePlan {
@@ -124,14 +126,14 @@ impl Plan for BehaviorTreePlan {
             now.error(format_args!("{error}"));
             state.failure = Some(error.to_string());
             state.actions.stop_all();
-            state.reported = None;
+            state.last_status_text = None;
         }
         state.actions.request(situation, plan);
         state.report(io);
     }
 }
 
-/// What the tree sees of the robot.
+/// The robot as a tree sees it.
 struct TreeMission<'a> {
     actions: &'a mut MissionActions,
     arguments: &'a mut [Vec<f64>],
@@ -150,14 +152,8 @@ impl TreeHost for TreeMission<'_> {
 
     fn start(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus {
         let arguments = &mut self.arguments[index];
-        arguments.clear();
-        let names = ports.names();
-        arguments.extend(names.map(|name| ports.number(name).unwrap_or(f64::NAN)));
-        let started = match arguments.iter().all(|number| number.is_finite()) {
-            true => self.actions.set_arguments(index, leaf.id(), arguments),
-            false => Err(format!("expected a number in each port of the action `{}`", leaf.id())),
-        };
-        if let Err(reason) = started {
+        let read = read_arguments(leaf, ports, arguments);
+        if let Err(reason) = read.and_then(|()| self.actions.set_arguments(index, leaf.id(), arguments)) {
             self.now.error(format_args!("{reason}; the action has failed"));
             return NodeStatus::Failed;
         }
@@ -215,7 +211,8 @@ impl BehaviorTreePlanState {
             TreeExecutor::restore(Arc::clone(&tree), &saved.executor).map_err(|error| error.to_string())?;
         let mut all_arguments = vec![Vec::new(); tree.leaves().len()];
         for (index, (path, id)) in names(&tree).enumerate() {
-            if let Some((_, arguments)) = saved.arguments.iter().find(|(own, _)| own == path) {
+            let is_own = |(own, own_id, _): &&(String, String, Vec<f64>)| own == path && own_id == id;
+            if let Some((_, _, arguments)) = saved.arguments.iter().find(is_own) {
                 actions.set_arguments(index, id, arguments)?;
                 all_arguments[index].clone_from(arguments);
             }
@@ -224,7 +221,7 @@ impl BehaviorTreePlanState {
         self.executor = Some(executor);
         (self.actions, self.arguments, self.conditions) = (actions, all_arguments, saved.conditions);
         // A changed tree is reported; a restored one was.
-        self.reported = saved.reported.filter(|_| !is_running);
+        self.last_status_text = saved.last_status_text.filter(|_| !is_running);
         self.failure = saved.failure.filter(|_| !is_running);
         self.restored = None;
         Ok(())
@@ -232,14 +229,22 @@ impl BehaviorTreePlanState {
 
     fn save(&self) -> SavedTreePlan {
         let Some(executor) = &self.executor else { return self.restored.clone().unwrap_or_default() };
-        let arguments = names(executor.tree()).zip(&self.arguments).filter(|(_, own)| !own.is_empty());
+        let leaves = executor.tree().leaves().iter().zip(&self.arguments);
+        // Those without ports have none, and are saved as well.
+        let running = leaves.filter(|(leaf, _)| {
+            leaf.kind() == LeafKind::Action && executor.status(leaf.node()) == NodeStatus::Running
+        });
+        let arguments = running.map(|(leaf, own)| {
+            let path = executor.tree().nodes()[leaf.node()].path();
+            (path.to_owned(), leaf.id().to_owned(), own.clone())
+        });
         SavedTreePlan {
             executor: executor.state(),
             actions: self.actions.save(names(executor.tree())),
-            arguments: arguments.map(|((path, _), own)| (path.to_owned(), own.clone())).collect(),
+            arguments: arguments.collect(),
             conditions: self.conditions.clone(),
             failure: self.failure.clone(),
-            reported: self.reported.clone(),
+            last_status_text: self.last_status_text.clone(),
         }
     }
 
@@ -263,16 +268,12 @@ impl BehaviorTreePlanState {
 
     /// Writes the outputs where something has changed.
     fn report(&mut self, io: &BehaviorTreePlanPorts) {
-        let running = &mut self.news;
+        let running = &mut self.status_text;
         running.clear();
         let (mut state, mut outcome) = (MissionState::RUNNING, MissionOutcome::OTHER);
         let mut reason = "";
         if let Some(executor) = &self.executor {
-            let nodes = executor.tree().leaves().iter().filter(|leaf| leaf.kind() == LeafKind::Action);
-            for leaf in nodes.filter(|leaf| executor.status(leaf.node()) == NodeStatus::Running) {
-                running.push_str(if running.is_empty() { "" } else { ", " });
-                running.push_str(executor.tree().nodes()[leaf.node()].name());
-            }
+            write_running(executor, running);
             match executor.outcome() {
                 NodeStatus::Succeeded => {
                     (state, outcome) = (MissionState::SUCCEEDED, MissionOutcome::GOAL_REACHED);
@@ -290,7 +291,7 @@ impl BehaviorTreePlanState {
         if is_ended {
             running.push_str(reason);
         }
-        if self.reported.as_ref() == Some(running) {
+        if self.last_status_text.as_ref() == Some(running) {
             return;
         }
         if let Some(executor) = &self.executor {
@@ -301,8 +302,40 @@ impl BehaviorTreePlanState {
             });
         }
         io.verdict.set(Verdict { state, outcome, reason: Text::new(reason) });
-        self.reported = Some(running.clone());
+        self.last_status_text = Some(running.clone());
     }
+}
+
+/// Writes the actions that run, and the conditions that are unknown.
+fn write_running(executor: &TreeExecutor, text: &mut String) {
+    let tree = executor.tree();
+    let running = || tree.leaves().iter().filter(|leaf| executor.status(leaf.node()) == NodeStatus::Running);
+    for leaf in running().filter(|leaf| leaf.kind() == LeafKind::Action) {
+        text.push_str(if text.is_empty() { "" } else { ", " });
+        text.push_str(tree.nodes()[leaf.node()].name());
+    }
+    for (number, leaf) in running().filter(|leaf| leaf.kind() == LeafKind::Condition).enumerate() {
+        text.push_str(match (number, text.is_empty()) {
+            (0, true) => "waits for `",
+            (0, false) => ", waits for `",
+            _ => ", `",
+        });
+        text.push_str(leaf.id());
+        text.push('`');
+    }
+}
+
+/// Reads the numbers in the ports of an action, in the order of its model.
+fn read_arguments(leaf: &TreeLeaf, ports: &LeafPorts<'_>, arguments: &mut Vec<f64>) -> Result<(), String> {
+    arguments.clear();
+    for port in ports.inputs() {
+        let number = ports.number(port).ok_or_else(|| {
+            let found = ports.get(port).map_or("none".into(), |value| format!("`{value}`"));
+            format!("expected a number in the port `{port}` of the action `{}`, found {found}", leaf.id())
+        })?;
+        arguments.push(number);
+    }
+    Ok(())
 }
 
 fn load(file: &str) -> Result<(Arc<BehaviorTree>, MissionActions), String> {

@@ -76,6 +76,32 @@ fn actions_of_the_tree_are_sent_with_values_of_its_blackboard() {
 }
 
 #[test]
+fn arguments_are_in_the_order_of_the_model() {
+    let models = "<TreeNodesModel><Action ID=\"GoToOrigin\"><input_port name=\"x\"/><input_port name=\"y\"/>\
+                  <input_port name=\"speed\" default=\"0.4\"/><output_port name=\"end\"/>\
+                  <input_port name=\"tolerance\" default=\"0.1\"/></Action></TreeNodesModel>";
+    for (number, (ports, expected)) in [
+        ("x=\"1\" y=\"2\" tolerance=\"0.2\"", "GoToOrigin 1 2 0.4 0.2"),
+        ("tolerance=\"0.2\" end=\"{end}\" y=\"2\" x=\"1\"", "GoToOrigin 1 2 0.4 0.2"),
+        ("y=\"2\" speed=\"0.3\" x=\"1\"", "GoToOrigin 1 2 0.3 0.1"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let node = format!(
+            "<Action ID=\"GoToOrigin\" {ports}/></BehaviorTree>{models}<BehaviorTree ID=\"other\"><Look/>"
+        );
+        let file = file(&format!("order{number}"), &node);
+        let text = std::fs::read_to_string(&file).unwrap();
+        let main = format!("<root main_tree_to_execute=\"order{number}\"");
+        std::fs::write(&file, text.replace("<root", &main)).unwrap();
+        assert_eq!(sent(&mut planning(&file)), [expected], "{ports}");
+    }
+    let mut plan = planning(&file("untold", "<Action ID=\"Turn\" b=\"1\" a=\"2\"/>"));
+    assert_eq!(sent(&mut plan), ["Turn 1 2"], "without a model in the order of the file");
+}
+
+#[test]
 fn a_condition_halts_what_a_reactive_node_runs() {
     let node = "<ReactiveFallback><Sequence><person/><Look/></Sequence><Go x=\"1\"/></ReactiveFallback>";
     let mut plan = planning(&file("react", node));
@@ -85,6 +111,18 @@ fn a_condition_halts_what_a_reactive_node_runs() {
     plan.set("situation", status(0, 1, None));
     plan.push("conditions", ConditionValues::new(&[("person", true)]));
     assert_eq!(sent(&mut plan), ["clear", "Look"]);
+}
+
+#[test]
+fn conditions_that_nobody_has_told_are_named() {
+    let node = "<Parallel><Go x=\"1\"/><person/><Condition ID=\"localised\"/></Parallel>";
+    let mut plan = planning(&file("untold_conditions", node));
+    sent(&mut plan);
+    let running = |plan: &TreePlanning| plan.output::<TreeMissionStatus>("mission").unwrap().running;
+    assert_eq!(running(&plan).as_str(), "Go, waits for `person`, `localised`");
+    plan.push("conditions", ConditionValues::new(&[("person", true)]));
+    sent(&mut plan);
+    assert_eq!(running(&plan).as_str(), "Go, waits for `localised`");
 }
 
 #[test]
@@ -161,6 +199,23 @@ fn a_changed_tree_takes_over_or_is_refused_while_the_mission_runs() {
     sent(&mut plan);
     plan.set("situation", status(1, 1, Some(Ending::COMPLETED)));
     assert_eq!(sent(&mut plan), ["Look"]);
+}
+
+#[test]
+fn an_action_without_arguments_goes_on_in_a_changed_tree() {
+    let node = |first: &str| format!("<Sequence>{first}<Look/></Sequence>");
+    let mut plan = planning(&file("other", &node("<Go name=\"first\" x=\"-1\"/>")));
+    sent(&mut plan);
+    plan.set("situation", status(1, 1, Some(Ending::COMPLETED)));
+    assert_eq!(sent(&mut plan), ["Look"]);
+    // A `wait` of -1 s would be refused.
+    file("other", &node("<Action ID=\"wait\" name=\"first\" seconds=\"1\"/>"));
+    plan.params().revision = 1;
+    assert_eq!(sent(&mut plan), [""; 0]);
+    assert_eq!(plan.output::<TreeMissionStatus>("mission").unwrap().running.as_str(), "Look");
+    plan.set("situation", status(2, 2, Some(Ending::COMPLETED)));
+    sent(&mut plan);
+    assert_eq!(plan.output::<Verdict>("verdict").unwrap().state, MissionState::SUCCEEDED);
 }
 
 #[test]

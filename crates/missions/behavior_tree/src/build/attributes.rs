@@ -6,12 +6,19 @@ use roxmltree::Node;
 
 use super::boards::Boards;
 use super::document::TreeDocument;
+use super::nearest::nearest_name;
 use crate::error::TreeError;
-use crate::model::{LeafModel, PortDirection};
-use crate::ports::PortBinding;
+use crate::model::{LeafModel, PortDirection, PortModel};
+use crate::ports::{BoundPort, PortBinding};
 use crate::script::{TreeScript, parse_script};
 use crate::tree::NodeScripts;
 use crate::value::BoardValue;
+
+/// Attributes with a script before or after a node.
+const SCRIPTS: [&str; 8] =
+    ["_failureIf", "_successIf", "_skipIf", "_while", "_onHalted", "_onFailure", "_onSuccess", "_post"];
+/// Attributes of sub-trees and notes of editors.
+const NOTES: [&str; 4] = ["_autoremap", "_description", "_uid", "_fullpath"];
 
 /// Returns the name in `{name}`; `{=}` is the port's own.
 pub(super) fn pointer<'a>(port: &'a str, text: &'a str) -> Option<&'a str> {
@@ -48,7 +55,7 @@ impl<'a, 'b> Attributes<'a, 'b> {
         self.ports.remove(name)
     }
 
-    /// What is left of the ports, in the order of the file.
+    /// Ports that were not taken, in the order of the file.
     pub fn rest(&mut self) -> Vec<(&'a str, &'a str)> {
         let names = self.node.attributes().map(|attribute| attribute.name());
         let mut left = std::mem::take(&mut self.ports);
@@ -130,8 +137,8 @@ impl<'a, 'b> Attributes<'a, 'b> {
                 "_onFailure" => &mut scripts.on_failure,
                 "_onSuccess" => &mut scripts.on_success,
                 "_post" => &mut scripts.post,
-                // Notes of editors, such as `_description`.
-                _ => continue,
+                name if NOTES.contains(&name) => continue,
+                name => return Err(self.unknown_script(name)),
             };
             *place = Some(self.script(attribute.value())?);
             has_any = true;
@@ -139,47 +146,59 @@ impl<'a, 'b> Attributes<'a, 'b> {
         Ok(has_any.then(|| Box::new(scripts)))
     }
 
-    /// Returns the ports of an action or a condition.
-    pub fn leaf_ports(&mut self, model: Option<&LeafModel>) -> Result<Vec<(String, PortBinding)>, TreeError> {
-        let given = self.rest();
-        let known = model.and_then(|model| model.ports.as_ref());
-        let mut ports = Vec::new();
-        for (name, text) in &given {
-            let port = known.map(|known| known.iter().find(|port| port.name == *name));
-            if port == Some(None) {
-                let names = known.into_iter().flatten().map(|port| port.name.as_str()).collect::<Vec<_>>();
-                return Err(self.error(format!(
+    fn unknown_script(&self, name: &str) -> TreeError {
+        self.error(match nearest_name(name, SCRIPTS.into_iter().chain(NOTES)) {
+            Some(near) => format!("unknown attribute `{name}`: did you mean `{near}`?"),
+            None => format!("unknown attribute `{name}`: those with `_` are {}", SCRIPTS.join(", ")),
+        })
+    }
+
+    /// Returns the ports of an action or a condition, in the order of its model.
+    ///
+    /// Without a model, in the order of the file.
+    pub fn leaf_ports(&mut self, model: Option<&LeafModel>) -> Result<Vec<BoundPort>, TreeError> {
+        let Some(known) = model.and_then(|model| model.ports.as_ref()) else {
+            let given = self.rest();
+            let port = |(name, text): (&str, &str)| {
+                let binding = self.bind(name, text);
+                BoundPort { name: name.into(), direction: PortDirection::InOut, binding }
+            };
+            return Ok(given.into_iter().map(port).collect());
+        };
+        let mut ports = Vec::with_capacity(known.len());
+        for PortModel { name, direction, default } in known {
+            let given = self.take(name);
+            let is_output = *direction != PortDirection::Input;
+            let binding = match (given, default) {
+                (Some(text), _) => self.bind(name, text),
+                (None, Some(default)) => self.bind(name, default),
+                (None, None) if *direction == PortDirection::Output => continue,
+                (None, None) => {
+                    return Err(self.error(format!("expected the port `{name}` of `{}`", self.title())));
+                }
+            };
+            match (given, &binding) {
+                (Some(text), PortBinding::Literal(_)) if is_output => {
+                    return Err(self.error(format!(
+                        "expected an entry such as `{{{name}}}` in the output port `{name}`, found `{text}`"
+                    )));
+                }
+                // The default of an output, such as an empty one, which is no entry.
+                (None, PortBinding::Literal(_)) if *direction == PortDirection::Output => continue,
+                _ => ports.push(BoundPort { name: name.clone(), direction: *direction, binding }),
+            }
+        }
+        match self.rest()[..] {
+            [] => Ok(ports),
+            [(name, _), ..] => {
+                let names = known.iter().map(|port| port.name.as_str()).collect::<Vec<_>>();
+                Err(self.error(format!(
                     "`{}` has no port `{name}`; its model has: {}",
                     self.title(),
                     if names.is_empty() { "none".into() } else { names.join(", ") }
-                )));
-            }
-            let binding = self.bind(name, text);
-            let is_output = port.flatten().is_some_and(|port| port.direction != PortDirection::Input);
-            if is_output && matches!(binding, PortBinding::Literal(_)) {
-                return Err(self.error(format!(
-                    "expected an entry such as `{{{name}}}` in the output port `{name}`, found `{text}`"
-                )));
-            }
-            ports.push(((*name).to_owned(), binding));
-        }
-        for port in known.into_iter().flatten() {
-            if given.iter().any(|(name, _)| *name == port.name) {
-                continue;
-            }
-            match &port.default {
-                Some(default) => ports.push((port.name.clone(), self.bind(&port.name, default))),
-                None if port.direction == PortDirection::Output => {}
-                None => {
-                    return Err(self.error(format!(
-                        "expected the port `{}` of `{}`",
-                        port.name,
-                        self.title()
-                    )));
-                }
+                )))
             }
         }
-        Ok(ports)
     }
 
     pub fn title(&self) -> &'a str {

@@ -64,7 +64,10 @@ impl<'a> TreeDocument<'a> {
             }
         };
         if !read.trees.contains_key(read.main) {
-            return Err(read.error(root, format!("no tree has the ID `{}` of the main tree", read.main)));
+            let known = read.trees.keys().copied().collect::<Vec<_>>().join(", ");
+            let reason =
+                format!("no tree has the ID `{}` of the main tree; the file has: {known}", read.main);
+            return Err(read.error(root, reason));
         }
         Ok(read)
     }
@@ -109,7 +112,7 @@ impl<'a> TreeDocument<'a> {
             let direction = match port.tag_name().name() {
                 "input_port" => PortDirection::Input,
                 "output_port" => PortDirection::Output,
-                "inout_port" => PortDirection::Both,
+                "inout_port" => PortDirection::InOut,
                 // Descriptions of editors.
                 _ => continue,
             };

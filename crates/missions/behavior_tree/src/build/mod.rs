@@ -3,6 +3,7 @@
 mod attributes;
 mod boards;
 mod document;
+mod nearest;
 mod operations;
 
 use std::fs::File;
@@ -12,7 +13,8 @@ use std::path::Path;
 use attributes::{Attributes, pointer};
 use boards::{Boards, TreeBoard};
 use document::TreeDocument;
-use operations::operation;
+use nearest::nearest_name;
+use operations::{OPERATIONS, operation};
 use roxmltree::{Document, Node};
 
 use crate::error::TreeError;
@@ -31,7 +33,9 @@ const MOST_TEXT: usize = 16 << 20;
 const DEPTH: usize = 64;
 
 impl BehaviorTree {
-    /// Reads a tree from a file; `models` has the actions and conditions that its own models lack.
+    /// Reads a tree from a file.
+    ///
+    /// `models` has the actions and conditions that its own models lack.
     pub fn read(file: &Path, models: &LeafModels) -> Result<Self, TreeError> {
         let unreadable =
             |error: std::io::Error| TreeError::new(format!("can't be read: {error}")).of_file(file);
@@ -135,7 +139,6 @@ impl<'a> TreeBuilder<'a, '_> {
         let path = format!("{}/{number} {name}", place.path);
         *number += 1;
         let is_sub_tree = operation == NodeOperation::SubTree;
-        let expected = operation.children();
         self.nodes.push(BehaviorNode {
             tag: tag.into(),
             name: name.into(),
@@ -156,12 +159,24 @@ impl<'a> TreeBuilder<'a, '_> {
             let child = self.node(child, &inner, number, above)?;
             self.nodes[index].children.push(child);
         }
-        let count = self.nodes[index].children.len();
+        self.check_children(element, index)?;
+        Ok(index)
+    }
+
+    /// Checks the number of children of a node, and what its ports say of it.
+    fn check_children(&self, element: Node<'a, 'a>, index: usize) -> Result<(), TreeError> {
+        let BehaviorNode { operation, children, tag, .. } = &self.nodes[index];
+        let (expected, count) = (operation.children(), children.len());
         if expected.contains(&count) {
-            return Ok(index);
+            let mut literals = operation.literal_counts().into_iter().flatten();
+            return match literals.find(|(_, number)| *number > count as f64) {
+                None => Ok(()),
+                Some((port, number)) => {
+                    Err(self.document.error(element, too_many_children(count, port, number)))
+                }
+            };
         }
-        let (least, most) = (*expected.start(), *expected.end());
-        let expected = match (least, most) {
+        let expected = match (*expected.start(), *expected.end()) {
             (0, 0) => "no child".into(),
             (1, 1) => "one child".into(),
             (least, usize::MAX) => format!("at least {least} child"),
@@ -170,7 +185,7 @@ impl<'a> TreeBuilder<'a, '_> {
             }
             (least, most) => format!("{least} or {most} children"),
         };
-        Err(document.error(element, format!("expected {expected} of `{tag}`, found {count}")))
+        Err(self.document.error(element, format!("expected {expected} of `{tag}`, found {count}")))
     }
 
     /// Counts text, which sub-trees repeat.
@@ -222,11 +237,14 @@ impl<'a> TreeBuilder<'a, '_> {
             (Some(kind), _) => kind,
             (None, Some(model)) => model.kind,
             (None, None) => {
+                let known = OPERATIONS.into_iter().chain(document.models.names());
+                let near = nearest_name(tag, known).map(|near| format!("did you mean `{near}`? "));
                 return Err(document.error(
                     element,
                     format!(
-                        "unknown node `{tag}`: expected a node of BehaviorTree.CPP, or one of `TreeNodesModel`; \
-                         write `<Action ID=\"{tag}\"/>` for an action without a model"
+                        "unknown node `{tag}`: {}expected a node of BehaviorTree.CPP, or one of `TreeNodesModel`; \
+                         write `<Action ID=\"{tag}\"/>` for an action without a model",
+                        near.unwrap_or_default()
                     ),
                 ));
             }
@@ -301,6 +319,11 @@ impl<'a> TreeBuilder<'a, '_> {
         let board = self.boards.add(board);
         self.tree(id, &NodePlace { board, path, depth: place.depth + 1 }, above)
     }
+}
+
+/// Error of a count of children that a parallel node doesn't have.
+pub(crate) fn too_many_children(count: usize, port: &str, number: f64) -> String {
+    format!("expected at most the number of children, {count}, in the port `{port}`, found {number}")
 }
 
 /// Literal that a script can compute with: a number where it is one.

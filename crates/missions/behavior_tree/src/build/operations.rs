@@ -3,9 +3,50 @@
 use super::attributes::Attributes;
 use super::computable;
 use crate::error::TreeError;
+use crate::ports::PortBinding;
 use crate::tree::{NodeOperation, NodeStatus};
 
-/// Returns the operation of a node with its ports; `None` for one that is not built in.
+/// Names of the nodes that are built in.
+pub(super) const OPERATIONS: [&str; 36] = [
+    "Sequence",
+    "AsyncSequence",
+    "SequenceWithMemory",
+    "ReactiveSequence",
+    "Fallback",
+    "AsyncFallback",
+    "ReactiveFallback",
+    "Parallel",
+    "ParallelAll",
+    "IfThenElse",
+    "WhileDoElse",
+    "Switch2",
+    "Switch3",
+    "Switch4",
+    "Switch5",
+    "Switch6",
+    "Inverter",
+    "ForceSuccess",
+    "ForceFailure",
+    "Repeat",
+    "RetryUntilSuccessful",
+    "KeepRunningUntilFailure",
+    "Delay",
+    "Timeout",
+    "RunOnce",
+    "Precondition",
+    "SubTree",
+    "AlwaysSuccess",
+    "AlwaysFailure",
+    "SetBlackboard",
+    "UnsetBlackboard",
+    "Script",
+    "ScriptCondition",
+    "Sleep",
+    "Action",
+    "Condition",
+];
+
+/// Returns the operation of a node; `None` for one that is not built in.
 pub(super) fn operation(
     tag: &str,
     attributes: &mut Attributes<'_, '_>,
@@ -44,7 +85,15 @@ pub(super) fn operation(
         "Timeout" => NodeOperation::Timeout { milliseconds: attributes.integer("msec", None, 0)? },
         "RunOnce" => {
             let text = attributes.take("then_skip").unwrap_or("true");
-            NodeOperation::RunOnce { then_skip: attributes.bind("then_skip", text) }
+            let then_skip = attributes.bind("then_skip", text);
+            match &then_skip {
+                PortBinding::Literal(value) if value.truth().is_none() => {
+                    return Err(attributes.error(format!(
+                        "expected true, false or an entry such as `{{n}}` in the port `then_skip`, found `{text}`"
+                    )));
+                }
+                _ => NodeOperation::RunOnce { then_skip },
+            }
         }
         "Precondition" => precondition(attributes)?,
         "AlwaysSuccess" => NodeOperation::AlwaysSuccess,

@@ -2,6 +2,7 @@
 
 use super::TreeHost;
 use super::node::TreeRun;
+use crate::build::too_many_children;
 use crate::error::TickError;
 use crate::ports::PortBinding;
 use crate::tree::{NodeOperation, NodeStatus};
@@ -25,7 +26,9 @@ impl<H: TreeHost> TreeRun<'_, H> {
         }
     }
 
-    /// Ticks children in turn as long as they end with `passing`: those of a sequence or a fallback.
+    /// Ticks children in turn as long as they end with `passing`.
+    ///
+    /// A sequence passes on success, a fallback on failure.
     fn in_turn(&mut self, node: usize, passing: NodeStatus, is_async: bool) -> Result<NodeStatus, TickError> {
         let count = self.begin_turn(node);
         while (self.records[node].child as usize) < count {
@@ -158,9 +161,9 @@ impl<H: TreeHost> TreeRun<'_, H> {
                 (self.records[node].count as usize, self.records[node].failures as usize);
             let is_done =
                 succeeded >= least_successes || is_relative && succeeded + skipped >= least_successes;
-            let is_hopeless =
+            let can_not_succeed =
                 children.len().saturating_sub(failed) < least_successes || failed == most_failures;
-            if is_done || is_hopeless {
+            if is_done || can_not_succeed {
                 self.forget_counted(node);
                 self.halt_children(node)?;
                 return Ok(if is_done { NodeStatus::Succeeded } else { NodeStatus::Failed });
@@ -204,12 +207,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
         let number = if number < 0 { (count as i64 + number + 1).max(0) } else { number };
         match usize::try_from(number) {
             Ok(number) if number <= count => Ok(number),
-            _ => Err(self.error(
-                node,
-                format!(
-                    "expected at most the number of children, {count}, in the port `{port}`, found {number}"
-                ),
-            )),
+            _ => Err(self.error(node, too_many_children(count, port, number as f64))),
         }
     }
 

@@ -99,6 +99,8 @@ impl<H: TreeHost> TreeRun<'_, H> {
                 return Ok(NodeStatus::Running);
             }
         }
+        // It runs where the count has become smaller meanwhile.
+        self.halt_child(child)?;
         self.records[node].count = 0;
         Ok(passing)
     }
@@ -119,6 +121,8 @@ impl<H: TreeHost> TreeRun<'_, H> {
         Ok(status)
     }
 
+    /// Halts the child when the time is over.
+    ///
     /// A time-out of 0 never passes. One that passes while the child does not run has no effect.
     fn timeout(&mut self, node: usize, milliseconds: &PortBinding) -> Result<NodeStatus, TickError> {
         let child = self.child(node, 0);
@@ -144,7 +148,11 @@ impl<H: TreeHost> TreeRun<'_, H> {
 
     fn run_once(&mut self, node: usize, then_skip: &PortBinding) -> Result<NodeStatus, TickError> {
         if self.records[node].is_started {
-            let skips = then_skip.read(self.values).and_then(BoardValue::truth).unwrap_or(true);
+            let value = then_skip.read(self.values);
+            let skips = value.and_then(BoardValue::truth).ok_or_else(|| {
+                let found = value.map_or("none".into(), |value| format!("`{value}`"));
+                self.error(node, format!("expected true or false in the port `then_skip`, found {found}"))
+            })?;
             return Ok(if skips { NodeStatus::Skipped } else { self.records[node].result });
         }
         self.records[node].status = NodeStatus::Running;

@@ -15,7 +15,7 @@ use crate::ports::LeafPorts;
 use crate::tree::{BehaviorTree, NodeStatus, TreeLeaf};
 use crate::value::BoardValue;
 
-/// Who performs the actions of a tree and knows its conditions.
+/// Performer of the actions of a tree, which also knows its conditions.
 pub trait TreeHost {
     /// Answers a condition; one that is running is not known yet.
     fn condition(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
@@ -23,7 +23,9 @@ pub trait TreeHost {
     /// Starts an action and returns how far it has come.
     fn start(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
 
-    /// Returns how far an action has come that runs. A tick asks once for each.
+    /// Returns how far an action has come that runs.
+    ///
+    /// A tick asks once for each; a skipped one has ended.
     fn progress(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
 
     /// Stops an action that runs.
@@ -32,7 +34,7 @@ pub trait TreeHost {
 
 /// Executes a [`BehaviorTree`] with the semantics of BehaviorTree.CPP 4.
 ///
-/// A tick without scripts allocates nothing.
+/// A tick allocates nothing unless a script uses a text or a node writes one.
 #[derive(Clone, Debug)]
 pub struct TreeExecutor {
     tree: Arc<BehaviorTree>,
@@ -74,7 +76,7 @@ impl TreeExecutor {
                 Ok(status)
             }
             Err(error) => {
-                run.abandon();
+                run.reset();
                 self.outcome = NodeStatus::Failed;
                 Err(error)
             }
@@ -89,13 +91,15 @@ impl TreeExecutor {
         self.wants_tick
     }
 
-    /// Halts the tree if it runs; the blackboard stays, and so does what `SequenceWithMemory` and `RunOnce` remember.
+    /// Halts the tree if it runs.
+    ///
+    /// The blackboard stays, and so does what `SequenceWithMemory` and `RunOnce` remember.
     pub fn halt(&mut self, now: u64, host: &mut impl TreeHost) -> Result<(), TickError> {
         let tree = Arc::clone(&self.tree);
         let mut run = self.run(&tree, now, host);
         let result = run.halt_child(0);
         if result.is_err() {
-            run.abandon();
+            run.reset();
         }
         self.outcome = NodeStatus::Idle;
         result
@@ -111,7 +115,7 @@ impl TreeExecutor {
         self.ticks
     }
 
-    /// Returns what the last tick returned.
+    /// Returns the status of the last tick.
     pub fn outcome(&self) -> NodeStatus {
         self.outcome
     }

@@ -10,7 +10,7 @@ use crate::script::{TreeScript, keep_type};
 use crate::tree::{BehaviorTree, NodeOperation, NodeStatus};
 use crate::value::BoardValue;
 
-/// State of a node. What a number means depends on the node.
+/// State of a node; the meaning of a number depends on the node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct NodeRecord {
@@ -27,7 +27,7 @@ pub(crate) struct NodeRecord {
     pub is_late: bool,
     /// Whether the parallel node above has counted it.
     pub is_counted: bool,
-    /// What ran once returned.
+    /// Status that the child of `RunOnce` returned.
     pub result: NodeStatus,
     /// When a timer ends, ns.
     pub deadline: u64,
@@ -132,7 +132,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
     fn leaf(&mut self, node: usize, index: usize) -> Result<NodeStatus, TickError> {
         let tree = self.tree;
         let leaf = &tree.leaves[index];
-        let mut ports = LeafPorts { bindings: &leaf.ports, values: self.values };
+        let mut ports = LeafPorts { ports: &leaf.ports, values: self.values };
         let status = match (leaf.kind, self.records[node].status) {
             (LeafKind::Condition, _) => self.host.condition(index, leaf, &mut ports),
             (LeafKind::Action, NodeStatus::Idle | NodeStatus::Skipped) => {
@@ -143,6 +143,11 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
         };
         match status {
             NodeStatus::Idle => Err(self.error(node, "expected an answer of the host, found `Idle`")),
+            NodeStatus::Skipped => {
+                // It does not run any more.
+                self.records[node].status = NodeStatus::Idle;
+                Ok(status)
+            }
             status => Ok(status),
         }
     }
@@ -232,7 +237,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
     }
 
     /// Stops all actions that run and resets all nodes, without scripts.
-    pub fn abandon(&mut self) {
+    pub fn reset(&mut self) {
         let tree = self.tree;
         for (index, leaf) in tree.leaves.iter().enumerate() {
             if leaf.kind == LeafKind::Action && self.records[leaf.node].status == NodeStatus::Running {

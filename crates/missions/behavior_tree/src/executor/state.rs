@@ -11,7 +11,7 @@ use crate::error::TreeStateError;
 use crate::tree::{BehaviorNode, BehaviorTree, NodeOperation, NodeStatus};
 use crate::value::BoardValue;
 
-/// State of a run: nodes and entries by their names, so that it fits into a changed tree.
+/// State of a run by names, so that it fits into a changed tree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct TreeState {
@@ -19,7 +19,7 @@ pub struct TreeState {
     pub ticks: u64,
     /// Whether a node wants another tick at once.
     pub wants_tick: bool,
-    /// What the last tick returned.
+    /// Status that the last tick returned.
     pub outcome: NodeStatus,
     /// Nodes that are not as at the start.
     pub nodes: Vec<SavedNode>,
@@ -33,7 +33,7 @@ pub struct TreeState {
 pub struct SavedNode {
     /// Path of the node, such as `patrol/2 GoTo`.
     pub path: String,
-    /// What it is.
+    /// Its type.
     pub tag: String,
     record: NodeRecord,
 }
@@ -57,9 +57,10 @@ impl TreeExecutor {
         }
     }
 
-    /// Makes an executor that goes on from a state, also of another version of the tree.
+    /// Makes an executor that goes on from a state, also of a changed tree.
     ///
-    /// Nodes are found by their path; one that runs must be there.
+    /// Nodes are found by their path; one that runs must be there. All nodes above a leaf that runs must run, and a
+    /// node that ticks its children in turn must be at the one that runs.
     pub fn restore(tree: Arc<BehaviorTree>, state: &TreeState) -> Result<Self, TreeStateError> {
         let mut executor = Self::new(tree);
         (executor.ticks, executor.wants_tick, executor.outcome) =
@@ -77,6 +78,8 @@ impl TreeExecutor {
                 }
             }
         }
+        executor.check_running(&tree)?;
+        executor.count_children(&tree);
         let names: BTreeMap<&str, usize> =
             tree.entries.iter().enumerate().map(|(slot, name)| (name.as_str(), slot)).collect();
         for (name, value) in &state.entries {
@@ -87,14 +90,77 @@ impl TreeExecutor {
         Ok(executor)
     }
 
-    /// Exchanges the tree while it runs. The old one goes on where the state does not fit.
+    /// Checks that each leaf that runs is ticked and halted by the nodes above it.
+    ///
+    /// A node with children may keep the status of an earlier tick while the one above it has none.
+    fn check_running(&self, tree: &BehaviorTree) -> Result<(), TreeStateError> {
+        // Children have greater numbers.
+        let mut has_running_leaf = vec![false; tree.nodes.len()];
+        for (index, node) in tree.nodes.iter().enumerate().rev() {
+            let status = self.records[index].status;
+            has_running_leaf[index] |= node.children.is_empty() && status == NodeStatus::Running;
+            for (number, child) in node.children.iter().enumerate() {
+                if !has_running_leaf[*child] {
+                    continue;
+                }
+                has_running_leaf[index] = true;
+                let (path, below) = (&node.path, &tree.nodes[*child].path);
+                if status != NodeStatus::Running {
+                    return Err(TreeStateError(format!("`{below}` runs, and `{path}` above it doesn't")));
+                }
+                if self.running_child(index, node).is_some_and(|expected| expected != number) {
+                    return Err(TreeStateError(format!("`{below}` runs, and `{path}` is at another child")));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of the only child that may run.
+    fn running_child(&self, index: usize, node: &BehaviorNode) -> Option<usize> {
+        let child = self.records[index].child as usize;
+        match node.operation {
+            NodeOperation::Sequence { .. }
+            | NodeOperation::Fallback { .. }
+            | NodeOperation::SequenceWithMemory
+            | NodeOperation::IfThenElse => Some(child),
+            // 0 is none.
+            NodeOperation::Switch { .. } => Some(child.wrapping_sub(1)),
+            _ => None,
+        }
+    }
+
+    /// Counts the children of parallel nodes that have ended, as some may be missing.
+    fn count_children(&mut self, tree: &BehaviorTree) {
+        self.records[0].is_counted = false;
+        for (index, node) in tree.nodes.iter().enumerate() {
+            let is_all = matches!(node.operation, NodeOperation::ParallelAll { .. });
+            let is_parallel = is_all || matches!(node.operation, NodeOperation::Parallel { .. });
+            let is_counting = is_parallel && self.records[index].status == NodeStatus::Running;
+            let (mut succeeded, mut failed) = (0, 0);
+            for child in &node.children {
+                let child = &mut self.records[*child];
+                child.is_counted &= is_counting && child.status.is_completed();
+                succeeded += u32::from(child.is_counted && child.status == NodeStatus::Succeeded);
+                failed += u32::from(child.is_counted && child.status == NodeStatus::Failed);
+            }
+            if is_parallel {
+                let record = &mut self.records[index];
+                (record.count, record.failures) = (if is_all { 0 } else { succeeded }, failed);
+            }
+        }
+    }
+
+    /// Exchanges the tree while it runs.
+    ///
+    /// The old one goes on where the state does not fit.
     pub fn reload(&mut self, tree: Arc<BehaviorTree>) -> Result<(), TreeStateError> {
         *self = Self::restore(tree, &self.state())?;
         Ok(())
     }
 }
 
-/// Whether a saved node may be one of the tree: the same thing, and its next child is there.
+/// Whether a saved node may be one of the tree: its next child is there.
 fn fits(node: &BehaviorNode, tag: &str, record: &NodeRecord) -> bool {
     let most = match node.operation {
         NodeOperation::IfThenElse => node.children.len() - 1,

@@ -7,7 +7,9 @@ use crate::value::{BoardValue, is_same_number};
 const MOST_TEXT: usize = 64 << 10;
 
 impl TreeScript {
-    /// Evaluates the statements and returns the value of the last one; an error names the script.
+    /// Evaluates the statements and returns the value of the last one.
+    ///
+    /// An error names the script.
     pub fn evaluate(
         &self,
         values: &mut [Option<BoardValue>],

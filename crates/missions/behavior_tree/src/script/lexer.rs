@@ -1,4 +1,4 @@
-//! Words of a script.
+//! Tokens of a script.
 
 /// Signs of a script, longer ones first.
 const SIGNS: [&str; 28] = [
@@ -7,7 +7,7 @@ const SIGNS: [&str; 28] = [
 ];
 
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Word {
+pub(super) enum ScriptToken {
     Number(f64),
     Text(String),
     Name(String),
@@ -15,7 +15,7 @@ pub(super) enum Word {
     End,
 }
 
-impl Word {
+impl ScriptToken {
     pub fn title(&self) -> String {
         match self {
             Self::Number(number) => format!("`{number}`"),
@@ -27,41 +27,41 @@ impl Word {
     }
 }
 
-/// Splits a script into words with their columns, from 1; the last one is [`Word::End`].
+/// Splits a script into tokens with their columns, from 1.
 ///
-/// An error has its column.
-pub(super) fn words(text: &str) -> Result<Vec<(Word, usize)>, (usize, String)> {
-    let mut words = Vec::new();
+/// The last one is [`ScriptToken::End`]. An error has its column.
+pub(super) fn tokens(text: &str) -> Result<Vec<(ScriptToken, usize)>, (usize, String)> {
+    let mut tokens = Vec::new();
     let mut rest = text;
     loop {
         rest = rest.trim_start();
         let at = text.len() - rest.len();
         let column = text[..at].chars().count() + 1;
         let Some(first) = rest.chars().next() else {
-            words.push((Word::End, column));
-            return Ok(words);
+            tokens.push((ScriptToken::End, column));
+            return Ok(tokens);
         };
-        let (word, length) = if first.is_ascii_digit() {
+        let (token, length) = if first.is_ascii_digit() {
             number(rest).map_err(|reason| (column, reason))?
         } else if first == '\'' {
             let end = rest[1..].find('\'');
             let end = end.ok_or_else(|| (column, "expected a closing `'` of this text".to_owned()))?;
-            (Word::Text(rest[1..=end].into()), end + 2)
+            (ScriptToken::Text(rest[1..=end].into()), end + 2)
         } else if first.is_alphabetic() || first == '_' || first == '@' {
             let end = rest[first.len_utf8()..].find(|sign: char| !sign.is_alphanumeric() && sign != '_');
             let length = end.map_or(rest.len(), |end| end + first.len_utf8());
-            (Word::Name(rest[..length].into()), length)
+            (ScriptToken::Name(rest[..length].into()), length)
         } else {
             let sign = SIGNS.into_iter().find(|sign| rest.starts_with(sign));
             let sign = sign.ok_or_else(|| (column, format!("expected an operator, found `{first}`")))?;
-            (Word::Sign(sign), sign.len())
+            (ScriptToken::Sign(sign), sign.len())
         };
-        words.push((word, column));
+        tokens.push((token, column));
         rest = &rest[length..];
     }
 }
 
-fn number(text: &str) -> Result<(Word, usize), String> {
+fn number(text: &str) -> Result<(ScriptToken, usize), String> {
     let bytes = text.as_bytes();
     let digits = |mut at: usize| {
         while bytes.get(at).is_some_and(u8::is_ascii_digit) {
@@ -81,7 +81,7 @@ fn number(text: &str) -> Result<(Word, usize), String> {
     let is_dotted = text[end..].starts_with('.') && !text[end..].starts_with("..");
     let is_whole = !is_dotted && !text[end..].starts_with(|sign: char| sign.is_alphanumeric() || sign == '_');
     match text[..end].parse() {
-        Ok(number) if is_whole && f64::is_finite(number) => Ok((Word::Number(number), end)),
+        Ok(number) if is_whole && f64::is_finite(number) => Ok((ScriptToken::Number(number), end)),
         _ => {
             let end = text.find(|sign: char| !sign.is_alphanumeric() && sign != '.').unwrap_or(text.len());
             Err(format!("expected a number such as `1.5`, found `{}`", &text[..end]))

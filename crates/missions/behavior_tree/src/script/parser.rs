@@ -1,6 +1,6 @@
 //! Parser of scripts.
 
-use super::lexer::{Word, words};
+use super::lexer::{ScriptToken, tokens};
 use super::{AssignmentOperator, BinaryOperator, ComparisonOperator, Expression, TreeScript};
 
 /// Greatest length of a script, bytes.
@@ -17,28 +17,28 @@ pub(crate) fn parse_script(
         return Err(format!("expected a script of at most {MOST_BYTES} bytes, found {}", text.len()));
     }
     let refused = |(column, reason): (usize, String)| format!("script `{text}`, column {column}: {reason}");
-    let words = words(text).map_err(refused)?;
-    let mut parser = ScriptParser { words, at: 0, entry };
+    let tokens = tokens(text).map_err(refused)?;
+    let mut parser = ScriptParser { tokens, at: 0, entry };
     let statements = parser.statements().map_err(refused)?;
     Ok(TreeScript { text: text.into(), statements })
 }
 
 struct ScriptParser<'a> {
-    words: Vec<(Word, usize)>,
+    tokens: Vec<(ScriptToken, usize)>,
     at: usize,
     entry: &'a mut dyn FnMut(&str) -> Result<usize, String>,
 }
 
 /// Column and reason.
-type ScriptRefusal = (usize, String);
+type ScriptError = (usize, String);
 
 impl ScriptParser<'_> {
-    fn statements(&mut self) -> Result<Vec<Expression>, ScriptRefusal> {
+    fn statements(&mut self) -> Result<Vec<Expression>, ScriptError> {
         let mut statements = Vec::new();
         while self.take_sign(&[";"]).is_some() {}
-        while self.word() != &Word::End {
+        while self.token() != &ScriptToken::End {
             statements.push(self.statement(0)?);
-            if self.word() != &Word::End && self.take_sign(&[";"]).is_none() {
+            if self.token() != &ScriptToken::End && self.take_sign(&[";"]).is_none() {
                 return Err(self.refuse("an operator or `;`"));
             }
             while self.take_sign(&[";"]).is_some() {}
@@ -50,7 +50,7 @@ impl ScriptParser<'_> {
     }
 
     /// An assignment, or an expression.
-    fn statement(&mut self, depth: usize) -> Result<Expression, ScriptRefusal> {
+    fn statement(&mut self, depth: usize) -> Result<Expression, ScriptError> {
         let start = self.column();
         let target = self.choice(depth)?;
         let operator = match self.take_sign(&[":=", "=", "+=", "-=", "*=", "/="]) {
@@ -68,7 +68,7 @@ impl ScriptParser<'_> {
         Ok(Expression::Assignment(slot, operator, Box::new(self.statement(self.deeper(depth)?)?)))
     }
 
-    fn choice(&mut self, depth: usize) -> Result<Expression, ScriptRefusal> {
+    fn choice(&mut self, depth: usize) -> Result<Expression, ScriptError> {
         let condition = self.logic(depth, true)?;
         if self.take_sign(&["?"]).is_none() {
             return Ok(condition);
@@ -81,7 +81,7 @@ impl ScriptParser<'_> {
         Ok(Expression::Choice(Box::new([condition, then, self.choice(depth)?])))
     }
 
-    fn logic(&mut self, depth: usize, is_or: bool) -> Result<Expression, ScriptRefusal> {
+    fn logic(&mut self, depth: usize, is_or: bool) -> Result<Expression, ScriptError> {
         let (sign, operator) = if is_or { ("||", BinaryOperator::Or) } else { ("&&", BinaryOperator::And) };
         let part = |parser: &mut Self, depth| match is_or {
             true => parser.logic(depth, false),
@@ -96,7 +96,7 @@ impl ScriptParser<'_> {
         Ok(left)
     }
 
-    fn comparison(&mut self, depth: usize) -> Result<Expression, ScriptRefusal> {
+    fn comparison(&mut self, depth: usize) -> Result<Expression, ScriptError> {
         let first = self.sum(depth)?;
         let mut others = Vec::new();
         while let Some(sign) = self.take_sign(&["==", "!=", "<=", ">=", "<", ">"]) {
@@ -113,7 +113,7 @@ impl ScriptParser<'_> {
         Ok(if others.is_empty() { first } else { Expression::Comparison(Box::new(first), others) })
     }
 
-    fn sum(&mut self, depth: usize) -> Result<Expression, ScriptRefusal> {
+    fn sum(&mut self, depth: usize) -> Result<Expression, ScriptError> {
         let mut left = self.product(depth)?;
         let mut depth = depth;
         while let Some(sign) = self.take_sign(&["+", "-", ".."]) {
@@ -128,7 +128,7 @@ impl ScriptParser<'_> {
         Ok(left)
     }
 
-    fn product(&mut self, depth: usize) -> Result<Expression, ScriptRefusal> {
+    fn product(&mut self, depth: usize) -> Result<Expression, ScriptError> {
         let mut left = self.operand(depth)?;
         let mut depth = depth;
         while let Some(sign) = self.take_sign(&["*", "/"]) {
@@ -139,7 +139,7 @@ impl ScriptParser<'_> {
         Ok(left)
     }
 
-    fn operand(&mut self, depth: usize) -> Result<Expression, ScriptRefusal> {
+    fn operand(&mut self, depth: usize) -> Result<Expression, ScriptError> {
         let depth = self.deeper(depth)?;
         if let Some(sign) = self.take_sign(&["-", "!", "("]) {
             return match sign {
@@ -155,25 +155,25 @@ impl ScriptParser<'_> {
             };
         }
         let column = self.column();
-        let value = match self.word().clone() {
-            Word::Number(number) => Expression::Number(number),
-            Word::Text(text) => Expression::Text(text),
-            Word::Name(name) => match name.as_str() {
+        let value = match self.token().clone() {
+            ScriptToken::Number(number) => Expression::Number(number),
+            ScriptToken::Text(text) => Expression::Text(text),
+            ScriptToken::Name(name) => match name.as_str() {
                 "true" => Expression::Number(1.0),
                 "false" => Expression::Number(0.0),
                 _ => Expression::Entry((self.entry)(&name).map_err(|reason| (column, reason))?),
             },
-            Word::Sign("&" | "|" | "~") => {
+            ScriptToken::Sign("~") => {
                 return Err(self.refuse("no operator of bits: scripts here have `&&`, `||` and `!`"));
             }
-            Word::Sign(_) | Word::End => return Err(self.refuse("a value")),
+            ScriptToken::Sign(_) | ScriptToken::End => return Err(self.refuse("a value")),
         };
         self.at += 1;
         Ok(value)
     }
 
     /// An expression is as deep as its longest chain, as its evaluation is.
-    fn deeper(&self, depth: usize) -> Result<usize, ScriptRefusal> {
+    fn deeper(&self, depth: usize) -> Result<usize, ScriptError> {
         match depth < DEPTH {
             true => Ok(depth + 1),
             false => Err((
@@ -183,17 +183,17 @@ impl ScriptParser<'_> {
         }
     }
 
-    fn word(&self) -> &Word {
-        &self.words[self.at].0
+    fn token(&self) -> &ScriptToken {
+        &self.tokens[self.at].0
     }
 
     fn column(&self) -> usize {
-        self.words[self.at].1
+        self.tokens[self.at].1
     }
 
     fn take_sign(&mut self, signs: &[&str]) -> Option<&'static str> {
-        match *self.word() {
-            Word::Sign(sign) if signs.contains(&sign) => {
+        match *self.token() {
+            ScriptToken::Sign(sign) if signs.contains(&sign) => {
                 self.at += 1;
                 Some(sign)
             }
@@ -201,7 +201,12 @@ impl ScriptParser<'_> {
         }
     }
 
-    fn refuse(&self, expected: &str) -> ScriptRefusal {
-        (self.column(), format!("expected {expected}, found {}", self.word().title()))
+    fn refuse(&self, expected: &str) -> ScriptError {
+        let hint = match self.token() {
+            ScriptToken::Sign("&") => "; use `&&` for and, in XML `&amp;&amp;`",
+            ScriptToken::Sign("|") => "; use `||` for or",
+            _ => "",
+        };
+        (self.column(), format!("expected {expected}, found {}{hint}", self.token().title()))
     }
 }

@@ -93,5 +93,8 @@ pub fn trace(node: &str, answers: &[(&str, &str)], ticks: u64) -> Vec<String> {
 
 pub fn step(executor: &mut TreeExecutor, host: &mut Answers, tick: u64) -> String {
     let status = executor.tick(tick * 100_000_000, host).unwrap();
+    // Each state that a run reaches can be restored.
+    let restored = TreeExecutor::restore(Arc::clone(executor.tree()), &executor.state()).unwrap();
+    assert_eq!(restored.state(), executor.state());
     format!("{}: {status:?}", host.orders())
 }
