@@ -42,12 +42,15 @@ impl TreeHost for Host {
 /// Reads a tree; one that is valid is checked and ticked, and goes on from its saved state as from its own.
 pub fn run(bytes: &[u8]) {
     let models = LeafModels::default().action("A").action("B").condition("P");
-    let Ok(tree) = within((16 << 20) + 1024 * bytes.len(), || BehaviorTree::parse(bytes, &models)) else { return };
+    let Ok(tree) = within((16 << 20) + 1024 * bytes.len(), || BehaviorTree::parse(bytes, &models)) else {
+        return;
+    };
     check_tree(&tree, None);
     let tree = Arc::new(tree);
     let mut executor = TreeExecutor::new(Arc::clone(&tree));
     let mut host = Host(1);
-    let tick = |executor: &mut TreeExecutor, host: &mut Host, tick: u64| executor.tick(tick * 50_000_000, host);
+    let tick =
+        |executor: &mut TreeExecutor, host: &mut Host, tick: u64| executor.tick(tick * 50_000_000, host);
     for number in 0..8 {
         if tick(&mut executor, &mut host, number).is_err() {
             return;
