@@ -1,4 +1,4 @@
-//! Lets the example, which is none of libFuzzer's programs, be built and linted with its flags.
+//! Links the example, which isn't a program of libFuzzer, with its flags.
 
 fn main() {
     // It is never run so: what counts branches is in libFuzzer alone.

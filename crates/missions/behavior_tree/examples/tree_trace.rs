@@ -22,7 +22,7 @@ struct Line {
     period: u64,
 }
 
-/// A host with written answers and a log of what it is told.
+/// A host with prepared answers and a log of its calls.
 struct Answers {
     answers: BTreeMap<String, String>,
     calls: BTreeMap<String, usize>,

@@ -124,7 +124,7 @@ impl TreeExecutor {
             | NodeOperation::Fallback { .. }
             | NodeOperation::SequenceWithMemory
             | NodeOperation::IfThenElse => Some(child),
-            // 0 is none.
+            // A switch counts its running child from 1; 0 means that no child runs.
             NodeOperation::Switch { .. } => Some(child.wrapping_sub(1)),
             _ => None,
         }

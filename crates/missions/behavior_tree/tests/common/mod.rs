@@ -84,7 +84,7 @@ pub fn tree(node: &str) -> Arc<BehaviorTree> {
     Arc::new(BehaviorTree::parse(document(node, "").as_bytes(), &models()).unwrap())
 }
 
-/// What the host is told in each tick, and the status; 100 ms lie between two ticks.
+/// Calls of the host in each tick, and the status; 100 ms lie between two ticks.
 pub fn trace(node: &str, answers: &[(&str, &str)], ticks: u64) -> Vec<String> {
     let mut executor = TreeExecutor::new(tree(node));
     let mut host = Answers::new(answers);
