@@ -5,7 +5,7 @@
 use crate::common;
 
 use std::fs::Permissions;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
@@ -58,7 +58,11 @@ impl Terminal {
     }
 
     fn press(&mut self, keys: &[u8]) {
-        self.0.stdin.as_mut().unwrap().write_all(keys).unwrap();
+        if self.0.stdin.as_mut().unwrap().write_all(keys).is_err() {
+            let mut said = String::new();
+            self.0.stdout.as_mut().unwrap().read_to_string(&mut said).unwrap();
+            panic!("it has ended: {said}");
+        }
     }
 
     /// Presses Esc, again when it is not noticed: the terminal may still be about to hand over single keys.
@@ -94,29 +98,31 @@ fn a_robot_is_driven_by_keys_and_stops_when_none_is_pressed() {
     let running = started("teleop");
     let mut terminal = Terminal::new(&running, "teleop --speed 0.2");
     wait_for("the controls", || holder(&running).as_str().is_some_and(|who| who.starts_with("slate teleop")));
+    let wheels = || {
+        let command = running.read("exp1", "/r2/wheels/command");
+        (command["left"].as_f64().unwrap(), command["right"].as_f64().unwrap())
+    };
     // Held, as a terminal repeats it.
-    let held = |terminal: &mut Terminal, key: &[u8]| {
-        for _ in 0..20 {
+    let hold = |terminal: &mut Terminal, key: &[u8], drives: &dyn Fn((f64, f64)) -> bool| {
+        for _ in 0..200 {
             terminal.press(key);
             std::thread::sleep(Duration::from_millis(30));
+            if priority(&running) == "TELEOPERATION" && drives(wheels()) {
+                return;
+            }
         }
+        panic!("{:?} by {}", wheels(), priority(&running));
     };
-    held(&mut terminal, b"w");
-    let last = Instant::now();
-    let command = running.read("exp1", "/r2/wheels/command");
-    assert_eq!(priority(&running), "TELEOPERATION");
     // 0.2 m/s by wheels of 9.75 cm.
-    let (left, right) = (command["left"].as_f64().unwrap(), command["right"].as_f64().unwrap());
-    assert!((left - right).abs() < 1e-9 && (left - 2.05).abs() < 0.1, "{command}");
+    hold(&mut terminal, b"w", &|(left, right)| (left - right).abs() < 1e-9 && (left - 2.05).abs() < 0.1);
+    let last = Instant::now();
     while running.read("exp1", "/r2/wheels/command/left") != 0.0 {
         assert!(last.elapsed() < Duration::from_millis(250), "{:?}", last.elapsed());
     }
     // The plan would drive on, and does not while somebody has the controls.
     std::thread::sleep(Duration::from_millis(500));
     assert_eq!(running.read("exp1", "/r2/wheels/command"), serde_json::json!({ "left": 0.0, "right": 0.0 }));
-    held(&mut terminal, b"\x1b[D");
-    let command = running.read("exp1", "/r2/wheels/command");
-    assert!(command["left"].as_f64() < Some(0.0) && command["right"].as_f64() > Some(0.0), "{command}");
+    hold(&mut terminal, b"\x1b[D", &|(left, right)| left < 0.0 && right > 0.0);
     terminal.press(b" ");
     wait_for("the stop", || running.read("exp1", "/r2/wheels/gate/mode") == "STOPPED");
     let taken = running.ask("exp1", "POST", "/leases", r#"{"actuator":"r2/wheels"}"#);
@@ -135,11 +141,10 @@ fn a_robot_stops_when_who_drives_it_is_gone() {
     wait_for("the controls", || holder(&running).is_string());
     let process = holder(&running);
     let process = process.as_str().unwrap().rsplit(' ').next().unwrap();
-    for _ in 0..10 {
+    wait_for("the teleoperation", || {
         terminal.press(b"w");
-        std::thread::sleep(Duration::from_millis(30));
-    }
-    assert_eq!(priority(&running), "TELEOPERATION");
+        priority(&running) == "TELEOPERATION"
+    });
     let killed = Instant::now();
     assert!(std::process::Command::new("kill").args(["-KILL", process]).status().unwrap().success());
     while priority(&running) == "TELEOPERATION" {

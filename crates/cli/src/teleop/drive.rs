@@ -1,5 +1,7 @@
 //! Commands for actuators from linear and angular velocity.
 
+use std::time::Duration;
+
 use serde_json::{Value, json};
 use slate::control::{Client, ControlsEntry};
 
@@ -7,6 +9,10 @@ use crate::failure::Failure;
 
 /// The interfaces of commands that keys are known for.
 const KNOWN: [&str; 3] = ["Twist2", "WheelSpeeds", "FourWheelSpeeds"];
+
+/// How often and with which pauses the description of a robot is read that is not written yet.
+const ATTEMPTS: usize = 100;
+const PAUSE: Duration = Duration::from_millis(20);
 
 /// How a robot is driven.
 pub enum Drive {
@@ -65,9 +71,16 @@ fn chassis(client: &mut Client, actuator: &str) -> Result<Option<Value>, Failure
     if !robot.is_empty() {
         paths.retain(|path| path.starts_with(&format!("{robot}/")) || path.contains(&format!("/{robot}/")));
     }
-    for path in paths {
-        if let Some(reading) = client.read(&format!("/{path}"))? {
-            return Ok(Some(reading.value));
+    // An agent that has just been started has not written it yet.
+    let attempts = if paths.is_empty() { 0 } else { ATTEMPTS };
+    for attempt in 0..attempts {
+        if attempt > 0 {
+            std::thread::sleep(PAUSE);
+        }
+        for path in &paths {
+            if let Some(reading) = client.read(&format!("/{path}"))? {
+                return Ok(Some(reading.value));
+            }
         }
     }
     Ok(None)
