@@ -191,10 +191,12 @@ visit(async () => {
   await add.press("Enter");
   await until("what is no number is said to be none", async () => (await page.innerText(".tile .trouble")).includes("the value at $.echoes"));
   await add.fill("");
-  // What it was where the pointer is.
-  const chart = await page.locator(".tile").nth(1).locator(".chart").boundingBox();
-  await page.mouse.move(chart.x + chart.width * 0.6, chart.y + chart.height / 2);
-  await until("the time at the pointer", async () => /\d s$/.test(await page.locator(".tile").nth(1).locator(".series").innerText()));
+  // What it was where the pointer is; the chart moves when the line about the part goes.
+  await until("the time at the pointer", async () => {
+    const chart = await page.locator(".tile").nth(1).locator(".chart").boundingBox();
+    await page.mouse.move(chart.x + chart.width * 0.6, chart.y + chart.height / 2);
+    return /\d s$/.test(await page.locator(".tile").nth(1).locator(".series").innerText());
+  });
   await page.mouse.move(5, 5);
   await until("the present again", async () => !/\d s$/.test(await page.locator(".tile").nth(1).locator(".series").innerText()));
   await until("strips of states", async () => /Route: .*(Deliberative|Reactive) \d+ %/i.test(await page.innerText(".states")));

@@ -1,6 +1,6 @@
 // What a robot believes of the world, on the map: its grid map, its planned way, how sure it is of its pose; and what a person
 // changes of them.
-const { Visit, api, assert, link, until, value, visit } = require("./page.cjs");
+const { Visit, assert, colored, link, pixels, until, value, visit } = require("./page.cjs");
 
 const AGENT = process.argv[5];
 const grid = () => value(`${AGENT}/r2/occupancy_mapper/change`);
@@ -13,49 +13,20 @@ visit(async () => {
   const browser = await Visit.begin();
   const page = await browser.tab();
   await page.goto(link);
-  const canvas = page.locator(".map canvas");
   await until("the robot", async () => /\d m/.test(await page.locator(".readout tr", { hasText: "r2" }).innerText()));
   await until("the map grows", async () => (await grid())?.data.filter((cell) => cell >= 0).length > 2000);
 
-  // How many pixels have one of the colours, or one near to it, as they lie over others.
-  const colored = (names, off = 12) => page.evaluate(([names, off]) => {
-    const style = getComputedStyle(document.documentElement);
-    const colors = names.map((name) => style.getPropertyValue(`--${name}`).trim()).map((text) => [1, 3, 5].map((place) => Number.parseInt(text.slice(place, place + 2), 16)));
-    const shown = document.querySelector(".map canvas");
-    const { width, height } = shown;
-    const context = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d", { willReadFrequently: true });
-    context.drawImage(shown, 0, 0);
-    const { data } = context.getImageData(0, 0, width, height);
-    let count = 0;
-    for (let place = 0; place < data.length; place += 4) if (colors.some((color) => color.every((part, own) => Math.abs(part - data[place + own]) <= off))) count += 1;
-    return count;
-  }, [names, off]);
-  // Where a place of the world is on the page, by what the page says of two pixels.
-  const told = async (left, top) => {
-    await page.mouse.move(left, top);
-    return (await page.innerText(".pointer")).replaceAll("−", "-").match(/-?\d+\.\d+/g)?.map(Number);
-  };
   let pixel;
   const tool = async (name) => {
     await page.click(`button.tool:has-text('${name}')`);
     // What a tool can be told may need a line of its own, which makes the map smaller.
     await page.waitForTimeout(300);
-    const box = await canvas.boundingBox();
-    const [one, other] = [[box.x + 100, box.y + 150], [box.x + box.width - 100, box.y + box.height - 100]];
-    const first = await until("the place under the pointer", () => told(...one));
-    const second = await until("another place", async () => {
-      const place = await told(...other);
-      return place[0] !== first[0] && place;
-    });
-    pixel = (x, y) => [
-      one[0] + ((x - first[0]) / (second[0] - first[0])) * (other[0] - one[0]),
-      one[1] + ((y - first[1]) / (second[1] - first[1])) * (other[1] - one[1]),
-    ];
+    pixel = await pixels(page);
   };
   for (const theme of ["light", "dark"]) {
     await browser.theme(page, theme);
     await until(`free and occupied cells, a way and an estimate are seen (${theme})`, async () =>
-      (await colored(["free"], 24)) > 2000 && (await colored(["occupied"], 40)) > 100 && (await colored(["path"])) > 30 && (await colored(["estimate"])) > 30);
+      (await colored(page, ["free"], 24)) > 2000 && (await colored(page, ["occupied"], 40)) > 100 && (await colored(page, ["path"], 12)) > 30 && (await colored(page, ["estimate"], 12)) > 30);
     await browser.picture(page, `mapping-${theme}`);
   }
   await browser.accessible(page, "a map with all that a robot believes");
@@ -63,15 +34,15 @@ visit(async () => {
   // What the laser hits lies where the occupied cells are: the scanner is ahead of the robot's middle.
   const mount = await value(`${AGENT}/simulator/r2/laser_mount`);
   assert(Math.abs(mount.translation.x - 0.12) < 1e-9 && mount.child === "laser", JSON.stringify(mount));
-  await until("the laser's points are seen", async () => (await colored(["accent"])) > 100);
-  const withScans = await colored(["accent"]);
+  await until("the laser's points are seen", async () => (await colored(page, ["accent"], 12)) > 100);
+  const withScans = await colored(page, ["accent"], 12);
 
   // The menu closes at Escape, and at a press elsewhere.
   const isOpen = () => page.evaluate(() => document.querySelector(".map details.menu").open);
   await page.click(".map summary:has-text('Layers')");
   assert(await isOpen(), "the menu does not open");
   await page.click("label:has-text('Scans')");
-  await until("the scans are not seen", async () => (await colored(["accent"])) < withScans / 2);
+  await until("the scans are not seen", async () => (await colored(page, ["accent"], 12)) < withScans / 2);
   await page.click("label:has-text('Scans')");
   await page.keyboard.press("Escape");
   assert(!(await isOpen()), "the menu ignores Escape");
@@ -82,7 +53,7 @@ visit(async () => {
   // A layer is left out.
   await page.click(".map summary:has-text('Layers')");
   await page.click("label:has-text('Planned paths')");
-  await until("the way is not seen", async () => (await colored(["path"])) < 10);
+  await until("the way is not seen", async () => (await colored(page, ["path"], 12)) < 10);
   await page.click("label:has-text('Planned paths')");
   await page.click(".map summary:has-text('Layers')");
 

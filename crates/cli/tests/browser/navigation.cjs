@@ -1,5 +1,5 @@
 // A robot that localizes and navigates, on the map: what it works with in layers, and where a person sends it.
-const { Visit, api, assert, link, until, value, visit } = require("./page.cjs");
+const { Visit, api, assert, colored, link, pixels, until, value, visit } = require("./page.cjs");
 
 const AGENT = process.argv[5];
 const mission = () => value(`${AGENT}/r2/knowledge/mission`);
@@ -14,41 +14,17 @@ visit(async () => {
   const browser = await Visit.begin();
   const page = await browser.tab();
   await page.goto(link);
-  const canvas = page.locator(".map canvas");
-  await canvas.waitFor();
-  // How many pixels have one of the colours, or one near to it.
-  const colored = (colors, off = 14) => page.evaluate(([colors, off]) => {
-    const shown = document.querySelector(".map canvas");
-    const { width, height } = shown;
-    const context = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d", { willReadFrequently: true });
-    context.drawImage(shown, 0, 0);
-    const { data } = context.getImageData(0, 0, width, height);
-    let count = 0;
-    for (let place = 0; place < data.length; place += 4) if (colors.some((color) => color.every((part, own) => Math.abs(part - data[place + own]) <= off))) count += 1;
-    return count;
-  }, [colors, off]);
+  await page.locator(".map canvas").waitFor();
   const layer = async (title, isShown) => {
     await page.click(".map summary:has-text('Layers')");
     await page.setChecked(`label:has-text('${title}') input`, isShown);
     await page.keyboard.press("Escape");
   };
 
-  await until("the costmap and its zone are seen", async () => (await colored(NEAR)) > 2000 && (await colored(ZONE)) > 100);
+  await until("the costmap and its zone are seen", async () => (await colored(page, NEAR, 14)) > 2000 && (await colored(page, ZONE, 14)) > 100);
   const plans = async () => (await value(`${AGENT}/r2/execute/local_plan`)).points.length;
   await until("the local plan is published, because it is read", async () => (await plans()) > 500);
-  const box = await canvas.boundingBox();
-  // Where a place of the world is on the page, by what the page says of two pixels.
-  const told = async (left, top) => {
-    await page.mouse.move(left, top);
-    return (await page.innerText(".pointer")).replaceAll("−", "-").match(/-?\d+\.\d+/g)?.map(Number);
-  };
-  const [one, other] = [[box.x + 60, box.y + 160], [box.x + box.width - 60, box.y + box.height - 120]];
-  const first = await until("the place under the pointer", () => told(...one));
-  const second = await until("another place", async () => {
-    const place = await told(...other);
-    return place[0] !== first[0] && place;
-  });
-  const pixel = (x, y) => [[x, 0], [y, 1]].map(([at, axis]) => one[axis] + ((at - first[axis]) / (second[axis] - first[axis])) * (other[axis] - one[axis]));
+  const pixel = await pixels(page);
   const closer = async ({ x, y }, turn) => {
     await page.mouse.move(...pixel(x, y));
     await page.mouse.wheel(0, -turn);
@@ -61,7 +37,7 @@ visit(async () => {
   await browser.accessible(page, "the map of a robot that navigates");
   for (const [title, colors] of [["Costmaps", NEAR], ["Keep-out zones", ZONE]]) {
     await layer(title, false);
-    await until(`${title} are not seen`, async () => (await colored(colors)) < 50);
+    await until(`${title} are not seen`, async () => (await colored(page, colors, 14)) < 50);
     await layer(title, true);
   }
 
@@ -87,10 +63,14 @@ visit(async () => {
   const start = await estimate();
   await drag([19, 3], 0);
   await until("the pose is where it was set", async () => Math.hypot((await estimate()).x - 19, (await estimate()).y - 3) < 2);
-  await closer(await estimate(), 800);
-  await until("particles are seen", async () => (await colored(PARTICLES, 20)) > 20);
+  // The robot is elsewhere, so what its laser sees drives the particles away from where they were set.
+  await until("particles are seen", async () => {
+    await fit();
+    await closer(await estimate(), 800);
+    return (await colored(page, PARTICLES, 20)) > 20;
+  });
   await layer("Particles", false);
-  await until("particles are not seen", async () => (await colored(PARTICLES, 20)) < 5);
+  await until("particles are not seen", async () => (await colored(page, PARTICLES, 20)) < 5);
   await fit();
   await click("Undo");
   await until("the pose is back", async () => Math.hypot((await estimate()).x - start.x, (await estimate()).y - start.y) < 1);

@@ -98,10 +98,41 @@ async function api(method, at, body) {
   return answer.json();
 }
 
+/** How many pixels of the map have one of the colours, or one near to it, as they lie over others: [r, g, b], or a name of the theme. */
+const colored = (page, colors, off) => page.evaluate(([colors, off]) => {
+  const style = getComputedStyle(document.documentElement);
+  const parts = (name) => [1, 3, 5].map((place) => Number.parseInt(style.getPropertyValue(`--${name}`).trim().slice(place, place + 2), 16));
+  const wanted = colors.map((color) => (typeof color === "string" ? parts(color) : color));
+  const shown = document.querySelector(".map canvas");
+  const { width, height } = shown;
+  const context = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d", { willReadFrequently: true });
+  context.drawImage(shown, 0, 0);
+  const { data } = context.getImageData(0, 0, width, height);
+  let count = 0;
+  for (let place = 0; place < data.length; place += 4) if (wanted.some((color) => color.every((part, own) => Math.abs(part - data[place + own]) <= off))) count += 1;
+  return count;
+}, [colors, off]);
+
+/** Where a place of the world is on the page now, as a function of x and y, by what the page says of two pixels of the map. */
+async function pixels(page) {
+  const told = async (left, top) => {
+    await page.mouse.move(left, top);
+    return (await page.innerText(".pointer")).replaceAll("−", "-").match(/-?\d+\.\d+/g)?.map(Number);
+  };
+  const box = await page.locator(".map canvas").boundingBox();
+  const [one, other] = [[box.x + 80, box.y + 160], [box.x + box.width - 80, box.y + box.height - 120]];
+  const first = await until("the place under the pointer", () => told(...one));
+  const second = await until("another place", async () => {
+    const place = await told(...other);
+    return place[0] !== first[0] && place;
+  });
+  return (x, y) => [[x, 0], [y, 1]].map(([at, axis]) => one[axis] + ((at - first[axis]) / (second[axis] - first[axis])) * (other[axis] - one[axis]));
+}
+
 const value = async (at) => (await api("GET", `/slate/${at}`)).value;
 
 function visit(steps) {
   steps().catch((error) => fail(error.stack));
 }
 
-module.exports = { Visit, api, assert, link, origin, until, value, visit };
+module.exports = { Visit, api, assert, colored, link, origin, pixels, until, value, visit };
