@@ -345,7 +345,8 @@ fn beside(table: &mut Table, path: &[String], folder: &Path) {
 
 /// Whether a text is the path of a file, and no name of what comes with the application.
 fn is_path(text: &str) -> bool {
-    text.contains('/') || [".toml", ".yaml"].iter().any(|extension| text.ends_with(extension))
+    let extensions = [".toml", ".yaml", ".pnml", ".xml", ".lua", ".golog"];
+    text.contains('/') || extensions.iter().any(|extension| text.ends_with(extension))
 }
 
 /// The problem of a syntax error, with help.
