@@ -3,24 +3,8 @@
 
 use crate::common;
 
-use std::path::Path;
-use std::process::Command;
-
-use common::{Running, json, text};
+use common::{Running, built_plugin, cargo, json, text};
 use serde_json::Value;
-
-/// Calls cargo in the new project. What it builds is kept for the next time, and nothing is downloaded.
-fn cargo(folder: &Path, verb: &str) -> String {
-    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target");
-    let output = Command::new(std::env::var("CARGO").unwrap_or("cargo".into()))
-        .args([verb, "--offline"])
-        .current_dir(folder)
-        .env("CARGO_TARGET_DIR", &target)
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    text(&output.stdout)
-}
 
 /// Tests and builds a project, and returns what the simulator says of a run.
 fn run(running: &Running, name: &str, passed: &str) -> Value {
@@ -29,9 +13,8 @@ fn run(running: &Running, name: &str, passed: &str) -> Value {
     assert!(said.contains(passed), "{said}");
     cargo(&folder, "build");
     let library = format!("lib{}.so", name.replace('-', "_"));
-    let built = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target/debug").join(&library);
     std::fs::create_dir_all(folder.join("target/debug")).unwrap();
-    std::fs::copy(built, folder.join("target/debug").join(library)).unwrap();
+    std::fs::copy(built_plugin(&library), folder.join("target/debug").join(library)).unwrap();
     let configuration = format!("{name}/{name}.toml");
     assert!(running.done(&["check", &configuration, "--strict"]).contains("is good"));
     let out = format!("{name}/out");

@@ -5,7 +5,7 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
-use crate::common::{folder, text, wait_for};
+use crate::common::{folder, plugin_target, quick_build, text, wait_for};
 
 const TUTORIAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../book/src/00-tutorial.md");
 
@@ -39,7 +39,7 @@ impl Reader {
         let binaries = Path::new(env!("CARGO_BIN_EXE_slate")).parent().unwrap();
         let path = format!("{}:{}", binaries.display(), std::env::var("PATH").unwrap());
         let mut command = Command::new("bash");
-        command
+        quick_build(&mut command)
             .args(["-euo", "pipefail", "-c", block])
             .current_dir(&self.folder)
             .env("PATH", path)
@@ -95,7 +95,7 @@ fn said(output: &Output) -> String {
 
 /// What cargo builds is kept for the next time.
 fn keep_target(project: &Path) {
-    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target");
+    let target = plugin_target();
     std::fs::create_dir_all(&target).unwrap();
     std::os::unix::fs::symlink(target, project.join("target")).unwrap();
 }

@@ -260,7 +260,7 @@ impl Drop for Running {
 
 /// Calls cargo in the folder of a plugin. What it builds is kept for the next time, and nothing is downloaded.
 pub fn cargo(folder: &Path, verb: &str) -> String {
-    let output = Command::new(std::env::var("CARGO").unwrap_or("cargo".into()))
+    let output = quick_build(&mut Command::new(std::env::var("CARGO").unwrap_or("cargo".into())))
         .args([verb, "--offline"])
         .current_dir(folder)
         .env("CARGO_TARGET_DIR", plugin_target())
@@ -275,8 +275,14 @@ pub fn built_plugin(library: &str) -> PathBuf {
     plugin_target().join("debug").join(library)
 }
 
-fn plugin_target() -> PathBuf {
+/// What all plugins need is built once: this folder and these settings are those of the plugins in the run time's tests.
+pub fn plugin_target() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target")
+}
+
+/// Nobody debugs a plugin that a test has written, nor builds it often.
+pub fn quick_build(command: &mut Command) -> &mut Command {
+    command.env("CARGO_PROFILE_DEV_DEBUG", "none").env("CARGO_INCREMENTAL", "0")
 }
 
 /// A library that was built with the command.

@@ -29,14 +29,17 @@ fn torch_with_a_port() -> PathBuf {
 /// Builds a version of the plugin `torch` in a folder of that name.
 fn build(folder: &str, source: &str) -> PathBuf {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let library = folder.replace('-', "_");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
     fs::create_dir_all(folder.join("src")).unwrap();
+    // All plugins of tests are built in one folder, with the same settings, so that what they need is built once.
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target");
     // Two runs of the tests at a time take turns.
     let lock = File::create(folder.join("lock")).unwrap();
     lock.lock().unwrap();
     let manifest = format!(
         "[workspace]\n[package]\nname = \"torch\"\nversion = \"1.0.0\"\nedition = \"2024\"\n\
-         [lib]\ncrate-type = [\"cdylib\"]\n[dependencies]\nslate-plugin = {{ path = \"{}\" }}\n\
+         [lib]\nname = \"{library}\"\ncrate-type = [\"cdylib\"]\n[dependencies]\nslate-plugin = {{ path = \"{}\" }}\n\
          [profile.dev]\ndebug = false\nincremental = false\n",
         crates.join("plugin").display()
     );
@@ -49,13 +52,13 @@ fn build(folder: &str, source: &str) -> PathBuf {
         .args(["build", "--offline", "--quiet", "--manifest-path"])
         .arg(folder.join("Cargo.toml"))
         .arg("--target-dir")
-        .arg(folder.join("target"))
+        .arg(&target)
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_BUILD_TARGET")
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    folder.join("target/debug/libtorch.so")
+    target.join(format!("debug/lib{library}.so"))
 }
 
 /// A torch of the library, whose tick is the last of a cycle, and a lamp that is linked in.

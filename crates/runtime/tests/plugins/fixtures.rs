@@ -71,7 +71,7 @@ impl Libraries {
             .args(["--offline", "--quiet", "--manifest-path"])
             .arg(tests().join("fixtures/Cargo.toml"))
             .arg("--target-dir")
-            .arg(self.folder.join("target"))
+            .arg(self.target())
             .args(last)
             .env_remove("RUSTFLAGS")
             .env_remove("CARGO_BUILD_TARGET")
@@ -80,12 +80,17 @@ impl Libraries {
         assert!(output.status.success(), "{first:?}: {}", String::from_utf8_lossy(&output.stderr));
     }
 
+    /// Where all plugins of tests are built with the same settings, so that what they need is built once.
+    fn target(&self) -> PathBuf {
+        self.folder.with_file_name("plugin-target")
+    }
+
     fn keep(&self, version: &str, name: &str) {
         let (folder, file) = (self.folder.join(version), format!("lib{name}.so"));
         fs::create_dir_all(&folder).unwrap();
         // Another run may be reading the old one.
         let new = folder.join("new");
-        fs::copy(self.folder.join("target/debug").join(&file), &new).unwrap();
+        fs::copy(self.target().join("debug").join(&file), &new).unwrap();
         fs::rename(new, folder.join(&file)).unwrap();
     }
 }
