@@ -13,6 +13,9 @@ use crate::state::BehaviorState;
 /// Operations of loading, for each one of a tick.
 const LOADING: u32 = 10;
 
+/// A call of nothing, which needs no skill.
+const OUTLINE: &str = "return";
+
 /// Memory above the limit for the report about it, bytes.
 const RESERVE: usize = 1 << 20;
 
@@ -46,6 +49,14 @@ impl BehaviorEngine {
             )),
             false => behavior_error(&error, files),
         })
+    }
+
+    /// Loads a mission for its outline; the main file may be one that only loads skills.
+    ///
+    /// # Errors
+    /// Those of [`load`](Self::load).
+    pub fn load_outline(files: &SkillFiles, limits: BehaviorLimits) -> Result<Self, BehaviorError> {
+        Self::load(files, OUTLINE, limits)
     }
 
     fn load_mission(files: &SkillFiles, call: &str, limits: BehaviorLimits) -> mlua::Result<Self> {

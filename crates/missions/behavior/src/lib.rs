@@ -78,3 +78,7 @@ pub use host::{BehaviorAction, BehaviorHost, BehaviorProgress, BehaviorStatus, S
 pub use machine::{MachineState, MachineTransition, SkillMachine};
 pub use sandbox::BehaviorLimits;
 pub use state::BehaviorState;
+
+#[cfg(doctest)]
+#[doc = include_str!("../../../../book/src/43-skills-in-lua.md")]
+mod book {}

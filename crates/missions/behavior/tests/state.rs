@@ -39,7 +39,7 @@ fn through_text(state: &BehaviorState) -> BehaviorState {
 }
 
 #[test]
-fn a_restored_mission_goes_on_as_the_saved_one() {
+fn a_restored_engine_goes_on_as_the_saved_one() {
     let text = machine(BUSY);
     let files = files(&text);
     let (mut whole, mut robot) = (engine(&text), Robot::default());

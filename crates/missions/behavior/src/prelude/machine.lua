@@ -1,13 +1,17 @@
 -- Hybrid state machines: states, transitions with conditions and timeouts, machines inside of states.
 local slate = ...
 local pairs, format, tostring, pcall, load = slate.pairs, slate.format, slate.tostring, slate.pcall, slate.load
-local native = slate.native
+local native, checked, raw_pcall = slate.native, slate.checked, _G.pcall
 local type, ipairs, setmetatable, getmetatable, error = type, ipairs, setmetatable, getmetatable, error
 
 -- A class that has what its parent has.
 local function class(name, parent)
-    local made = setmetatable({name = name}, {__index = parent})
-    made.__index = made
+    local made = setmetatable({}, {__index = parent})
+    -- What is inherited is found at once.
+    for key, value in next, parent or {} do
+        made[key] = value
+    end
+    made.name, made.__index = name, made
     function made.is_instance(value)
         while type(value) == "table" do
             local meta = getmetatable(value)
@@ -203,7 +207,9 @@ end
 
 function JumpState:do_loop()
     self:loop()
-    self:run_loops()
+    if self.loops[1] then
+        self:run_loops()
+    end
     return self:try_transitions()
 end
 
@@ -316,7 +322,6 @@ function FSM:set_error(text)
 end
 
 local function calls_init(state, ...) return state:do_init(...) end
-local function calls_loop(state) return state:do_loop() end
 local function calls_exit(state) state:do_exit() end
 
 -- Goes to the state that stands for failures, or raises the error where the machine has none.
@@ -349,8 +354,12 @@ function FSM:loop()
         self.state_changed = true
         self:follow("init", pcall(calls_init, self.current))
     end
-    if self.current.name ~= self.fail_state then
-        self:follow("loop", pcall(calls_loop, self.current))
+    local current = self.current
+    if current.name ~= self.fail_state then
+        local is_fine, state, one, two, three = raw_pcall(current.do_loop, current)
+        if state or not is_fine then
+            self:follow("loop", checked(is_fine, state, one, two, three))
+        end
     end
     if self.current.name == self.fail_state and self.error == "" then
         local transition = self.previous and self.previous:last_transition()

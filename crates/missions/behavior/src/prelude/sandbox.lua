@@ -179,6 +179,8 @@ local function checked(is_fine, ...)
     return is_fine, ...
 end
 
+slate.checked = checked
+
 local function pcall(body, ...)
     return checked(raw_pcall(body, ...))
 end
