@@ -67,6 +67,7 @@ mod host;
 mod lua_error;
 mod machine;
 mod meter;
+mod pattern;
 mod sandbox;
 mod state;
 

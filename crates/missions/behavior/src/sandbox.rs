@@ -1,14 +1,16 @@
 //! Lua without the world: limits, functions of the host, and the prelude.
 
-use mlua::{Function, Lua, LuaOptions, StdLib, Table};
+use mlua::{Function, Lua, LuaOptions, MultiValue, StdLib, Table, Value};
 
 use crate::files::SkillFiles;
 use crate::meter::metered;
+use crate::pattern::{LuaPatternError, PatternCapture, PatternMatch, PatternMatcher};
 
 /// Files of the prelude, in their order.
-const PRELUDE: [(&str, &str); 9] = [
+const PRELUDE: [(&str, &str); 10] = [
     ("=host", include_str!("prelude/host.lua")),
     ("=sandbox", include_str!("prelude/sandbox.lua")),
+    ("=pattern", include_str!("prelude/pattern.lua")),
     ("=library", include_str!("prelude/library.lua")),
     ("=state", include_str!("prelude/state.lua")),
     ("=machine", include_str!("prelude/machine.lua")),
@@ -98,7 +100,43 @@ fn native(lua: &Lua, files: &SkillFiles) -> mlua::Result<Table> {
     native.set("exists", lua.create_function(move |_, name: String| Ok(own.exists(&name)))?)?;
     native.set("math", mathematics(lua)?)?;
     native.set("nan", f64::NAN)?;
+    native.set("match", lua.create_function(find_pattern)?)?;
     Ok(native)
+}
+
+/// Subject, pattern, where to start, where not to end, and the most steps.
+type PatternCall = (mlua::LuaString, mlua::LuaString, usize, Option<usize>, u64);
+
+/// Finds a pattern; returns the number of steps, the bounds and the captures, or what is wrong with the pattern.
+fn find_pattern(
+    lua: &Lua,
+    (subject, pattern, from, not_end, limit): PatternCall,
+) -> mlua::Result<MultiValue> {
+    let (subject, pattern) = (subject.as_bytes(), pattern.as_bytes());
+    let mut matcher = PatternMatcher::new(&subject, &pattern, limit);
+    let found = matcher.find(from.saturating_sub(1), not_end);
+    let mut values = vec![Value::Integer(matcher.steps.min(i64::MAX as u64).cast_signed())];
+    let text = |start, end| Ok::<Value, mlua::Error>(Value::String(lua.create_string(&subject[start..end])?));
+    // Places count from 1.
+    let place = |at: usize| Value::Integer(i64::try_from(at + 1).unwrap_or(i64::MAX));
+    match found {
+        Ok(Some(PatternMatch { bounds: (start, end), captures })) => {
+            values.extend([place(start), Value::Integer(i64::try_from(end).unwrap_or(i64::MAX))]);
+            if captures.is_empty() {
+                values.push(text(start, end)?);
+            }
+            for capture in captures {
+                values.push(match capture {
+                    PatternCapture::Part(start, end) => text(start, end)?,
+                    PatternCapture::Position(at) | PatternCapture::Open(at) => place(at),
+                });
+            }
+        }
+        // The steps say so.
+        Ok(None) | Err(LuaPatternError::Limit) => {}
+        Err(LuaPatternError::Malformed(reason)) => values.push(Value::String(lua.create_string(reason)?)),
+    }
+    Ok(values.into_iter().collect())
 }
 
 /// A function of real numbers.

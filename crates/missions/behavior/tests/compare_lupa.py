@@ -18,7 +18,7 @@ from lupa.lua54 import LuaRuntime
 
 PROGRAM = "target/release/examples/behavior_trace"
 PRELUDE = "crates/missions/behavior/src/prelude"
-FILES = ["host", "sandbox", "library", "state", "machine", "modules", "skill", "interface", "mission"]
+FILES = ["host", "sandbox", "pattern", "library", "state", "machine", "modules", "skill", "interface", "mission"]
 STATUS = {1: "Succeeded", 2: "Running", 3: "Failed"}
 
 
@@ -38,7 +38,35 @@ def body(chance, prefix):
         parts.append('for key, value in pairs(self.fsm.vars) do print(key, value) end')
     if chance.random() < 0.03:
         parts.append('if self.fsm.vars.n % 5 == 0 then error("bad") end')
+    parts.extend(texts(chance) for _ in range(chance.choice([0, 0, 3])))
     return " ".join(parts)
+
+
+def pattern(chance):
+    items = ["a", "b", "%a", "%d", ".", "[ab]", "[^a]", "[%d-]", "%s", "()", "(a", "(.", ")", "$", "^", "%b()", "%f[%a]", "%1", "%"]
+    weights = [6, 6, 3, 2, 4, 3, 3, 1, 1, 1, 2, 2, 3, 1, 1, 1, 1, 1, 0.3]
+    parts = chance.choices(items, weights, k=chance.randint(1, 6))
+    made = "".join(part + chance.choice(["", "", "*", "+", "-", "?"]) for part in parts)
+    # Lua refuses a capture that is not closed when it needs it, and Slate at once.
+    depth = 0
+    for bracket in made.replace("%b()", "").replace("()", ""):
+        depth = max(0, depth + (bracket == "(") - (bracket == ")"))
+    return made + ")" * depth
+
+
+def texts(chance):
+    """A print of a function of texts with a random pattern."""
+    subject = "".join(chance.choice("aabb1 ()-") for _ in range(chance.randint(0, 9)))
+    call = chance.choice(
+        [
+            f"find, {json.dumps(subject)}, {json.dumps(pattern(chance))}, {chance.randint(-3, 4)}",
+            f"match, {json.dumps(subject)}, {json.dumps(pattern(chance))}",
+            f'gsub, {json.dumps(subject)}, {json.dumps(pattern(chance))}, "<%0>"',
+            f"gsub, {json.dumps(subject)}, {json.dumps(pattern(chance))}, {{a = 1, b = false}}, 2",
+            f'gsub, {json.dumps(subject)}, {json.dumps(pattern(chance))}, "%1"',
+        ]
+    )
+    return f"do local is_fine, one, two, three = pcall(string.{call}) print(is_fine, is_fine and one, is_fine and two, is_fine and three) end"
 
 
 def skill(chance, name, others):

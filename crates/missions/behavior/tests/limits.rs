@@ -113,3 +113,17 @@ fn scripts_that_are_metered_do_what_they_did() {
     ];
     assert_eq!(robot.events, expected);
 }
+
+#[test]
+fn a_pattern_that_takes_too_long_is_stopped() {
+    let states = "fsm:define_states{export_to = _M, {'A', JumpState}}\n";
+    let bodies =
+        ["local s = ('a'):rep(5000) s:find('.-.-.-.-b')", "pcall(string.gsub, ('a'):rep(100000), '.-b', '')"];
+    for body in bodies {
+        let error = first_error(&format!("{states}function A:init() {body} end"));
+        assert!(
+            error.starts_with("it.lua:8: the script was stopped after 100000 operations"),
+            "{body}: {error}"
+        );
+    }
+}

@@ -103,3 +103,30 @@ fn mathematics_are_those_of_the_project() {
     let expected = ["true, 2.3561944901923, -3, -1", "-2.2831853071796, 0.28318530717959, true", "a-b-c, 1"];
     assert_eq!(robot.events, expected);
 }
+
+#[test]
+fn patterns_are_those_of_lua() {
+    let body = r#"print(('key = value'):match('^(%w+)%s*=%s*(%w+)$'))
+        print(('hello world'):find('o w'), ('hello'):find('l+'), ('hello'):find('(l)(l)'), ('a.b'):find('.', 1, true))
+        print(('THE (quick) fox'):find('%((%a+)%)'), ('x'):find('', 10), (''):find(''), ('abc'):find('b', -2))
+        print(('f(a(b)c)d'):match('%b()'), ('THE (quick) fox'):gsub('%f[%a]%a+', '<%0>'))
+        print(('hello world'):gsub('o', {o = '0'}), ('abc'):gsub('%w', '%0%0', 2), ('abc'):gsub('', '-'))
+        print(('hello'):gsub('(l)(.)', '%2%1'), ('x y'):gsub('%a', function(a) if a == 'x' then return 1 end end))
+        local all = {} for key, value in ('a=1, b=2'):gmatch('(%w)=(%w)') do all[#all + 1] = key .. value end
+        for place in ('ab'):gmatch('()') do all[#all + 1] = place end
+        print(table.concat(all, ' '), ('[[x]]'):match('%[%[(.-)%]%]'), ('"q"'):match('(["\'])q%1'), ('a-b'):match('[a%-]+'))
+        print(('  trim '):match('^%s*(.-)%s*$') .. '|', ('2024-01'):match('(%d+)-(%d+)'), ('x'):match('y?x'), ('a]'):match('[]]'))
+        print(pcall(string.find, 'a', '[a'), pcall(string.match, 'a', '(a'), pcall(string.gsub, 'a', 'a', '%2'))"#;
+    let expected = [
+        "key, value",
+        "5, 3, 3, 2, 2",
+        "5, nil, 1, 2, 2",
+        "(a(b)c), <THE> (<quick>) <fox>, 3",
+        "hell0 w0rld, aabbc, -a-b-c-, 4",
+        "hello, 1 y, 2",
+        "a1 b2 1 2 3, x, \", a-",
+        "trim|, 2024, x, ]",
+        "false, false, false, invalid capture index %2",
+    ];
+    assert_eq!(printed(body), expected);
+}

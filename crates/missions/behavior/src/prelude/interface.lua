@@ -183,7 +183,8 @@ function slate.interface_of(definition, user)
     expect(type(definition) == "table" and definition.v and definition.type and definition.id,
            "an interface of `%s` needs `v`, `type` and `id`", user)
     local identifier = definition.type .. "::" .. definition.id
-    expect(interfaces[identifier], "`%s` needs the interface `%s`: name it with interface{type = \"%s\", id = \"%s\"} " ..
+    expect(interfaces[identifier], "`%s` needs the interface `%s`: name it with interface{type = \"%s\", id = " ..
+           "\"%s\"} " ..
            "in interfaces.lua beside the mission", user, identifier, definition.type, definition.id)
     return interfaces[identifier]
 end
@@ -199,8 +200,8 @@ end
 globals.config = {exists = function(_, path) return configuration[path] ~= nil end}
 for _, kind in ipairs {"string", "float", "int", "uint", "bool"} do
     globals.config["get_" .. kind] = function(_, path)
-        expect(configuration[path] ~= nil, "the configuration has no `%s`: give it with configuration{[\"%s\"] = ...} in " ..
-               "interfaces.lua", tostring(path), tostring(path))
+        expect(configuration[path] ~= nil, "the configuration has no `%s`: give it with configuration{[\"%s\"] " ..
+               "= ...} in interfaces.lua", tostring(path), tostring(path))
         return configuration[path]
     end
 end
@@ -214,8 +215,8 @@ local function transform(pose, from, to)
     if from == to then
         return pose
     end
-    expect(transformation, "no transform from `%s` to `%s`: give one with transformation(function(pose, from, to) ... end) " ..
-           "in interfaces.lua", tostring(from), tostring(to))
+    expect(transformation, "no transform from `%s` to `%s`: give one with transformation(function(pose, from, " ..
+           "to) ... end) in interfaces.lua", tostring(from), tostring(to))
     return transformation(pose, from, to)
 end
 local tfutils = {transform = transform, transform6D = transform}

@@ -106,7 +106,8 @@ function JumpState:create_transition(state, jumpcond, description, message)
         description = description or "always"
         jumpcond = always
     else
-        expect(kind == "function", "state `%s`: expected a function, a text or true as condition of the transition to " ..
+        expect(kind == "function", "state `%s`: expected a function, a text or true as condition of the " ..
+               "transition to " ..
                "`%s`, found %s", self.name, tostring(name_of(state)), kind == "boolean" and "false" or kind)
     end
     return {state = state, jumpcond = jumpcond, description = description, error = message}
@@ -373,13 +374,11 @@ end
 -- Makes a transition, and those that follow from it at once.
 function FSM:trans(state, ...)
     self.current_recursion = self.current_recursion + 1
-    expect(self.current_recursion < self.recursion_limit,
-           "`%s`: %d transitions follow each other at once, up to `%s` to `%s`; expected fewer", self.name,
-           self.recursion_limit, self.current.name, state.name)
-    self.state_changed = true
-    if slate.trace then
-        slate.trace(self, self.current, state)
+    if self.current_recursion >= self.recursion_limit then
+        expect(false, "`%s`: %d transitions follow each other at once, up to `%s` to `%s`; expected fewer", self.name,
+               self.recursion_limit, self.current.name, state.name)
     end
+    self.state_changed = true
     if self.debug then
         native.log("debug", format("%s: %s to %s", self.name, self.current.name, state.name))
     end
@@ -515,10 +514,11 @@ function HSM:add_definition(definition)
         expect(not (condition or precondition), "`%s`: `cond_and_precond` excludes `cond` and `precond`", self.name)
         condition, precondition = definition.cond_and_precond, definition.cond_and_precond
     end
-    expect(condition or precondition or timeout, "`%s`: the transition from `%s` to `%s` needs a `cond`, a `precond` " ..
-           "or a `timeout`", self.name, from.name, to.name)
+    expect(condition or precondition or timeout, "`%s`: the transition from `%s` to `%s` needs a `cond`, a " ..
+           "`precond` or a `timeout`", self.name, from.name, to.name)
     if type(timeout) == "table" then
-        local target = self:existing(timeout.to or timeout[2] or to.name, format("a timeout of `%s` leads to", from.name))
+        local target = self:existing(timeout.to or timeout[2] or to.name, format("a timeout of `%s` leads to",
+               from.name))
         from:set_timeout(timeout.time or timeout[1], target, timeout.error, definition.desc)
     elseif timeout then
         from:set_timeout(timeout, to, nil, definition.desc)

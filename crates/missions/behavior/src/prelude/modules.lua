@@ -82,7 +82,8 @@ function slate.require(name)
         return loaded[name]
     end
     expect(not loading[name], "module `%s` requires itself", name)
-    expect(slate.is_loading, "module `%s` is required while the mission runs; require it at the start of the file", name)
+    expect(slate.is_loading, "module `%s` is required while the mission runs; require it at the start of the " ..
+           "file", name)
     local result, environment = slate.run_file(name)
     if result ~= nil then
         loaded[name] = result

@@ -97,8 +97,8 @@ slate.skill_modules = {}
 local function skill_of(name, user)
     local known = skillenv.get_skill_module(name)
     if not known then
-        expect(native.exists(name), "skill `%s` depends on the skill `%s`, which is neither loaded nor a file of the " ..
-               "skill path; an action of the robot belongs to `depends_actions`", user, name)
+        expect(native.exists(name), "skill `%s` depends on the skill `%s`, which is neither loaded nor a file " ..
+               "of the skill path; an action of the robot belongs to `depends_actions`", user, name)
         expect(not slate.is_loading_module(name), "the skills `%s` and `%s` depend on each other", user, name)
         slate.require(name)
         known = skillenv.get_skill_module(name)
@@ -191,8 +191,8 @@ slate.actions = {}
 
 -- An action of `kind`; `arguments` has the names of its numbers in their order, `defaults` some of their values.
 function Action:new(owner, definition)
-    expect(type(definition) == "table" and type(definition.v) == "string", "an action of `%s` needs a `v`, the name of " ..
-           "its variable", owner)
+    expect(type(definition) == "table" and type(definition.v) == "string", "an action of `%s` needs a `v`, the " ..
+           "name of its variable", owner)
     local made = {
         name = definition.v, owner = owner, kind = definition.kind or definition.v, index = #slate.actions,
         arguments = definition.arguments or {}, defaults = definition.defaults or {}, is_active = false, error = "",
@@ -305,7 +305,8 @@ function SkillJumpState:new(o)
     made:check_definition()
     made:set_transition_labels()
     if o.final_to and o.final_to == o.fail_to then
-        made.final_transition = made:add_new_transition(o.final_to, made.jumpcond_skill_done, made.skill_names .. " done")
+        made.final_transition = made:add_new_transition(o.final_to, made.jumpcond_skill_done,
+               made.skill_names .. " done")
     else
         if o.final_to then
             made.final_transition =

@@ -87,8 +87,8 @@ local function encoded(value, seen, place)
         seen.count = seen.count + 1
         seen[value] = seen.count
         local meta = getmetatable(value)
-        expect(meta == nil or names[meta], "%s has a metatable that is no class of the engine, so it can't be saved; " ..
-               "keep plain data there", place)
+        expect(meta == nil or names[meta], "%s has a metatable that is no class of the engine, so it can't be " ..
+               "saved; keep plain data there", place)
         local text = {"table", seen.count, meta and names[meta] or ""}
         for _, key in ipairs(slate.ordered_keys(value)) do
             text[#text + 1] = encoded(key, seen, place)
