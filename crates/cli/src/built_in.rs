@@ -1,12 +1,13 @@
 //! What is built into the `slate` command.
 
 /// Name of each feature, and whether it is built in.
-pub const FEATURES: [(&str, bool); 12] = [
+pub const FEATURES: [(&str, bool); 13] = [
     ("console", cfg!(feature = "console")),
     ("dds", cfg!(feature = "dds")),
     ("drivers", cfg!(feature = "drivers")),
     ("evaluate", cfg!(feature = "evaluate")),
     ("jpeg", cfg!(feature = "jpeg")),
+    ("lua", cfg!(feature = "lua")),
     ("mcp", cfg!(feature = "mcp")),
     ("missions", cfg!(feature = "missions")),
     ("navigation", cfg!(feature = "navigation")),

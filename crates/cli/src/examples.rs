@@ -55,7 +55,7 @@ struct FileExample {
     feature: Option<&'static str>,
 }
 
-const FILE_EXAMPLES: [FileExample; 14] = [
+const FILE_EXAMPLES: [FileExample; 15] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
@@ -109,6 +109,12 @@ const FILE_EXAMPLES: [FileExample; 14] = [
         about: "the same patrol by a behaviour tree",
         file: "patrol/patrol_tree.toml",
         feature: Some("missions"),
+    },
+    FileExample {
+        name: "patrol_lua",
+        about: "the same patrol by skills in Lua",
+        file: "patrol/patrol_lua.toml",
+        feature: Some("lua"),
     },
     FileExample {
         name: "strategies",

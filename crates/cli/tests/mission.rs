@@ -115,3 +115,33 @@ fn a_behavior_tree_is_checked_drawn_and_followed() {
     assert_eq!((&first["collisions"], &first["outcome"]), (&0.into(), &"goal_reached".into()), "{first}");
     assert_eq!(run(&["--resume", "half.snapshot"])["digest"], first["digest"]);
 }
+
+#[test]
+fn skills_in_lua_are_checked_drawn_and_followed() {
+    let folder = folder("patrol_lua");
+    let skill = format!("{PATROL}/patrol.lua");
+    let said = text(&slate(&folder, &["mission", "check", &skill]).stdout);
+    assert_eq!(said, "patrol: sound; 2 machines, 9 states, 9 transitions, 1 actions\n");
+    let output = slate(&folder, &["mission", "check", &skill, "--action", "Go"]);
+    assert_eq!(output.status.code(), Some(7));
+    let said = text(&output.stdout);
+    let finding = "unknown action: `visit` performs the action `GoToOrigin`, which is unknown";
+    assert_eq!(said.lines().next(), Some(format!("error: {skill}: {finding}").as_str()));
+    let drawing = text(&slate(&folder, &["mission", "show", &skill]).stdout);
+    let document = roxmltree::Document::parse(&drawing).unwrap();
+    let boxes = document.descendants().filter(|node| node.has_tag_name("rect")).count();
+    assert_eq!(boxes, 9 + 1, "one for each state, and the paper");
+    fs::write(folder.join("bad.lua"), "x = 1\ny = = 2").unwrap();
+    let output = slate(&folder, &["mission", "check", "bad.lua"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("bad.lua:2: unexpected symbol near '='"), "{output:?}");
+    let run = |arguments: &[&str]| {
+        let output = slate(&folder, &[&["run", "--headless", "--json"], arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        json(&output)
+    };
+    let snapshot = ["--set", "snapshot.at=\"13.3s\"", "--set", "snapshot.file=half.snapshot"];
+    let first = run(&[&[format!("{PATROL}/patrol_lua.toml").as_str()], &snapshot[..]].concat());
+    assert_eq!((&first["collisions"], &first["outcome"]), (&0.into(), &"goal_reached".into()), "{first}");
+    assert_eq!(run(&["--resume", "half.snapshot"])["digest"], first["digest"]);
+}

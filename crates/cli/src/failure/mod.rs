@@ -66,6 +66,9 @@ pub enum Failure {
     NotBuilt { what: String, feature: &'static str },
     #[error("{0}")]
     Map(#[from] slate_map_file::MapFileError),
+    #[cfg(feature = "lua")]
+    #[error("{0}")]
+    Skills(#[from] slate_behavior::BehaviorError),
     #[cfg(feature = "missions")]
     #[error("{0}")]
     Net(#[from] slate_petri_net::NetError),

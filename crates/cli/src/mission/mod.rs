@@ -1,9 +1,13 @@
-//! Missions: plans as Petri nets and behaviour trees, checked, drawn and generated.
+//! Missions: plans as Petri nets, behaviour trees and skills in Lua, checked, drawn and generated.
 
 #[cfg(feature = "missions")]
 mod check;
 #[cfg(feature = "missions")]
 mod nets;
+#[cfg(feature = "lua")]
+mod skills;
+#[cfg(feature = "lua")]
+mod skills_svg;
 #[cfg(feature = "missions")]
 mod svg;
 #[cfg(feature = "missions")]
@@ -23,9 +27,9 @@ use crate::failure::Failure;
 
 #[derive(Debug, Subcommand)]
 pub enum MissionVerb {
-    /// Check a Petri Net Plan or a behaviour tree for defects (exit code 7 for an error)
+    /// Check a Petri Net Plan, a behaviour tree or skills for defects (exit code 7 for an error)
     Check {
-        /// Plan in PNML, or behaviour tree in the XML of BehaviorTree.CPP
+        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP, or skills in Lua
         file: PathBuf,
         /// Action of the robot; repeatable [default: every action is known]
         #[arg(long, value_name = "NAME")]
@@ -37,9 +41,9 @@ pub enum MissionVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Draw a Petri Net Plan or a behaviour tree as SVG
+    /// Draw a Petri Net Plan, a behaviour tree or skills as SVG
     Show {
-        /// Plan in PNML, or behaviour tree in the XML of BehaviorTree.CPP
+        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP, or skills in Lua
         file: PathBuf,
         /// Output file [default: stdout]
         #[arg(long, short, value_name = "FILE")]

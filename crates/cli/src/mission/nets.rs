@@ -6,6 +6,8 @@ use slate_petri_net::{
     NetError, PetriNet, generate_net, parse_linear_plan, parse_rules, read_pnml, write_pnml,
 };
 
+#[cfg(feature = "lua")]
+use super::skills::{check as check_skills, draw as draw_skills};
 use super::{MissionVerb, check, svg, tree, tree_svg};
 use crate::failure::Failure;
 use crate::graph::write;
@@ -14,6 +16,11 @@ use crate::output;
 /// Runs the command; returns the exit code.
 pub fn mission(verb: &MissionVerb) -> Result<u8, Failure> {
     match verb {
+        MissionVerb::Check { file, action, json, .. } if is_skill(file) => check_skills(file, action, *json),
+        MissionVerb::Show { file, out } if is_skill(file) => {
+            put(&draw_skills(file)?, out.as_deref())?;
+            Ok(0)
+        }
         MissionVerb::Check { file, action, json, .. } if is_tree(file) => tree::check(file, action, *json),
         MissionVerb::Check { file, action, states, json } => check::check(file, action, *states, *json),
         MissionVerb::Show { file, out } => {
@@ -27,6 +34,21 @@ pub fn mission(verb: &MissionVerb) -> Result<u8, Failure> {
             Ok(0)
         }
     }
+}
+
+/// Whether a file is one of skills, by its name.
+fn is_skill(file: &Path) -> bool {
+    file.extension().is_some_and(|end| end == "lua")
+}
+
+#[cfg(not(feature = "lua"))]
+fn check_skills(_: &Path, _: &[String], _: bool) -> Result<u8, Failure> {
+    Err(Failure::NotBuilt { what: "what checks skills in Lua".into(), feature: "lua" })
+}
+
+#[cfg(not(feature = "lua"))]
+fn draw_skills(_: &Path) -> Result<String, Failure> {
+    Err(Failure::NotBuilt { what: "what draws skills in Lua".into(), feature: "lua" })
 }
 
 /// Whether a file is a behaviour tree, by its content: what can't be read says why when it is read as a net.

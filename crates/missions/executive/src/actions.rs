@@ -37,6 +37,8 @@ struct ActionRecord {
 pub struct MissionActions {
     performed: Vec<Performed>,
     records: Vec<ActionRecord>,
+    /// Name and arguments of each action that was given them while the mission runs.
+    given: Vec<Option<(String, Vec<f64>)>>,
     newest_start: u64,
     /// Whether Execute has an action that the mission has stopped.
     must_clear: bool,
@@ -52,15 +54,28 @@ impl MissionActions {
             .map(|(name, arguments)| performed(name, &numbers(name, &arguments)?))
             .collect::<Result<_, _>>()?;
         let records = vec![ActionRecord::default(); performed.len()];
-        Ok(Self { performed, records, ..Self::default() })
+        Ok(Self { given: vec![None; performed.len()], performed, records, ..Self::default() })
     }
 
-    /// Changes the arguments of an action that is not active.
+    /// A number of actions whose arguments come with their start.
+    pub fn with_arguments_at_start(count: usize) -> Self {
+        Self {
+            performed: vec![Performed::Wait(0); count],
+            records: vec![ActionRecord::default(); count],
+            given: vec![None; count],
+            ..Self::default()
+        }
+    }
+
+    /// Changes the name and the arguments of an action that is not active.
     ///
     /// # Errors
     /// If they are too many, or not those of the action.
     pub fn set_arguments(&mut self, index: usize, name: &str, arguments: &[f64]) -> Result<(), String> {
         self.performed[index] = performed(name, arguments)?;
+        let (own_name, own) = self.given[index].get_or_insert_default();
+        name.clone_into(own_name);
+        arguments.clone_into(own);
         Ok(())
     }
 
@@ -137,26 +152,44 @@ impl MissionActions {
 
     /// Returns the state: for each action its name, and where it is.
     pub fn save<'a>(&self, names: impl Iterator<Item = (&'a str, &'a str)>) -> SavedActions {
-        let records = names.zip(&self.records).filter(|(_, record)| **record != ActionRecord::default());
+        let all = names.zip(self.records.iter().zip(&self.given));
+        let known = all.filter(|(_, (record, _))| **record != ActionRecord::default());
+        let saved = known.map(|((path, text), (record, given))| SavedMissionAction {
+            path: path.into(),
+            text: text.into(),
+            record: *record,
+            given: given.clone().filter(|_| record.is_active),
+        });
         SavedActions {
             newest_start: self.newest_start,
             must_clear: self.must_clear,
-            actions: records.map(|((path, text), record)| (path.into(), text.into(), *record)).collect(),
+            actions: saved.collect(),
         }
     }
 
     /// Restores a state, of the actions that have the same names.
-    pub fn restore<'a>(&mut self, saved: &SavedActions, names: impl Iterator<Item = (&'a str, &'a str)>) {
+    ///
+    /// # Errors
+    /// If arguments are not those of the action.
+    pub fn restore<'a>(
+        &mut self,
+        saved: &SavedActions,
+        names: impl Iterator<Item = (&'a str, &'a str)>,
+    ) -> Result<(), String> {
         self.newest_start = saved.newest_start;
         self.must_clear = saved.must_clear;
         let names: Vec<(&str, &str)> = names.collect();
-        for (path, text, record) in &saved.actions {
+        for SavedMissionAction { path, text, record, given } in &saved.actions {
             if let Some(index) = names.iter().position(|name| *name == (path, text)) {
                 self.records[index] = *record;
+                if let Some((name, arguments)) = given {
+                    self.set_arguments(index, name, arguments)?;
+                }
             } else {
                 self.must_clear |= record.ticket > 0;
             }
         }
+        Ok(())
     }
 }
 
@@ -165,8 +198,19 @@ impl MissionActions {
 pub struct SavedActions {
     newest_start: u64,
     must_clear: bool,
-    /// Path of the plan, action with arguments, and where it is.
-    actions: Vec<(String, String, ActionRecord)>,
+    actions: Vec<SavedMissionAction>,
+}
+
+/// Where an action is, by its names.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct SavedMissionAction {
+    /// Path of the plan.
+    path: String,
+    /// Action, with its arguments where they are fixed.
+    text: String,
+    record: ActionRecord,
+    /// Name and arguments that came with the start.
+    given: Option<(String, Vec<f64>)>,
 }
 
 fn numbers(name: &str, arguments: &[&str]) -> Result<Vec<f64>, String> {

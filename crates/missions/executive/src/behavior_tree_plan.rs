@@ -3,17 +3,17 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use slate_behavior_tree::{
     BehaviorTree, BoardValue, LeafKind, LeafModels, LeafPorts, NodeStatus, TickError, TreeExecutor, TreeHost,
     TreeLeaf, TreeState,
 };
 use slate_petri_net::ActionProgress;
-use slate_plugin::interfaces::{MissionOutcome, MissionState, Verdict};
+use slate_plugin::interfaces::{MissionState, Verdict};
 use slate_plugin::prelude::*;
 
-use crate::actions::{MissionActions, SavedActions};
+use crate::actions::MissionActions;
 use crate::conditions::{ConditionName, ConditionValues, KnownConditions};
+use crate::mission::{MissionExecutor, PlanMission};
 
 /// The most ticks of a tree in a run of the Plan.
 const MOST_TICKS: usize = 32;
@@ -51,48 +51,26 @@ pub struct BehaviorTreePlanParams {
     revision: u32,
 }
 
-/// Saved state of the Plan.
-#[derive(Clone, Default, Serialize, Deserialize)]
-#[serde(default)]
-struct SavedTreePlan {
-    executor: TreeState,
-    actions: SavedActions,
-    /// Arguments of each action that runs, by the path of its node and its ID.
-    arguments: Vec<(String, String, Vec<f64>)>,
-    conditions: KnownConditions,
-    failure: Option<String>,
-    last_status_text: Option<String>,
-}
-
 /// State of [`BehaviorTreePlan`].
-#[derive(Default)]
-pub struct BehaviorTreePlanState {
-    /// File and revision that were read.
-    read: Option<(String, u32)>,
-    executor: Option<TreeExecutor>,
-    actions: MissionActions,
-    /// Arguments of each leaf since its start.
-    arguments: Vec<Vec<f64>>,
-    conditions: KnownConditions,
-    /// Why the mission can't go on.
-    failure: Option<String>,
-    /// State that waits for its tree.
-    restored: Option<SavedTreePlan>,
-    /// Text of the status that was written, or how the mission has ended.
-    last_status_text: Option<String>,
-    /// Text of the newest status, kept so that a run allocates nothing.
-    status_text: String,
-}
+pub type BehaviorTreePlanState = PlanMission<TreeExecutor>;
 
-impl Serialize for BehaviorTreePlanState {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.save().serialize(serializer)
+impl MissionExecutor for TreeExecutor {
+    type Saved = TreeState;
+    const NOUN: &'static str = "tree";
+    const PARAMETER: &'static str = "tree_filename";
+
+    fn is_completed(&self) -> bool {
+        self.outcome().is_completed()
     }
-}
 
-impl<'de> Deserialize<'de> for BehaviorTreePlanState {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(Self { restored: Some(SavedTreePlan::deserialize(deserializer)?), ..Self::default() })
+    fn save(&self) -> Result<TreeState, String> {
+        Ok(self.state())
+    }
+
+    /// The path of each leaf's node, and its ID.
+    fn names(&self) -> Box<dyn Iterator<Item = (&str, &str)> + '_> {
+        let tree = self.tree();
+        Box::new(tree.leaves().iter().map(|leaf| (tree.nodes()[leaf.node()].path(), leaf.id())))
     }
 }
 
@@ -116,27 +94,20 @@ impl Plan for BehaviorTreePlan {
         now: &Tick,
         plan: &mut Agenda<'_>,
     ) {
-        state.read(params, now);
-        io.conditions.iter().for_each(|values| state.conditions.update(&values));
-        if let Some(facts) = io.facts.get() {
-            state.conditions.update(facts);
-        }
-        state.actions.take_endings(situation);
-        if let Err(error) = state.tick(now) {
-            now.error(format_args!("{error}"));
-            state.failure = Some(error.to_string());
-            state.actions.stop_all();
-            state.last_status_text = None;
+        let file = params.tree_filename.as_str();
+        state.read(file, params.revision, now, |saved| load(file, saved));
+        state.update(&io.conditions, &io.facts, situation);
+        if let Err(error) = tick(state, now) {
+            state.fail(&error.to_string(), now);
         }
         state.actions.request(situation, plan);
-        state.report(io);
+        report(state, io);
     }
 }
 
 /// The robot as a tree sees it.
 struct TreeMission<'a> {
     actions: &'a mut MissionActions,
-    arguments: &'a mut [Vec<f64>],
     conditions: &'a KnownConditions,
     now: &'a Tick,
 }
@@ -151,9 +122,9 @@ impl TreeHost for TreeMission<'_> {
     }
 
     fn start(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus {
-        let arguments = &mut self.arguments[index];
-        let read = read_arguments(leaf, ports, arguments);
-        if let Err(reason) = read.and_then(|()| self.actions.set_arguments(index, leaf.id(), arguments)) {
+        let read = read_arguments(leaf, ports);
+        let set = read.and_then(|arguments| self.actions.set_arguments(index, leaf.id(), &arguments));
+        if let Err(reason) = set {
             self.now.error(format_args!("{reason}; the action has failed"));
             return NodeStatus::Failed;
         }
@@ -175,135 +146,53 @@ impl TreeHost for TreeMission<'_> {
     }
 }
 
-impl BehaviorTreePlanState {
-    /// Reads the tree, when the agent starts and when its file or revision changes.
-    ///
-    /// A mission that goes on keeps its old tree where the new one is invalid or lacks a node that runs.
-    fn read(&mut self, params: &BehaviorTreePlanParams, now: &Tick) {
-        let (file, revision) = (params.tree_filename.as_str(), params.revision);
-        if self.read.as_ref().is_some_and(|(known, old)| known == file && *old == revision) {
-            return;
+/// Ticks the tree until no node wants another tick in this run.
+fn tick(mission: &mut BehaviorTreePlanState, now: &Tick) -> Result<(), TickError> {
+    let PlanMission { executor: Some(executor), actions, conditions, failure: None, .. } = mission else {
+        return Ok(());
+    };
+    let mut host = TreeMission { actions, conditions, now };
+    for _ in 0..MOST_TICKS {
+        if executor.outcome().is_completed() {
+            break;
         }
-        self.read = Some((file.into(), revision));
-        match load(file).and_then(|(tree, actions)| self.exchange(tree, actions)) {
-            Ok(()) => {}
-            Err(reason) if self.executor.is_some() => {
-                now.error(format_args!("{reason}; the mission goes on with the old tree"));
-            }
-            Err(reason) => {
-                now.error(format_args!("{reason}; name another `tree_filename`"));
-                self.failure = Some(reason);
-            }
+        executor.tick(now.now(), &mut host)?;
+        if !executor.wants_tick() {
+            break;
         }
     }
+    Ok(())
+}
 
-    /// Goes on with a changed tree, or begins with it where the old one has ended.
-    fn exchange(&mut self, tree: Arc<BehaviorTree>, mut actions: MissionActions) -> Result<(), String> {
-        let is_running = self.executor.is_some();
-        let saved = match &self.executor {
-            Some(executor) if executor.outcome().is_completed() => {
-                SavedTreePlan { conditions: self.conditions.clone(), ..SavedTreePlan::default() }
-            }
-            Some(_) => self.save(),
-            None => self.restored.clone().unwrap_or_default(),
+/// Writes the outputs where something has changed.
+fn report(mission: &mut BehaviorTreePlanState, io: &BehaviorTreePlanPorts) {
+    let text = &mut mission.report_text;
+    text.clear();
+    let mut ended = None;
+    if let Some(executor) = &mission.executor {
+        write_running(executor, text);
+        ended = match executor.outcome() {
+            NodeStatus::Succeeded => Some(Ok("the tree has succeeded")),
+            NodeStatus::Failed => Some(Err("the tree has failed")),
+            _ => None,
         };
-        let executor =
-            TreeExecutor::restore(Arc::clone(&tree), &saved.executor).map_err(|error| error.to_string())?;
-        let mut all_arguments = vec![Vec::new(); tree.leaves().len()];
-        for (index, (path, id)) in names(&tree).enumerate() {
-            let is_own = |(own, own_id, _): &&(String, String, Vec<f64>)| own == path && own_id == id;
-            if let Some((_, _, arguments)) = saved.arguments.iter().find(is_own) {
-                actions.set_arguments(index, id, arguments)?;
-                all_arguments[index].clone_from(arguments);
-            }
-        }
-        actions.restore(&saved.actions, names(&tree));
-        self.executor = Some(executor);
-        (self.actions, self.arguments, self.conditions) = (actions, all_arguments, saved.conditions);
-        // A changed tree is reported; a restored one was.
-        self.last_status_text = saved.last_status_text.filter(|_| !is_running);
-        self.failure = saved.failure.filter(|_| !is_running);
-        self.restored = None;
-        Ok(())
     }
-
-    fn save(&self) -> SavedTreePlan {
-        let Some(executor) = &self.executor else { return self.restored.clone().unwrap_or_default() };
-        let leaves = executor.tree().leaves().iter().zip(&self.arguments);
-        // Those without ports have none, and are saved as well.
-        let running = leaves.filter(|(leaf, _)| {
-            leaf.kind() == LeafKind::Action && executor.status(leaf.node()) == NodeStatus::Running
+    let verdict = mission.verdict(ended);
+    let running = if verdict.state == MissionState::RUNNING { mission.report_text.len() } else { 0 };
+    if running == 0 {
+        mission.report_text.push_str(verdict.reason.as_str());
+    }
+    if !mission.takes_report() {
+        return;
+    }
+    if let Some(executor) = &mission.executor {
+        io.mission.set(TreeMissionStatus {
+            ticks: executor.ticks(),
+            tree: Text::new(executor.tree().name()),
+            running: Text::new(&mission.report_text[..running]),
         });
-        let arguments = running.map(|(leaf, own)| {
-            let path = executor.tree().nodes()[leaf.node()].path();
-            (path.to_owned(), leaf.id().to_owned(), own.clone())
-        });
-        SavedTreePlan {
-            executor: executor.state(),
-            actions: self.actions.save(names(executor.tree())),
-            arguments: arguments.collect(),
-            conditions: self.conditions.clone(),
-            failure: self.failure.clone(),
-            last_status_text: self.last_status_text.clone(),
-        }
     }
-
-    /// Ticks the tree until no node wants another tick in this run.
-    fn tick(&mut self, now: &Tick) -> Result<(), TickError> {
-        let Self { executor: Some(executor), actions, arguments, conditions, .. } = self else {
-            return Ok(());
-        };
-        let mut host = TreeMission { actions, arguments, conditions, now };
-        for _ in 0..MOST_TICKS {
-            if self.failure.is_some() || executor.outcome().is_completed() {
-                break;
-            }
-            executor.tick(now.now(), &mut host)?;
-            if !executor.wants_tick() {
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    /// Writes the outputs where something has changed.
-    fn report(&mut self, io: &BehaviorTreePlanPorts) {
-        let running = &mut self.status_text;
-        running.clear();
-        let (mut state, mut outcome) = (MissionState::RUNNING, MissionOutcome::OTHER);
-        let mut reason = "";
-        if let Some(executor) = &self.executor {
-            write_running(executor, running);
-            match executor.outcome() {
-                NodeStatus::Succeeded => {
-                    (state, outcome) = (MissionState::SUCCEEDED, MissionOutcome::GOAL_REACHED);
-                    reason = "the tree has succeeded";
-                }
-                NodeStatus::Failed => (state, reason) = (MissionState::FAILED, "the tree has failed"),
-                _ => {}
-            }
-        }
-        if let Some(failure) = &self.failure {
-            (state, reason) = (MissionState::FAILED, failure);
-        }
-        let is_ended = state != MissionState::RUNNING;
-        let length = if is_ended { 0 } else { running.len() };
-        if is_ended {
-            running.push_str(reason);
-        }
-        if self.last_status_text.as_ref() == Some(running) {
-            return;
-        }
-        if let Some(executor) = &self.executor {
-            io.mission.set(TreeMissionStatus {
-                ticks: executor.ticks(),
-                tree: Text::new(executor.tree().name()),
-                running: Text::new(&running[..length]),
-            });
-        }
-        io.verdict.set(Verdict { state, outcome, reason: Text::new(reason) });
-        self.last_status_text = Some(running.clone());
-    }
+    io.verdict.set(verdict);
 }
 
 /// Writes the actions that run, and the conditions that are unknown.
@@ -326,22 +215,18 @@ fn write_running(executor: &TreeExecutor, text: &mut String) {
 }
 
 /// Reads the numbers in the ports of an action, in the order of its model.
-fn read_arguments(leaf: &TreeLeaf, ports: &LeafPorts<'_>, arguments: &mut Vec<f64>) -> Result<(), String> {
-    arguments.clear();
-    for port in ports.inputs() {
-        let number = ports.number(port).ok_or_else(|| {
+fn read_arguments(leaf: &TreeLeaf, ports: &LeafPorts<'_>) -> Result<Vec<f64>, String> {
+    let number = |port| {
+        ports.number(port).ok_or_else(|| {
             let found = ports.get(port).map_or("none".into(), |value| format!("`{value}`"));
             format!("expected a number in the port `{port}` of the action `{}`, found {found}", leaf.id())
-        })?;
-        arguments.push(number);
-    }
-    Ok(())
+        })
+    };
+    ports.inputs().map(number).collect()
 }
 
-fn load(file: &str) -> Result<(Arc<BehaviorTree>, MissionActions), String> {
-    if file.is_empty() {
-        return Err("a mission needs a file with its tree".into());
-    }
+/// Reads a tree, and restores a state into it.
+fn load(file: &str, saved: &TreeState) -> Result<(TreeExecutor, MissionActions), String> {
     let tree =
         BehaviorTree::read(Path::new(file), &LeafModels::default()).map_err(|error| error.to_string())?;
     let conditions = tree.leaves().iter().filter(|leaf| leaf.kind() == LeafKind::Condition);
@@ -361,13 +246,8 @@ fn load(file: &str) -> Result<(Arc<BehaviorTree>, MissionActions), String> {
             ));
         }
     }
-    // The arguments come with the start, as some are entries of the blackboard; a `wait` of no time stands for them.
-    let placeholders = tree.leaves().iter().map(|_| (crate::actions::WAIT, vec!["0"]));
-    let actions = MissionActions::new(placeholders)?;
-    Ok((Arc::new(tree), actions))
-}
-
-/// Names of leaves: the path of their node, and their ID.
-fn names(tree: &BehaviorTree) -> impl Iterator<Item = (&str, &str)> {
-    tree.leaves().iter().map(|leaf| (tree.nodes()[leaf.node()].path(), leaf.id()))
+    // The arguments come with the start, as some are entries of the blackboard.
+    let actions = MissionActions::with_arguments_at_start(tree.leaves().len());
+    let executor = TreeExecutor::restore(Arc::new(tree), saved).map_err(|error| error.to_string())?;
+    Ok((executor, actions))
 }

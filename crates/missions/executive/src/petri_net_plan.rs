@@ -3,16 +3,17 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use slate_petri_net::{
     ActionEvent, ActionProgress, ConflictOrder, ExecutorState, PetriNetExecutor, PetriPlan, PlanAction,
     PlanHost, StepError, action_arguments, action_name,
 };
-use slate_plugin::interfaces::{MissionOutcome, MissionState, Verdict};
+use slate_plugin::interfaces::Verdict;
 use slate_plugin::prelude::*;
 
-use crate::actions::{MissionActions, SavedActions};
+use crate::actions::MissionActions;
 use crate::conditions::{ConditionName, ConditionValues, KnownConditions};
+use crate::mission::{MissionExecutor, PlanMission};
 
 /// The most steps of a net in a run of the Plan.
 const MOST_STEPS: usize = 32;
@@ -57,46 +58,40 @@ pub struct PetriNetPlanParams {
     conflict_seed: u32,
 }
 
-/// Saved state of the Plan.
+/// State of [`PetriNetPlan`].
+pub type PetriNetPlanState = PlanMission<PetriNetRun>;
+
+/// Execution of a net, and what has happened in it.
+pub struct PetriNetRun {
+    executor: PetriNetExecutor,
+    fired: u64,
+    conflicts: u64,
+}
+
+/// State of a [`PetriNetRun`].
 #[derive(Clone, Default, Serialize, Deserialize)]
 #[serde(default)]
-struct SavedNetPlan {
+pub struct SavedPetriNetRun {
     executor: ExecutorState,
-    actions: SavedActions,
-    conditions: KnownConditions,
     fired: u64,
     conflicts: u64,
-    failure: Option<String>,
-    is_reported: bool,
 }
 
-/// State of [`PetriNetPlan`].
-#[derive(Default)]
-pub struct PetriNetPlanState {
-    /// File and revision that were read.
-    read: Option<(String, u32)>,
-    executor: Option<PetriNetExecutor>,
-    actions: MissionActions,
-    conditions: KnownConditions,
-    fired: u64,
-    conflicts: u64,
-    /// Why the mission can't go on.
-    failure: Option<String>,
-    /// State that waits for its plan.
-    restored: Option<SavedNetPlan>,
-    /// Whether the outputs were written.
-    is_reported: bool,
-}
+impl MissionExecutor for PetriNetRun {
+    type Saved = SavedPetriNetRun;
+    const NOUN: &'static str = "plan";
+    const PARAMETER: &'static str = "plan_filename";
 
-impl Serialize for PetriNetPlanState {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.save().serialize(serializer)
+    fn is_completed(&self) -> bool {
+        self.executor.progress() != ActionProgress::Running
     }
-}
 
-impl<'de> Deserialize<'de> for PetriNetPlanState {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(Self { restored: Some(SavedNetPlan::deserialize(deserializer)?), ..Self::default() })
+    fn save(&self) -> Result<SavedPetriNetRun, String> {
+        Ok(SavedPetriNetRun { executor: self.executor.state(), fired: self.fired, conflicts: self.conflicts })
+    }
+
+    fn names(&self) -> Box<dyn Iterator<Item = (&str, &str)> + '_> {
+        Box::new(self.executor.plan().actions().iter().map(|action| (action.path(), action.text())))
     }
 }
 
@@ -118,23 +113,18 @@ impl Plan for PetriNetPlan {
         now: &Tick,
         plan: &mut Agenda<'_>,
     ) {
-        state.read(params, now);
-        io.conditions.iter().for_each(|values| state.conditions.update(&values));
-        if let Some(facts) = io.facts.get() {
-            state.conditions.update(facts);
-        }
-        state.actions.take_endings(situation);
-        let before = state.fired;
-        if let Err(error) = state.step(now) {
-            now.error(format_args!("{error}"));
-            state.failure = Some(error.to_string());
-            state.actions.stop_all();
-            state.is_reported = false;
+        let file = params.plan_filename.as_str();
+        state.read(file, params.revision, now, |saved| load(file, params.conflict_seed, saved));
+        state.update(&io.conditions, &io.facts, situation);
+        let fired = |state: &PetriNetPlanState| state.executor.as_ref().map(|run| run.fired);
+        let before = fired(state);
+        if let Err(error) = step(state, now) {
+            state.fail(&error.to_string(), now);
         }
         state.actions.request(situation, plan);
-        if state.fired != before || !state.is_reported {
-            state.is_reported = true;
-            state.report(io);
+        if fired(state) != before || state.last_report.is_none() {
+            state.last_report = Some(String::new());
+            report(state, io);
         }
     }
 }
@@ -167,128 +157,52 @@ impl PlanHost for MissionHost<'_> {
     }
 }
 
-impl PetriNetPlanState {
-    /// Reads the plan, when the agent starts and when its file or revision changes.
-    ///
-    /// A mission that goes on keeps its old plan where the new one is invalid or lacks a place that has a token.
-    fn read(&mut self, params: &PetriNetPlanParams, now: &Tick) {
-        let (file, revision) = (params.plan_filename.as_str(), params.revision);
-        if self.read.as_ref().is_some_and(|(known, old)| known == file && *old == revision) {
-            return;
+/// Steps the net until nothing more happens in this run.
+fn step(mission: &mut PetriNetPlanState, now: &Tick) -> Result<(), StepError> {
+    let PlanMission { executor: Some(run), actions, conditions, failure: None, .. } = mission else {
+        return Ok(());
+    };
+    let mut host = MissionHost { actions, conditions, now: now.now() };
+    for _ in 0..MOST_STEPS {
+        let executor = &mut run.executor;
+        executor.step(&mut host)?;
+        run.fired += executor.fired().len() as u64;
+        run.conflicts += executor.conflicts().len() as u64;
+        if let Some(lost) = executor.conflicts().first() {
+            now.warn(format_args!("conflict: another transition fired before {}", executor.title(*lost)));
         }
-        self.read = Some((file.into(), revision));
-        let loaded =
-            load(file).and_then(|(plan, actions)| self.exchange(plan, actions, params.conflict_seed));
-        match loaded {
-            Ok(()) => {}
-            Err(reason) if self.executor.is_some() => {
-                now.error(format_args!("{reason}; the mission goes on with the old plan"));
-            }
-            Err(reason) => {
-                now.error(format_args!("{reason}; name another `plan_filename`"));
-                self.failure = Some(reason);
-            }
+        if executor.fired().is_empty() {
+            break;
         }
     }
-
-    /// Goes on with a changed plan, or begins with it where the old one has ended.
-    fn exchange(
-        &mut self,
-        plan: Arc<PetriPlan>,
-        mut actions: MissionActions,
-        seed: u32,
-    ) -> Result<(), String> {
-        let order = match seed {
-            0 => ConflictOrder::File,
-            seed => ConflictOrder::Seed(seed.into()),
-        };
-        let is_running = self.executor.is_some();
-        let saved = match &self.executor {
-            Some(executor) if executor.progress() != ActionProgress::Running => {
-                SavedNetPlan { conditions: self.conditions.clone(), ..SavedNetPlan::default() }
-            }
-            Some(_) => self.save(),
-            None => self.restored.clone().unwrap_or_default(),
-        };
-        let restored = PetriNetExecutor::restore(Arc::clone(&plan), order, &saved.executor);
-        let executor = restored.map_err(|error| error.to_string())?;
-        actions.restore(&saved.actions, names(&plan));
-        self.executor = Some(executor);
-        self.actions = actions;
-        self.conditions = saved.conditions;
-        (self.fired, self.conflicts) = (saved.fired, saved.conflicts);
-        // A changed plan is reported; a restored one was.
-        self.is_reported = saved.is_reported && !is_running;
-        self.failure = saved.failure.filter(|_| !is_running);
-        self.restored = None;
-        Ok(())
-    }
-
-    fn save(&self) -> SavedNetPlan {
-        let Some(executor) = &self.executor else { return self.restored.clone().unwrap_or_default() };
-        SavedNetPlan {
-            executor: executor.state(),
-            actions: self.actions.save(names(executor.plan())),
-            conditions: self.conditions.clone(),
-            fired: self.fired,
-            conflicts: self.conflicts,
-            failure: self.failure.clone(),
-            is_reported: self.is_reported,
-        }
-    }
-
-    /// Steps the net until nothing more happens in this run.
-    fn step(&mut self, now: &Tick) -> Result<(), StepError> {
-        let Self { executor: Some(executor), actions, conditions, .. } = self else { return Ok(()) };
-        if self.failure.is_some() {
-            return Ok(());
-        }
-        let mut host = MissionHost { actions, conditions, now: now.now() };
-        for _ in 0..MOST_STEPS {
-            executor.step(&mut host)?;
-            self.fired += executor.fired().len() as u64;
-            self.conflicts += executor.conflicts().len() as u64;
-            if let Some(lost) = executor.conflicts().first() {
-                now.warn(format_args!("conflict: another transition fired before {}", executor.title(*lost)));
-            }
-            if executor.fired().is_empty() {
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    fn report(&self, io: &PetriNetPlanPorts) {
-        let (mut state, mut outcome) = (MissionState::RUNNING, MissionOutcome::OTHER);
-        let mut reason = "";
-        if let Some(executor) = &self.executor {
-            match executor.progress() {
-                ActionProgress::Succeeded => {
-                    (state, outcome) = (MissionState::SUCCEEDED, MissionOutcome::GOAL_REACHED);
-                    reason = "the plan has reached its goal";
-                }
-                ActionProgress::Failed => (state, reason) = (MissionState::FAILED, "the plan has failed"),
-                _ => {}
-            }
-            let net = executor.plan().net();
-            io.mission.set(MissionStatus {
-                fired: self.fired,
-                conflicts: self.conflicts,
-                plan: Text::new(net.name()),
-                marking: Text::new(&net.marking_text(executor.marking(0))),
-            });
-        }
-        if let Some(failure) = &self.failure {
-            (state, reason) = (MissionState::FAILED, failure);
-        }
-        io.verdict.set(Verdict { state, outcome, reason: Text::new(reason) });
-    }
+    Ok(())
 }
 
-fn load(file: &str) -> Result<(Arc<PetriPlan>, MissionActions), String> {
-    if file.is_empty() {
-        return Err("a mission needs a file with its plan".into());
+fn report(mission: &PetriNetPlanState, io: &PetriNetPlanPorts) {
+    let mut ended = None;
+    if let Some(PetriNetRun { executor, fired, conflicts }) = &mission.executor {
+        ended = match executor.progress() {
+            ActionProgress::Succeeded => Some(Ok("the plan has reached its goal")),
+            ActionProgress::Failed => Some(Err("the plan has failed")),
+            _ => None,
+        };
+        let net = executor.plan().net();
+        io.mission.set(MissionStatus {
+            fired: *fired,
+            conflicts: *conflicts,
+            plan: Text::new(net.name()),
+            marking: Text::new(&net.marking_text(executor.marking(0))),
+        });
     }
+    io.verdict.set(mission.verdict(ended));
+}
+
+/// Reads a plan, and restores a state into it.
+fn load(file: &str, seed: u32, saved: &SavedPetriNetRun) -> Result<(PetriNetRun, MissionActions), String> {
+    let order = match seed {
+        0 => ConflictOrder::File,
+        seed => ConflictOrder::Seed(seed.into()),
+    };
     let plan = PetriPlan::read(Path::new(file)).map_err(|error| error.to_string())?;
     // The values of a longer one are cut, and never found.
     let is_cut =
@@ -299,10 +213,7 @@ fn load(file: &str) -> Result<(Arc<PetriPlan>, MissionActions), String> {
     let texts = plan.actions().iter().map(PlanAction::text);
     let actions = texts.map(|text| (action_name(text), action_arguments(text).collect()));
     let actions = MissionActions::new(actions).map_err(|reason| format!("{file}: {reason}"))?;
-    Ok((Arc::new(plan), actions))
-}
-
-/// Names of actions: the plan that they belong to, and their text.
-fn names(plan: &PetriPlan) -> impl Iterator<Item = (&str, &str)> {
-    plan.actions().iter().map(|action| (action.path(), action.text()))
+    let executor = PetriNetExecutor::restore(Arc::new(plan), order, &saved.executor);
+    let executor = executor.map_err(|error| error.to_string())?;
+    Ok((PetriNetRun { executor, fired: saved.fired, conflicts: saved.conflicts }, actions))
 }

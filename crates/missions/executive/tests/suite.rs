@@ -1,6 +1,8 @@
 //! All tests of the crate, in one program: each program costs link time.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
+#[cfg(feature = "lua")]
+mod behavior_plan;
 mod behavior_tree_plan;
 mod conditions;
 mod petri_net_plan;

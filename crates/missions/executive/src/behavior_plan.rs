@@ -1,0 +1,203 @@
+//! Plan whose mission is a skill or an agent in Lua.
+
+use std::path::Path;
+
+use slate_behavior::{
+    BehaviorAction, BehaviorEngine, BehaviorHost, BehaviorLimits, BehaviorProgress, BehaviorState,
+    BehaviorStatus, ScriptLevel, SkillFiles,
+};
+use slate_petri_net::ActionProgress;
+use slate_plugin::interfaces::{MissionState, Verdict};
+use slate_plugin::module::{Level, Random};
+use slate_plugin::prelude::*;
+
+use crate::actions::MissionActions;
+use crate::conditions::{ConditionValues, KnownConditions};
+use crate::mission::{MissionExecutor, PlanMission};
+
+/// State of a mission in Lua.
+#[interface]
+pub struct SkillMissionStatus {
+    /// Machines and their states that run: "patrol/VISIT, visit/GO".
+    pub active: Text<252>,
+}
+
+/// Conditions and outputs of the Plan.
+#[ports]
+pub struct BehaviorPlanPorts {
+    /// Conditions of an Analyze.
+    conditions: Noticed<ConditionValues>,
+    /// Conditions of Knowledge or of a person.
+    facts: Input<ConditionValues>,
+    /// State of the mission, written when other states run.
+    mission: Output<SkillMissionStatus>,
+    /// Verdict on the mission, for the end of a run.
+    verdict: Output<Verdict>,
+}
+
+/// Parameters of [`BehaviorPlan`].
+#[params]
+pub struct BehaviorPlanParams {
+    #[param(default = "", doc = "file of a skill, an agent, or one that loads skills, in Lua")]
+    skill_filename: Text<252>,
+    #[param(
+        default = "",
+        doc = "call of a skill, such as `moveto{x = 1, y = 2}`; empty for the skill of the file"
+    )]
+    skill: Text<252>,
+    #[param(default = 0, range = 0..=1_000_000, doc = "raise it to read the files again while the mission goes on")]
+    revision: u32,
+    #[param(default = 1_000_000, range = 1_000..=400_000_000, doc = "tokens of Lua that a run executes at most")]
+    operation_limit: u32,
+    #[param(default = 64, range = 1..=4096, unit = "MiB", doc = "memory of the scripts")]
+    memory_limit: u32,
+}
+
+/// State of [`BehaviorPlan`].
+pub type BehaviorPlanState = PlanMission<BehaviorEngine>;
+
+impl MissionExecutor for BehaviorEngine {
+    type Saved = BehaviorState;
+    const NOUN: &'static str = "skills";
+    const PARAMETER: &'static str = "skill_filename";
+
+    fn is_completed(&self) -> bool {
+        self.status() != BehaviorStatus::Running
+    }
+
+    fn save(&self) -> Result<BehaviorState, String> {
+        self.state().map_err(|error| error.to_string())
+    }
+
+    fn names(&self) -> Box<dyn Iterator<Item = (&str, &str)> + '_> {
+        Box::new(self.actions().iter().map(|action| (action.owner.as_str(), action.name.as_str())))
+    }
+}
+
+/// Plan that runs skills in Lua.
+///
+/// Its actions are those of Execute, its conditions come from Analyzes and Knowledge.
+pub struct BehaviorPlan;
+
+impl Plan for BehaviorPlan {
+    const NAME: &'static str = "behavior_plan";
+    const DOC: &'static str = "Runs skills and agents in Lua.";
+    type Noticed = BehaviorPlanPorts;
+    type Params = BehaviorPlanParams;
+    type State = BehaviorPlanState;
+
+    fn run(
+        state: &mut BehaviorPlanState,
+        io: &BehaviorPlanPorts,
+        situation: &Situation<'_>,
+        params: &BehaviorPlanParams,
+        now: &Tick,
+        plan: &mut Agenda<'_>,
+    ) {
+        let file = params.skill_filename.as_str();
+        state.read(file, params.revision, now, |saved| load(params, saved));
+        state.update(&io.conditions, &io.facts, situation);
+        if let Err(error) = tick(state, now) {
+            state.fail(&error, now);
+        }
+        state.actions.request(situation, plan);
+        report(state, io);
+    }
+}
+
+/// The robot as skills see it.
+struct SkillMission<'a> {
+    actions: &'a mut MissionActions,
+    conditions: &'a KnownConditions,
+    now: &'a Tick,
+}
+
+impl BehaviorHost for SkillMission<'_> {
+    fn condition(&mut self, name: &str) -> Option<bool> {
+        self.conditions.get(name)
+    }
+
+    fn start(&mut self, index: usize, action: &BehaviorAction, arguments: &[f64]) -> Result<(), String> {
+        self.actions.set_arguments(index, &action.kind, arguments)?;
+        self.actions.start(index, self.now.now());
+        Ok(())
+    }
+
+    fn progress(&mut self, index: usize) -> BehaviorProgress {
+        match self.actions.progress(index, self.now.now()) {
+            ActionProgress::Succeeded => BehaviorProgress::Succeeded,
+            ActionProgress::Failed => BehaviorProgress::Failed,
+            // What a reflex has cancelled is requested again.
+            ActionProgress::Preempted => BehaviorProgress::Preempted,
+            ActionProgress::Idle | ActionProgress::Running => BehaviorProgress::Running,
+        }
+    }
+
+    fn stop(&mut self, index: usize) {
+        self.actions.stop(index);
+    }
+
+    fn random(&mut self) -> u64 {
+        self.now.random(Random::bits)
+    }
+
+    fn log(&mut self, level: ScriptLevel, text: &str) {
+        let level = match level {
+            ScriptLevel::Debug => Level::Debug,
+            ScriptLevel::Information => Level::Info,
+            ScriptLevel::Warning => Level::Warn,
+            ScriptLevel::Error => Level::Error,
+        };
+        self.now.log(level, format_args!("{text}"));
+    }
+}
+
+fn tick(mission: &mut BehaviorPlanState, now: &Tick) -> Result<(), String> {
+    let PlanMission { executor: Some(engine), actions, conditions, failure: None, .. } = mission else {
+        return Ok(());
+    };
+    let mut host = SkillMission { actions, conditions, now };
+    engine.tick(now.now(), &mut host).map_err(|error| error.to_string())?;
+    Ok(())
+}
+
+/// Writes the outputs where something has changed.
+fn report(mission: &mut BehaviorPlanState, io: &BehaviorPlanPorts) {
+    let engine = mission.executor.as_ref();
+    let is_changed = mission.failure.is_none() && engine.is_some_and(BehaviorEngine::is_changed);
+    if mission.last_report.is_some() && !is_changed {
+        return;
+    }
+    let status = engine.map(BehaviorEngine::status);
+    let reason = engine.map(BehaviorEngine::reason).unwrap_or_default();
+    mission.report_text = engine.map(BehaviorEngine::active).unwrap_or_default();
+    let verdict = mission.verdict(match status {
+        Some(BehaviorStatus::Succeeded) => Some(Ok("the skill has succeeded")),
+        Some(BehaviorStatus::Failed) => Some(Err(&reason)),
+        _ => None,
+    });
+    if verdict.state != MissionState::RUNNING {
+        mission.report_text.clear();
+    }
+    if mission.executor.is_some() {
+        io.mission.set(SkillMissionStatus { active: Text::new(&mission.report_text) });
+    }
+    io.verdict.set(verdict);
+    mission.last_report = Some(String::new());
+}
+
+/// Loads the skills, and restores a state into them.
+fn load(
+    params: &BehaviorPlanParams,
+    saved: &BehaviorState,
+) -> Result<(BehaviorEngine, MissionActions), String> {
+    let limits =
+        BehaviorLimits { operations: params.operation_limit, memory: (params.memory_limit as usize) << 20 };
+    let load = || {
+        let files = SkillFiles::open(Path::new(params.skill_filename.as_str()))?;
+        BehaviorEngine::restore(&files, params.skill.as_str(), limits, saved)
+    };
+    let engine = load().map_err(|error| error.to_string())?;
+    let actions = MissionActions::with_arguments_at_start(engine.actions().len());
+    Ok((engine, actions))
+}
