@@ -3,4 +3,5 @@
 
 mod behavior_tree_plan;
 mod conditions;
+mod golog_plan;
 mod petri_net_plan;

@@ -1,6 +1,6 @@
 //! Defects of a theory that can be read, and the outline of its procedures.
 
-use crate::theory::ActionTheory;
+use crate::theory::{ActionTheory, PerformedAction};
 
 /// Kind of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -52,7 +52,7 @@ pub struct GologFinding {
 pub fn check_theory(theory: &ActionTheory, is_known: Option<&dyn Fn(&str) -> bool>) -> Vec<GologFinding> {
     let mut findings = Vec::new();
     let mut add = |kind, line, text| findings.push(GologFinding { kind, line, text });
-    for (name, line) in theory.robot_actions() {
+    for PerformedAction { name, line, .. } in theory.robot_actions() {
         if is_known.is_some_and(|known| !known(name)) {
             add(GologFindingKind::UnknownAction, line, format!("the robot's action `{name}` is unknown"));
         }

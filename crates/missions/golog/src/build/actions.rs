@@ -75,10 +75,11 @@ impl TheoryBuilder<'_> {
         Ok(())
     }
 
-    /// The action's own arguments, as arguments of the robot's action.
+    /// The action's own arguments that are numbers, as arguments of the robot's action.
     fn own_arguments(&self, index: usize) -> Vec<RobotArgument> {
-        let slots = 0..self.theory.actions[index].domains.len();
-        slots.map(|slot| RobotArgument::Formula(GologFormula::Variable(slot))).collect()
+        let domains = self.theory.actions[index].domains.iter().enumerate();
+        let numbers = domains.filter(|(_, domain)| self.type_of(**domain) == FormulaType::Number);
+        numbers.map(|(slot, _)| RobotArgument::Formula(GologFormula::Variable(slot))).collect()
     }
 
     fn written_fluent(&mut self, name: &WrittenName) -> Result<usize, GologError> {

@@ -283,6 +283,7 @@ impl TheoryBuilder<'_> {
                     is_exogenous: action.is_exogenous,
                     possible: None,
                     performs: None,
+                    has_performs: action.performs.is_some(),
                     senses: None,
                     effects: Vec::new(),
                     failure_effects: None,

@@ -14,6 +14,9 @@ use crate::interpreter::*;
 use crate::theory::formula::{MOST_VARIABLES, SituationView, UNKNOWN};
 use crate::theory::{ActionModel, ActionTheory, MOST_ARGUMENTS, RobotArgument};
 
+/// The most actions of the robot at a time.
+pub const MOST_ACTIONS: usize = 16;
+
 /// Progress of an action of the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GologProgress {
@@ -120,6 +123,8 @@ pub struct GologExecutor {
     /// Whether no transition is possible until something changes.
     is_blocked: bool,
     steps: u64,
+    /// Number of changes that a report shows.
+    changes: u64,
     /// Transitions of the newest step, kept so that it allocates nothing.
     found: Vec<ProgramTransition>,
     suspended: Vec<bool>,
@@ -146,6 +151,7 @@ impl GologExecutor {
             outcome: GologOutcome::Running,
             is_blocked: false,
             steps: 0,
+            changes: 0,
             found: Vec::new(),
             suspended: Vec::new(),
         }
@@ -188,6 +194,11 @@ impl GologExecutor {
             let Performance { action, phase } = own.as_ref()?;
             Some((slot, action.text(&self.theory), *phase == PerformancePhase::Suspended))
         })
+    }
+
+    /// Returns a number that differs once other actions run, fluents have changed, or the program waits.
+    pub fn changes(&self) -> u64 {
+        self.changes
     }
 
     /// Returns whether nothing happens until a condition changes or an action ends.
@@ -298,6 +309,7 @@ impl GologExecutor {
 
     /// Notes that the situation is another one.
     fn change(&mut self) {
+        self.changes += 1;
         self.situation.commit();
         self.hash = self.situation.hash();
         self.is_blocked = false;

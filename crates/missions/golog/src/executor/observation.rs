@@ -32,28 +32,13 @@ impl ObservedNames {
                 .extend((0..fluent.count).map(|cell| (theory.cell_name(fluent, cell), fluent.base + cell)));
         }
         for (number, model) in theory.actions.iter().enumerate().filter(|(_, model)| model.is_exogenous) {
-            let domains = model.domains.iter().map(|domain| &theory.domains[*domain]);
-            let lowest: Vec<i32> = domains.clone().map(|domain| domain.low).collect();
-            let mut arguments = [0; MOST_ARGUMENTS];
-            arguments[..lowest.len()].copy_from_slice(&lowest);
-            loop {
+            for index in 0..theory.combinations(&model.domains) {
+                let mut arguments = [0; MOST_ARGUMENTS];
+                arguments[..model.domains.len()].copy_from_slice(&theory.arguments_at(&model.domains, index));
                 let name = theory.call_name(&model.name, &model.domains, &arguments);
                 // A theory has few actions.
                 let action = GroundAction { action: number as u32, arguments };
                 own.actions.push(ObservedAction { name, action, holds: false });
-                // The next arguments: the last one counts fastest.
-                let mut is_last = true;
-                for (slot, domain) in domains.clone().enumerate().rev() {
-                    if arguments[slot] < domain.high {
-                        arguments[slot] += 1;
-                        is_last = false;
-                        break;
-                    }
-                    arguments[slot] = domain.low;
-                }
-                if is_last {
-                    break;
-                }
             }
         }
         own

@@ -207,7 +207,7 @@ impl GologExecutor {
             }
             self.performances.push(Some(Performance { action, phase: *phase }));
         }
-        match self.performances.len() > step::MOST_SLOTS {
+        match self.performances.len() > MOST_ACTIONS {
             true => Err(damaged()),
             false => Ok(()),
         }

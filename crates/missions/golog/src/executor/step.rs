@@ -6,8 +6,6 @@ use super::*;
 
 /// The most transitions of a tick.
 const MOST_STEPS: usize = 64;
-/// The most actions of the robot at a time.
-pub(super) const MOST_SLOTS: usize = 16;
 /// Deepest nesting of a program that remains.
 pub(super) const MOST_DEPTH: u16 = 300;
 
@@ -34,6 +32,7 @@ impl GologExecutor {
         if self.is_blocked {
             return Ok(());
         }
+        self.changes += 1;
         let mut budget = self.limits.transitions_per_tick;
         for _ in 0..MOST_STEPS {
             if !self.step(&mut budget)? {
@@ -137,8 +136,8 @@ impl GologExecutor {
             self.change();
             return Ok(());
         }
-        if slot == MOST_SLOTS {
-            let reason = format!("expected at most {MOST_SLOTS} actions of the robot at a time");
+        if slot == MOST_ACTIONS {
+            let reason = format!("expected at most {MOST_ACTIONS} actions of the robot at a time");
             return Err(GologRunError { line: model.line, reason });
         }
         self.performances.resize(self.performances.len().max(slot + 1), None);

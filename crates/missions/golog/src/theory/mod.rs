@@ -118,12 +118,27 @@ pub(crate) struct ActionModel {
     pub possible: Option<GologFormula>,
     /// Name and arguments of the robot's action; `None` if it only changes fluents.
     pub performs: Option<(String, Vec<RobotArgument>)>,
+    /// Whether the text says what it performs.
+    pub has_performs: bool,
     /// Fluent and arguments.
     pub senses: Option<(usize, Box<[GologFormula]>)>,
     pub effects: Vec<ActionEffect>,
     /// `None` if a failure ends the mission.
     pub failure_effects: Option<Vec<ActionEffect>>,
     pub is_used: bool,
+}
+
+/// Action of the robot that performs one of a theory.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PerformedAction<'a> {
+    /// Name of the robot's action.
+    pub name: &'a str,
+    /// Number of its arguments.
+    pub arguments: usize,
+    /// Line of the theory's action, from 1.
+    pub line: usize,
+    /// Whether the arguments of the theory's action are numbers, or `performs` says which ones the robot has.
+    pub is_plain: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -174,10 +189,16 @@ impl ActionTheory {
         self.actions.iter().filter(|action| !action.is_exogenous).map(|action| action.name.as_str())
     }
 
-    /// Returns each action of the robot with the line of its declaration.
-    pub fn robot_actions(&self) -> impl Iterator<Item = (&str, usize)> {
+    /// Returns how the robot performs each action, in the order of the file.
+    pub fn robot_actions(&self) -> impl Iterator<Item = PerformedAction<'_>> {
         let own = self.actions.iter().filter(|action| !action.is_exogenous);
-        own.filter_map(|action| action.performs.as_ref().map(|(name, _)| (name.as_str(), action.line)))
+        own.filter_map(|action| {
+            let (name, arguments) = action.performs.as_ref()?;
+            let (arguments, line) = (arguments.len(), action.line);
+            let is_plain = action.has_performs
+                || action.domains.iter().all(|domain| self.domains[*domain].symbols.is_empty());
+            Some(PerformedAction { name, arguments, line, is_plain })
+        })
     }
 
     /// Returns the names of procedures, in the order of the file.
@@ -196,18 +217,41 @@ impl ActionTheory {
         conditions.flat_map(|fluent| (0..fluent.count).map(|cell| self.cell_name(fluent, cell))).collect()
     }
 
+    /// Returns the names with arguments of exogenous actions, such as `closes(door)`.
+    pub fn exogenous_actions(&self) -> Vec<String> {
+        let exogenous = self.actions.iter().filter(|action| action.is_exogenous);
+        let names = exogenous.map(|action| {
+            let count = (0..self.combinations(&action.domains))
+                .map(|index| self.arguments_at(&action.domains, index));
+            count
+                .map(|arguments| self.call_name(&action.name, &action.domains, &arguments))
+                .collect::<Vec<String>>()
+        });
+        names.flatten().collect()
+    }
+
     /// Text of a fluent with the arguments of one of its cells.
     pub(crate) fn cell_name(&self, fluent: &FluentModel, cell: usize) -> String {
-        let mut rest = cell;
+        self.call_name(&fluent.name, &fluent.domains, &self.arguments_at(&fluent.domains, cell))
+    }
+
+    /// Number of combinations of arguments.
+    pub(crate) fn combinations(&self, domains: &[usize]) -> usize {
+        domains.iter().map(|domain| self.domains[*domain].size()).product()
+    }
+
+    /// Arguments of a number; the last one counts fastest.
+    pub(crate) fn arguments_at(&self, domains: &[usize], number: usize) -> Vec<i32> {
+        let mut rest = number;
         let mut arguments = Vec::new();
-        for domain in fluent.domains.iter().rev() {
+        for domain in domains.iter().rev() {
             let domain = &self.domains[*domain];
             // An index within a domain fits.
             arguments.push(domain.low + (rest % domain.size()) as i32);
             rest /= domain.size();
         }
         arguments.reverse();
-        self.call_name(&fluent.name, &fluent.domains, &arguments)
+        arguments
     }
 
     /// Text of a name with arguments.
