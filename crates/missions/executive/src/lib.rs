@@ -2,14 +2,15 @@
 //!
 //! A mission reads conditions, which Analyzes, Knowledge or a person set ([`conditions`]), and performs actions of
 //! Execute by their kind and arguments ([`actions`]). [`petri_net_plan`] is a Plan whose mission is a Petri Net Plan,
-//! [`behavior_tree_plan`] one whose mission is a behaviour tree, and `behavior_plan`, by the feature `lua`, one that runs
-//! skills in Lua.
+//! [`behavior_tree_plan`] one whose mission is a behaviour tree, [`golog_plan`] one whose mission is a Golog program, and
+//! `behavior_plan`, by the feature `lua`, one that runs skills in Lua.
 
 pub mod actions;
 #[cfg(feature = "lua")]
 pub mod behavior_plan;
 pub mod behavior_tree_plan;
 pub mod conditions;
+pub mod golog_plan;
 pub mod mission;
 pub mod petri_net_plan;
 pub mod wheeled_conditions;
@@ -29,5 +30,6 @@ plugin!(
 plugin!(
     PlanBlock<petri_net_plan::PetriNetPlan>,
     PlanBlock<behavior_tree_plan::BehaviorTreePlan>,
+    PlanBlock<golog_plan::GologPlan>,
     AnalyzeBlock<wheeled_conditions::WheeledConditions>,
 );

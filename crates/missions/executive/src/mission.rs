@@ -94,25 +94,26 @@ impl<E: MissionExecutor> PlanMission<E> {
     /// Reads the file, when the agent starts and when the file or its revision changes.
     ///
     /// `load` restores a state into the file's mission. A mission that goes on keeps the old file where the new one is
-    /// invalid or lacks what runs.
+    /// invalid or lacks what runs. Returns whether it goes on with a changed file.
     pub fn read(
         &mut self,
         file: &str,
         revision: u32,
         now: &Tick,
         load: impl FnOnce(&E::Saved) -> Result<(E, MissionActions), String>,
-    ) {
+    ) -> bool {
         if self.read.as_ref().is_some_and(|(known, old)| known == file && *old == revision) {
-            return;
+            return false;
         }
         self.read = Some((file.into(), revision));
+        let is_running = self.executor.is_some();
         let loaded = match file {
             "" => Err(format!("a mission needs a file with its {}", E::NOUN)),
             _ => self.exchange(load),
         };
         match loaded {
-            Ok(()) => {}
-            Err(reason) if self.executor.is_some() => {
+            Ok(()) => return is_running,
+            Err(reason) if is_running => {
                 now.error(format_args!("{reason}; the mission goes on with the old {}", E::NOUN));
             }
             Err(reason) => {
@@ -120,6 +121,7 @@ impl<E: MissionExecutor> PlanMission<E> {
                 self.failure = Some(reason);
             }
         }
+        false
     }
 
     /// Goes on with a changed file, or begins with it where the old mission has ended.

@@ -5,4 +5,5 @@
 mod behavior_plan;
 mod behavior_tree_plan;
 mod conditions;
+mod golog_plan;
 mod petri_net_plan;
