@@ -5,7 +5,7 @@ mod progress;
 
 use std::collections::BTreeMap;
 use std::num::NonZero;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -78,13 +78,40 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
 /// Writes the statistics into a folder.
 fn write(folder: &Folder, batch: &Batch) -> Result<(), RunError> {
     let figures = output::named("slate.batch/1", batch).map(|figures| format!("{figures}\n"));
+    let number = keep_earlier(&folder.path)?;
     let write = |name: &str, text: std::io::Result<String>| {
         let path = folder.path.join(name);
         let written = text.and_then(|text| std::fs::write(&path, text));
         written.map_err(|source| RunError::File { path, source })
     };
     write("batch.txt", Ok(batch.to_string()))?;
-    write("batch.json", figures.map_err(Into::into))
+    write("batch.json", figures.map_err(Into::into))?;
+    if let Some(number) = number {
+        let earlier = folder.path.join(format!("batch-{number}.json"));
+        eprintln!("the statistics that were there before: {}", slate::runtime::printable(&earlier));
+    }
+    Ok(())
+}
+
+/// Gives statistics that are in a folder already the next number, `batch-1.json`, as recordings have it; returns that.
+fn keep_earlier(folder: &Path) -> Result<Option<u64>, RunError> {
+    const FILES: [&str; 2] = ["txt", "json"];
+    let is_there = |name: String| folder.join(name).exists();
+    if !FILES.iter().any(|file| is_there(format!("batch.{file}"))) {
+        return Ok(None);
+    }
+    let is_taken = |number: &u64| FILES.iter().any(|file| is_there(format!("batch-{number}.{file}")));
+    let number = (1..).find(|number| !is_taken(number)).unwrap_or(u64::MAX);
+    for file in FILES {
+        let path = folder.join(format!("batch.{file}"));
+        match std::fs::rename(&path, folder.join(format!("batch-{number}.{file}"))) {
+            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+                return Err(RunError::File { path, source });
+            }
+            _ => {}
+        }
+    }
+    Ok(Some(number))
 }
 
 /// Time of a step that counts as hung, unless a setting says otherwise, seconds. A batch loads the machine by itself, and the

@@ -36,6 +36,8 @@ pub enum EvaluateVerb {
 pub struct EvaluateOptions {
     /// Folder with the data as it is published
     #[arg(long, value_name = "FOLDER")]
+    // Without the feature the command says that first, and not that the folder is missing.
+    #[cfg_attr(not(feature = "evaluate"), arg(default_value = "", hide_default_value = true))]
     data: PathBuf,
 
     /// Print the figures as JSON

@@ -87,17 +87,34 @@ fn all_mistakes_are_told_at_once_with_their_places() {
 }
 
 #[test]
+fn a_second_plan_is_told_of_where_it_is_added() {
+    let running = Running::new("check-second");
+    std::fs::write(running.folder().join("exp1.toml"), EXP1).unwrap();
+    let text =
+        "include = [\"exp1.toml\"]\n[robots.r2.modules]\nplanner2 = { kind = \"go_to_origin_planner\" }\n";
+    std::fs::write(running.folder().join("more.toml"), text).unwrap();
+    let checked = findings(&running, 7, &["check", "more.toml"]);
+    let [found] = &checked["findings"].as_array().unwrap()[..] else { panic!("{checked}") };
+    assert_eq!((&found["file"], &found["line"]), (&"more.toml".into(), &3.into()), "{checked}");
+    assert!(found["message"].as_str().unwrap().contains("`r2/planner` (exp1.toml:"), "{checked}");
+}
+
+#[test]
 fn wrong_settings_are_told_of_where_they_are_written() {
     let running = Running::new("check-set");
     let told = |set: &str| {
         let checked = findings(&running, 7, &["check", "exp1", "--set", set]);
         let found = checked["findings"].as_array().unwrap();
-        assert!(found.iter().all(|one| one["file"] == "--set"), "{checked}");
+        assert!(found.len() == 1 && found[0]["file"] == "--set", "{checked}");
         found[0].clone()
     };
     told("world.profile=nonsense");
-    for (rules, help) in [("[]", "disable the reflex"), ("[{sensor=\"sonar\",distance=-1.0}]", "such as 0.1")]
-    {
+    told("world.profile=5");
+    for (rules, help) in [
+        ("[]", "disable the reflex"),
+        ("[{sensor=\"sonar\",distance=-1.0}]", "such as 0.1"),
+        ("[{sensor=\"sonar\",distanc=0.1}]", "did you mean `distance`, not `distanc`?"),
+    ] {
         let told = told(&format!("robots.r2.modules.knowledge.params.sensor_rules={rules}"));
         assert_eq!(told["code"], "S015", "{told}");
         assert!(told["help"].as_str().unwrap().contains(help), "{told}");
@@ -130,15 +147,19 @@ fn rules_of_reflexes_are_told_of_in_their_lines() {
     let bumper = "{ sensor = \"bumper\", distance = 0.3 }";
     found(&with(bumper), &["`sensor_rules` of `r3/knowledge`", "`bumper`", "lists"], bumper);
     let twice = "{ sensor = \"sonar\", distance = 0.2 }";
-    found(&with(twice), &["`r3/knowledge`", "params.sensor_rules.1: item 0 is of the sensor `sonar`"], twice);
+    found(
+        &with(twice),
+        &["`r3/knowledge`", "params.sensor_rules.1: `sensor_rules.0` is of the sensor `sonar`"],
+        twice,
+    );
     let far = "{ sensor = \"robot_sensor\", distance = 30.0 }";
     found(&with(far), &["from 0 to 10 m", "found 30"], far);
     // No item has what another one of the default says.
     let unnamed = "{ distance = 0.1 }";
-    found(&with(unnamed), &["item 2 of `sensor_rules` has no `sensor`"], unnamed);
+    found(&with(unnamed), &["`sensor_rules.1` has no `sensor`"], unnamed);
     let endless = "{ sensor = \"robot_sensor\" }";
-    found(&with(endless), &["item 2 of `sensor_rules` has no `distance`"], endless);
-    found("sensor_rules = [{ distance = 0.3 }]", &["item 1 of `sensor_rules` has no `sensor`"], "distance");
+    found(&with(endless), &["`sensor_rules.1` has no `distance`"], endless);
+    found("sensor_rules = [{ distance = 0.3 }]", &["`sensor_rules.0` has no `sensor`"], "distance");
     found("sensor_rules = []", &["expected a rule such as", "found none"], "sensor_rules = []");
     // A threshold of another reflex.
     let fast = "give_way_velocity = 9.0";
@@ -362,7 +383,7 @@ fn a_mistake_has_the_code_of_its_kind() {
         ("robots.r2.modules.planner.params.sped=1", "S003"),
         ("robots.r2.links.\"planner/range\"=\"nobody/x\"", "S004"),
         ("robots.r2.modules.planner.kind=planer", "S005"),
-        ("robots.r2.links.\"planner/range\"=\"/simulator/r2/position\"", "S006"),
+        ("robots.r2.links.\"planner/range\"=\"/simulator/r2/position\"", "S016"),
         ("robots.r2.links.\"planner/goal\"=\"planner/goal\"", "S007"),
         ("robots.r2.modules.second={kind=\"go_to_origin_planner\"}", "S010"),
         ("links.\"simulator/r2/wheels\"=\"r2/execute/wheels\"", "S011"),

@@ -180,13 +180,18 @@ fn the_end_of_a_failed_run_says_why_the_robot_stood() {
             fault("sonar", "invalid"),
             "r2/range_monitor at 1.00 s: the measurements of the sensor `sonar` are invalid",
         ),
-        (fault("sonar", "late"), "r2: the sensor `sonar` is late"),
+        (fault("sonar", "late"), "r2: the sensor `sonar` is late since 1.20 s: its newest value came at "),
         (fault("position", "silent"), "r2: no pose (the sensor `position` stopped at 0.98 s)"),
         (
             fault("orientation", "invalid"),
             "r2: no pose (r2/orientation_monitor is degraded); r2/orientation_monitor at 1.00 s: the measurements",
         ),
         (fault("odometry", "silent"), "r2: the sensor `odometry` stopped at 0.98 s"),
+        (fault("odometry", "frozen"), "r2: the sensor `odometry` stopped at 0.98 s; r2/odometry_monitor at"),
+        (
+            fault("position", "frozen"),
+            "r2: no pose (r2/position_monitor is degraded); r2/position_monitor at",
+        ),
         (off("odometry"), "r2: the sensor `odometry` never measured, as `r2/odometry` is switched off"),
         (
             off("position"),
@@ -201,6 +206,12 @@ fn the_end_of_a_failed_run_says_why_the_robot_stood() {
         let said = end("exp1", 4, &set);
         assert!(said.contains(&format!("time is up; {why}")), "{set}: {said}");
     }
+    let said = end("exp1", 14, &fault("sonar", "silent"));
+    let stands = said.split("; ").find(|cause| cause.starts_with("r2 stood at (")).unwrap_or_default();
+    assert!(
+        stands.contains(" m since ") && stands.contains(", on the reactive route (AvoidObstacle)"),
+        "{said}"
+    );
     let said = end("exp1", 4, "agent.seed=0");
     assert!(said.ends_with("time is up"), "a robot that drives: {said}");
     let said = end("exp3", 11, "robots.r3.modules.locate_robot.params.robot=nobody");
@@ -258,6 +269,12 @@ fn a_batch_keeps_its_statistics_in_a_folder() {
     let output = slate(&folder, &["batch", "exp1", "--runs", "2", "--seed", "1", "--json", "--out", "here"]);
     let read = |name: &str| std::fs::read_to_string(folder.join("here").join(name)).unwrap();
     assert_eq!(read("batch.txt") + "\n" + &read("batch.json"), text(&output.stdout));
+    // Another batch keeps those that were there.
+    let before = read("batch.json");
+    let output = slate(&folder, &["batch", "exp1", "--runs", "1", "--seed", "1", "--out", "here"]);
+    assert!(text(&output.stderr).contains("the statistics that were there before: here/batch-1.json"));
+    assert_eq!(read("batch-1.json"), before);
+    assert!(read("batch.json") != before && read("batch-1.txt").contains("2 of 2 runs"));
 }
 
 /// Runs with exit code 2 say these words on stderr and leave nothing behind.

@@ -25,6 +25,8 @@ fn nothing_drives_a_robot_past_its_gate_and_its_stop() {
     let mut running = Running::new("gates-command");
     running.start("exp1", &EXP1);
     wait_for("motion", || running.read("exp1", "/r2/wheels/command/left") != 0.0);
+    let linked = ["is linked, from /r2/motors/wheels", "slate teleop", "slate goal"];
+    running.fails(5, &["set", "simulator/r2/wheels", "{ left = 1.0, right = 1.0 }"], &linked);
     running.done(&["stop"]);
     running.done(&["unlink", "r2/motors/command"]);
     running.done(&["unlink", "simulator/r2/wheels"]);

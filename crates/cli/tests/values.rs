@@ -281,7 +281,7 @@ fn rules_of_reflexes_are_checked_when_they_are_set_and_when_links_change() {
     );
     set(5, "[{ sensor = \"sonar\", distance = 11.0 }]", &["params.sensor_rules.0", "from 0 to 10 m"]);
     set(5, "[]", &["expected a rule such as", "found none"]);
-    set(5, "[{ distance = 0.2 }]", &["item 1 of `sensor_rules` has no `sensor`", "distance"]);
+    set(5, "[{ distance = 0.2 }]", &["`sensor_rules.0` has no `sensor`", "distance"]);
     running.done(&["set", rules, "[{ sensor = \"sonar\", distance = 0.15 }]"]);
     running.done(&[
         "wait",
@@ -294,6 +294,10 @@ fn rules_of_reflexes_are_checked_when_they_are_set_and_when_links_change() {
     running.fails(5, &["set", timeout, "0.0"], &["release_timeout", "0.1 to 60"]);
     running.done(&["set", timeout, "5.0"]);
     running.done(&["wait", "/r2/knowledge/rules/bumper_release/timeout", "== 5.0", "--timeout", "20s"]);
+    // What is wrong at the next start, too, has no advice to start anew.
+    let second = running.call(&["config", "set", "robots.r2.modules.planner2.kind=go_to_origin_planner"]);
+    let said = text(&second.stderr);
+    assert!(said.contains("a robot has one plan") && !said.contains("next start"), "{said}");
     // A link that the rule needs is not removed.
     running.fails(5, &["unlink", "r2/knowledge/sonar"], &["a rule for the sensor `sonar`"]);
 }

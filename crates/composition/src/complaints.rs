@@ -12,12 +12,32 @@ pub struct Complaints<'a> {
     pub undecided: BTreeSet<String>,
     /// The diagnostics so far.
     pub diagnostics: Vec<Diagnostic>,
+    /// Those of settings that parameters follow: the module that the setting is of may complain, too.
+    of_followers: Vec<Diagnostic>,
 }
 
 impl<'a> Complaints<'a> {
     /// Without diagnostics.
     pub fn new(configuration: &'a Configuration) -> Self {
-        Self { configuration, undecided: BTreeSet::new(), diagnostics: Vec::new() }
+        Self { configuration, undecided: BTreeSet::new(), diagnostics: Vec::new(), of_followers: Vec::new() }
+    }
+
+    /// Sets the diagnostics from an index on aside that are at settings which parameters follow.
+    pub fn set_followers_aside(&mut self, from: usize, settings: impl Iterator<Item = Span>) {
+        let settings: Vec<_> = settings.map(|span| self.configuration.diagnostic(span, "", None)).collect();
+        let is_at_setting = |one: &Diagnostic| settings.iter().any(|setting| one.is_at_place_of(setting));
+        let (aside, own) = self.diagnostics.split_off(from).into_iter().partition(is_at_setting);
+        self.diagnostics.extend::<Vec<_>>(own);
+        self.of_followers.extend::<Vec<_>>(aside);
+    }
+
+    /// Adds those that were set aside, but for places that have one already: one mistake has one diagnostic.
+    pub fn add_followers(&mut self) {
+        for one in std::mem::take(&mut self.of_followers) {
+            if !self.diagnostics.iter().any(|other| other.is_at_place_of(&one)) {
+                self.diagnostics.push(one);
+            }
+        }
     }
 
     /// Adds one at a place of the configuration.

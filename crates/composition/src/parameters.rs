@@ -153,8 +153,14 @@ fn refuse_gaps(name: &str, value: &Value, item: &Descriptor, complaints: &mut Co
         let is_wanted = |kind: &interface::Kind| !matches!(kind, interface::Kind::Optional(_));
         for field in item.fields.iter().filter(|field| is_wanted(&field.kind)) {
             if table.get(field.name).is_none() {
-                let message = format!("item {} of `{name}` has no `{}`", number + 1, field.name);
-                let help = format!("write all fields of it: {}", fields(item));
+                let message = format!("`{name}.{number}` has no `{}`", field.name);
+                let unknown = table.iter().map(|(key, _)| key).filter(|key| item.field(key).is_none());
+                let misspelt = unknown.filter(|key| {
+                    slate_blackboard::nearest_names(key, std::iter::once(field.name)).len() == 1
+                });
+                let instead =
+                    misspelt.take(1).map(|key| format!("did you mean `{}`, not `{key}`? ", field.name));
+                let help = format!("{}write all fields of it: {}", instead.collect::<String>(), fields(item));
                 complaints.add(one.span, Mistake::Value.of(message), help);
             }
         }

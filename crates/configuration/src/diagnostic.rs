@@ -83,6 +83,15 @@ impl Diagnostic {
         (!path.starts_with("links")).then_some(path)
     }
 
+    /// Whether it is at the place of another one.
+    pub fn is_at_place_of(&self, other: &Self) -> bool {
+        let place = |one: &Self| {
+            let place = one.place.as_ref()?;
+            Some((place.source.name().to_owned(), Arc::clone(place.source.inner()), place.line, place.column))
+        };
+        place(self).is_some_and(|own| place(other) == Some(own))
+    }
+
     /// The same with such words before the message.
     pub fn prefixed(mut self, words: &str) -> Self {
         self.message.insert_str(0, words);

@@ -345,6 +345,11 @@ impl Configuration {
         &self.sources.0
     }
 
+    /// The rank of the text of a place: of two, the one with the higher rank overrides the other, as a file what it includes.
+    pub fn rank(&self, span: Span) -> usize {
+        self.sources.rank(span)
+    }
+
     /// The options of a link, as they are written.
     pub fn link_options(&self, link: &Link) -> Vec<(String, String)> {
         let of_sender = sender_setting(&link.to.value, &link.from.value.to_string());

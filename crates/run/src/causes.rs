@@ -18,7 +18,7 @@ const OLD: u64 = 1_000_000_000;
 /// Describes the sensors of all robots that do not measure at the end of a run, such as "r2: the sensor `sonar` stopped at 2.48 s"; of a
 /// run that failed also what else keeps them from their mission, with their newest warnings. None if nothing does.
 pub fn describe(composer: &Composer, board: &Board, now: u64, failure: Option<&Warnings>) -> Option<String> {
-    let end = EndOfRun::new(composer, board, failure.is_some());
+    let end = EndOfRun::new(composer, board, failure);
     let (mut causes, mut lost) = (Vec::new(), BTreeSet::new());
     let properties = board.properties();
     for property in &properties {
@@ -50,15 +50,15 @@ struct EndOfRun<'a> {
     links: Vec<LinkStatus>,
     /// Condition of each module, and what it waits for.
     modules: BTreeMap<String, (&'static str, Option<String>)>,
-    /// Whether the run has failed.
-    has_failed: bool,
+    /// Warnings of a run that has failed.
+    failure: Option<&'a Warnings>,
 }
 
 impl<'a> EndOfRun<'a> {
-    fn new(composer: &Composer, board: &'a Board, has_failed: bool) -> Self {
+    fn new(composer: &Composer, board: &'a Board, failure: Option<&'a Warnings>) -> Self {
         let modules = composer.modules().into_iter();
         let modules = modules.map(|module| (module.name, (module.condition, module.waiting_for))).collect();
-        Self { board, links: composer.links(), modules, has_failed }
+        Self { board, links: composer.links(), modules, failure }
     }
 
     fn is_off(&self, module: &str) -> bool {
@@ -101,7 +101,8 @@ impl<'a> EndOfRun<'a> {
                     let name = sensor.get("name").and_then(Value::as_str).unwrap_or_default();
                     listed.insert(name.to_owned());
                     // An old model knows nothing of now, and of a lost robot each sensor is told below.
-                    if let Some(condition) = self.condition_of(sensor).filter(|_| !is_old && !is_lost) {
+                    if let Some(condition) = self.condition_of(robot, sensor).filter(|_| !is_old && !is_lost)
+                    {
                         let source = self.sensors_of(knowledge).find(|(input, _)| *input == name);
                         let off = source.map_or_else(String::new, |(_, source)| self.off_text(source));
                         causes.push(format!("{robot}: the sensor `{name}` {condition}{off}"));
@@ -148,11 +149,16 @@ impl<'a> EndOfRun<'a> {
     }
 
     /// How a sensor of a RobotModel is; none if it measures. A late one is told of a run that failed.
-    fn condition_of(&self, sensor: &Value) -> Option<String> {
-        let since = || sensor.get("measured").and_then(Value::as_f64).unwrap_or_default() * 1e-9;
+    fn condition_of(&self, robot: &str, sensor: &Value) -> Option<String> {
+        let newest = || sensor.get("measured").and_then(Value::as_f64).unwrap_or_default() * 1e-9;
         Some(match sensor.get("health").and_then(Value::as_str).unwrap_or_default() {
-            "SILENT" => format!("stopped at {:.2} s", since()),
-            "LATE" if self.has_failed => format!("is late: it measured last at {:.2} s", since()),
+            "SILENT" => format!("stopped at {:.2} s", newest()),
+            "LATE" if let Some(warnings) = self.failure => {
+                let name = sensor.get("name").and_then(Value::as_str).unwrap_or_default();
+                let since = late_since(warnings, robot, name);
+                let since = since.map_or_else(String::new, |since| format!(" since {since:.2} s"));
+                format!("is late{since}: its newest value came at {:.2} s", newest())
+            }
             "UNKNOWN" => "never measured".into(),
             _ => return None,
         })
@@ -238,6 +244,14 @@ impl<'a> EndOfRun<'a> {
             }
         }
     }
+}
+
+/// When the Knowledge of a robot warned last that a sensor is late, seconds: it does so when that begins.
+fn late_since(warnings: &Warnings, robot: &str, sensor: &str) -> Option<f64> {
+    let begins = format!("the sensor `{sensor}` is late:");
+    let newest = warnings.newest().into_iter();
+    let of_sensor = newest.filter(|one| robot_of(&one.module) == robot && one.text.starts_with(&begins));
+    of_sensor.map(|one| one.time as f64 * 1e-9).last()
 }
 
 /// The robot that a property or a module is of.

@@ -30,6 +30,9 @@ use crate::warnings::Warnings;
 const STANDARD: [&str; 6] =
     ["time_to_goal", "path_length", "shortest_path", "minimum_clearance", "collisions", "collisions_caused"];
 
+/// Time at one place after which the end of a run that failed says that a robot stood, nanoseconds.
+const STOOD: u64 = 10_000_000_000;
+
 /// Result of a run.
 pub struct Finished {
     /// The agent, which makes no more cycles.
@@ -210,6 +213,23 @@ impl MissionRun {
         }
     }
 
+    /// Describes the robots that have stood for a while at the end of a run, such as "r2 stood at (-2.10, 2.24) m since 34.12 s, on
+    /// the reactive route (AvoidObstacle)".
+    fn robots_that_stood(&self, now: u64) -> Option<String> {
+        let stood = self.course.routes().into_iter().filter_map(|(robot, routes)| {
+            let ([x, y], since) = routes.stays().filter(|(_, since)| now.saturating_sub(*since) >= STOOD)?;
+            let route = routes.route().map_or_else(String::new, |route| {
+                let observed = self.observation.robots.iter().find(|observed| observed.name == robot);
+                let action = observed.and_then(|observed| observed.now()).map(|now| now.action);
+                let action = action.filter(|action| !action.is_empty() && action != "none");
+                let action = action.map_or_else(String::new, |action| format!(" ({action})"));
+                format!(", on the {} route{action}", route.name())
+            });
+            Some(format!("{robot} stood at ({x:.2}, {y:.2}) m since {:.2} s{route}", since as f64 * 1e-9))
+        });
+        stood.reduce(|all, one| format!("{all}; {one}"))
+    }
+
     /// Notes in each cycle, by its time, the variants that changed configurations choose.
     fn follow_variants(&self) -> Result<(Subscription, impl FnMut(u64) + Send + 'static), RunError> {
         let changes = Arc::new(AtomicBool::new(false));
@@ -251,10 +271,11 @@ impl MissionRun {
         let (outcome, verdict, message) = self.judge(&end, &judged);
         let failure = (!outcome.is_success()).then_some(&self.warnings);
         let stopped = causes::describe(&self.agent.composer(), self.agent.board(), self.agent.now(), failure);
-        let message = [message, stopped]
+        let stood = failure.and_then(|_| self.robots_that_stood(now));
+        let message = [message, stopped, stood]
             .into_iter()
             .flatten()
-            .reduce(|message, stopped| format!("{message}; {stopped}"));
+            .reduce(|message, cause| format!("{message}; {cause}"));
         let mut judged = judged.into_iter();
         let JudgeMetrics { robot: first, mut figures, mut units } = judged.next().unwrap_or_default();
         let standard = STANDARD.map(|name| figures.remove(name));

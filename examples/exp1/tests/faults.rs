@@ -340,16 +340,36 @@ fn encoders_that_stop_stop_the_wheels_of_every_controller() {
     }
 }
 
+/// With these settings, R2 stands after 12 s and has touched nothing.
+fn stands(sets: &[&str]) {
+    let mut agent = agent(sets);
+    while agent.now() < 12_000_000_000 {
+        agent.step();
+    }
+    assert_eq!(verdict(agent.board()), "RUNNING", "{sets:?}");
+    assert_eq!(wheels(agent.board()), [0.0; 2], "{sets:?}");
+    assert_eq!(number(agent.board(), "referee/metrics/collisions_caused"), 0.0, "{sets:?}");
+}
+
 #[test]
 fn frozen_sonars_stop_the_wheels() {
     for seed in 0..8 {
-        let mut agent = agent(&[&fault("sonar", "frozen"), &format!("agent.seed={seed}")]);
-        while agent.now() < 12_000_000_000 {
-            agent.step();
-        }
-        assert_eq!(verdict(agent.board()), "RUNNING", "seed {seed}");
-        assert_eq!(wheels(agent.board()), [0.0; 2], "seed {seed}");
-        assert_eq!(number(agent.board(), "referee/metrics/collisions_caused"), 0.0, "seed {seed}");
+        stands(&[&fault("sonar", "frozen"), &format!("agent.seed={seed}")]);
+    }
+}
+
+#[test]
+fn a_frozen_position_compass_or_odometry_stops_the_wheels() {
+    for sensor in ["position", "orientation", "odometry"] {
+        stands(&[&fault(sensor, "frozen"), "agent.seed=1"]);
+    }
+}
+
+#[test]
+fn sonars_and_odometry_that_freeze_together_stop_the_wheels() {
+    let odometry = fault("odometry", "frozen").replace("faults.f", "faults.g");
+    for seed in 0..3 {
+        stands(&[&fault("sonar", "frozen"), &odometry, &format!("agent.seed={seed}")]);
     }
 }
 

@@ -64,7 +64,8 @@ pub fn infer<'a>(
         .filter_map(|module| module::survey_module(configuration, module, catalogue, &mut unsaid))
         .collect();
     // A second one of what a robot has once is refused, and nothing is linked to it.
-    let seconds: BTreeSet<usize> = seconds(&modules).into_iter().map(|(_, second)| second).collect();
+    let seconds: BTreeSet<usize> =
+        seconds(configuration, &modules).into_iter().map(|(_, second)| second).collect();
     let modules: Vec<_> =
         modules.into_iter().enumerate().filter(|(at, _)| !seconds.contains(at)).map(|(_, own)| own).collect();
     let (mut links, mut choices) = (Vec::new(), Vec::new());

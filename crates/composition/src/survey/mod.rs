@@ -372,7 +372,8 @@ pub fn survey<'a>(
             is_complete = false;
         }
     }
-    check_unique(&modules, complaints);
+    complaints.add_followers();
+    check_unique(configuration, &modules, complaints);
     check_time_source(configuration, &modules, complaints);
     aspects::check_single(configuration, &modules, complaints);
     let services = aspects::survey_services(&modules, catalogue, complaints);
@@ -434,8 +435,8 @@ pub fn scope(name: &str) -> &str {
 }
 
 /// One Plan, one Execute, one Knowledge per robot (RoCS, 5.1).
-fn check_unique(modules: &[Surveyed<'_>], complaints: &mut Complaints<'_>) {
-    for (first, second) in seconds(modules) {
+fn check_unique(configuration: &Configuration, modules: &[Surveyed<'_>], complaints: &mut Complaints<'_>) {
+    for (first, second) in seconds(configuration, modules) {
         let (first, second) = (&modules[first], &modules[second]);
         let (part, name) = (&second.description.unique, &second.module.name.value);
         let place = complaints.place(first.module.name.span);
@@ -446,11 +447,14 @@ fn check_unique(modules: &[Surveyed<'_>], complaints: &mut Complaints<'_>) {
     }
 }
 
-/// Modules that are a part of which their robot has one already, each behind the one that it has.
-fn seconds(modules: &[Surveyed<'_>]) -> Vec<(usize, usize)> {
+/// Modules that are a part of which their robot has one already, each behind the one that it has; what an included file says is first.
+fn seconds(configuration: &Configuration, modules: &[Surveyed<'_>]) -> Vec<(usize, usize)> {
     let (mut firsts, mut seconds) = (BTreeMap::new(), Vec::new());
     let mut as_written: Vec<_> = modules.iter().enumerate().collect();
-    as_written.sort_by_key(|(_, surveyed)| surveyed.module.name.span);
+    as_written.sort_by_key(|(_, surveyed)| {
+        let span = surveyed.module.name.span;
+        (configuration.rank(span), span)
+    });
     for (index, surveyed) in as_written {
         let part = surveyed.description.unique.as_str();
         if !part.is_empty() {

@@ -43,11 +43,15 @@ pub(super) fn survey_module<'a>(
     let params = parameters::bytes(&description, &module.params, &followed, complaints);
     // One that a plugin brings by itself has the defaults of its kind, and is of no robot.
     let is_of_robot = description.describes_hardware && !configuration.is_loaded(module);
+    let mut described = None;
     if is_of_robot && complaints.diagnostics.len() == before {
         let with_params = OwnSetup { params: Some(params.clone()), ..setup.clone() };
-        description.hardware =
-            describe(configuration, module, (kind, catalogue), (&with_params, &followed), complaints)?
-                .hardware;
+        let kind = (kind, catalogue);
+        described = Some(describe(configuration, module, kind, (&with_params, &followed), complaints));
+    }
+    complaints.set_followers_aside(before, followed.iter().map(|(_, value)| value.span));
+    if let Some(described) = described {
+        description.hardware = described?.hardware;
     }
     let inputs = inputs(module, &description, complaints);
     let trigger = trigger(module, &description, complaints)?;

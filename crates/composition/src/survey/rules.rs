@@ -275,7 +275,7 @@ fn check_single_plan<'a>(
 ) {
     let mut plans: BTreeMap<(usize, usize), &ResolvedLink<'_>> = BTreeMap::new();
     // Two Plans of a robot are a mistake of their own.
-    let told = seconds(&survey.modules);
+    let told = seconds(configuration, &survey.modules);
     for joint in &survey.joints {
         let LinkSource::Port(receiver, inbox) = joint.target else { continue };
         if survey.modules[receiver].description.ports[inbox].role != PLAN || !sends(survey, joint) {

@@ -102,6 +102,17 @@ pub(super) fn patch(
     set(surface, ask, &target, &body)
 }
 
+/// What to do instead of setting a linked input.
+fn help_of_linked(surface: &ControlSurface, path: &str) -> String {
+    let port = surface.agent.composer().port(path);
+    // Without the link nobody may set it either.
+    if port.is_some_and(|port| matches!(port.role.as_str(), "actuation" | "command")) {
+        return "it moves the robot, and has only what passed the gate; drive it by `slate teleop`, or set its goal: slate goal"
+            .into();
+    }
+    format!("take the link away first: slate unlink {path}, or DELETE /api/v1/links/{path}")
+}
+
 /// Resolves a path to a setting that the caller may write.
 fn target(surface: &ControlSurface, ask: &OperationRequest, body: &Json) -> Result<WriteTarget, Problem> {
     let url = url(ask)?;
@@ -119,8 +130,7 @@ fn target(surface: &ControlSurface, ask: &OperationRequest, body: &Json) -> Resu
     let own = property.path().to_owned();
     if !is_within(&path, &own) {
         let message = format!("/{path} is linked, from /{own}");
-        let help = format!("take the link away first: slate unlink {path}, or DELETE /api/v1/links/{path}");
-        return not_allowed(Mistake::Linked, message, &help, "GET");
+        return not_allowed(Mistake::Linked, message, &help_of_linked(surface, &path), "GET");
     }
     let Some(module) = module_of(surface, &own) else {
         let message = format!("/{own} is the host's own, which writes it");

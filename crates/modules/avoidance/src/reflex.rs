@@ -142,7 +142,7 @@ impl std::fmt::Display for RuleError {
             ),
             Self::Twice { first, sensor, .. } => write!(
                 formatter,
-                "item {} is of the sensor `{sensor}` already; keep one of the two",
+                "`sensor_rules.{}` is of the sensor `{sensor}` already; keep one of the two",
                 first - 1
             ),
             Self::Distance { sensor, distance, .. } => write!(

@@ -50,10 +50,11 @@ impl BodyModel {
         (pose.is_known() && !robot.has_lost_odometry()).then_some(pose)
     }
 
-    /// Returns the heading in the frame of the odometry, radians; `None` if it is stale or invalid.
+    /// Returns the heading in the frame of the odometry, radians; `None` if it is stale, invalid or lost.
     pub fn odometry_heading(&self) -> Option<f64> {
         let theta = self.odometry.fresh()?.pose.theta;
-        theta.is_finite().then_some(theta)
+        let is_lost = self.robot.has_lost_odometry();
+        (theta.is_finite() && !is_lost).then_some(theta)
     }
 
     /// Returns the linear velocity (m/s) at a distance (m) from the goal: at most `speed`, and low enough to stop.

@@ -1,14 +1,14 @@
 //! Sonars that repeat an echo while the robot moves.
 
 use serde::{Deserialize, Serialize};
-use slate_plugin::interfaces::{Echo, Odometry, Pose2, SonarScan};
+use slate_plugin::interfaces::{Echo, Pose2, SonarScan};
 use slate_plugin::mapek::Device;
 use slate_plugin::prelude::*;
 
+use crate::travelled_pose::{TravelledPose, has_turned};
+
 /// Displacement along a sonar's axis after which the same echo is a frozen one, metres.
 const DISPLACEMENT: f64 = 0.05;
-/// Turn of the robot after which it is one, radians.
-const TURN: f64 = 0.1;
 /// Greatest ratio of the displacement across a sonar's axis to that along it.
 ///
 /// A sonar that looks farther aside, at 31 degrees, may hear a wall along the way, whose range stays the same.
@@ -17,12 +17,15 @@ const MAX_ASIDE: f64 = 0.6;
 /// Detects sonars that repeat an echo, to the last bit, while the odometry moves.
 ///
 /// An echo counts as repeated when it is the same for as long as makes a device late, and the robot has meanwhile moved 0.05 m along
-/// the sonar's axis, or turned by 0.1 rad. A sonar that hears nothing, or at a limit of its range, tells nothing.
+/// the sonar's axis, or turned by 0.1 rad and 0.2 rad for each metre. A sonar that hears nothing, or at a limit of its range, tells nothing.
 #[derive(Default, Serialize, Deserialize)]
 pub struct FrozenSonars {
     held: [HeldEcho; 16],
     /// Since when a sonar has been frozen, ns.
     since: Option<u64>,
+    /// When the odometry measured last, ns.
+    #[serde(default)]
+    odometry_at: u64,
 }
 
 /// An echo, and when and where it was first measured.
@@ -41,10 +44,13 @@ impl FrozenSonars {
     pub fn update(
         &mut self,
         scan: Option<&SonarScan>,
-        odometry: Option<&Odometry>,
+        odometry: Option<TravelledPose>,
         device: Option<&Device>,
         now: &Tick,
     ) -> Option<u64> {
+        if odometry.is_some_and(|odometry| odometry.follows_gap(&mut self.odometry_at)) {
+            self.held = Default::default();
+        }
         let (Some(scan), Some(odometry)) = (scan, odometry) else { return self.since };
         let late_after = device.map_or_else(|| Device::default().late_after(), Device::late_after);
         self.since = None;
@@ -75,7 +81,7 @@ impl HeldEcho {
         let along = (east * cosine + north * sine).abs();
         let aside = (north * cosine - east * sine).abs();
         (along > DISPLACEMENT && aside < MAX_ASIDE * along)
-            || math::angle_between(theta, pose.theta).abs() > TURN
+            || has_turned(math::hypot(along, aside), math::angle_between(theta, pose.theta).abs())
     }
 }
 

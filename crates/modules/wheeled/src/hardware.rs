@@ -8,6 +8,13 @@ use slate_plugin::module::{Hardware, HardwareDevice, HardwareDrive};
 use slate_plugin::prelude::*;
 use slate_robots::{DeviceDescription, RobotDevices};
 
+/// Name of the wheel encoders in a robot model.
+pub const ODOMETRY: &str = "odometry";
+/// Name of the positioning system in a robot model.
+pub const POSITION: &str = "position";
+/// Name of the compass in a robot model.
+pub const ORIENTATION: &str = "orientation";
+
 /// Hardware of a robot by its description, which the parameter `robot` of its Knowledge names.
 pub fn hardware_of(devices: RobotDevices) -> Hardware {
     let device = |interface: &'static str| {
@@ -21,9 +28,9 @@ pub fn hardware_of(devices: RobotDevices) -> Hardware {
     };
     let interface = |name: &str| match name {
         SONAR => SonarScan::DESCRIPTOR.name,
-        "position" => Position::DESCRIPTOR.name,
-        "orientation" => Orientation::DESCRIPTOR.name,
-        "odometry" => Odometry::DESCRIPTOR.name,
+        POSITION => Position::DESCRIPTOR.name,
+        ORIENTATION => Orientation::DESCRIPTOR.name,
+        ODOMETRY => Odometry::DESCRIPTOR.name,
         "bumper" => Bumper::DESCRIPTOR.name,
         "laser" => LaserScan::DESCRIPTOR.name,
         _ => Sightings::DESCRIPTOR.name,

@@ -11,16 +11,15 @@ use slate_plugin::module::Hardware;
 use slate_plugin::prelude::*;
 use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices, SensorProfiles};
 
-use crate::frozen_sonars::FrozenSonars;
+use crate::frozen_sensors::{FrozenSensors, FrozenSince};
 use crate::goals::Goals;
 use crate::hardware::hardware_of;
 use crate::knowledge_params::DescribedRobot;
 use crate::rules::{CheckedRules, RefusedRule, RulePorts, WheeledRules, default_sensor_rules, has_threshold};
+use crate::travelled_pose::TravelledPose;
 
+pub use crate::hardware::{ODOMETRY, ORIENTATION, POSITION};
 pub use crate::knowledge_params::WheeledKnowledgeParams;
-
-/// Name of the wheel encoders in a robot model.
-pub const ODOMETRY: &str = "odometry";
 
 /// Model of a wheeled robot.
 #[interface]
@@ -165,8 +164,8 @@ impl WheeledModels {
     fn sensor(&self, name: &str) -> Option<&dyn SensorInput> {
         Some(match name {
             SONAR => &self.sonar,
-            "position" => &self.position,
-            "orientation" => &self.orientation,
+            POSITION => &self.position,
+            ORIENTATION => &self.orientation,
             ODOMETRY => &self.odometry,
             "bumper" => &self.bumper,
             "laser" => &self.laser,
@@ -223,15 +222,28 @@ impl WheeledModels {
         rules
     }
 
+    /// Returns since when sensors have been frozen, by their newest measurements.
+    fn update_frozen(&self, frozen: &mut FrozenSensors, model: &WheeledModel, now: &Tick) -> FrozenSince {
+        let (odometry, device) = (TravelledPose::of(&self.odometry), |name| model.robot.sensor(name));
+        let FrozenSensors { sonars, position, orientation, odometry: encoders, robot_sensor } = frozen;
+        FrozenSince::new([
+            sonars.update(self.sonar.updated(), odometry, device(SONAR), now),
+            position.update(self.position.updated(), odometry, device(POSITION), now),
+            orientation.update(self.orientation.updated(), odometry, device(ORIENTATION), now),
+            encoders.update(self.odometry.updated(), device(ODOMETRY), now),
+            robot_sensor.update(self.robot_sensor.updated(), odometry, device(ROBOT_SENSOR), now),
+        ])
+    }
+
     /// Lists the sensors with their health, and returns their number.
     ///
-    /// Listed are those that have measured or have a rule. Frozen sonars are silent since that time, ns.
+    /// Listed are those that have measured or have a rule. Frozen ones are silent since then.
     fn list_sensors(
         &self,
         list: &mut [Device; SENSORS],
         watched: &mut [WatchedSensor; SENSORS],
         model: &WheeledModel,
-        (rules, frozen_since): (&WheeledRules, Option<u64>),
+        (rules, frozen): (&WheeledRules, FrozenSince),
         now: &Tick,
     ) -> usize {
         let mut length = 0;
@@ -240,7 +252,7 @@ impl WheeledModels {
             let mut sensor = Device { measured, health: DeviceHealth(health), ..*sensor };
             let has_measured = self.watch(&mut sensor, now);
             // What it repeats is no measurement.
-            if let Some(since) = frozen_since.filter(|_| sensor.name.as_str() == SONAR) {
+            if let Some(since) = frozen.of(sensor.name.as_str()) {
                 (sensor.measured, sensor.health) = (since, DeviceHealth::SILENT);
             }
             if rules.is_required(sensor.name.as_str()) {
@@ -274,7 +286,7 @@ impl WheeledModels {
             sensors.iter().any(|sensor| sensor.name.as_str() == name && sensor.health == DeviceHealth::FRESH)
         };
         let (position, orientation) = (self.position.get()?, self.orientation.get()?);
-        (measures("position") && measures("orientation")).then_some(Pose2 {
+        (measures(POSITION) && measures(ORIENTATION)).then_some(Pose2 {
             x: position.x,
             y: position.y,
             theta: orientation.theta,
@@ -341,7 +353,7 @@ pub struct WheeledKnowledgeState {
     #[serde(default)]
     watched: [WatchedSensor; SENSORS],
     #[serde(default)]
-    sonars: FrozenSonars,
+    frozen: FrozenSensors,
     /// Whether the pose was known once.
     #[serde(default)]
     was_placed: bool,
@@ -442,10 +454,9 @@ impl Knowledge for WheeledKnowledge {
         let Some(known) = state.robot.model(params, now) else { return };
         let accuracy = models.accuracy.get().copied().unwrap_or_default();
         let known_rules = models.publish_rules(&mut state.rules, known, rules, params, now);
-        let (scan, odometry) = (models.sonar.updated(), models.odometry.get());
-        let frozen_since = state.sonars.update(scan, odometry, known.robot.sensor(SONAR), now);
+        let frozen = models.update_frozen(&mut state.frozen, known, now);
         let mut sensors = [Device::default(); SENSORS];
-        let told = (&known_rules, frozen_since);
+        let told = (&known_rules, frozen);
         let length = models.list_sensors(&mut sensors, &mut state.watched, known, told, now);
         let sensors = &sensors[..length];
         let pose = models.newest_pose(sensors);

@@ -20,6 +20,7 @@ pub mod body;
 pub mod bumper_release;
 pub mod differential;
 pub mod estimate_pose;
+pub mod frozen_sensors;
 pub mod frozen_sonars;
 pub mod give_way;
 pub mod go_to_origin;
@@ -46,6 +47,7 @@ pub mod strategic_knowledge;
 pub mod strategy_planner;
 pub mod track_filter;
 pub mod tracks;
+pub mod travelled_pose;
 pub mod twist_estimator;
 
 use slate_plugin::mapek::{

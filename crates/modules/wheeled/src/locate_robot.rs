@@ -2,26 +2,39 @@
 
 use serde::{Deserialize, Serialize};
 use slate_avoidance::ROBOT_SENSOR;
-use slate_plugin::interfaces::{Orientation, Point2, Pose2, Position, SensorAccuracy, Sighting, Sightings};
+use slate_plugin::interfaces::{
+    Odometry, Orientation, Point2, Pose2, Position, SensorAccuracy, Sighting, Sightings,
+};
 use slate_plugin::mapek::Device;
 use slate_plugin::prelude::*;
 
+use crate::frozen_sensors::{FrozenSensor, log_frozen};
 use crate::knowledge::WheeledModel;
 use crate::monitors::device;
 use crate::track_filter::TrackFilter;
 use crate::tracks::position_of;
+use crate::travelled_pose::TravelledPose;
 
 /// Sensor that detects other robots.
 #[ports]
 pub struct RobotSensor {
     #[stale(after = "1s")]
     robots: Sensed<Sightings>,
+    /// Wheel encoders, by which the robot moves; without them the detector is not known to be frozen.
+    odometry: Input<Odometry>,
     /// Robot model with mount, limits and rate of the detector, from Knowledge.
     robot: Input<WheeledModel>,
 }
 
-/// Monitors detections of other robots; drops those beyond the range of the device.
+/// Monitors detections of other robots; drops those beyond the range of the device, and all while it is frozen.
 pub struct RobotMonitor;
+
+/// State of [`RobotMonitor`].
+#[derive(Default, Serialize, Deserialize)]
+pub struct RobotMonitorState {
+    is_frozen: bool,
+    detector: FrozenSensor,
+}
 
 /// Rounding of a range, metres.
 const ROUNDING: f64 = 1e-9;
@@ -41,12 +54,20 @@ impl Monitor for RobotMonitor {
     const DOC: &'static str = "Monitors detections of other robots.";
     type Sensors = RobotSensor;
     type Params = ();
-    type State = ();
+    type State = RobotMonitorState;
     type Value = Sightings;
 
-    fn interpret(_: &mut (), sensors: &RobotSensor, _: &(), _: &Tick) -> Option<Sightings> {
-        let seen = sensors.robots.updated()?;
-        let Some(device) = device(&sensors.robot, ROBOT_SENSOR) else { return Some(*seen) };
+    fn interpret(
+        state: &mut RobotMonitorState,
+        sensors: &RobotSensor,
+        _: &(),
+        now: &Tick,
+    ) -> Option<Sightings> {
+        let (newest, device) = (sensors.robots.updated(), device(&sensors.robot, ROBOT_SENSOR));
+        let since = state.detector.update(newest, TravelledPose::of(&sensors.odometry), device, now);
+        log_frozen(&mut state.is_frozen, ROBOT_SENSOR, "its detections are the same", since, now);
+        let seen = newest.filter(|_| since.is_none())?;
+        let Some(device) = device else { return Some(*seen) };
         let mut list = [Sighting::default(); 8];
         let in_range = seen.list.iter().filter(|seen| is_in_range(device, seen));
         let length = list.iter_mut().zip(in_range).map(|(place, seen)| *place = *seen).count();
@@ -55,6 +76,10 @@ impl Monitor for RobotMonitor {
 
     fn device<'s>(sensors: &'s RobotSensor, _: &str) -> Option<&'s Device> {
         device(&sensors.robot, ROBOT_SENSOR)
+    }
+
+    fn is_degraded(state: &RobotMonitorState) -> bool {
+        state.is_frozen
     }
 }
 

@@ -1,5 +1,6 @@
 //! Monitors, one for each type of sensor. Each finds its device in the RobotModel: it is degraded after a second without a
-//! measurement, or five periods of a slower device, as sensors lose single ones, and while the newest one is no number.
+//! measurement, or five periods of a slower device, as sensors lose single ones, while the newest one is no number, and
+//! while the sensor is frozen.
 
 use serde::{Deserialize, Serialize};
 use slate_avoidance::SONAR;
@@ -7,8 +8,10 @@ use slate_plugin::interfaces::{Echo, Odometry, Orientation, Pose2, Position, Son
 use slate_plugin::mapek::Device;
 use slate_plugin::prelude::*;
 
+use crate::frozen_sensors::{FrozenOdometry, FrozenSensor, log_frozen};
 use crate::frozen_sonars::FrozenSonars;
-use crate::knowledge::WheeledModel;
+use crate::knowledge::{ODOMETRY, ORIENTATION, POSITION, WheeledModel};
+use crate::travelled_pose::TravelledPose;
 
 /// The device of that name in a robot model, if that is known.
 pub(crate) fn device<'m>(robot: &'m Input<WheeledModel>, name: &str) -> Option<&'m Device> {
@@ -105,14 +108,13 @@ impl Monitor for RangeMonitor {
 
     fn interpret(state: &mut RangeMonitorState, sensors: &Sonar, _: &(), now: &Tick) -> Option<SonarScan> {
         let scan = sensors.sonar.updated();
-        let since = state.sonars.update(scan, sensors.odometry.get(), device(&sensors.robot, SONAR), now);
-        if let Some(since) = since.filter(|_| !state.is_frozen) {
-            now.warn(format_args!(
-                "the sensor `{SONAR}` is frozen: an echo is the same since {:.2} s, and the robot moves; its scans are dropped",
-                since as f64 * 1e-9
-            ));
-        }
-        state.is_frozen = since.is_some();
+        let since = state.sonars.update(
+            scan,
+            TravelledPose::of(&sensors.odometry),
+            device(&sensors.robot, SONAR),
+            now,
+        );
+        log_frozen(&mut state.is_frozen, SONAR, "an echo is the same", since, now);
         let scan = scan.map(|scan| sensors.interpreted(scan));
         valid(&mut state.is_invalid, (SONAR, scan.as_ref()), is_valid, now).filter(|_| since.is_none())
     }
@@ -126,11 +128,23 @@ impl Monitor for RangeMonitor {
     }
 }
 
+/// State of a Monitor that drops measurements of a sensor that is frozen.
+#[derive(Default, Serialize, Deserialize)]
+pub struct MonitorState<F> {
+    /// Whether the newest measurement is invalid.
+    is_invalid: bool,
+    /// Whether the sensor is frozen.
+    is_frozen: bool,
+    sensor: F,
+}
+
 /// Positioning system.
 #[ports]
 pub struct Positioning {
     #[stale(after = "1s")]
     position: Sensed<Position>,
+    /// Wheel encoders, by which the robot moves; without them the positioning system is not known to be frozen.
+    odometry: Input<Odometry>,
     /// Robot model with the rate of the device, from Knowledge.
     robot: Input<WheeledModel>,
 }
@@ -143,21 +157,23 @@ impl Monitor for PositionMonitor {
     const DOC: &'static str = "Monitors the positioning system.";
     type Sensors = Positioning;
     type Params = ();
-    /// Whether the newest measurement is invalid.
-    type State = bool;
+    type State = MonitorState<FrozenSensor>;
     type Value = Position;
 
-    fn interpret(is_invalid: &mut bool, sensors: &Positioning, _: &(), now: &Tick) -> Option<Position> {
+    fn interpret(state: &mut Self::State, sensors: &Positioning, _: &(), now: &Tick) -> Option<Position> {
+        let (newest, device) = (sensors.position.updated(), device(&sensors.robot, POSITION));
+        let since = state.sensor.update(newest, TravelledPose::of(&sensors.odometry), device, now);
+        log_frozen(&mut state.is_frozen, POSITION, "it is the same", since, now);
         let is_valid = |position: &Position| position.x.is_finite() && position.y.is_finite();
-        valid(is_invalid, ("position", sensors.position.updated()), is_valid, now)
+        valid(&mut state.is_invalid, (POSITION, newest), is_valid, now).filter(|_| since.is_none())
     }
 
     fn device<'s>(sensors: &'s Positioning, port: &str) -> Option<&'s Device> {
         device(&sensors.robot, port)
     }
 
-    fn is_degraded(is_invalid: &bool) -> bool {
-        *is_invalid
+    fn is_degraded(state: &Self::State) -> bool {
+        state.is_invalid || state.is_frozen
     }
 }
 
@@ -166,6 +182,8 @@ impl Monitor for PositionMonitor {
 pub struct Compass {
     #[stale(after = "1s")]
     orientation: Sensed<Orientation>,
+    /// Wheel encoders, by which the robot turns; without them the compass is not known to be frozen.
+    odometry: Input<Odometry>,
     /// Robot model with the rate of the device, from Knowledge.
     robot: Input<WheeledModel>,
 }
@@ -178,21 +196,23 @@ impl Monitor for OrientationMonitor {
     const DOC: &'static str = "Monitors the compass.";
     type Sensors = Compass;
     type Params = ();
-    /// Whether the newest measurement is invalid.
-    type State = bool;
+    type State = MonitorState<FrozenSensor>;
     type Value = Orientation;
 
-    fn interpret(is_invalid: &mut bool, sensors: &Compass, _: &(), now: &Tick) -> Option<Orientation> {
+    fn interpret(state: &mut Self::State, sensors: &Compass, _: &(), now: &Tick) -> Option<Orientation> {
+        let (newest, device) = (sensors.orientation.updated(), device(&sensors.robot, ORIENTATION));
+        let since = state.sensor.update(newest, TravelledPose::of(&sensors.odometry), device, now);
+        log_frozen(&mut state.is_frozen, ORIENTATION, "it is the same", since, now);
         let is_valid = |orientation: &Orientation| orientation.theta.is_finite();
-        valid(is_invalid, ("orientation", sensors.orientation.updated()), is_valid, now)
+        valid(&mut state.is_invalid, (ORIENTATION, newest), is_valid, now).filter(|_| since.is_none())
     }
 
     fn device<'s>(sensors: &'s Compass, port: &str) -> Option<&'s Device> {
         device(&sensors.robot, port)
     }
 
-    fn is_degraded(is_invalid: &bool) -> bool {
-        *is_invalid
+    fn is_degraded(state: &Self::State) -> bool {
+        state.is_invalid || state.is_frozen
     }
 }
 
@@ -213,22 +233,24 @@ impl Monitor for OdometryMonitor {
     const DOC: &'static str = "Monitors the odometry.";
     type Sensors = Encoders;
     type Params = ();
-    /// Whether the newest measurement is invalid.
-    type State = bool;
+    type State = MonitorState<FrozenOdometry>;
     type Value = Odometry;
 
-    fn interpret(is_invalid: &mut bool, sensors: &Encoders, _: &(), now: &Tick) -> Option<Odometry> {
+    fn interpret(state: &mut Self::State, sensors: &Encoders, _: &(), now: &Tick) -> Option<Odometry> {
+        let (newest, device) = (sensors.odometry.updated(), device(&sensors.robot, ODOMETRY));
+        let since = state.sensor.update(newest, device, now);
+        log_frozen(&mut state.is_frozen, ODOMETRY, "its pose is the same", since, now);
         let is_valid = |Odometry { pose: Pose2 { x, y, theta }, .. }: &Odometry| {
             x.is_finite() && y.is_finite() && theta.is_finite()
         };
-        valid(is_invalid, ("odometry", sensors.odometry.updated()), is_valid, now)
+        valid(&mut state.is_invalid, (ODOMETRY, newest), is_valid, now).filter(|_| since.is_none())
     }
 
     fn device<'s>(sensors: &'s Encoders, port: &str) -> Option<&'s Device> {
         device(&sensors.robot, port)
     }
 
-    fn is_degraded(is_invalid: &bool) -> bool {
-        *is_invalid
+    fn is_degraded(state: &Self::State) -> bool {
+        state.is_invalid || state.is_frozen
     }
 }

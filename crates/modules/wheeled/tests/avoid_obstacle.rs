@@ -257,7 +257,7 @@ fn wrong_rules_are_refused_with_the_place_of_the_rule() {
     refused(&[], &["params.sensor_rules: ", "expected a rule such as", "found none", "disable the reflex"]);
     refused(
         &[rule(SONAR, 0.1), rule(SONAR, 0.3)],
-        &["params.sensor_rules.1: item 0 is of the sensor `sonar` already", "keep one"],
+        &["params.sensor_rules.1: `sensor_rules.0` is of the sensor `sonar` already", "keep one"],
     );
     let mut knowledge = with(&[rule(SONAR, 0.1)]).unwrap();
     knowledge.set("sonar", scan(&[]));

@@ -3,6 +3,7 @@
 mod avoid_obstacle;
 mod erring_sensors;
 mod estimates;
+mod frozen_sensors;
 mod frozen_sonars;
 mod knowledge;
 mod laser_ring;

@@ -5,6 +5,9 @@ use super::Route;
 /// Time for which a route must hold for its change to last, nanoseconds.
 const LASTING: u64 = 200_000_000;
 
+/// Distance within which a robot stays at a place, metres.
+const STAYS: f64 = 0.05;
+
 /// Lasting route changes of a robot, and the share of its distance on the reactive route.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RouteTally {
@@ -18,6 +21,9 @@ pub struct RouteTally {
     /// The present route, and the time of its begin, nanoseconds.
     present: Option<(Route, u64)>,
     changes: u64,
+    /// Where it has stayed, and since when, nanoseconds.
+    #[serde(default)]
+    stays: Option<([f64; 2], u64)>,
 }
 
 impl RouteTally {
@@ -29,6 +35,10 @@ impl RouteTally {
         let step = libm::hypot(place[0] - x, place[1] - y);
         let step = if step.is_finite() { step } else { 0.0 };
         self.length += step;
+        let is_there = |[x, y]: [f64; 2]| libm::hypot(place[0] - x, place[1] - y) <= STAYS;
+        if !self.stays.is_some_and(|(stays, _)| is_there(stays)) {
+            self.stays = Some((place, time));
+        }
         let Some(route) = route.or(self.present.map(|(route, _)| route)) else { return };
         if route == Route::Reactive {
             self.reactive += step;
@@ -41,6 +51,16 @@ impl RouteTally {
         if present != route {
             self.present = Some((route, time));
         }
+    }
+
+    /// Returns where the robot has stayed within 0.05 m (metres), and since when, nanoseconds.
+    pub fn stays(&self) -> Option<([f64; 2], u64)> {
+        self.stays
+    }
+
+    /// Returns the route of the newest action.
+    pub fn route(&self) -> Option<Route> {
+        self.present.map(|(route, _)| route)
     }
 
     /// Returns the number of changes after which the new route held for 0.2 s.

@@ -233,10 +233,12 @@ impl<'a, 's> BothEnds<'a, 's> {
                 "an Analyze reads another one only as a fact of Knowledge: `{}` can't read {from}, of an Analyze",
                 self.to
             );
-            return self.refuse(message, Block::Analyze.advice(Provenance::Block(Block::Analyze)));
+            let help = Block::Analyze.advice(Provenance::Block(Block::Analyze));
+            return Err((self.span, Mistake::Attachment.of(message), help.into()));
         }
         let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";
-        self.refuse(roles(&self.to, own, &from, (other, source)), help)
+        let message = roles(&self.to, own, &from, (other, source));
+        Err((self.span, Mistake::Attachment.of(message), help.into()))
     }
 
     /// The filter of the link, if it has one.

@@ -155,12 +155,16 @@ impl<'c> SettingsChanger<'c> {
         let wired = composition.rewired(configuration);
         let configuration = &**wired.configuration();
         let Composition { configuration: current, catalogue, assembly, .. } = &mut *composition;
-        let mut diagnostics = OtherModules::of(current, configuration).refusals(changes);
+        let later = OtherModules::of(current, configuration).refusals(changes);
         let mut complaints = wired.complaints();
         let survey = survey(configuration, catalogue, &mut complaints);
         check_dormant(configuration, catalogue, &assembly.last_known, &mut complaints);
-        diagnostics.append(&mut complaints.diagnostics);
+        let mut diagnostics = std::mem::take(&mut complaints.diagnostics);
         diagnostics.extend(wired.ambiguous().iter().cloned());
+        // The advice to start anew is none for what is wrong then, too.
+        if diagnostics.is_empty() {
+            diagnostics = later;
+        }
         if diagnostics.is_empty()
             && let Err(mut refused) = assembly.try_links(configuration, &survey)
         {

@@ -1,0 +1,41 @@
+//! Motion by the odometry, by which frozen sensors show.
+
+use slate_plugin::interfaces::{Odometry, Pose2};
+use slate_plugin::mapek::Device;
+use slate_plugin::prelude::*;
+
+/// Turn by the odometry after which a measurement of a direction that stays the same is a frozen one, radians.
+pub const TURN: f64 = 0.1;
+/// Turn by which odometry may err in a metre, rad/m: four standard deviations of wheels whose radii err by 1 %, 0.33 m apart.
+///
+/// An exact compass measures the same all along a straight path.
+const DRIFT: f64 = 0.2;
+
+/// Returns whether a robot has turned, by a travel (m) and a turn (rad) of the odometry.
+pub fn has_turned(travel: f64, turn: f64) -> bool {
+    turn > TURN + DRIFT * travel
+}
+
+/// Pose by the odometry, and when it was measured.
+#[derive(Clone, Copy)]
+pub struct TravelledPose {
+    /// In the frame of the odometry.
+    pub pose: Pose2,
+    /// Nanoseconds.
+    pub time: u64,
+}
+
+impl TravelledPose {
+    /// The newest one.
+    pub fn of(odometry: &Input<Odometry>) -> Option<Self> {
+        Some(Self { pose: odometry.get()?.pose, time: odometry.stamp().time })
+    }
+
+    /// Returns whether the odometry was late until now, since a time of its last measurement (ns), which becomes that of this.
+    ///
+    /// Late odometry tells of a motion when the robot may stand again.
+    pub fn follows_gap(self, last: &mut u64) -> bool {
+        let last = std::mem::replace(last, self.time);
+        self.time.saturating_sub(last) as f64 * 1e-9 > Device::default().late_after()
+    }
+}
