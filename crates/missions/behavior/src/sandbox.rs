@@ -7,13 +7,15 @@ use crate::meter::metered;
 use crate::pattern::{LuaPatternError, PatternCapture, PatternMatch, PatternMatcher};
 
 /// Files of the prelude, in their order.
-const PRELUDE: [(&str, &str); 10] = [
+const PRELUDE: [(&str, &str); 12] = [
     ("=host", include_str!("prelude/host.lua")),
     ("=sandbox", include_str!("prelude/sandbox.lua")),
     ("=pattern", include_str!("prelude/pattern.lua")),
     ("=library", include_str!("prelude/library.lua")),
     ("=state", include_str!("prelude/state.lua")),
+    ("=jump_state", include_str!("prelude/jump_state.lua")),
     ("=machine", include_str!("prelude/machine.lua")),
+    ("=nested", include_str!("prelude/nested.lua")),
     ("=modules", include_str!("prelude/modules.lua")),
     ("=skill", include_str!("prelude/skill.lua")),
     ("=interface", include_str!("prelude/interface.lua")),

@@ -18,7 +18,7 @@ from lupa.lua54 import LuaRuntime
 
 PROGRAM = "target/release/examples/behavior_trace"
 PRELUDE = "crates/missions/behavior/src/prelude"
-FILES = ["host", "sandbox", "pattern", "library", "state", "machine", "modules", "skill", "interface", "mission"]
+FILES = ["host", "sandbox", "pattern", "library", "state", "jump_state", "machine", "nested", "modules", "skill", "interface", "mission"]
 STATUS = {1: "Succeeded", 2: "Running", 3: "Failed"}
 
 
