@@ -115,3 +115,34 @@ fn a_behavior_tree_is_checked_drawn_and_followed() {
     assert_eq!((&first["collisions"], &first["outcome"]), (&0.into(), &"goal_reached".into()), "{first}");
     assert_eq!(run(&["--resume", "half.snapshot"])["digest"], first["digest"]);
 }
+
+#[test]
+fn a_golog_program_is_checked_drawn_and_followed() {
+    let folder = folder("patrol_golog");
+    let theory = format!("{PATROL}/patrol.golog");
+    let said = text(&slate(&folder, &["mission", "check", &theory]).stdout);
+    assert_eq!(said, "patrol: sound; 7 fluents, 3 actions, 1 procedures, 2 conditions\n");
+    let output = slate(&folder, &["mission", "check", &theory, "--action", "wait"]);
+    assert_eq!(output.status.code(), Some(7));
+    let said = text(&output.stdout);
+    let place = format!("error: {theory}:16: unknown action: the robot's action `GoToOrigin` is unknown");
+    assert!(said.starts_with(&format!("{place}\npatrol: not sound; ")), "{said}");
+    let drawing = text(&slate(&folder, &["mission", "show", &theory]).stdout);
+    let document = roxmltree::Document::parse(&drawing).unwrap();
+    let rows = document.descendants().filter(|node| node.has_tag_name("rect")).count();
+    assert_eq!(rows, 10 + 1, "one for each part, and the paper");
+    fs::write(folder.join("wrong.golog"), "procedure main {\n    go_to(desk)\n}\n").unwrap();
+    let output = slate(&folder, &["mission", "check", "wrong.golog"]);
+    assert_eq!(output.status.code(), Some(2));
+    let expected = "error: wrong.golog:2:5: unknown action or procedure `go_to`\n    2 |     go_to(desk)\n      |     ^^^^^\n";
+    assert_eq!(text(&output.stderr), expected);
+    let run = |arguments: &[&str]| {
+        let output = slate(&folder, &[&["run", "--headless", "--json"], arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        json(&output)
+    };
+    let snapshot = ["--set", "snapshot.at=\"13.3s\"", "--set", "snapshot.file=half.snapshot"];
+    let first = run(&[&[format!("{PATROL}/patrol_golog.toml").as_str()], &snapshot[..]].concat());
+    assert_eq!((&first["collisions"], &first["outcome"]), (&0.into(), &"goal_reached".into()), "{first}");
+    assert_eq!(run(&["--resume", "half.snapshot"])["digest"], first["digest"]);
+}

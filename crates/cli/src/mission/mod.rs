@@ -1,7 +1,9 @@
-//! Missions: plans as Petri nets and behaviour trees, checked, drawn and generated.
+//! Missions: Petri nets, behaviour trees and Golog programs, checked, drawn and generated.
 
 #[cfg(feature = "missions")]
 mod check;
+#[cfg(feature = "missions")]
+mod golog;
 #[cfg(feature = "missions")]
 mod nets;
 #[cfg(feature = "missions")]
@@ -23,9 +25,9 @@ use crate::failure::Failure;
 
 #[derive(Debug, Subcommand)]
 pub enum MissionVerb {
-    /// Check a Petri Net Plan or a behaviour tree for defects (exit code 7 for an error)
+    /// Check a Petri Net Plan, a behaviour tree or a Golog program for defects (exit code 7 for an error)
     Check {
-        /// Plan in PNML, or behaviour tree in the XML of BehaviorTree.CPP
+        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP, or theory `.golog`
         file: PathBuf,
         /// Action of the robot; repeatable [default: every action is known]
         #[arg(long, value_name = "NAME")]
@@ -37,9 +39,9 @@ pub enum MissionVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Draw a Petri Net Plan or a behaviour tree as SVG
+    /// Draw a Petri Net Plan, a behaviour tree or a Golog program as SVG
     Show {
-        /// Plan in PNML, or behaviour tree in the XML of BehaviorTree.CPP
+        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP, or theory `.golog`
         file: PathBuf,
         /// Output file [default: stdout]
         #[arg(long, short, value_name = "FILE")]
