@@ -13,6 +13,7 @@ pub mod conversation;
 pub mod definition;
 pub mod drivers;
 pub mod encoding;
+pub mod golog;
 pub mod idl;
 pub mod input;
 pub mod interface;

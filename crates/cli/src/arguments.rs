@@ -182,7 +182,7 @@ pub enum Verb {
     /// Save a map of a running agent
     #[command(subcommand)]
     Map(MapVerb),
-    /// Check, draw and generate missions: Petri Net Plans, behaviour trees, skills in Lua
+    /// Check, draw and generate missions: Petri Net Plans, behaviour trees, Golog programs, skills in Lua
     #[command(subcommand)]
     Mission(MissionVerb),
     /// Print the link of the web console, which contains a token, or open it

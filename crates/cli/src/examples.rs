@@ -55,7 +55,7 @@ struct FileExample {
     feature: Option<&'static str>,
 }
 
-const FILE_EXAMPLES: [FileExample; 15] = [
+const FILE_EXAMPLES: [FileExample; 16] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
@@ -102,6 +102,12 @@ const FILE_EXAMPLES: [FileExample; 15] = [
         name: "patrol",
         about: "a robot that visits three places by a Petri Net Plan and lets others pass",
         file: "patrol/patrol.toml",
+        feature: Some("missions"),
+    },
+    FileExample {
+        name: "patrol_golog",
+        about: "the same patrol by a Golog program",
+        file: "patrol/patrol_golog.toml",
         feature: Some("missions"),
     },
     FileExample {

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use std::fs;
+use std::path::Path;
 
 use serde_json::Value;
 
@@ -11,6 +12,19 @@ const PATROL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/patrol
 
 const PLAN: &str = "goto_1|30; say_hello";
 const RULES: &str = "*if* person *during* goto *do* say_away; restart_action";
+
+/// Runs an example of a patrol, and again from a snapshot on its way.
+fn is_followed_and_resumed(folder: &Path, example: &str) {
+    let run = |arguments: &[&str]| {
+        let output = slate(folder, &[&["run", "--headless", "--json"], arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        json(&output)
+    };
+    let snapshot = ["--set", "snapshot.at=\"13.3s\"", "--set", "snapshot.file=half.snapshot"];
+    let first = run(&[&[format!("{PATROL}/{example}").as_str()], &snapshot[..]].concat());
+    assert_eq!((&first["collisions"], &first["outcome"]), (&0.into(), &"goal_reached".into()), "{first}");
+    assert_eq!(run(&["--resume", "half.snapshot"])["digest"], first["digest"]);
+}
 
 #[test]
 fn a_generated_plan_is_sound_until_it_is_spoiled() {
@@ -105,15 +119,7 @@ fn a_behavior_tree_is_checked_drawn_and_followed() {
     let document = roxmltree::Document::parse(&drawing).unwrap();
     let rows = document.descendants().filter(|node| node.has_tag_name("rect")).count();
     assert_eq!(rows, 43 + 1, "one for each node, and the paper");
-    let run = |arguments: &[&str]| {
-        let output = slate(&folder, &[&["run", "--headless", "--json"], arguments].concat());
-        assert_eq!(output.status.code(), Some(0), "{output:?}");
-        json(&output)
-    };
-    let snapshot = ["--set", "snapshot.at=\"13.3s\"", "--set", "snapshot.file=half.snapshot"];
-    let first = run(&[&[format!("{PATROL}/patrol_tree.toml").as_str()], &snapshot[..]].concat());
-    assert_eq!((&first["collisions"], &first["outcome"]), (&0.into(), &"goal_reached".into()), "{first}");
-    assert_eq!(run(&["--resume", "half.snapshot"])["digest"], first["digest"]);
+    is_followed_and_resumed(&folder, "patrol_tree.toml");
 }
 
 #[test]
@@ -135,13 +141,28 @@ fn skills_in_lua_are_checked_drawn_and_followed() {
     let output = slate(&folder, &["mission", "check", "bad.lua"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("bad.lua:2: unexpected symbol near '='"), "{output:?}");
-    let run = |arguments: &[&str]| {
-        let output = slate(&folder, &[&["run", "--headless", "--json"], arguments].concat());
-        assert_eq!(output.status.code(), Some(0), "{output:?}");
-        json(&output)
-    };
-    let snapshot = ["--set", "snapshot.at=\"13.3s\"", "--set", "snapshot.file=half.snapshot"];
-    let first = run(&[&[format!("{PATROL}/patrol_lua.toml").as_str()], &snapshot[..]].concat());
-    assert_eq!((&first["collisions"], &first["outcome"]), (&0.into(), &"goal_reached".into()), "{first}");
-    assert_eq!(run(&["--resume", "half.snapshot"])["digest"], first["digest"]);
+    is_followed_and_resumed(&folder, "patrol_lua.toml");
+}
+
+#[test]
+fn a_golog_program_is_checked_drawn_and_followed() {
+    let folder = folder("patrol_golog");
+    let theory = format!("{PATROL}/patrol.golog");
+    let said = text(&slate(&folder, &["mission", "check", &theory]).stdout);
+    assert_eq!(said, "patrol: sound; 7 fluents, 3 actions, 1 procedures, 2 conditions\n");
+    let output = slate(&folder, &["mission", "check", &theory, "--action", "wait"]);
+    assert_eq!(output.status.code(), Some(7));
+    let said = text(&output.stdout);
+    let place = format!("error: {theory}:16: unknown action: the robot's action `GoToOrigin` is unknown");
+    assert!(said.starts_with(&format!("{place}\npatrol: not sound; ")), "{said}");
+    let drawing = text(&slate(&folder, &["mission", "show", &theory]).stdout);
+    let document = roxmltree::Document::parse(&drawing).unwrap();
+    let rows = document.descendants().filter(|node| node.has_tag_name("rect")).count();
+    assert_eq!(rows, 10 + 1, "one for each part, and the paper");
+    fs::write(folder.join("wrong.golog"), "procedure main {\n    go_to(desk)\n}\n").unwrap();
+    let output = slate(&folder, &["mission", "check", "wrong.golog"]);
+    assert_eq!(output.status.code(), Some(2));
+    let expected = "error: wrong.golog:2:5: unknown action or procedure `go_to`\n    2 |     go_to(desk)\n      |     ^^^^^\n";
+    assert_eq!(text(&output.stderr), expected);
+    is_followed_and_resumed(&folder, "patrol_golog.toml");
 }

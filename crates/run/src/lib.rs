@@ -59,7 +59,7 @@ pub use stay::DEBOUNCE;
 pub const EXTRA_TABLES: [&str; 7] = ["world", "report", "console", "network", "dds", "ros1", "ros2"];
 
 /// Settings of applications that may be paths.
-pub const PATHS: [&str; 13] = [
+pub const PATHS: [&str; 15] = [
     "world.arena",
     "world.robots.*.model",
     "modules.*.params.log_file",
@@ -68,9 +68,11 @@ pub const PATHS: [&str; 13] = [
     "modules.*.params.graph_filename",
     "robots.*.modules.*.params.graph_filename",
     "modules.*.params.plan_filename",
+    "modules.*.params.program_filename",
     "modules.*.params.skill_filename",
     "modules.*.params.tree_filename",
     "robots.*.modules.*.params.plan_filename",
+    "robots.*.modules.*.params.program_filename",
     "robots.*.modules.*.params.skill_filename",
     "robots.*.modules.*.params.tree_filename",
 ];

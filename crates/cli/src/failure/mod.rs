@@ -74,6 +74,9 @@ pub enum Failure {
     Net(#[from] slate_petri_net::NetError),
     #[cfg(feature = "missions")]
     #[error("{0}")]
+    Golog(#[from] slate_golog::GologError),
+    #[cfg(feature = "missions")]
+    #[error("{0}")]
     Tree(#[from] slate_behavior_tree::TreeError),
     #[error("{0}")]
     Record(#[from] slate::record::RecordError),

@@ -20,6 +20,8 @@ impl Failure {
             Self::Agent(ClientError::Refused(Refusal { report: Some(report), .. })) if !output::is_json() => {
                 eprint!("{report}");
             }
+            #[cfg(feature = "missions")]
+            Self::Golog(error) if !output::is_json() => eprintln!("error: {}", error.render()),
             other => other.printed().print(),
         }
     }

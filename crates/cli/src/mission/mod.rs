@@ -1,7 +1,9 @@
-//! Missions: plans as Petri nets, behaviour trees and skills in Lua, checked, drawn and generated.
+//! Missions: Petri nets, behaviour trees, Golog programs and skills in Lua, checked, drawn and generated.
 
 #[cfg(feature = "missions")]
 mod check;
+#[cfg(feature = "missions")]
+mod golog;
 #[cfg(feature = "missions")]
 mod nets;
 #[cfg(feature = "lua")]
@@ -27,9 +29,9 @@ use crate::failure::Failure;
 
 #[derive(Debug, Subcommand)]
 pub enum MissionVerb {
-    /// Check a Petri Net Plan, a behaviour tree or skills for defects (exit code 7 for an error)
+    /// Check a Petri Net Plan, a behaviour tree, a Golog program or skills for defects (exit code 7 for an error)
     Check {
-        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP, or skills in Lua
+        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP, theory `.golog`, or skills in Lua
         file: PathBuf,
         /// Action of the robot; repeatable [default: every action is known]
         #[arg(long, value_name = "NAME")]
@@ -41,9 +43,9 @@ pub enum MissionVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Draw a Petri Net Plan, a behaviour tree or skills as SVG
+    /// Draw a Petri Net Plan, a behaviour tree, a Golog program or skills as SVG
     Show {
-        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP, or skills in Lua
+        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP, theory `.golog`, or skills in Lua
         file: PathBuf,
         /// Output file [default: stdout]
         #[arg(long, short, value_name = "FILE")]

@@ -8,7 +8,7 @@ use slate_petri_net::{
 
 #[cfg(feature = "lua")]
 use super::skills::{check as check_skills, draw as draw_skills};
-use super::{MissionVerb, check, svg, tree, tree_svg};
+use super::{MissionVerb, check, golog, svg, tree, tree_svg};
 use crate::failure::Failure;
 use crate::graph::write;
 use crate::output;
@@ -21,11 +21,20 @@ pub fn mission(verb: &MissionVerb) -> Result<u8, Failure> {
             put(&draw_skills(file)?, out.as_deref())?;
             Ok(0)
         }
+        MissionVerb::Check { file, action, json, .. } if golog::is_theory(file) => {
+            golog::check(file, action, *json)
+        }
         MissionVerb::Check { file, action, json, .. } if is_tree(file) => tree::check(file, action, *json),
         MissionVerb::Check { file, action, states, json } => check::check(file, action, *states, *json),
         MissionVerb::Show { file, out } => {
-            let drawing =
-                if is_tree(file) { tree_svg::draw(&tree::read(file)?) } else { svg::draw(&read_pnml(file)?) };
+            let drawing = if golog::is_theory(file) {
+                golog::draw(file)?
+            } else if is_tree(file) {
+                let tree = tree::read(file)?;
+                tree_svg::draw(tree.name(), &tree_svg::rows(&tree))
+            } else {
+                svg::draw(&read_pnml(file)?)
+            };
             put(&drawing, out.as_deref())?;
             Ok(0)
         }

@@ -1,8 +1,8 @@
-//! A behaviour tree as an SVG drawing: one row for each node, below its parent.
+//! A tree as an SVG drawing: one row for each node, below its parent.
 
 use std::fmt::Write;
 
-use slate_behavior_tree::{BehaviorNode, BehaviorTree};
+use slate_behavior_tree::BehaviorTree;
 
 use crate::graph::svg::escaped;
 
@@ -31,61 +31,88 @@ const STYLE: &str = "
   }
 ";
 
-/// The tree as an SVG document.
-pub fn draw(tree: &BehaviorTree) -> String {
+/// Row of a drawing.
+pub struct DrawnRow {
+    /// Row above it in the tree.
+    pub parent: Option<usize>,
+    pub level: usize,
+    pub title: String,
+    /// Class `control`, `leaf` or none.
+    pub class: &'static str,
+}
+
+impl DrawnRow {
+    fn width(&self) -> f64 {
+        self.title.chars().count() as f64 * LETTER + 12.0
+    }
+
+    fn left(&self) -> f64 {
+        MARGIN + self.level as f64 * LEVEL
+    }
+}
+
+/// The rows of a behaviour tree.
+pub fn rows(tree: &BehaviorTree) -> Vec<DrawnRow> {
     let nodes = tree.nodes();
-    let right = nodes.iter().map(|node| left(node) + width(node)).max_by(f64::total_cmp).unwrap_or(0.0);
-    let (width_of_all, height) = (right + MARGIN, nodes.len() as f64 * ROW + HEADER + MARGIN);
+    let mut rows: Vec<DrawnRow> = nodes
+        .iter()
+        .map(|node| DrawnRow {
+            parent: None,
+            level: node.depth(),
+            title: if node.name() == node.tag() {
+                node.tag().into()
+            } else {
+                format!("{}: {}", node.tag(), node.name())
+            },
+            class: match node.children().len() {
+                0 => "leaf",
+                1 => "",
+                _ => "control",
+            },
+        })
+        .collect();
+    for (number, node) in nodes.iter().enumerate() {
+        node.children().iter().for_each(|child| rows[*child].parent = Some(number));
+    }
+    rows
+}
+
+/// A tree as an SVG document; a row is below its parent.
+pub fn draw(name: &str, rows: &[DrawnRow]) -> String {
+    let right = rows.iter().map(|row| row.left() + row.width()).max_by(f64::total_cmp).unwrap_or(0.0);
+    let (width_of_all, height) = (right + MARGIN, rows.len() as f64 * ROW + HEADER + MARGIN);
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width_of_all:.0} {height:.0}\" \
          width=\"{width_of_all:.0}\" height=\"{height:.0}\" role=\"img\" aria-label=\"the tree {title}\">\n\
          <style>{STYLE}</style>\n<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
          <text class=\"title\" x=\"{MARGIN}\" y=\"24\">{title}</text>\n",
-        title = escaped(tree.name())
+        title = escaped(name)
     );
     // Writing into a string can't fail.
-    for (row, node) in nodes.iter().enumerate() {
-        for child in node.children() {
-            let (x, from, to) = (left(node) + LEVEL / 2.0, top(row) + HEIGHT, top(*child) + HEIGHT / 2.0);
-            let _ = writeln!(
-                text,
-                "<path class=\"edge\" d=\"M{x:.1} {from:.1}V{to:.1}H{:.1}\"/>",
-                left(&nodes[*child])
-            );
+    for (number, row) in rows.iter().enumerate() {
+        if let Some(parent) = row.parent {
+            let x = rows[parent].left() + LEVEL / 2.0;
+            let (from, to) = (top(parent) + HEIGHT, top(number) + HEIGHT / 2.0);
+            let _ =
+                writeln!(text, "<path class=\"edge\" d=\"M{x:.1} {from:.1}V{to:.1}H{:.1}\"/>", row.left());
         }
     }
-    for (row, node) in nodes.iter().enumerate() {
-        let class = match node.children().len() {
-            0 => "node leaf",
-            1 => "node",
-            _ => "node control",
-        };
+    for (number, row) in rows.iter().enumerate() {
         let _ = writeln!(
             text,
-            "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{HEIGHT}\" rx=\"4\"/>\
-             <text x=\"{label:.1}\" y=\"{base:.1}\">{title}</text>",
-            x = left(node),
-            y = top(row),
-            width = width(node),
-            label = left(node) + 6.0,
-            base = top(row) + 14.0,
-            title = escaped(&title(node))
+            "<rect class=\"node {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{HEIGHT}\" \
+             rx=\"4\"/><text x=\"{label:.1}\" y=\"{base:.1}\">{title}</text>",
+            class = row.class,
+            x = row.left(),
+            y = top(number),
+            width = row.width(),
+            label = row.left() + 6.0,
+            base = top(number) + 14.0,
+            title = escaped(&row.title)
         );
     }
     text.push_str("</svg>\n");
     text
-}
-
-fn title(node: &BehaviorNode) -> String {
-    if node.name() == node.tag() { node.tag().into() } else { format!("{}: {}", node.tag(), node.name()) }
-}
-
-fn width(node: &BehaviorNode) -> f64 {
-    title(node).chars().count() as f64 * LETTER + 12.0
-}
-
-fn left(node: &BehaviorNode) -> f64 {
-    MARGIN + node.depth() as f64 * LEVEL
 }
 
 fn top(row: usize) -> f64 {

@@ -54,3 +54,7 @@ pub use executor::{
 };
 pub use solutions::{SolutionLimits, SolutionReport, solutions};
 pub use theory::{ActionTheory, PerformedAction};
+
+#[cfg(doctest)]
+#[doc = include_str!("../../../../book/src/44-golog.md")]
+mod book {}

@@ -9,7 +9,7 @@ use crate::theory::{ActionEffect, ActionTheory, RobotArgument};
 /// Deepest evaluation of a formula.
 const DEPTH: u64 = 250;
 /// The most parts that an evaluation of a formula may visit.
-const MOST_PARTS: u64 = 1_000_000;
+const MOST_PARTS: u64 = 200_000;
 
 /// Depth of an evaluation, and the most parts that it visits.
 type FormulaCost = (u64, u64);
@@ -23,7 +23,8 @@ pub(super) struct CycleCheck<'a> {
 }
 
 impl CycleCheck<'_> {
-    pub fn check(&self, declarations: &[WrittenDeclaration]) -> Result<(), GologError> {
+    /// Returns the number of parts of formulas that each step of a program evaluates at most.
+    pub fn check(&self, declarations: &[WrittenDeclaration]) -> Result<Vec<u64>, GologError> {
         let costs = self.defined_costs(declarations)?;
         let names = |is_wanted: fn(&WrittenContent) -> bool| -> Vec<TextRange> {
             let own = declarations.iter().filter(|declaration| is_wanted(&declaration.content));
@@ -43,18 +44,34 @@ impl CycleCheck<'_> {
             self.check_cost(worst, range)?;
         }
         let procedures = names(|content| matches!(content, WrittenContent::Procedure { .. }));
-        let formulas = self.theory.nodes.iter().filter_map(|node| match &node.step {
+        let mut parts = Vec::new();
+        for node in &self.theory.nodes {
+            let cost = self.step_cost(&node.step, &costs);
+            let start = self.lines[node.line - 1];
+            self.check_cost(cost, TextRange { start, end: start })?;
+            parts.push(cost.1);
+        }
+        self.check_recursion(&procedures)?;
+        Ok(parts)
+    }
+
+    /// Cost of the formulas that a step evaluates itself.
+    fn step_cost(&self, step: &ProgramStep, costs: &[FormulaCost]) -> FormulaCost {
+        let sum = |formulas: &[GologFormula]| {
+            formulas.iter().fold((0, 0), |sum, part| joined(sum, self.cost(part, costs)))
+        };
+        match step {
             ProgramStep::Test(formula)
             | ProgramStep::If(formula, ..)
             | ProgramStep::While(formula, _)
-            | ProgramStep::Interrupt(formula, _) => Some((node.line, self.cost(formula, &costs))),
-            _ => None,
-        });
-        for (line, cost) in formulas {
-            let start = self.lines[line - 1];
-            self.check_cost(cost, TextRange { start, end: start })?;
+            | ProgramStep::Interrupt(formula, _) => self.cost(formula, costs),
+            ProgramStep::Act(action, arguments) => {
+                let possible = self.theory.actions[*action].possible.iter();
+                possible.fold(sum(arguments), |sum, own| joined(sum, self.cost(own, costs)))
+            }
+            ProgramStep::Call(_, arguments) => sum(arguments),
+            _ => (0, 0),
         }
-        self.check_recursion(&procedures)
     }
 
     fn error(&self, range: TextRange, reason: impl Into<String>) -> GologError {

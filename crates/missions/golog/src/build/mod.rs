@@ -123,7 +123,9 @@ fn build(text: &str) -> Result<ActionTheory, GologError> {
     for declaration in others.into_iter().chain(initial) {
         builder.define(declaration, &mut indices)?;
     }
-    CycleCheck { text, lines: &builder.lines, theory: &builder.theory }.check(&declarations)?;
+    let check = CycleCheck { text, lines: &builder.lines, theory: &builder.theory };
+    let parts = check.check(&declarations)?;
+    builder.theory.nodes.iter_mut().zip(parts).for_each(|(node, parts)| node.parts = parts);
     match builder.names.get("main") {
         Some(NamedPart::Procedure(main)) if builder.theory.procedures[*main].domains.is_empty() => {
             builder.theory.main = *main;

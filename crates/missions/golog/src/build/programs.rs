@@ -51,6 +51,7 @@ impl<'a, 'text> ProgramBuilder<'a, 'text> {
             key,
             scope: self.scope,
             slots: self.builder.variables.len(),
+            parts: 0,
             title: title.trim_end().into(),
         });
         Ok(self.builder.theory.nodes.len() - 1)

@@ -54,15 +54,58 @@ pub struct GologState {
     steps: u64,
 }
 
+/// Order of programs in a state: each after its parts, the same for equal programs.
+#[derive(Debug, Default)]
+struct SavedOrder {
+    programs: Vec<u32>,
+    plans: Vec<u32>,
+    /// Place of each program in the list.
+    places: BTreeMap<u32, u32>,
+    plan_places: BTreeMap<u32, u32>,
+}
+
+impl SavedOrder {
+    fn add(&mut self, all: &RemainingPrograms, program: u32) {
+        if self.places.contains_key(&program) {
+            return;
+        }
+        match all.get(program) {
+            Remaining::Then(first, second)
+            | Remaining::Both(first, second)
+            | Remaining::Priority(first, second) => {
+                self.add(all, first);
+                self.add(all, second);
+            }
+            Remaining::Search(inner) => self.add(all, inner),
+            Remaining::Plan(first) => {
+                let steps: Vec<u32> =
+                    std::iter::successors(Some(first), |step| all.plans[*step as usize].next).collect();
+                for step in steps.into_iter().rev() {
+                    if self.plan_places.contains_key(&step) {
+                        continue;
+                    }
+                    self.add(all, all.plans[step as usize].program);
+                    // Plans are at most as long as a search.
+                    self.plan_places.insert(step, self.plans.len() as u32);
+                    self.plans.push(step);
+                }
+            }
+            Remaining::Nil | Remaining::Code(..) | Remaining::Performing(_) => {}
+        }
+        self.places.insert(program, self.programs.len() as u32);
+        self.programs.push(program);
+    }
+}
+
 impl GologExecutor {
     /// Returns the state.
     pub fn state(&self) -> GologState {
         let mut roots = vec![self.program];
         roots.extend(self.search.iter().map(|search| search.program));
         roots.extend(&self.hopeless);
-        let (programs, plans) = self.programs.reachable(&roots);
-        let places: BTreeMap<u32, u32> = programs.iter().copied().zip(0..).collect();
-        let plan_places: BTreeMap<u32, u32> = plans.iter().copied().zip(0..).collect();
+        let mut order = SavedOrder::default();
+        roots.iter().for_each(|root| order.add(&self.programs, *root));
+        let SavedOrder { programs, plans, places, plan_places } = order;
         let plan_step = |step: &u32| {
             let PlannedStep { program, expected, action, next } = self.programs.plans[*step as usize];
             let action = action.map(|action| action.text(&self.theory));

@@ -9,8 +9,8 @@ use crate::theory::program::{ProgramNode, ProgramStep};
 
 /// Deepest nesting of programs within a transition.
 const DEPTH: usize = 400;
-/// The most parts of programs that a transition may consider.
-const MOST_PARTS: usize = 1_000_000;
+/// The most parts of programs and formulas that a transition may consider.
+const MOST_PARTS: u64 = 200_000;
 
 /// A transition of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +44,7 @@ pub(crate) struct TransitionReader<'a> {
     pub view: SituationView<'a>,
     pub programs: &'a mut RemainingPrograms,
     pub mode: TransitionMode<'a>,
-    parts: usize,
+    parts: u64,
 }
 
 impl<'a> TransitionReader<'a> {
@@ -77,8 +77,11 @@ impl<'a> TransitionReader<'a> {
     }
 
     pub(super) fn count(&mut self, depth: usize, node: Option<usize>) -> Result<(), GologRunError> {
-        self.parts += 1;
-        let line = node.map_or(0, |node| self.view.theory.nodes[node].line);
+        let (line, parts) = match node {
+            Some(node) => (self.view.theory.nodes[node].line, self.view.theory.nodes[node].parts),
+            None => (0, 0),
+        };
+        self.parts = self.parts.saturating_add(parts + 1);
         if depth > DEPTH {
             let reason = format!("programs nest deeper than {DEPTH}: check the recursion of procedures");
             return Err(GologRunError { line, reason });
@@ -86,7 +89,9 @@ impl<'a> TransitionReader<'a> {
         match self.parts > MOST_PARTS {
             true => Err(GologRunError {
                 line,
-                reason: format!("a step considers more than {MOST_PARTS} alternatives: use smaller domains"),
+                reason: format!(
+                    "a step considers more than {MOST_PARTS} alternatives: use smaller domains or fewer variables"
+                ),
             }),
             false => Ok(()),
         }

@@ -13,6 +13,8 @@ pub(crate) struct ProgramNode {
     pub scope: Option<usize>,
     /// Number of slots of visible variables.
     pub slots: usize,
+    /// The most parts of formulas that it evaluates itself.
+    pub parts: u64,
     /// First line of its text.
     pub title: String,
 }
