@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use slate_golog::{
-    ActionTheory, GologExecutor, GologHost, GologProgress, GologState, RobotAction, SearchLimits, SolutionLimits,
-    check_theory, outline, solutions,
+    ActionTheory, GologExecutor, GologHost, GologProgress, GologState, RobotAction, SearchLimits,
+    SolutionLimits, check_theory, outline, solutions,
 };
 
 use crate::memory::within;
