@@ -187,7 +187,11 @@ fn the_end_of_a_failed_run_says_why_the_robot_stood() {
             "r2: no pose (r2/orientation_monitor is degraded); r2/orientation_monitor at 1.00 s: the measurements",
         ),
         (fault("odometry", "silent"), "r2: the sensor `odometry` stopped at 0.98 s"),
-        (fault("odometry", "frozen"), "r2: the sensor `odometry` stopped at 0.98 s; r2/odometry_monitor at"),
+        (
+            fault("odometry", "frozen"),
+            "r2: the sensor `odometry` stopped at 0.98 s; r2/execute at 1.20 s: GoToOrigin failed, the plan is given \
+             up; r2/odometry_monitor at 1.20 s: the sensor `odometry` is frozen",
+        ),
         (
             fault("position", "frozen"),
             "r2: no pose (r2/position_monitor is degraded); r2/position_monitor at",

@@ -22,6 +22,7 @@ use slate_plugin::prelude::*;
 plugin!(
     PlanBlock<petri_net_plan::PetriNetPlan>,
     PlanBlock<behavior_tree_plan::BehaviorTreePlan>,
+    PlanBlock<golog_plan::GologPlan>,
     PlanBlock<behavior_plan::BehaviorPlan>,
     AnalyzeBlock<wheeled_conditions::WheeledConditions>,
 );

@@ -12,9 +12,11 @@ use crate::travelled_pose::{TURN, TravelledPose, has_turned};
 
 /// Travel by the odometry after which the same measurement is a frozen one, metres.
 const TRAVEL: f64 = 0.1;
+
 /// A measurement that changes, to the last bit, whenever its robot moves in some way.
 pub trait MovingMeasurement {
-    /// The measured numbers, in any order; none if it tells nothing, as a detector without a detection.
+    /// The measured numbers, in any order; none if it tells nothing, as a detector without a detection. What is not finite
+    /// tells nothing, either.
     fn numbers(&self) -> Option<[f64; 16]>;
 
     /// Returns whether it must have changed after a travel (m) and a turn (rad).
@@ -94,7 +96,9 @@ impl FrozenSensor {
             (self.held, self.is_frozen) = (None, false);
         }
         if let (Some(measured), Some(TravelledPose { pose, .. })) = (measured, odometry) {
-            let bits = measured.numbers().map(|numbers| numbers.map(f64::to_bits));
+            let numbers =
+                measured.numbers().filter(|numbers| numbers.iter().all(|number| number.is_finite()));
+            let bits = numbers.map(|numbers| numbers.map(f64::to_bits));
             match self.held.filter(|held| Some(held.bits) == bits) {
                 Some(held) => {
                     let [x, y, theta] = held.place;
@@ -138,7 +142,8 @@ impl FrozenOdometry {
         if let Some(Odometry { pose: Pose2 { x, y, theta }, twist }) = odometry {
             let Twist2 { linear, angular } = *twist;
             let bits = [*x, *y, *theta, linear, angular].map(f64::to_bits);
-            if bits != self.held {
+            // What is not finite is told as that.
+            if bits != self.held || !bits.iter().all(|bits| f64::from_bits(*bits).is_finite()) {
                 *self = Self { held: bits, since: now.now(), is_frozen: false };
             }
             let time = now.now().saturating_sub(self.since) as f64 * 1e-9;
