@@ -55,7 +55,7 @@ pub fn run(bytes: &[u8]) {
     let mut executor = GologExecutor::new(Arc::clone(&theory), limits);
     let mut host = Host(1);
     let tick = |executor: &mut GologExecutor, host: &mut Host, number: u32| {
-        executor.observe(|name| Some((name.len() as u32 + number) % 3 == 0))?;
+        executor.observe(|name| Some((name.len() as u32 + number).is_multiple_of(3)))?;
         executor.tick(host)
     };
     for number in 0..3 {
