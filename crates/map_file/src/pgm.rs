@@ -25,13 +25,13 @@ pub(crate) fn read(file: &Path, mut source: impl BufRead) -> Result<MapImage, Ma
     let (width, height) = (number("width", most)?, number("height", most)?);
     let brightest = number("brightest value", 255)?;
     check_size(file, [width, height], 1)?;
-    let mut bytes = vec![0; width * height];
-    source.read_exact(&mut bytes).map_err(|error| match error.kind() {
-        io::ErrorKind::UnexpectedEof => {
-            MapFileError::new(file, format!("ends before its last pixel: expected {width} x {height} bytes"))
-        }
-        _ => MapFileError::unreadable(file, &error),
-    })?;
+    // Grows with what is there, whatever the header says.
+    let mut bytes = Vec::new();
+    source.take((width * height) as u64).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() < width * height {
+        let reason = format!("ends before its last pixel: expected {width} x {height} bytes");
+        return Err(MapFileError::new(file, reason));
+    }
     if brightest < 255 {
         bytes.iter_mut().for_each(|byte| {
             *byte = (usize::from(*byte).min(brightest) * 255 / brightest) as u8;
