@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use slate_executive::behavior_plan::{BehaviorPlan, BehaviorPlanParams, SkillMissionStatus};
 use slate_executive::conditions::ConditionValues;
 use slate_plugin::interfaces::{MissionState, Verdict};
-use slate_plugin::mapek::{Ended, Ending, ExecuteStatus, PlanBlock, PlanStep, Planned, Route};
+use slate_plugin::mapek::{Ending, ExecuteStatus, PlanBlock};
+use slate_plugin::module::Text;
 use slate_plugin::module::testing::Fixture;
-use slate_plugin::module::{Sequence, Text};
+
+use crate::common::{sent, status};
 
 type SkillPlanning = Fixture<PlanBlock<BehaviorPlan>>;
 
@@ -36,31 +38,6 @@ const VISIT: &str = "fsm:define_states{export_to = _M,
 fn planning(file: &Path) -> SkillPlanning {
     let skill_filename = Text::new(file.to_str().unwrap());
     SkillPlanning::with(BehaviorPlanParams { skill_filename, ..BehaviorPlanParams::default() }).unwrap()
-}
-
-/// Execute's status when the action of that ticket runs, or has ended.
-fn status(number: u64, ticket: u64, ending: Option<Ending>) -> ExecuteStatus {
-    let route = Route::DELIBERATIVE;
-    let ended = ending.map(|ending| Ended { number, ticket, ending, route, ..Ended::default() });
-    match ended {
-        None => ExecuteStatus { ticket, route, ..ExecuteStatus::default() },
-        Some(ended) => ExecuteStatus { ticket, ended: Sequence::new(&[ended]), ..ExecuteStatus::default() },
-    }
-}
-
-/// What the Plan sends in this tick, such as `Go 1` or `clear`.
-fn sent(plan: &mut SkillPlanning) -> Vec<String> {
-    plan.advance(20_000_000);
-    plan.tick();
-    let sent = plan.sent::<Planned>("plan");
-    let text = |sent: &Planned| match sent.step {
-        PlanStep::CLEAR => "clear".into(),
-        _ => {
-            let arguments = sent.action.arguments.iter().map(|number| format!(" {number}"));
-            format!("{}{}", sent.action.kind.as_str(), arguments.collect::<String>())
-        }
-    };
-    sent.iter().map(text).collect()
 }
 
 #[test]

@@ -6,9 +6,11 @@ use slate_executive::conditions::ConditionValues;
 use slate_executive::petri_net_plan::{MissionStatus, PetriNetPlan, PetriNetPlanParams};
 use slate_petri_net::{generate_net, parse_linear_plan, parse_rules, write_pnml};
 use slate_plugin::interfaces::{MissionState, Verdict};
-use slate_plugin::mapek::{Ended, Ending, ExecuteStatus, PlanBlock, PlanStep, Planned, Route};
+use slate_plugin::mapek::{Ending, ExecuteStatus, PlanBlock, PlanStep, Planned};
+use slate_plugin::module::Text;
 use slate_plugin::module::testing::Fixture;
-use slate_plugin::module::{Sequence, Text};
+
+use crate::common::status;
 
 type Planning = Fixture<PlanBlock<PetriNetPlan>>;
 
@@ -25,18 +27,6 @@ fn file(name: &str, plan: &str, rules: &str) -> PathBuf {
 fn planning(file: &std::path::Path) -> Planning {
     let plan_filename = Text::new(file.to_str().unwrap());
     Planning::with(PetriNetPlanParams { plan_filename, ..PetriNetPlanParams::default() }).unwrap()
-}
-
-/// Execute's status when the action of that ticket runs, or has ended.
-fn status(number: u64, ticket: u64, ending: Option<Ending>) -> ExecuteStatus {
-    let route = Route::DELIBERATIVE;
-    match ending {
-        None => ExecuteStatus { ticket, route, ..ExecuteStatus::default() },
-        Some(ending) => {
-            let ended = Ended { number, ticket, ending, route, ..Ended::default() };
-            ExecuteStatus { ticket, ended: Sequence::new(&[ended]), ..ExecuteStatus::default() }
-        }
-    }
 }
 
 /// What the Plan sends in this tick: kind of step, kind of action, arguments.

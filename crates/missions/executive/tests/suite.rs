@@ -4,6 +4,7 @@
 #[cfg(feature = "lua")]
 mod behavior_plan;
 mod behavior_tree_plan;
+mod common;
 mod conditions;
 mod golog_plan;
 mod petri_net_plan;

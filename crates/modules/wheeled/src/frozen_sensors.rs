@@ -142,7 +142,7 @@ impl FrozenOdometry {
         if let Some(Odometry { pose: Pose2 { x, y, theta }, twist }) = odometry {
             let Twist2 { linear, angular } = *twist;
             let bits = [*x, *y, *theta, linear, angular].map(f64::to_bits);
-            // What is not finite is told as that.
+            // The Monitor reports numbers that are not finite as invalid.
             if bits != self.held || !bits.iter().all(|bits| f64::from_bits(*bits).is_finite()) {
                 *self = Self { held: bits, since: now.now(), is_frozen: false };
             }

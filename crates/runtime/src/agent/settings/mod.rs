@@ -161,7 +161,7 @@ impl<'c> SettingsChanger<'c> {
         check_dormant(configuration, catalogue, &assembly.last_known, &mut complaints);
         let mut diagnostics = std::mem::take(&mut complaints.diagnostics);
         diagnostics.extend(wired.ambiguous().iter().cloned());
-        // The advice to start anew is none for what is wrong then, too.
+        // A restart does not mend what is wrong in itself, so it is no advice then.
         if diagnostics.is_empty() {
             diagnostics = later;
         }
