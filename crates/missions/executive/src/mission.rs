@@ -190,12 +190,22 @@ impl<E: MissionExecutor> PlanMission<E> {
     /// Returns the verdict; `ended` is the reason of a success, or that of a failure.
     pub fn verdict(&self, ended: Option<Result<&str, &str>>) -> Verdict {
         let (state, outcome, reason) = match (&self.failure, ended) {
-            (Some(failure), _) => (MissionState::FAILED, MissionOutcome::OTHER, failure.as_str()),
+            // A verdict is short; the log has the file's folder.
+            (Some(failure), _) => {
+                let reason = failure.strip_prefix(self.folder()).unwrap_or(failure);
+                (MissionState::FAILED, MissionOutcome::OTHER, reason)
+            }
             (None, Some(Ok(reason))) => (MissionState::SUCCEEDED, MissionOutcome::GOAL_REACHED, reason),
             (None, Some(Err(reason))) => (MissionState::FAILED, MissionOutcome::OTHER, reason),
             (None, None) => (MissionState::RUNNING, MissionOutcome::OTHER, ""),
         };
         Verdict { state, outcome, reason: Text::new(reason) }
+    }
+
+    /// Returns the folder of the mission's file, with its last slash.
+    fn folder(&self) -> &str {
+        let file = self.read.as_ref().map_or("", |(file, _)| file);
+        &file[..file.rfind('/').map_or(0, |slash| slash + 1)]
     }
 
     /// Whether the report's text differs from the newest one; takes it in that case.
