@@ -53,7 +53,7 @@ fn a_local_planner_is_measured_in_worlds_of_cylinders() {
         .map(|[x, y]| format!("3,{},{}\n", x - 2.25, y + 3.0))
         .collect();
     fs::write(data.join("cylinders.csv"), format!("world,x,y\n{walls}")).unwrap();
-    let output = running.call(&evaluate);
+    let output = running.call(&["evaluate", "local_planning", "--data", "data", "--planner", "dwa"]);
     assert_eq!(output.status.code(), Some(7), "{output:?}");
     let lines = text(&output.stdout);
     assert!(lines.contains("NOT reached") && lines.contains("world 3: "), "{lines}");

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use slate_module::Plugin;
@@ -333,7 +333,14 @@ pub fn record_on_the_wall_clock_with(path: &Path, changes: &[(Duration, &str, &s
     let options = Options { recording: Some(Arc::new(recorder.clone())), ..Options::default() };
     let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
     recorder.begin(&agent, path);
-    let until = |cycle: &Cycle<'_>| if cycle.number < 30 { Control::Continue } else { Control::Stop };
+    // A change may be late; each is followed by some cycles.
+    let made = Arc::new(AtomicUsize::new(0));
+    let (seen, wanted) = (made.clone(), changes.len());
+    let mut cycles_after = 0;
+    let until = move |cycle: &Cycle<'_>| {
+        cycles_after += u64::from(seen.load(Ordering::Relaxed) == wanted);
+        if cycle.number < 30 || cycles_after < 6 { Control::Continue } else { Control::Stop }
+    };
     let database = agent.database().unwrap().clone();
     std::thread::scope(|scope| {
         scope.spawn(|| {
@@ -342,6 +349,7 @@ pub fn record_on_the_wall_clock_with(path: &Path, changes: &[(Duration, &str, &s
                 std::thread::sleep(*after - passed);
                 passed = *after;
                 database.set(&[(*path, *value)]).unwrap();
+                made.fetch_add(1, Ordering::Relaxed);
             }
         });
         agent.run(Box::new(until)).unwrap();
