@@ -69,6 +69,16 @@ fn open(running: &mut Running, agent: &str, example: &str, arguments: &[&str]) -
 
 /// The link that was printed.
 fn link(running: &Running) -> String {
+    let content = printed(running);
+    format!(
+        "{}/#token={}",
+        content["address"].as_str().unwrap(),
+        content["tokens"]["developer"].as_str().unwrap()
+    )
+}
+
+/// Address and tokens of the console.
+fn printed(running: &Running) -> Value {
     let find = || {
         let files = std::fs::read_dir(running.sockets().join("slate")).unwrap();
         let mut files = files.map(|entry| entry.unwrap().path());
@@ -77,12 +87,7 @@ fn link(running: &Running) -> String {
     // It is there a moment after the socket.
     wait_for("the link", || find().is_some());
     let file = find().unwrap();
-    let content: Value = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
-    format!(
-        "{}/#token={}",
-        content["address"].as_str().unwrap(),
-        content["tokens"]["developer"].as_str().unwrap()
-    )
+    serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap()
 }
 
 /// Goes there with a browser.
@@ -153,6 +158,19 @@ fn a_robot_that_navigates_is_on_the_map_and_sent_from_there() {
                 [{min_x=4.3,min_y=9.2,max_x=5.6,max_y=10.6}]";
     let link = open(&mut running, "office", &example("office/office.toml"), &["--set", zone]);
     visit("navigation.cjs", &link, "office");
+}
+
+#[test]
+fn mission_is_seen_stepped_and_forced_by_a_developer() {
+    let _turn = turn();
+    let mut running = Running::new("browser-mission");
+    let set = ["--set", "modules.referee.params.time_limit=600.0"];
+    let link = open(&mut running, "patrol", &example("patrol/patrol.toml"), &set);
+    let tokens = &printed(&running)["tokens"];
+    let token = |role: &str| tokens[role].as_str().unwrap().to_owned();
+    let mut browser = browser("mission.cjs", &link, "patrol");
+    browser.env("VIEWER", token("viewer")).env("OPERATOR", token("operator"));
+    run(&mut browser, "the page does not do what it shall");
 }
 
 #[test]

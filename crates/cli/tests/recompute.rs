@@ -6,6 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use serde_json::json;
+use slate::blackboard::Carrier;
+use slate::blackboard::interface::{self, Value, View};
 use slate::module::Plugin;
 use slate::record::Recorder;
 use slate::record::replay::{Comparison, Plan, Player, Recomputation, Verdict};
@@ -22,6 +25,7 @@ fn plugins() -> Vec<Plugin> {
         slate::sim::plugin(),
         slate_wheeled::plugin(),
         slate_adaptation::plugin(),
+        slate_executive::plugin(),
         slate_localization::plugin(),
         slate_mapping::plugin(),
         slate_exp3::plugin(),
@@ -200,4 +204,42 @@ fn every_module_is_the_same_after_stops_of_the_actuators() {
     assert_eq!(outcome.first, None);
     let gate = outcome.properties.iter().find(|own| own.url == "/r2/wheels/gate").unwrap();
     assert!(gate.same > 100, "each cycle, and each stop: {gate:?}");
+}
+
+/// Orders a mission to do something, as a tool does.
+fn order(agent: &Agent, command: &str, element: u32) {
+    let (graph, _) = agent.board().find("r2/planner/graph").unwrap();
+    let (bytes, items, _) = graph.newest().unwrap().unwrap();
+    let graph = serde_json::to_value(View::new(graph.descriptor(), &bytes, items).unwrap()).unwrap();
+    let message =
+        json!({ "command": command, "outcome": "SUCCESS", "element": element, "graph": graph["id"] });
+    let (orders, _) = agent.board().find("r2/planner/orders").unwrap();
+    let Carrier::Mailbox(mailbox) = orders.carrier() else { panic!("no inbox") };
+    let mut bytes = vec![0; orders.descriptor().size];
+    let message: Value = serde_json::from_value(message).unwrap();
+    interface::edit(orders.descriptor(), &mut bytes, 0, "", &message).unwrap();
+    mailbox.sender().unwrap().send(&bytes, 0, agent.composer().now()).unwrap();
+}
+
+/// What a developer orders is recorded as all messages are.
+#[test]
+fn every_module_of_a_mission_under_orders_is_the_same() {
+    // The token goes on to the second way, by a forced transition and a step.
+    let end_of_first_way = 18;
+    let file = format!("robots.r2.modules.planner.params.plan_filename=\"{EXAMPLES}/patrol/patrol.pnml\"");
+    let path = record_with("patrol", "patrol", &[&file], 60, |agent, cycle| match cycle {
+        10 => order(agent, "PAUSE", 0),
+        20 => order(agent, "FORCE", end_of_first_way),
+        30 => order(agent, "STEP", 0),
+        40 => order(agent, "RESUME", 0),
+        _ => {}
+    });
+    modules(&path);
+    let outcome = recompute(&path, &["r2/planner"]);
+    assert_eq!(outcome.first, None);
+    let count = |name: &str| {
+        let own = outcome.properties.iter().find(|own| own.url == format!("/r2/planner/{name}"));
+        own.map_or(0, |own| own.same)
+    };
+    assert!(count("graph") == 1 && count("activity") >= 4, "{outcome:?}");
 }

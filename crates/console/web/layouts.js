@@ -11,6 +11,7 @@ export const BUILT_IN = {
   parameters: { title: "Parameters", columns: [column(3, tile("parameters")), column(2, tile("map", 3), tile("plot", 2))] },
   plots: { title: "Plots", columns: [column(3, tile("plot"), tile("plot", 1, { series: [] })), column(2, tile("states"))] },
   mapek: { title: "MAPE-K", columns: [column(1, tile("mapek"))] },
+  mission: { title: "Mission", columns: [column(5, tile("mission")), column(3, tile("map", 3), tile("log", 2))] },
   graph: { title: "Graph", columns: [column(1, tile("graph"))] },
   timing: { title: "Timing", columns: [column(1, tile("timing"))] },
   log: { title: "Log", columns: [column(1, tile("log"))] },

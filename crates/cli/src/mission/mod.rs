@@ -6,6 +6,8 @@ mod check;
 mod golog;
 #[cfg(feature = "missions")]
 mod nets;
+#[cfg(feature = "missions")]
+mod paper;
 #[cfg(feature = "lua")]
 mod skills;
 #[cfg(feature = "lua")]

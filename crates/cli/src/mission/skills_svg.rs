@@ -5,6 +5,7 @@ use std::fmt::Write;
 use slate::control::graph::{Flow, GraphEdge, GraphLayout, GraphNode, ModuleGraph, NodeKind};
 use slate_behavior::{MachineState, MachineTransition, SkillMachine};
 
+use super::paper::document;
 use crate::graph::svg::escaped;
 
 /// Approximate width of a letter, pixels.
@@ -16,25 +17,6 @@ const HEADER: f64 = 36.0;
 const MARGIN: f64 = 24.0;
 /// Letters of a condition that are drawn.
 const LONGEST: usize = 48;
-
-const STYLE: &str = "
-  text { font: 11px ui-monospace, 'DejaVu Sans Mono', monospace; fill: #1b1f24; }
-  .title { font-size: 15px; font-weight: bold; }
-  .name { font-weight: bold; }
-  .paper { fill: #ffffff; }
-  .state { fill: #f6f8fa; stroke: #57606a; }
-  .runs { fill: #eef6ff; stroke: #0072b2; stroke-width: 1.8; }
-  .start { stroke-width: 3; }
-  .exit { stroke: #117733; stroke-width: 3; }
-  .fail { stroke: #a04000; stroke-width: 3; }
-  .edge { fill: none; stroke: #57606a; stroke-opacity: 0.75; }
-  .timeout { stroke-dasharray: 4 3; }
-  @media (prefers-color-scheme: dark) {
-    text { fill: #e6edf3; } .paper { fill: #14181d; } .state { fill: #1f252c; stroke: #9da7b3; }
-    .runs { fill: #16242f; stroke: #56b4e9; } .exit { stroke: #44aa99; } .fail { stroke: #e69f00; }
-    .edge { stroke: #9da7b3; }
-  }
-";
 
 /// The machines as an SVG document, one below the other.
 pub fn draw(title: &str, machines: &[SkillMachine]) -> String {
@@ -55,14 +37,7 @@ pub fn draw(title: &str, machines: &[SkillMachine]) -> String {
         width = if layout.width > width { layout.width } else { width };
         height += layout.height + HEADER;
     }
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
-         height=\"{height:.0}\" role=\"img\" aria-label=\"the skills of {title}\">\n<style>{STYLE}</style>\n\
-         <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
-         <defs><marker id=\"arrow\" viewBox=\"0 0 8 8\" refX=\"7\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" \
-         orient=\"auto\"><path d=\"M0 0L8 4L0 8z\" fill=\"context-stroke\"/></marker></defs>\n{body}</svg>\n",
-        title = escaped(title)
-    )
+    document((width, height), &format!("the skills of {title}"), &body)
 }
 
 /// The machine as a graph; transitions that lead back close a loop.

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use slate::control::graph::{Flow, GraphEdge, GraphLayout, GraphNode, ModuleGraph, NodeKind};
 use slate_petri_net::PetriNet;
 
+use super::paper::document;
 use crate::graph::svg::escaped;
 
 /// Approximate width of a letter, pixels.
@@ -18,38 +19,15 @@ const LABEL: f64 = 16.0;
 const HEADER: f64 = 36.0;
 const MARGIN: f64 = 24.0;
 
-const STYLE: &str = "
-  text { font: 10px ui-monospace, 'DejaVu Sans Mono', monospace; fill: #1b1f24; text-anchor: middle; }
-  .title { font-size: 15px; font-weight: bold; text-anchor: start; }
-  .paper { fill: #ffffff; }
-  .place { fill: #f6f8fa; stroke: #57606a; }
-  .action { fill: #eef6ff; stroke: #0072b2; stroke-width: 1.8; }
-  .goal { stroke: #117733; stroke-width: 3; }
-  .fail { stroke: #a04000; stroke-width: 3; }
-  .transition, .token { fill: #1b1f24; }
-  .edge { fill: none; stroke: #57606a; stroke-opacity: 0.75; }
-  .back { stroke: #0072b2; }
-  @media (prefers-color-scheme: dark) {
-    text { fill: #e6edf3; } .paper { fill: #14181d; } .place { fill: #1f252c; stroke: #9da7b3; }
-    .action { fill: #16242f; stroke: #56b4e9; } .goal { stroke: #44aa99; } .fail { stroke: #e69f00; }
-    .transition, .token { fill: #e6edf3; } .edge { stroke: #9da7b3; } .back { stroke: #56b4e9; }
-  }
-";
-
 /// The net as an SVG document: places are circles, transitions are bars.
 pub fn draw(net: &PetriNet) -> String {
     let graph = graph(net);
     let sizes: Vec<(f64, f64)> = graph.nodes.iter().map(|node| size(&node.name)).collect();
     let layout = GraphLayout::new(&graph, &sizes, None);
-    let (width, height) = (layout.width, layout.height + HEADER);
+    let title = escaped(&graph.title);
     let mut text = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
-         height=\"{height:.0}\" role=\"img\" aria-label=\"the plan {title}\">\n<style>{STYLE}</style>\n\
-         <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
-         <defs><marker id=\"arrow\" viewBox=\"0 0 8 8\" refX=\"7\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" \
-         orient=\"auto\"><path d=\"M0 0L8 4L0 8z\" fill=\"context-stroke\"/></marker></defs>\n\
-         <text class=\"title\" x=\"{MARGIN}\" y=\"24\">{title}</text>\n<g transform=\"translate(0 {HEADER:.0})\">\n",
-        title = escaped(&graph.title)
+        "<text class=\"title\" x=\"{MARGIN}\" y=\"24\">{title}</text>\n\
+         <g class=\"net\" transform=\"translate(0 {HEADER:.0})\">\n"
     );
     // The middle of the shape of each node. Writing into a string can't fail.
     let middle = |node: usize| {
@@ -72,8 +50,8 @@ pub fn draw(net: &PetriNet) -> String {
         let (x, y) = (middle(node).0, middle(node).1 + RADIUS + 11.0);
         let _ = writeln!(text, "<text x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escaped(name));
     }
-    text.push_str("</g>\n</svg>\n");
-    text
+    text.push_str("</g>\n");
+    document((layout.width, layout.height + HEADER), &format!("the plan {}", graph.title), &text)
 }
 
 /// The net as a graph: places, then transitions.

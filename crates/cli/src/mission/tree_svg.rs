@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use slate_behavior_tree::BehaviorTree;
 
+use super::paper::document;
 use crate::graph::svg::escaped;
 
 /// Approximate width of a letter, pixels.
@@ -16,20 +17,6 @@ const HEIGHT: f64 = 20.0;
 const LEVEL: f64 = 28.0;
 const HEADER: f64 = 36.0;
 const MARGIN: f64 = 24.0;
-
-const STYLE: &str = "
-  text { font: 11px ui-monospace, 'DejaVu Sans Mono', monospace; fill: #1b1f24; }
-  .title { font-size: 15px; font-weight: bold; }
-  .paper { fill: #ffffff; }
-  .node { fill: #f6f8fa; stroke: #57606a; }
-  .control { fill: #fff4e5; stroke: #a04000; }
-  .leaf { fill: #eef6ff; stroke: #0072b2; stroke-width: 1.8; }
-  .edge { fill: none; stroke: #57606a; stroke-opacity: 0.75; }
-  @media (prefers-color-scheme: dark) {
-    text { fill: #e6edf3; } .paper { fill: #14181d; } .node { fill: #1f252c; stroke: #9da7b3; }
-    .control { fill: #2e2417; stroke: #e69f00; } .leaf { fill: #16242f; stroke: #56b4e9; } .edge { stroke: #9da7b3; }
-  }
-";
 
 /// Row of a drawing.
 pub struct DrawnRow {
@@ -81,13 +68,8 @@ pub fn rows(tree: &BehaviorTree) -> Vec<DrawnRow> {
 pub fn draw(name: &str, rows: &[DrawnRow]) -> String {
     let right = rows.iter().map(|row| row.left() + row.width()).max_by(f64::total_cmp).unwrap_or(0.0);
     let (width_of_all, height) = (right + MARGIN, rows.len() as f64 * ROW + HEADER + MARGIN);
-    let mut text = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width_of_all:.0} {height:.0}\" \
-         width=\"{width_of_all:.0}\" height=\"{height:.0}\" role=\"img\" aria-label=\"the tree {title}\">\n\
-         <style>{STYLE}</style>\n<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
-         <text class=\"title\" x=\"{MARGIN}\" y=\"24\">{title}</text>\n",
-        title = escaped(name)
-    );
+    let title = escaped(name);
+    let mut text = format!("<text class=\"title\" x=\"{MARGIN}\" y=\"24\">{title}</text>\n");
     // Writing into a string can't fail.
     for (number, row) in rows.iter().enumerate() {
         if let Some(parent) = row.parent {
@@ -111,8 +93,7 @@ pub fn draw(name: &str, rows: &[DrawnRow]) -> String {
             title = escaped(&row.title)
         );
     }
-    text.push_str("</svg>\n");
-    text
+    document((width_of_all, height), &format!("the tree {name}"), &text)
 }
 
 fn top(row: usize) -> f64 {

@@ -53,6 +53,9 @@ pub(super) const SEND: Operation = Operation::post(
 .body(shape::anything)
 .answers(|| shape::object(&[("status", json!({ "enum": ["accepted", "done", "fits"] }))]), send);
 
+/// Role of inboxes whose messages only developers send.
+const OF_DEVELOPERS: &str = "developer";
+
 /// A setting that can be written.
 struct WriteTarget {
     property: Arc<Property>,
@@ -318,6 +321,13 @@ fn send(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<Operati
             let help = "`slate set` and PUT set what can be set; `slate list` shows what there is";
             let problem = Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, help);
             return Err(problem.of(Mistake::Value).with("allow", "GET, PUT, PATCH"));
+        }
+        let port = surface.agent.composer().port(property.path());
+        if port.is_some_and(|port| port.role == OF_DEVELOPERS) && ask.caller.role < Role::Developer {
+            let message =
+                format!("{} may not do this: orders to /{path} are a developer's", ask.caller.role.one());
+            let help = "ask with the token of a developer";
+            return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
         }
     }
     let sent = surface.agent.messages.send(&url.to_string(), &body, dry);

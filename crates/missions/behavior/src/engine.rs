@@ -32,6 +32,8 @@ pub struct BehaviorEngine {
     status: BehaviorStatus,
     /// Whether the newest tick has changed a state.
     is_changed: bool,
+    /// Number of ticks and jumps that have changed a state.
+    changes: u64,
     /// Error of a tick, after which the mission can't go on.
     failure: Option<BehaviorError>,
 }
@@ -84,8 +86,14 @@ impl BehaviorEngine {
             enter,
             status: BehaviorStatus::Running,
             is_changed: false,
+            changes: 0,
             failure: None,
         })
+    }
+
+    /// Returns the name of the main file.
+    pub fn name(&self) -> &str {
+        self.files.main()
     }
 
     /// Returns the actions that its skills perform.
@@ -123,7 +131,12 @@ impl BehaviorEngine {
             return Ok(self.status);
         }
         match self.run_tick(now, host) {
-            Ok((status, is_changed)) => (self.status, self.is_changed) = (status, is_changed),
+            Ok((status, is_changed)) => {
+                (self.status, self.is_changed) = (status, is_changed);
+                if is_changed {
+                    self.changes = self.count_changes();
+                }
+            }
             Err(error) => {
                 let error = self.failure_of(&error);
                 self.failure = Some(error.clone());
@@ -167,6 +180,69 @@ impl BehaviorEngine {
         self.sandbox.function("failure").and_then(|failure| failure.call(())).unwrap_or_default()
     }
 
+    /// Returns the index of the state that each machine is in.
+    pub fn current_states(&self) -> Vec<Option<usize>> {
+        let list = || -> mlua::Result<Vec<usize>> {
+            let list: Table = self.sandbox.function("current_states")?.call(())?;
+            list.sequence_values().collect()
+        };
+        list().unwrap_or_default().into_iter().map(|place| place.checked_sub(1)).collect()
+    }
+
+    /// Returns the number of ticks and jumps that have changed a state, also those before a restoration.
+    pub fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    fn count_changes(&self) -> u64 {
+        self.sandbox.function("changes").and_then(|changes| changes.call(())).unwrap_or_default()
+    }
+
+    /// Makes a machine that runs go to a state, as by a transition: it leaves its state and enters the other one.
+    ///
+    /// Machine and state are indices of [`machines`](Self::machines). Returns `false` if the machine does not run.
+    ///
+    /// # Errors
+    /// Those of [`tick`](Self::tick).
+    pub fn jump(
+        &mut self,
+        machine: usize,
+        state: usize,
+        now: u64,
+        host: &mut dyn BehaviorHost,
+    ) -> Result<bool, BehaviorError> {
+        if let Some(failure) = &self.failure {
+            return Err(failure.clone());
+        }
+        if self.status != BehaviorStatus::Running {
+            return Ok(false);
+        }
+        let jumped = self.run_jump(machine, state, now, host).map_err(|error| {
+            let error = self.failure_of(&error);
+            self.failure = Some(error.clone());
+            error
+        });
+        self.changes = self.count_changes();
+        jumped
+    }
+
+    fn run_jump(
+        &self,
+        machine: usize,
+        state: usize,
+        now: u64,
+        host: &mut dyn BehaviorHost,
+    ) -> mlua::Result<bool> {
+        let jump = self.sandbox.function("jump")?;
+        self.sandbox.lua().scope(|scope| {
+            let actions = &self.actions;
+            let dispatch =
+                scope.create_function_mut(move |lua, call: HostCall| dispatch(lua, actions, host, call))?;
+            let operations = self.limits.operations;
+            self.enter.call((jump, dispatch, time(now), operations, machine + 1, state + 1))
+        })
+    }
+
     /// Returns the state, from which [`restore`](Self::restore) goes on.
     ///
     /// # Errors
@@ -194,6 +270,7 @@ impl BehaviorEngine {
         };
         let status = restore().map_err(|error| behavior_error(&error, files))?;
         engine.status = status_of(status);
+        engine.changes = engine.count_changes();
         Ok(engine)
     }
 }

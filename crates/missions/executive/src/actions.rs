@@ -6,6 +6,8 @@ use slate_plugin::mapek::ActionRequest;
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
+use crate::activity_hash::ActivityHash;
+
 /// Name of the action that the Plan itself performs: it waits a number of seconds.
 pub const WAIT: &str = "wait";
 
@@ -103,8 +105,48 @@ impl MissionActions {
     pub fn progress(&self, index: usize, now: u64) -> ActionProgress {
         let ActionRecord { progress, since, .. } = self.records[index];
         match self.performed[index] {
-            Performed::Wait(duration) if now.saturating_sub(since) >= duration => ActionProgress::Succeeded,
+            Performed::Wait(duration)
+                if progress == ActionProgress::Running && now.saturating_sub(since) >= duration =>
+            {
+                ActionProgress::Succeeded
+            }
             _ => progress,
+        }
+    }
+
+    /// Returns whether the mission performs an action that has not ended at Execute.
+    pub fn runs(&self, index: usize) -> bool {
+        let ActionRecord { is_active, progress, .. } = self.records[index];
+        is_active && matches!(progress, ActionProgress::Running | ActionProgress::Preempted)
+    }
+
+    /// Ends an action that runs, as if Execute had reported it; returns whether it does run.
+    pub fn end(&mut self, index: usize, has_succeeded: bool) -> bool {
+        let runs = self.runs(index);
+        if runs {
+            let record = &mut self.records[index];
+            self.must_clear |= record.ticket > 0;
+            record.ticket = 0;
+            record.progress = if has_succeeded { ActionProgress::Succeeded } else { ActionProgress::Failed };
+        }
+        runs
+    }
+
+    /// Returns an action with its arguments, such as `GoTo(1, 2)`.
+    pub fn text(&self, index: usize) -> String {
+        match self.performed[index] {
+            Performed::Wait(duration) => format!("{WAIT}({})", duration as f64 / 1e9),
+            Performed::Request(request) => {
+                let arguments: Vec<String> = request.arguments.iter().map(f64::to_string).collect();
+                format!("{}({})", request.kind.as_str(), arguments.join(", "))
+            }
+        }
+    }
+
+    /// Hashes how far all actions have come.
+    pub fn hash_into(&self, now: u64, hash: &mut ActivityHash) {
+        for (index, record) in self.records.iter().enumerate() {
+            hash.number(2 * (self.progress(index, now) as u64) + u64::from(record.is_active));
         }
     }
 

@@ -12,8 +12,14 @@ use slate_plugin::module::{Level, Random};
 use slate_plugin::prelude::*;
 
 use crate::actions::MissionActions;
+use crate::activity_hash::ActivityHash;
 use crate::conditions::{ConditionValues, KnownConditions};
 use crate::mission::{MissionExecutor, PlanMission};
+use crate::view::skills::{self, SkillElement};
+use crate::view::{
+    ActivityWriter, ForcedOutcome, Forcing, MissionActivity, MissionDrawing, MissionGraph, MissionNotation,
+    MissionOrder, MissionRobot, MissionSight,
+};
 
 /// State of a mission in Lua.
 #[interface]
@@ -33,6 +39,15 @@ pub struct BehaviorPlanPorts {
     mission: Output<SkillMissionStatus>,
     /// Verdict on the mission, for the end of a run.
     verdict: Output<Verdict>,
+    /// Orders of a developer.
+    #[role("developer")]
+    orders: Inbox<MissionOrder>,
+    /// Drawing of the mission, written when its file is read.
+    #[capacity(640)]
+    graph: Output<MissionGraph>,
+    /// What the mission does at present, written when it changes.
+    #[capacity(512)]
+    activity: Output<MissionActivity>,
 }
 
 /// Parameters of [`BehaviorPlan`].
@@ -60,9 +75,59 @@ impl MissionExecutor for BehaviorEngine {
     type Saved = BehaviorState;
     const NOUN: &'static str = "skills";
     const PARAMETER: &'static str = "skill_filename";
+    const NOTATION: MissionNotation = MissionNotation::STATE_MACHINES;
 
-    fn is_completed(&self) -> bool {
-        self.status() != BehaviorStatus::Running
+    fn mission_state(&self) -> MissionState {
+        match self.status() {
+            BehaviorStatus::Running => MissionState::RUNNING,
+            BehaviorStatus::Succeeded => MissionState::SUCCEEDED,
+            BehaviorStatus::Failed => MissionState::FAILED,
+        }
+    }
+
+    fn draw(&self) -> MissionDrawing {
+        skills::draw(self)
+    }
+
+    fn hash_into(&self, _: &MissionSight<'_>, hash: &mut ActivityHash) {
+        skills::hash(self, hash);
+    }
+
+    fn describe(&self, seen: &MissionSight<'_>, activity: &mut ActivityWriter<'_>) {
+        skills::describe(self, seen, activity);
+        let reason = match self.status() {
+            BehaviorStatus::Failed => self.reason(),
+            _ => String::new(),
+        };
+        activity.reason = Text::new(&reason);
+    }
+
+    fn step(&mut self, robot: MissionRobot<'_>) -> Result<(), String> {
+        let MissionRobot { actions, conditions, now } = robot;
+        let ticked = self.tick(now.now(), &mut SkillMission { actions, conditions, now });
+        ticked.map(|_| ()).map_err(|error| error.to_string())
+    }
+
+    fn force(&mut self, element: usize, outcome: ForcedOutcome, mut robot: MissionRobot<'_>) -> Forcing {
+        match skills::element(self, element) {
+            SkillElement::Action(action) => robot.end(action, outcome, &self.actions()[action].kind),
+            SkillElement::State(machine, state) => {
+                let MissionRobot { actions, conditions, now } = robot;
+                let mut host = SkillMission { actions, conditions, now };
+                match self.jump(machine, state, now.now(), &mut host) {
+                    Ok(true) => Forcing::Done,
+                    Ok(false) => Forcing::Refused(format!(
+                        "the machine `{}` does not run; force a state of a machine that does",
+                        self.machines()[machine].name
+                    )),
+                    Err(error) => Forcing::Failed(error.to_string()),
+                }
+            }
+            SkillElement::Other => Forcing::Refused(
+                "a transition can't be forced, as its condition is a function: force the state to which it leads"
+                    .into(),
+            ),
+        }
     }
 
     fn save(&self) -> Result<BehaviorState, String> {
@@ -97,11 +162,16 @@ impl Plan for BehaviorPlan {
         let file = params.skill_filename.as_str();
         state.read(file, params.revision, now, |saved| load(params, saved));
         state.update(&io.conditions, &io.facts, situation);
+        let changes = |state: &BehaviorPlanState| state.executor.as_ref().map(BehaviorEngine::changes);
+        let before = changes(state);
+        state.obey(&io.orders, now);
         if let Err(error) = tick(state, now) {
             state.fail(&error, now);
         }
         state.actions.request(situation, plan);
-        report(state, io);
+        let is_changed = state.failure.is_none() && changes(state) != before;
+        report(state, io, is_changed);
+        state.publish(&io.graph, &io.activity, now);
     }
 }
 
@@ -153,6 +223,9 @@ impl BehaviorHost for SkillMission<'_> {
 }
 
 fn tick(mission: &mut BehaviorPlanState, now: &Tick) -> Result<(), String> {
+    if mission.is_paused() {
+        return Ok(());
+    }
     let PlanMission { executor: Some(engine), actions, conditions, failure: None, .. } = mission else {
         return Ok(());
     };
@@ -162,9 +235,8 @@ fn tick(mission: &mut BehaviorPlanState, now: &Tick) -> Result<(), String> {
 }
 
 /// Writes the outputs where something has changed.
-fn report(mission: &mut BehaviorPlanState, io: &BehaviorPlanPorts) {
+fn report(mission: &mut BehaviorPlanState, io: &BehaviorPlanPorts, is_changed: bool) {
     let engine = mission.executor.as_ref();
-    let is_changed = mission.failure.is_none() && engine.is_some_and(BehaviorEngine::is_changed);
     if mission.last_report.is_some() && !is_changed {
         return;
     }

@@ -12,8 +12,13 @@ use slate_plugin::interfaces::{MissionState, Verdict};
 use slate_plugin::prelude::*;
 
 use crate::actions::MissionActions;
+use crate::activity_hash::ActivityHash;
 use crate::conditions::{ConditionName, ConditionValues, KnownConditions};
 use crate::mission::{MissionExecutor, PlanMission};
+use crate::view::{
+    ActivityWriter, ForcedOutcome, Forcing, MissionActivity, MissionDrawing, MissionGraph, MissionNotation,
+    MissionOrder, MissionRobot, MissionSight, tree,
+};
 
 /// The most ticks of a tree in a run of the Plan.
 const MOST_TICKS: usize = 32;
@@ -40,6 +45,15 @@ pub struct BehaviorTreePlanPorts {
     mission: Output<TreeMissionStatus>,
     /// Verdict on the mission, for the end of a run.
     verdict: Output<Verdict>,
+    /// Orders of a developer.
+    #[role("developer")]
+    orders: Inbox<MissionOrder>,
+    /// Drawing of the mission, written when its file is read.
+    #[capacity(640)]
+    graph: Output<MissionGraph>,
+    /// What the mission does at present, written when it changes.
+    #[capacity(512)]
+    activity: Output<MissionActivity>,
 }
 
 /// Parameters of [`BehaviorTreePlan`].
@@ -58,9 +72,50 @@ impl MissionExecutor for TreeExecutor {
     type Saved = TreeState;
     const NOUN: &'static str = "tree";
     const PARAMETER: &'static str = "tree_filename";
+    const NOTATION: MissionNotation = MissionNotation::BEHAVIOR_TREE;
 
-    fn is_completed(&self) -> bool {
-        self.outcome().is_completed()
+    fn mission_state(&self) -> MissionState {
+        match self.outcome() {
+            NodeStatus::Succeeded => MissionState::SUCCEEDED,
+            NodeStatus::Failed => MissionState::FAILED,
+            _ => MissionState::RUNNING,
+        }
+    }
+
+    fn draw(&self) -> MissionDrawing {
+        tree::draw(self.tree())
+    }
+
+    fn hash_into(&self, _: &MissionSight<'_>, hash: &mut ActivityHash) {
+        tree::hash(self, hash);
+    }
+
+    fn describe(&self, seen: &MissionSight<'_>, activity: &mut ActivityWriter<'_>) {
+        tree::describe(self, seen, activity);
+        let mut running = String::new();
+        write_running(self, &mut running);
+        activity.reason = Text::new(&running);
+    }
+
+    fn step(&mut self, robot: MissionRobot<'_>) -> Result<(), String> {
+        let MissionRobot { actions, conditions, now } = robot;
+        let ticked = self.tick(now.now(), &mut TreeMission { actions, conditions, now });
+        ticked.map(|_| ()).map_err(|error| error.to_string())
+    }
+
+    fn force(&mut self, element: usize, outcome: ForcedOutcome, mut robot: MissionRobot<'_>) -> Forcing {
+        let tree = self.tree();
+        let Some((index, leaf)) = tree::leaf(tree, element) else {
+            let reason = "only an action or a condition can be forced: what is above them follows from them";
+            return Forcing::Refused(reason.into());
+        };
+        match leaf.kind() {
+            LeafKind::Action => robot.end(index, outcome, tree.nodes()[element].name()),
+            LeafKind::Condition => {
+                robot.conditions.set(leaf.id(), outcome == ForcedOutcome::SUCCESS);
+                Forcing::Done
+            }
+        }
     }
 
     fn save(&self) -> Result<TreeState, String> {
@@ -97,11 +152,13 @@ impl Plan for BehaviorTreePlan {
         let file = params.tree_filename.as_str();
         state.read(file, params.revision, now, |saved| load(file, saved));
         state.update(&io.conditions, &io.facts, situation);
+        state.obey(&io.orders, now);
         if let Err(error) = tick(state, now) {
             state.fail(&error.to_string(), now);
         }
         state.actions.request(situation, plan);
         report(state, io);
+        state.publish(&io.graph, &io.activity, now);
     }
 }
 
@@ -148,11 +205,12 @@ impl TreeHost for TreeMission<'_> {
 
 /// Ticks the tree until no node wants another tick in this run.
 fn tick(mission: &mut BehaviorTreePlanState, now: &Tick) -> Result<(), TickError> {
+    let is_paused = mission.is_paused();
     let PlanMission { executor: Some(executor), actions, conditions, failure: None, .. } = mission else {
         return Ok(());
     };
     let mut host = TreeMission { actions, conditions, now };
-    for _ in 0..MOST_TICKS {
+    for _ in 0..if is_paused { 0 } else { MOST_TICKS } {
         if executor.outcome().is_completed() {
             break;
         }

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use slate_plugin::prelude::*;
 
+use crate::activity_hash::ActivityHash;
+
 /// Name of a condition in guards, such as `obstacle`.
 pub type ConditionName = Text<28>;
 
@@ -50,6 +52,24 @@ impl KnownConditions {
                     self.0.insert(name.as_str().into(), holds.get());
                 }
             }
+        }
+    }
+
+    /// Takes the value of one condition.
+    pub fn set(&mut self, name: &str, holds: bool) {
+        self.0.insert(name.into(), holds);
+    }
+
+    /// Iterates over the known conditions, by name.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, bool)> {
+        self.0.iter().map(|(name, holds)| (name.as_str(), *holds))
+    }
+
+    /// Hashes the values.
+    pub fn hash_into(&self, hash: &mut ActivityHash) {
+        for (name, holds) in self.iter() {
+            hash.text(name);
+            hash.number(holds.into());
         }
     }
 

@@ -13,8 +13,13 @@ use slate_plugin::interfaces::{MissionState, Verdict};
 use slate_plugin::prelude::*;
 
 use crate::actions::MissionActions;
+use crate::activity_hash::ActivityHash;
 use crate::conditions::{ConditionName, ConditionValues};
 use crate::mission::{MissionExecutor, PlanMission};
+use crate::view::{
+    ActivityWriter, ForcedOutcome, Forcing, MissionActivity, MissionDrawing, MissionGraph, MissionNotation,
+    MissionOrder, MissionRobot, MissionSight, golog,
+};
 
 /// Names of the slots of actions in saved states.
 const SLOTS: [&str; MOST_ACTIONS] =
@@ -42,6 +47,15 @@ pub struct GologPlanPorts {
     mission: Output<GologMissionStatus>,
     /// Verdict on the mission, for the end of a run.
     verdict: Output<Verdict>,
+    /// Orders of a developer.
+    #[role("developer")]
+    orders: Inbox<MissionOrder>,
+    /// Drawing of the mission, written when its file is read.
+    #[capacity(640)]
+    graph: Output<MissionGraph>,
+    /// What the mission does at present, written when it changes.
+    #[capacity(512)]
+    activity: Output<MissionActivity>,
 }
 
 /// Parameters of [`GologPlan`].
@@ -71,9 +85,50 @@ impl MissionExecutor for GologExecutor {
     type Saved = GologState;
     const NOUN: &'static str = "program";
     const PARAMETER: &'static str = "program_filename";
+    const NOTATION: MissionNotation = MissionNotation::GOLOG_PROGRAM;
 
-    fn is_completed(&self) -> bool {
-        self.outcome() != GologOutcome::Running
+    fn mission_state(&self) -> MissionState {
+        match self.outcome() {
+            GologOutcome::Running => MissionState::RUNNING,
+            GologOutcome::Succeeded => MissionState::SUCCEEDED,
+            GologOutcome::Failed => MissionState::FAILED,
+        }
+    }
+
+    fn draw(&self) -> MissionDrawing {
+        golog::draw(self.theory())
+    }
+
+    fn hash_into(&self, _: &MissionSight<'_>, hash: &mut ActivityHash) {
+        golog::hash(self, hash);
+    }
+
+    fn describe(&self, _: &MissionSight<'_>, activity: &mut ActivityWriter<'_>) {
+        golog::describe(self, activity);
+        activity.reason = Text::new(&running_text(self));
+    }
+
+    fn step(&mut self, robot: MissionRobot<'_>) -> Result<(), String> {
+        let MissionRobot { actions, now, .. } = robot;
+        let stepped = self.step_once(&mut GologMission { actions, now: now.now() });
+        stepped.map(|_| ()).map_err(|error| error.to_string())
+    }
+
+    fn force(&mut self, element: usize, outcome: ForcedOutcome, mut robot: MissionRobot<'_>) -> Forcing {
+        if element < MOST_ACTIONS {
+            return robot.end(element, outcome, SLOTS[element]);
+        }
+        let events = self.theory().exogenous_actions();
+        let Some(event) = events.get(element - MOST_ACTIONS) else {
+            let reason = "only an action that runs and an exogenous action can be forced: the program chooses the \
+                          others, which are in the situation that follows";
+            return Forcing::Refused(reason.into());
+        };
+        match self.occur(event) {
+            Ok(true) => Forcing::Done,
+            Ok(false) => Forcing::Refused(format!("the exogenous action `{event}` is not possible now")),
+            Err(error) => Forcing::Failed(error.to_string()),
+        }
     }
 
     fn save(&self) -> Result<GologState, String> {
@@ -112,12 +167,14 @@ impl Plan for GologPlan {
             mission.executor.iter_mut().for_each(GologExecutor::wake);
         }
         mission.update(&io.conditions, &io.facts, situation);
+        mission.obey(&io.orders, now);
         if let Err(error) = tick(mission, now) {
             mission.fail(&error.to_string(), now);
             state.reported_changes = None;
         }
         mission.actions.request(situation, plan);
         state.report(io);
+        state.mission.publish(&io.graph, &io.activity, now);
     }
 }
 
@@ -152,10 +209,15 @@ impl GologHost for GologMission<'_> {
 
 /// Executes the program until it waits.
 fn tick(mission: &mut PlanMission<GologExecutor>, now: &Tick) -> Result<(), GologRunError> {
+    let is_paused = mission.is_paused();
     let PlanMission { executor: Some(executor), actions, conditions, failure: None, .. } = mission else {
         return Ok(());
     };
+    // What occurs in a pause is not forgotten.
     executor.observe(|name| conditions.get(name))?;
+    if is_paused {
+        return Ok(());
+    }
     executor.tick(&mut GologMission { actions, now: now.now() }).map(|_| ())
 }
 

@@ -1,11 +1,12 @@
 //! Executives: Plans that follow a mission.
 //!
 //! A mission reads conditions, which Analyzes, Knowledge or a person set ([`conditions`]), and performs actions of
-//! Execute by their kind and arguments ([`actions`]). [`petri_net_plan`] is a Plan whose mission is a Petri Net Plan,
+//! Execute by their kind and arguments ([`actions`]); what it does is seen, and changed by a developer, in [`view`]. [`petri_net_plan`] is a Plan whose mission is a Petri Net Plan,
 //! [`behavior_tree_plan`] one whose mission is a behaviour tree, [`golog_plan`] one whose mission is a Golog program, and
 //! `behavior_plan`, by the feature `lua`, one that runs skills in Lua.
 
 pub mod actions;
+pub mod activity_hash;
 #[cfg(feature = "lua")]
 pub mod behavior_plan;
 pub mod behavior_tree_plan;
@@ -13,6 +14,7 @@ pub mod conditions;
 pub mod golog_plan;
 pub mod mission;
 pub mod petri_net_plan;
+pub mod view;
 pub mod wheeled_conditions;
 
 use slate_plugin::mapek::{AnalyzeBlock, PlanBlock};

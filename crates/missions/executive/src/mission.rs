@@ -8,7 +8,12 @@ use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::actions::{MissionActions, SavedActions};
+use crate::activity_hash::ActivityHash;
 use crate::conditions::{ConditionValues, KnownConditions};
+use crate::view::{
+    ActivityWriter, ForcedOutcome, Forcing, MissionActivity, MissionCommand, MissionDrawing, MissionGraph,
+    MissionNotation, MissionOrder, MissionRobot, MissionSight, MissionView, SavedView,
+};
 
 /// Execution of a mission that a Plan follows.
 pub trait MissionExecutor: Sized {
@@ -19,8 +24,29 @@ pub trait MissionExecutor: Sized {
     /// Parameter of the Plan that names the file.
     const PARAMETER: &'static str;
 
-    /// Whether the mission has succeeded or failed.
-    fn is_completed(&self) -> bool;
+    /// What the mission is written in.
+    const NOTATION: MissionNotation;
+
+    /// Returns whether the mission runs, has succeeded, or has failed.
+    fn mission_state(&self) -> MissionState;
+
+    /// Draws the mission; elements have the numbers that items and orders name.
+    fn draw(&self) -> MissionDrawing;
+
+    /// Hashes what the activity shows beside actions and conditions.
+    fn hash_into(&self, seen: &MissionSight<'_>, hash: &mut ActivityHash);
+
+    /// Describes what the mission does at present.
+    fn describe(&self, seen: &MissionSight<'_>, activity: &mut ActivityWriter<'_>);
+
+    /// Makes the smallest step.
+    ///
+    /// # Errors
+    /// Why the mission can't go on.
+    fn step(&mut self, robot: MissionRobot<'_>) -> Result<(), String>;
+
+    /// Makes happen what an element stands for.
+    fn force(&mut self, element: usize, outcome: ForcedOutcome, robot: MissionRobot<'_>) -> Forcing;
 
     /// Returns the state.
     ///
@@ -50,6 +76,7 @@ pub struct PlanMission<E: MissionExecutor> {
     pub last_report: Option<String>,
     /// Text of the next report, kept so that a run allocates nothing.
     pub report_text: String,
+    view: MissionView,
 }
 
 impl<E: MissionExecutor> Default for PlanMission<E> {
@@ -63,6 +90,7 @@ impl<E: MissionExecutor> Default for PlanMission<E> {
             restored: None,
             last_report: None,
             report_text: String::new(),
+            view: MissionView::default(),
         }
     }
 }
@@ -76,6 +104,7 @@ struct SavedPlanMission<S: Default> {
     conditions: KnownConditions,
     failure: Option<String>,
     last_report: Option<String>,
+    view: SavedView,
 }
 
 impl<E: MissionExecutor> Serialize for PlanMission<E> {
@@ -131,14 +160,18 @@ impl<E: MissionExecutor> PlanMission<E> {
     ) -> Result<(), String> {
         let is_running = self.executor.is_some();
         let saved = match &self.executor {
-            Some(executor) if executor.is_completed() => {
-                SavedPlanMission { conditions: self.conditions.clone(), ..SavedPlanMission::default() }
-            }
+            Some(executor) if executor.mission_state() != MissionState::RUNNING => SavedPlanMission {
+                conditions: self.conditions.clone(),
+                view: self.view.saved,
+                ..SavedPlanMission::default()
+            },
             Some(_) => self.save()?,
             None => self.restored.clone().unwrap_or_default(),
         };
         let (executor, mut actions) = load(&saved.executor)?;
         actions.restore(&saved.actions, executor.names())?;
+        self.view.saved = saved.view;
+        self.view.draw(executor.draw());
         self.executor = Some(executor);
         (self.actions, self.conditions) = (actions, saved.conditions);
         // A changed mission is reported; a restored one was.
@@ -162,6 +195,7 @@ impl<E: MissionExecutor> PlanMission<E> {
             conditions: self.conditions.clone(),
             failure: self.failure.clone(),
             last_report: self.last_report.clone(),
+            view: self.view.saved,
         })
     }
 
@@ -177,6 +211,85 @@ impl<E: MissionExecutor> PlanMission<E> {
             self.conditions.update(facts);
         }
         self.actions.take_endings(situation);
+    }
+
+    /// Whether the mission makes no steps until it is resumed.
+    pub fn is_paused(&self) -> bool {
+        self.view.saved.is_paused
+    }
+
+    /// Carries out the orders of a developer.
+    pub fn obey(&mut self, orders: &Inbox<MissionOrder>, now: &Tick) {
+        for order in orders.iter() {
+            if let Err((code, reason)) = self.carry_out(&order, now) {
+                now.warn(format_args!("{reason}"));
+                order.refuse(code);
+            }
+        }
+    }
+
+    fn carry_out(&mut self, order: &MissionOrder, now: &Tick) -> Result<(), (u16, String)> {
+        let Self { executor: Some(executor), actions, conditions, failure: None, view, .. } = self else {
+            return Err((MissionOrder::NO_MISSION, "no mission runs".into()));
+        };
+        if executor.mission_state() != MissionState::RUNNING {
+            return Err((MissionOrder::NO_MISSION, "the mission has ended".into()));
+        }
+        let robot = MissionRobot { actions, conditions, now };
+        let forcing = match order.command {
+            MissionCommand::PAUSE | MissionCommand::RESUME => {
+                view.saved.is_paused = order.command == MissionCommand::PAUSE;
+                Forcing::Done
+            }
+            MissionCommand::STEP if !view.saved.is_paused => {
+                return Err((MissionOrder::NOT_PAUSED, "the mission is not paused: pause it first".into()));
+            }
+            MissionCommand::STEP => executor.step(robot).map_or_else(Forcing::Failed, |()| Forcing::Done),
+            MissionCommand::FORCE if order.graph != view.saved.graph => {
+                return Err((MissionOrder::OTHER_GRAPH, "the mission has another graph: look again".into()));
+            }
+            MissionCommand::FORCE => executor.force(order.element as usize, order.outcome, robot),
+            _ => Forcing::Refused("expected an order: pause, resume, step or force".into()),
+        };
+        match forcing {
+            Forcing::Done => Ok(()),
+            Forcing::Refused(reason) => Err((MissionOrder::NOT_POSSIBLE, reason)),
+            Forcing::Failed(error) => {
+                self.fail(&error, now);
+                Ok(())
+            }
+        }
+    }
+
+    /// Publishes the graph of a file that was read, and the activity where something has changed.
+    pub fn publish(&mut self, graph: &Output<MissionGraph>, activity: &Output<MissionActivity>, now: &Tick) {
+        self.view.publish_graph(E::NOTATION, graph);
+        let seen = MissionSight { actions: &self.actions, conditions: &self.conditions, now: now.now() };
+        let state = match (&self.failure, &self.executor) {
+            (Some(_), _) => MissionState::FAILED,
+            (None, Some(executor)) => executor.mission_state(),
+            (None, None) => MissionState::RUNNING,
+        };
+        let mut hash = ActivityHash::default();
+        hash.number(u64::from(state.0));
+        hash.text(self.failure.as_deref().unwrap_or_default());
+        self.executor.iter().for_each(|executor| executor.hash_into(&seen, &mut hash));
+        seen.actions.hash_into(seen.now, &mut hash);
+        seen.conditions.hash_into(&mut hash);
+        if !self.view.takes(hash) {
+            return;
+        }
+        let reason =
+            self.failure.as_deref().map(|failure| failure.strip_prefix(self.folder()).unwrap_or(failure));
+        let reason = reason.map(Text::new);
+        self.view.publish(state, &seen, activity, |writer| {
+            if let Some(executor) = self.executor.as_ref().filter(|_| reason.is_none()) {
+                executor.describe(&seen, writer);
+            }
+            if let Some(reason) = reason {
+                writer.reason = reason;
+            }
+        });
     }
 
     /// Ends the mission with an error.

@@ -5,21 +5,24 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use slate_petri_net::{
-    ActionEvent, ActionProgress, ConflictOrder, ExecutorState, PetriNetExecutor, PetriPlan, PlanAction,
-    PlanHost, StepError, action_arguments, action_name,
+    ActionEvent, ActionProgress, ConflictOrder, ExecutorState, ForceError, PetriNetExecutor, PetriPlan,
+    PlanAction, PlanHost, StepError, action_arguments, action_name,
 };
-use slate_plugin::interfaces::Verdict;
+use slate_plugin::interfaces::{MissionState, Verdict};
 use slate_plugin::prelude::*;
 
 use crate::actions::MissionActions;
+use crate::activity_hash::ActivityHash;
 use crate::conditions::{ConditionName, ConditionValues, KnownConditions};
 use crate::mission::{MissionExecutor, PlanMission};
+use crate::view::net::{self, ELAPSED, NetElement};
+use crate::view::{
+    ActivityWriter, ForcedOutcome, Forcing, MissionActivity, MissionDrawing, MissionGraph, MissionNotation,
+    MissionOrder, MissionRobot, MissionSight,
+};
 
 /// The most steps of a net in a run of the Plan.
 const MOST_STEPS: usize = 32;
-
-/// Prefix of conditions about the time since the newest action was started: `elapsed_30`, in seconds.
-const ELAPSED: &str = "elapsed_";
 
 /// State of a mission.
 #[interface]
@@ -45,6 +48,15 @@ pub struct PetriNetPlanPorts {
     mission: Output<MissionStatus>,
     /// Verdict on the mission, for the end of a run.
     verdict: Output<Verdict>,
+    /// Orders of a developer.
+    #[role("developer")]
+    orders: Inbox<MissionOrder>,
+    /// Drawing of the mission, written when its file is read.
+    #[capacity(640)]
+    graph: Output<MissionGraph>,
+    /// What the mission does at present, written when it changes.
+    #[capacity(512)]
+    activity: Output<MissionActivity>,
 }
 
 /// Parameters of [`PetriNetPlan`].
@@ -81,9 +93,58 @@ impl MissionExecutor for PetriNetRun {
     type Saved = SavedPetriNetRun;
     const NOUN: &'static str = "plan";
     const PARAMETER: &'static str = "plan_filename";
+    const NOTATION: MissionNotation = MissionNotation::PETRI_NET;
 
-    fn is_completed(&self) -> bool {
-        self.executor.progress() != ActionProgress::Running
+    fn mission_state(&self) -> MissionState {
+        match self.executor.progress() {
+            ActionProgress::Succeeded => MissionState::SUCCEEDED,
+            ActionProgress::Failed => MissionState::FAILED,
+            _ => MissionState::RUNNING,
+        }
+    }
+
+    fn draw(&self) -> MissionDrawing {
+        net::draw(&self.executor)
+    }
+
+    fn hash_into(&self, seen: &MissionSight<'_>, hash: &mut ActivityHash) {
+        net::hash(&self.executor, seen, hash);
+    }
+
+    fn describe(&self, seen: &MissionSight<'_>, activity: &mut ActivityWriter<'_>) {
+        net::describe(&self.executor, seen, activity);
+    }
+
+    fn step(&mut self, robot: MissionRobot<'_>) -> Result<(), String> {
+        let now = robot.now;
+        self.advance(&mut MissionHost::of(robot), now).map_err(|error| error.to_string())
+    }
+
+    fn force(&mut self, element: usize, outcome: ForcedOutcome, mut robot: MissionRobot<'_>) -> Forcing {
+        match net::element(&self.executor, element) {
+            NetElement::Transition(transition) => {
+                match self.executor.force(transition, &mut MissionHost::of(robot)) {
+                    Ok(()) => {
+                        self.fired += 1;
+                        Forcing::Done
+                    }
+                    Err(ForceError::Step(error)) => Forcing::Failed(error.to_string()),
+                    Err(error) => Forcing::Refused(error.to_string()),
+                }
+            }
+            NetElement::Place(instance, place) => {
+                let place = &self.executor.net(instance).places()[place];
+                let action = place.action.and_then(|action| self.executor.host_action(instance, action));
+                match action {
+                    Some(action) => robot.end(action, outcome, place.title()),
+                    None => Forcing::Refused(format!(
+                        "place `{}` performs no action of the robot; force a transition",
+                        place.title()
+                    )),
+                }
+            }
+            NetElement::Other => Forcing::Refused("expected a transition or a place with an action".into()),
+        }
     }
 
     fn save(&self) -> Result<SavedPetriNetRun, String> {
@@ -118,6 +179,7 @@ impl Plan for PetriNetPlan {
         state.update(&io.conditions, &io.facts, situation);
         let fired = |state: &PetriNetPlanState| state.executor.as_ref().map(|run| run.fired);
         let before = fired(state);
+        state.obey(&io.orders, now);
         if let Err(error) = step(state, now) {
             state.fail(&error.to_string(), now);
         }
@@ -126,6 +188,7 @@ impl Plan for PetriNetPlan {
             state.last_report = Some(String::new());
             report(state, io);
         }
+        state.publish(&io.graph, &io.activity, now);
     }
 }
 
@@ -136,12 +199,16 @@ struct MissionHost<'a> {
     now: u64,
 }
 
+impl<'a> MissionHost<'a> {
+    fn of(robot: MissionRobot<'a>) -> Self {
+        Self { actions: robot.actions, conditions: robot.conditions, now: robot.now.now() }
+    }
+}
+
 impl PlanHost for MissionHost<'_> {
     fn condition(&mut self, _: usize, name: &str) -> Option<bool> {
-        match name.strip_prefix(ELAPSED).and_then(|seconds| seconds.parse::<f64>().ok()) {
-            Some(seconds) => Some(self.actions.elapsed(self.now) >= seconds),
-            None => self.conditions.get(name),
-        }
+        let seen = MissionSight { actions: self.actions, conditions: self.conditions, now: self.now };
+        net::condition(&seen, name)
     }
 
     fn progress(&mut self, index: usize, _: &PlanAction) -> ActionProgress {
@@ -157,21 +224,30 @@ impl PlanHost for MissionHost<'_> {
     }
 }
 
+impl PetriNetRun {
+    /// Makes a step of the net.
+    fn advance(&mut self, host: &mut MissionHost<'_>, now: &Tick) -> Result<(), StepError> {
+        let executor = &mut self.executor;
+        executor.step(host)?;
+        self.fired += executor.fired().len() as u64;
+        self.conflicts += executor.conflicts().len() as u64;
+        if let Some(lost) = executor.conflicts().first() {
+            now.warn(format_args!("conflict: another transition fired before {}", executor.title(*lost)));
+        }
+        Ok(())
+    }
+}
+
 /// Steps the net until nothing more happens in this run.
 fn step(mission: &mut PetriNetPlanState, now: &Tick) -> Result<(), StepError> {
+    let is_paused = mission.is_paused();
     let PlanMission { executor: Some(run), actions, conditions, failure: None, .. } = mission else {
         return Ok(());
     };
     let mut host = MissionHost { actions, conditions, now: now.now() };
-    for _ in 0..MOST_STEPS {
-        let executor = &mut run.executor;
-        executor.step(&mut host)?;
-        run.fired += executor.fired().len() as u64;
-        run.conflicts += executor.conflicts().len() as u64;
-        if let Some(lost) = executor.conflicts().first() {
-            now.warn(format_args!("conflict: another transition fired before {}", executor.title(*lost)));
-        }
-        if executor.fired().is_empty() {
+    for _ in 0..if is_paused { 0 } else { MOST_STEPS } {
+        run.advance(&mut host, now)?;
+        if run.executor.fired().is_empty() {
             break;
         }
     }

@@ -8,3 +8,6 @@ mod common;
 mod conditions;
 mod golog_plan;
 mod petri_net_plan;
+#[cfg(feature = "lua")]
+mod skill_view;
+mod view;

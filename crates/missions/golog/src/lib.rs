@@ -49,8 +49,8 @@ mod theory;
 pub use analysis::{GologFinding, GologFindingKind, ProgramRow, check_theory, outline};
 pub use error::{GologError, GologRunError, GologStateError};
 pub use executor::{
-    GologExecutor, GologHost, GologOutcome, GologProgress, GologState, MOST_ACTIONS, RobotAction,
-    SearchLimits,
+    GologExecutor, GologHost, GologOutcome, GologProgress, GologState, MOST_ACTIONS, MOST_TRACED,
+    RemainingRow, RobotAction, SearchLimits, TracedEvent,
 };
 pub use solutions::{SolutionLimits, SolutionReport, solutions};
 pub use theory::{ActionTheory, PerformedAction};

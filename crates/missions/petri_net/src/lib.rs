@@ -77,7 +77,7 @@ pub use analysis::{
 pub use builder::NetBuilder;
 pub use error::NetError;
 pub use executor::{
-    ActionPhase, ActionProgress, CarryError, ConflictOrder, ExecutorState, MOST_TOKENS, NetState,
+    ActionPhase, ActionProgress, CarryError, ConflictOrder, ExecutorState, ForceError, MOST_TOKENS, NetState,
     PetriNetExecutor, PlanHost, PlanTransition, SavedAction, SavedTokens, StepError,
 };
 pub use generator::{

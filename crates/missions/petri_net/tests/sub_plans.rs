@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use slate_petri_net::{ActionProgress, ConflictOrder, PetriNet, PetriNetExecutor, PetriPlan, write_pnml};
+use slate_petri_net::{
+    ActionProgress, ConflictOrder, ForceError, PetriNet, PetriNetExecutor, PetriPlan, PlanTransition,
+    write_pnml,
+};
 
 use crate::common::{Script, net};
 
@@ -107,4 +110,33 @@ fn too_many_sub_plans_are_refused() {
     };
     let plan = PetriPlan::new(twice(0), |name| Ok(Some(twice(name[1..name.len() - 2].parse().unwrap()))));
     assert!(plan.unwrap_err().to_string().contains("at most"));
+}
+
+#[test]
+fn forced_transition_of_a_sub_plan_ends_what_it_leads_to() {
+    let (mut executor, mut host) = (PetriNetExecutor::new(plan(), ConflictOrder::File), Script::default());
+    let at = |instance, transition| PlanTransition { instance, transition };
+    // The sub-plan does not run yet, and the way has no token.
+    assert_eq!(executor.force(at(1, 0), &mut host), Err(ForceError::Inactive("outer/inspect_1".into())));
+    let lacking = ForceError::Tokens { place: "inspect_1.exec".into(), tokens: 0, needed: 1 };
+    assert_eq!(executor.force(at(0, 3), &mut host), Err(lacking));
+    executor.step(&mut host).unwrap();
+    executor.step(&mut host).unwrap();
+    assert_eq!(host.orders(), ["start goto"]);
+    executor.force(at(1, 1), &mut host).unwrap();
+    assert_eq!(host.orders(), ["end goto", "start look"]);
+    executor.force(at(1, 2), &mut host).unwrap();
+    assert_eq!((host.orders(), executor.is_running(1)), (vec!["end look".to_owned()], false));
+    assert_eq!(executor.step(&mut host), Ok(ActionProgress::Succeeded));
+    assert_eq!(executor.force(at(0, 0), &mut host), Err(ForceError::Ended));
+    // What runs in a sub-plan is ended with the plan.
+    let mut executor = PetriNetExecutor::new(plan(), ConflictOrder::File);
+    executor.step(&mut host).unwrap();
+    executor.step(&mut host).unwrap();
+    host.orders();
+    executor.force(at(0, 3), &mut host).unwrap();
+    assert_eq!(
+        (host.orders(), executor.progress()),
+        (vec!["end goto".to_owned()], ActionProgress::Succeeded)
+    );
 }

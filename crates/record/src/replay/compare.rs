@@ -1,6 +1,7 @@
 //! Repeats a run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{Read, Seek};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -43,9 +44,10 @@ impl Comparison {
     pub fn open(path: &Path) -> Result<Self, Error> {
         let mut reader = Reader::open_unfinished(path)?;
         let run = Run::read_all(&mut reader)?;
+        let inputs = run.external.keys().cloned().chain(ordered_inboxes(&reader)).collect::<BTreeSet<_>>();
         reader.rewind();
         let expected = Expected::new(reader);
-        let inputs = run.external.keys().cloned().collect();
+        let inputs = inputs.into_iter().collect();
         let external = ExternalValues::find(path, run.epoch(), inputs, ExternalWish::ValuesAndMessages)?;
         let hub = Hub::new(Record::default().buffer);
         hub.want(0, Box::new(|_| true));
@@ -140,6 +142,17 @@ fn drive(
         }
         cycle += 1;
     }
+}
+
+/// Inboxes with messages that no module sent, such as those of a person.
+fn ordered_inboxes<R: Read + Seek>(reader: &Reader<R>) -> Vec<String> {
+    let is_ordered = |metadata: &BTreeMap<String, String>| {
+        metadata.get("access").is_some_and(|access| access == "messages") && !metadata.contains_key("from")
+    };
+    // A file that was not read to its end has a summary.
+    let said = reader.said().into_iter().flatten().map(|(channel, _)| channel);
+    let channels = reader.channels().chain(said).filter(|channel| is_ordered(&channel.metadata));
+    channels.map(|channel| channel.topic.trim_start_matches('/').to_owned()).collect()
 }
 
 /// Sees what the agent writes.

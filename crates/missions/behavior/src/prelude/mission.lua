@@ -12,7 +12,7 @@ function slate.add_machine(machine)
 end
 
 local main, call
-local mission = {name = "mission", is_entered = false, error = "", status = 2}
+local mission = {name = "mission", is_entered = false, error = "", status = 2, changes = 0}
 
 local function register_states()
     slate.register("mission", mission)
@@ -107,7 +107,41 @@ function slate.tick()
             machine.state_changed, is_changed = false, true
         end
     end
+    if is_changed then
+        mission.changes = mission.changes + 1
+    end
     return status, is_changed
+end
+
+-- Makes a machine go to a state, as by a transition; false if it does not run.
+function slate.jump(number, place)
+    local machine = machines[number]
+    local state = machine.current
+    if not state or state.name == machine.exit_state or state.name == machine.fail_state then
+        return false
+    end
+    machine.current_recursion = 0
+    machine:trans(machine.order[place])
+    mission.changes = mission.changes + 1
+    return true
+end
+
+-- Number of ticks and jumps that have changed a state.
+function slate.changes() return mission.changes end
+
+-- Place of the state that each machine is in, 0 for none.
+function slate.current_states()
+    slate.grant()
+    local list = {}
+    for number, machine in ipairs(machines) do
+        list[number] = 0
+        for place, state in ipairs(machine.order) do
+            if state == machine.current then
+                list[number] = place
+            end
+        end
+    end
+    return list
 end
 
 function slate.failure() return mission.error end

@@ -1,13 +1,19 @@
 //! Online execution of a program (De Giacomo et al., IndiGolog, 2009).
 
 mod observation;
+mod rows;
 mod state;
 mod step;
+mod trace;
 
 use std::sync::Arc;
 
 use observation::{ObservedAction, ObservedNames};
+pub use rows::RemainingRow;
+use rows::RowWriter;
 pub use state::GologState;
+use trace::ActionTrace;
+pub use trace::{MOST_TRACED, TracedEvent};
 
 use crate::error::GologRunError;
 use crate::interpreter::*;
@@ -125,6 +131,7 @@ pub struct GologExecutor {
     steps: u64,
     /// Number of changes that a report shows.
     changes: u64,
+    trace: ActionTrace,
     /// Transitions of the newest step, kept so that it allocates nothing.
     found: Vec<ProgramTransition>,
     suspended: Vec<bool>,
@@ -152,6 +159,7 @@ impl GologExecutor {
             is_blocked: false,
             steps: 0,
             changes: 0,
+            trace: ActionTrace::default(),
             found: Vec::new(),
             suspended: Vec::new(),
         }
@@ -194,6 +202,37 @@ impl GologExecutor {
             let Performance { action, phase } = own.as_ref()?;
             Some((slot, action.text(&self.theory), *phase == PerformancePhase::Suspended))
         })
+    }
+
+    /// Returns the newest actions with what has happened to them, oldest first.
+    pub fn trace(&self) -> impl Iterator<Item = (String, TracedEvent)> {
+        self.trace.entries().map(|(action, event)| (action.text(&self.theory), event))
+    }
+
+    /// Returns the number of events of actions so far; [`trace`](Self::trace) has the newest of them.
+    pub fn traced(&self) -> u64 {
+        self.trace.count
+    }
+
+    /// Returns the program that remains, row by row.
+    pub fn remaining(&self) -> Vec<RemainingRow> {
+        let mut writer = RowWriter { executor: self, rows: Vec::new() };
+        writer.write(self.program, 0);
+        writer.rows
+    }
+
+    /// Iterates over the slots: 0 for one that is free, 1 for one whose action runs, 2 for one whose action waits.
+    pub fn phases(&self) -> impl Iterator<Item = u64> {
+        self.performances.iter().map(|own| match own {
+            None => 0,
+            Some(Performance { phase: PerformancePhase::Suspended, .. }) => 2,
+            Some(_) => 1,
+        })
+    }
+
+    /// Returns a hash of the fluents' values.
+    pub fn situation_hash(&self) -> u64 {
+        self.hash
     }
 
     /// Returns a number that differs once other actions run, fluents have changed, or the program waits.
@@ -295,6 +334,7 @@ impl GologExecutor {
         };
         if is_possible {
             self.situation.apply(&self.theory, &action, EffectKind::Ended(None))?;
+            self.trace.add(action, TracedEvent::Occurred);
             self.change();
         }
         Ok(is_possible)

@@ -52,6 +52,9 @@ pub struct GologState {
     outcome: GologOutcome,
     is_blocked: bool,
     steps: u64,
+    /// Newest actions, and the number of all.
+    trace: Vec<(String, TracedEvent)>,
+    traced: u64,
 }
 
 /// Order of programs in a state: each after its parts, the same for equal programs.
@@ -132,6 +135,8 @@ impl GologExecutor {
             outcome: self.outcome,
             is_blocked: self.is_blocked,
             steps: self.steps,
+            trace: self.trace().collect(),
+            traced: self.trace.count,
         }
     }
 
@@ -217,6 +222,7 @@ impl GologExecutor {
         let occurred = |name: &str| state.occurred.iter().any(|own| own == name);
         own.observed.actions.iter_mut().for_each(|action| action.holds = occurred(&action.name));
         (own.outcome, own.steps) = (state.outcome, state.steps);
+        own.restore_trace(state);
         if let Some((program, transitions)) = state.search {
             own.restore_search(place(program)?, transitions.min(limits.most_transitions));
         }
@@ -238,6 +244,16 @@ impl GologExecutor {
         self.search = is_running.then_some(RunningSearch { program, search });
     }
 
+    /// Remembers the actions that the theory still has.
+    fn restore_trace(&mut self, state: &GologState) {
+        for (text, event) in &state.trace {
+            if let Ok(action) = self.any_action(text, *event == TracedEvent::Occurred) {
+                self.trace.add(action, *event);
+            }
+        }
+        self.trace.count = state.traced;
+    }
+
     fn restore_performances(&mut self, state: &GologState) -> Result<(), GologStateError> {
         for own in &state.performances {
             let Some((text, phase)) = own else {
@@ -257,9 +273,14 @@ impl GologExecutor {
     }
 
     fn ground_action(&self, text: &str) -> Result<GroundAction, GologStateError> {
+        self.any_action(text, false)
+    }
+
+    fn any_action(&self, text: &str, is_exogenous: bool) -> Result<GroundAction, GologStateError> {
         let theory = &*self.theory;
         let name = text.split('(').next().unwrap_or(text);
-        let found = theory.actions.iter().position(|model| model.name == name && !model.is_exogenous);
+        let found =
+            theory.actions.iter().position(|model| model.name == name && model.is_exogenous == is_exogenous);
         let found = found.and_then(|action| {
             let values = theory.parse_call(text, name, &theory.actions[action].domains)?;
             let mut arguments = [0; crate::theory::MOST_ARGUMENTS];
@@ -367,7 +388,7 @@ impl GologExecutor {
 }
 
 /// Variables that are visible in a scope, the innermost first.
-fn visible(theory: &ActionTheory, scope: Option<usize>) -> Vec<&VariableScope> {
+pub(super) fn visible(theory: &ActionTheory, scope: Option<usize>) -> Vec<&VariableScope> {
     std::iter::successors(scope.map(|scope| &theory.scopes[scope]), |own| {
         own.outer.map(|outer| &theory.scopes[outer])
     })

@@ -17,24 +17,40 @@ impl GologExecutor {
     /// # Errors
     /// If the program can't go on; the host has stopped all actions.
     pub fn tick(&mut self, host: &mut impl GologHost) -> Result<GologOutcome, GologRunError> {
+        self.tick_at_most(MOST_STEPS, host)
+    }
+
+    /// Executes the program as [`tick`](Self::tick) does, with one transition at most.
+    ///
+    /// # Errors
+    /// As [`tick`](Self::tick).
+    pub fn step_once(&mut self, host: &mut impl GologHost) -> Result<GologOutcome, GologRunError> {
+        self.tick_at_most(1, host)
+    }
+
+    fn tick_at_most(
+        &mut self,
+        steps: usize,
+        host: &mut impl GologHost,
+    ) -> Result<GologOutcome, GologRunError> {
         if self.outcome != GologOutcome::Running {
             return Ok(self.outcome);
         }
-        let result = self.execute(host);
+        let result = self.execute(steps, host);
         if result.is_err() {
             self.stop_all(host);
         }
         result.map(|()| self.outcome)
     }
 
-    fn execute(&mut self, host: &mut impl GologHost) -> Result<(), GologRunError> {
+    fn execute(&mut self, steps: usize, host: &mut impl GologHost) -> Result<(), GologRunError> {
         self.take_ends(host)?;
         if self.is_blocked {
             return Ok(());
         }
         self.changes += 1;
         let mut budget = self.limits.transitions_per_tick;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..steps {
             if !self.step(&mut budget)? {
                 break;
             }
@@ -62,6 +78,7 @@ impl GologExecutor {
                 GologProgress::Failed if model.failure_effects.is_some() => EffectKind::Failed,
                 GologProgress::Failed => {
                     self.performances[slot] = None;
+                    self.trace.add(action, TracedEvent::Failed);
                     let text = action.text(&self.theory);
                     let reason =
                         format!("the action `{text}` has failed; say what it changes then: `if failed: ...`");
@@ -69,6 +86,8 @@ impl GologExecutor {
                 }
             };
             self.performances[slot] = None;
+            let has_succeeded = kind == EffectKind::Ended(Some(true));
+            self.trace.add(action, if has_succeeded { TracedEvent::Succeeded } else { TracedEvent::Failed });
             self.situation.apply(&self.theory, &action, kind)?;
             // Slots are few.
             self.program = self.programs.without(self.program, slot as u32);
@@ -132,6 +151,7 @@ impl GologExecutor {
         let Some(action) = action else { return Ok(()) };
         let model = &self.theory.actions[action.action as usize];
         if model.performs.is_none() {
+            self.trace.add(action, TracedEvent::Done);
             self.situation.apply(&self.theory, &action, EffectKind::Ended(None))?;
             self.change();
             return Ok(());
@@ -223,6 +243,7 @@ impl GologExecutor {
             let robot_action = self.robot_action(&action)?;
             let line = self.theory.actions[action.action as usize].line;
             host.start(slot, &robot_action).map_err(|reason| GologRunError { line, reason })?;
+            self.trace.add(action, TracedEvent::Started);
             self.performances[slot] = Some(Performance { action, phase: PerformancePhase::Running });
         }
         Ok(())

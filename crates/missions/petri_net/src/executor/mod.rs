@@ -8,7 +8,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 pub use state::{CarryError, ExecutorState, NetState, SavedAction, SavedTokens};
 
+use crate::guard::NetGuard;
 use crate::label::ActionEvent;
+use crate::net::PetriNet;
 use crate::plan::{Performer, PetriPlan, PlanAction};
 
 /// The most tokens of a place while a plan runs.
@@ -96,6 +98,30 @@ pub struct StepError {
     pub place: String,
 }
 
+/// Reason for which a transition can't be forced.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ForceError {
+    /// The plan has reached its goal, or has failed.
+    #[error("the plan has ended; restart it")]
+    Ended,
+    /// Its sub-plan does not run.
+    #[error("the sub-plan `{0}` does not run; force what starts it")]
+    Inactive(String),
+    /// A place lacks tokens.
+    #[error("place `{place}` has {tokens} of {needed} tokens; force what puts one there")]
+    Tokens {
+        /// The place.
+        place: String,
+        /// Its tokens.
+        tokens: u32,
+        /// Those that the transition takes.
+        needed: u32,
+    },
+    /// A place would overflow.
+    #[error(transparent)]
+    Step(#[from] StepError),
+}
+
 /// Executes a [`PetriPlan`]: PNP's step, with its defects mended as the crate's page lists them.
 ///
 /// A step first asks how far the active actions have come, and steps active sub-plans; then it collects the enabled
@@ -175,6 +201,58 @@ impl PetriNetExecutor {
     pub fn marking(&self, instance: usize) -> &[u32] {
         let own = &self.plan.instances[instance];
         &self.marking[own.places..own.places + self.plan.nets[own.net].places.len()]
+    }
+
+    /// Returns the number of runs of nets: the plan itself, and each of its sub-plans.
+    pub fn instances(&self) -> usize {
+        self.plan.instances.len()
+    }
+
+    /// Returns the net of a run of a net.
+    pub fn net(&self, instance: usize) -> &PetriNet {
+        &self.plan.nets[self.plan.instances[instance].net]
+    }
+
+    /// Returns whether a run of a net goes on: it and all above it are active, and it has not ended.
+    pub fn is_running(&self, instance: usize) -> bool {
+        self.runs()[instance]
+    }
+
+    /// Returns whether each run of a net goes on.
+    pub fn runs(&self) -> Vec<bool> {
+        let active = self.reached_by(|phase| phase == ActionPhase::Active);
+        let is_running = |progress: &ActionProgress| *progress == ActionProgress::Running;
+        active.into_iter().zip(&self.progress).map(|(active, own)| active && is_running(own)).collect()
+    }
+
+    /// Returns whether the plan performs an action of a net.
+    pub fn is_active(&self, instance: usize, action: usize) -> bool {
+        self.actions[self.plan.instances[instance].states + action].phase == ActionPhase::Active
+    }
+
+    /// Returns the number of an action of a net among [`PetriPlan::actions`]; `None` for a sub-plan.
+    pub fn host_action(&self, instance: usize, action: usize) -> Option<usize> {
+        match self.plan.instances[instance].performers[action] {
+            Performer::Host(index) => Some(index),
+            Performer::Instance(_) => None,
+        }
+    }
+
+    /// Returns whether an atom of a guard holds at present, or the guard itself; `None` while that is unknown.
+    ///
+    /// `condition` answers a condition by its name.
+    pub fn holds(
+        &self,
+        instance: usize,
+        guard: &NetGuard,
+        condition: &mut impl FnMut(&str) -> Option<bool>,
+    ) -> Option<bool> {
+        let own = &self.plan.instances[instance];
+        guard.evaluate(&mut |atom| match atom {
+            NetGuard::Condition(index) => condition(&self.plan.conditions[own.conditions[*index]]),
+            NetGuard::Action(action, query) => Some(self.answers_query(own.states + action, *query)),
+            NetGuard::And(_) | NetGuard::Or(_) | NetGuard::Not(_) => None,
+        })
     }
 
     /// Returns the names that lead to a run of a net, such as `patrol/inspect_3`.

@@ -123,14 +123,18 @@ impl PetriNetExecutor {
 
     /// Whether each run of a net is active or suspended.
     fn live(&self) -> Vec<bool> {
+        self.reached_by(|phase| phase != ActionPhase::Inactive)
+    }
+
+    /// Whether all actions that lead to each run of a net are in such a phase.
+    pub(super) fn reached_by(&self, is_fit: impl Fn(ActionPhase) -> bool) -> Vec<bool> {
         let mut live = vec![false; self.plan.instances.len()];
         live[0] = true;
         // Those inside have greater numbers.
         for (instance, own) in self.plan.instances.iter().enumerate() {
             for (action, performer) in own.performers.iter().enumerate() {
                 if let Performer::Instance(inner) = performer {
-                    let is_started = self.actions[own.states + action].phase != ActionPhase::Inactive;
-                    live[*inner] = live[instance] && is_started;
+                    live[*inner] = live[instance] && is_fit(self.actions[own.states + action].phase);
                 }
             }
         }

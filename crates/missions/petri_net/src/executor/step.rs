@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{
-    ActionPhase, ActionProgress, ActionState, ConflictOrder, MOST_TOKENS, PetriNetExecutor, PlanHost,
-    PlanTransition, StepError,
+    ActionPhase, ActionProgress, ActionState, ConflictOrder, ForceError, MOST_TOKENS, PetriNetExecutor,
+    PlanHost, PlanTransition, StepError,
 };
 use crate::guard::{ActionQuery, NetGuard};
 use crate::label::ActionEvent;
@@ -20,6 +20,45 @@ impl PetriNetExecutor {
         self.steps += 1;
         let plan = Arc::clone(&self.plan);
         self.advance(&plan, 0, host)
+    }
+
+    /// Fires a transition that has its tokens, whatever its guard says; everything else is as in a step.
+    ///
+    /// # Errors
+    /// Why it can't fire; nothing has changed then.
+    pub fn force(&mut self, forced: PlanTransition, host: &mut impl PlanHost) -> Result<(), ForceError> {
+        let PlanTransition { instance, transition } = forced;
+        if self.progress[0] != ActionProgress::Running {
+            return Err(ForceError::Ended);
+        }
+        if !self.is_running(instance) {
+            return Err(ForceError::Inactive(self.path(instance).into()));
+        }
+        let plan = Arc::clone(&self.plan);
+        let own = &plan.instances[instance];
+        let net = &plan.nets[own.net];
+        let marking = self.marking(instance);
+        let lacks = |(place, weight): &&(usize, u32)| marking[*place] < *weight;
+        if let Some((place, needed)) = net.transitions[transition].inputs.iter().find(lacks) {
+            let (place, tokens) = (net.places[*place].title().to_owned(), marking[*place]);
+            return Err(ForceError::Tokens { place, tokens, needed: *needed });
+        }
+        self.fired.clear();
+        self.conflicts.clear();
+        self.candidates.push(forced);
+        let outcome = self.fire(&plan, instance, self.candidates.len() - 1, host);
+        self.candidates.clear();
+        outcome?;
+        self.complete(instance, host);
+        Ok(())
+    }
+
+    /// Takes over what a marking says of the progress of its net, and ends its actions after a goal or a failure.
+    fn complete(&mut self, instance: usize, host: &mut impl PlanHost) {
+        self.progress[instance] = self.reached(instance);
+        if self.progress[instance] != ActionProgress::Running {
+            self.stop(instance, ActionEvent::End, host);
+        }
     }
 
     /// Steps a run of a net and those inside.
@@ -38,10 +77,7 @@ impl PetriNetExecutor {
         let outcome = self.fire(plan, instance, first, host);
         self.candidates.truncate(first);
         outcome?;
-        self.progress[instance] = self.reached(instance);
-        if self.progress[instance] != ActionProgress::Running {
-            self.stop(instance, ActionEvent::End, host);
-        }
+        self.complete(instance, host);
         Ok(self.progress[instance])
     }
 
@@ -114,18 +150,19 @@ impl PetriNetExecutor {
                 let index = own.conditions[*index];
                 *self.answers[index].get_or_insert_with(|| host.condition(index, &plan.conditions[index]))
             }
-            NetGuard::Action(action, query) => {
-                let ActionState { phase, progress } = self.actions[own.states + action];
-                Some(match query {
-                    ActionQuery::Finished => progress == ActionProgress::Succeeded,
-                    ActionQuery::Failed => progress == ActionProgress::Failed,
-                    ActionQuery::Preempted => progress == ActionProgress::Preempted,
-                    ActionQuery::Running => {
-                        phase == ActionPhase::Active && progress == ActionProgress::Running
-                    }
-                })
-            }
+            NetGuard::Action(action, query) => Some(self.answers_query(own.states + action, *query)),
             NetGuard::And(_) | NetGuard::Or(_) | NetGuard::Not(_) => None,
+        }
+    }
+
+    /// Whether an action is as a guard asks.
+    pub(super) fn answers_query(&self, state: usize, query: ActionQuery) -> bool {
+        let ActionState { phase, progress } = self.actions[state];
+        match query {
+            ActionQuery::Finished => progress == ActionProgress::Succeeded,
+            ActionQuery::Failed => progress == ActionProgress::Failed,
+            ActionQuery::Preempted => progress == ActionProgress::Preempted,
+            ActionQuery::Running => phase == ActionPhase::Active && progress == ActionProgress::Running,
         }
     }
 
