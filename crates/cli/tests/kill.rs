@@ -18,6 +18,9 @@ use common::Running;
 use mcap::read::{ChunkFlattener, Options};
 use mcap::records::Record;
 
+/// Runs at a time; each mostly sleeps.
+const WORKERS: usize = 3;
+
 /// A message: its channel, number and time, and its bytes.
 type Message = (u16, u32, u64, Vec<u8>);
 
@@ -32,13 +35,14 @@ fn main() {
         return;
     }
     let (first, kills) = (after("--first").unwrap_or(0), after("--kills").unwrap_or(10));
-    let mut totals = (0, 0, 0);
-    for seed in first..first + kills {
-        println!("seed {seed}");
-        let (acknowledged, there, lost) = kill(seed);
-        totals = (totals.0 + acknowledged, totals.1 + there, totals.2 + lost);
-    }
-    let (acknowledged, there, lost) = totals;
+    let outcomes = std::thread::scope(|scope| {
+        let of = |worker| (first + worker..first + kills).step_by(WORKERS).map(kill);
+        let workers: Vec<_> =
+            (0..WORKERS as u64).map(|worker| scope.spawn(move || of(worker).collect::<Vec<_>>())).collect();
+        workers.into_iter().flat_map(|worker| worker.join().unwrap()).collect::<Vec<_>>()
+    });
+    let sum = |(a, b, c), (d, e, f)| (a + d, b + e, c + f);
+    let (acknowledged, there, lost) = outcomes.into_iter().fold((0, 0, 0), sum);
     println!(
         "{kills} kills: {acknowledged} messages were acknowledged, {there} are there, {lost} bytes were cut off"
     );
@@ -57,7 +61,8 @@ fn random(seed: u64, place: u64, limit: u64) -> u64 {
 /// Kills a run that records, and says how many messages were acknowledged, how many are there, and how many bytes belong to
 /// none of them.
 fn kill(seed: u64) -> (usize, usize, u64) {
-    let running = Running::new("kill");
+    println!("seed {seed}");
+    let running = Running::new(&format!("kill-{seed}"));
     let mode = if random(seed, 0, 2) == 0 { "staged" } else { "threaded" };
     let seed_text = seed.to_string();
     let mut arguments =

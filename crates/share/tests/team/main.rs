@@ -59,8 +59,17 @@ fn campaign(name: &str, scenario: Scenario, first: u64, seeds: u64) -> u64 {
     let begin = Instant::now();
     let (mut rounds, mut failures, mut messages, mut bytes) = (Vec::new(), 0, 0, 0);
     let (mut memory, mut restarts) = (0, 0);
-    for seed in first..first + seeds {
-        match Simulation::new(scenario, seed).run() {
+    let runs = std::thread::scope(|scope| {
+        let of = |worker| {
+            (first + worker..first + seeds)
+                .step_by(2)
+                .map(move |seed| (seed, Simulation::new(scenario, seed).run()))
+        };
+        let workers = [0, 1].map(|worker| scope.spawn(move || of(worker).collect::<Vec<_>>()));
+        workers.into_iter().flat_map(|worker| worker.join().unwrap()).collect::<Vec<_>>()
+    });
+    for (seed, outcome) in runs {
+        match outcome {
             Ok(outcome) => {
                 rounds.push(outcome.rounds);
                 messages += outcome.messages;
