@@ -167,9 +167,12 @@ impl Plan for GologPlan {
             mission.executor.iter_mut().for_each(GologExecutor::wake);
         }
         mission.update(&io.conditions, &io.facts, situation);
+        let has_failed = mission.failure.is_some();
         mission.obey(&io.orders, now);
         if let Err(error) = tick(mission, now) {
             mission.fail(&error.to_string(), now);
+        }
+        if mission.failure.is_some() && !has_failed {
             state.reported_changes = None;
         }
         mission.actions.request(situation, plan);

@@ -279,16 +279,10 @@ impl<E: MissionExecutor> PlanMission<E> {
         if !self.view.takes(hash) {
             return;
         }
-        let reason =
-            self.failure.as_deref().map(|failure| failure.strip_prefix(self.folder()).unwrap_or(failure));
-        let reason = reason.map(Text::new);
+        let reason = self.reason().map(Text::new);
         self.view.publish(state, &seen, activity, |writer| {
-            if let Some(executor) = self.executor.as_ref().filter(|_| reason.is_none()) {
-                executor.describe(&seen, writer);
-            }
-            if let Some(reason) = reason {
-                writer.reason = reason;
-            }
+            self.executor.iter().for_each(|executor| executor.describe(&seen, writer));
+            writer.reason = reason.unwrap_or(writer.reason);
         });
     }
 
@@ -302,17 +296,19 @@ impl<E: MissionExecutor> PlanMission<E> {
 
     /// Returns the verdict; `ended` is the reason of a success, or that of a failure.
     pub fn verdict(&self, ended: Option<Result<&str, &str>>) -> Verdict {
-        let (state, outcome, reason) = match (&self.failure, ended) {
-            // A verdict is short; the log has the file's folder.
-            (Some(failure), _) => {
-                let reason = failure.strip_prefix(self.folder()).unwrap_or(failure);
-                (MissionState::FAILED, MissionOutcome::OTHER, reason)
-            }
+        let (state, outcome, reason) = match (self.reason(), ended) {
+            (Some(reason), _) => (MissionState::FAILED, MissionOutcome::OTHER, reason),
             (None, Some(Ok(reason))) => (MissionState::SUCCEEDED, MissionOutcome::GOAL_REACHED, reason),
             (None, Some(Err(reason))) => (MissionState::FAILED, MissionOutcome::OTHER, reason),
             (None, None) => (MissionState::RUNNING, MissionOutcome::OTHER, ""),
         };
         Verdict { state, outcome, reason: Text::new(reason) }
+    }
+
+    /// Returns why the mission can't go on; its texts are short, and the log has the file's folder.
+    fn reason(&self) -> Option<&str> {
+        let failure = self.failure.as_deref()?;
+        Some(failure.strip_prefix(self.folder()).unwrap_or(failure))
     }
 
     /// Returns the folder of the mission's file, with its last slash.
