@@ -1,11 +1,12 @@
 //! What is built into the `slate` command.
 
 /// Name of each feature, and whether it is built in.
-pub const FEATURES: [(&str, bool); 13] = [
+pub const FEATURES: [(&str, bool); 14] = [
     ("console", cfg!(feature = "console")),
     ("dds", cfg!(feature = "dds")),
     ("drivers", cfg!(feature = "drivers")),
     ("evaluate", cfg!(feature = "evaluate")),
+    ("groot", cfg!(feature = "groot")),
     ("jpeg", cfg!(feature = "jpeg")),
     ("lua", cfg!(feature = "lua")),
     ("mcp", cfg!(feature = "mcp")),

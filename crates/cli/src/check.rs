@@ -18,7 +18,9 @@ use slate::runtime::StartError;
 use slate::runtime::composition::{Catalogue, DescribedLimits, Survey, Wired, described_limits, loose};
 use slate::runtime::configuration::{Configuration, Diagnostic, Report, Variant};
 use slate::runtime::directory::check_reach;
-use slate_run::{Application, Observation, check_bridges, check_dds, check_network, check_ros1, check_ros2};
+use slate_run::{
+    Application, Observation, check_bridges, check_dds, check_groot, check_network, check_ros1, check_ros2,
+};
 
 use crate::examples;
 use crate::failure::{ASSERTION_FALSE, Failure};
@@ -235,6 +237,7 @@ fn look(application: &Application) -> Result<CheckedConfiguration, Failure> {
     check_bridges(configuration)?;
     check_network(&agent)?;
     check_dds(&agent)?;
+    check_groot(&agent)?;
     check_ros1(&agent)?;
     check_ros2(&agent)?;
     let mut warnings = unused(configuration, &catalogue, &survey);

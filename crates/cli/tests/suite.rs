@@ -13,6 +13,7 @@ mod deployment;
 mod display;
 mod evaluate;
 mod gates;
+mod groot;
 mod interface;
 mod interface_import;
 mod isolation;

@@ -13,6 +13,7 @@ mod display;
 mod error;
 mod finding;
 mod folder;
+mod groot;
 mod mission;
 mod network;
 pub mod number;
@@ -41,6 +42,7 @@ pub use dds::check_dds;
 pub use error::RunError;
 pub use finding::ConfigurationFinding;
 pub use folder::Folder;
+pub use groot::check_groot;
 pub use mission::{Finished, MissionOptions, MissionRun};
 pub use network::check_network;
 pub use observation::Observation;
@@ -56,7 +58,7 @@ use slate_runtime::configuration::{Configuration, Database};
 pub use stay::DEBOUNCE;
 
 /// Names at the top of a configuration that belong to applications.
-pub const EXTRA_TABLES: [&str; 7] = ["world", "report", "console", "network", "dds", "ros1", "ros2"];
+pub const EXTRA_TABLES: [&str; 8] = ["world", "report", "console", "network", "dds", "groot", "ros1", "ros2"];
 
 /// Settings of applications that may be paths.
 pub const PATHS: [&str; 15] = [

@@ -13,6 +13,7 @@ use crate::bridges::check_bridges;
 use crate::console::{ConsoleOptions, open_browser};
 use crate::display::{DisplayLog, LiveDisplay, RunTitle};
 use crate::folder::ReportFolder;
+use crate::groot::GrootRun;
 use crate::network::{connect, network_settings};
 use crate::ros::RosBridges;
 use crate::stay::{Interrupt, stay};
@@ -82,6 +83,7 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     let join = |settings| connect(&surface, settings, &configuration);
     let network = network_settings.as_ref().map(join).transpose()?;
     let mut ros = RosBridges::open(&mission.agent, &surface)?;
+    let groot = GrootRun::open(&mission.agent)?;
     // Created last, so that a refused configuration leaves nothing behind.
     let folder = ReportFolder::of(options, &title.name, title.seed, mission.keeps_report())?;
     mission.record(folder.path());
@@ -114,7 +116,7 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
              end with the run"
         );
     }
-    drop((server, console, network, ros));
+    drop((server, console, network, ros, groot));
     drop(finished.agent);
     written?;
     drop(folder);

@@ -3,6 +3,8 @@
 #[cfg(feature = "missions")]
 mod check;
 #[cfg(feature = "missions")]
+mod findings;
+#[cfg(feature = "missions")]
 mod golog;
 #[cfg(feature = "missions")]
 mod nets;

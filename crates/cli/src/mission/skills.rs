@@ -7,9 +7,9 @@ use slate_behavior::{
     BehaviorEngine, BehaviorLimits, MachineFinding, MachineState, SkillFiles, SkillMachine, check_machines,
 };
 
+use super::findings::{CheckedMission, MissionFinding};
 use super::skills_svg;
-use crate::failure::{ASSERTION_FALSE, Failure};
-use crate::output;
+use crate::failure::Failure;
 
 /// Draws the machines of a file.
 pub fn draw(file: &Path) -> Result<String, Failure> {
@@ -28,29 +28,34 @@ pub fn check(file: &Path, actions: &[String], json: bool) -> Result<u8, Failure>
     let engine = load(file)?;
     let known = if actions.is_empty() { None } else { Some(actions) };
     let findings = check_machines(engine.machines(), engine.actions(), known);
-    let is_sound = !findings.iter().any(|finding| finding.kind.is_error());
-    if json {
-        output::json(&json!({
-            "schema": "slate.mission.check/1",
-            "sound": is_sound,
-            "plans": [document(file, &engine, &findings, is_sound)],
-        }));
-        return Ok(if is_sound { 0 } else { ASSERTION_FALSE });
-    }
-    for MachineFinding { kind, text } in &findings {
-        let level = if kind.is_error() { "error" } else { "warning" };
-        output::line(format!("{level}: {}: {}: {text}", file.display(), kind.name()));
-    }
-    output::line(format!(
-        "{}: {}; {} machines, {} states, {} transitions, {} actions",
-        title(file),
-        if is_sound { "sound" } else { "not sound" },
-        engine.machines().len(),
-        states(&engine).count(),
-        states(&engine).map(|state| state.transitions.len()).sum::<usize>(),
-        kinds(&engine).len(),
-    ));
-    Ok(if is_sound { 0 } else { ASSERTION_FALSE })
+    let finding = |MachineFinding { kind, text }| MissionFinding {
+        kind: kind.name(),
+        is_error: kind.is_error(),
+        included: None,
+        line: None,
+        text,
+    };
+    let machine = |machine: &SkillMachine| {
+        let states: Vec<&str> = machine.states.iter().map(|state| state.name.as_str()).collect();
+        json!({ "name": machine.name, "start": machine.start, "states": states })
+    };
+    let checked = CheckedMission {
+        file,
+        title: title(file),
+        counts: format!(
+            "{} machines, {} states, {} transitions, {} actions",
+            engine.machines().len(),
+            states(&engine).count(),
+            states(&engine).map(|state| state.transitions.len()).sum::<usize>(),
+            kinds(&engine).len(),
+        ),
+        parts: json!({
+            "machines": engine.machines().iter().map(machine).collect::<Vec<Value>>(),
+            "actions": kinds(&engine),
+        }),
+        findings: findings.into_iter().map(finding).collect(),
+    };
+    Ok(checked.report(json))
 }
 
 fn title(file: &Path) -> String {
@@ -67,19 +72,4 @@ fn kinds(engine: &BehaviorEngine) -> Vec<&str> {
     kinds.sort_unstable();
     kinds.dedup();
     kinds
-}
-
-fn document(file: &Path, engine: &BehaviorEngine, findings: &[MachineFinding], is_sound: bool) -> Value {
-    let machine = |machine: &SkillMachine| {
-        let states: Vec<&str> = machine.states.iter().map(|state| state.name.as_str()).collect();
-        json!({ "name": machine.name, "start": machine.start, "states": states })
-    };
-    let finding = |finding: &MachineFinding| json!({ "kind": finding.kind.name(), "error": finding.kind.is_error(), "text": finding.text });
-    json!({
-        "plan": title(file),
-        "sound": is_sound,
-        "machines": engine.machines().iter().map(machine).collect::<Vec<Value>>(),
-        "actions": kinds(engine),
-        "findings": findings.iter().map(finding).collect::<Vec<Value>>(),
-    })
 }

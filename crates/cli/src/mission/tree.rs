@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use serde_json::{Value, json};
+use serde_json::json;
 use slate_behavior_tree::{BehaviorTree, KnownLeaf, LeafKind, LeafModels, TreeFinding, check_tree};
 
-use crate::failure::{ASSERTION_FALSE, Failure};
-use crate::output;
+use super::findings::{CheckedMission, MissionFinding};
+use crate::failure::Failure;
 
 /// Reads a tree whose file has the models of its actions and conditions.
 pub fn read(file: &Path) -> Result<BehaviorTree, Failure> {
@@ -19,54 +19,32 @@ pub fn check(file: &Path, actions: &[String], json: bool) -> Result<u8, Failure>
     let is_known =
         |kind: LeafKind, id: &str| kind == LeafKind::Condition || actions.iter().any(|action| action == id);
     let is_known: Option<&KnownLeaf<'_>> = if actions.is_empty() { None } else { Some(&is_known) };
-    let findings = check_tree(&tree, is_known);
-    let is_sound = !findings.iter().any(|finding| finding.kind.is_error());
-    if json {
-        output::json(&json!({
-            "schema": "slate.mission.check/1",
-            "sound": is_sound,
-            "plans": [document(&tree, &findings, is_sound)],
-        }));
-    } else {
-        print(file, &tree, &findings, is_sound);
-    }
-    Ok(if is_sound { 0 } else { ASSERTION_FALSE })
-}
-
-fn print(file: &Path, tree: &BehaviorTree, findings: &[TreeFinding], is_sound: bool) {
-    for TreeFinding { kind, line, text } in findings {
-        let level = if kind.is_error() { "error" } else { "warning" };
-        output::line(format!("{level}: {}:{line}: {}: {text}", file.display(), kind.name()));
-    }
-    output::line(format!(
-        "{}: {}; {} nodes, {} actions, {} conditions, {} entries",
-        tree.name(),
-        if is_sound { "sound" } else { "not sound" },
-        tree.nodes().len(),
-        ids(tree, LeafKind::Action).len(),
-        ids(tree, LeafKind::Condition).len(),
-        tree.entries().len()
-    ));
-}
-
-fn document(tree: &BehaviorTree, findings: &[TreeFinding], is_sound: bool) -> Value {
-    let finding = |finding: &TreeFinding| {
-        json!({
-            "kind": finding.kind.name(),
-            "error": finding.kind.is_error(),
-            "line": finding.line,
-            "text": finding.text,
-        })
+    let finding = |TreeFinding { kind, file, line, text }| MissionFinding {
+        kind: kind.name(),
+        is_error: kind.is_error(),
+        included: file,
+        line: Some(line),
+        text,
     };
-    json!({
-        "plan": tree.name(),
-        "sound": is_sound,
-        "nodes": tree.nodes().len(),
-        "actions": ids(tree, LeafKind::Action),
-        "conditions": ids(tree, LeafKind::Condition),
-        "entries": tree.entries(),
-        "findings": findings.iter().map(finding).collect::<Vec<Value>>(),
-    })
+    let [nodes, entries] = [tree.nodes().len(), tree.entries().len()];
+    let [actions, conditions] = [LeafKind::Action, LeafKind::Condition].map(|kind| ids(&tree, kind));
+    let checked = CheckedMission {
+        file,
+        title: tree.name().into(),
+        counts: format!(
+            "{nodes} nodes, {} actions, {} conditions, {entries} entries",
+            actions.len(),
+            conditions.len()
+        ),
+        parts: json!({
+            "nodes": nodes,
+            "actions": actions,
+            "conditions": conditions,
+            "entries": tree.entries(),
+        }),
+        findings: check_tree(&tree, is_known).into_iter().map(finding).collect(),
+    };
+    Ok(checked.report(json))
 }
 
 /// Actions or conditions of a tree, each once.

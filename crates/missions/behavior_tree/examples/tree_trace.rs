@@ -1,7 +1,8 @@
 //! Prints traces of trees, for `tests/compare_behavior_tree_cpp.py`.
 //!
 //! A line is a tree: `{"xml": "...", "answers": {"A0": "RSF"}, "entries": {"x": 1}, "ticks": 20, "period": 30}`. The
-//! n-th call of a leaf has the n-th answer: running, success or failure. Time goes on by `period` ms with each tick.
+//! n-th call of a leaf has the n-th answer: running, success or failure. Time goes on by `period` ms with each tick. With
+//! `"statuses": true`, the statuses of all nodes follow each tick.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -20,6 +21,8 @@ struct Line {
     entries: BTreeMap<String, f64>,
     ticks: u64,
     period: u64,
+    #[serde(default)]
+    statuses: bool,
 }
 
 /// A host with prepared answers and a log of its calls.
@@ -87,6 +90,14 @@ fn main() -> Result<(), Box<dyn Error>> {
             for (name, initial) in &entries {
                 // A tree has no entry that none of its nodes names.
                 host.log.push(format!("{name} = {}", executor.entry(name).unwrap_or(initial)));
+            }
+            if line.statuses {
+                let nodes = 0..executor.tree().nodes().len();
+                let texts = nodes.map(|node| match executor.status(node) {
+                    NodeStatus::Idle => format!(" was {:?}", executor.last_status(node)),
+                    status => format!(" {status:?}"),
+                });
+                host.log.push(format!("nodes:{}", texts.collect::<String>()));
             }
         }
         writeln!(output, "{}", serde_json::to_string(&host.log)?)?;

@@ -1,9 +1,11 @@
 //! Defects of a tree, found before it runs.
 
+use std::path::PathBuf;
+
 use crate::model::LeafKind;
 use crate::ports::PortBinding;
 use crate::script::{Expression, TreeScript};
-use crate::tree::{BehaviorTree, NodeOperation, NodeScripts, NodeStatus};
+use crate::tree::{BehaviorTree, LoopQueue, NodeOperation, NodeScripts, NodeStatus};
 
 /// Kind of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -40,6 +42,8 @@ impl TreeFindingKind {
 pub struct TreeFinding {
     /// Kind.
     pub kind: TreeFindingKind,
+    /// File, if the tree's file includes that.
+    pub file: Option<PathBuf>,
     /// Line in the file, from 1.
     pub line: usize,
     /// Description of the defect.
@@ -58,8 +62,7 @@ pub fn check_tree(tree: &BehaviorTree, is_known: Option<&KnownLeaf<'_>>) -> Vec<
     {
         let kind = if leaf.kind == LeafKind::Action { "action" } else { "condition" };
         let text = format!("the {kind} `{}` is unknown", leaf.id);
-        let line = tree.nodes[leaf.node].line;
-        let finding = TreeFinding { kind: TreeFindingKind::UnknownLeaf, line, text };
+        let finding = finding(tree, leaf.node, TreeFindingKind::UnknownLeaf, text);
         // A sub-tree may be there several times.
         if !findings.contains(&finding) {
             findings.push(finding);
@@ -70,9 +73,14 @@ pub fn check_tree(tree: &BehaviorTree, is_known: Option<&KnownLeaf<'_>>) -> Vec<
     unset_entries(tree, &mut findings);
     if outcomes[0] & (SUCCESS | FAILURE) == 0 {
         let text = "the tree neither succeeds nor fails: it runs until it is stopped".into();
-        findings.push(TreeFinding { kind: TreeFindingKind::NoEnd, line: tree.nodes[0].line, text });
+        findings.push(finding(tree, 0, TreeFindingKind::NoEnd, text));
     }
     findings
+}
+
+fn finding(tree: &BehaviorTree, node: usize, kind: TreeFindingKind, text: String) -> TreeFinding {
+    let node = &tree.nodes[node];
+    TreeFinding { kind, file: node.file().map(Into::into), line: node.line, text }
 }
 
 const SUCCESS: u8 = 1;
@@ -109,6 +117,7 @@ fn operation_outcomes(operation: &NodeOperation, children: &[u8]) -> u8 {
         NodeOperation::AlwaysFailure => FAILURE,
         NodeOperation::SetBlackboard { .. } => SUCCESS,
         NodeOperation::ScriptCondition(_) => ends,
+        NodeOperation::WasUpdated { .. } => ends,
         NodeOperation::Sleep { .. } => SUCCESS | RUNNING,
         NodeOperation::Sequence { .. }
         | NodeOperation::SequenceWithMemory
@@ -122,6 +131,8 @@ fn operation_outcomes(operation: &NodeOperation, children: &[u8]) -> u8 {
         NodeOperation::KeepRunningUntilFailure => first & FAILURE | RUNNING,
         NodeOperation::Repeat { count } if is_endless(count) => first & !SUCCESS | RUNNING,
         NodeOperation::Retry { count } if is_endless(count) => first & !FAILURE | RUNNING,
+        NodeOperation::Loop(own) => first & FAILURE | RUNNING | bit(own.if_empty),
+        NodeOperation::OnUpdate { otherwise, .. } => first | bit(*otherwise),
         NodeOperation::SubTree => first,
         NodeOperation::Precondition { otherwise, .. } => first | bit(*otherwise),
         _ => ANY,
@@ -158,6 +169,19 @@ fn reached_in_turn(children: &[u8], passing: u8) -> Vec<bool> {
     children.iter().map(next).collect()
 }
 
+/// Which children a `TryCatch` can reach.
+fn reached_in_try(children: &[u8], catches_halts: bool) -> Vec<bool> {
+    let Some((_, tried)) = children.split_last() else { return Vec::new() };
+    let mut reached = reached_in_turn(tried, SUCCESS);
+    let can_fail = tried.iter().zip(&reached).any(|(child, is_reached)| *is_reached && child & FAILURE != 0);
+    reached.push(can_fail || catches_halts);
+    reached
+}
+
+fn is_false(port: &PortBinding) -> bool {
+    matches!(port, PortBinding::Literal(value) if value.truth() == Some(false))
+}
+
 fn is_endless(count: &PortBinding) -> bool {
     matches!(count, PortBinding::Literal(value) if value.number() == Some(-1.0))
 }
@@ -183,6 +207,7 @@ fn dead_nodes(tree: &BehaviorTree, outcomes: &[u8], findings: &mut Vec<TreeFindi
             NodeOperation::Fallback { .. } | NodeOperation::ReactiveFallback => {
                 reached_in_turn(&children, FAILURE)
             }
+            NodeOperation::TryCatch { on_halt } => reached_in_try(&children, !is_false(on_halt)),
             NodeOperation::IfThenElse | NodeOperation::WhileDoElse => {
                 let condition = children[0];
                 vec![true, condition & SUCCESS != 0, condition & FAILURE != 0]
@@ -195,7 +220,7 @@ fn dead_nodes(tree: &BehaviorTree, outcomes: &[u8], findings: &mut Vec<TreeFindi
                 let dead = &tree.nodes[*child];
                 let text =
                     format!("`{}` is never ticked, because of what the node before it returns", dead.path);
-                findings.push(TreeFinding { kind: TreeFindingKind::DeadNode, line: dead.line, text });
+                findings.push(finding(tree, *child, TreeFindingKind::DeadNode, text));
             }
         }
     }
@@ -203,7 +228,7 @@ fn dead_nodes(tree: &BehaviorTree, outcomes: &[u8], findings: &mut Vec<TreeFindi
 
 /// Entries that are read and written.
 struct EntryUses {
-    /// Line of the first node that reads it.
+    /// First node that reads it.
     read: Vec<Option<usize>>,
     is_written: Vec<bool>,
 }
@@ -211,10 +236,10 @@ struct EntryUses {
 fn unset_entries(tree: &BehaviorTree, findings: &mut Vec<TreeFinding>) {
     let is_written = tree.initial.iter().map(Option::is_some).collect();
     let mut uses = EntryUses { read: vec![None; tree.entries.len()], is_written };
-    for node in &tree.nodes {
-        uses.take_operation(&node.operation, node.line);
+    for (index, node) in tree.nodes.iter().enumerate() {
+        uses.take_operation(&node.operation, index);
         for script in node.scripts.iter().flat_map(|scripts| all_scripts(scripts)) {
-            uses.take_script(script, node.line);
+            uses.take_script(script, index);
         }
     }
     for leaf in &tree.leaves {
@@ -222,15 +247,15 @@ fn unset_entries(tree: &BehaviorTree, findings: &mut Vec<TreeFinding>) {
             let PortBinding::Entry(slot) = port.binding else { continue };
             uses.is_written[slot] |= port.is_written();
             if port.is_read() {
-                uses.read[slot].get_or_insert(tree.nodes[leaf.node].line);
+                uses.read[slot].get_or_insert(leaf.node);
             }
         }
     }
-    for (slot, line) in uses.read.iter().enumerate() {
-        if let Some(line) = line.filter(|_| !uses.is_written[slot]) {
+    for (slot, node) in uses.read.iter().enumerate() {
+        if let Some(node) = node.filter(|_| !uses.is_written[slot]) {
             let text =
                 format!("nothing in the tree writes the entry `{}`, which is read", tree.entries[slot]);
-            findings.push(TreeFinding { kind: TreeFindingKind::UnsetEntry, line, text });
+            findings.push(finding(tree, node, TreeFindingKind::UnsetEntry, text));
         }
     }
 }
@@ -243,10 +268,10 @@ fn all_scripts(scripts: &NodeScripts) -> impl Iterator<Item = &TreeScript> {
 }
 
 impl EntryUses {
-    fn take_operation(&mut self, operation: &NodeOperation, line: usize) {
+    fn take_operation(&mut self, operation: &NodeOperation, node: usize) {
         match operation {
             NodeOperation::Parallel { successes, failures } => {
-                self.take_ports(&[successes, failures], line);
+                self.take_ports(&[successes, failures], node);
             }
             NodeOperation::ParallelAll { failures: port }
             | NodeOperation::Repeat { count: port }
@@ -254,49 +279,61 @@ impl EntryUses {
             | NodeOperation::Delay { milliseconds: port }
             | NodeOperation::Timeout { milliseconds: port }
             | NodeOperation::Sleep { milliseconds: port }
-            | NodeOperation::RunOnce { then_skip: port } => self.take_ports(&[port], line),
+            | NodeOperation::RunOnce { then_skip: port } => self.take_ports(&[port], node),
             NodeOperation::Switch { variable, cases } => {
-                self.take_ports(&[variable], line);
-                self.take_ports(&cases.iter().collect::<Vec<_>>(), line);
+                self.take_ports(&[variable], node);
+                self.take_ports(&cases.iter().collect::<Vec<_>>(), node);
+            }
+            NodeOperation::TryCatch { on_halt: port } => self.take_ports(&[port], node),
+            NodeOperation::Loop(own) => {
+                if let LoopQueue::Entry { entry, .. } = own.queue {
+                    self.read[entry].get_or_insert(node);
+                }
+                own.value.into_iter().for_each(|entry| self.is_written[entry] = true);
+            }
+            NodeOperation::OnUpdate { entry, .. } | NodeOperation::WasUpdated { entry } => {
+                self.read[*entry].get_or_insert(node);
             }
             NodeOperation::SetBlackboard { value, entry } => {
-                self.take_ports(&[value], line);
+                self.take_ports(&[value], node);
                 self.is_written[*entry] = true;
             }
             NodeOperation::Precondition { condition: script, .. }
             | NodeOperation::Script(script)
-            | NodeOperation::ScriptCondition(script) => self.take_script(script, line),
+            | NodeOperation::ScriptCondition(script) => self.take_script(script, node),
             _ => {}
         }
     }
 
-    fn take_ports(&mut self, ports: &[&PortBinding], line: usize) {
+    fn take_ports(&mut self, ports: &[&PortBinding], node: usize) {
         for port in ports {
             if let PortBinding::Entry(slot) = port {
-                self.read[*slot].get_or_insert(line);
+                self.read[*slot].get_or_insert(node);
             }
         }
     }
 
-    fn take_script(&mut self, script: &TreeScript, line: usize) {
-        script.statements.iter().for_each(|statement| self.take(statement, line));
+    fn take_script(&mut self, script: &TreeScript, node: usize) {
+        script.statements.iter().for_each(|statement| self.take(statement, node));
     }
 
-    fn take(&mut self, expression: &Expression, line: usize) {
+    fn take(&mut self, expression: &Expression, node: usize) {
         match expression {
             Expression::Number(_) | Expression::Text(_) => {}
             Expression::Entry(slot) => {
-                self.read[*slot].get_or_insert(line);
+                self.read[*slot].get_or_insert(node);
             }
-            Expression::Negation(inner) | Expression::Not(inner) => self.take(inner, line),
-            Expression::Binary(parts, _) => parts.iter().for_each(|part| self.take(part, line)),
-            Expression::Choice(parts) => parts.iter().for_each(|part| self.take(part, line)),
+            Expression::Negation(inner) | Expression::Not(inner) | Expression::Complement(inner) => {
+                self.take(inner, node);
+            }
+            Expression::Binary(parts, _) => parts.iter().for_each(|part| self.take(part, node)),
+            Expression::Choice(parts) => parts.iter().for_each(|part| self.take(part, node)),
             Expression::Comparison(first, others) => {
-                self.take(first, line);
-                others.iter().for_each(|(_, other)| self.take(other, line));
+                self.take(first, node);
+                others.iter().for_each(|(_, other)| self.take(other, node));
             }
             Expression::Assignment(slot, _, value) => {
-                self.take(value, line);
+                self.take(value, node);
                 self.is_written[*slot] = true;
             }
         }

@@ -42,14 +42,23 @@ fn place(file: &Option<PathBuf>, line: Option<usize>) -> String {
     }
 }
 
+fn node_place(file: &Option<PathBuf>, line: usize) -> String {
+    match file {
+        Some(file) => format!("{}:{line}", file.display()),
+        None => format!("line {line}"),
+    }
+}
+
 /// A tick that can't be made, because of what the blackboard or the host has.
 ///
 /// The tree has been halted, and begins anew with the next tick.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("node `{path}` (line {line}): {reason}")]
+#[error("node `{path}` ({}): {reason}", node_place(.file, *.line))]
 pub struct TickError {
     /// Path of the node, such as `patrol/2 GoTo`.
     pub path: String,
+    /// Its file, if the tree's file includes that.
+    pub file: Option<PathBuf>,
     /// Its line in the file, from 1.
     pub line: usize,
     /// Defect, and what was expected.

@@ -4,7 +4,7 @@
 //! performs the actions and answers the conditions. [`check_tree`] finds defects of a tree before it runs. None of
 //! them needs an agent. Time is passed in; nothing reads a clock.
 //!
-//! Statuses, order of ticks, halting and skipping are those of BehaviorTree.CPP 4, also which node is ticked again
+//! Statuses, order of ticks, halting and skipping are those of BehaviorTree.CPP 4.10, also which node is ticked again
 //! before it was reset: a condition of `WhileDoElse` that is an action keeps its answer while the node runs. Three
 //! deviations from BehaviorTree.CPP fix defects:
 //!
@@ -21,6 +21,8 @@
 //! - A script that divides by zero, reads an entry without a value or computes with a text ends the tick with an
 //!   error; the tree is halted.
 //! - Text that is a number is one in `SetBlackboard` and in ports of sub-trees.
+//! - Operators of bits need whole numbers, and items of queues have the type of their loop.
+//! - A script can't assign to the name of a number.
 //!
 //! ```
 //! use slate_behavior_tree::*;
@@ -62,10 +64,13 @@
 
 mod analysis;
 mod build;
+mod entries;
 mod error;
 mod executor;
 mod model;
+mod monitor;
 mod ports;
+mod queue;
 mod script;
 mod tree;
 mod value;

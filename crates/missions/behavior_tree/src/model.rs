@@ -42,9 +42,15 @@ pub struct LeafModel {
     pub ports: Option<Vec<PortModel>>,
 }
 
-/// Models by names. Those of a file's `TreeNodesModel` are added to them.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct LeafModels(BTreeMap<String, LeafModel>);
+/// Numbers by the names that scripts have for them.
+pub(crate) type Enumerations = BTreeMap<String, f64>;
+
+/// Models by names, and names of numbers. The models of a file's `TreeNodesModel` are added to them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LeafModels {
+    models: BTreeMap<String, LeafModel>,
+    enumerations: Enumerations,
+}
 
 impl LeafModels {
     /// Adds an action, with any ports.
@@ -63,15 +69,25 @@ impl LeafModels {
         self
     }
 
+    /// Adds a name that scripts and the cases of a `Switch` may use for a number.
+    pub fn enumeration(mut self, name: &str, number: i32) -> Self {
+        self.enumerations.insert(name.into(), number.into());
+        self
+    }
+
+    pub(crate) fn enumerations(&self) -> &Enumerations {
+        &self.enumerations
+    }
+
     pub(crate) fn insert(&mut self, name: &str, model: LeafModel) {
-        self.0.insert(name.into(), model);
+        self.models.insert(name.into(), model);
     }
 
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
-        self.0.keys().map(String::as_str)
+        self.models.keys().map(String::as_str)
     }
 
     pub(crate) fn get(&self, name: &str) -> Option<&LeafModel> {
-        self.0.get(name)
+        self.models.get(name)
     }
 }

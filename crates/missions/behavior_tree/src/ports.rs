@@ -1,5 +1,6 @@
 //! Ports of leaves while a tree runs.
 
+use crate::entries::EntryValues;
 use crate::model::PortDirection;
 use crate::value::BoardValue;
 
@@ -13,10 +14,10 @@ pub(crate) enum PortBinding {
 }
 
 impl PortBinding {
-    pub fn read<'a>(&'a self, values: &'a [Option<BoardValue>]) -> Option<&'a BoardValue> {
+    pub fn read<'a>(&'a self, values: &'a EntryValues) -> Option<&'a BoardValue> {
         match self {
             Self::Literal(value) => Some(value),
-            Self::Entry(slot) => values[*slot].as_ref(),
+            Self::Entry(slot) => values.get(*slot),
         }
     }
 }
@@ -43,7 +44,7 @@ impl BoundPort {
 #[derive(Debug)]
 pub struct LeafPorts<'a> {
     pub(crate) ports: &'a [BoundPort],
-    pub(crate) values: &'a mut [Option<BoardValue>],
+    pub(crate) values: &'a mut EntryValues,
 }
 
 impl LeafPorts<'_> {
@@ -78,7 +79,7 @@ impl LeafPorts<'_> {
         match self.binding(name) {
             Some(PortBinding::Entry(slot)) => {
                 let slot = *slot;
-                self.values[slot] = Some(value);
+                self.values.set(slot, value);
                 true
             }
             _ => false,

@@ -1,11 +1,14 @@
 //! Behaviour trees, checked and ready to run.
 
 use std::ops::RangeInclusive;
+use std::path::Path;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::LeafKind;
+use crate::model::{Enumerations, LeafKind};
 use crate::ports::{BoundPort, PortBinding};
+use crate::queue::ItemKind;
 use crate::script::TreeScript;
 use crate::value::BoardValue;
 
@@ -64,6 +67,9 @@ pub(crate) enum NodeOperation {
     },
     IfThenElse,
     WhileDoElse,
+    TryCatch {
+        on_halt: PortBinding,
+    },
     Switch {
         variable: PortBinding,
         cases: Vec<PortBinding>,
@@ -91,6 +97,12 @@ pub(crate) enum NodeOperation {
         condition: TreeScript,
         otherwise: NodeStatus,
     },
+    Loop(TreeLoop),
+    /// The child is ticked when the entry was written.
+    OnUpdate {
+        entry: usize,
+        otherwise: NodeStatus,
+    },
     SubTree,
     AlwaysSuccess,
     AlwaysFailure,
@@ -99,6 +111,9 @@ pub(crate) enum NodeOperation {
         entry: usize,
     },
     UnsetBlackboard {
+        entry: usize,
+    },
+    WasUpdated {
         entry: usize,
     },
     Script(TreeScript),
@@ -110,13 +125,33 @@ pub(crate) enum NodeOperation {
     Leaf(usize),
 }
 
+/// Loop over the values of a queue.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct TreeLoop {
+    pub kind: ItemKind,
+    pub queue: LoopQueue,
+    /// Entry that has the value of each turn.
+    pub value: Option<usize>,
+    /// Status after the last value.
+    pub if_empty: NodeStatus,
+}
+
+/// Values of a loop.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum LoopQueue {
+    /// Those in the file.
+    Items(Vec<BoardValue>),
+    /// Those of an entry when the loop begins, which another entry keeps.
+    Entry { entry: usize, kept: usize },
+}
+
 impl NodeOperation {
     /// Numbers of children that a node may have.
     pub fn children(&self) -> RangeInclusive<usize> {
         use NodeOperation::{
-            Delay, Fallback, ForceFailure, ForceSuccess, IfThenElse, Inverter, KeepRunningUntilFailure,
-            Parallel, ParallelAll, Precondition, ReactiveFallback, ReactiveSequence, Repeat, Retry, RunOnce,
-            Sequence, SequenceWithMemory, SubTree, Switch, Timeout, WhileDoElse,
+            Delay, Fallback, ForceFailure, ForceSuccess, IfThenElse, Inverter, KeepRunningUntilFailure, Loop,
+            OnUpdate, Parallel, ParallelAll, Precondition, ReactiveFallback, ReactiveSequence, Repeat, Retry,
+            RunOnce, Sequence, SequenceWithMemory, SubTree, Switch, Timeout, TryCatch, WhileDoElse,
         };
         match self {
             Sequence { .. } | SequenceWithMemory | ReactiveSequence | Fallback { .. } | ReactiveFallback => {
@@ -124,10 +159,11 @@ impl NodeOperation {
             }
             Parallel { .. } | ParallelAll { .. } => 1..=usize::MAX,
             IfThenElse | WhileDoElse => 2..=3,
+            TryCatch { .. } => 2..=usize::MAX,
             Switch { cases, .. } => cases.len() + 1..=cases.len() + 1,
             Inverter | ForceSuccess | ForceFailure | Repeat { .. } | Retry { .. } => 1..=1,
             KeepRunningUntilFailure | Delay { .. } | Timeout { .. } | RunOnce { .. } => 1..=1,
-            Precondition { .. } | SubTree => 1..=1,
+            Precondition { .. } | Loop(_) | OnUpdate { .. } | SubTree => 1..=1,
             _ => 0..=0,
         }
     }
@@ -172,9 +208,12 @@ pub struct BehaviorNode {
     pub(crate) name: String,
     pub(crate) path: String,
     pub(crate) line: usize,
+    pub(crate) file: Option<Arc<Path>>,
     pub(crate) depth: usize,
     pub(crate) operation: NodeOperation,
     pub(crate) children: Vec<usize>,
+    /// Those of the file other than its name and number.
+    pub(crate) attributes: Vec<(String, String)>,
     pub(crate) scripts: Option<Box<NodeScripts>>,
 }
 
@@ -197,6 +236,11 @@ impl BehaviorNode {
     /// Returns the line in the file, from 1.
     pub fn line(&self) -> usize {
         self.line
+    }
+
+    /// Returns the file that it is in, if the tree's file includes that.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
     }
 
     /// Returns the number of nodes above it.
@@ -248,19 +292,31 @@ impl TreeLeaf {
 #[derive(Clone, Debug, PartialEq)]
 pub struct BehaviorTree {
     pub(crate) name: String,
+    pub(crate) fingerprint: u64,
+    /// XML for monitors, or its size where it is too long.
+    pub(crate) monitor_xml: Result<String, usize>,
     /// The root, then the others, parents before children.
     pub(crate) nodes: Vec<BehaviorNode>,
     pub(crate) leaves: Vec<TreeLeaf>,
     /// Entries of blackboards by number: the path of their sub-tree and their name.
     pub(crate) entries: Vec<String>,
+    /// Where the name of each entry begins, behind the path.
+    pub(crate) entry_names: Vec<usize>,
     /// Values of the entries at the start.
     pub(crate) initial: Vec<Option<BoardValue>>,
+    /// Numbers that scripts have names for.
+    pub(crate) enumerations: Enumerations,
 }
 
 impl BehaviorTree {
     /// Returns the ID of the main tree.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Returns a number that another text gives another one, as a rule.
+    pub fn fingerprint(&self) -> u64 {
+        self.fingerprint
     }
 
     /// Returns the nodes: the root first, parents before their children.

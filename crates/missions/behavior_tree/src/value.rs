@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::model::Enumerations;
+
 /// Numbers that differ by less are equal, as in BehaviorTree.CPP.
 const TOLERANCE: f64 = f32::EPSILON as f64;
 
@@ -42,11 +44,20 @@ impl BoardValue {
         self.number().map(|number| number != 0.0)
     }
 
+    /// Returns the number, also of a text that is one or a name of one.
+    pub(crate) fn number_in(&self, enumerations: &Enumerations) -> Option<f64> {
+        let named = match self {
+            Self::Text(text) => enumerations.get(text).copied(),
+            Self::Number(_) => None,
+        };
+        named.or_else(|| self.number())
+    }
+
     /// Returns whether both are the same text or the same number.
-    pub(crate) fn is_same(&self, other: &Self) -> bool {
+    pub(crate) fn is_same(&self, other: &Self, enumerations: &Enumerations) -> bool {
         match (self, other) {
             (Self::Text(own), Self::Text(other)) if own == other => true,
-            _ => match (self.number(), other.number()) {
+            _ => match (self.number_in(enumerations), other.number_in(enumerations)) {
                 (Some(own), Some(other)) => is_same_number(own, other),
                 _ => false,
             },

@@ -5,16 +5,20 @@ Run it in an environment with behaviortreepy, from the root of the project, afte
 `cargo build --release -p slate-behavior-tree --example tree_trace`:
 
     python crates/missions/behavior_tree/tests/compare_behavior_tree_cpp.py 1000
+
+`timers` as third argument adds timers, in real time; `statuses` compares the statuses of all nodes after each tick, as
+BehaviorTree.CPP publishes them to Groot2, which needs pyzmq.
 """
 
 import json
 import random
+import struct
 import subprocess
 import sys
 import time
 from xml.sax.saxutils import quoteattr
 
-from behaviortreepy import BehaviorTreeFactory, Blackboard, NodeStatus
+from behaviortreepy import BehaviorTreeFactory, Blackboard, Groot2Publisher, NodeStatus
 
 PROGRAM = "target/release/examples/tree_trace"
 TICKS = 20
@@ -28,7 +32,15 @@ STATUS = {"R": NodeStatus.RUNNING, "S": NodeStatus.SUCCESS, "F": NodeStatus.FAIL
 NAMES = {"RUNNING": "Running", "SUCCESS": "Succeeded", "FAILURE": "Failed", "SKIPPED": "Skipped", "IDLE": "Idle"}
 
 EXPRESSIONS = ["x", "y", "1", "2.5", "x + 1", "y - x", "x * 2", "(x + y) / 4", "x > y ? 1 : 0", "-y"]
-CONDITIONS = ["x > 1", "y >= x", "x == y", "x != 2 && y < 3", "x < 1 || y > 1", "!(x > 2)", "0 <= x < 3", "true"]
+# `w` is always an integer: BehaviorTree.CPP ends the program where others have such an operator while a tree is halted.
+BITS = ["w & 3", "w | 4", "w ^ 5", "~w", "(w + 1) & 0x6", "w | 8 ^ 2", "(w & 2) == 0 ? 1 : 2", "5"]
+CONDITIONS = ["x > 1", "y >= x", "x == y", "x != 2 && y < 3", "x < 1 || y > 1", "!(x > 2)", "0 <= x < 3", "true", "(w | 1) > 2"]
+LOOPS = {
+    "LoopInt": ("y", "vi", ["1;2;3", "-4", ""]),
+    "LoopDouble": ("y", "vd", ["0.5;2;-1e1", "7.25"]),
+    "LoopBool": ("y", "vb", ["true;false;1", "0"]),
+    "LoopString": ("z", "vs", ["1;2", "a;;2", "", "3"]),
+}
 
 
 class Trees:
@@ -40,6 +52,8 @@ class Trees:
     def statement(self):
         if self.chance.random() < 0.15:
             return f"z := '{self.chance.randint(1, 4)}'"
+        if self.chance.random() < 0.15:
+            return f"w {self.chance.choice([':=', '='])} {self.chance.choice(BITS)}"
         name = self.chance.choice(["x", "y"])
         if self.chance.random() < 0.3:
             return f"{name} {self.chance.choice(['+=', '-='])} 1"
@@ -64,6 +78,8 @@ class Trees:
             return self.element("Script", {"code": self.script()})
         if kind < 0.16:
             return self.element("ScriptCondition", {"code": self.chance.choice(CONDITIONS)})
+        if kind < 0.19:
+            return self.element("WasEntryUpdated", {"entry": self.entry()})
         if kind < 0.22:
             return self.element(self.chance.choice(["AlwaysSuccess", "AlwaysFailure"]), {})
         if kind < 0.45:
@@ -71,6 +87,9 @@ class Trees:
         name = f"A{len(self.answers)}"
         self.answers[name] = "".join(self.chance.choices("RRSF", k=self.chance.randint(1, 6)))
         return self.element(name, {})
+
+    def entry(self):
+        return self.chance.choice(["{x}", "{y}", "{z}", "{w}", "x", "vi"])
 
     def condition(self):
         name = f"C{len(self.answers)}"
@@ -105,9 +124,20 @@ class Trees:
         }
         if self.has_timers:
             ports = {"Delay": {"delay_msec": self.chance.choice(TIMERS)}, "Timeout": {"msec": self.chance.choice(TIMERS)}}
+        ports |= {tag: {"entry": self.entry()} for tag in ("SkipUnlessUpdated", "WaitValueUpdate")}
+        for tag, (_, entry, queues) in LOOPS.items():
+            ports[tag] = {"queue": self.chance.choice(queues), "value": f"{{{entry}}}"}
+            if self.chance.random() < 0.5:
+                ports[tag]["if_empty"] = self.chance.choice(["SUCCESS", "FAILURE", "SKIPPED"])
         tag = self.chance.choice(plain + 2 * list(ports))
-        # A precondition that was halted is not evaluated again there, so that its child never runs here.
-        child = self.condition() if tag == "Precondition" else self.node(depth - 1)
+        if tag in LOOPS:
+            to, entry, _ = LOOPS[tag]
+            script = self.element("Script", {"code": f"{to} := {entry}"})
+            return self.element(tag, ports[tag], [f"<Sequence>{script}{self.node(depth - 1)}</Sequence>"])
+        # There, a precondition that was halted is not evaluated again, and the child of the others is not halted, so that
+        # their children never run here.
+        never_runs = ("Precondition", "SkipUnlessUpdated", "WaitValueUpdate")
+        child = self.condition() if tag in never_runs else self.node(depth - 1)
         return self.element(tag, ports.get(tag, {}), [child])
 
     def control(self, depth):
@@ -129,7 +159,7 @@ class Trees:
         return self.element(tag, ports, [self.node(depth - 1) for _ in range(count)])
 
     def sub_tree(self):
-        ports = self.chance.choice([{"_autoremap": "true"}, {"x": "{y}", "y": "{x}", "z": "{z}"}, {"x": "{=}", "y": "{x}"}])
+        ports = self.chance.choice([{"_autoremap": "true"}, {"x": "{y}", "y": "{x}", "z": "{z}"}, {"x": "{=}", "y": "{x}", "z": "{z}"}]) | {"w": "{w}"}
         return self.element("SubTree", {"ID": self.chance.choice(self.sub_trees), **ports})
 
     def document(self):
@@ -139,6 +169,34 @@ class Trees:
             trees.append(f'<BehaviorTree ID="{name}">{self.node(depth)}</BehaviorTree>')
             self.sub_trees.append(name)
         return f'<root BTCPP_format="4" main_tree_to_execute="Main">{"".join(trees)}</root>'
+
+
+class Published:
+    """The statuses of a tree, as it is published to Groot2."""
+
+    port = 20000
+
+    def __init__(self, tree):
+        import zmq
+
+        Published.port = 20000 + (Published.port - 20000 + 2) % 10000
+        self.publisher = Groot2Publisher(tree, Published.port)
+        self.context = zmq.Context()
+        self.socket = self.context.socket(zmq.REQ)
+        self.socket.connect(f"tcp://127.0.0.1:{Published.port}")
+
+    def statuses(self):
+        self.socket.send(struct.pack("<BBI", 2, ord("S"), 1))
+        _, statuses = self.socket.recv_multipart()
+        names = ["Idle", "Running", "Succeeded", "Failed", "Skipped"]
+        found = dict(struct.iter_unpack("<HB", statuses))
+        texts = (f" was {names[status % 10]}" if status == 0 or status >= 10 else f" {names[status]}" for _, status in sorted(found.items()))
+        return "".join(texts)
+
+    def close(self):
+        self.socket.close(linger=0)
+        self.context.destroy(linger=0)
+        del self.publisher
 
 
 def reference(line):
@@ -173,6 +231,7 @@ def reference(line):
             return None
         raise
     tree = factory.create_tree("Main", board)
+    published = Published(tree) if line["statuses"] else None
     for tick in range(line["ticks"]):
         if tick:
             time.sleep(line["period"] / 1000)
@@ -184,7 +243,11 @@ def reference(line):
         log.append(f"= {NAMES[status.name]}")
         log += [f"{name} = {board.get_double(name)}" for name in line["entries"]]
         log.append(f"z = {board.get_string('z')}")
+        if published:
+            log.append(f"nodes:{published.statuses()}")
     kept = list(log)
+    if published:
+        published.close()
     del tree
     return kept
 
@@ -193,12 +256,22 @@ def same(own, other):
     """Whether two events are the same: numbers may be written in two ways, and errors have other words."""
     if own == other or own.startswith("error") and other.startswith("error"):
         return True
-    if own[:4] == other[:4] and own[:4] in ("x = ", "y = "):
+    if own[:4] == other[:4] and own[:4] in ("x = ", "y = ", "w = "):
         return abs(float(own[4:]) - float(other[4:])) <= 1e-6 * max(1.0, abs(float(own[4:])))
     return False
 
 
+def without_last_halts(log):
+    """The events without the halts before an error, as BehaviorTree.CPP leaves running what runs then."""
+    end = len(log) - 1
+    while end > 0 and log[end - 1].startswith("halt"):
+        end -= 1
+    return log[:end] + log[-1:]
+
+
 def first_difference(own, other):
+    if own[-1].startswith("error") and other[-1].startswith("error"):
+        own, other = without_last_halts(own), without_last_halts(other)
     pairs = zip(own + ["end"], other + ["end"])
     return next((at for at, (left, right) in enumerate(pairs) if not same(left, right)), None)
 
@@ -215,9 +288,10 @@ def main():
         line = {
             "xml": xml,
             "answers": trees.answers,
-            "entries": {"x": float(chance.randint(0, 3)), "y": float(chance.randint(0, 3))},
+            "entries": {name: float(chance.randint(low, high)) for name, low, high in [("w", -9, 9), ("x", 0, 3), ("y", 0, 3)]},
             "ticks": TICKS,
             "period": PERIOD if has_timers else 0,
+            "statuses": len(sys.argv) > 3 and sys.argv[3] == "statuses",
         }
         program.stdin.write(json.dumps(line) + "\n")
         program.stdin.flush()

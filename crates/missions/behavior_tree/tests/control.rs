@@ -109,3 +109,24 @@ fn a_completed_tree_begins_anew() {
         ["start A: Running", "go on A: Succeeded", "start A: Running"]
     );
 }
+
+#[test]
+fn the_last_child_is_ticked_when_another_has_failed() {
+    let node = "<TryCatch><A/><B/><C/></TryCatch>";
+    let answers = |b| [("A", "S"), ("B", b), ("C", "RS")];
+    assert_eq!(trace(node, &answers("RS"), 2), ["start A, start B: Running", "go on B: Succeeded"]);
+    assert_eq!(trace(node, &answers("F"), 2), ["start A, start B, start C: Running", "go on C: Failed"]);
+    let skipped = "<TryCatch><A _skipIf=\"true\"/><B/></TryCatch>";
+    assert_eq!(trace(skipped, &[], 1), [": Skipped"]);
+}
+
+#[test]
+fn a_halt_is_caught_where_that_is_wanted() {
+    for (port, expected) in [
+        ("", "ask P, halt A: Succeeded"),
+        ("catch_on_halt=\"true\"", "ask P, halt A, start B, halt B: Succeeded"),
+    ] {
+        let node = format!("<ReactiveFallback><P/><TryCatch {port}><A/><B/></TryCatch></ReactiveFallback>");
+        assert_eq!(trace(&node, &[("P", "FS")], 2), ["ask P, start A: Running", expected]);
+    }
+}

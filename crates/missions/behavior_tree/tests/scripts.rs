@@ -32,6 +32,10 @@ fn scripts_compute() {
         ("x := 1; x += 2; x *= 3; x -= 1; x /= 4;", 2.0),
         ("y := x := 4; x = x + y", 8.0),
         ("x := 1; x = '5'", 5.0),
+        ("x := 6 & 3 | 8", 10.0),
+        ("x := 1 + 2 & 6 ^ 4", 6.0),
+        ("x := 5 & 1 == 1", 1.0),
+        ("x := ~0x0F", -16.0),
     ] {
         assert_eq!(value(code), Ok(BoardValue::Number(expected)), "{code}");
     }
@@ -55,12 +59,8 @@ fn a_bad_script_is_refused_with_its_column() {
         ("1 := 2", "column 1: expected the name of an entry before the assignment"),
         ("x := '\u{e4}' ! 'b", "column 12: expected a closing `'`"),
         ("x := 1.5.2", "column 6: expected a number such as `1.5`, found `1.5.2`"),
-        (
-            "x := 1 & 2",
-            "column 8: expected an operator or `;`, found `&`; use `&&` for and, in XML `&amp;&amp;`",
-        ),
-        ("x := 1 | 2", "column 8: expected an operator or `;`, found `|`; use `||` for or"),
-        ("x := ~1", "column 6: expected no operator of bits"),
+        ("x := 1 &", "column 9: expected a value, found the end"),
+        ("x := 0x1g", "column 6: expected a number such as `0x1f` of at most 8 digits, found `0x1g`"),
         ("x := 1 # 2", "column 8: expected an operator, found `#`"),
         (" ; ", "column 4: expected a statement such as `count := 1`"),
     ] {
@@ -103,4 +103,28 @@ proptest! {
     fn any_script_is_read_or_refused(code in "(x|y|1|2\\.5|'a'|true|:=|=|\\+|-|\\*|/|==|<|&&|\\|\\||!|\\?|:|;|\\(|\\)| |\\.\\.){0,16}|[ -~]{0,20}") {
         let _ = value(&format!("x := 0; {code}"));
     }
+}
+
+#[test]
+fn operators_of_bits_need_whole_numbers() {
+    for code in ["x := 1.5 & 1", "x := 1 | 'a'", "x := ~0.5", "x := 1e17 ^ 1"] {
+        assert!(value(code).is_err(), "{code}");
+    }
+}
+
+#[test]
+fn names_of_numbers_are_known_to_scripts_and_cases() {
+    let models = models().enumeration("RED", 3).enumeration("GREEN", -1);
+    let node = "<Sequence><Script code=\"x := RED; y := 0; y = 'GREEN'; z := x == 'RED'\"/>\
+                <Switch2 variable=\"{x}\" case_1=\"GREEN\" case_2=\"RED\"><A/><B/><C/></Switch2></Sequence>";
+    let tree = BehaviorTree::parse(document(node, "").as_bytes(), &models).unwrap();
+    let mut executor = TreeExecutor::new(tree.into());
+    let mut host = Answers::default();
+    executor.tick(0, &mut host).unwrap();
+    assert_eq!(host.orders(), "start B");
+    let values = ["x", "y", "z"].map(|name| executor.entry(name).and_then(BoardValue::number));
+    assert_eq!(values, [Some(3.0), Some(-1.0), Some(1.0)]);
+    let text = document("<Script code=\"RED := 1\"/>", "");
+    let error = BehaviorTree::parse(text.as_bytes(), &models).unwrap_err().to_string();
+    assert!(error.contains("expected the name of an entry before the assignment"), "{error}");
 }

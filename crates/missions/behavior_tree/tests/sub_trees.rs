@@ -65,7 +65,8 @@ fn explicit_and_compact_nodes_are_the_same() {
     let explicit = "<Control ID=\"Sequence\"><Decorator ID=\"Inverter\"><Condition ID=\"P\"/></Decorator>\
                     <Action ID=\"A\" to=\"1\"/><Action ID=\"Sleep\" msec=\"1\"/></Control>";
     let parse = |node: &str| BehaviorTree::parse(document(node, "").as_bytes(), &models()).unwrap();
-    assert_eq!(parse(compact), parse(explicit));
+    let (compact, explicit) = (parse(compact), parse(explicit));
+    assert_eq!((compact.nodes(), compact.leaves()), (explicit.nodes(), explicit.leaves()));
 }
 
 #[test]

@@ -15,6 +15,7 @@ use crate::actions::MissionActions;
 use crate::activity_hash::ActivityHash;
 use crate::conditions::{ConditionName, ConditionValues, KnownConditions};
 use crate::mission::{MissionExecutor, PlanMission};
+use crate::tree_view::TreeView;
 use crate::view::{
     ActivityWriter, ForcedOutcome, Forcing, MissionActivity, MissionDrawing, MissionGraph, MissionNotation,
     MissionOrder, MissionRobot, MissionSight, tree,
@@ -54,6 +55,15 @@ pub struct BehaviorTreePlanPorts {
     /// What the mission does at present, written when it changes.
     #[capacity(512)]
     activity: Output<MissionActivity>,
+    /// XML of the tree, for monitors.
+    #[capacity(262_144)]
+    tree_xml: Debug<TreeView>,
+    /// Statuses of the nodes, for monitors.
+    #[capacity(10_000)]
+    tree_nodes: Debug<TreeView>,
+    /// Values of the blackboards, for monitors.
+    #[capacity(65_536)]
+    tree_blackboards: Debug<TreeView>,
 }
 
 /// Parameters of [`BehaviorTreePlan`].
@@ -61,6 +71,8 @@ pub struct BehaviorTreePlanPorts {
 pub struct BehaviorTreePlanParams {
     #[param(default = "", doc = "file of the tree, in the XML of BehaviorTree.CPP 4")]
     tree_filename: Text<252>,
+    #[param(default = "", doc = "names of numbers in scripts, such as `RED = 0, GREEN = 1`")]
+    enumerations: Text<252>,
     #[param(default = 0, range = 0..=1_000_000, doc = "raise it to read the file again while the mission goes on")]
     revision: u32,
 }
@@ -150,7 +162,7 @@ impl Plan for BehaviorTreePlan {
         plan: &mut Agenda<'_>,
     ) {
         let file = params.tree_filename.as_str();
-        state.read(file, params.revision, now, |saved| load(file, saved));
+        state.read(file, params.revision, now, |saved| load(file, params.enumerations.as_str(), saved));
         state.update(&io.conditions, &io.facts, situation);
         state.obey(&io.orders, now);
         if let Err(error) = tick(state, now) {
@@ -159,6 +171,11 @@ impl Plan for BehaviorTreePlan {
         state.actions.request(situation, plan);
         report(state, io);
         state.publish(&io.graph, &io.activity, now);
+        if let Some(executor) = &state.executor {
+            TreeView::write_tree(&io.tree_xml, executor);
+            TreeView::write_nodes(&io.tree_nodes, executor);
+            TreeView::write_blackboards(&io.tree_blackboards, executor);
+        }
     }
 }
 
@@ -283,10 +300,27 @@ fn read_arguments(leaf: &TreeLeaf, ports: &LeafPorts<'_>) -> Result<Vec<f64>, St
     ports.inputs().map(number).collect()
 }
 
+/// Names of numbers, such as `RED = 0, GREEN = 1`.
+fn enumerations(text: &str) -> Result<LeafModels, String> {
+    let mut models = LeafModels::default();
+    for part in text.split(',').filter(|part| !part.trim().is_empty()) {
+        let entry =
+            part.split_once('=').and_then(|(name, number)| Some((name.trim(), number.trim().parse().ok()?)));
+        let (name, number) = entry.filter(|(name, _)| !name.is_empty()).ok_or_else(|| {
+            format!(
+                "expected a name and an integer such as `RED = 0` in `enumerations`, found `{}`",
+                part.trim()
+            )
+        })?;
+        models = models.enumeration(name, number);
+    }
+    Ok(models)
+}
+
 /// Reads a tree, and restores a state into it.
-fn load(file: &str, saved: &TreeState) -> Result<(TreeExecutor, MissionActions), String> {
+fn load(file: &str, names: &str, saved: &TreeState) -> Result<(TreeExecutor, MissionActions), String> {
     let tree =
-        BehaviorTree::read(Path::new(file), &LeafModels::default()).map_err(|error| error.to_string())?;
+        BehaviorTree::read(Path::new(file), &enumerations(names)?).map_err(|error| error.to_string())?;
     let conditions = tree.leaves().iter().filter(|leaf| leaf.kind() == LeafKind::Condition);
     // The values of a longer one are cut, and never found.
     if let Some(leaf) =
@@ -297,9 +331,10 @@ fn load(file: &str, saved: &TreeState) -> Result<(TreeExecutor, MissionActions),
     for leaf in tree.leaves().iter().filter(|leaf| leaf.kind() == LeafKind::Action) {
         let is_no_number = |value: &BoardValue| value.number().is_none();
         if let Some((port, value)) = leaf.literals().find(|(_, value)| is_no_number(value)) {
-            let line = tree.nodes()[leaf.node()].line();
+            let node = &tree.nodes()[leaf.node()];
+            let (place, line) = (node.file().unwrap_or(Path::new(file)).display(), node.line());
             return Err(format!(
-                "{file}:{line}: expected a number in the port `{port}` of the action `{}`, found `{value}`",
+                "{place}:{line}: expected a number in the port `{port}` of the action `{}`, found `{value}`",
                 leaf.id()
             ));
         }

@@ -15,6 +15,7 @@ pub mod conditions;
 pub mod golog_plan;
 pub mod mission;
 pub mod petri_net_plan;
+pub mod tree_view;
 pub mod view;
 pub mod wheeled_conditions;
 

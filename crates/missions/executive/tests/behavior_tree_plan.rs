@@ -210,3 +210,15 @@ fn a_tree_that_can_not_run_fails_with_the_reason() {
     let script = reason(&file("script", "<Script code=\"x := missing\"/>"));
     assert!(script.starts_with("node `script/0 Script` (line 1): "), "{script}");
 }
+
+#[test]
+fn names_of_numbers_are_a_parameter_of_the_plan() {
+    let file = file("enumerations", "<Sequence><Script code=\"x := RED\"/><Go x=\"{x}\"/></Sequence>");
+    let mut plan = planning(&file);
+    plan.params().enumerations = Text::new("GREEN = -1, RED=3,");
+    assert_eq!(sent(&mut plan), ["Go 3"]);
+    let mut plan = planning(&file);
+    plan.params().enumerations = Text::new("RED");
+    sent(&mut plan);
+    assert_eq!(plan.output::<Verdict>("verdict").unwrap().state, MissionState::FAILED);
+}

@@ -10,4 +10,5 @@ mod golog_plan;
 mod petri_net_plan;
 #[cfg(feature = "lua")]
 mod skill_view;
+mod tree_view;
 mod view;

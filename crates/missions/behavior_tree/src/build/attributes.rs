@@ -10,8 +10,8 @@ use super::nearest::nearest_name;
 use crate::error::TreeError;
 use crate::model::{LeafModel, PortDirection, PortModel};
 use crate::ports::{BoundPort, PortBinding};
-use crate::script::{TreeScript, parse_script};
-use crate::tree::NodeScripts;
+use crate::script::{Expression, TreeScript, parse_script};
+use crate::tree::{NodeScripts, NodeStatus};
 use crate::value::BoardValue;
 
 /// Attributes with a script before or after a node.
@@ -111,6 +111,21 @@ impl<'a, 'b> Attributes<'a, 'b> {
         }
     }
 
+    /// Returns a port with a status in the file.
+    pub fn status(&mut self, name: &str, default: NodeStatus) -> Result<NodeStatus, TreeError> {
+        let Some(word) = self.take(name) else { return Ok(default) };
+        NodeStatus::parse(word).ok_or_else(|| {
+            self.error(format!(
+                "expected SUCCESS, FAILURE, RUNNING or SKIPPED in the port `{name}`, found `{word}`"
+            ))
+        })
+    }
+
+    /// Returns the entry of a name.
+    pub fn entry_named(&mut self, name: &str) -> usize {
+        self.boards.entry(self.board, name)
+    }
+
     /// Returns a port with a script.
     pub fn script_port(&mut self, name: &str) -> Result<TreeScript, TreeError> {
         let text = self.required(name)?;
@@ -119,8 +134,12 @@ impl<'a, 'b> Attributes<'a, 'b> {
 
     fn script(&mut self, text: &str) -> Result<TreeScript, TreeError> {
         let (boards, board) = (&mut *self.boards, self.board);
-        let mut entry = |name: &str| Ok(boards.entry(board, name));
-        parse_script(text, &mut entry).map_err(|reason| self.error(reason))
+        let enumerations = self.document.models.enumerations();
+        let mut names = |name: &str| match enumerations.get(name) {
+            Some(number) => Expression::Number(*number),
+            None => Expression::Entry(boards.entry(board, name)),
+        };
+        parse_script(text, &mut names).map_err(|reason| self.error(reason))
     }
 
     /// Returns the scripts before and after the node.

@@ -24,6 +24,8 @@ pub(super) struct Boards {
     boards: Vec<TreeBoard>,
     slots: BTreeMap<(usize, String), usize>,
     pub entries: Vec<String>,
+    /// Where the name of each entry begins in its text.
+    pub names: Vec<usize>,
     pub initial: Vec<Option<BoardValue>>,
 }
 
@@ -60,12 +62,21 @@ impl Boards {
             return *slot;
         }
         let own = &self.boards[key.0];
+        self.names.push(if own.path.is_empty() { 0 } else { own.path.len() + 1 });
         self.entries.push(match own.path.as_str() {
             "" => key.1.clone(),
             path => format!("{path}/{}", key.1),
         });
         self.initial.push(own.own.get(&key.1).cloned());
         self.slots.insert(key, self.entries.len() - 1);
+        self.entries.len() - 1
+    }
+
+    /// Adds an entry that only the node at a path uses.
+    pub fn own_entry(&mut self, path: &str, name: &str) -> usize {
+        self.names.push(path.len() + 1);
+        self.entries.push(format!("{path}/{name}"));
+        self.initial.push(None);
         self.entries.len() - 1
     }
 }

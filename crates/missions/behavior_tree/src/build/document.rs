@@ -1,19 +1,39 @@
 //! The XML of trees and models.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use roxmltree::{Document, Node};
 
 use crate::error::TreeError;
 use crate::model::{LeafKind, LeafModel, LeafModels, PortDirection, PortModel};
 
+/// ID of a tree without one.
+const UNNAMED: &str = "BehaviorTree";
+
 /// Ports of sub-trees by their IDs, with their values where a tree has none.
 pub(super) type SubTreeModels = BTreeMap<String, Vec<(String, Option<String>)>>;
 
-/// A file's trees by their IDs, and its models.
-pub(super) struct TreeDocument<'a> {
+/// A parsed file.
+pub(super) struct TreeSource<'a> {
+    /// Included file; `None` for the first one.
+    included: Option<&'a Path>,
     /// Where lines end.
     lines: Vec<usize>,
+    document: Document<'a>,
+}
+
+impl<'a> TreeSource<'a> {
+    pub fn new(included: Option<&'a Path>, text: &str, document: Document<'a>) -> Self {
+        let lines = text.match_indices('\n').map(|(at, _)| at).collect();
+        Self { included, lines, document }
+    }
+}
+
+/// Trees of all files by their IDs, and their models.
+pub(super) struct TreeDocument<'a> {
+    sources: &'a [TreeSource<'a>],
+    is_file: bool,
     pub main: &'a str,
     pub trees: BTreeMap<&'a str, Node<'a, 'a>>,
     pub models: LeafModels,
@@ -21,59 +41,79 @@ pub(super) struct TreeDocument<'a> {
 }
 
 impl<'a> TreeDocument<'a> {
-    /// Reads the elements below `root`.
-    pub fn read(text: &str, document: &'a Document<'a>, models: &LeafModels) -> Result<Self, TreeError> {
-        let lines = text.match_indices('\n').map(|(at, _)| at).collect();
+    /// Reads the elements below the `root` of each file.
+    pub fn read(
+        sources: &'a [TreeSource<'a>],
+        is_file: bool,
+        models: &LeafModels,
+    ) -> Result<Self, TreeError> {
         let mut read = Self {
-            lines,
+            sources,
+            is_file,
             main: "",
             trees: BTreeMap::new(),
             models: models.clone(),
             sub_trees: BTreeMap::new(),
         };
-        let root = document.root_element();
-        if root.tag_name().name() != "root" {
-            return Err(
-                read.error(root, format!("expected the element `root`, found `{}`", root.tag_name().name()))
-            );
-        }
-        if root.attribute("BTCPP_format") != Some("4") {
-            return Err(read.error(root, "expected `BTCPP_format=\"4\"` in `root`; convert older trees"));
-        }
-        for element in root.children().filter(Node::is_element) {
-            match element.tag_name().name() {
-                "BehaviorTree" => read.tree(element)?,
-                "TreeNodesModel" => read.read_models(element)?,
-                "include" => {
-                    let reason = "expected no `include`: put the trees of both files into one";
-                    return Err(read.error(element, reason));
-                }
-                other => {
-                    let reason = format!("expected `BehaviorTree` or `TreeNodesModel`, found `{other}`");
-                    return Err(read.error(element, reason));
-                }
-            }
-        }
-        read.main = match (root.attribute("main_tree_to_execute"), read.trees.len()) {
-            (Some(main), _) => main,
-            (None, 1) => read.trees.keys().next().copied().unwrap_or_default(),
-            (None, 0) => return Err(read.error(root, "expected an element `BehaviorTree` in `root`")),
-            (None, _) => {
-                let reason = "expected `main_tree_to_execute` in `root`, as the file has several trees";
-                return Err(read.error(root, reason));
-            }
-        };
-        if !read.trees.contains_key(read.main) {
-            let known = read.trees.keys().copied().collect::<Vec<_>>().join(", ");
-            let reason =
-                format!("no tree has the ID `{}` of the main tree; the file has: {known}", read.main);
-            return Err(read.error(root, reason));
+        sources.iter().try_for_each(|source| read.read_source(source))?;
+        // The main tree is one of the first file.
+        if let Some(first) = sources.first() {
+            read.main = read.main_tree(first.document.root_element())?;
         }
         Ok(read)
     }
 
+    fn read_source(&mut self, source: &'a TreeSource<'a>) -> Result<(), TreeError> {
+        let root = source.document.root_element();
+        if root.tag_name().name() != "root" {
+            return Err(
+                self.error(root, format!("expected the element `root`, found `{}`", root.tag_name().name()))
+            );
+        }
+        if root.attribute("BTCPP_format") != Some("4") {
+            return Err(self.error(root, "expected `BTCPP_format=\"4\"` in `root`; convert older trees"));
+        }
+        for element in root.children().filter(Node::is_element) {
+            match element.tag_name().name() {
+                "BehaviorTree" => self.tree(element)?,
+                "TreeNodesModel" => self.read_models(element)?,
+                "include" if self.is_file => {}
+                "include" => {
+                    let reason = "expected no `include` in a text that is no file";
+                    return Err(self.error(element, reason));
+                }
+                other => {
+                    let reason = format!("expected `BehaviorTree` or `TreeNodesModel`, found `{other}`");
+                    return Err(self.error(element, reason));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the ID of the main tree, by the root of the first file.
+    fn main_tree(&self, root: Node<'a, 'a>) -> Result<&'a str, TreeError> {
+        let own = root.children().filter(|child| child.has_tag_name("BehaviorTree"));
+        let own: Vec<Node<'a, 'a>> = own.collect();
+        let main = match (root.attribute("main_tree_to_execute"), &own[..]) {
+            (Some(main), _) => main,
+            (None, [own]) => own.attribute("ID").unwrap_or(UNNAMED),
+            (None, []) => return Err(self.error(root, "expected an element `BehaviorTree` in `root`")),
+            (None, _) => {
+                let reason = "expected `main_tree_to_execute` in `root`, as the file has several trees";
+                return Err(self.error(root, reason));
+            }
+        };
+        if self.trees.contains_key(main) {
+            return Ok(main);
+        }
+        let known = self.trees.keys().copied().collect::<Vec<_>>().join(", ");
+        let reason = format!("no tree has the ID `{main}` of the main tree; the file has: {known}");
+        Err(self.error(root, reason))
+    }
+
     fn tree(&mut self, element: Node<'a, 'a>) -> Result<(), TreeError> {
-        let id = element.attribute("ID").unwrap_or("BehaviorTree");
+        let id = element.attribute("ID").unwrap_or(UNNAMED);
         let count = element.children().filter(Node::is_element).count();
         if count != 1 {
             let reason =
@@ -128,12 +168,25 @@ impl<'a> TreeDocument<'a> {
         })
     }
 
+    fn source(&self, node: Node<'_, '_>) -> Option<&'a TreeSource<'a>> {
+        self.sources.iter().find(|source| std::ptr::eq(&source.document, node.document()))
+    }
+
+    /// Returns the file of a node, if another one includes it.
+    pub fn file(&self, node: Node<'_, '_>) -> Option<&'a Path> {
+        self.source(node)?.included
+    }
+
     pub fn line(&self, node: Node<'_, '_>) -> usize {
         let start = node.range().start;
-        self.lines.partition_point(|end| *end < start) + 1
+        self.source(node).map_or(0, |source| source.lines.partition_point(|end| *end < start)) + 1
     }
 
     pub fn error(&self, node: Node<'_, '_>, reason: impl Into<String>) -> TreeError {
-        TreeError::at(self.line(node), reason)
+        let error = TreeError::at(self.line(node), reason);
+        match self.file(node) {
+            Some(file) => error.of_file(file),
+            None => error,
+        }
     }
 }

@@ -3,28 +3,27 @@
 mod attributes;
 mod boards;
 mod document;
+mod files;
+mod loops;
 mod nearest;
 mod operations;
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use attributes::{Attributes, pointer};
 use boards::{Boards, TreeBoard};
-use document::TreeDocument;
+use document::{TreeDocument, TreeSource};
+use files::{TreeText, parsed};
 use nearest::nearest_name;
 use operations::{OPERATIONS, operation};
-use roxmltree::{Document, Node};
+use roxmltree::Node;
 
 use crate::error::TreeError;
 use crate::model::{LeafKind, LeafModels};
 use crate::ports::PortBinding;
-use crate::tree::{BehaviorNode, BehaviorTree, NodeOperation, TreeLeaf};
+use crate::tree::{BehaviorNode, BehaviorTree, LoopQueue, NodeOperation, TreeLeaf, TreeLoop};
 use crate::value::BoardValue;
 
-/// Greatest size of a file, bytes.
-const MOST_BYTES: usize = 4 << 20;
 /// The most nodes of a tree, those of sub-trees included.
 const MOST_NODES: usize = 10_000;
 /// The most bytes of paths, attributes and defaults, those of sub-trees included.
@@ -33,52 +32,57 @@ const MOST_TEXT: usize = 16 << 20;
 const DEPTH: usize = 64;
 
 impl BehaviorTree {
-    /// Reads a tree from a file.
+    /// Reads a tree from a file, and from those that it includes.
     ///
-    /// `models` has the actions and conditions that its own models lack.
+    /// `models` has the actions and conditions that their own models lack.
     pub fn read(file: &Path, models: &LeafModels) -> Result<Self, TreeError> {
-        let unreadable =
-            |error: std::io::Error| TreeError::new(format!("can't be read: {error}")).of_file(file);
-        if !std::fs::metadata(file).map_err(unreadable)?.is_file() {
-            return Err(TreeError::new("expected a file").of_file(file));
-        }
-        let mut bytes = Vec::new();
-        let opened = File::open(file).map_err(unreadable)?;
-        opened.take(MOST_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-        Self::parse(&bytes, models).map_err(|error| error.of_file(file))
+        build(&TreeText::read(file)?, true, models).map_err(|error| error.of_file(file))
     }
 
-    /// Reads a tree from the bytes of a file in UTF-8.
+    /// Reads a tree from the bytes of a file in UTF-8, which includes no other.
     pub fn parse(bytes: &[u8], models: &LeafModels) -> Result<Self, TreeError> {
-        if bytes.len() > MOST_BYTES {
-            return Err(TreeError::new(format!("expected a file of at most {MOST_BYTES} bytes")));
-        }
-        let text = std::str::from_utf8(bytes).map_err(|error| {
-            let line = bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count() + 1;
-            TreeError::at(line, "expected UTF-8; save the file in that encoding")
-        })?;
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let document = Document::parse(text)
-            .map_err(|error| TreeError::at(error.pos().row as usize, format!("expected XML: {error}")))?;
-        let read = TreeDocument::read(text, &document, models)?;
-        let mut builder = TreeBuilder {
-            document: &read,
-            boards: Boards::default(),
-            nodes: Vec::new(),
-            leaves: Vec::new(),
-            text: 0,
-        };
-        let board = builder.boards.add(TreeBoard::default());
-        let place = NodePlace { board, path: read.main.to_owned(), depth: 0 };
-        builder.tree(read.main, &place, &mut Vec::new())?;
-        Ok(Self {
-            name: read.main.into(),
-            nodes: builder.nodes,
-            leaves: builder.leaves,
-            entries: builder.boards.entries,
-            initial: builder.boards.initial,
-        })
+        build(&[TreeText::parse(bytes)?], false, models)
     }
+}
+
+fn build(texts: &[TreeText], is_file: bool, models: &LeafModels) -> Result<BehaviorTree, TreeError> {
+    let mut sources = Vec::with_capacity(texts.len());
+    for TreeText { included, text } in texts {
+        let document = parsed(text).map_err(|error| match included {
+            Some(file) => error.of_file(file),
+            None => error,
+        })?;
+        sources.push(TreeSource::new(included.as_deref(), text, document));
+    }
+    let read = TreeDocument::read(&sources, is_file, models)?;
+    let mut builder = TreeBuilder {
+        document: &read,
+        boards: Boards::default(),
+        nodes: Vec::new(),
+        leaves: Vec::new(),
+        text: 0,
+    };
+    let board = builder.boards.add(TreeBoard::default());
+    let place = NodePlace { board, path: read.main.to_owned(), depth: 0 };
+    builder.tree(read.main, &place, &mut Vec::new())?;
+    let tree = BehaviorTree {
+        name: read.main.into(),
+        fingerprint: fingerprint(texts),
+        monitor_xml: Err(0),
+        nodes: builder.nodes,
+        leaves: builder.leaves,
+        entries: builder.boards.entries,
+        entry_names: builder.boards.names,
+        initial: builder.boards.initial,
+        enumerations: models.enumerations().clone(),
+    };
+    Ok(tree.with_monitor_xml())
+}
+
+/// FNV-1a of all files.
+fn fingerprint(texts: &[TreeText]) -> u64 {
+    let bytes = texts.iter().flat_map(|own| own.text.bytes());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 /// Where nodes are added.
@@ -129,24 +133,30 @@ impl<'a> TreeBuilder<'a, '_> {
                 document.error(element, format!("expected at most {MOST_NODES} nodes with all sub-trees"))
             );
         }
+        // Attributes are kept as ports and for monitors.
         let text = element.attributes().map(|attribute| attribute.value().len() + attribute.name().len());
-        self.charge(element, place.path.len() + text.sum::<usize>())?;
+        self.charge(element, place.path.len() + 2 * text.sum::<usize>())?;
         let index = self.nodes.len();
-        let (tag, operation) = self.operation(element, place, index)?;
+        let (tag, mut operation) = self.operation(element, place, index)?;
         let mut attributes = Attributes::new(document, &mut self.boards, place.board, element);
         let scripts = attributes.scripts()?;
         let name = element.attribute("name").unwrap_or(tag);
         let path = format!("{}/{number} {name}", place.path);
         *number += 1;
+        if let NodeOperation::Loop(TreeLoop { queue: LoopQueue::Entry { kept, .. }, .. }) = &mut operation {
+            *kept = self.boards.own_entry(&path, "queue");
+        }
         let is_sub_tree = operation == NodeOperation::SubTree;
         self.nodes.push(BehaviorNode {
             tag: tag.into(),
             name: name.into(),
             path,
             line: document.line(element),
+            file: document.file(element).map(Into::into),
             depth: place.depth,
             operation,
             children: Vec::new(),
+            attributes: shown_attributes(element),
             scripts,
         });
         let inner = NodePlace { board: place.board, path: place.path.clone(), depth: place.depth + 1 };
@@ -319,6 +329,13 @@ impl<'a> TreeBuilder<'a, '_> {
         let board = self.boards.add(board);
         self.tree(id, &NodePlace { board, path, depth: place.depth + 1 }, above)
     }
+}
+
+/// Attributes that monitors show.
+fn shown_attributes(element: Node<'_, '_>) -> Vec<(String, String)> {
+    let hidden = ["ID", "name", "_uid", "_fullpath"];
+    let shown = element.attributes().filter(|attribute| !hidden.contains(&attribute.name()));
+    shown.map(|attribute| (attribute.name().into(), attribute.value().into())).collect()
 }
 
 /// Error of a count of children that a parallel node doesn't have.

@@ -2,12 +2,14 @@
 
 use super::attributes::Attributes;
 use super::computable;
+use super::loops::item_loop;
 use crate::error::TreeError;
 use crate::ports::PortBinding;
+use crate::queue::ItemKind;
 use crate::tree::{NodeOperation, NodeStatus};
 
 /// Names of the nodes that are built in.
-pub(super) const OPERATIONS: [&str; 36] = [
+pub(super) const OPERATIONS: [&str; 44] = [
     "Sequence",
     "AsyncSequence",
     "SequenceWithMemory",
@@ -19,6 +21,7 @@ pub(super) const OPERATIONS: [&str; 36] = [
     "ParallelAll",
     "IfThenElse",
     "WhileDoElse",
+    "TryCatch",
     "Switch2",
     "Switch3",
     "Switch4",
@@ -34,11 +37,18 @@ pub(super) const OPERATIONS: [&str; 36] = [
     "Timeout",
     "RunOnce",
     "Precondition",
+    "LoopInt",
+    "LoopDouble",
+    "LoopString",
+    "LoopBool",
+    "SkipUnlessUpdated",
+    "WaitValueUpdate",
     "SubTree",
     "AlwaysSuccess",
     "AlwaysFailure",
     "SetBlackboard",
     "UnsetBlackboard",
+    "WasEntryUpdated",
     "Script",
     "ScriptCondition",
     "Sleep",
@@ -83,18 +93,15 @@ pub(super) fn operation(
         "KeepRunningUntilFailure" => NodeOperation::KeepRunningUntilFailure,
         "Delay" => NodeOperation::Delay { milliseconds: attributes.integer("delay_msec", None, 0)? },
         "Timeout" => NodeOperation::Timeout { milliseconds: attributes.integer("msec", None, 0)? },
-        "RunOnce" => {
-            let text = attributes.take("then_skip").unwrap_or("true");
-            let then_skip = attributes.bind("then_skip", text);
-            match &then_skip {
-                PortBinding::Literal(value) if value.truth().is_none() => {
-                    return Err(attributes.error(format!(
-                        "expected true, false or an entry such as `{{n}}` in the port `then_skip`, found `{text}`"
-                    )));
-                }
-                _ => NodeOperation::RunOnce { then_skip },
-            }
-        }
+        "RunOnce" => NodeOperation::RunOnce { then_skip: truth_port(attributes, "then_skip", "true")? },
+        "TryCatch" => NodeOperation::TryCatch { on_halt: truth_port(attributes, "catch_on_halt", "false")? },
+        "LoopInt" => item_loop(ItemKind::Integer, attributes)?,
+        "LoopDouble" => item_loop(ItemKind::Number, attributes)?,
+        "LoopString" => item_loop(ItemKind::Text, attributes)?,
+        "LoopBool" => item_loop(ItemKind::Truth, attributes)?,
+        "SkipUnlessUpdated" => on_update(NodeStatus::Skipped, attributes)?,
+        "WaitValueUpdate" => on_update(NodeStatus::Running, attributes)?,
+        "WasEntryUpdated" => NodeOperation::WasUpdated { entry: watched_entry(attributes)? },
         "Precondition" => precondition(attributes)?,
         "AlwaysSuccess" => NodeOperation::AlwaysSuccess,
         "AlwaysFailure" => NodeOperation::AlwaysFailure,
@@ -125,11 +132,36 @@ fn switch(count: usize, attributes: &mut Attributes<'_, '_>) -> Result<NodeOpera
 
 fn precondition(attributes: &mut Attributes<'_, '_>) -> Result<NodeOperation, TreeError> {
     let condition = attributes.script_port("if")?;
-    let word = attributes.take("else").unwrap_or("FAILURE");
-    let otherwise = NodeStatus::parse(word).ok_or_else(|| {
-        let reason =
-            format!("expected SUCCESS, FAILURE, RUNNING or SKIPPED in the port `else`, found `{word}`");
-        attributes.error(reason)
-    })?;
+    let otherwise = attributes.status("else", NodeStatus::Failed)?;
     Ok(NodeOperation::Precondition { condition, otherwise })
+}
+
+fn truth_port(
+    attributes: &mut Attributes<'_, '_>,
+    name: &str,
+    default: &str,
+) -> Result<PortBinding, TreeError> {
+    let text = attributes.take(name).unwrap_or(default);
+    match attributes.bind(name, text) {
+        PortBinding::Literal(value) if value.truth().is_none() => Err(attributes.error(format!(
+            "expected true, false or an entry such as `{{n}}` in the port `{name}`, found `{text}`"
+        ))),
+        port => Ok(port),
+    }
+}
+
+fn on_update(otherwise: NodeStatus, attributes: &mut Attributes<'_, '_>) -> Result<NodeOperation, TreeError> {
+    Ok(NodeOperation::OnUpdate { entry: watched_entry(attributes)?, otherwise })
+}
+
+/// Returns the entry in the port `entry`, with or without braces.
+fn watched_entry(attributes: &mut Attributes<'_, '_>) -> Result<usize, TreeError> {
+    let text = attributes.required("entry")?;
+    match attributes.bind("entry", text) {
+        PortBinding::Entry(entry) => Ok(entry),
+        PortBinding::Literal(_) if text.is_empty() => {
+            Err(attributes.error("expected an entry such as `{n}` in the port `entry`, found none"))
+        }
+        PortBinding::Literal(_) => Ok(attributes.entry_named(text)),
+    }
 }

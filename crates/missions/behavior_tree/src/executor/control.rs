@@ -20,6 +20,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
             NodeOperation::ParallelAll { failures } => self.parallel_all(node, failures),
             NodeOperation::IfThenElse => self.if_then_else(node),
             NodeOperation::WhileDoElse => self.while_do_else(node),
+            NodeOperation::TryCatch { .. } => self.try_catch(node),
             NodeOperation::Switch { variable, cases } => self.switch(node, variable, cases),
             // No other has several children.
             _ => Err(self.error(node, "expected a control node")),
@@ -274,7 +275,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
     ) -> Result<NodeStatus, TickError> {
         let value = variable.read(self.values);
         let is_case = |case: &PortBinding| match (value, case.read(self.values)) {
-            (Some(value), Some(case)) => value.is_same(case),
+            (Some(value), Some(case)) => value.is_same(case, &self.tree.enumerations),
             _ => false,
         };
         let matching = cases.iter().position(is_case).unwrap_or(cases.len());
@@ -292,5 +293,57 @@ impl<H: TreeHost> TreeRun<'_, H> {
             }
         };
         Ok(status)
+    }
+
+    /// Ticks all children but the last in turn, and the last one when one of them has failed.
+    pub fn try_catch(&mut self, node: usize) -> Result<NodeStatus, TickError> {
+        if self.records[node].status != NodeStatus::Running {
+            (self.records[node].count, self.records[node].is_started) = (0, false);
+        }
+        self.records[node].status = NodeStatus::Running;
+        let tried = self.tree.nodes[node].children.len() - 1;
+        while !self.records[node].is_started && (self.records[node].child as usize) < tried {
+            match self.execute(self.child(node, self.records[node].child as usize))? {
+                NodeStatus::Running | NodeStatus::Idle => return Ok(NodeStatus::Running),
+                NodeStatus::Failed => {
+                    self.halt_children(node)?;
+                    (self.records[node].child, self.records[node].is_started) = (0, true);
+                }
+                status => {
+                    let record = &mut self.records[node];
+                    record.child += 1;
+                    record.count = record.count.saturating_add(u32::from(status == NodeStatus::Skipped));
+                }
+            }
+        }
+        let has_caught = self.records[node].is_started;
+        if has_caught && self.execute(self.child(node, tried))? == NodeStatus::Running {
+            return Ok(NodeStatus::Running);
+        }
+        let is_skipped = self.records[node].count as usize == tried;
+        self.halt_children(node)?;
+        let record = &mut self.records[node];
+        (record.child, record.count, record.is_started) = (0, 0, false);
+        Ok(match (has_caught, is_skipped) {
+            (true, _) => NodeStatus::Failed,
+            (false, true) => NodeStatus::Skipped,
+            (false, false) => NodeStatus::Succeeded,
+        })
+    }
+
+    /// Ticks the last child once when the others are halted, if the node wants that.
+    pub fn catch_on_halt(&mut self, node: usize, on_halt: &PortBinding) -> Result<(), TickError> {
+        let record = self.records[node];
+        if record.is_started
+            || record.status != NodeStatus::Running
+            || !self.truth(node, on_halt, "catch_on_halt")?
+        {
+            return Ok(());
+        }
+        self.halt_children(node)?;
+        let last = self.child(node, self.tree.nodes[node].children.len() - 1);
+        self.execute(last)?;
+        // What would take longer is halted.
+        self.halt_child(last)
     }
 }

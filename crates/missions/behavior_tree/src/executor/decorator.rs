@@ -4,7 +4,7 @@ use super::TreeHost;
 use super::node::TreeRun;
 use crate::error::TickError;
 use crate::ports::PortBinding;
-use crate::tree::{NodeOperation, NodeStatus};
+use crate::tree::{LoopQueue, NodeOperation, NodeStatus, TreeLoop};
 use crate::value::BoardValue;
 
 impl<H: TreeHost> TreeRun<'_, H> {
@@ -32,6 +32,8 @@ impl<H: TreeHost> TreeRun<'_, H> {
                 self.records[node].is_started = !status.is_completed();
                 Ok(status)
             }
+            NodeOperation::Loop(own) => self.item_loop(node, own),
+            NodeOperation::OnUpdate { entry, otherwise } => self.on_update(node, *entry, *otherwise),
             NodeOperation::SubTree => {
                 if self.records[node].status == NodeStatus::Idle {
                     self.records[node].status = Running;
@@ -44,7 +46,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
     }
 
     /// Ticks the child, and resets it when it has completed.
-    fn execute_child(&mut self, node: usize) -> Result<NodeStatus, TickError> {
+    pub fn execute_child(&mut self, node: usize) -> Result<NodeStatus, TickError> {
         let child = self.child(node, 0);
         let status = self.execute(child)?;
         if status.is_completed() {
@@ -148,11 +150,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
 
     fn run_once(&mut self, node: usize, then_skip: &PortBinding) -> Result<NodeStatus, TickError> {
         if self.records[node].is_started {
-            let value = then_skip.read(self.values);
-            let skips = value.and_then(BoardValue::truth).ok_or_else(|| {
-                let found = value.map_or("none".into(), |value| format!("`{value}`"));
-                self.error(node, format!("expected true or false in the port `then_skip`, found {found}"))
-            })?;
+            let skips = self.truth(node, then_skip, "then_skip")?;
             return Ok(if skips { NodeStatus::Skipped } else { self.records[node].result });
         }
         self.records[node].status = NodeStatus::Running;
@@ -161,5 +159,70 @@ impl<H: TreeHost> TreeRun<'_, H> {
             (self.records[node].is_started, self.records[node].result) = (true, status);
         }
         Ok(status)
+    }
+
+    /// Ticks the child with the next value, once in a tick, until it fails or no value is left.
+    pub fn item_loop(&mut self, node: usize, own: &TreeLoop) -> Result<NodeStatus, TickError> {
+        if self.records[node].status == NodeStatus::Idle {
+            let record = &mut self.records[node];
+            (record.count, record.is_started, record.seen) = (0, false, 1);
+            if let LoopQueue::Entry { entry, kept } = own.queue {
+                match self.values.get(entry) {
+                    Some(queue) => self.values.set(kept, BoardValue::Text(queue.to_string())),
+                    None => self.values.unset(kept),
+                }
+            }
+        }
+        if !self.records[node].is_started {
+            let Some(value) = self.next_item(node, own)? else { return Ok(own.if_empty) };
+            self.records[node].count = self.records[node].count.saturating_add(1);
+            if let Some(entry) = own.value {
+                self.assign(node, entry, value)?;
+            }
+        }
+        if self.records[node].status == NodeStatus::Idle {
+            self.records[node].status = NodeStatus::Running;
+        }
+        let status = self.execute_child(node)?;
+        self.records[node].is_started = status == NodeStatus::Running;
+        Ok(if status == NodeStatus::Failed { status } else { NodeStatus::Running })
+    }
+
+    fn next_item(&self, node: usize, own: &TreeLoop) -> Result<Option<BoardValue>, TickError> {
+        if self.records[node].seen == 0 {
+            return Ok(None);
+        }
+        let number = self.records[node].count as usize;
+        match &own.queue {
+            LoopQueue::Items(items) => Ok(items.get(number).cloned()),
+            LoopQueue::Entry { kept, .. } => {
+                let Some(BoardValue::Text(text)) = self.values.get(*kept) else { return Ok(None) };
+                let item = own.kind.items(text).nth(number).transpose();
+                item.map_err(|reason| self.error(node, format!("port `queue`: {reason}")))
+            }
+        }
+    }
+
+    /// Ticks the child if the entry was written since it was ticked last.
+    pub fn on_update(
+        &mut self,
+        node: usize,
+        entry: usize,
+        otherwise: NodeStatus,
+    ) -> Result<NodeStatus, TickError> {
+        if !self.records[node].is_started && !self.is_updated(node, entry) {
+            return Ok(otherwise);
+        }
+        let status = self.execute(self.child(node, 0))?;
+        self.records[node].is_started = status == NodeStatus::Running;
+        Ok(status)
+    }
+
+    /// Returns whether an entry was written since the last call.
+    pub fn is_updated(&mut self, node: usize, entry: usize) -> bool {
+        let writes = self.values.writes(entry);
+        let is_there = self.values.get(entry).is_some();
+        // One that has no value keeps what was seen.
+        is_there && std::mem::replace(&mut self.records[node].seen, writes) != writes
     }
 }

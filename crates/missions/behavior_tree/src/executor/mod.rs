@@ -10,6 +10,7 @@ use std::sync::Arc;
 use node::{NodeRecord, TreeRun};
 pub use state::{SavedNode, TreeState};
 
+use crate::entries::EntryValues;
 use crate::error::TickError;
 use crate::ports::LeafPorts;
 use crate::tree::{BehaviorTree, NodeStatus, TreeLeaf};
@@ -39,7 +40,9 @@ pub trait TreeHost {
 pub struct TreeExecutor {
     tree: Arc<BehaviorTree>,
     records: Vec<NodeRecord>,
-    values: Vec<Option<BoardValue>>,
+    values: EntryValues,
+    /// Status of each node before it became idle.
+    last: Vec<NodeStatus>,
     wants_tick: bool,
     ticks: u64,
     outcome: NodeStatus,
@@ -50,7 +53,8 @@ impl TreeExecutor {
     pub fn new(tree: Arc<BehaviorTree>) -> Self {
         Self {
             records: vec![NodeRecord::default(); tree.nodes.len()],
-            values: tree.initial.clone(),
+            values: EntryValues::new(tree.initial.clone()),
+            last: vec![NodeStatus::Idle; tree.nodes.len()],
             wants_tick: false,
             ticks: 0,
             outcome: NodeStatus::Idle,
@@ -70,7 +74,7 @@ impl TreeExecutor {
         match result {
             Ok(status) => {
                 if status.is_completed() {
-                    self.records[0].status = NodeStatus::Idle;
+                    run.reset_status(0);
                 }
                 self.outcome = status;
                 Ok(status)
@@ -125,16 +129,32 @@ impl TreeExecutor {
         self.records[node].status
     }
 
+    /// Returns the status that an idle node had before; idle if it had none, or the tree was restored since.
+    ///
+    /// For other nodes that of an earlier time.
+    pub fn last_status(&self, node: usize) -> NodeStatus {
+        self.last[node]
+    }
+
+    /// Returns the entries that have a value: path of the sub-tree, which is empty for the main tree, name and value.
+    pub fn board(&self) -> impl Iterator<Item = (&str, &str, &BoardValue)> {
+        let entries = self.tree.entries.iter().zip(&self.tree.entry_names).enumerate();
+        entries.filter_map(|(slot, (entry, start))| {
+            let value = self.values.get(slot)?;
+            Some((&entry[..start.saturating_sub(1)], &entry[*start..], value))
+        })
+    }
+
     /// Returns the value of an entry, by its name in [`BehaviorTree::entries`].
     pub fn entry(&self, name: &str) -> Option<&BoardValue> {
-        self.values[self.slot(name)?].as_ref()
+        self.values.get(self.slot(name)?)
     }
 
     /// Writes an entry; `false` if no node of the tree reads or writes it.
     pub fn set_entry(&mut self, name: &str, value: BoardValue) -> bool {
         match self.slot(name) {
             Some(slot) => {
-                self.values[slot] = Some(value);
+                self.values.set(slot, value);
                 true
             }
             None => false,
@@ -155,6 +175,7 @@ impl TreeExecutor {
             tree,
             records: &mut self.records,
             values: &mut self.values,
+            last: &mut self.last,
             wants_tick: &mut self.wants_tick,
             now,
             host,

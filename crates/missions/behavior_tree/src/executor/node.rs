@@ -3,10 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::TreeHost;
+use crate::entries::EntryValues;
 use crate::error::TickError;
 use crate::model::LeafKind;
 use crate::ports::{LeafPorts, PortBinding};
-use crate::script::{TreeScript, keep_type};
+use crate::script::{ScriptBoard, TreeScript, keep_type};
 use crate::tree::{BehaviorTree, NodeOperation, NodeStatus};
 use crate::value::BoardValue;
 
@@ -31,13 +32,16 @@ pub(crate) struct NodeRecord {
     pub result: NodeStatus,
     /// When a timer ends, ns.
     pub deadline: u64,
+    /// Writes of the entry whose new values it waits for, or 1 for a loop that has begun.
+    pub seen: u64,
 }
 
 /// A tick under way.
 pub(super) struct TreeRun<'a, H> {
     pub tree: &'a BehaviorTree,
     pub records: &'a mut [NodeRecord],
-    pub values: &'a mut [Option<BoardValue>],
+    pub values: &'a mut EntryValues,
+    pub last: &'a mut [NodeStatus],
     pub wants_tick: &'a mut bool,
     pub now: u64,
     pub host: &'a mut H,
@@ -65,7 +69,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
         if self.tree.nodes[node].operation.is_decorator() {
             let child = self.child(node, 0);
             if self.records[child].status.is_completed() {
-                self.records[child].status = NodeStatus::Idle;
+                self.reset_status(child);
             }
         }
         Ok(status)
@@ -111,9 +115,13 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
             NodeOperation::AlwaysFailure => Ok(NodeStatus::Failed),
             NodeOperation::SetBlackboard { value, entry } => self.set_entry(node, value, *entry),
             NodeOperation::UnsetBlackboard { entry } => {
-                self.values[*entry] = None;
+                self.values.unset(*entry);
                 Ok(NodeStatus::Succeeded)
             }
+            NodeOperation::WasUpdated { entry } => Ok(match self.is_updated(node, *entry) {
+                true => NodeStatus::Succeeded,
+                false => NodeStatus::Failed,
+            }),
             NodeOperation::Script(script) => {
                 self.perform(node, Some(script))?;
                 Ok(NodeStatus::Succeeded)
@@ -145,7 +153,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
             NodeStatus::Idle => Err(self.error(node, "expected an answer of the host, found `Idle`")),
             NodeStatus::Skipped => {
                 // It does not run any more.
-                self.records[node].status = NodeStatus::Idle;
+                self.reset_status(node);
                 Ok(status)
             }
             status => Ok(status),
@@ -177,15 +185,21 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
                 PortBinding::Literal(_) => Ok(NodeStatus::Failed),
             };
         };
-        let value = keep_type(self.values[entry].as_ref(), value).map_err(|value| {
+        self.assign(node, entry, value)?;
+        Ok(NodeStatus::Succeeded)
+    }
+
+    /// Writes an entry, which keeps its type.
+    pub fn assign(&mut self, node: usize, entry: usize, value: BoardValue) -> Result<(), TickError> {
+        let value = keep_type(self.values.get(entry), value, &self.tree.enumerations).map_err(|value| {
             let name = &self.tree.entries[entry];
             self.error(
                 node,
                 format!("the entry `{name}` is a number, expected one, found the text '{value}'"),
             )
         })?;
-        self.values[entry] = Some(value);
-        Ok(NodeStatus::Succeeded)
+        self.values.set(entry, value);
+        Ok(())
     }
 
     /// Resets a child, and halts it if it runs.
@@ -193,8 +207,16 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
         if self.records[child].status == NodeStatus::Running {
             self.halt(child)?;
         }
-        self.records[child].status = NodeStatus::Idle;
+        self.reset_status(child);
         Ok(())
+    }
+
+    /// Makes a node idle.
+    pub fn reset_status(&mut self, node: usize) {
+        let status = std::mem::take(&mut self.records[node].status);
+        if status != NodeStatus::Idle {
+            self.last[node] = status;
+        }
     }
 
     /// Resets the children of a node, and halts those that run.
@@ -213,7 +235,11 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
         {
             self.host.halt(index, &tree.leaves[index]);
         }
+        if let NodeOperation::TryCatch { on_halt } = &own.operation {
+            self.catch_on_halt(node, on_halt)?;
+        }
         let old = self.records[node];
+        self.reset_status(node);
         self.records[node] = match own.operation {
             // It goes on where it was.
             NodeOperation::SequenceWithMemory => {
@@ -223,6 +249,10 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
             NodeOperation::RunOnce { .. } => {
                 NodeRecord { is_started: old.is_started, result: old.result, ..NodeRecord::default() }
             }
+            // It begins anew only where it is idle when it is ticked.
+            NodeOperation::Loop(_) => NodeRecord { status: NodeStatus::Idle, ..old },
+            // A value that was seen is not new.
+            NodeOperation::OnUpdate { .. } => NodeRecord { seen: old.seen, ..NodeRecord::default() },
             _ => NodeRecord::default(),
         };
         self.records[node].is_counted = old.is_counted;
@@ -244,6 +274,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
                 self.host.halt(index, leaf);
             }
         }
+        (0..self.records.len()).for_each(|node| self.reset_status(node));
         self.records.fill(NodeRecord::default());
     }
 
@@ -253,13 +284,18 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
 
     fn perform(&mut self, node: usize, script: Option<&TreeScript>) -> Result<(), TickError> {
         let Some(script) = script else { return Ok(()) };
-        let result = script.evaluate(self.values, &self.tree.entries);
+        let result = script.evaluate(&mut self.script_board());
         result.map(|_| ()).map_err(|reason| self.error(node, reason))
     }
 
     pub fn holds(&mut self, node: usize, script: &TreeScript) -> Result<bool, TickError> {
-        let result = script.holds(self.values, &self.tree.entries);
+        let result = script.holds(&mut self.script_board());
         result.map_err(|reason| self.error(node, reason))
+    }
+
+    fn script_board(&mut self) -> ScriptBoard<'_> {
+        let BehaviorTree { entries: names, enumerations, .. } = self.tree;
+        ScriptBoard { values: self.values, names, enumerations }
     }
 
     /// Returns the integer in a port.
@@ -270,6 +306,15 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
         number.filter(is_integer).map(|number| number as i32).ok_or_else(|| {
             let found = value.map_or("none".into(), |value| format!("`{value}`"));
             self.error(node, format!("expected an integer in the port `{port}`, found {found}"))
+        })
+    }
+
+    /// Returns the truth value in a port.
+    pub fn truth(&self, node: usize, binding: &PortBinding, port: &str) -> Result<bool, TickError> {
+        let value = binding.read(self.values);
+        value.and_then(BoardValue::truth).ok_or_else(|| {
+            let found = value.map_or("none".into(), |value| format!("`{value}`"));
+            self.error(node, format!("expected true or false in the port `{port}`, found {found}"))
         })
     }
 
@@ -287,6 +332,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
 
     pub fn error(&self, node: usize, reason: impl Into<String>) -> TickError {
         let own = &self.tree.nodes[node];
-        TickError { path: own.path.clone(), line: own.line, reason: reason.into() }
+        let file = own.file.as_deref().map(Into::into);
+        TickError { path: own.path.clone(), file, line: own.line, reason: reason.into() }
     }
 }

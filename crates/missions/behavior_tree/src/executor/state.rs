@@ -25,6 +25,8 @@ pub struct TreeState {
     pub nodes: Vec<SavedNode>,
     /// Entries of the blackboards by their names, those without a value included.
     pub entries: Vec<(String, Option<BoardValue>)>,
+    /// How often each of these entries was written.
+    pub writes: Vec<u64>,
 }
 
 /// State of a node.
@@ -53,7 +55,8 @@ impl TreeExecutor {
             wants_tick: self.wants_tick,
             outcome: self.outcome,
             nodes: nodes.collect(),
-            entries: self.tree.entries.iter().cloned().zip(self.values.iter().cloned()).collect(),
+            entries: self.entry_names().map(|(slot, name)| (name, self.values.get(slot).cloned())).collect(),
+            writes: self.entry_names().map(|(slot, _)| self.values.writes(slot)).collect(),
         }
     }
 
@@ -82,12 +85,17 @@ impl TreeExecutor {
         executor.count_children(&tree);
         let names: BTreeMap<&str, usize> =
             tree.entries.iter().enumerate().map(|(slot, name)| (name.as_str(), slot)).collect();
-        for (name, value) in &state.entries {
+        for (number, (name, value)) in state.entries.iter().enumerate() {
             if let Some(slot) = names.get(name.as_str()) {
-                executor.values[*slot] = value.clone();
+                let writes = state.writes.get(number).copied().unwrap_or(u64::from(value.is_some()));
+                executor.values.restore(*slot, value.clone(), writes);
             }
         }
         Ok(executor)
+    }
+
+    fn entry_names(&self) -> impl Iterator<Item = (usize, String)> {
+        self.tree.entries.iter().cloned().enumerate()
     }
 
     /// Checks that each leaf that runs is ticked and halted by the nodes above it.
@@ -120,10 +128,12 @@ impl TreeExecutor {
     fn running_child(&self, index: usize, node: &BehaviorNode) -> Option<usize> {
         let child = self.records[index].child as usize;
         match node.operation {
+            NodeOperation::TryCatch { .. } if self.records[index].is_started => Some(node.children.len() - 1),
             NodeOperation::Sequence { .. }
             | NodeOperation::Fallback { .. }
             | NodeOperation::SequenceWithMemory
-            | NodeOperation::IfThenElse => Some(child),
+            | NodeOperation::IfThenElse
+            | NodeOperation::TryCatch { .. } => Some(child),
             // A switch counts its running child from 1; 0 means that no child runs.
             NodeOperation::Switch { .. } => Some(child.wrapping_sub(1)),
             _ => None,

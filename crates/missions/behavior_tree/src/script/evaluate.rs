@@ -1,60 +1,64 @@
 //! Evaluation of scripts.
 
 use super::{AssignmentOperator, BinaryOperator, ComparisonOperator, Expression, TreeScript};
+use crate::entries::EntryValues;
+use crate::model::Enumerations;
 use crate::value::{BoardValue, is_same_number};
 
 /// Longest text that a script makes, bytes.
 const MOST_TEXT: usize = 64 << 10;
+/// Greatest whole number up to which a float has all of them.
+const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// What scripts read and write.
+pub(crate) struct ScriptBoard<'a> {
+    pub values: &'a mut EntryValues,
+    pub names: &'a [String],
+    pub enumerations: &'a Enumerations,
+}
 
 impl TreeScript {
     /// Evaluates the statements and returns the value of the last one.
     ///
     /// An error names the script.
-    pub fn evaluate(
-        &self,
-        values: &mut [Option<BoardValue>],
-        names: &[String],
-    ) -> Result<BoardValue, String> {
+    pub fn evaluate(&self, board: &mut ScriptBoard<'_>) -> Result<BoardValue, String> {
         let mut result = BoardValue::Number(0.0);
         for statement in &self.statements {
-            result = evaluate(statement, values, names)
-                .map_err(|reason| format!("script `{}`: {reason}", self.text))?;
+            result =
+                evaluate(statement, board).map_err(|reason| format!("script `{}`: {reason}", self.text))?;
         }
         Ok(result)
     }
 
     /// Evaluates a condition.
-    pub fn holds(&self, values: &mut [Option<BoardValue>], names: &[String]) -> Result<bool, String> {
-        let value = self.evaluate(values, names)?;
+    pub fn holds(&self, board: &mut ScriptBoard<'_>) -> Result<bool, String> {
+        let value = self.evaluate(board)?;
         value.truth().ok_or_else(|| {
             format!("script `{}`: expected a condition such as `x > 1`, found the text '{value}'", self.text)
         })
     }
 }
 
-fn evaluate(
-    expression: &Expression,
-    values: &mut [Option<BoardValue>],
-    names: &[String],
-) -> Result<BoardValue, String> {
+fn evaluate(expression: &Expression, board: &mut ScriptBoard<'_>) -> Result<BoardValue, String> {
     Ok(match expression {
         Expression::Number(number) => BoardValue::Number(*number),
         Expression::Text(text) => BoardValue::Text(text.clone()),
-        Expression::Entry(slot) => values[*slot].clone().ok_or_else(|| {
-            format!("the entry `{}` has no value yet; set it before, such as by `:=`", names[*slot])
+        Expression::Entry(slot) => board.values.get(*slot).cloned().ok_or_else(|| {
+            format!("the entry `{}` has no value yet; set it before, such as by `:=`", board.names[*slot])
         })?,
-        Expression::Negation(inner) => BoardValue::Number(-number(&evaluate(inner, values, names)?, "-")?),
-        Expression::Not(inner) => truth(!is_true(&evaluate(inner, values, names)?, "!")?),
+        Expression::Negation(inner) => BoardValue::Number(-number(&evaluate(inner, board)?, "-")?),
+        Expression::Complement(inner) => bits(!integer(&evaluate(inner, board)?, "~")?),
+        Expression::Not(inner) => truth(!is_true(&evaluate(inner, board)?, "!")?),
         Expression::Binary(parts, operator) => {
-            let left = evaluate(&parts[0], values, names)?;
-            let right = evaluate(&parts[1], values, names)?;
+            let left = evaluate(&parts[0], board)?;
+            let right = evaluate(&parts[1], board)?;
             binary(left, *operator, right)?
         }
         Expression::Comparison(first, others) => {
-            let mut left = evaluate(first, values, names)?;
+            let mut left = evaluate(first, board)?;
             for (operator, right) in others {
-                let right = evaluate(right, values, names)?;
-                if !compare(&left, *operator, &right)? {
+                let right = evaluate(right, board)?;
+                if !compare(&left, *operator, &right, board.enumerations)? {
                     return Ok(truth(false));
                 }
                 left = right;
@@ -62,12 +66,12 @@ fn evaluate(
             truth(true)
         }
         Expression::Choice(parts) => {
-            let holds = is_true(&evaluate(&parts[0], values, names)?, "?")?;
-            evaluate(&parts[if holds { 1 } else { 2 }], values, names)?
+            let holds = is_true(&evaluate(&parts[0], board)?, "?")?;
+            evaluate(&parts[if holds { 1 } else { 2 }], board)?
         }
         Expression::Assignment(slot, operator, value) => {
-            let value = evaluate(value, values, names)?;
-            assign(*slot, *operator, value, values, names)?
+            let value = evaluate(value, board)?;
+            assign(*slot, *operator, value, board)?
         }
     })
 }
@@ -83,6 +87,9 @@ fn binary(left: BoardValue, operator: BinaryOperator, right: BoardValue) -> Resu
         _ => {}
     }
     let sign = match operator {
+        BinaryOperator::BitAnd => return Ok(bits(integer(&left, "&")? & integer(&right, "&")?)),
+        BinaryOperator::BitOr => return Ok(bits(integer(&left, "|")? | integer(&right, "|")?)),
+        BinaryOperator::BitXor => return Ok(bits(integer(&left, "^")? ^ integer(&right, "^")?)),
         BinaryOperator::Plus => "+",
         BinaryOperator::Minus => "-",
         BinaryOperator::Times => "*",
@@ -98,7 +105,12 @@ fn binary(left: BoardValue, operator: BinaryOperator, right: BoardValue) -> Resu
     .map(Number)
 }
 
-fn compare(left: &BoardValue, operator: ComparisonOperator, right: &BoardValue) -> Result<bool, String> {
+fn compare(
+    left: &BoardValue,
+    operator: ComparisonOperator,
+    right: &BoardValue,
+    enumerations: &Enumerations,
+) -> Result<bool, String> {
     use ComparisonOperator::{AtLeast, AtMost, Equal, Greater, Less, Unequal};
     if let (BoardValue::Text(left), BoardValue::Text(right)) = (left, right) {
         return Ok(match operator {
@@ -111,7 +123,9 @@ fn compare(left: &BoardValue, operator: ComparisonOperator, right: &BoardValue) 
         });
     }
     let number = |value: &BoardValue| {
-        value.number().ok_or_else(|| format!("expected a number to compare with, found the text '{value}'"))
+        value
+            .number_in(enumerations)
+            .ok_or_else(|| format!("expected a number to compare with, found the text '{value}'"))
     };
     let (left, right) = (number(left)?, number(right)?);
     Ok(match operator {
@@ -128,13 +142,13 @@ fn assign(
     slot: usize,
     operator: AssignmentOperator,
     value: BoardValue,
-    values: &mut [Option<BoardValue>],
-    names: &[String],
+    board: &mut ScriptBoard<'_>,
 ) -> Result<BoardValue, String> {
-    let name = &names[slot];
+    let name = &board.names[slot];
+    let old = board.values.get(slot);
     let operator = match operator {
         AssignmentOperator::Create => None,
-        _ if values[slot].is_none() => {
+        _ if old.is_none() => {
             return Err(format!("the entry `{name}` doesn't exist; use `:=` to make it"));
         }
         AssignmentOperator::Set => None,
@@ -143,20 +157,24 @@ fn assign(
         AssignmentOperator::Multiply => Some(BinaryOperator::Times),
         AssignmentOperator::Divide => Some(BinaryOperator::Divide),
     };
-    let value = match (operator, &values[slot]) {
+    let value = match (operator, old) {
         (Some(operator), Some(old)) => binary(old.clone(), operator, value)?,
         _ => value,
     };
-    let value = keep_type(values[slot].as_ref(), value)
+    let value = keep_type(old, value, board.enumerations)
         .map_err(|value| format!("the entry `{name}` is a number, expected one, found the text '{value}'"))?;
-    values[slot] = Some(value.clone());
+    board.values.set(slot, value.clone());
     Ok(value)
 }
 
 /// An entry keeps the type of its first value; returns a text that is no number.
-pub(crate) fn keep_type(old: Option<&BoardValue>, value: BoardValue) -> Result<BoardValue, BoardValue> {
+pub(crate) fn keep_type(
+    old: Option<&BoardValue>,
+    value: BoardValue,
+    enumerations: &Enumerations,
+) -> Result<BoardValue, BoardValue> {
     match (old, value) {
-        (Some(BoardValue::Number(_)), value @ BoardValue::Text(_)) => match value.number() {
+        (Some(BoardValue::Number(_)), value @ BoardValue::Text(_)) => match value.number_in(enumerations) {
             Some(number) => Ok(BoardValue::Number(number)),
             None => Err(value),
         },
@@ -178,6 +196,20 @@ fn number(value: &BoardValue, sign: &str) -> Result<f64, String> {
         BoardValue::Number(number) => Ok(*number),
         BoardValue::Text(text) => Err(format!("expected a number for `{sign}`, found the text '{text}'")),
     }
+}
+
+/// Operators of bits need whole numbers.
+fn integer(value: &BoardValue, sign: &str) -> Result<i64, String> {
+    let number = number(value, sign)?;
+    // Greater ones are not all whole numbers of 64 bits, and have lost their last bits.
+    match number == (number as i64) as f64 && number.abs() <= MOST_EXACT {
+        true => Ok(number as i64),
+        false => Err(format!("expected a whole number for `{sign}`, found {number}")),
+    }
+}
+
+fn bits(number: i64) -> BoardValue {
+    BoardValue::Number(number as f64)
 }
 
 fn is_true(value: &BoardValue, sign: &str) -> Result<bool, String> {

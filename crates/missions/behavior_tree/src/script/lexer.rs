@@ -1,9 +1,9 @@
 //! Tokens of a script.
 
 /// Signs of a script, longer ones first.
-const SIGNS: [&str; 28] = [
+const SIGNS: [&str; 29] = [
     ":=", "+=", "-=", "*=", "/=", "==", "!=", "<=", ">=", "&&", "||", "..", "=", "+", "-", "*", "/", "<",
-    ">", "!", "?", ":", ";", "(", ")", "&", "|", "~",
+    ">", "!", "?", ":", ";", "(", ")", "&", "|", "^", "~",
 ];
 
 #[derive(Clone, Debug, PartialEq)]
@@ -63,6 +63,9 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(ScriptToken, usize)>, (usize, St
 
 fn number(text: &str) -> Result<(ScriptToken, usize), String> {
     let bytes = text.as_bytes();
+    if bytes[0] == b'0' && matches!(bytes.get(1), Some(b'x' | b'X')) {
+        return hexadecimal(text);
+    }
     let digits = |mut at: usize| {
         while bytes.get(at).is_some_and(u8::is_ascii_digit) {
             at += 1;
@@ -85,6 +88,17 @@ fn number(text: &str) -> Result<(ScriptToken, usize), String> {
         _ => {
             let end = text.find(|sign: char| !sign.is_alphanumeric() && sign != '.').unwrap_or(text.len());
             Err(format!("expected a number such as `1.5`, found `{}`", &text[..end]))
+        }
+    }
+}
+
+fn hexadecimal(text: &str) -> Result<(ScriptToken, usize), String> {
+    let end = text.find(|sign: char| !sign.is_alphanumeric() && sign != '_').unwrap_or(text.len());
+    // Eight digits are exact as a number.
+    match u32::from_str_radix(&text[2..end], 16) {
+        Ok(number) => Ok((ScriptToken::Number(number.into()), end)),
+        Err(_) => {
+            Err(format!("expected a number such as `0x1f` of at most 8 digits, found `{}`", &text[..end]))
         }
     }
 }

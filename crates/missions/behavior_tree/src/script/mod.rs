@@ -4,7 +4,7 @@ mod evaluate;
 mod lexer;
 mod parser;
 
-pub(crate) use evaluate::keep_type;
+pub(crate) use evaluate::{ScriptBoard, keep_type};
 pub(crate) use parser::parse_script;
 
 /// A parsed script, whose variables are slots of the tree's blackboards.
@@ -21,6 +21,7 @@ pub(crate) enum Expression {
     Entry(usize),
     Negation(Box<Expression>),
     Not(Box<Expression>),
+    Complement(Box<Expression>),
     Binary(Box<[Expression; 2]>, BinaryOperator),
     /// `a < b <= c`: each with the one before.
     Comparison(Box<Expression>, Vec<(ComparisonOperator, Expression)>),
@@ -36,6 +37,9 @@ pub(crate) enum BinaryOperator {
     Times,
     Divide,
     Join,
+    BitAnd,
+    BitOr,
+    BitXor,
     And,
     Or,
 }

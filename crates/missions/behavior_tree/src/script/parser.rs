@@ -8,17 +8,17 @@ const MOST_BYTES: usize = 10_000;
 /// Deepest nesting of an expression.
 const DEPTH: usize = 64;
 
-/// Parses a script; `entry` returns the slot of a blackboard entry.
+/// Parses a script; `names` returns the entry or the number that a name stands for.
 pub(crate) fn parse_script(
     text: &str,
-    entry: &mut dyn FnMut(&str) -> Result<usize, String>,
+    names: &mut dyn FnMut(&str) -> Expression,
 ) -> Result<TreeScript, String> {
     if text.len() > MOST_BYTES {
         return Err(format!("expected a script of at most {MOST_BYTES} bytes, found {}", text.len()));
     }
     let refused = |(column, reason): (usize, String)| format!("script `{text}`, column {column}: {reason}");
     let tokens = tokens(text).map_err(refused)?;
-    let mut parser = ScriptParser { tokens, at: 0, entry };
+    let mut parser = ScriptParser { tokens, at: 0, names };
     let statements = parser.statements().map_err(refused)?;
     Ok(TreeScript { text: text.into(), statements })
 }
@@ -26,7 +26,7 @@ pub(crate) fn parse_script(
 struct ScriptParser<'a> {
     tokens: Vec<(ScriptToken, usize)>,
     at: usize,
-    entry: &'a mut dyn FnMut(&str) -> Result<usize, String>,
+    names: &'a mut dyn FnMut(&str) -> Expression,
 }
 
 /// Column and reason.
@@ -97,7 +97,7 @@ impl ScriptParser<'_> {
     }
 
     fn comparison(&mut self, depth: usize) -> Result<Expression, ScriptError> {
-        let first = self.sum(depth)?;
+        let first = self.bits(depth, true)?;
         let mut others = Vec::new();
         while let Some(sign) = self.take_sign(&["==", "!=", "<=", ">=", "<", ">"]) {
             let operator = match sign {
@@ -108,9 +108,29 @@ impl ScriptParser<'_> {
                 "<" => ComparisonOperator::Less,
                 _ => ComparisonOperator::Greater,
             };
-            others.push((operator, self.sum(depth)?));
+            others.push((operator, self.bits(depth, true)?));
         }
         Ok(if others.is_empty() { first } else { Expression::Comparison(Box::new(first), others) })
+    }
+
+    fn bits(&mut self, depth: usize, is_or: bool) -> Result<Expression, ScriptError> {
+        let signs: &[&str] = if is_or { &["|", "^"] } else { &["&"] };
+        let part = |parser: &mut Self, depth| match is_or {
+            true => parser.bits(depth, false),
+            false => parser.sum(depth),
+        };
+        let mut left = part(self, depth)?;
+        let mut depth = depth;
+        while let Some(sign) = self.take_sign(signs) {
+            let operator = match sign {
+                "|" => BinaryOperator::BitOr,
+                "^" => BinaryOperator::BitXor,
+                _ => BinaryOperator::BitAnd,
+            };
+            depth = self.deeper(depth)?;
+            left = Expression::Binary(Box::new([left, part(self, depth)?]), operator);
+        }
+        Ok(left)
     }
 
     fn sum(&mut self, depth: usize) -> Result<Expression, ScriptError> {
@@ -141,10 +161,11 @@ impl ScriptParser<'_> {
 
     fn operand(&mut self, depth: usize) -> Result<Expression, ScriptError> {
         let depth = self.deeper(depth)?;
-        if let Some(sign) = self.take_sign(&["-", "!", "("]) {
+        if let Some(sign) = self.take_sign(&["-", "!", "~", "("]) {
             return match sign {
                 "-" => Ok(Expression::Negation(Box::new(self.operand(depth)?))),
                 "!" => Ok(Expression::Not(Box::new(self.operand(depth)?))),
+                "~" => Ok(Expression::Complement(Box::new(self.operand(depth)?))),
                 _ => {
                     let inner = self.statement(depth)?;
                     match self.take_sign(&[")"]) {
@@ -154,18 +175,14 @@ impl ScriptParser<'_> {
                 }
             };
         }
-        let column = self.column();
         let value = match self.token().clone() {
             ScriptToken::Number(number) => Expression::Number(number),
             ScriptToken::Text(text) => Expression::Text(text),
             ScriptToken::Name(name) => match name.as_str() {
                 "true" => Expression::Number(1.0),
                 "false" => Expression::Number(0.0),
-                _ => Expression::Entry((self.entry)(&name).map_err(|reason| (column, reason))?),
+                _ => (self.names)(&name),
             },
-            ScriptToken::Sign("~") => {
-                return Err(self.refuse("no operator of bits: scripts here have `&&`, `||` and `!`"));
-            }
             ScriptToken::Sign(_) | ScriptToken::End => return Err(self.refuse("a value")),
         };
         self.at += 1;
@@ -202,11 +219,6 @@ impl ScriptParser<'_> {
     }
 
     fn refuse(&self, expected: &str) -> ScriptError {
-        let hint = match self.token() {
-            ScriptToken::Sign("&") => "; use `&&` for and, in XML `&amp;&amp;`",
-            ScriptToken::Sign("|") => "; use `||` for or",
-            _ => "",
-        };
-        (self.column(), format!("expected {expected}, found {}{hint}", self.token().title()))
+        (self.column(), format!("expected {expected}, found {}", self.token().title()))
     }
 }

@@ -1,0 +1,64 @@
+//! How a run shows its behaviour trees to monitors.
+
+use slate_runtime::Agent;
+use slate_runtime::configuration::{Configuration, Report};
+
+#[cfg(feature = "groot")]
+mod built_in {
+    use slate_groot::{GrootBridge, GrootSettings, check_trees};
+
+    use super::{Agent, Configuration, Report};
+
+    /// Monitors see the trees of an agent as long as this lives.
+    pub struct GrootRun(#[allow(dead_code, reason = "it ends with this")] GrootBridge);
+
+    impl GrootRun {
+        /// Opens the ports that a configuration names, if it does, and prints where the trees are.
+        pub fn open(agent: &Agent) -> Result<Option<Self>, Report> {
+            let configuration = agent.configuration();
+            let Some(settings) = GrootSettings::of(&configuration)? else { return Ok(None) };
+            let bridge = GrootBridge::open(&agent.composer(), &settings);
+            let bridge = bridge.map_err(|error| error.report(&configuration))?;
+            for (plan, address) in bridge.addresses() {
+                eprintln!("groot: the tree of /{plan} is at {address}");
+            }
+            Ok(Some(Self(bridge)))
+        }
+    }
+
+    pub fn check(agent: &Agent, configuration: &Configuration) -> Result<(), Report> {
+        let Some(settings) = GrootSettings::of(configuration)? else { return Ok(()) };
+        check_trees(&agent.composer(), &settings).map_err(|error| error.report(configuration))
+    }
+}
+
+#[cfg(not(feature = "groot"))]
+mod built_in {
+    use super::{Agent, Configuration, Report};
+
+    /// Nothing: without the feature, no tree is shown.
+    pub struct GrootRun;
+
+    impl GrootRun {
+        pub fn open(agent: &Agent) -> Result<Option<Self>, Report> {
+            check(agent, &agent.configuration()).map(|()| None)
+        }
+    }
+
+    pub fn check(_: &Agent, configuration: &Configuration) -> Result<(), Report> {
+        let Some(table) = configuration.value("groot") else { return Ok(()) };
+        let help = "build it with the feature `groot`: cargo build --release --features groot; or take the table away";
+        let message = "this program is built without Groot, which [groot] needs";
+        Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
+    }
+}
+
+pub use built_in::GrootRun;
+
+/// Whether an agent has the trees that its configuration shows to monitors; nothing is opened.
+///
+/// # Errors
+/// What is wrong with the table `[groot]`, or a Plan that follows no tree.
+pub fn check_groot(agent: &Agent) -> Result<(), Report> {
+    built_in::check(agent, &agent.configuration())
+}
