@@ -12,10 +12,12 @@ pub mod behavior_tree_plan;
 pub mod conditions;
 pub mod golog_plan;
 pub mod mission;
+pub mod mission_knowledge;
 pub mod petri_net_plan;
+pub mod team;
 pub mod wheeled_conditions;
 
-use slate_plugin::mapek::{AnalyzeBlock, PlanBlock};
+use slate_plugin::mapek::{AnalyzeBlock, KnowledgeBlock, PlanBlock};
 use slate_plugin::prelude::*;
 
 #[cfg(feature = "lua")]
@@ -25,6 +27,7 @@ plugin!(
     PlanBlock<golog_plan::GologPlan>,
     PlanBlock<behavior_plan::BehaviorPlan>,
     AnalyzeBlock<wheeled_conditions::WheeledConditions>,
+    KnowledgeBlock<mission_knowledge::MissionKnowledge>,
 );
 
 #[cfg(not(feature = "lua"))]
@@ -33,4 +36,5 @@ plugin!(
     PlanBlock<behavior_tree_plan::BehaviorTreePlan>,
     PlanBlock<golog_plan::GologPlan>,
     AnalyzeBlock<wheeled_conditions::WheeledConditions>,
+    KnowledgeBlock<mission_knowledge::MissionKnowledge>,
 );

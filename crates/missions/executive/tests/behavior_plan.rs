@@ -98,7 +98,7 @@ fn a_skill_that_fails_or_runs_away_ends_the_mission() {
     };
     let loops =
         "fsm:define_states{export_to = _M, {'GO', JumpState}}\nfunction GO:loop() while true do end end";
-    assert!(verdict("endless", loops).contains(&file("endless", loops).display().to_string()[..30]));
+    assert!(verdict("endless", loops).contains("endless"));
     let fails = "fsm:define_states{export_to = _M, {'GO', JumpState}}\nfunction GO:loop() error('no') end";
     assert_eq!(verdict("fails", fails), "fails: state `GO` failed in its loop: fails.lua:8: no");
 }

@@ -177,9 +177,9 @@ fn a_plan_that_can_not_run_fails_with_the_reason() {
     };
     assert_eq!(reason(std::path::Path::new("")), "a mission needs a file with its plan");
     assert!(reason(std::path::Path::new("none.pnml")).starts_with("none.pnml: can't be read"));
-    // A verdict cuts what comes behind a long path.
+    // A verdict is short; the log has the folder.
     let words = file("words", "Go_there", "");
-    assert!(reason(&words).starts_with(&words.display().to_string()[..8]));
+    assert!(reason(&words).starts_with("words.pnml: expected numbers"));
 }
 
 #[test]

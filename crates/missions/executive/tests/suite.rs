@@ -8,3 +8,4 @@ mod common;
 mod conditions;
 mod golog_plan;
 mod petri_net_plan;
+mod team;
