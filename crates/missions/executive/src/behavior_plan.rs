@@ -95,9 +95,9 @@ impl Plan for BehaviorPlan {
         plan: &mut Agenda<'_>,
     ) {
         let file = params.skill_filename.as_str();
-        state.read(file, params.revision, now, |saved| load(params, saved));
+        state.read(file, params.revision, now, |saved| load_skills(params, saved));
         state.update(&io.conditions, &io.facts, situation);
-        if let Err(error) = tick(state, now) {
+        if let Err(error) = run_skills(state, now) {
             state.fail(&error, now);
         }
         state.actions.request(situation, plan);
@@ -152,7 +152,7 @@ impl BehaviorHost for SkillMission<'_> {
     }
 }
 
-fn tick(mission: &mut BehaviorPlanState, now: &Tick) -> Result<(), String> {
+pub(crate) fn run_skills(mission: &mut BehaviorPlanState, now: &Tick) -> Result<(), String> {
     let PlanMission { executor: Some(engine), actions, conditions, failure: None, .. } = mission else {
         return Ok(());
     };
@@ -187,7 +187,7 @@ fn report(mission: &mut BehaviorPlanState, io: &BehaviorPlanPorts) {
 }
 
 /// Loads the skills, and restores a state into them.
-fn load(
+pub(crate) fn load_skills(
     params: &BehaviorPlanParams,
     saved: &BehaviorState,
 ) -> Result<(BehaviorEngine, MissionActions), String> {

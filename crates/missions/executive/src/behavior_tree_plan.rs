@@ -95,9 +95,9 @@ impl Plan for BehaviorTreePlan {
         plan: &mut Agenda<'_>,
     ) {
         let file = params.tree_filename.as_str();
-        state.read(file, params.revision, now, |saved| load(file, saved));
+        state.read(file, params.revision, now, |saved| load_tree(file, saved));
         state.update(&io.conditions, &io.facts, situation);
-        if let Err(error) = tick(state, now) {
+        if let Err(error) = run_tree(state, now) {
             state.fail(&error.to_string(), now);
         }
         state.actions.request(situation, plan);
@@ -147,7 +147,7 @@ impl TreeHost for TreeMission<'_> {
 }
 
 /// Ticks the tree until no node wants another tick in this run.
-fn tick(mission: &mut BehaviorTreePlanState, now: &Tick) -> Result<(), TickError> {
+pub(crate) fn run_tree(mission: &mut BehaviorTreePlanState, now: &Tick) -> Result<(), TickError> {
     let PlanMission { executor: Some(executor), actions, conditions, failure: None, .. } = mission else {
         return Ok(());
     };
@@ -226,7 +226,7 @@ fn read_arguments(leaf: &TreeLeaf, ports: &LeafPorts<'_>) -> Result<Vec<f64>, St
 }
 
 /// Reads a tree, and restores a state into it.
-fn load(file: &str, saved: &TreeState) -> Result<(TreeExecutor, MissionActions), String> {
+pub(crate) fn load_tree(file: &str, saved: &TreeState) -> Result<(TreeExecutor, MissionActions), String> {
     let tree =
         BehaviorTree::read(Path::new(file), &LeafModels::default()).map_err(|error| error.to_string())?;
     let conditions = tree.leaves().iter().filter(|leaf| leaf.kind() == LeafKind::Condition);

@@ -11,6 +11,7 @@ pub mod behavior_plan;
 pub mod behavior_tree_plan;
 pub mod conditions;
 pub mod golog_plan;
+pub mod manager;
 pub mod mission;
 pub mod mission_knowledge;
 pub mod petri_net_plan;
@@ -28,6 +29,10 @@ plugin!(
     PlanBlock<behavior_plan::BehaviorPlan>,
     AnalyzeBlock<wheeled_conditions::WheeledConditions>,
     KnowledgeBlock<mission_knowledge::MissionKnowledge>,
+    manager::MissionManager<petri_net_plan::PetriNetRun>,
+    manager::MissionManager<slate_behavior_tree::TreeExecutor>,
+    manager::MissionManager<slate_golog::GologExecutor>,
+    manager::MissionManager<slate_behavior::BehaviorEngine>,
 );
 
 #[cfg(not(feature = "lua"))]
@@ -37,4 +42,7 @@ plugin!(
     PlanBlock<golog_plan::GologPlan>,
     AnalyzeBlock<wheeled_conditions::WheeledConditions>,
     KnowledgeBlock<mission_knowledge::MissionKnowledge>,
+    manager::MissionManager<petri_net_plan::PetriNetRun>,
+    manager::MissionManager<slate_behavior_tree::TreeExecutor>,
+    manager::MissionManager<slate_golog::GologExecutor>,
 );

@@ -7,5 +7,6 @@ mod behavior_tree_plan;
 mod common;
 mod conditions;
 mod golog_plan;
+mod manager;
 mod petri_net_plan;
 mod team;
