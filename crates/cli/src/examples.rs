@@ -55,7 +55,7 @@ struct FileExample {
     feature: Option<&'static str>,
 }
 
-const FILE_EXAMPLES: [FileExample; 16] = [
+const FILE_EXAMPLES: [FileExample; 17] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
@@ -121,6 +121,12 @@ const FILE_EXAMPLES: [FileExample; 16] = [
         about: "the same patrol by skills in Lua",
         file: "patrol/patrol_lua.toml",
         feature: Some("lua"),
+    },
+    FileExample {
+        name: "door",
+        about: "two robots that pass a door one after the other and come back, by one Petri net",
+        file: "door/door.toml",
+        feature: Some("missions"),
     },
     FileExample {
         name: "strategies",

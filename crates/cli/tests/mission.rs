@@ -6,22 +6,29 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::common::{Running, folder, json, slate, text};
+use crate::common::{Running, folder, json, slate, text, wait_for};
 
 const PATROL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/patrol");
+
+const DOOR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/door");
 
 const PLAN: &str = "goto_1|30; say_hello";
 const RULES: &str = "*if* person *during* goto *do* say_away; restart_action";
 
 /// Runs an example of a patrol, and again from a snapshot on its way.
 fn is_followed_and_resumed(folder: &Path, example: &str) {
+    is_the_same_from(folder, &format!("{PATROL}/{example}"), "13.3s");
+}
+
+/// Runs an example, and again from a snapshot at a time.
+fn is_the_same_from(folder: &Path, example: &str, time: &str) {
     let run = |arguments: &[&str]| {
         let output = slate(folder, &[&["run", "--headless", "--json"], arguments].concat());
         assert_eq!(output.status.code(), Some(0), "{output:?}");
         json(&output)
     };
-    let snapshot = ["--set", "snapshot.at=\"13.3s\"", "--set", "snapshot.file=half.snapshot"];
-    let first = run(&[&[format!("{PATROL}/{example}").as_str()], &snapshot[..]].concat());
+    let at = format!("snapshot.at=\"{time}\"");
+    let first = run(&[example, "--set", &at, "--set", "snapshot.file=half.snapshot"]);
     assert_eq!((&first["collisions"], &first["outcome"]), (&0.into(), &"goal_reached".into()), "{first}");
     assert_eq!(run(&["--resume", "half.snapshot"])["digest"], first["digest"]);
 }
@@ -165,4 +172,60 @@ fn a_golog_program_is_checked_drawn_and_followed() {
     let expected = "error: wrong.golog:2:5: unknown action or procedure `go_to`\n    2 |     go_to(desk)\n      |     ^^^^^\n";
     assert_eq!(text(&output.stderr), expected);
     is_followed_and_resumed(&folder, "patrol_golog.toml");
+}
+
+#[test]
+fn two_robots_pass_a_door_by_one_plan_and_each_run_is_the_same() {
+    let folder = folder("door");
+    let plan = format!("{DOOR}/door.pnml");
+    let output = slate(&folder, &["mission", "check", &plan]);
+    let said = text(&output.stdout);
+    assert_eq!((output.status.code(), said.contains("door: sound; ")), (Some(0), true), "{said}");
+    assert!(!said.contains("deadlock") && !said.contains("dependent"), "{said}");
+    // Both have arrived, and agree about the way back.
+    is_the_same_from(&folder, &format!("{DOOR}/door.toml"), "20.76s");
+}
+
+/// A robot whose plan alone runs: it meets the other one, and waits for it.
+fn member(robot: &str, other: &str) -> String {
+    format!(
+        "[agent]\nname = \"{robot}\"\n[loop]\nperiod = \"10ms\"\n[mission]\noutcome = \"/{robot}/planner/verdict\"\n\
+         [robots.{robot}.modules]\nplanner = {{ kind = \"petri_net_plan\", every = \"10ms\", params = {{ plan_filename \
+         = \"./meet.pnml\", robot = \"{robot}\", partner_timeout = 1.0 }} }}\n\
+         [robots.{robot}.links]\n\"planner/partners\" = \"slate://team/mission\"\n\
+         [share.agents.{other}]\nat = \"local:{other}\"\n\
+         [share.knowledge]\nperiod = \"20ms\"\nfacts.mission = \"{robot}/planner/claims\"\n"
+    )
+}
+
+/// They meet as soon as both are ready, and wait for each other at the end: r1 for ever, r2 until r1 is absent.
+fn meeting() -> String {
+    let mut net = slate_petri_net::NetBuilder::new("meet");
+    let waiting = ["r1", "r2"].map(|robot| (net.place(&format!("waiting @{robot}"), 1), 1));
+    let met = ["r1", "r2"].map(|robot| (net.place(&format!("met @{robot}"), 0), 1));
+    let (goal, fail) = (net.place("goal @r1", 0), net.place("fail @r2", 0));
+    net.transition("meet", &waiting, &met);
+    net.transition("[never]", &met[..1], &[(goal, 1)]);
+    net.transition("[absent_r1]", &met[1..], &[(fail, 1)]);
+    slate_petri_net::write_pnml(&net.finish().unwrap())
+}
+
+#[test]
+fn two_agents_fire_a_transition_together_until_one_is_killed() {
+    let mut running = Running::new("mission_team");
+    fs::write(running.folder().join("meet.pnml"), meeting()).unwrap();
+    for (robot, other) in [("r1", "r2"), ("r2", "r1")] {
+        fs::write(running.folder().join(format!("{robot}.toml")), member(robot, other)).unwrap();
+        running.start(robot, &["run", &format!("{robot}.toml"), "--headless"]);
+    }
+    let marking = |running: &Running, robot: &str| {
+        running.read(robot, &format!("/{robot}/planner/mission"))["marking"].clone()
+    };
+    wait_for("both robots have met", || ["r1", "r2"].iter().all(|robot| marking(&running, robot) == "met"));
+    // The first run is that of r1.
+    running.kill();
+    let output = running.finish();
+    let said = text(&output.stdout) + &text(&output.stderr);
+    assert!(said.contains("`r1` is absent: not heard for 1 s"), "{said}");
+    assert_ne!(output.status.code(), Some(0), "{said}");
 }

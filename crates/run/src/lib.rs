@@ -61,7 +61,7 @@ pub use stay::DEBOUNCE;
 pub const EXTRA_TABLES: [&str; 8] = ["world", "report", "console", "network", "dds", "groot", "ros1", "ros2"];
 
 /// Settings of applications that may be paths.
-pub const PATHS: [&str; 15] = [
+pub const PATHS: [&str; 17] = [
     "world.arena",
     "world.robots.*.model",
     "modules.*.params.log_file",
@@ -69,10 +69,12 @@ pub const PATHS: [&str; 15] = [
     "robots.*.modules.*.params.yaml_filename",
     "modules.*.params.graph_filename",
     "robots.*.modules.*.params.graph_filename",
+    "modules.*.params.mission_filename",
     "modules.*.params.plan_filename",
     "modules.*.params.program_filename",
     "modules.*.params.skill_filename",
     "modules.*.params.tree_filename",
+    "robots.*.modules.*.params.mission_filename",
     "robots.*.modules.*.params.plan_filename",
     "robots.*.modules.*.params.program_filename",
     "robots.*.modules.*.params.skill_filename",

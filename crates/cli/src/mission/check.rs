@@ -3,19 +3,33 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
-use slate_petri_net::{CheckLimits, FiringPath, NetReport, PetriNet, PetriPlan, check_net};
+use slate_petri_net::{
+    CheckLimits, FiringPath, JointNet, NetError, NetReport, PetriNet, PetriPlan, check_joint, check_net,
+    read_pnml,
+};
 
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::output;
 
 /// Checks a plan and its sub-plans, and prints what is found; returns the exit code.
 pub fn check(file: &Path, actions: &[String], states: usize, json: bool) -> Result<u8, Failure> {
-    let plan = PetriPlan::read(file)?;
-    let is_known = |text: &str| actions.iter().any(|action| action == text) || plan.is_sub_plan(text);
+    let net = read_pnml(file)?;
+    let joint = JointNet::new(&net).map_err(|error| error.of_file(file))?;
+    let plans = match &joint {
+        None => vec![PetriPlan::with_folder(net, file)?],
+        Some(joint) => parts(joint, file)?,
+    };
+    let is_sub_plan = |text: &str| plans.iter().any(|plan| plan.is_sub_plan(text));
+    let is_known = |text: &str| actions.iter().any(|action| action == text) || is_sub_plan(text);
     let is_known: Option<&dyn Fn(&str) -> bool> = if actions.is_empty() { None } else { Some(&is_known) };
     let limits = CheckLimits { most_states: states, is_known_action: is_known };
-    let reports: Vec<(&PetriNet, NetReport)> =
-        plan.nets().iter().map(|net| (net, check_net(net, &limits))).collect();
+    let mut reports: Vec<(&PetriNet, NetReport)> = Vec::new();
+    reports.extend(joint.as_ref().map(|joint| (joint.net(), check_joint(joint, &limits))));
+    for net in plans.iter().flat_map(|plan| &plan.nets()[usize::from(joint.is_some())..]) {
+        if !reports.iter().any(|(other, _)| other.name() == net.name()) {
+            reports.push((net, check_net(net, &limits)));
+        }
+    }
     let is_sound = reports.iter().all(|(_, report)| report.is_sound());
     if json {
         let plans: Vec<Value> = reports.iter().map(|(net, report)| document(net, report)).collect();
@@ -24,6 +38,12 @@ pub fn check(file: &Path, actions: &[String], states: usize, json: bool) -> Resu
         reports.iter().for_each(|(net, report)| print(net, report));
     }
     Ok(if is_sound { 0 } else { ASSERTION_FALSE })
+}
+
+/// The part of each robot, with its sub-plans.
+fn parts(joint: &JointNet, file: &Path) -> Result<Vec<PetriPlan>, NetError> {
+    let parts = joint.robots().iter().filter_map(|robot| joint.robot(robot));
+    parts.map(|part| PetriPlan::with_folder(part.net, file)).collect()
 }
 
 fn print(net: &PetriNet, report: &NetReport) {

@@ -192,6 +192,30 @@ impl MissionActions {
         self.must_clear = false;
     }
 
+    /// Returns the actions that run, without waits: index, kind, arguments, and time of the start, ns.
+    pub fn running(&self) -> impl Iterator<Item = (usize, ActionRequest, u64)> + '_ {
+        let all = self.records.iter().zip(&self.performed).enumerate();
+        all.filter_map(|(index, (record, performed))| match performed {
+            Performed::Request(request) if record.is_active && record.progress == ActionProgress::Running => {
+                Some((index, *request, record.since))
+            }
+            _ => None,
+        })
+    }
+
+    /// Ends an action that something else than Execute performs.
+    pub fn finish(&mut self, index: usize, progress: ActionProgress) {
+        self.records[index].progress = progress;
+    }
+
+    /// Returns the kinds that are known before the mission runs.
+    pub fn kinds(&self) -> impl Iterator<Item = &str> {
+        self.performed.iter().filter_map(|performed| match performed {
+            Performed::Request(request) => Some(request.kind.as_str()),
+            Performed::Wait(_) => None,
+        })
+    }
+
     /// Returns the state: for each action its name, and where it is.
     pub fn save<'a>(&self, names: impl Iterator<Item = (&'a str, &'a str)>) -> SavedActions {
         let all = names.zip(self.records.iter().zip(&self.given));

@@ -160,12 +160,12 @@ impl Plan for BehaviorPlan {
         plan: &mut Agenda<'_>,
     ) {
         let file = params.skill_filename.as_str();
-        state.read(file, params.revision, now, |saved| load(params, saved));
+        state.read(file, params.revision, now, |saved| load_skills(params, saved));
         state.update(&io.conditions, &io.facts, situation);
         let changes = |state: &BehaviorPlanState| state.executor.as_ref().map(BehaviorEngine::changes);
         let before = changes(state);
         state.obey(&io.orders, now);
-        if let Err(error) = tick(state, now) {
+        if let Err(error) = run_skills(state, now) {
             state.fail(&error, now);
         }
         state.actions.request(situation, plan);
@@ -222,7 +222,7 @@ impl BehaviorHost for SkillMission<'_> {
     }
 }
 
-fn tick(mission: &mut BehaviorPlanState, now: &Tick) -> Result<(), String> {
+pub(crate) fn run_skills(mission: &mut BehaviorPlanState, now: &Tick) -> Result<(), String> {
     if mission.is_paused() {
         return Ok(());
     }
@@ -259,7 +259,7 @@ fn report(mission: &mut BehaviorPlanState, io: &BehaviorPlanPorts, is_changed: b
 }
 
 /// Loads the skills, and restores a state into them.
-fn load(
+pub(crate) fn load_skills(
     params: &BehaviorPlanParams,
     saved: &BehaviorState,
 ) -> Result<(BehaviorEngine, MissionActions), String> {

@@ -123,10 +123,10 @@ impl MissionExecutor for TreeExecutor {
         };
         match leaf.kind() {
             LeafKind::Action => robot.end(index, outcome, tree.nodes()[element].name()),
-            LeafKind::Condition => {
-                robot.conditions.set(leaf.id(), outcome == ForcedOutcome::SUCCESS);
-                Forcing::Done
-            }
+            LeafKind::Condition => match robot.conditions.set(leaf.id(), outcome == ForcedOutcome::SUCCESS) {
+                Ok(()) => Forcing::Done,
+                Err(reason) => Forcing::Refused(reason),
+            },
         }
     }
 
@@ -162,10 +162,10 @@ impl Plan for BehaviorTreePlan {
         plan: &mut Agenda<'_>,
     ) {
         let file = params.tree_filename.as_str();
-        state.read(file, params.revision, now, |saved| load(file, params.enumerations.as_str(), saved));
+        state.read(file, params.revision, now, |saved| load_tree(file, params.enumerations.as_str(), saved));
         state.update(&io.conditions, &io.facts, situation);
         state.obey(&io.orders, now);
-        if let Err(error) = tick(state, now) {
+        if let Err(error) = run_tree(state, now) {
             state.fail(&error.to_string(), now);
         }
         state.actions.request(situation, plan);
@@ -221,7 +221,7 @@ impl TreeHost for TreeMission<'_> {
 }
 
 /// Ticks the tree until no node wants another tick in this run.
-fn tick(mission: &mut BehaviorTreePlanState, now: &Tick) -> Result<(), TickError> {
+pub(crate) fn run_tree(mission: &mut BehaviorTreePlanState, now: &Tick) -> Result<(), TickError> {
     let is_paused = mission.is_paused();
     let PlanMission { executor: Some(executor), actions, conditions, failure: None, .. } = mission else {
         return Ok(());
@@ -318,7 +318,11 @@ fn enumerations(text: &str) -> Result<LeafModels, String> {
 }
 
 /// Reads a tree, and restores a state into it.
-fn load(file: &str, names: &str, saved: &TreeState) -> Result<(TreeExecutor, MissionActions), String> {
+pub(crate) fn load_tree(
+    file: &str,
+    names: &str,
+    saved: &TreeState,
+) -> Result<(TreeExecutor, MissionActions), String> {
     let tree =
         BehaviorTree::read(Path::new(file), &enumerations(names)?).map_err(|error| error.to_string())?;
     let conditions = tree.leaves().iter().filter(|leaf| leaf.kind() == LeafKind::Condition);

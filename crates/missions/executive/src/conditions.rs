@@ -7,6 +7,9 @@ use slate_plugin::prelude::*;
 
 use crate::activity_hash::ActivityHash;
 
+/// The most conditions that a mission knows.
+const MOST_CONDITIONS: usize = 256;
+
 /// Name of a condition in guards, such as `obstacle`.
 pub type ConditionName = Text<28>;
 
@@ -44,20 +47,28 @@ pub struct KnownConditions(BTreeMap<String, bool>);
 
 impl KnownConditions {
     /// Takes new values.
-    pub fn update(&mut self, values: &ConditionValues) {
-        for ConditionValue { name, holds } in values.conditions.iter() {
-            match self.0.get_mut(name.as_str()) {
-                Some(known) => *known = holds.get(),
-                None => {
-                    self.0.insert(name.as_str().into(), holds.get());
-                }
-            }
-        }
+    ///
+    /// # Errors
+    /// If they have more names than a mission may know.
+    pub fn update(&mut self, values: &ConditionValues) -> Result<(), String> {
+        values.conditions.iter().try_for_each(|value| self.set(value.name.as_str(), value.holds.get()))
     }
 
-    /// Takes the value of one condition.
-    pub fn set(&mut self, name: &str, holds: bool) {
-        self.0.insert(name.into(), holds);
+    /// Takes a new value of a condition.
+    ///
+    /// # Errors
+    /// If there are more than a mission may know.
+    pub fn set(&mut self, name: &str, holds: bool) -> Result<(), String> {
+        if let Some(known) = self.0.get_mut(name) {
+            *known = holds;
+        } else if self.0.len() < MOST_CONDITIONS {
+            self.0.insert(name.into(), holds);
+        } else {
+            return Err(format!(
+                "expected at most {MOST_CONDITIONS} conditions, found `{name}` beyond them: look what writes them"
+            ));
+        }
+        Ok(())
     }
 
     /// Iterates over the known conditions, by name.

@@ -162,14 +162,14 @@ impl Plan for GologPlan {
     ) {
         let mission = &mut state.mission;
         let file = params.program_filename.as_str();
-        if mission.read(file, params.revision, now, |saved| load(params, saved)) {
+        if mission.read(file, params.revision, now, |saved| load_program(params, saved)) {
             state.reported_changes = None;
             mission.executor.iter_mut().for_each(GologExecutor::wake);
         }
-        mission.update(&io.conditions, &io.facts, situation);
         let has_failed = mission.failure.is_some();
+        mission.update(&io.conditions, &io.facts, situation);
         mission.obey(&io.orders, now);
-        if let Err(error) = tick(mission, now) {
+        if let Err(error) = run_program(mission, now) {
             mission.fail(&error.to_string(), now);
         }
         if mission.failure.is_some() && !has_failed {
@@ -211,7 +211,7 @@ impl GologHost for GologMission<'_> {
 }
 
 /// Executes the program until it waits.
-fn tick(mission: &mut PlanMission<GologExecutor>, now: &Tick) -> Result<(), GologRunError> {
+pub(crate) fn run_program(mission: &mut PlanMission<GologExecutor>, now: &Tick) -> Result<(), GologRunError> {
     let is_paused = mission.is_paused();
     let PlanMission { executor: Some(executor), actions, conditions, failure: None, .. } = mission else {
         return Ok(());
@@ -271,7 +271,10 @@ fn running_text(executor: &GologExecutor) -> String {
 }
 
 /// Loads the theory, and restores a state into it.
-fn load(params: &GologPlanParams, saved: &GologState) -> Result<(GologExecutor, MissionActions), String> {
+pub(crate) fn load_program(
+    params: &GologPlanParams,
+    saved: &GologState,
+) -> Result<(GologExecutor, MissionActions), String> {
     let limits = SearchLimits {
         transitions_per_tick: params.search_transitions.into(),
         most_transitions: params.most_search_transitions.into(),

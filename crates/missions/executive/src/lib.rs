@@ -13,13 +13,16 @@ pub mod behavior_plan;
 pub mod behavior_tree_plan;
 pub mod conditions;
 pub mod golog_plan;
+pub mod manager;
 pub mod mission;
+pub mod mission_knowledge;
 pub mod petri_net_plan;
+pub mod team;
 pub mod tree_view;
 pub mod view;
 pub mod wheeled_conditions;
 
-use slate_plugin::mapek::{AnalyzeBlock, PlanBlock};
+use slate_plugin::mapek::{AnalyzeBlock, KnowledgeBlock, PlanBlock};
 use slate_plugin::prelude::*;
 
 #[cfg(feature = "lua")]
@@ -29,6 +32,11 @@ plugin!(
     PlanBlock<golog_plan::GologPlan>,
     PlanBlock<behavior_plan::BehaviorPlan>,
     AnalyzeBlock<wheeled_conditions::WheeledConditions>,
+    KnowledgeBlock<mission_knowledge::MissionKnowledge>,
+    manager::MissionManager<petri_net_plan::PetriNetRun>,
+    manager::MissionManager<slate_behavior_tree::TreeExecutor>,
+    manager::MissionManager<slate_golog::GologExecutor>,
+    manager::MissionManager<slate_behavior::BehaviorEngine>,
 );
 
 #[cfg(not(feature = "lua"))]
@@ -37,4 +45,8 @@ plugin!(
     PlanBlock<behavior_tree_plan::BehaviorTreePlan>,
     PlanBlock<golog_plan::GologPlan>,
     AnalyzeBlock<wheeled_conditions::WheeledConditions>,
+    KnowledgeBlock<mission_knowledge::MissionKnowledge>,
+    manager::MissionManager<petri_net_plan::PetriNetRun>,
+    manager::MissionManager<slate_behavior_tree::TreeExecutor>,
+    manager::MissionManager<slate_golog::GologExecutor>,
 );

@@ -206,9 +206,14 @@ impl<E: MissionExecutor> PlanMission<E> {
         facts: &Input<ConditionValues>,
         situation: &Situation<'_>,
     ) {
-        conditions.iter().for_each(|values| self.conditions.update(&values));
+        let mut updated = conditions.iter().try_for_each(|values| self.conditions.update(&values));
         if let Some(facts) = facts.get() {
-            self.conditions.update(facts);
+            updated = updated.and(self.conditions.update(facts));
+        }
+        if let Err(reason) = updated
+            && self.failure.is_none()
+        {
+            self.end(reason);
         }
         self.actions.take_endings(situation);
     }
@@ -289,7 +294,11 @@ impl<E: MissionExecutor> PlanMission<E> {
     /// Ends the mission with an error.
     pub fn fail(&mut self, error: &str, now: &Tick) {
         now.error(format_args!("{error}"));
-        self.failure = Some(error.into());
+        self.end(error.into());
+    }
+
+    fn end(&mut self, reason: String) {
+        self.failure = Some(reason);
         self.actions.stop_all();
         self.last_report = None;
     }

@@ -15,7 +15,7 @@ fn scan(analyze: &mut Analyzing, range: f64) -> Option<(Option<bool>, Option<boo
     analyze.set("range", SonarScan { range_max: 5.0, echoes, ..SonarScan::default() });
     analyze.tick();
     let mut known = KnownConditions::default();
-    known.update(&analyze.output::<ConditionValues>("change")?);
+    known.update(&analyze.output::<ConditionValues>("change")?).unwrap();
     Some((known.get("obstacle"), known.get("localized")))
 }
 

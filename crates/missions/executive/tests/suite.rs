@@ -7,8 +7,10 @@ mod behavior_tree_plan;
 mod common;
 mod conditions;
 mod golog_plan;
+mod manager;
 mod petri_net_plan;
 #[cfg(feature = "lua")]
 mod skill_view;
+mod team;
 mod tree_view;
 mod view;

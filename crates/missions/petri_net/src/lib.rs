@@ -66,13 +66,16 @@ mod error;
 mod executor;
 mod generator;
 mod guard;
+mod joint;
 mod label;
 mod net;
 mod plan;
 mod pnml;
+mod synchronizer;
 
 pub use analysis::{
-    CheckLimits, FindingKind, FiringPath, NetFinding, NetReport, StateSpace, check_net, state_space,
+    CheckLimits, FindingKind, FiringPath, NetFinding, NetReport, StateSpace, check_joint, check_net,
+    state_space,
 };
 pub use builder::NetBuilder;
 pub use error::NetError;
@@ -84,10 +87,15 @@ pub use generator::{
     ExecutionRule, LinearAction, PlanRecovery, generate_net, parse_linear_plan, parse_rules,
 };
 pub use guard::{ActionQuery, NetGuard};
+pub use joint::{HardSynchronization, JointNet, ReceivedTokens, RobotNet};
 pub use label::{ActionEvent, action_arguments, action_name};
 pub use net::{NetPlace, NetTransition, PetriNet};
 pub use plan::{PetriPlan, PlanAction};
 pub use pnml::{parse_pnml, read_pnml, write_pnml};
+pub use synchronizer::{
+    RobotStatement, SavedPartner, SavedReceived, SavedSynchronization, SynchronizationEntry,
+    SynchronizationError, Synchronizer, SynchronizerState,
+};
 
 #[cfg(doctest)]
 #[doc = include_str!("../../../../book/src/41-missions.md")]

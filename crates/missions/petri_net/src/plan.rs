@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::NetError;
+use crate::joint::JointNet;
 use crate::label::{action_arguments, action_name};
 use crate::net::PetriNet;
 use crate::pnml::read_pnml;
@@ -83,13 +84,25 @@ impl PlanAction {
 impl PetriPlan {
     /// Reads a plan, and the sub-plans that it names from the files `NAME.pnml` of the same folder.
     pub fn read(file: &Path) -> Result<Self, NetError> {
-        let root = read_pnml(file)?;
+        Self::with_folder(read_pnml(file)?, file)
+    }
+
+    /// Combines a net of a file, such as a robot's part, with the sub-plans in the file's folder.
+    pub fn with_folder(root: PetriNet, file: &Path) -> Result<Self, NetError> {
         let folder = file.parent().unwrap_or(Path::new(""));
         Self::new(root, |name| {
             let file = folder.join(format!("{name}.pnml"));
             // A name with other signs is no file's.
             let is_plain = name.chars().all(|sign| sign.is_alphanumeric() || "_-.".contains(sign));
-            if is_plain && file.is_file() { read_pnml(&file).map(Some) } else { Ok(None) }
+            if !is_plain || !file.is_file() {
+                return Ok(None);
+            }
+            let net = read_pnml(&file)?;
+            match JointNet::new(&net) {
+                Ok(None) => Ok(Some(net)),
+                _ => Err(NetError::new("expected a sub-plan of one robot, without `@` in its labels")
+                    .of_file(&file)),
+            }
         })
         .map_err(|error| error.of_file(file))
     }

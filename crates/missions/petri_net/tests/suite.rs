@@ -10,3 +10,4 @@ mod pnml;
 mod reference;
 mod reload;
 mod sub_plans;
+mod team;

@@ -1,6 +1,7 @@
 //! Defects of a net, found before it runs.
 
 use super::space::{FiringPath, StateSpace, state_space};
+use crate::joint::split_robot;
 use crate::label::action_name;
 use crate::net::{NetTransition, PetriNet};
 
@@ -30,6 +31,8 @@ pub enum FindingKind {
     UnreachableGoal,
     /// An action that the robot does not have.
     UnknownAction,
+    /// Only other robots can end a robot's wait.
+    Dependent,
     /// A place can have more than one token.
     Unsafe,
     /// A transition that never has its tokens.
@@ -57,6 +60,7 @@ impl FindingKind {
             Self::Deadlock => "deadlock",
             Self::UnreachableGoal => "unreachable goal",
             Self::UnknownAction => "unknown action",
+            Self::Dependent => "dependent",
             Self::Unsafe => "not 1-safe",
             Self::DeadTransition => "dead transition",
             Self::Conflict => "conflict",
@@ -114,13 +118,14 @@ pub fn check_net(net: &PetriNet, limits: &CheckLimits<'_>) -> NetReport {
     NetReport { states: space.states(), is_complete: space.is_complete(), findings }
 }
 
-fn finding(kind: FindingKind, text: impl Into<String>, path: Option<FiringPath>) -> NetFinding {
+pub(super) fn finding(kind: FindingKind, text: impl Into<String>, path: Option<FiringPath>) -> NetFinding {
     NetFinding { kind, text: text.into(), path }
 }
 
-fn labels(net: &PetriNet, limits: &CheckLimits<'_>, findings: &mut Vec<NetFinding>) {
+pub(super) fn labels(net: &PetriNet, limits: &CheckLimits<'_>, findings: &mut Vec<NetFinding>) {
     if let Some(is_known) = limits.is_known_action {
-        let unknown = net.actions().iter().filter(|text| !is_known(text) && !is_known(action_name(text)));
+        let texts = net.actions().iter().map(|text| split_robot(text).0);
+        let unknown = texts.filter(|text| !is_known(text) && !is_known(action_name(text)));
         findings.extend(unknown.map(|text| {
             let text =
                 format!("the robot has no action `{}`, which the plan calls `{text}`", action_name(text));
@@ -146,7 +151,7 @@ fn labels(net: &PetriNet, limits: &CheckLimits<'_>, findings: &mut Vec<NetFindin
     }));
 }
 
-fn growth(net: &PetriNet, space: &StateSpace, findings: &mut Vec<NetFinding>) {
+pub(super) fn growth(net: &PetriNet, space: &StateSpace, findings: &mut Vec<NetFinding>) {
     if let Some(path) = space.growth() {
         let repeated = path.repeated.unwrap_or_default();
         let mut before = net.initial_marking();
@@ -207,7 +212,7 @@ fn goal(net: &PetriNet, space: &StateSpace, findings: &mut Vec<NetFinding>) {
     }
 }
 
-fn unsafe_places(net: &PetriNet, space: &StateSpace, findings: &mut Vec<NetFinding>) {
+pub(super) fn unsafe_places(net: &PetriNet, space: &StateSpace, findings: &mut Vec<NetFinding>) {
     for (index, place) in net.places().iter().enumerate() {
         // A place that counts on purpose says so.
         let most = place.goal.unwrap_or(1).max(place.fail.unwrap_or(1)).max(1);
@@ -219,7 +224,7 @@ fn unsafe_places(net: &PetriNet, space: &StateSpace, findings: &mut Vec<NetFindi
     }
 }
 
-fn dead_transitions(net: &PetriNet, space: &StateSpace, findings: &mut Vec<NetFinding>) {
+pub(super) fn dead_transitions(net: &PetriNet, space: &StateSpace, findings: &mut Vec<NetFinding>) {
     if !space.is_complete() {
         return;
     }
@@ -236,7 +241,7 @@ fn dead_transitions(net: &PetriNet, space: &StateSpace, findings: &mut Vec<NetFi
 }
 
 /// Transitions that never win in the order of the file, where places have one token at most.
-fn conflicts(net: &PetriNet, findings: &mut Vec<NetFinding>) {
+pub(super) fn conflicts(net: &PetriNet, findings: &mut Vec<NetFinding>) {
     let tokens = |transition: &NetTransition, place: usize| {
         let found = transition.inputs.iter().find(|(input, _)| *input == place);
         found.map_or(0, |(_, weight)| *weight)

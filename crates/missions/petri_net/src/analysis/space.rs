@@ -40,6 +40,16 @@ pub struct FiringPath {
 /// With `stops`, nothing follows a goal or a failure, as in a plan that runs, and a growth without bound ends the
 /// exploration. Without it, all markings of the net follow from the initial one.
 pub fn state_space(net: &PetriNet, most_states: usize, stops: bool) -> StateSpace {
+    explore(net, most_states, stops, |marking, _| !stops || !net.is_goal(marking) && !net.is_failure(marking))
+}
+
+/// Explores the markings that follow from each other by the transitions that `may_fire` in a marking.
+pub(super) fn explore(
+    net: &PetriNet,
+    most_states: usize,
+    stops: bool,
+    may_fire: impl Fn(&[u32], usize) -> bool,
+) -> StateSpace {
     let initial = net.initial_marking();
     let mut space = StateSpace {
         places: initial.len(),
@@ -56,13 +66,9 @@ pub fn state_space(net: &PetriNet, most_states: usize, stops: bool) -> StateSpac
     let mut marking = initial;
     let mut state = 0;
     while state < space.states() {
-        if stops && (net.is_goal(space.marking(state)) || net.is_failure(space.marking(state))) {
-            state += 1;
-            continue;
-        }
         for (index, transition) in net.transitions().iter().enumerate() {
             marking.copy_from_slice(space.marking(state));
-            if !transition.is_enabled(&marking) {
+            if !transition.is_enabled(&marking) || !may_fire(&marking, index) {
                 continue;
             }
             if transition.fire(&mut marking, MOST_TOKENS).is_err() {

@@ -42,6 +42,13 @@ pub trait PlanHost {
     /// Returns how far an active action has come. A step asks once for each.
     fn progress(&mut self, index: usize, action: &PlanAction) -> ActionProgress;
 
+    /// Returns whether a transition fires that has its tokens, and whose guard `holds` or not: it does if the guard holds.
+    ///
+    /// A host of a robot in a team overrides it.
+    fn permits(&mut self, _transition: PlanTransition, holds: bool) -> bool {
+        holds
+    }
+
     /// Begins, continues, or ends an action.
     fn control(&mut self, index: usize, action: &PlanAction, event: ActionEvent);
 }

@@ -126,8 +126,9 @@ impl PetriNetExecutor {
                     guard.evaluate(&mut value) == Some(true)
                 }
             };
-            if holds {
-                self.candidates.push(PlanTransition { instance, transition: index });
+            let candidate = PlanTransition { instance, transition: index };
+            if host.permits(candidate, holds) {
+                self.candidates.push(candidate);
             }
         }
         if let ConflictOrder::Seed(_) = self.order {
