@@ -20,7 +20,7 @@ fn what_monitors_can_not_see_is_told_before_a_run() {
         false => ["built without Groot, which [groot] needs", "--features groot"],
         true => ["`r2/plan` is no Plan that follows a behaviour tree", "there are: r2/planner"],
     };
-    running.fails(7, &["check", "robot.toml"], &[words[0], words[1], "robot.toml:4"]);
+    running.fails(7, &["check", "robot.toml"], &[words[0], words[1], "robot.toml:"]);
     running.fails(2, &["run", "robot.toml", "--headless"], &words);
 }
 
