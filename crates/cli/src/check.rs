@@ -19,7 +19,8 @@ use slate::runtime::composition::{Catalogue, DescribedLimits, Survey, Wired, des
 use slate::runtime::configuration::{Configuration, Diagnostic, Report, Variant};
 use slate::runtime::directory::check_reach;
 use slate_run::{
-    Application, Observation, check_bridges, check_dds, check_groot, check_network, check_ros1, check_ros2,
+    Application, Observation, check_bridges, check_console, check_dds, check_groot, check_network,
+    check_ros1, check_ros2,
 };
 
 use crate::examples;
@@ -235,6 +236,7 @@ fn look(application: &Application) -> Result<CheckedConfiguration, Failure> {
     Observation::new(configuration, agent.board())?;
     scene::of(configuration)?;
     check_bridges(configuration)?;
+    check_console(configuration)?;
     check_network(&agent)?;
     check_dds(&agent)?;
     check_groot(&agent)?;

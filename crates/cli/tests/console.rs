@@ -178,6 +178,11 @@ fn endpoint_that_run_refuses_is_refused_by_check() {
         running.fails(7, &["check", "shared.toml"], &[endpoint, word]);
         running.fails(2, &["run", "shared.toml", "--headless"], &[word]);
     }
+    for (table, word) in [("prot = 1", "prot"), ("port = 99999", "port"), ("tokens = \"none\"", "none")] {
+        let text = exp1.replacen("[world]", &format!("[console]\n{table}\n[world]"), 1);
+        std::fs::write(running.folder().join("shared.toml"), text).unwrap();
+        running.fails(7, &["check", "shared.toml"], &[word]);
+    }
     let text = exp1.replacen("[world]", "[share]\nlisten = \"local:base\"\n[world]", 1);
     std::fs::write(running.folder().join("shared.toml"), text).unwrap();
     running.done(&["check", "shared.toml"]);

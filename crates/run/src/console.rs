@@ -139,6 +139,14 @@ mod built_in {
 
 pub use built_in::{ConsoleOptions, RunConsole};
 
+/// Checks the table `[console]`.
+///
+/// # Errors
+/// A setting that a run would refuse.
+pub fn check_console(configuration: &Configuration) -> Result<(), RunError> {
+    ConsoleOptions::of(configuration).map(|_| ())
+}
+
 /// Has the system open a link.
 ///
 /// # Errors

@@ -37,7 +37,7 @@ mod warnings;
 use std::sync::Arc;
 
 pub use bridges::check_bridges;
-pub use console::open_browser;
+pub use console::{check_console, open_browser};
 pub use dds::check_dds;
 pub use error::RunError;
 pub use finding::ConfigurationFinding;

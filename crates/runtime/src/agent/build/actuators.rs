@@ -256,6 +256,17 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         let described = described_limits(self.plan.survey, wanted);
         let described = described.filter(|described| described.command.hash == descriptor.hash);
         let limits = described.iter().flat_map(|described| &described.limits);
+        for limit in limits.clone() {
+            let Some(value) = wanted.safe.get(&limit.field.value) else { continue };
+            if value.as_f64().is_some_and(|safe| !(limit.low..=limit.high).contains(&safe)) {
+                self.builder.complaints.add(
+                    value.span,
+                    format!("the safe `{}` is out of the limits of the RobotModel", limit.field.value),
+                    format!("choose a value from {} to {}", limit.low, limit.high),
+                );
+                return Err(Failed);
+            }
+        }
         for limit in wanted.limits.iter().chain(limits) {
             gate = gate.limit(&limit.field.value, limit.low, limit.high).map_err(|error| {
                 self.builder.complaints.add(
