@@ -55,7 +55,7 @@ struct FileExample {
     feature: Option<&'static str>,
 }
 
-const FILE_EXAMPLES: [FileExample; 16] = [
+const FILE_EXAMPLES: [FileExample; 17] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
@@ -138,6 +138,12 @@ const FILE_EXAMPLES: [FileExample; 16] = [
         name: "camera",
         about: "a camera and the objects in its images",
         file: "camera/camera.toml",
+        feature: None,
+    },
+    FileExample {
+        name: "rescue_camera",
+        about: "a camera on a pan-tilt head in a damaged building",
+        file: "camera/rescue_camera.toml",
         feature: None,
     },
     FileExample {

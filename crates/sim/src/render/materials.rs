@@ -1,5 +1,7 @@
 //! Textures of materials: a square metre that repeats.
 
+use std::sync::{Arc, OnceLock};
+
 use crate::render::noise::Noise;
 use crate::render::texture::Texture;
 use crate::scenery::Material;
@@ -7,8 +9,17 @@ use crate::scenery::Material;
 /// Binary logarithm of the texels of a metre.
 const SHIFT: u32 = 8;
 
+/// A square metre of a material that is as rough as said; a smooth one is painted once in a process.
+pub(crate) fn square_metre(of: Material, roughness: f64) -> Arc<Texture> {
+    static SMOOTH: [OnceLock<Arc<Texture>>; 7] = [const { OnceLock::new() }; 7];
+    match SMOOTH.get(of as usize).filter(|_| roughness == 0.0) {
+        Some(painted) => painted.get_or_init(|| Arc::new(material(of, 0.0))).clone(),
+        None => Arc::new(material(of, roughness)),
+    }
+}
+
 /// Paints a square metre of a material; a rough one has bumps, from 0 to 1.
-pub(crate) fn material(material: Material, roughness: f64) -> Texture {
+fn material(material: Material, roughness: f64) -> Texture {
     let roughness = roughness as f32;
     let bumps = Noise(0x0b55);
     Texture::paint([SHIFT, SHIFT], |u, v| {

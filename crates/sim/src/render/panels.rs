@@ -1,5 +1,7 @@
 //! Upright pictures in a world: signs on walls, and figures that turn to the camera.
 
+use std::sync::Arc;
+
 use slate_module::math::{cos, sin};
 
 use crate::render::code::CellPattern;
@@ -72,23 +74,23 @@ impl Panel {
 }
 
 /// Panels of a scenery; their pictures are put behind those that are there.
-pub(crate) fn panels(scenery: &Scenery, textures: &mut Vec<Texture>) -> Vec<Panel> {
+pub(crate) fn panels(scenery: &Scenery, textures: &mut Vec<Arc<Texture>>) -> Vec<Panel> {
     let mut panels = Vec::new();
     panels.extend(scenery.signs.iter().filter_map(|it| sign(it, textures)));
     panels.extend(scenery.victims.iter().map(|it| victim(it, textures)));
     panels.extend(scenery.decoys.iter().map(|it| decoy(it, textures)));
     if !scenery.fires.is_empty() {
         let first = textures.len() as u16;
-        textures.extend((0..PHASES).map(figure::flame));
+        textures.extend((0..PHASES).map(|phase| Arc::new(figure::flame(phase))));
         panels.extend(scenery.fires.iter().map(|it| fire(it, first)));
     }
     panels
 }
 
-fn sign(sign: &SignDescription, textures: &mut Vec<Texture>) -> Option<Panel> {
+fn sign(sign: &SignDescription, textures: &mut Vec<Arc<Texture>>) -> Option<Panel> {
     let pattern = CellPattern::of(sign)?;
     let texture = textures.len() as u16;
-    textures.push(pattern.paint());
+    textures.push(Arc::new(pattern.paint()));
     let side = sign.size * pattern.scale();
     let facing = [cos(sign.theta), sin(sign.theta)];
     let [x, y, z] = sign.position;
@@ -98,12 +100,12 @@ fn sign(sign: &SignDescription, textures: &mut Vec<Texture>) -> Option<Panel> {
     Some(Panel { position, size, facing, texture, phases: 1, period: 1.0, has_gaps: false, glows: false })
 }
 
-fn victim(victim: &VictimDescription, textures: &mut Vec<Texture>) -> Panel {
+fn victim(victim: &VictimDescription, textures: &mut Vec<Arc<Texture>>) -> Panel {
     let VictimDescription { name, position, theta, posture, waves } = victim;
     let texture = textures.len() as u16;
     let phases = if *waves { PHASES } else { 1 };
     let outfit = Outfit::named(name);
-    textures.extend((0..phases).map(|phase| figure::person(*posture, outfit, *waves, phase)));
+    textures.extend((0..phases).map(|phase| Arc::new(figure::person(*posture, outfit, *waves, phase))));
     let mut position = *position;
     let facing = (*posture == Posture::Trapped).then(|| [cos(*theta), sin(*theta)]);
     if let Some([x, y]) = facing {
@@ -113,9 +115,9 @@ fn victim(victim: &VictimDescription, textures: &mut Vec<Texture>) -> Panel {
     Panel { position, size, facing, texture, phases, period: WAVE, has_gaps: true, glows: false }
 }
 
-fn decoy(decoy: &DecoyDescription, textures: &mut Vec<Texture>) -> Panel {
+fn decoy(decoy: &DecoyDescription, textures: &mut Vec<Arc<Texture>>) -> Panel {
     let texture = textures.len() as u16;
-    textures.push(figure::decoy(decoy.shape, Outfit::named(&decoy.name)));
+    textures.push(Arc::new(figure::decoy(decoy.shape, Outfit::named(&decoy.name))));
     let DecoyDescription { position, size, .. } = *decoy;
     Panel { position, size, facing: None, texture, phases: 1, period: 1.0, has_gaps: true, glows: false }
 }

@@ -3,6 +3,8 @@
 //! Inverse depth and texture coordinates by depth are linear over the image, so that each pixel is exact, however the camera is
 //! turned.
 
+use std::sync::Arc;
+
 use slate_module::math::{max, min};
 
 use crate::render::texture::{Color, Texture};
@@ -143,7 +145,7 @@ impl Raster {
     }
 
     /// Gives each pixel the radiance of what is seen there.
-    pub fn shade(&mut self, pose: &CameraPose, textures: &[Texture]) {
+    pub fn shade(&mut self, pose: &CameraPose, textures: &[Arc<Texture>]) {
         for row in 0..self.height {
             let (first, last) = (row * self.width, (row + 1) * self.width);
             let background = self.background(pose, row);
@@ -176,7 +178,7 @@ impl Raster {
         corners: &[Vector],
         plane: &Plane,
         finish: Finish,
-        textures: &[Texture],
+        textures: &[Arc<Texture>],
     ) {
         let Some(rows) = self.outline(pose, corners) else { return };
         let Some((_, surface)) = self.add(pose, plane, finish) else { return };

@@ -1,12 +1,13 @@
 //! A world as cameras see it.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use slate_module::math::max;
 
 use crate::geometry::Point;
 use crate::render::figure::{self, Outfit};
-use crate::render::materials::material;
+use crate::render::materials::square_metre;
 use crate::render::panels::{Panel, panels};
 use crate::render::raster::{FAR, Finish, Plane, Raster};
 use crate::render::texture::{Color, Texture};
@@ -36,7 +37,7 @@ pub struct RenderedWorld {
     scenery: Scenery,
     wall_height: f64,
     ambience: f64,
-    textures: Vec<Texture>,
+    textures: Vec<Arc<Texture>>,
     materials: BTreeMap<Material, u16>,
     /// Height and texture of each static body.
     bodies: Vec<(f64, u16)>,
@@ -63,9 +64,9 @@ impl RenderedWorld {
         let scenery = world.scenery.clone();
         let mut textures = Vec::new();
         let mut materials = BTreeMap::new();
-        let mut add = |own: Material, textures: &mut Vec<Texture>| {
+        let mut add = |own: Material, textures: &mut Vec<Arc<Texture>>| {
             *materials.entry(own).or_insert_with(|| {
-                textures.push(material(own, 0.0));
+                textures.push(square_metre(own, 0.0));
                 (textures.len() - 1) as u16
             })
         };
@@ -82,13 +83,13 @@ impl RenderedWorld {
         let floor = std::iter::once((floor, scenery.floor_roughness.unwrap_or(ROUGHNESS)));
         let patches = scenery.floors.iter().map(|patch| (patch.material, patch.roughness));
         let floors = floor.chain(patches).map(|(own, roughness)| {
-            textures.push(material(own, roughness));
+            textures.push(square_metre(own, roughness));
             (textures.len() - 1) as u16
         });
         let floors = floors.collect();
         let people = (0..if has_people { OUTFITS } else { 0 }).map(|number| {
             let outfit = Outfit::named(&format!("person {number}"));
-            textures.push(figure::person(Posture::Standing, outfit, false, 0));
+            textures.push(Arc::new(figure::person(Posture::Standing, outfit, false, 0)));
             (textures.len() - 1) as u16
         });
         let people = people.collect();
