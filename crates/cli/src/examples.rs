@@ -147,6 +147,12 @@ const FILE_EXAMPLES: [FileExample; 17] = [
         feature: None,
     },
     FileExample {
+        name: "rescue_camera",
+        about: "a camera on a pan-tilt head in a damaged building",
+        file: "camera/rescue_camera.toml",
+        feature: None,
+    },
+    FileExample {
         name: "sharing",
         about: "two agents, one of which reads the other",
         file: "sharing/team.toml",

@@ -4,6 +4,7 @@
 //! Modules with these interfaces can be linked to each other.
 
 mod accuracy;
+mod camera;
 mod chassis;
 mod contact;
 mod door;
@@ -23,6 +24,7 @@ mod sighting;
 mod transform;
 
 pub use accuracy::SensorAccuracy;
+pub use camera::{CameraInfo, PanTiltCommand, PanTiltState};
 pub use chassis::Chassis;
 pub use contact::{Bumper, Contact, Contacts};
 pub use door::DoorState;
@@ -46,16 +48,17 @@ use slate_module::blackboard::interface::{Descriptor, Interface};
 /// The interfaces that most robots speak.
 pub mod prelude {
     pub use crate::{
-        Bumper, Chassis, Clearance, DoorState, Echo, FourWheelSpeeds, Image, Imu, Joy, LaserScan,
-        MissionOutcome, MissionState, NavSatFix, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2,
-        PoseEstimate, Position, Quaternion, SensorAccuracy, Sighting, Sightings, SonarScan, Transform,
-        Twist2, Verdict, WheelSpeeds,
+        Bumper, CameraInfo, Chassis, Clearance, DoorState, Echo, FourWheelSpeeds, Image, Imu, Joy, LaserScan,
+        MissionOutcome, MissionState, NavSatFix, OccupancyGrid, Odometry, Orientation, PanTiltCommand,
+        PanTiltState, Path, Point2, Pose2, PoseEstimate, Position, Quaternion, SensorAccuracy, Sighting,
+        Sightings, SonarScan, Transform, Twist2, Verdict, WheelSpeeds,
     };
 }
 
 /// All interfaces, in the order of their names.
 pub const ALL: &[&Descriptor] = &[
     Bumper::DESCRIPTOR,
+    CameraInfo::DESCRIPTOR,
     Chassis::DESCRIPTOR,
     Clearance::DESCRIPTOR,
     Contact::DESCRIPTOR,
@@ -78,6 +81,8 @@ pub const ALL: &[&Descriptor] = &[
     Odometry::DESCRIPTOR,
     OmniWheelSpeeds::DESCRIPTOR,
     Orientation::DESCRIPTOR,
+    PanTiltCommand::DESCRIPTOR,
+    PanTiltState::DESCRIPTOR,
     Particle::DESCRIPTOR,
     ParticleCloud::DESCRIPTOR,
     Path::DESCRIPTOR,

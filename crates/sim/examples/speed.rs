@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use slate_sim::geometry::Pose;
 use slate_sim::robot::RobotDescription;
 use slate_sim::script::RandomWalk;
-use slate_sim::world::{Body, Bounds, World};
+use slate_sim::world::{Body, Bounds, Scenery, World};
 use slate_sim::{Placement, Simulation};
 
 /// Metres from robot to robot at the start.
@@ -84,7 +84,13 @@ fn lay_out(
         Body::rectangle(name, [x, y], size)
     });
     let bounds = Bounds { minimum: [-half; 2], maximum: [half; 2] };
-    let mut world = World { name: "square".into(), bounds, bodies: bodies.into(), map: None };
+    let mut world = World {
+        name: "square".into(),
+        bounds,
+        bodies: bodies.into(),
+        scenery: Scenery::default(),
+        map: None,
+    };
     let mut robots = Vec::new();
     for i in 0..count {
         let (x, y) = (i as f64 % row, (i as f64 / row).floor());

@@ -1,8 +1,8 @@
 //! The simulator's robots as their blocks see them: Sensors and Actuators.
 
 use slate_interfaces::{
-    Bumper, FourWheelSpeeds, HolonomicTwist, Imu, LaserScan, Odometry, OmniWheelSpeeds, Orientation,
-    Position, SensorAccuracy, Sightings, SonarScan, WheelSpeeds,
+    Bumper, FourWheelSpeeds, HolonomicTwist, Image, Imu, LaserScan, Odometry, OmniWheelSpeeds, Orientation,
+    PanTiltState, Position, SensorAccuracy, Sightings, SonarScan, WheelSpeeds,
 };
 use slate_mapek::{driver_actuator, driver_sensors};
 
@@ -15,6 +15,8 @@ driver_sensors! {
     SimulatedBumper("simulated_bumper", "Bumpers of a simulated robot."): Bumper,
     SimulatedAccuracy("simulated_accuracy", "Errors of a simulated robot's sensors."): SensorAccuracy,
     SimulatedRobotSensor("simulated_robot_sensor", "Robot detector of a simulated robot."): Sightings,
+    SimulatedCamera("simulated_camera", "Camera of a simulated robot."): Image,
+    SimulatedPanTilt("simulated_pan_tilt", "Pan-tilt head of a simulated robot."): PanTiltState,
     SimulatedImu("simulated_imu", "Inertial measurement unit of a simulated robot."): Imu,
 }
 driver_actuator!(

@@ -93,6 +93,7 @@ pub(crate) fn key(name: &str) -> String {
 }
 
 /// A step on the way to a value of a document.
+#[derive(Clone, Debug)]
 pub(crate) enum DocumentStep<'a> {
     Key(&'a str),
     Index(usize),

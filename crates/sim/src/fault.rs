@@ -32,6 +32,8 @@ const KINDS: [(&str, FaultKind); 4] = [
 pub enum FaultySensor {
     /// The ring of sonars.
     Sonar,
+    /// The camera.
+    Camera,
     /// The laser scanner.
     Laser,
     /// The positioning system.
@@ -46,7 +48,8 @@ pub enum FaultySensor {
     Imu,
 }
 
-const SENSORS: [(&str, FaultySensor); 7] = [
+const SENSORS: [(&str, FaultySensor); 8] = [
+    ("camera", FaultySensor::Camera),
     ("imu", FaultySensor::Imu),
     ("laser", FaultySensor::Laser),
     ("odometry", FaultySensor::Odometry),

@@ -1,8 +1,8 @@
 //! Hardware of the simulated robots, with which their RobotModels must agree.
 
 use slate_interfaces::{
-    Bumper, FourWheelSpeeds, Imu, LaserScan, Odometry, OmniWheelSpeeds, Orientation, Position, Sightings,
-    SonarScan, WheelSpeeds,
+    Bumper, FourWheelSpeeds, Image, Imu, LaserScan, Odometry, OmniWheelSpeeds, Orientation, PanTiltState,
+    Position, Sightings, SonarScan, WheelSpeeds,
 };
 use slate_module::{Hardware, HardwareDevice, HardwareDrive, Interface};
 
@@ -37,6 +37,14 @@ pub fn hardware(scenario: &Scenario, placement: &Placement) -> Hardware {
     }
     if let Some(laser) = scenario.lasers.get(&placement.name) {
         sensors.push(mounted(HardwareDevice::new("laser", LaserScan::DESCRIPTOR.name), laser.mount));
+    }
+    if let Some(camera) = scenario.cameras.get(&placement.name) {
+        let [x, y, _, yaw, _] = camera.mount;
+        sensors.push(mounted(HardwareDevice::new("camera", Image::DESCRIPTOR.name), [x, y, yaw]));
+        if camera.head.is_some() {
+            sensors
+                .push(mounted(HardwareDevice::new("pan_tilt", PanTiltState::DESCRIPTOR.name), [x, y, yaw]));
+        }
     }
     if let Some(sensor) = placement.robot_sensor() {
         sensors.push(mounted(HardwareDevice::new("robot_sensor", Sightings::DESCRIPTOR.name), sensor.mount));

@@ -3,6 +3,7 @@
 //! Everything depends on the seed alone: the same seed gives the same bytes in every build and on every machine.
 
 mod accuracy;
+mod camera;
 pub mod contact;
 pub mod devices;
 pub mod door;
@@ -21,9 +22,11 @@ pub mod positioning;
 mod profile;
 mod rate;
 mod referee;
+mod render;
 pub mod robot;
 pub mod robot_sensor;
 pub mod scenario;
+mod scenery;
 pub mod script;
 mod section;
 mod sensors;
@@ -33,6 +36,7 @@ mod simulator;
 pub mod sonar;
 pub mod surroundings;
 pub mod touching;
+mod viewpoint;
 mod wall_map;
 mod workers;
 pub mod world;
@@ -43,6 +47,7 @@ use slate_module::{ModuleKind, Plugin};
 
 pub use error::DescriptionError;
 pub use referee::{Metrics, Pursuit, PursuitReferee, Referee, Stay};
+pub use render::RenderedWorld;
 pub use scenario::Scenario;
 pub use simulation::{MovingBodies, Placement, Simulation};
 pub use simulator::Simulator;
@@ -71,6 +76,8 @@ pub fn plugin() -> Plugin {
             sensor::<devices::SimulatedAccuracy>(),
             sensor::<devices::SimulatedRobotSensor>(),
             sensor::<devices::SimulatedImu>(),
+            sensor::<devices::SimulatedCamera>(),
+            sensor::<devices::SimulatedPanTilt>(),
             actuator::<devices::SimulatedWheels>(),
             actuator::<devices::SimulatedSkidSteerWheels>(),
             actuator::<devices::SimulatedOmniWheels>(),

@@ -8,14 +8,15 @@ use slate_module::blackboard::interface::Value;
 use slate_module::blackboard::nearest_names;
 
 use crate::door::DoorDescription;
-use crate::error::{key, unknown};
+use crate::error::{DocumentStep, key, unknown};
 use crate::fault::{self, Fault, FaultySensor};
 use crate::geometry::{Point, Polygon, Pose};
 pub use crate::layout::{Layout, StartOffset};
 use crate::layout::{ObstructedWay, Scattered, placed};
 use crate::people::PeopleDescription;
 use crate::profile::{ProfileKeys, Profiles};
-use crate::robot::{LaserDescription, RobotDescription};
+use crate::robot::{CameraDescription, LaserDescription, RobotDescription};
+use crate::scenery::Scenery;
 use crate::script::RandomWalk;
 use crate::section::misread;
 use crate::simulation::{MovingBodies, Placement};
@@ -63,6 +64,9 @@ pub struct Section {
     /// How `scattered` places things.
     #[serde(default)]
     pub scattered: Option<Scattered>,
+    /// What cameras see, beside what they see of the arena.
+    #[serde(default)]
+    pub scenery: Scenery,
     /// Faults of the robots' sensors, by name.
     #[serde(default)]
     pub faults: BTreeMap<String, serde_json::Value>,
@@ -93,9 +97,23 @@ impl Section {
             let message = format!("expected a number from 1 to 256, found {}", self.threads);
             return Err(DescriptionError::new("world.threads", message));
         }
+        self.check_scenery()?;
         self.people.as_ref().map_or(Ok(()), PeopleDescription::check)?;
         self.doors.iter().try_for_each(|(name, door)| door.check(&format!("world.doors.{}", key(name))))?;
         self.check_names()
+    }
+
+    fn check_scenery(&self) -> Result<(), DescriptionError> {
+        let Some((path, message)) = self.scenery.mistake() else { return Ok(()) };
+        let mut setting = String::from("world.scenery");
+        let mut number = String::new();
+        for step in path {
+            match step {
+                DocumentStep::Key(name) => setting.extend([".", name]),
+                DocumentStep::Index(index) => number = format!("number {}: ", index + 1),
+            }
+        }
+        Err(DescriptionError::new(&setting, format!("{number}{message}")))
     }
 
     /// People and doors have outputs beside those of the robots.
@@ -116,20 +134,25 @@ impl Section {
         Ok(())
     }
 
-    /// The descriptions of the robots, with the sensors they carry here, and their laser scanners.
-    fn robots(&self) -> Result<(Descriptions, BTreeMap<String, LaserDescription>), DescriptionError> {
-        let (mut descriptions, mut lasers) = (Descriptions::new(), BTreeMap::new());
+    /// The descriptions of the robots, with the sensors they carry here.
+    fn robots(&self) -> Result<(Descriptions, Devices), DescriptionError> {
+        let (mut descriptions, mut devices) = (Descriptions::new(), Devices::default());
         for (name, entry) in &self.robots {
             let place = format!("world.robots.{}", key(name));
             let mut description =
                 RobotDescription::load(&entry.model).map_err(|error| error.of(&format!("{place}.model")))?;
             self.profiles(entry, &place).choose(&mut description, entry.imu)?;
             if let Some(laser) = entry.laser.as_ref().filter(|laser| !laser.is_empty()) {
-                lasers.insert(name.clone(), laser_of(&description, &place, laser)?);
+                let own = carried("laser", laser, &description.name, &description.laser, &place)?;
+                devices.lasers.insert(name.clone(), own);
+            }
+            if let Some(camera) = entry.camera.as_ref().filter(|camera| !camera.is_empty()) {
+                let own = carried("camera", camera, &description.name, &description.camera, &place)?;
+                devices.cameras.insert(name.clone(), own);
             }
             descriptions.insert(name.clone(), description);
         }
-        Ok((descriptions, lasers))
+        Ok((descriptions, devices))
     }
 
     /// The sonar profile of a robot; empty for none.
@@ -196,6 +219,13 @@ impl Section {
 /// The descriptions of robots, by name.
 type Descriptions = BTreeMap<String, RobotDescription>;
 
+/// Devices of which robots carry one of several, by robot.
+#[derive(Default)]
+struct Devices {
+    lasers: BTreeMap<String, LaserDescription>,
+    cameras: BTreeMap<String, CameraDescription>,
+}
+
 fn random_layout() -> String {
     "random".into()
 }
@@ -223,6 +253,9 @@ pub struct RobotEntry {
     /// The laser scanner that it carries; none unless said.
     #[serde(default)]
     pub laser: Option<String>,
+    /// The camera that it carries; none unless said.
+    #[serde(default)]
+    pub camera: Option<String>,
     /// Its profile of the sensor that sees other robots instead; empty for none.
     #[serde(default)]
     pub robot_sensor: Option<String>,
@@ -251,6 +284,8 @@ pub struct Scenario {
     pub threads: usize,
     /// The laser scanners of the robots that carry one.
     pub lasers: BTreeMap<String, LaserDescription>,
+    /// The cameras of the robots that carry one.
+    pub cameras: BTreeMap<String, CameraDescription>,
     /// The robots that carry an inertial measurement unit.
     pub imus: BTreeSet<String>,
     /// Faults of the robots' sensors.
@@ -273,18 +308,27 @@ impl Scenario {
             .map_err(|error| misread(&table, &error.to_string(), read))?;
         section.check()?;
         let mut world = World::load(&section.arena).map_err(|error| error.of("world.arena"))?;
-        let (descriptions, lasers) = section.robots()?;
+        world.scenery.add(&section.scenery);
+        let (descriptions, Devices { lasers, cameras }) = section.robots()?;
         let sensors = section.robots.iter().map(|(name, entry)| {
             let sonar = section.sonar_of(entry, &descriptions[name]);
             let sonar = Some(FaultySensor::Sonar).filter(|_| !sonar.is_empty());
             let laser = lasers.get(name).map(|_| FaultySensor::Laser);
+            let camera = cameras.get(name).map(|_| FaultySensor::Camera);
             let robot_sensor =
                 descriptions[name].robot_sensor.values().next().map(|_| FaultySensor::RobotSensor);
             let imu = Some(FaultySensor::Imu).filter(|_| entry.imu);
             let each = [FaultySensor::Odometry, FaultySensor::Orientation, FaultySensor::Position];
             (
                 name.clone(),
-                sonar.into_iter().chain(laser).chain(robot_sensor).chain(imu).chain(each).collect(),
+                sonar
+                    .into_iter()
+                    .chain(laser)
+                    .chain(camera)
+                    .chain(robot_sensor)
+                    .chain(imu)
+                    .chain(each)
+                    .collect(),
             )
         });
         let faults = fault::read(&section.faults, &sensors.collect())?;
@@ -322,6 +366,7 @@ impl Scenario {
             step,
             threads: section.threads,
             lasers,
+            cameras,
             imus,
             faults,
             moving,
@@ -359,14 +404,17 @@ fn not_placed(name: &str, poses: &BTreeMap<String, Pose>, robot: &str) -> Descri
 }
 
 /// The laser scanner of that name that a robot may carry.
-fn laser_of(
-    description: &RobotDescription,
-    place: &str,
+/// The device of that name of those that a robot may carry.
+fn carried<T: Clone>(
+    kind: &str,
     name: &str,
-) -> Result<LaserDescription, DescriptionError> {
-    description.laser.get(name).cloned().ok_or_else(|| {
-        let message = unknown("laser", name, description.laser.keys().map(String::as_str));
-        DescriptionError::new(&format!("{place}.laser"), format!("{}: {message}", description.name))
+    robot: &str,
+    devices: &BTreeMap<String, T>,
+    place: &str,
+) -> Result<T, DescriptionError> {
+    devices.get(name).cloned().ok_or_else(|| {
+        let message = unknown(kind, name, devices.keys().map(String::as_str));
+        DescriptionError::new(&format!("{place}.{kind}"), format!("{robot}: {message}"))
     })
 }
 

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::camera::CameraSensor;
+use crate::contact::Motion;
 use crate::fault::{Display, Measurement};
 use crate::geometry::{Point, Pose};
 use crate::inertial::InertialSensor;
@@ -39,6 +41,9 @@ pub(crate) struct Sensors {
     /// Inertial measurement unit, with its faults.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub imu: Option<InertialSensor>,
+    /// Camera, with its faults.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraSensor>,
 }
 
 /// Pose and twist (m/s, rad/s) by odometry.
@@ -108,8 +113,15 @@ impl Measurement for Vec<f32> {
 }
 
 impl Sensors {
-    /// Lets them measure from robot number `own`. What is near is memory that many robots share.
-    pub fn sense(&mut self, own: usize, surroundings: &Surroundings, now: u64, nearby: &mut Nearby) {
+    /// Lets them measure from robot number `own`, whose body moves like that. What is near is memory that many robots share.
+    pub fn sense(
+        &mut self,
+        own: usize,
+        body: Motion,
+        surroundings: &Surroundings,
+        now: u64,
+        nearby: &mut Nearby,
+    ) {
         if let Some(ring) = &mut self.sonar {
             let sounding = ring.sound(now);
             if sounding != 0 {
@@ -122,6 +134,9 @@ impl Sensors {
         }
         if let Some(sensor) = &mut self.robot_sensor {
             sensor.look(own, surroundings, now);
+        }
+        if let Some(camera) = &mut self.camera {
+            camera.look(own, body, surroundings, now);
         }
     }
 }

@@ -9,6 +9,10 @@ use slate_worlds::WORLDS;
 pub use crate::error::DescriptionError;
 use crate::error::{DocumentStep, text_of};
 use crate::geometry::{Point, Polygon};
+pub use crate::scenery::{
+    DecoyDescription, DecoyShape, FireDescription, FloorDescription, Material, Posture, Scenery,
+    SignDescription, VictimDescription,
+};
 use crate::wall_map::WorldMap;
 
 /// Static bodies and the area that they stand in.
@@ -22,6 +26,9 @@ pub struct World {
     /// Static bodies.
     #[serde(default)]
     pub bodies: Vec<Body>,
+    /// What cameras see beside bodies.
+    #[serde(default)]
+    pub scenery: Scenery,
     /// Map of which the first bodies are the walls, if it is the world of one.
     #[serde(skip)]
     pub map: Option<Arc<WorldMap>>,
@@ -62,6 +69,12 @@ pub struct Body {
     /// Corners of a convex polygon, counter-clockwise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<[f64; 2]>,
+    /// Height as cameras see it, m; that of the scenery by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub height: Option<f64>,
+    /// Material as cameras see it; that of the scenery by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<Material>,
 }
 
 impl Body {
@@ -74,6 +87,8 @@ impl Body {
             radius: None,
             theta: 0.0,
             points: Vec::new(),
+            height: None,
+            material: None,
         }
     }
 
@@ -86,7 +101,14 @@ impl Body {
             radius: Some(radius),
             theta: 0.0,
             points: Vec::new(),
+            height: None,
+            material: None,
         }
+    }
+
+    /// Returns whether its height, if it has one, can be seen.
+    pub(crate) fn has_usable_height(&self) -> bool {
+        self.height.is_none_or(|height| height > 0.0 && height <= 100.0)
     }
 
     /// Returns the outline; `None` without one of the three shapes.
@@ -151,6 +173,10 @@ impl World {
                 "expected a `maximum` to the north-east of `minimum`".into(),
             );
         }
+        if let Some((path, message)) = world.scenery.mistake() {
+            let path: Vec<_> = std::iter::once(DocumentStep::Key("scenery")).chain(path).collect();
+            return wrong(&path, message);
+        }
         for (index, body) in world.bodies.iter().enumerate() {
             let path = [DocumentStep::Key("bodies"), DocumentStep::Index(index)];
             if body.polygon().is_none() {
@@ -162,6 +188,10 @@ impl World {
                         body.name
                     ),
                 );
+            }
+            if !body.has_usable_height() {
+                let path = [path[0].clone(), path[1].clone(), DocumentStep::Key("height")];
+                return wrong(&path, "expected a height above 0, up to 100 m".into());
             }
             if world.bodies[..index].iter().any(|other| other.name == body.name) {
                 return wrong(

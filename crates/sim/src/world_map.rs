@@ -9,6 +9,7 @@ use slate_module::math::{cos, sin};
 
 use crate::error::DescriptionError;
 use crate::geometry::Point;
+use crate::scenery::Scenery;
 use crate::wall_map::WorldMap;
 use crate::world::{Body, Bounds, World};
 
@@ -47,6 +48,7 @@ impl World {
             name: name.into(),
             bounds: bounds(map.caster.geometry()),
             bodies,
+            scenery: Scenery::default(),
             map: Some(Arc::new(map)),
         })
     }

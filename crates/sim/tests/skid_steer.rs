@@ -10,7 +10,7 @@ use slate_sim::drive::{Drive, FourWheels, Mass, SkidSteer, Velocity, Wheels};
 use slate_sim::geometry::{Point, Pose};
 use slate_sim::robot::{Friction, RobotDescription};
 use slate_sim::script::RandomWalk;
-use slate_sim::world::{Bounds, World};
+use slate_sim::world::{Bounds, Scenery, World};
 use slate_sim::{Placement, Simulation};
 
 const STEP: u64 = 10_000_000;
@@ -38,7 +38,7 @@ fn placed(name: &str, description: RobotDescription, x: f64, y: f64, theta: f64)
 
 fn plain() -> World {
     let bounds = Bounds { minimum: [-10.0, -10.0], maximum: [10.0, 10.0] };
-    World { name: "plain".into(), bounds, bodies: Vec::new(), map: None }
+    World { name: "plain".into(), bounds, bodies: Vec::new(), scenery: Scenery::default(), map: None }
 }
 
 fn simulate(robots: &[Placement]) -> Simulation {

@@ -1,6 +1,7 @@
 //! All tests of the crate that share a process, in one program: each program costs link time.
 
 mod bumpers;
+mod camera;
 mod contact_cause;
 mod descriptions;
 mod doors;

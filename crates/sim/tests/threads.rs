@@ -7,13 +7,14 @@ use std::collections::BTreeMap;
 use slate_sim::geometry::Pose;
 use slate_sim::robot::{PositioningDescription, RobotDescription};
 use slate_sim::script::RandomWalk;
-use slate_sim::world::{Bounds, World};
+use slate_sim::world::{Bounds, Scenery, World};
 use slate_sim::{Placement, Simulation};
 
 #[test]
 fn the_state_is_the_same_with_any_number_of_threads() {
     let bounds = Bounds { minimum: [0.0, 0.0], maximum: [36.0, 36.0] };
-    let world = World { name: "field".into(), bounds, bodies: Vec::new(), map: None };
+    let world =
+        World { name: "field".into(), bounds, bodies: Vec::new(), scenery: Scenery::default(), map: None };
     let robots: Vec<_> = (0..300)
         .map(|i| {
             let model = if i % 10 == 0 { "summit_xl" } else { "pioneer_p3dx" };

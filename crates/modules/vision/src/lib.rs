@@ -47,20 +47,29 @@
 mod blob;
 mod blob_finder;
 mod camera;
+mod detection;
 mod handover;
+mod image_processor;
+mod pan_tilt_controller;
 mod pattern;
 mod pgm;
 mod report;
 mod service;
+mod sharpness;
 mod source;
+mod victim_detector;
 mod vision_master;
 mod vision_player;
 
 pub use blob_finder::{Blob, BlobFinder, BlobFinderIo, BlobFinderParams, BlobFinderState};
+pub use detection::{ImageDetection, ImageDetections, ImageSharpness};
+pub use image_processor::{ImageProcessor, ImageProcessorIo, ImageProcessorParams, ImageProcessorState};
+pub use pan_tilt_controller::{PanTiltController, PanTiltControllerIo, PanTiltControllerParams};
 pub use report::{CameraReport, CameraState};
 pub use service::{Picture, Vision};
 pub use source::{Files, ImageSource, Rate, SourceError};
+pub use victim_detector::{VictimBox, VictimDetector};
 pub use vision_master::{VisionMaster, VisionMasterIo, VisionMasterState};
 pub use vision_player::{VisionPlayer, VisionPlayerIo, VisionPlayerState};
 
-slate_module::plugin!(VisionMaster, VisionPlayer, BlobFinder);
+slate_module::plugin!(VisionMaster, VisionPlayer, BlobFinder, ImageProcessor, PanTiltController);

@@ -7,6 +7,8 @@
     reason = "a test that fails panics, and files are read in their own time"
 )]
 
+mod detection;
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};

@@ -32,6 +32,9 @@ pub struct Frames {
 /// is called as the last part of its topic.
 const MOUNT: &str = "_mount";
 
+/// The end of the topic of a camera's calibration, behind that of its images.
+const INFO: &str = "_info";
+
 #[derive(Clone, Debug, Default)]
 struct RobotFrames {
     /// Empty for the only one.
@@ -168,7 +171,8 @@ impl Frames {
 
     /// The frame in which a topic's values are told that do not say their own.
     pub fn of(&self, topic: &str) -> &str {
-        if let Some(frame) = self.mounted.get(topic) {
+        // What is known of a camera is told in its frame.
+        if let Some(frame) = self.mounted.get(topic.strip_suffix(INFO).unwrap_or(topic)) {
             return frame;
         }
         let robot = self.owner(topic).and_then(|at| self.robots.get(at));

@@ -93,6 +93,7 @@ fn all_messages_that_tell_a_whole_value_are_read_again() {
     assert_eq!(
         read,
         [
+            "CameraInfo",
             "Clearance",
             "FourWheelSpeeds",
             "HolonomicTwist",
@@ -103,6 +104,8 @@ fn all_messages_that_tell_a_whole_value_are_read_again() {
             "OccupancyGrid",
             "Odometry",
             "Orientation",
+            "PanTiltCommand",
+            "PanTiltState",
             "Point2",
             "Pose2",
             "PoseEstimate",

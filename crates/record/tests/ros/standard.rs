@@ -335,7 +335,7 @@ fn interfaces_of_others_are_matched_by_the_names_of_their_fields() {
 #[test]
 fn all_interfaces_that_name_a_message_have_it() {
     let named: Vec<_> = all().into_iter().filter(|descriptor| !descriptor.ros.is_empty()).collect();
-    assert_eq!(named.len(), 30);
+    assert_eq!(named.len(), 33);
     // ROS has none for contacts, bumpers, doors, gates and drivers of actuators, strokes on maps, omni wheels, facts,
     // particles and errors of sensors.
     let without: Vec<_> =

@@ -1,5 +1,6 @@
 //! Robots as TOML: body, drive, sensors and noise.
 
+mod camera;
 mod drive;
 mod imu;
 mod laser;
@@ -19,6 +20,7 @@ use slate_robots::ROBOTS;
 use crate::error::{DescriptionError, DocumentStep, text_of};
 use crate::geometry::{Point, Polygon};
 
+pub use camera::{CameraDescription, HeadDescription};
 pub use drive::{DriveDescription, DriveKind, Friction, WheelFriction};
 pub use imu::ImuDescription;
 pub use laser::LaserDescription;
@@ -60,6 +62,9 @@ pub struct RobotDescription {
     /// Profiles of the inertial measurement unit that it may carry, by name; exact without.
     #[serde(default)]
     pub imu: BTreeMap<String, ImuDescription>,
+    /// Cameras that it may carry, by name.
+    #[serde(default)]
+    pub camera: BTreeMap<String, CameraDescription>,
     /// Its bumpers.
     #[serde(default)]
     pub bumper: Option<BumperDescription>,
@@ -155,7 +160,9 @@ impl RobotDescription {
         let positioning = self.positioning.iter().map(|(name, it)| ("positioning", name, it.mistake()));
         let odometry = self.odometry.iter().map(|(name, it)| ("odometry", name, it.mistake()));
         let imus = self.imu.iter().map(|(name, it)| ("imu", name, it.mistake()));
-        let mut all = sonars.chain(sensors).chain(lasers).chain(positioning).chain(odometry).chain(imus);
+        let cameras = self.camera.iter().map(|(name, it)| ("camera", name, it.mistake()));
+        let mut all =
+            sonars.chain(sensors).chain(lasers).chain(positioning).chain(odometry).chain(imus).chain(cameras);
         all.find_map(|(table, name, mistake)| {
             mistake.map(|(key, message)| ([table, name.as_str(), key], message))
         })

@@ -230,6 +230,7 @@ impl Simulation {
             odometry_display: Display::default(),
             sightings_display: Display::default(),
             imu: None,
+            camera: None,
             robot_sensor: placement
                 .robot_sensor()
                 .map(|profile| RobotSensor::new(profile, stream("robot_sensor"))),
@@ -262,10 +263,21 @@ impl Simulation {
         self.nearby.resize_with(threads.max(1), Nearby::default);
     }
 
+    /// Takes over the state of another simulation of the same world and robots, as it was decoded.
+    pub fn resume(&mut self, mut state: Self) {
+        state.set_map_of(self);
+        *self = state;
+    }
+
     /// Takes over what is no part of the state of another simulation of the same world.
-    pub(crate) fn set_map_of(&mut self, other: &Self) {
+    fn set_map_of(&mut self, other: &Self) {
         self.surroundings.set_map(other.surroundings.map().cloned());
         self.moving.set_paths_of(&other.moving);
+        for (own, other) in self.sensors.iter_mut().zip(&other.sensors) {
+            if let (Some(own), Some(other)) = (&mut own.camera, &other.camera) {
+                own.set_world_of(other);
+            }
+        }
     }
 
     /// Virtual time, nanoseconds.
@@ -324,6 +336,7 @@ impl Simulation {
             body.set_linvel(Vector::new(robot.velocity.x, robot.velocity.y), true);
             body.set_angvel(robot.turn, true);
         }
+        self.sensors.iter_mut().filter_map(|own| own.camera.as_mut()).for_each(|camera| camera.advance(step));
         self.decide_moving(step);
         self.physics.step();
         self.now += self.step;

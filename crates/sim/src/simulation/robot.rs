@@ -33,6 +33,12 @@ pub(super) struct SimulatedRobot {
 }
 
 impl SimulatedRobot {
+    /// How its body moves, with its drive or pushed.
+    pub fn body_motion(&self) -> Motion {
+        let center = self.pose.frame().apply(self.center);
+        Motion { origin: center, velocity: self.velocity, angular: self.turn }
+    }
+
     /// Decides how the robot moves in the next `step` seconds.
     pub fn drive(&mut self, echoes: &[Echo], felt: Felt, step: f64) {
         if let Some(script) = &mut self.script {

@@ -1,15 +1,18 @@
 //! Measurements of the robots, with the faults of their sensors.
 
+use std::sync::Arc;
+
 use slate_module::Random;
 
 use super::Simulation;
-use crate::contact::Motion;
+use crate::camera::CameraSensor;
 use crate::fault::{Fault, FaultySensor};
 use crate::geometry::Pose;
 use crate::inertial::{InertialReading, InertialSensor};
 use crate::laser::LaserScanner;
 use crate::positioning::Fix;
-use crate::robot::{ImuDescription, LaserDescription};
+use crate::render::RenderedWorld;
+use crate::robot::{CameraDescription, ImuDescription, LaserDescription};
 use crate::robot_sensor::{RobotSensor, Sighting};
 use crate::sensors::Sensors;
 use crate::sonar::{Echo, SonarRing};
@@ -20,6 +23,46 @@ impl Simulation {
     pub fn mount_laser(&mut self, robot: usize, laser: &LaserDescription, seed: u64) {
         let random = Random::new(seed, &format!("simulation/{}/laser", self.robots[robot].name));
         self.sensors[robot].laser = Some(LaserScanner::new(laser, random));
+    }
+
+    /// Mounts a camera on a robot, which sees that world. It looks from the next time on at which robots measure.
+    pub fn mount_camera(
+        &mut self,
+        robot: usize,
+        camera: &CameraDescription,
+        world: &Arc<RenderedWorld>,
+        seed: u64,
+    ) {
+        let random = Random::new(seed, &format!("simulation/{}/camera", self.robots[robot].name));
+        self.sensors[robot].camera = Some(CameraSensor::new(camera, world.clone(), random));
+    }
+
+    /// Description of a robot's camera, if it carries one.
+    pub fn camera(&self, robot: usize) -> Option<&CameraDescription> {
+        self.sensors[robot].camera.as_ref().map(CameraSensor::description)
+    }
+
+    /// Newest image of a robot's camera: red, green and blue of each pixel, row by row from the top. Empty before the first.
+    pub fn image(&self, robot: usize) -> &[u8] {
+        self.sensors[robot].camera.as_ref().map_or(&[], CameraSensor::pixels)
+    }
+
+    /// Returns the new image of a robot's camera, with faults, if any.
+    pub fn shown_image(&mut self, robot: usize) -> Option<&[u8]> {
+        let now = self.now;
+        self.sensors[robot].camera.as_mut().filter(|camera| camera.last() == Some(now))?.shown(now)
+    }
+
+    /// Sets pan and tilt of a camera's head, rad: limits hold, and no number keeps what was set.
+    pub fn command_head(&mut self, robot: usize, angles: [f64; 2]) {
+        if let Some(camera) = &mut self.sensors[robot].camera {
+            camera.command(angles);
+        }
+    }
+
+    /// Returns pan and tilt of a camera's head, rad, and their rates, rad/s.
+    pub fn head(&self, robot: usize) -> Option<([f64; 2], [f64; 2])> {
+        self.sensors[robot].camera.as_ref().and_then(CameraSensor::head)
     }
 
     /// Mounts an inertial measurement unit on a robot.
@@ -36,8 +79,7 @@ impl Simulation {
     /// Returns the new reading of a robot's inertial measurement unit, with faults, if it is time to.
     pub fn shown_imu(&mut self, robot: usize) -> Option<InertialReading> {
         let own = &self.robots[robot];
-        let center = own.pose.frame().apply(own.center);
-        let body = Motion { origin: center, velocity: own.velocity, angular: own.turn };
+        let body = own.body_motion();
         let imu = self.sensors[robot].imu.as_mut()?;
         let reading = imu.measure(own.pose, body, self.now)?;
         *imu.display.show(&Some(reading), self.now)?
@@ -52,6 +94,9 @@ impl Simulation {
         sensors.orientation_display.set_faults(FaultySensor::Orientation, faults);
         sensors.odometry_display.set_faults(FaultySensor::Odometry, faults);
         sensors.sightings_display.set_faults(FaultySensor::RobotSensor, faults);
+        if let Some(camera) = &mut sensors.camera {
+            camera.display.set_faults(FaultySensor::Camera, faults);
+        }
         if let Some(imu) = &mut sensors.imu {
             imu.display.set_faults(FaultySensor::Imu, faults);
         }
@@ -59,9 +104,10 @@ impl Simulation {
 
     /// Measures with all sensors.
     pub fn sense(&mut self) {
-        let Self { sensors, surroundings, now, nearby, .. } = self;
+        let Self { sensors, surroundings, robots, now, nearby, .. } = self;
+        let robots: &[_] = robots;
         workers::each(sensors, nearby, |robot, sensors, nearby| {
-            sensors.sense(robot, surroundings, *now, nearby);
+            sensors.sense(robot, robots[robot].body_motion(), surroundings, *now, nearby);
         });
     }
 

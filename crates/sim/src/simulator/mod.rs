@@ -2,7 +2,10 @@
 //! actuators got in the last one, and shows what the robots' sensors measure.
 
 mod convert;
+mod imaging;
 mod ports;
+
+use std::sync::Arc;
 
 use slate_interfaces::{
     Bumper, Chassis, Clearance, Contacts, DoorState, Echo, HolonomicTwist, Odometry, OmniWheelSpeeds,
@@ -16,13 +19,14 @@ use slate_module::{
 use crate::drive::Velocity;
 use crate::geometry::Point;
 use crate::hardware::hardware;
+use crate::render::RenderedWorld;
 use crate::robot::DriveKind;
 use crate::scenario::Scenario;
 use crate::simulation::{Placement, Simulation};
 use convert::{four_wheels, measured, mount, pose2, report, ring, two_wheels};
 use ports::{
-    Abilities, BumperIo, ChassisIo, DoorIo, FourWheelsIo, ImuIo, LaserIo, OmniIo, PersonIo, RobotIo,
-    SightingsIo, SonarIo, TwoWheelsIo, WorldIo,
+    Abilities, BumperIo, CameraIo, ChassisIo, DoorIo, FourWheelsIo, HeadIo, ImuIo, LaserIo, OmniIo, PersonIo,
+    RobotIo, SightingsIo, SonarIo, TwoWheelsIo, WorldIo,
 };
 
 /// The embedded simulator.
@@ -94,6 +98,9 @@ impl Instance for Simulator {
         let accuracy = scenario.placements.iter().map(Placement::accuracy).collect();
         let abilities = scenario.placements.iter().map(|placement| Abilities::of(&scenario, placement));
         let abilities = abilities.collect();
+        // Painted once, and only for cameras.
+        let mut world = None;
+        let paint = || Arc::new(RenderedWorld::new(&scenario.world, scenario.moving.people.is_some()));
         for (robot, placement) in scenario.placements.iter().enumerate() {
             let name = &placement.name;
             if let Some(laser) = scenario.lasers.get(name) {
@@ -101,6 +108,9 @@ impl Instance for Simulator {
             }
             if scenario.imus.contains(name) {
                 simulation.mount_imu(robot, placement.imu(), setup.seed);
+            }
+            if let Some(camera) = scenario.cameras.get(name) {
+                simulation.mount_camera(robot, camera, world.get_or_insert_with(paint), setup.seed);
             }
             simulation.set_faults(robot, scenario.faults.get(name).map_or(&[], Vec::as_slice));
         }
@@ -129,7 +139,8 @@ impl Instance for Simulator {
             }
         });
         for robot in 0..self.simulation.robot_count() {
-            let Abilities { drive, sonar, bumper, laser, robot_sensor, imu } = self.abilities[robot];
+            let Abilities { drive, sonar, bumper, laser, robot_sensor, imu, camera, head } =
+                self.abilities[robot];
             // A wheel command of now takes effect in the next cycle.
             match drive {
                 DriveKind::Differential => {
@@ -169,6 +180,12 @@ impl Instance for Simulator {
             if imu {
                 ports.with(|io: &ImuIo| self.show_imu(robot, io, is_first));
             }
+            if camera.is_some() {
+                ports.with(|io: &CameraIo| imaging::show_image(&mut self.simulation, robot, io, is_first));
+            }
+            if head {
+                ports.with(|io: &HeadIo| imaging::move_head(&mut self.simulation, robot, io, now.now()));
+            }
         }
         self.show_moving(ports);
         Outcome::Ok
@@ -179,9 +196,9 @@ impl Instance for Simulator {
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), Refusal> {
-        let (started, mut simulation): (bool, Simulation) = decode(state)?;
-        simulation.set_map_of(&self.simulation);
-        (self.started, self.simulation) = (started, simulation);
+        let (started, simulation) = decode(state)?;
+        self.started = started;
+        self.simulation.resume(simulation);
         self.simulation.set_threads(self.threads);
         Ok(())
     }

@@ -1,14 +1,14 @@
 //! Ports of the simulator; their names begin with that of a robot, a person or a door.
 
 use slate_interfaces::{
-    Bumper, Chassis, Clearance, Contacts, DoorState, FourWheelSpeeds, HolonomicTwist, Imu, LaserScan,
-    Odometry, OmniWheelSpeeds, Orientation, Pose2, Position, SensorAccuracy, Sightings, SonarScan, Transform,
-    WheelSpeeds,
+    Bumper, CameraInfo, Chassis, Clearance, Contacts, DoorState, FourWheelSpeeds, HolonomicTwist, Image, Imu,
+    LaserScan, Odometry, OmniWheelSpeeds, Orientation, PanTiltCommand, PanTiltState, Pose2, Position,
+    SensorAccuracy, Sightings, SonarScan, Transform, WheelSpeeds,
 };
 use slate_module::PortDescription;
 use slate_module::prelude::*;
 
-use crate::robot::DriveKind;
+use crate::robot::{CameraDescription, DriveKind};
 use crate::scenario::Scenario;
 use crate::simulation::Placement;
 
@@ -104,6 +104,33 @@ pub(super) struct ImuIo {
     pub imu_mount: Output<Transform>,
 }
 
+/// Outputs of a robot with a camera. Frames are `base_link`, `camera_base`, with a head `camera_pan` and `camera_tilt`, and
+/// `camera`, the optical frame.
+#[ports]
+pub(super) struct CameraIo {
+    /// Image of the camera.
+    pub camera: Output<Image>,
+    /// Calibration of the camera.
+    pub camera_info: Output<CameraInfo>,
+    /// Where the camera or its head is mounted on the robot.
+    pub camera_base: Output<Transform>,
+    /// The optical frame of the camera on what carries it.
+    pub camera_mount: Output<Transform>,
+}
+
+/// Ports of a robot with a pan-tilt head.
+#[ports]
+pub(super) struct HeadIo {
+    /// Where the head should look.
+    pub pan_tilt_command: Input<PanTiltCommand>,
+    /// State of the head.
+    pub pan_tilt: Output<PanTiltState>,
+    /// The pan joint.
+    pub camera_pan: Output<Transform>,
+    /// The tilt joint.
+    pub camera_tilt: Output<Transform>,
+}
+
 /// Outputs of the world.
 #[ports]
 pub(super) struct WorldIo {
@@ -139,6 +166,9 @@ pub(super) struct Abilities {
     pub laser: bool,
     pub robot_sensor: bool,
     pub imu: bool,
+    /// Bytes of an image, if it has a camera.
+    pub camera: Option<usize>,
+    pub head: bool,
 }
 
 impl Abilities {
@@ -150,6 +180,8 @@ impl Abilities {
             laser: scenario.lasers.contains_key(&placement.name),
             robot_sensor: placement.robot_sensor().is_some(),
             imu: scenario.imus.contains(&placement.name),
+            camera: scenario.cameras.get(&placement.name).map(CameraDescription::bytes),
+            head: scenario.cameras.get(&placement.name).is_some_and(|camera| camera.head.is_some()),
         }
     }
 
@@ -175,6 +207,16 @@ impl Abilities {
         }
         if self.imu {
             ports.extend(ImuIo::describe());
+        }
+        if let Some(bytes) = self.camera {
+            let mut own = CameraIo::describe();
+            own.iter_mut()
+                .filter(|port| port.descriptor == Image::DESCRIPTOR)
+                .for_each(|port| port.capacity = bytes);
+            ports.extend(own);
+        }
+        if self.head {
+            ports.extend(HeadIo::describe());
         }
         ports
     }

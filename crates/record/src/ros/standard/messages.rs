@@ -55,6 +55,8 @@ use FieldOrigin::{
     Name, NamedFrame, Number, Points, Text, Time, When,
 };
 
+const PAN_TILT: &[(&str, &str)] = &[("pan", "pan"), ("tilt", "tilt")];
+const PAN_TILT_VELOCITY: &[(&str, &str)] = &[("pan", "pan_velocity"), ("tilt", "tilt_velocity")];
 const TWO_WHEELS: &[(&str, &str)] = &[("left_wheel", "left"), ("right_wheel", "right")];
 const FOUR_WHEELS: &[(&str, &str)] = &[
     ("front_left_wheel", "front_left"),
@@ -118,14 +120,22 @@ pub(super) const RULES: &[(&str, &str, FieldOrigin)] = &[
     ("sensor_msgs/BatteryState", "design_capacity", Number(f64::NAN)),
     ("sensor_msgs/BatteryState", "percentage", Number(f64::NAN)),
     ("sensor_msgs/BatteryState", "present", Number(1.0)),
+    // As ROS 1 calls them.
+    ("sensor_msgs/CameraInfo", "D", Field("d")),
+    ("sensor_msgs/CameraInfo", "K", Field("k")),
+    ("sensor_msgs/CameraInfo", "R", Field("r")),
+    ("sensor_msgs/CameraInfo", "P", Field("p")),
     ("sensor_msgs/Image", "encoding", Name("format")),
     (
         "sensor_msgs/LaserScan",
         "angle_max",
         Last { first: "angle_min", step: "angle_increment", items: "ranges" },
     ),
+    ("sensor_msgs/JointState", "name", Called(PAN_TILT)),
     ("sensor_msgs/JointState", "name", Called(TWO_WHEELS)),
     ("sensor_msgs/JointState", "name", Called(FOUR_WHEELS)),
+    ("sensor_msgs/JointState", "position", Listed(PAN_TILT)),
+    ("sensor_msgs/JointState", "velocity", Listed(PAN_TILT_VELOCITY)),
     ("sensor_msgs/JointState", "velocity", Listed(TWO_WHEELS)),
     ("sensor_msgs/JointState", "velocity", Listed(FOUR_WHEELS)),
     ("sensor_msgs/NavSatFix", "status/status", Among("status", &[-1.0, 0.0, 1.0, 2.0])),
@@ -245,6 +255,20 @@ const MESSAGES: &[(&str, &str)] = &[
          string serial_number\n",
     ),
     (
+        "sensor_msgs/CameraInfo",
+        "std_msgs/Header header\n\
+         uint32 height\n\
+         uint32 width\n\
+         string distortion_model\n\
+         float64[] d\n\
+         float64[9] k\n\
+         float64[9] r\n\
+         float64[12] p\n\
+         uint32 binning_x\n\
+         uint32 binning_y\n\
+         sensor_msgs/RegionOfInterest roi\n",
+    ),
+    (
         "sensor_msgs/Image",
         "std_msgs/Header header\n\
          uint32 height\n\
@@ -354,6 +378,14 @@ const MESSAGES: &[(&str, &str)] = &[
          float32 range\n\
          float32 variance\n",
     ),
+    (
+        "sensor_msgs/RegionOfInterest",
+        "uint32 x_offset\n\
+         uint32 y_offset\n\
+         uint32 height\n\
+         uint32 width\n\
+         bool do_rectify\n",
+    ),
     ("std_msgs/Float64", "float64 data\n"),
     ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
 ];
@@ -421,6 +453,20 @@ const MESSAGES_OF_ROS1: &[(&str, &str)] = &[
          uint16 SERVICE_GALILEO=8\n\
          int8 status\n\
          uint16 service\n",
+    ),
+    (
+        "sensor_msgs/CameraInfo",
+        "std_msgs/Header header\n\
+         uint32 height\n\
+         uint32 width\n\
+         string distortion_model\n\
+         float64[] D\n\
+         float64[9] K\n\
+         float64[9] R\n\
+         float64[12] P\n\
+         uint32 binning_x\n\
+         uint32 binning_y\n\
+         sensor_msgs/RegionOfInterest roi\n",
     ),
     (
         "sensor_msgs/Range",

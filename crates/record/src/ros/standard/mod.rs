@@ -151,7 +151,8 @@ pub fn message_definition(name: &str) -> Option<Definition> {
 /// | `diagnostic_msgs/DiagnosticStatus` | a mission is in order until it has failed |
 /// | `geometry_msgs/PolygonStamped` | the outline of a chassis; the rest of it is not told |
 /// | `geometry_msgs/PoseArray`, `geometry_msgs/PointStamped` | robots that are seen are where range and bearing say; who they are is not told |
-/// | `sensor_msgs/JointState` | the speeds of wheels, which have names such as `front_left_wheel` |
+/// | `sensor_msgs/CameraInfo` | the whole image, without binning |
+/// | `sensor_msgs/JointState` | the speeds of wheels, which have names such as `front_left_wheel`, or the joints `pan` and `tilt` of a head |
 /// | `sensor_msgs/PointCloud2` | of sonars, where something was heard, on the axis of its cone |
 /// | `std_msgs/Float64` | a distance |
 /// | `geometry_msgs/Twist` | forward is x, turning is around z |

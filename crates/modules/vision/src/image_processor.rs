@@ -1,0 +1,115 @@
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{Image, ImageFormat};
+use slate_module::prelude::*;
+
+use crate::detection::{ImageDetection, ImageDetections, ImageSharpness};
+use crate::sharpness::Brightness;
+use crate::victim_detector::VictimDetector;
+
+/// Most detections of an image.
+const MOST: usize = 16;
+
+/// Ports of [`ImageProcessor`].
+#[ports]
+pub struct ImageProcessorIo {
+    /// Image of a camera.
+    image: Input<Image>,
+    /// What was found in the newest image.
+    detections: Output<ImageDetections>,
+    /// Sharpness of the newest image.
+    sharpness: Output<ImageSharpness>,
+}
+
+/// Parameters of [`ImageProcessor`].
+#[params]
+pub struct ImageProcessorParams {
+    #[param(default = true, doc = "whether it looks for victims")]
+    victims: Bool,
+    #[param(default = true, doc = "whether it reads QR codes")]
+    qr: Bool,
+    #[param(default = 0.3, range = 0.0..=1.0, doc = "least confidence of a detection")]
+    min_confidence: f64,
+}
+
+/// Finds victims and QR codes in the images of a camera, and measures their sharpness.
+pub struct ImageProcessor;
+
+/// State of [`ImageProcessor`].
+#[derive(Default, Serialize, Deserialize)]
+pub struct ImageProcessorState {
+    /// Memory, without anything of the last image.
+    #[serde(skip)]
+    victims: VictimDetector,
+    #[serde(skip)]
+    brightness: Brightness,
+    #[serde(skip)]
+    found: Vec<ImageDetection>,
+}
+
+#[module(stage = SensorProcess)]
+impl Module for ImageProcessor {
+    type Io = ImageProcessorIo;
+    type Params = ImageProcessorParams;
+    type State = ImageProcessorState;
+
+    fn tick(
+        state: &mut ImageProcessorState,
+        io: &ImageProcessorIo,
+        params: &ImageProcessorParams,
+        _: &Tick,
+    ) -> Outcome {
+        let Some(image) = io.image.get().filter(|_| io.image.is_new()) else { return Outcome::Ok };
+        state.brightness.take(image);
+        io.sharpness.set(ImageSharpness { laplacian_variance: state.brightness.laplacian_variance() });
+        state.found.clear();
+        if params.victims.get() && image.format == ImageFormat::RGB8 {
+            let rows = (0..image.height).map(|y| image.row(y));
+            state.found.extend(state.victims.detect(image.width as usize, rows).iter().map(detection));
+        }
+        if params.qr.get() {
+            read_codes(&state.brightness, &mut state.found);
+        }
+        state.found.retain(|found| found.confidence >= params.min_confidence);
+        state.found.truncate(MOST);
+        let time = io.image.stamp().time;
+        io.detections.set(ImageDetections { time, list: Sequence::new(&state.found) });
+        Outcome::Ok
+    }
+}
+
+fn detection(person: &crate::VictimBox) -> ImageDetection {
+    let [left, top, right, bottom] = person.corners.map(|side| side as f64);
+    ImageDetection {
+        x: (left + right) / 2.0,
+        y: (top + bottom) / 2.0,
+        width: right - left + 1.0,
+        height: bottom - top + 1.0,
+        confidence: person.confidence(),
+        label: Text::new("victim"),
+    }
+}
+
+/// Adds the QR codes of an image that can be read.
+fn read_codes(brightness: &Brightness, found: &mut Vec<ImageDetection>) {
+    let Brightness { width, height, pixels } = brightness;
+    if pixels.is_empty() {
+        return;
+    }
+    let mut image =
+        rqrr::PreparedImage::prepare_from_greyscale(*width, *height, |x, y| pixels[y * width + x]);
+    for grid in image.detect_grids() {
+        let Ok((_, text)) = grid.decode() else { continue };
+        let of = |part: fn(&rqrr::Point) -> i32| grid.bounds.iter().map(part);
+        let (xs, ys) = (of(|corner| corner.x), of(|corner| corner.y));
+        let (left, right) = (xs.clone().min().unwrap_or(0), xs.max().unwrap_or(0));
+        let (top, bottom) = (ys.clone().min().unwrap_or(0), ys.max().unwrap_or(0));
+        found.push(ImageDetection {
+            x: f64::from(left + right) / 2.0,
+            y: f64::from(top + bottom) / 2.0,
+            width: f64::from(right - left),
+            height: f64::from(bottom - top),
+            confidence: 1.0,
+            label: Text::new(&format!("qr {text}")),
+        });
+    }
+}

@@ -1,0 +1,51 @@
+use slate_interfaces::{Image, ImageFormat};
+
+/// Brightness of an image, row by row.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Brightness {
+    pub width: usize,
+    pub height: usize,
+    pub pixels: Vec<u8>,
+}
+
+impl Brightness {
+    /// Takes that of an image; empty for an unknown format.
+    pub fn take(&mut self, image: &Image) {
+        self.pixels.clear();
+        (self.width, self.height) = (image.width as usize, image.height as usize);
+        for y in 0..image.height {
+            match image.format {
+                ImageFormat::MONO8 => self.pixels.extend_from_slice(image.row(y)),
+                ImageFormat::RGB8 => self.pixels.extend(image.row(y).chunks_exact(3).map(luma)),
+                _ => {}
+            }
+        }
+        if self.pixels.len() != self.width * self.height {
+            (self.width, self.height) = (0, 0);
+            self.pixels.clear();
+        }
+    }
+
+    /// Variance of its Laplacian; 0 for an image of less than 3 columns or rows.
+    pub fn laplacian_variance(&self) -> f64 {
+        let (mut sum, mut squares, mut count) = (0_i64, 0_i64, 0_i64);
+        for y in 1..self.height.saturating_sub(1) {
+            for x in 1..self.width.saturating_sub(1) {
+                let at = |x: usize, y: usize| i64::from(self.pixels[y * self.width + x]);
+                let value = at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1) - 4 * at(x, y);
+                (sum, squares, count) = (sum + value, squares + value * value, count + 1);
+            }
+        }
+        if count == 0 {
+            return 0.0;
+        }
+        let mean = sum as f64 / count as f64;
+        squares as f64 / count as f64 - mean * mean
+    }
+}
+
+/// Brightness of a colour (ITU-R BT.601).
+fn luma(pixel: &[u8]) -> u8 {
+    let [red, green, blue] = [pixel[0], pixel[1], pixel[2]].map(u32::from);
+    ((299 * red + 587 * green + 114 * blue + 500) / 1000) as u8
+}

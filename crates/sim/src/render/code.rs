@@ -1,0 +1,73 @@
+//! Signs with QR codes and AprilTags.
+
+use qrcodegen::{QrCode, QrCodeEcc};
+
+use crate::render::texture::Texture;
+use crate::scenery::SignDescription;
+
+/// Light cells around a QR code, as its standard wants.
+const QR_MARGIN: i32 = 4;
+/// Light cells around a tag.
+const TAG_MARGIN: i32 = 1;
+/// Cells of a tag's side: 4 of data in a black frame.
+const TAG_CELLS: i32 = 6;
+
+/// Codes of the family 16h5 of AprilTag (Olson, 2011, *AprilTag: A robust and flexible visual fiducial system*), with a Hamming
+/// distance of 5: a white cell is a set bit, row by row from the highest bit at the top left.
+const TAG16H5: [u16; 30] = [
+    0x231b, 0x2ea5, 0x346a, 0x45b9, 0x79a6, 0x7f6b, 0xb358, 0xe745, 0xfe59, 0x156d, 0x380b, 0xf0ab, 0x0d84,
+    0x4736, 0x8c72, 0xaf10, 0x093c, 0x93b4, 0xa503, 0x468f, 0xe137, 0x5795, 0xdf42, 0x1c1d, 0xe9dc, 0x73ad,
+    0xad5f, 0xd530, 0x07ca, 0xaf2e,
+];
+
+/// A square of black and white cells.
+pub(crate) struct CellPattern {
+    /// Number of cells of a side, without the white margin.
+    side: i32,
+    margin: i32,
+    /// Row by row from the top.
+    is_black: Vec<bool>,
+}
+
+impl CellPattern {
+    /// The pattern of a sign; `None` when it has none, or too much text.
+    pub fn of(sign: &SignDescription) -> Option<Self> {
+        match (&sign.qr, sign.april_tag) {
+            (Some(text), _) => {
+                let code = QrCode::encode_text(text, QrCodeEcc::Medium).ok()?;
+                let side = code.size();
+                let cells = (0..side).flat_map(|row| (0..side).map(move |column| (column, row)));
+                let is_black = cells.map(|(column, row)| code.get_module(column, row)).collect();
+                Some(Self { side, margin: QR_MARGIN, is_black })
+            }
+            (None, Some(number)) => {
+                let code = *TAG16H5.get(number as usize)?;
+                let cells = (0..TAG_CELLS).flat_map(|row| (0..TAG_CELLS).map(move |column| (column, row)));
+                let inside = 1..TAG_CELLS - 1;
+                let is_black = cells.map(|(column, row)| {
+                    let is_frame = !(inside.contains(&column) && inside.contains(&row));
+                    is_frame || code >> (15 - (4 * (row - 1) + column - 1)) & 1 == 0
+                });
+                Some(Self { side: TAG_CELLS, margin: TAG_MARGIN, is_black: is_black.collect() })
+            }
+            (None, None) => None,
+        }
+    }
+
+    /// How much wider the sign is than its code.
+    pub fn scale(&self) -> f64 {
+        f64::from(self.side + 2 * self.margin) / f64::from(self.side)
+    }
+
+    /// The whole sign, with its white margin.
+    pub fn paint(&self) -> Texture {
+        let whole = self.side + 2 * self.margin;
+        Texture::paint([8, 8], |u, v| {
+            let cell = |share: f32| (share * whole as f32) as i32 - self.margin;
+            let (column, row) = (cell(u), cell(1.0 - v));
+            let is_inside = (0..self.side).contains(&column) && (0..self.side).contains(&row);
+            let is_black = is_inside && self.is_black[(row * self.side + column) as usize];
+            if is_black { [0.16, 0.16, 0.16, 1.0] } else { [0.95, 0.95, 0.94, 1.0] }
+        })
+    }
+}
