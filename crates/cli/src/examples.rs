@@ -55,7 +55,7 @@ struct FileExample {
     feature: Option<&'static str>,
 }
 
-const FILE_EXAMPLES: [FileExample; 17] = [
+const FILE_EXAMPLES: [FileExample; 18] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",

@@ -23,13 +23,6 @@ fn a_safe_command_is_within_the_limits_of_the_robot_model() {
     check_fails(&running, &[safe], &["the safe `left` is out of the limits of the RobotModel"]);
 }
 
-#[test]
-fn the_time_source_sets_the_time() {
-    let running = Running::new("gates-time");
-    let words = ["`r2/sonar`, the time source, does not set the time"];
-    check_fails(&running, &["time.source=\"r2/sonar\""], &words);
-}
-
 fn x(running: &Running) -> f64 {
     running.read("exp1", "/simulator/r2/truth/x").as_f64().unwrap()
 }

@@ -104,24 +104,6 @@ pub(super) fn check_single(
             );
         }
     }
-    let Some(source) = configuration.time_source() else { return };
-    let is_source = |surveyed: &&Surveyed<'_>| surveyed.module.name.value == source.value;
-    if let Some(surveyed) = modules.iter().find(is_source)
-        && !needs(&surveyed.description, TimeSource::DESCRIPTOR.hash)
-    {
-        let message =
-            Mistake::TimeSource.of(format!("`{}`, the time source, does not set the time", source.value));
-        let able = users(TimeSource::DESCRIPTOR.hash).map(|surveyed| surveyed.module.name.value.as_str());
-        let able: Vec<_> = able.collect();
-        let help = match able.as_slice() {
-            [] => {
-                "no module of this configuration sets it: remove `source`, and the clock of the machine does"
-                    .into()
-            }
-            _ => format!("modules that set it: {}", able.join(", ")),
-        };
-        complaints.add(source.span, message, help);
-    }
 }
 
 /// Reports blocks with a service by which they read or act past the rules of attachment.
