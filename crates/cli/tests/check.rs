@@ -311,7 +311,7 @@ fn several_possible_sources_are_an_error_with_the_lines_to_write() {
     let message = found[0]["message"].as_str().unwrap();
     let line = second.lines().position(|line| line.starts_with("other = ")).unwrap() + 1;
     for words in [
-        "a port without a written link has one possible source: `r2/map_obstacles/range`, `r2/pass_range/range`",
+        "a port without a written link has exactly one possible source; `r2/map_obstacles/range`, `r2/pass_range/range`",
         &format!(
             "could read `r2/other/percept` (second.toml:{line}) or `r2/range_monitor/percept` (second.toml:"
         ),
@@ -373,6 +373,8 @@ fn a_forgotten_slash_and_a_wrong_name_get_the_right_hint() {
         assert!(one["message"].as_str().unwrap().contains(message), "{checked}");
         assert!(one["help"].as_str().unwrap().contains(help), "{checked}");
     }
+    let set = "robots.r2.links.\"simulator/r2/wheels\"=\"motors/wheels\"";
+    running.fails(7, &["check", "exp1", "--set", set], &["did you mean /simulator/r2/wheels?"]);
 }
 
 #[test]

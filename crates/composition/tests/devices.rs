@@ -209,7 +209,7 @@ fn a_second_sensor_is_one_error_with_both_places() {
     // The second one is in line 14.
     for words in [
         "robot.toml:14:",
-        "a port without a written link has one possible source: `r2/dodge/near`, `r2/knowledge/near`, `r2/near_monitor/near`",
+        "a port without a written link has exactly one possible source; `r2/dodge/near`, `r2/knowledge/near`, `r2/near_monitor/near`",
         "could read `r2/gauge/value` (robot.toml:3) or `r2/other/value` (robot.toml:14)",
         "\"/r2/dodge/near\" = \"/r2/gauge/value\", \"/r2/knowledge/near\" = \"/r2/gauge/value\"",
     ] {

@@ -60,7 +60,7 @@ impl Failure {
             Self::Taken { .. } => "choose another name, or another working folder".into(),
             Self::NoCheckout { .. } => {
                 "a project is built against Slate's sources: name their folder, which contains crates/plugin, with --slate \
-                 PATH; it is found automatically if `slate` was built there or is called there"
+                 PATH; it is found automatically if this program or the working folder is in it"
                     .into()
             }
             Self::NoDrawing { .. } => {

@@ -29,7 +29,7 @@ pub struct NewOptions {
     #[arg(long, short, value_enum, default_value_t = Template::Mapek)]
     template: Template,
 
-    /// Checkout of Slate [default: where this program was built]
+    /// Checkout of Slate [default: around this program or the working folder]
     #[arg(long, value_name = "PATH")]
     slate: Option<PathBuf>,
 
@@ -263,7 +263,7 @@ fn objection(name: &str) -> Option<&'static str> {
     }
 }
 
-/// Slate's sources: where they are said to be, or else where this program was built, or where it is called.
+/// Finds Slate's sources: where they are said to be, or else around this program or the working folder.
 fn checkout(said: Option<&Path>) -> Result<PathBuf, Failure> {
     let is_checkout = |folder: &Path| folder.join("crates/plugin/Cargo.toml").is_file();
     let above = |path: Option<PathBuf>| {

@@ -416,7 +416,7 @@ fn refuse_group(modules: &[Surveyed<'_>], same: &[LinkChoice<'_, '_>], complaint
         _ => ("source", "read"),
     };
     let message = format!(
-        "a port without a written link has one possible {one}: {} could {verb} {}",
+        "a port without a written link has exactly one possible {one}; {} could {verb} {}",
         ports.join(", "),
         named.join(" or ")
     );

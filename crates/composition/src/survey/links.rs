@@ -5,6 +5,7 @@ mod external;
 mod fit;
 mod remote;
 mod sinks;
+mod slash;
 mod sources;
 mod words;
 

@@ -3,6 +3,7 @@
 use slate_blackboard::Url;
 use slate_module::{Direction, PortDescription};
 
+use super::slash::without_slash;
 use crate::complaints::{Complaints, suggest};
 use crate::survey::names::{SERVICE, deep_name, is_service, owner, split_module, split_port};
 use crate::survey::{Survey, Wire};
@@ -114,7 +115,8 @@ fn unowned<'a>(configuration: &'a Configuration, survey: &Survey<'a>, link: &'a 
         return (Mistake::Ends.of(message), format!("destination = source: did you mean {right}?"));
     }
     let names = survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str());
-    (Mistake::Name.of(format!("no module owns `{to}`")), suggest(to, names))
+    let help = without_slash(configuration, survey, link.to.span, to).unwrap_or_else(|| suggest(to, names));
+    (Mistake::Name.of(format!("no module owns `{to}`")), help)
 }
 
 /// The outbox whose messages an inbox takes.

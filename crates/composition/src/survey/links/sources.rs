@@ -7,6 +7,7 @@ use slate_module::{Direction, PortDescription};
 
 use super::ends::{self, TargetField};
 use super::sinks::LinkSink;
+use super::slash::without_slash;
 use super::words::past_gate;
 use super::{fit, remote};
 use crate::complaints::{Complaints, suggest};
@@ -174,7 +175,8 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             let source = |port: &&PortDescription| !is_service(port) && port.direction != Direction::Outbox;
             let name = deep_name(ports, name, rest);
             let names = || ports.iter().filter(source).map(|port| port.name.as_str());
-            let help = self.without_slash(span, path).unwrap_or_else(|| suggest(name, names()));
+            let help = without_slash(self.configuration, self.survey, span, path)
+                .unwrap_or_else(|| suggest(name, names()));
             let own = &self.modules()[module].module.name.value;
             self.complaints.add(span, Mistake::Name.of(format!("`{own}` has no output `{name}`")), help);
             return None;
@@ -196,7 +198,8 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         let hosts = Host::ALL.iter().filter(|_| is_hosts).map(|host| host.path());
         let played = self.survey.played.iter().map(|played| played.path.as_str());
         let names: Vec<_> = modules.chain(actuators).chain(hosts).chain(played).collect();
-        let help = self.without_slash(span, path).unwrap_or_else(|| suggest(path, names.iter().copied()));
+        let help = without_slash(self.configuration, self.survey, span, path)
+            .unwrap_or_else(|| suggest(path, names.iter().copied()));
         self.complaints.add(span, Mistake::Name.of(format!("nothing is called `/{path}`")), help);
         None
     }
@@ -230,23 +233,6 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         };
         self.complaints.add(span, message, help);
         None
-    }
-
-    /// Help for a name of a robot's scope that is one of the agent's: the same with a slash in front is meant.
-    fn without_slash(&self, span: Span, path: &str) -> Option<String> {
-        let written = self.configuration.text_at(span).trim().trim_matches(['"', '\'']);
-        if written.starts_with('/') || written == path || !path.ends_with(&format!("/{written}")) {
-            return None;
-        }
-        let is_port = || {
-            let (module, rest) = split_module(self.modules(), written)?;
-            let ports = &self.modules()[module].description.ports;
-            let name = split_port(ports, rest).0;
-            (Implied::of(name).is_some() || ports.iter().any(|port| port.name == name)).then_some(())
-        };
-        let is_known = is_port().is_some() || self.actuator(written).is_some();
-        is_known
-            .then(|| format!("did you mean /{written}? Without a slash in front a name is one of its robot"))
     }
 
     /// Where the link of another input leads, when that is linked as a whole to a value of its own type; else its own
