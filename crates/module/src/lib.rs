@@ -90,6 +90,7 @@ mod panics;
 mod parameters;
 mod plugin;
 mod port;
+mod port_list;
 mod portable;
 mod random;
 mod setup;
@@ -106,13 +107,14 @@ pub use hardware::{Hardware, HardwareDevice, HardwareDrive};
 pub use instance::{Instance, read_params};
 pub use invalid_parameter::InvalidParameter;
 pub use module::{Module, Outcome, Refusal, Spec};
-pub use outline::{ModuleOutline, Outline, PluginOutline, PortList, PortOutline};
+pub use outline::{ModuleOutline, Outline, PluginOutline};
 pub use parameters::{Parameter, Params};
 pub use plugin::{Maker, ModuleKind, Plugin, read_robot};
 pub use port::{
     Command, Debug, Delivery, HasPort, Inbox, Input, Outbox, Output, Port, PortCursor, Ports, Priority,
     Queue, Received, Required, StaleInput,
 };
+pub use port_list::{PortList, PortOutline};
 pub use portable::{PortableDescription, decode_interface, encode_interface};
 pub use random::Random;
 pub use setup::Setup;

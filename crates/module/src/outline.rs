@@ -3,8 +3,9 @@
 
 use slate_blackboard::interface::Descriptor;
 
+use crate::port_list::PortList;
 use crate::table::ABI;
-use crate::{Direction, Module, Ports, Stage};
+use crate::{Module, Ports, Stage};
 use slate_blackboard::interface::Interface;
 
 /// What a plugin says of itself before it is opened.
@@ -32,24 +33,6 @@ pub struct ModuleOutline {
     stage: Stage,
     ports: PortList,
     params: &'static Descriptor,
-}
-
-/// Ports that follow each other.
-#[derive(Debug)]
-pub enum PortList {
-    /// These.
-    Ports(&'static [PortOutline]),
-    /// Those of one list, then those of the other.
-    Both(&'static PortList, &'static PortList),
-}
-
-/// What is known of a port before its module is set up.
-#[derive(Debug)]
-pub struct PortOutline {
-    /// Name.
-    pub name: &'static str,
-    /// Which way, and what it carries.
-    pub carries: (Direction, &'static Descriptor),
 }
 
 impl ModuleOutline {

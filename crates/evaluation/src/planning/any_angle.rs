@@ -23,7 +23,7 @@ pub fn shortest_any_angle(grid: &CostGrid, start: GridCell, goal: GridCell) -> O
     let mut open = BinaryHeap::new();
     let mut closed = vec![false; cells.len()];
     let mut visit =
-        |from: GridCell, cost: f64, open: &mut BinaryHeap<Reverse<(Priority, usize)>>, closed: &[bool]| {
+        |from: GridCell, cost: f64, open: &mut BinaryHeap<Reverse<(QueueCost, usize)>>, closed: &[bool]| {
             for (at, cell) in cells.iter().enumerate() {
                 let direct = cost + from.distance(*cell);
                 let total = direct + cell.distance(goal);
@@ -33,12 +33,12 @@ pub fn shortest_any_angle(grid: &CostGrid, start: GridCell, goal: GridCell) -> O
                     && line_cost(grid, from, *cell).is_some()
                 {
                     costs[at] = direct;
-                    open.push(Reverse((Priority(total), at)));
+                    open.push(Reverse((QueueCost(total), at)));
                 }
             }
         };
     visit(start, 0.0, &mut open, &closed);
-    while let Some(Reverse((Priority(total), at))) = open.pop() {
+    while let Some(Reverse((QueueCost(total), at))) = open.pop() {
         let cell = cells[at];
         if at == cells.len() - 1 {
             return Some(total);
@@ -52,17 +52,17 @@ pub fn shortest_any_angle(grid: &CostGrid, start: GridCell, goal: GridCell) -> O
 
 /// Ordered by value.
 #[derive(Clone, Copy, PartialEq)]
-struct Priority(f64);
+struct QueueCost(f64);
 
-impl Eq for Priority {}
+impl Eq for QueueCost {}
 
-impl Ord for Priority {
+impl Ord for QueueCost {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.0.total_cmp(&other.0)
     }
 }
 
-impl PartialOrd for Priority {
+impl PartialOrd for QueueCost {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }

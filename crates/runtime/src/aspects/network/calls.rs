@@ -4,7 +4,7 @@ use slate_module::aspect::{ABSENT, Network, NetworkAddress};
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
 use super::super::calls::{name, say};
-use super::{ModuleSocketKind, NetworkService, Received};
+use super::{ModuleSocketKind, NetworkService, ReceivedBytes};
 
 /// The calls, yet without a service.
 pub(super) const TABLE: Network =
@@ -93,15 +93,15 @@ unsafe extern "C" fn receive(
     unsafe {
         let room: &mut [u8] = if size == 0 { &mut [] } else { std::slice::from_raw_parts_mut(room, size) };
         match (*context.cast::<NetworkService>()).receive(socket, room) {
-            Received::Bytes(count, sender) => {
+            ReceivedBytes::Bytes(count, sender) => {
                 length.write(count);
                 if let Some(sender) = sender {
                     from.write(shown(&sender));
                 }
                 DONE
             }
-            Received::Nothing => ABSENT,
-            Received::Refused(reason) => {
+            ReceivedBytes::Nothing => ABSENT,
+            ReceivedBytes::Refused(reason) => {
                 say(sink, &reason);
                 REFUSED
             }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use slate_module::aspect::SEND_LIMIT;
 
-use super::{Received, is_for_later};
+use super::{ReceivedBytes, is_for_later};
 use slate_engine::digest::Digest;
 
 /// How long each address that a name stands for is tried.
@@ -68,17 +68,17 @@ impl ModuleConnection {
         Ok(())
     }
 
-    pub fn receive(&mut self, room: &mut [u8]) -> Received {
+    pub fn receive(&mut self, room: &mut [u8]) -> ReceivedBytes {
         if room.is_empty() {
-            return Received::Nothing;
+            return ReceivedBytes::Nothing;
         }
         match self.stream.read(room) {
             Ok(0) => self.ended("closed by the other end".into()),
-            Ok(length) => return Received::Bytes(length, None),
-            Err(error) if is_for_later(&error) && self.ended.is_none() => return Received::Nothing,
+            Ok(length) => return ReceivedBytes::Bytes(length, None),
+            Err(error) if is_for_later(&error) && self.ended.is_none() => return ReceivedBytes::Nothing,
             Err(error) => self.ended(error.to_string()),
         }
-        Received::Refused(self.end())
+        ReceivedBytes::Refused(self.end())
     }
 
     fn ended(&mut self, reason: String) {

@@ -3,7 +3,7 @@ use std::net::{SocketAddr, UdpSocket};
 
 use slate_module::aspect::SEND_LIMIT;
 
-use super::{Received, address, is_for_later};
+use super::{ReceivedBytes, address, is_for_later};
 use slate_engine::digest::Digest;
 
 /// What a datagram carries at most, bytes.
@@ -47,14 +47,14 @@ impl DatagramSocket {
         Ok(())
     }
 
-    pub fn receive(&mut self, room: &mut [u8]) -> Received {
+    pub fn receive(&mut self, room: &mut [u8]) -> ReceivedBytes {
         if let Some(error) = self.error.take() {
-            return Received::Refused(error.to_string());
+            return ReceivedBytes::Refused(error.to_string());
         }
         match self.socket.recv_from(room) {
-            Ok((length, from)) => Received::Bytes(length, Some(from)),
-            Err(error) if is_for_later(&error) => Received::Nothing,
-            Err(error) => Received::Refused(error.to_string()),
+            Ok((length, from)) => ReceivedBytes::Bytes(length, Some(from)),
+            Err(error) if is_for_later(&error) => ReceivedBytes::Nothing,
+            Err(error) => ReceivedBytes::Refused(error.to_string()),
         }
     }
 

@@ -54,7 +54,7 @@ enum ModuleSocket {
 type IsClosing = bool;
 
 /// What came of an attempt to receive.
-enum Received {
+enum ReceivedBytes {
     Nothing,
     Bytes(usize, Option<SocketAddr>),
     Refused(String),
@@ -254,12 +254,12 @@ impl NetworkService {
         }
     }
 
-    fn receive(&mut self, number: u64, room: &mut [u8]) -> Received {
+    fn receive(&mut self, number: u64, room: &mut [u8]) -> ReceivedBytes {
         match self.socket(number) {
             Ok(ModuleSocket::Datagrams(datagrams, _)) => datagrams.receive(room),
             Ok(ModuleSocket::Connection(connection)) => connection.receive(room),
-            Ok(ModuleSocket::Listener { .. }) => Received::Refused("a listener receives nothing".into()),
-            Err(reason) => Received::Refused(reason),
+            Ok(ModuleSocket::Listener { .. }) => ReceivedBytes::Refused("a listener receives nothing".into()),
+            Err(reason) => ReceivedBytes::Refused(reason),
         }
     }
 
