@@ -112,16 +112,16 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
             .collect();
         let near = slate_blackboard::nearest_names(path, commands.iter().map(String::as_str));
         let Some(near) = near.first() else {
-            return "name a Command port of a module, such as `r2/execute/wheels`".into();
+            return "name a Command port of a module, such as `/r2/execute/wheels`".into();
         };
         let robot_of = |path: &str| path.split_once('/').map_or("", |(robot, _)| robot).to_owned();
         let (robot, other) = (robot_of(path), robot_of(near));
         let belongs = |name: &str| name.strip_prefix(&robot).is_some_and(|rest| rest.starts_with('/'));
         if robot == other || modules.iter().any(|surveyed| belongs(&surveyed.module.name.value)) {
-            return format!("name a Command port of a module: did you mean `{near}`?");
+            return format!("name a Command port of a module: did you mean `/{near}`?");
         }
         format!(
-            "robot `{robot}` has no modules: did you mean `{near}`, or is [robots.{other}.modules] misspelt?"
+            "robot `{robot}` has no modules: did you mean `/{near}`, or is [robots.{other}.modules] misspelt?"
         )
     }
 
