@@ -22,7 +22,7 @@ def tree(value):
     if dataclasses.is_dataclass(value):
         # One library adds the name of the message and its constants, and marks names that are keywords of its language.
         names = [field.name for field in dataclasses.fields(value)]
-        names = [name for name in names if not name.startswith("__") and not name.isupper()]
+        names = [name for name in names if not name.startswith("__") and (not name.isupper() or len(name) == 1)]
         return {name.rstrip("_"): tree(getattr(value, name)) for name in names}
     if hasattr(value, "__slots__"):
         return {name: tree(getattr(value, name)) for name in value.__slots__}
