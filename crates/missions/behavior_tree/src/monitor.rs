@@ -20,7 +20,7 @@ impl BehaviorTree {
         self.monitor_xml.as_deref().map_err(|size| *size)
     }
 
-    /// Writes the XML once, as the one who asks for it may be in a cycle of control.
+    /// Writes the XML once, as a caller may be in a cycle of control.
     pub(crate) fn with_monitor_xml(mut self) -> Self {
         let mut xml = XmlText::default();
         xml.push("<root BTCPP_format=\"4\"");

@@ -12,7 +12,7 @@ use crate::common::{sent, status};
 
 type Planning = Fixture<PlanBlock<PetriNetPlan>>;
 
-/// r1 goes, then both lift at once; who is alone looks for help.
+/// r1 goes, then both lift at once; a robot that is alone looks for help.
 fn lift() -> PetriNet {
     let mut net = NetBuilder::new("lift");
     let going = net.place("Go_1@r1.exec", 1);

@@ -171,7 +171,7 @@ impl Frames {
 
     /// The frame in which a topic's values are told that do not say their own.
     pub fn of(&self, topic: &str) -> &str {
-        // What is known of a camera is told in its frame.
+        // Camera information is in the frame of its camera.
         if let Some(frame) = self.mounted.get(topic.strip_suffix(INFO).unwrap_or(topic)) {
             return frame;
         }

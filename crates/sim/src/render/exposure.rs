@@ -9,7 +9,7 @@ use crate::viewpoint::CameraMotion;
 
 /// Number of equally probable values of a normal deviate.
 const DEVIATES: usize = 1024;
-/// Steps of brightness that are told apart before encoding.
+/// Steps of brightness before encoding.
 const STEPS: usize = 4096;
 /// Longest blur of a pixel, pixels.
 const LONGEST_BLUR: f32 = 64.0;

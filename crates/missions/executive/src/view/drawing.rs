@@ -4,7 +4,7 @@ use slate_plugin::prelude::*;
 
 use crate::activity_hash::ActivityHash;
 
-/// Number of an element that is none.
+/// Number that stands for no element.
 pub const NO_ELEMENT: u16 = u16::MAX;
 
 /// The most elements of a graph: its values are small enough for the last seconds that an agent keeps.
