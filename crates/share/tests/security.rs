@@ -66,8 +66,11 @@ fn an_agent_listens_at_several_places_and_lets_in_whom_it_says() {
 fn endpoint_of_zenoh_names_the_table_that_has_it() {
     let (message, _) = refused("[share]\nlisten = \"zenoh:tcp/127.0.0.1:7447\"\n");
     assert!(message.starts_with("4: ") && message.contains("of [network]"), "{message}");
-    let agents = "[share]\nlisten = \"local:x1\"\n[share.agents.arm]\nat = \"zenoh:udp/192.0.2.1:7447\"\n";
-    let (message, _) = refused(agents);
+    let folder = Folder::new();
+    let here = folder.endpoint("here");
+    let agents =
+        format!("[share]\nlisten = \"{here}\"\n[share.agents.arm]\nat = \"zenoh:udp/192.0.2.1:7447\"\n");
+    let (message, _) = refused(&agents);
     assert!(message.starts_with("6: ") && message.contains("of [network]"), "{message}");
 }
 
@@ -92,10 +95,11 @@ fn what_would_leave_the_machine_unprotected_is_refused_with_its_place() {
         message.contains("TLS needs `certificate`, `key` and `authority` in [share.security]"),
         "{message}"
     );
-    let (message, _) =
-        refused("[share]\nlisten = \"local:x1\"\n[share.agents.arm]\nat = \"tls:192.0.2.1:7447\"\n");
-    assert!(message.starts_with("6: "), "{message}");
     let folder = Folder::new();
+    let here = folder.endpoint("here");
+    let agents = format!("[share]\nlisten = \"{here}\"\n[share.agents.arm]\nat = \"tls:192.0.2.1:7447\"\n");
+    let (message, _) = refused(&agents);
+    assert!(message.starts_with("6: "), "{message}");
     let authority = Authority::new(&folder.path(""), "ours");
     let other = authority.sign("arm");
     let (certificate, key) = (other.certificate.display(), other.key.display());
