@@ -162,7 +162,7 @@ fn the_next_writer_and_the_end_of_the_channel_give_back() {
 }
 
 #[test]
-fn what_is_frozen_is_a_copy_and_takes_the_place_of_what_was_adopted() {
+fn freezing_copies_the_adopted_value() {
     let (channel, mut writer, lender) = channel(2);
     for number in 1..=3 {
         adopt(&mut writer, &lender, number).unwrap();

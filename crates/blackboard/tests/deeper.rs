@@ -24,7 +24,7 @@ fn pulled(reader: &mut QueueReader) -> Vec<(u64, u64, u64)> {
 }
 
 #[test]
-fn a_reader_of_the_deeper_one_gets_every_value_that_is_written_from_then_on() {
+fn a_deeper_reader_gets_every_value_written_from_then_on() {
     let channel = channel(1);
     let mut latest = channel.latest().unwrap();
     let mut writer = channel.writer().unwrap();

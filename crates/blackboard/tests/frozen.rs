@@ -92,7 +92,7 @@ proptest! {
 }
 
 #[test]
-fn a_shorter_queue_keeps_what_it_can_and_a_longer_one_says_what_is_lost() {
+fn a_shorter_queue_keeps_what_fits_and_a_longer_one_tells_loss() {
     let original = channel(4);
     let mut writer = original.writer().unwrap();
     for number in 1..=9 {

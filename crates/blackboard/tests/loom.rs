@@ -76,7 +76,7 @@ fn a_reader_sees_whole_values_in_order_and_in_the_end_the_last() {
 }
 
 #[test]
-fn two_readers_see_whole_values_in_order_and_in_the_end_the_last() {
+fn two_readers_see_whole_values_in_order_and_the_last_one() {
     register(2, 3, 2);
 }
 

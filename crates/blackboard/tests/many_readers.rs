@@ -26,7 +26,7 @@ fn window(reader: &QueueReader) -> Vec<u64> {
 }
 
 #[test]
-fn readers_that_come_one_after_the_other_hold_what_each_has_seen() {
+fn successive_readers_keep_the_value_each_has_seen() {
     for depth in [1, 3, 64] {
         let channel = Channel::new(Shape::fixed(8, 8), depth, BUDGET);
         let mut writer = channel.writer().unwrap();
@@ -47,7 +47,7 @@ fn readers_that_come_one_after_the_other_hold_what_each_has_seen() {
 }
 
 #[test]
-fn queues_beside_many_readers_get_every_value_and_keep_their_windows() {
+fn queues_beside_many_readers_get_every_value() {
     let channel = Channel::new(Shape::fixed(8, 8), 16, BUDGET);
     let mut writer = channel.writer().unwrap();
     let mut readers: Vec<Latest> = (0..BUDGET.latest).map(|_| channel.latest().unwrap()).collect();
@@ -70,7 +70,7 @@ fn queues_beside_many_readers_get_every_value_and_keep_their_windows() {
 }
 
 #[test]
-fn the_next_writer_knows_of_the_slots_that_came_with_many_readers() {
+fn the_next_writer_knows_the_slots_added_for_many_readers() {
     let channel = Channel::new(Shape::fixed(8, 8), 1, BUDGET);
     let mut writer = channel.writer().unwrap();
     let mut readers: Vec<Latest> = (0..BUDGET.latest).map(|_| channel.latest().unwrap()).collect();

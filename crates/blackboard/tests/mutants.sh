@@ -41,7 +41,7 @@ expect_caught loom ordering \
     what_is_lent_is_given_back_when_no_reader_has_it \
     what_is_lent_to_a_queue_is_given_back_when_no_reader_has_it \
     a_reader_sees_whole_values_in_order_and_in_the_end_the_last \
-    two_readers_see_whole_values_in_order_and_in_the_end_the_last \
+    two_readers_see_whole_values_in_order_and_the_last_one \
     an_overtaken_reader_of_a_queue_counts_what_it_lost \
     a_reader_that_blocks_loses_nothing \
     a_snapshot_holds_values_of_one_commit \
@@ -53,7 +53,7 @@ expect_caught loom readers \
     what_is_lent_is_given_back_when_no_reader_has_it \
     what_is_lent_to_a_queue_is_given_back_when_no_reader_has_it \
     a_reader_sees_whole_values_in_order_and_in_the_end_the_last \
-    two_readers_see_whole_values_in_order_and_in_the_end_the_last \
+    two_readers_see_whole_values_in_order_and_the_last_one \
     an_overtaken_reader_of_a_queue_counts_what_it_lost
 expect_caught loom turns what_a_reader_holds_stays_as_it_is_when_its_turn_ends_late
 expect_caught loom commit a_snapshot_holds_values_of_one_commit

@@ -54,7 +54,7 @@ proptest! {
 }
 
 #[test]
-fn a_reader_that_must_see_every_value_is_not_overtaken_by_what_never_came() {
+fn a_lossless_reader_is_not_blocked_by_a_value_that_never_came() {
     let channel = channel(4);
     let mut writer = channel.writer().unwrap();
     let mut reader = channel.queue(Policy::Block, Start::Oldest).unwrap();

@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn an_agent_before_the_verb_comes_behind_what_belongs_to_the_verb() {
+    fn an_agent_before_the_verb_equals_an_agent_behind_it() {
         for (said, wanted) in [
             ("slate --agent r2 tree --values", "slate tree --values --agent r2"),
             (
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_has_its_options_first_and_any_other_word_as_its_reason() {
+    fn a_stop_takes_options_first_and_other_words_as_its_reason() {
         for (said, wanted) in [
             (
                 "slate stop --now --agent r2 quick --json --json",

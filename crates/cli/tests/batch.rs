@@ -63,7 +63,7 @@ fn with_two_judges() -> String {
 }
 
 #[test]
-fn further_robots_that_are_judged_have_figures_under_their_names() {
+fn further_judged_robots_have_figures_under_their_names() {
     let folder = folder("judges");
     std::fs::write(folder.join("two.toml"), with_two_judges()).unwrap();
     let output = slate(&folder, &["run", "two.toml", "--headless", "--json", "--seed", "1"]);

@@ -143,7 +143,7 @@ fn example(file: &str) -> String {
 }
 
 #[test]
-fn what_a_robot_believes_of_the_world_is_on_the_map_and_a_person_corrects_it() {
+fn the_map_shows_a_robots_belief_and_a_person_corrects_it() {
     let _turn = turn();
     let mut running = Running::new("browser-mapping");
     let link = open(&mut running, "mapping", &example("mapping/mapping.toml"), &[]);
@@ -174,7 +174,7 @@ fn mission_is_seen_stepped_and_forced_by_a_developer() {
 }
 
 #[test]
-fn who_looks_back_sees_the_grid_map_of_then_or_is_told_that_it_is_of_now() {
+fn looking_back_shows_the_grid_map_of_then_or_says_current() {
     let _turn = turn();
     for (kept, largest) in [("false", "64KiB"), ("true", "128KiB")] {
         let mut running = Running::new(&format!("browser-of-now-{kept}"));
@@ -185,7 +185,7 @@ fn who_looks_back_sees_the_grid_map_of_then_or_is_told_that_it_is_of_now() {
 }
 
 #[test]
-fn what_is_saved_is_shown_first_and_then_stands_in_the_file_with_its_comments() {
+fn a_save_is_previewed_and_keeps_the_comments_of_the_file() {
     let _turn = shared_turn();
     let mut running = Running::new("browser-save");
     let text = format!(
@@ -222,7 +222,7 @@ fn looking_back_shows_the_past_while_the_robot_continues() {
 }
 
 #[test]
-fn a_page_that_is_open_goes_on_with_the_next_run_of_the_same_token_and_says_when_there_is_another() {
+fn an_open_page_follows_the_next_run_of_its_token() {
     let _turn = shared_turn();
     let mut running = Running::new("browser-restart");
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();

@@ -180,7 +180,7 @@ fn with_variants(settings: &str) -> String {
 }
 
 #[test]
-fn a_variant_that_is_not_chosen_is_checked_in_the_place_of_the_chosen_one() {
+fn a_variant_that_is_not_chosen_is_checked_as_if_it_were() {
     let running = Running::new("check-variants");
     let file = running.folder().join("variants.toml");
     for (settings, words) in [
@@ -300,7 +300,7 @@ fn what_leads_nowhere_is_warned_of_and_fails_a_strict_check() {
 }
 
 #[test]
-fn several_possible_sources_are_an_error_with_the_lines_to_write() {
+fn several_possible_sources_are_an_error_with_lines_to_write() {
     let running = Running::new("check-ambiguous");
     let second =
         EXP1.replacen("range_monitor = {}", "range_monitor = {}\nother = { kind = \"range_monitor\" }", 1);

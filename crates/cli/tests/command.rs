@@ -56,7 +56,7 @@ fn a_run_reaches_its_goal_and_leaves_its_report() {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_bytes_with_any_number_of_workers_and_at_any_rate() {
+fn the_same_seed_gives_the_same_bytes_for_any_workers_and_rate() {
     let folder = folder("digest");
     let digest = |arguments: &[&str]| summary(&folder, arguments)["digest"].clone();
     let first = digest(&["--seed", "5"]);
@@ -129,7 +129,7 @@ fn who_does_not_arrive_in_time_exits_with_1() {
 }
 
 #[test]
-fn the_end_of_a_run_names_a_sensor_that_stopped_or_never_measured() {
+fn the_end_of_a_run_names_sensors_that_stopped_or_never_began() {
     let folder = folder("stopped-sensor");
     let fault = "world.faults.ring={ robot = \"r2\", sensor = \"sonar\", kind = \"silent\", from = 1.0, until = 100.0 }";
     let limit = "modules.referee.params.time_limit=4";

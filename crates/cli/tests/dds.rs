@@ -58,7 +58,7 @@ fn what_does_not_fit_dds_is_told_before_a_run() {
 
 #[test]
 #[cfg(all(feature = "dds", feature = "external-tools"))]
-fn a_dds_program_drives_a_robot_as_the_book_says_and_the_run_is_made_again() {
+fn a_dds_program_drives_a_robot_and_the_run_replays() {
     use std::path::Path;
     use std::process::Command;
 

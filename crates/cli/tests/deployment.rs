@@ -207,7 +207,7 @@ fn the_same_file_serves_a_process_each() {
 }
 
 #[test]
-fn a_crashed_agent_starts_anew_disarmed_and_shares_again_and_one_that_ends_by_itself_does_not() {
+fn a_crashed_agent_restarts_disarmed_a_finished_one_does_not() {
     let running = Running::new("team-crash");
     // It drives, and never comes to this goal.
     let exp1 = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/exp1/exp1.toml");
@@ -345,7 +345,7 @@ fn what_one_refuses_starts_none() {
 }
 
 #[test]
-fn settings_are_for_one_agent_or_for_all_and_are_saved_where_they_belong() {
+fn settings_apply_to_one_agent_or_all_and_are_saved_accordingly() {
     let running = team("team-settings");
     let sets = ["--set", "agents.watcher.loop.period=30ms", "--set", "loop.hang=3s"];
     let _started = Started::new(&running, &[&["run", "team.toml"], &sets[..]].concat());

@@ -10,7 +10,7 @@ use crate::common::{Running, text};
 const MAP: &str = "type octile\nheight 2\nwidth 3\nmap\n...\n.@.\n";
 
 #[test]
-fn a_planner_that_misses_a_goal_is_told_by_figures_and_exit_code() {
+fn a_planner_that_misses_a_goal_gets_figures_and_an_exit_code() {
     let running = Running::new("evaluate");
     let data = running.folder().join("data");
     fs::create_dir(&data).unwrap();

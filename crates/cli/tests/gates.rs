@@ -65,7 +65,7 @@ fn nothing_drives_a_robot_past_its_gate_and_its_stop() {
 }
 
 #[test]
-fn a_forbidden_link_to_an_input_of_another_block_is_refused_and_cuts_nothing() {
+fn a_forbidden_link_into_a_block_is_refused_and_cuts_nothing() {
     let mut running = Running::new("gates-cut");
     running.start("exp1", &EXP1);
     let reads = || running.done(&["link", "r2/knowledge/position"]).contains("/r2/position/value  inferred");
@@ -78,7 +78,7 @@ fn a_forbidden_link_to_an_input_of_another_block_is_refused_and_cuts_nothing() {
 }
 
 #[test]
-fn rules_of_a_reflex_and_the_robot_model_are_set_in_knowledge_alone() {
+fn rules_of_reflexes_and_robot_model_are_set_in_knowledge_alone() {
     let mut running = Running::new("gates-rules");
     let rules = "robots.r2.modules.avoid_obstacle.inputs.rules={sensors=[{sensor=\"lidar\",distance=-5.0}]}";
     let says = ["`/r2/avoid_obstacle/rules` can't be set past Knowledge: `/r2/knowledge/rules` has it"];

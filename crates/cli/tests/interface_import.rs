@@ -47,7 +47,7 @@ fn files(file: &str) -> DefinitionFiles {
 }
 
 #[test]
-fn imported_interfaces_compile_and_have_the_layout_that_check_shows() {
+fn imported_interfaces_compile_with_the_layout_that_check_shows() {
     let running = packages("import");
     for (file, out, source, descriptor) in [
         ("State", "state.rs", include_str!("imported/state.rs"), State::DESCRIPTOR),

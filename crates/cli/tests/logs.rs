@@ -78,7 +78,7 @@ fn the_commands_of_the_book_do_what_it_says() {
 }
 
 #[test]
-fn what_is_wrong_in_a_log_is_told_with_its_line_and_how_to_go_on() {
+fn a_wrong_log_line_is_named_with_a_way_to_go_on() {
     let folder = folder("logs-wrong");
     std::fs::write(folder.join("a.log"), format!("{}ODOM 1 2 x\nNEFF 3\n", corridor())).unwrap();
     let imported = slate(&folder, &["bag", "import", "a.log", "--out", "a.mcap"]);

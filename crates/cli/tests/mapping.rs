@@ -20,7 +20,7 @@ fn run(folder: &Path, more: &[&str]) -> Value {
 }
 
 #[test]
-fn it_goes_round_the_box_that_it_has_mapped_and_each_run_is_the_same() {
+fn the_robot_circles_the_mapped_box_and_runs_repeat() {
     let folder = folder("mapping");
     let first = run(&folder, &[]);
     assert_eq!(first["collisions"], 0, "{first}");
@@ -41,7 +41,7 @@ fn without_a_mission_it_says_that_it_runs_until_it_is_stopped() {
 }
 
 #[test]
-fn messages_are_checked_before_they_are_sent_and_whoever_sends_them_hears_what_becomes_of_them() {
+fn messages_are_checked_before_sending_and_then_answered() {
     let mut running = Running::new("send");
     running.start("mapping", &["run", EXAMPLE, "--headless", "--rate", "1"]);
     let url = "/r2/occupancy_mapper/strokes";

@@ -93,7 +93,7 @@ impl Scene {
 }
 
 #[test]
-fn two_agents_share_over_tls_with_certificates_as_the_book_makes_them() {
+fn two_agents_share_over_tls_with_certificates_of_the_book() {
     let mut scene = Scene::new("tls-link");
     scene.other("arm", "keys", "keys/authority.pem");
     scene.start("base");

@@ -31,7 +31,7 @@ fn run(running: &Running, name: &str, passed: &str) -> Value {
 }
 
 #[test]
-fn a_new_robot_in_mape_k_passes_its_tests_and_reaches_its_target() {
+fn a_new_mape_k_robot_passes_its_tests_and_reaches_its_target() {
     let running = Running::new("new-mapek");
     let said = running.done(&["new", "pathfinder-one"]);
     for step in [
@@ -70,7 +70,7 @@ fn a_new_module_runs_beside_the_blocks_of_a_robot() {
 }
 
 #[test]
-fn a_project_is_not_written_over_another_nor_called_what_is_taken() {
+fn a_project_overwrites_no_other_and_takes_no_taken_name() {
     let running = Running::new("new-taken");
     running.done(&["new", "rover", "-t", "plugin"]);
     running.fails(2, &["new", "rover"], &["exists already"]);

@@ -191,7 +191,7 @@ fn a_goal_is_set_where_the_robot_keeps_it() {
 }
 
 #[test]
-fn any_operation_of_the_api_is_called_with_a_secret_that_is_found() {
+fn any_operation_of_the_api_is_called_with_a_found_secret() {
     let running = started("api");
     let agent: Value = serde_json::from_str(&running.done(&["api", "GET", "/agent"])).unwrap();
     assert_eq!((&agent["name"], &agent["role"]), (&"exp1".into(), &"developer".into()));
@@ -242,7 +242,7 @@ fn where_a_run_was_is_told_with_the_route_of_each_point() {
 }
 
 #[test]
-fn a_link_has_the_secret_of_a_role_and_there_is_none_without_a_console() {
+fn the_link_has_the_secret_of_a_role_and_needs_a_console() {
     let mut running = started("console-link");
     let link = running.done(&["console"]);
     assert!(link.starts_with("http://127.0.0.1:") && link.contains("/#token="), "{link}");
@@ -283,7 +283,7 @@ fn forward(from: &Path, to: PathBuf) {
 }
 
 #[test]
-fn an_agent_whose_socket_is_forwarded_is_used_like_one_that_runs_here() {
+fn an_agent_behind_a_forwarded_socket_works_like_a_local_one() {
     let running = started("forwarded");
     let elsewhere = Running::new("elsewhere");
     let socket = |run: &Running, name: &str| run.sockets().join("slate").join(name);

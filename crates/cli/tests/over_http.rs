@@ -92,7 +92,7 @@ fn says(output: &Output, code: i32, words: &[&str]) {
 }
 
 #[test]
-fn every_verb_is_for_an_agent_elsewhere_and_each_role_may_what_it_may() {
+fn every_verb_works_remotely_within_the_rights_of_its_role() {
     let all = Elsewhere::new("elsewhere");
     all.agent.done(&["wait", "/loop/histogram/count", "> 10"]);
     let still = r#"{"list": []}"#;
@@ -332,7 +332,7 @@ fn hold_key(terminal: &mut Child, key: &[u8], is_driven: impl Fn() -> bool) {
 }
 
 #[test]
-fn a_robot_elsewhere_is_driven_by_keys_and_stops_when_the_connection_goes() {
+fn a_remote_robot_is_driven_by_keys_and_stops_on_disconnect() {
     let all = Elsewhere::new("elsewhere-teleop");
     let holder = || all.agent.ask("exp1", "GET", "/leases", "")[0]["holder"].clone();
     let priority = || all.agent.read("exp1", "/r2/wheels/gate/priority");
@@ -385,7 +385,7 @@ fn a_command_whose_agent_ends_meanwhile_says_so() {
 }
 
 #[test]
-fn an_operator_elsewhere_sets_the_goal_of_exp1_where_its_configuration_says_so() {
+fn a_remote_operator_sets_the_goal_where_the_file_allows_it() {
     let operable = "console.operable=[\"/r2/knowledge/params/goal_x\", \"/r2/knowledge/params/goal_y\"]";
     let all = Elsewhere::with("elsewhere-operable", &["--set", operable]);
     assert!(all.done("operator", &["goal", "-0.5", "1.25", "--yes"]).contains("goal_y"));
@@ -412,7 +412,7 @@ const KEY: &str = "-newkey ec -pkeyopt ec_paramgen_curve:P-256 -noenc";
 
 #[cfg(feature = "tls")]
 #[test]
-fn an_agent_with_a_certificate_is_asked_over_tls_by_those_who_trust_it() {
+fn an_agent_with_a_certificate_is_queried_over_tls() {
     let mut agent = Running::new("elsewhere-tls");
     let folder = agent.folder().to_owned();
     // As the book says.

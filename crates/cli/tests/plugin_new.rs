@@ -56,7 +56,7 @@ fn a_new_plugin_is_tested_built_run_and_exchanged_as_it_says() {
 }
 
 #[test]
-fn a_struct_is_a_state_with_the_line_that_the_manifest_has_for_it() {
+fn a_struct_is_a_state_with_its_line_in_the_manifest() {
     let folder = folder("new_state");
     assert!(slate(&folder, &["plugin", "new", "keeper"]).status.success());
     let edit = |file: &str, edits: &[(&str, &str)]| {
@@ -84,7 +84,7 @@ fn a_struct_is_a_state_with_the_line_that_the_manifest_has_for_it() {
 }
 
 #[test]
-fn names_that_no_plugin_can_have_and_folders_that_are_there_are_refused() {
+fn impossible_plugin_names_and_existing_folders_are_refused() {
     let folder = folder("new_refused");
     for name in ["Follower", "2d", "a b", "", "../x", "fn", "slate-plugin", "slate-module", "käfer"] {
         let output = slate(&folder, &["plugin", "new", name]);

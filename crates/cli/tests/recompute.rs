@@ -157,7 +157,7 @@ fn every_module_of_a_robot_that_adapts_is_the_same() {
 
 /// What is linked otherwise while the robot runs, switched on, and set.
 #[test]
-fn every_module_is_the_same_after_other_links_switches_and_parameters() {
+fn relinking_switching_and_setting_leave_every_module_equal() {
     // The RobotModel lists the ring that its readers read.
     let readers =
         ["knowledge", "avoid_obstacle", "avoid_wall"].map(|reader| format!("links.\"r2/{reader}/sonar\""));

@@ -115,7 +115,7 @@ fn the_last_pose_is_that_of_the_report() {
 }
 
 #[test]
-fn a_recording_changes_nothing_of_the_run_and_the_run_can_be_made_again() {
+fn recording_changes_nothing_and_the_run_can_be_repeated() {
     let folder = folder("record-again");
     let (_, summary) = recorded(&folder, &["--seed", "3"]);
     let (without, _) = exp1(&folder, &["--seed", "3", "--out", "there"]);
@@ -187,7 +187,7 @@ fn the_first_value_that_differs_is_named_with_its_field() {
 }
 
 #[test]
-fn only_what_is_selected_is_recorded_and_that_is_not_enough_to_make_the_run_again() {
+fn a_selective_recording_is_refused_for_a_rerun() {
     let folder = folder("record-selected");
     let select = ["--set", "record.select=[\"/r2/**\"]", "--set", "record.exclude=[\"/**/timing\"]"];
     let (file, _) = recorded(&folder, &select);
@@ -206,7 +206,7 @@ fn only_what_is_selected_is_recorded_and_that_is_not_enough_to_make_the_run_agai
 }
 
 #[test]
-fn a_part_of_a_recording_is_not_judged_and_what_is_missing_is_named() {
+fn a_part_of_a_recording_is_not_judged_and_gaps_are_named() {
     let folder = folder("record-part");
     let (file, _) = recorded(&folder, &["--seed", "8"]);
     let done = |arguments: &[&str]| assert!(slate(&folder, arguments).status.success(), "{arguments:?}");
@@ -261,7 +261,7 @@ fn a_part_of_a_recording_is_not_judged_and_what_is_missing_is_named() {
 }
 
 #[test]
-fn a_damaged_recording_is_not_judged_and_one_that_is_cut_off_is_as_far_as_it_goes() {
+fn a_damaged_recording_is_not_judged_and_a_cut_one_is_in_part() {
     let folder = folder("record-damaged");
     let (file, _) = recorded(&folder, &["--seed", "10"]);
     let bytes = std::fs::read(file).unwrap();

@@ -60,7 +60,7 @@ fn a_full_disk_ends_the_recording_and_not_the_run() {
 }
 
 #[test]
-fn a_file_that_may_not_grow_ends_the_recording_with_what_it_has_and_not_the_run() {
+fn a_file_at_its_size_limit_ends_the_recording_and_not_the_run() {
     let folder = folder("record-limit");
     let (without, _) = exp1(&folder, &["--seed", "7", "--out", "there"]);
     // A limit of the size of files, which fails like a disk that is full.

@@ -56,7 +56,7 @@ fn wait(running: &Running, seconds: f64) {
 }
 
 #[test]
-fn a_recording_of_a_running_agent_begins_with_what_holds_and_misses_nothing_from_then_on() {
+fn a_late_recording_begins_with_the_current_values() {
     let mut running = Running::new("live-all");
     running.start("exp1", &RUN);
     // Before the first cycle nothing has happened that the recording could miss.
@@ -99,7 +99,7 @@ fn a_recording_of_a_running_agent_begins_with_what_holds_and_misses_nothing_from
 }
 
 #[test]
-fn what_is_recorded_and_how_often_is_said_by_patterns_a_rate_and_changes() {
+fn patterns_rate_and_changes_choose_what_is_recorded() {
     let mut running = Running::new("live-some");
     running.start("exp1", &RUN);
     let slow = [
@@ -170,7 +170,7 @@ fn a_recording_that_can_not_begin_says_why_and_what_to_do() {
 }
 
 #[test]
-fn a_recording_of_a_tool_ends_well_with_its_agent_and_that_of_the_configuration_can_be_ended_early() {
+fn a_tools_recording_ends_well_with_its_agent() {
     let mut running = Running::new("live-ends");
     running.start("exp1", &[&RUN[..], &["--set", "record.enabled=true"]].concat());
     // The recording of the configuration begins with the run.
@@ -193,7 +193,7 @@ fn a_recording_of_a_tool_ends_well_with_its_agent_and_that_of_the_configuration_
 }
 
 #[test]
-fn rules_of_the_configuration_choose_values_and_mistakes_in_them_are_shown() {
+fn configuration_rules_select_values_and_show_their_mistakes() {
     let mut running = Running::new("live-rules");
     let rules = r#"record.rules=[{ select = "/simulator/**", rate = 10.0 }, { select = ["/r2/*/timing"], on_change = true }]"#;
     running.start("exp1", &[&RUN[..], &["--set", "record.enabled=true", "--set", rules]].concat());
@@ -246,7 +246,7 @@ fn the_last_seconds_are_saved_when_somebody_asks() {
 }
 
 #[test]
-fn the_last_seconds_are_kept_without_a_word_of_configuration_and_nothing_is_written_unasked() {
+fn the_last_seconds_are_kept_by_default_and_not_written_unasked() {
     let mut running = Running::new("live-default");
     running.start("exp1", &RUN);
     wait(&running, 1.0);
@@ -265,7 +265,7 @@ fn the_last_seconds_are_kept_without_a_word_of_configuration_and_nothing_is_writ
 }
 
 #[test]
-fn a_recording_that_finds_no_room_for_its_beginning_leaves_no_file() {
+fn a_recording_without_room_for_its_beginning_leaves_no_file() {
     let mut running = Running::new("live-full");
     // A limit of the size of files, which fails like a disk that is full.
     let own = running.command(&RUN);

@@ -44,7 +44,7 @@ fn a_variant_that_is_left_during_the_run_is_left_again() {
 }
 
 #[test]
-fn a_change_that_a_module_asks_for_in_the_last_cycle_is_made_again() {
+fn a_modules_request_in_the_last_cycle_is_replayed() {
     let folder = folder("record-last-change");
     let run = ["run", "suave", "--headless", "--rate", "max", "--set", "controller=random", "--seed", "3"];
     slate(&folder, &[&run[..], &RECORD].concat());

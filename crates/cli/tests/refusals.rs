@@ -89,7 +89,7 @@ fn a_judge_of_a_robot_that_is_not_there_is_refused() {
 }
 
 #[test]
-fn seeds_that_no_configuration_can_hold_are_refused_before_the_first_run() {
+fn seeds_that_no_configuration_can_hold_are_refused_at_once() {
     refused("seed", &["run", "exp1", "--seed", "9223372036854775808"], &["--seed", "9223372036854775807"]);
     let arguments = ["batch", "exp1", "--runs", "2", "--seed", "9223372036854775807"];
     refused("seeds", &arguments, &["seed", "9223372036854775807"]);

@@ -9,7 +9,7 @@ use serde_json::Value;
 const EXP1: [&str; 6] = ["run", "exp1", "--headless", "--json", "--rate", "2"];
 
 #[test]
-fn the_code_of_exp1_is_exchanged_and_its_speed_changed_while_the_robot_drives_to_its_goal() {
+fn exp1_is_reloaded_and_its_speed_set_while_it_drives() {
     let mut running = Running::new("exchange");
     running.start("exp1", &EXP1);
     let plugins: Value = serde_json::from_str(&running.done(&["plugin", "list", "--json"])).unwrap();
@@ -133,7 +133,7 @@ fn one_of_several_agents_is_chosen_and_a_killed_one_makes_room() {
 }
 
 #[test]
-fn the_console_shows_the_log_once_and_not_when_it_is_switched_off() {
+fn the_console_shows_the_log_once_and_not_when_switched_off() {
     for (set, times, shown) in [
         (None, 1, "console = true"),
         (Some("log.targets.console=true"), 1, "console = true"),
@@ -254,7 +254,7 @@ fn a_library_says_what_it_offers_without_being_opened() {
 }
 
 #[test]
-fn links_of_a_running_agent_are_listed_tried_changed_and_taken_away() {
+fn links_of_a_running_agent_are_listed_tried_set_and_removed() {
     let mut running = Running::new("links");
     running.start("exp1", &EXP1);
     let links: Value = serde_json::from_str(&running.done(&["link", "--json"])).unwrap();

@@ -77,7 +77,7 @@ fn an_agent_that_plays_nothing_has_nothing_to_control() {
 }
 
 #[test]
-fn recomputed_modules_write_what_is_recorded_or_the_difference_is_told() {
+fn recomputed_modules_repeat_the_recording_or_show_differences() {
     let folder = folder("replay-recompute");
     recorded(&folder);
     let replay = ["replay", "here/run.mcap", "--rate", "max", "--recompute"];
@@ -157,7 +157,7 @@ fn a_module_is_tried_on_a_recording() {
 }
 
 #[test]
-fn a_module_is_tried_on_the_last_seconds_with_what_was_changed_within_them() {
+fn a_module_is_tried_on_the_last_seconds_with_their_changes() {
     let mut running = Running::new("try-flight");
     let unlinked = r#"robots.r2.links."planner/goal"=false"#;
     let sets = ["--set", "modules.referee.params.goal_tolerance=0.0", "--set", unlinked];
@@ -193,7 +193,7 @@ fn messages_of_a_module_are_compared_beside_other_senders() {
 }
 
 #[test]
-fn what_a_module_sends_is_compared_though_nobody_runs_who_takes_it() {
+fn sent_messages_are_compared_without_a_running_receiver() {
     let folder = folder("try-sent");
     recorded(&folder);
     let plans = |said: &str| -> String {
@@ -219,7 +219,7 @@ fn what_a_module_sends_is_compared_though_nobody_runs_who_takes_it() {
 
 /// Modules on threads of their own answer each other many times in what is one cycle of a playback.
 #[test]
-fn of_threads_what_a_module_sends_alone_is_named_and_not_compared() {
+fn messages_of_threads_are_named_and_not_compared() {
     let folder = folder("try-threads");
     let limit = "modules.referee.params.time_limit=2";
     let run = ["run", "exp1", "--headless", "--mode", "threaded", "--rate", "realtime", "--set", limit];

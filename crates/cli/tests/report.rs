@@ -200,7 +200,7 @@ fn time_goes_as_fast_as_the_rate_says() {
 }
 
 #[test]
-fn a_summary_names_the_conditions_that_its_figures_were_got_under() {
+fn a_summary_names_the_conditions_of_its_figures() {
     let conditions = |name: &str, sets: &[&str]| {
         let mut arguments = vec!["run", "exp2", "--headless", "--json", "--out", "out"];
         arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
@@ -292,7 +292,7 @@ fn the_outcome_is_told_also_when_the_report_can_not_be_written() {
 }
 
 #[test]
-fn two_runs_at_once_do_not_write_into_one_folder_and_a_killed_one_leaves_it_free() {
+fn parallel_runs_use_folders_of_their_own_and_a_kill_frees_one() {
     let mut running = Running::new("report-folder");
     let endless = ["--rate", "1", "--set", "modules.referee.params.goal_tolerance=0.0"];
     let run = |more: &[&'static str]| [&["run", "exp1", "--headless"], more].concat();

@@ -55,7 +55,7 @@ fn what_does_not_fit_ros_1_is_told_before_a_run() {
 #[test]
 #[cfg(all(feature = "ros1", feature = "external-tools"))]
 #[allow(clippy::disallowed_methods, reason = "the master goes by the machine's clock")]
-fn rospy_drives_a_robot_as_the_book_says_and_the_run_is_made_again() {
+fn rospy_drives_a_robot_and_the_run_replays() {
     use std::net::{TcpListener, TcpStream};
     use std::process::{Command, Stdio};
 

@@ -93,7 +93,7 @@ fn a_link_needs_a_bridge_that_is_known_and_built_in() {
 
 #[test]
 #[cfg(all(feature = "ros2", feature = "external-tools"))]
-fn a_node_drives_a_robot_as_the_book_says_and_the_run_is_made_again() {
+fn a_node_drives_a_robot_and_the_run_replays() {
     use std::path::Path;
     use std::process::Command;
 

@@ -58,7 +58,7 @@ fn received(running: &Running) -> u64 {
 }
 
 #[test]
-fn two_agents_share_in_either_order_and_when_one_is_killed_and_comes_again() {
+fn two_agents_share_in_either_order_and_after_a_kill() {
     let mut running = agents("share-order");
     run(&mut running, "robot");
     run(&mut running, "watcher");
@@ -95,7 +95,7 @@ fn two_agents_share_in_either_order_and_when_one_is_killed_and_comes_again() {
 }
 
 #[test]
-fn links_to_another_agent_are_made_and_ended_at_run_time_and_tell_what_is_wrong() {
+fn remote_links_are_set_and_removed_at_run_time_with_errors() {
     let mut running = agents("share-links");
     run(&mut running, "watcher");
     run(&mut running, "robot");

@@ -147,7 +147,7 @@ fn config_diff_and_revert_work_after_a_resume() {
 
 /// What is told, without where it comes from: a resumed run has no files.
 #[test]
-fn a_snapshot_of_another_variant_is_refused_with_the_one_to_choose() {
+fn a_snapshot_of_another_variant_is_refused_naming_its_own() {
     let mut running = Running::new("snapshot-variant");
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "1", "--set", "controller=rocs"]);
     running.done(&["snapshot", "save", "here.snapshot"]);

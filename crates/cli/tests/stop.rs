@@ -124,7 +124,7 @@ fn a_stop_takes_any_words_and_says_to_a_program_who_has_stopped() {
 }
 
 #[test]
-fn with_several_agents_all_stop_and_one_that_hangs_is_told_and_holds_up_no_other() {
+fn several_agents_stop_though_one_hangs_which_is_named() {
     let mut running = Running::new("stop-all");
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
     running.start("exp1-2", &["run", "exp1", "--headless", "--rate", "1"]);
@@ -173,7 +173,7 @@ fn with_several_agents_all_stop_and_one_that_hangs_is_told_and_holds_up_no_other
 }
 
 #[test]
-fn an_agent_that_hung_finds_the_stop_that_nobody_waits_for_any_more() {
+fn an_agent_that_hung_finds_an_abandoned_stop() {
     let mut running = Running::new("stop-late");
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
     drives(&running);

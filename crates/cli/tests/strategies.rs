@@ -97,7 +97,7 @@ fn the_memory_is_an_input_of_the_run() {
 }
 
 #[test]
-fn who_goes_on_from_a_snapshot_began_with_what_that_run_began_with() {
+fn resuming_a_snapshot_keeps_the_beginning_of_its_run() {
     let folder = folder("strategies_resumed");
     let straight = run(&folder, &[REMEMBERS, "snapshot.at=35s", "snapshot.file=r2.snapshot"]);
     let after = std::fs::read(folder.join("r2.memory")).unwrap();

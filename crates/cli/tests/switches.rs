@@ -123,7 +123,7 @@ fn new_code_is_tried_beside_the_old_and_takes_over() {
 }
 
 #[test]
-fn copies_of_libraries_are_swept_when_their_agent_was_killed_and_not_before() {
+fn library_copies_are_swept_only_after_their_agent_was_killed() {
     let mut running = Running::new("copies");
     let temporary = running.folder().join("tmp");
     // No process has such a number: one that is gone, and what is called nearly so. The last is of one that lives, and of

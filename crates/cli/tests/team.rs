@@ -40,7 +40,7 @@ fn read(running: &Running, agent: &str, path: &str) -> Value {
 }
 
 #[test]
-fn eight_robots_come_to_know_what_each_of_them_finds_and_tell_each_other_to_look() {
+fn eight_robots_learn_each_others_finds_and_ask_for_looks() {
     let running = Running::new("team");
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/team/team.toml");
     let mut command = running.command(&["run", file]);

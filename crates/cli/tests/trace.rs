@@ -81,7 +81,7 @@ fn a_trace_of_a_running_agent_opens_in_perfetto() {
 }
 
 #[test]
-fn a_trace_that_can_not_be_made_is_refused_before_it_is_recorded() {
+fn an_impossible_trace_is_refused_before_it_is_recorded() {
     let mut running = Running::new("no_trace");
     running.fails(3, &["trace"], &["no agent is running"]);
     for seconds in ["0", "-1", "nan", "inf", "3601", "soon"] {
@@ -123,7 +123,7 @@ fn cycles(file: &Path) -> usize {
 }
 
 #[test]
-fn a_trace_that_is_interrupted_is_kept_and_of_a_killed_one_nothing_is_left() {
+fn an_interrupted_trace_is_kept_and_a_killed_one_leaves_nothing() {
     let mut running = Running::new("trace-interrupted");
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
     let older = running.folder().join("killed.json");

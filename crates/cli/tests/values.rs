@@ -33,7 +33,7 @@ fn cells(row: &str) -> Vec<String> {
 }
 
 #[test]
-fn values_are_watched_as_they_come_and_only_those_that_are_meant() {
+fn only_selected_values_are_watched_as_they_come() {
     let mut running = Running::new("watch");
     running.start("exp1", &EXP1);
     let truth = "/simulator/r2/truth";
@@ -114,7 +114,7 @@ fn a_script_waits_for_a_value() {
 }
 
 #[test]
-fn what_can_be_set_is_told_apart_from_what_is_linked_and_a_link_says_what_it_converts() {
+fn settable_inputs_differ_from_linked_ones_and_conversions_show() {
     let mut running = Running::new("settable");
     running.start("exp1", &EXP1);
     let tree = running.done(&["--agent", "exp1", "tree", "/r2/planner/*"]);
@@ -267,7 +267,7 @@ fn an_agent_that_hangs_holds_up_nobody_who_asks_for_another_one() {
 }
 
 #[test]
-fn rules_of_reflexes_are_checked_when_they_are_set_and_when_links_change() {
+fn rules_of_reflexes_are_checked_when_set_and_when_relinked() {
     let mut running = Running::new("set-rules");
     running.start("exp1", &EXP1);
     let rules = "/r2/knowledge/params/sensor_rules";

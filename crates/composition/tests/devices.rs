@@ -160,7 +160,7 @@ fn wired(more: &str, sets: &[&str]) -> Result<Vec<String>, String> {
 }
 
 #[test]
-fn sensors_read_the_driver_blocks_the_sensors_and_motors_the_gate() {
+fn sensors_read_the_driver_blocks_sensors_and_motors_the_gate() {
     let expected = [
         "r2/dodge/near <- /r2/gauge/value inferred",
         "r2/driver/moves <- /r2/motor/moves",

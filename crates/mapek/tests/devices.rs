@@ -94,7 +94,7 @@ impl Monitor for SlowMonitor {
 }
 
 #[test]
-fn a_monitor_finds_limits_and_rate_of_its_sensor_in_the_robot_model() {
+fn a_monitor_finds_limits_and_rate_in_the_robot_model() {
     let gauge =
         Device { minimum: 0.5, maximum: 4.0, rate: 0.5, name: Text::new("gauge"), ..Device::default() };
     let mut monitor = Fixture::<MonitorBlock<SlowMonitor>>::new();

@@ -225,7 +225,7 @@ fn files_of_the_python_writer_with_both_compressions_are_read() {
 }
 
 #[test]
-fn every_truncation_is_an_error_and_is_repaired_to_all_that_was_whole() {
+fn every_truncation_is_an_error_and_repair_keeps_whole_records() {
     for (name, bytes) in references() {
         let ends = chunk_ends(&bytes);
         for length in 0..bytes.len() {
@@ -254,7 +254,7 @@ fn every_truncation_is_an_error_and_is_repaired_to_all_that_was_whole() {
 }
 
 #[test]
-fn a_file_that_is_cut_off_anywhere_is_read_as_far_as_it_goes_by_who_asks_for_that() {
+fn a_cut_file_is_read_to_its_last_whole_record_on_request() {
     for (name, bytes) in references() {
         let ends = chunk_ends(&bytes);
         // Before its first records nothing says what it is.
@@ -314,7 +314,7 @@ fn a_reader_that_goes_back_reads_the_same_again() {
 }
 
 #[test]
-fn every_flipped_bit_is_an_error_and_repairing_it_loses_no_more_than_its_chunk() {
+fn every_flipped_bit_is_an_error_and_costs_at_most_its_chunk() {
     for (name, bytes) in references() {
         let is_chunked = !chunk_ends(&bytes).is_empty();
         for place in 0..bytes.len() {
@@ -351,7 +351,7 @@ fn every_flipped_bit_is_an_error_and_repairing_it_loses_no_more_than_its_chunk()
 }
 
 #[test]
-fn a_whole_file_is_repaired_to_the_same_messages_and_nothing_is_said_to_be_lost() {
+fn repairing_a_whole_file_keeps_all_and_reports_no_loss() {
     for (name, bytes) in references() {
         let (mended, told) = repaired(&bytes, name);
         assert_eq!(whole(&mended, name), originals(), "{name}");
@@ -361,7 +361,7 @@ fn a_whole_file_is_repaired_to_the_same_messages_and_nothing_is_said_to_be_lost(
 }
 
 #[test]
-fn parts_that_are_lost_for_one_reason_and_stand_beside_each_other_are_told_as_one() {
+fn adjacent_losses_of_one_reason_are_reported_as_one() {
     let whole = ours(Compression::None);
     let (start, end) = {
         let ends = chunk_ends(&whole);
@@ -383,7 +383,7 @@ fn parts_that_are_lost_for_one_reason_and_stand_beside_each_other_are_told_as_on
 }
 
 #[test]
-fn what_was_never_a_recording_is_not_repaired_and_a_file_is_replaced_only_by_a_whole_one() {
+fn only_recordings_are_repaired_and_replaced_by_whole_files() {
     let folder = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("bag-repair");
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();

@@ -152,7 +152,7 @@ fn what_comes_from_a_file_is_never_markup() {
 }
 
 #[test]
-fn a_page_tells_decisions_timing_faults_changes_and_what_is_missing() {
+fn a_page_shows_decisions_timing_faults_changes_and_gaps() {
     let folder = folder("story");
     let mut file = File::new();
     file.texts("run", &[("agent", "rover"), ("seed", "3"), ("clock", "lockstep")]);
@@ -282,7 +282,7 @@ fn a_page_tells_decisions_timing_faults_changes_and_what_is_missing() {
 }
 
 #[test]
-fn a_log_of_another_system_has_its_ways_and_nothing_that_it_can_not_have() {
+fn a_log_of_another_system_has_its_paths_and_lacks_its_gaps() {
     let folder = folder("carmen");
     let lines: String = (0..50).map(|i| format!("ODOM {i} 2 0 0 0 0 {i}.5 host 0\n")).collect();
     let path = folder.join("corridor.log");
@@ -325,7 +325,7 @@ fn what_is_no_run_is_refused_with_what_to_do() {
 }
 
 #[test]
-fn of_a_folder_the_page_tells_the_recording_of_the_run_and_names_the_others() {
+fn the_page_of_a_folder_is_that_of_its_run_and_names_others() {
     let folder = folder("several");
     let recording = |name: &str, agent: &str| {
         let mut file = File::new();

@@ -76,7 +76,7 @@ fn each_change_of_the_route_has_a_square() {
 }
 
 #[test]
-fn scripted_robots_are_black_and_the_others_have_the_colour_of_their_route() {
+fn scripted_robots_are_black_and_others_coloured_by_route() {
     let mut run = trajectory(&[DELIBERATIVE, DELIBERATIVE, REACTIVE, REACTIVE]);
     run.samples.extend((0..5).map(|step| sample(step * 100, "R1", step as f64 * 0.2, -1.0, None, "")));
     let [map, _] = plots(&scene(), &run);

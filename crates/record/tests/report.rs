@@ -63,7 +63,7 @@ fn a_directory_that_cannot_be_made_is_named() {
 }
 
 #[test]
-fn a_file_that_cannot_be_replaced_is_named_and_nothing_half_written_stays() {
+fn a_file_that_cannot_be_replaced_is_named_and_left_whole() {
     let directory = place("blocked");
     fs::create_dir_all(directory.join("trajectory.csv/in the way")).unwrap();
     let error = write(&summary(1), &directory).unwrap_err();

@@ -184,7 +184,7 @@ fn values_queues_messages_commands_and_log_allocate_nothing() {
 }
 
 #[test]
-fn links_that_convert_filter_and_feed_parameters_allocate_nothing() {
+fn links_that_convert_filter_and_set_allocate_nothing() {
     let links = r#"
 "twin/left/first" = "counter/number/value"
 "twin/left/second" = { from = "counter/number/value", previous = true }
@@ -243,7 +243,7 @@ fn a_module_that_fails_or_writes_no_number_allocates_nothing() {
 }
 
 #[test]
-fn what_a_tick_and_its_thread_say_to_each_other_allocates_nothing() {
+fn a_tick_and_its_thread_exchange_values_without_allocation() {
     let mut agent = robot("time.source = \"counter\"\n[modules.counter]\n[modules.talker]\n", 0);
     assert_eq!(allocations(&mut agent), 0);
     while number(&agent, "talker/heard/value") == 0.0 {

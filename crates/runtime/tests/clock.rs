@@ -66,7 +66,7 @@ limits = { value = [-1000.0, 1000.0] }
 "#;
 
 #[test]
-fn jumps_of_the_date_by_an_hour_make_nothing_late_and_nothing_early() {
+fn jumps_of_the_date_by_an_hour_make_nothing_late_or_early() {
     for mode in [Mode::Staged, Mode::Threaded] {
         let machine = Machine::default();
         let log = MemoryTarget::default();
@@ -167,7 +167,7 @@ fn times(agent: &mut Agent, cycles: u64) -> Vec<u64> {
 }
 
 #[test]
-fn a_recorded_run_has_its_times_again_and_then_goes_on_by_the_period() {
+fn a_recorded_run_repeats_its_times_and_then_uses_the_period() {
     let recorded = vec![3 * MS, 5 * MS, 5 * MS, 1000 * MS];
     let text = "loop.period = \"10ms\"\n[modules.counter]\n";
     let mut agent = driven(text, RecordedTimes::new(recorded), Rate::Max);

@@ -144,7 +144,7 @@ fn speed(value: f64) -> Value {
 }
 
 #[test]
-fn a_person_at_the_controls_goes_before_the_plan_until_they_let_go() {
+fn a_person_at_the_controls_overrides_the_plan_until_release() {
     let mut agent = lockstep(DRIVE);
     agent.step();
     let mut controls = agent.composer().take_controls("wheel", "a test").unwrap();

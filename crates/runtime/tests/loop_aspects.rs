@@ -91,7 +91,7 @@ fn step(agent: &mut Agent, cycles: u64) {
 }
 
 #[test]
-fn a_module_says_which_stage_comes_next_from_the_cycle_after_it_took_the_loop() {
+fn a_module_chooses_the_next_stage_from_the_next_cycle() {
     let mut agent = agent("[modules.conductor]");
     step(&mut agent, 41);
     // It takes the loop in cycle 1, and of cycles 2 to 41 the even ones have the stage.
@@ -101,7 +101,7 @@ fn a_module_says_which_stage_comes_next_from_the_cycle_after_it_took_the_loop() 
 }
 
 #[test]
-fn the_stages_follow_one_another_again_when_the_loop_is_given_back() {
+fn the_stages_follow_each_other_after_the_loop_is_released() {
     for how in ["params = { give_at = 11 }", "params = { fail_at = 11 }", "params = { panic_at = 11 }"] {
         let mut agent = agent(&format!("[modules.conductor]\n{how}"));
         step(&mut agent, 20);
@@ -113,7 +113,7 @@ fn the_stages_follow_one_another_again_when_the_loop_is_given_back() {
 }
 
 #[test]
-fn a_module_that_is_switched_off_or_unloaded_has_the_loop_no_more() {
+fn a_module_switched_off_or_unloaded_loses_the_loop() {
     let mut agent = agent("[modules.conductor]");
     step(&mut agent, 20);
     agent.composer().enable("conductor", false).unwrap();

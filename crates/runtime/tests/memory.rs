@@ -99,7 +99,7 @@ fn a_memory_is_that_of_one_run_at_a_time() {
 }
 
 #[test]
-fn a_name_that_leads_to_a_memory_that_is_not_there_yet_is_that_memory() {
+fn a_name_of_a_memory_that_comes_later_is_that_memory() {
     let folder = folder("linked");
     let (file, link, second) =
         (folder.join("counter.memory"), folder.join("link.memory"), folder.join("second.memory"));

@@ -165,7 +165,7 @@ fn products(agent: &mut Agent, cycles: usize) -> Vec<f64> {
 }
 
 #[test]
-fn changes_hold_from_the_next_cycle_on_all_at_once_and_are_taken_back() {
+fn changes_hold_at_once_from_the_next_cycle_and_can_be_undone() {
     let requests: &[(u64, &[&str])] = &[
         (2, &[LINK, "modules.gauge.params.gain=10"]),
         (4, &["links.\"gauge/input\"", "modules.gauge.params"]),
@@ -197,7 +197,7 @@ fn changes_hold_from_the_next_cycle_on_all_at_once_and_are_taken_back() {
 }
 
 #[test]
-fn a_run_with_its_threads_makes_them_in_the_same_cycle_as_single_steps() {
+fn a_run_with_threads_equals_single_steps() {
     let digest = |name: &'static str, run: &dyn Fn(&mut Agent)| {
         let _answers = asks(name, &[(50, &[LINK]), (120, &["modules.gauge.enabled=false"])], Outcome::Ok);
         let mut agent = agent(name);
@@ -289,7 +289,7 @@ fn on_the_wall_clock_they_are_made_beside_the_loop() {
 }
 
 #[test]
-fn modules_on_threads_of_their_own_that_ask_at_once_do_not_wait_for_each_other() {
+fn requests_of_threads_at_the_same_time_do_not_wait() {
     const TIMES: u64 = 30;
     let done: [Arc<AtomicU64>; 2] = Default::default();
     let mut modules = String::new();

@@ -142,7 +142,7 @@ impl Write for Gate {
 }
 
 #[test]
-fn what_came_faster_than_it_could_be_written_is_told_for_each_track() {
+fn values_faster_than_the_file_are_reported_per_track() {
     const CYCLES: u64 = 30_000;
     let mut agent = robot("missing");
     let (gate, opener) = Gate::new();

@@ -11,7 +11,7 @@ use slate_share::peers::{Setup, Want};
 use slate_share::session::Options;
 
 #[test]
-fn a_value_has_its_time_from_the_first_one_on_however_far_the_clocks_are_apart() {
+fn the_first_value_has_its_time_however_far_the_clocks_differ() {
     const HOURS: u64 = 5 * 3_600_000_000_000;
     let folder = Folder::new();
     let base = Agent::listening("base", &folder);

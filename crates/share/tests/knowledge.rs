@@ -19,7 +19,7 @@ fn same(team: &[Replica]) -> bool {
 }
 
 #[test]
-fn a_fact_reaches_robots_that_do_not_know_each_other_without_waiting_for_a_tick() {
+fn facts_reach_unacquainted_robots_without_waiting_for_a_tick() {
     let mut chain: Vec<Replica> = (0..5).map(robot).collect();
     for (place, robot) in chain.iter_mut().enumerate() {
         for neighbour in [place.wrapping_sub(1), place + 1] {
@@ -38,7 +38,7 @@ fn a_fact_reaches_robots_that_do_not_know_each_other_without_waiting_for_a_tick(
 }
 
 #[test]
-fn each_origin_keeps_its_word_and_the_reader_chooses_what_to_see() {
+fn each_origin_keeps_its_word_and_the_reader_chooses() {
     let mut team = vec![robot(0), robot(1), robot(2)];
     for (place, certainty, time) in [(0, 0.5, 30), (1, 0.9, 20), (2, 0.1, 10)] {
         let statement = Statement { schema: 3, certainty, value: &[place as u8] };
@@ -61,7 +61,7 @@ fn each_origin_keeps_its_word_and_the_reader_chooses_what_to_see() {
 }
 
 #[test]
-fn who_speaks_in_knowledge_of_a_fact_comes_after_it_though_its_clock_is_hours_behind() {
+fn knowledge_of_a_fact_orders_statements_across_clock_offsets() {
     let hour = 3_600_000_000_000;
     let mut team = vec![robot(0), robot(1)];
     team[0].state(9 * hour, b"ball", value(b"left")).unwrap();
@@ -75,7 +75,7 @@ fn who_speaks_in_knowledge_of_a_fact_comes_after_it_though_its_clock_is_hours_be
 }
 
 #[test]
-fn a_robot_that_was_away_while_retractions_were_forgotten_brings_nothing_back() {
+fn a_long_absent_robot_revives_no_forgotten_retraction() {
     let mut team = vec![tight(0, 1), tight(1, 2), tight(2, 3)];
     team[0].state(0, b"victim", value(b"here")).unwrap();
     team[0].state(0, b"exit", value(b"north")).unwrap();
@@ -102,7 +102,7 @@ fn a_robot_that_was_away_while_retractions_were_forgotten_brings_nothing_back() 
 }
 
 #[test]
-fn a_robot_without_its_disk_loses_nothing_and_has_the_last_word_again() {
+fn a_robot_without_its_disk_loses_nothing_and_has_the_last_word() {
     let mut team = vec![robot(0), robot(1)];
     for (key, word) in [("a", "1"), ("b", "2"), ("c", "3")] {
         team[0].state(5, key.as_bytes(), value(word.as_bytes())).unwrap();
@@ -125,7 +125,7 @@ fn a_robot_without_its_disk_loses_nothing_and_has_the_last_word_again() {
 }
 
 #[test]
-fn what_only_an_absent_robot_has_heard_survives_many_restarts_of_its_origin() {
+fn a_fact_of_an_absent_robot_survives_restarts_of_its_origin() {
     let mut team = vec![robot(0), robot(1), robot(2)];
     team[0].state(1, b"map", value(b"kitchen")).unwrap();
     talk(&mut team, 0, 1);
@@ -174,7 +174,7 @@ fn what_was_saved_comes_back_however_old_it_is() {
 }
 
 #[test]
-fn what_was_saved_is_refused_when_it_is_damaged_or_of_another_robot() {
+fn a_saved_state_that_is_damaged_or_of_another_robot_is_refused() {
     let mut replica = robot(3);
     replica.state(1, b"a", value(b"1")).unwrap();
     let saved = replica.save();
@@ -228,7 +228,7 @@ fn a_life_that_comes_in_parts_is_seen_as_a_whole_or_not_at_all() {
 }
 
 #[test]
-fn who_states_too_much_is_refused_in_words_and_gets_room_by_retracting() {
+fn stating_too_much_is_refused_and_retracting_makes_room() {
     let mut replica = tight(0, 1);
     for number in 0..16_u8 {
         replica.state(1, &[number], value(b"x")).unwrap();
@@ -252,7 +252,7 @@ fn who_states_too_much_is_refused_in_words_and_gets_room_by_retracting() {
 }
 
 #[test]
-fn robots_beyond_the_limit_are_refused_and_counted_and_do_not_push_others_out() {
+fn robots_beyond_the_limit_are_refused_and_displace_no_other() {
     let mut team: Vec<Replica> = (0..6).map(|number| tight(number, number)).collect();
     for (place, replica) in team.iter_mut().enumerate() {
         replica.state(1, b"k", value(&[place as u8])).unwrap();
@@ -272,7 +272,7 @@ fn robots_beyond_the_limit_are_refused_and_counted_and_do_not_push_others_out() 
 }
 
 #[test]
-fn two_robots_of_the_same_number_are_found_out_and_do_not_fight_for_ever() {
+fn two_robots_of_one_number_are_detected_and_do_not_fight() {
     let mut team = vec![robot(0), Replica::new(0, 5, Limits::default()), robot(2)];
     team[0].state(1, b"k", value(b"one")).unwrap();
     team[1].state(1, b"k", value(b"other")).unwrap();

@@ -82,7 +82,7 @@ impl Pair {
 }
 
 #[test]
-fn a_question_that_is_given_up_has_its_place_until_it_is_answered() {
+fn an_abandoned_query_keeps_its_place_until_it_is_answered() {
     let mut pair = Pair::new();
     let open: Vec<u32> = (0..16).map(|_| pair.peer.ask("**", true).unwrap()).collect();
     assert_eq!(pair.peer.ask("**", true), Err(SendError::Unanswered));
@@ -103,7 +103,7 @@ fn a_question_that_is_given_up_has_its_place_until_it_is_answered() {
 }
 
 #[test]
-fn a_question_that_the_other_agent_does_not_take_has_no_answer_and_not_an_empty_one() {
+fn a_query_that_is_not_taken_has_no_answer() {
     let mut pair = Pair::new();
     let request = pair.peer.ask("**", true).unwrap();
     pair.steps(5);
@@ -206,7 +206,7 @@ fn an_agent_that_is_asked_once_is_not_dialled_for_ever() {
 }
 
 #[test]
-fn an_agent_that_is_forgotten_is_dialled_no_more_and_may_come_itself() {
+fn a_forgotten_agent_is_dialled_no_more_and_may_come_itself() {
     let folder = Folder::new();
     let base = Agent::listening("base", &folder);
     // Nobody is there: it is forgotten at once, with all that shows of it.

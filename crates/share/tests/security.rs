@@ -87,7 +87,7 @@ fn what_needs_tls_says_how_to_get_it() {
 
 #[cfg(feature = "tls")]
 #[test]
-fn what_would_leave_the_machine_unprotected_is_refused_with_its_place() {
+fn a_setup_that_leaves_the_machine_unprotected_is_refused() {
     use agents::net::Authority;
     let (message, _) = refused("[share]\nlisten = \"tls:0.0.0.0:7447\"\n");
     assert!(message.starts_with("4: "), "{message}");

@@ -174,7 +174,7 @@ fn interfaces_travel_with_the_facts() {
 }
 
 #[test]
-fn a_robot_that_takes_no_part_is_told_less_and_less_but_never_given_up() {
+fn a_robot_that_takes_no_part_is_polled_ever_less_but_kept() {
     let mut member = Member::new("a", 1, None).unwrap();
     member.meet("silent").unwrap();
     let mut told = |ticks: usize| {

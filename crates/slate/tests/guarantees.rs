@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 
 const HEAD: &str = "# Guarantees
 
-Each promise of this book with the tests that verify it. `cargo test` fails when one of these tests is missing,
-or when this page differs from `book/guarantees.txt`. A new promise needs a line there and a test;
-`SLATE_WRITE=1 cargo test -p slate-robotics --test guarantees` writes the page. `grep -rn TEST crates examples`
-finds a test.
+Each promise of this book with the tests that verify it. `cargo test` fails when one of these tests is
+missing, or when this page differs from `book/guarantees.txt`. A new promise needs a line there and a test;
+`SLATE_WRITE=1 cargo test -p slate-robotics --test guarantees` writes the page. `grep -rn TEST crates
+examples` finds a test.
 ";
 
 struct Promise {

@@ -71,25 +71,30 @@ pub fn table() -> io::Result<String> {
 
 const HEAD: &str = "# What is reused
 
-RoCS asks what it costs to change the robot (Q2) and its task (Q3), and answers in words (sections 6.2, 6.4, 6.5). These are the
-numbers for Slate, counted by `cargo run -p slate-exp3 --example reuse` from the sources as they are; a test keeps this page so.
+RoCS asks what it costs to change the robot (Q2) and its task (Q3), and answers in words (sections 6.2, 6.4,
+6.5). These are the numbers for Slate, counted by `cargo run -p slate-exp3 --example reuse` from the sources
+as they are; a test keeps this page so.
 
-A block is a module of the robot in the experiment's configuration. A file counts for an experiment when one of its blocks is in it, or is made
-with it; lines are those of code, without comments and empty ones. All experiments are built from one and the same source, so a file that two
-of them have is unchanged from the one to the other: no number is needed for that. The laws of avoidance in `crates/modules/avoidance`, a library of
-its own, are not counted.
+A block is a module of the robot in the experiment's configuration. A file counts for an experiment when one
+of its blocks is in it, or is made with it; lines are those of code, without comments and empty ones. All
+experiments are built from one and the same source, so a file that two of them have is unchanged from the
+one to the other: no number is needed for that. The laws of avoidance in `crates/modules/avoidance`, a
+library of its own, are not counted.
 
 | | blocks reused | blocks new | files reused (lines) | files new (lines) | lines of configuration known from before |
 |---|---|---|---|---|---|
 ";
 
 const AUTHORS: &str = "
-In the authors' repository, of the 42 files of the second robot 20 are byte copies of those of the first, 14 are changed copies, and 8 are new.
+In the authors' repository, of the 42 files of the second robot 20 are byte copies of those of the first, 14
+are changed copies, and 8 are new.
 
 ## Changed for EXP2 and EXP3
 
-These numbers are of the sources as they are, where one change is a change for all. When the second robot came, EXP1's blocks had been written for a Pioneer alone,
-and became the library that they are. Counted once, with `diff`, when EXP2 and EXP3 were done: of 627 lines of code in EXP1's seven files, 484 stayed as they were.
+These numbers are of the sources as they are, where one change is a change for all. When the second robot
+came, EXP1's blocks had been written for a Pioneer alone, and became the library that they are. Counted
+once, with `diff`, when EXP2 and EXP3 were done: of 627 lines of code in EXP1's seven files, 484 stayed as
+they were.
 
 | file | lines in EXP1 alone | of these unchanged | lines then |
 |---|---|---|---|
@@ -101,8 +106,9 @@ and became the library that they are. Counted once, with `diff`, when EXP2 and E
 | `knowledge.rs` | 52 | 30 | 65 |
 | `monitors.rs` | 56 | 56 | 56 |
 
-The actions had to turn two sides of any body in the place of two wheels, `knowledge.rs` to tell of that body, `avoid_obstacle.rs` to regard robots that are seen, how a heavy body moves
-already. EXP1 links none of that.
+The actions had to turn two sides of any body in the place of two wheels, `knowledge.rs` to tell of that
+body, `avoid_obstacle.rs` to regard robots that are seen, how a heavy body moves already. EXP1 links none of
+that.
 ";
 
 /// The text of a configuration, with those that it includes.
@@ -225,5 +231,8 @@ fn settings(text: &str) -> Vec<String> {
 }
 
 fn code(names: &[String]) -> String {
-    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+    let lines = names.chunks(4).map(|names| {
+        names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+    });
+    lines.collect::<Vec<_>>().join(",\n")
 }

@@ -65,7 +65,7 @@ fn programs_of_the_experiments_print_the_shipped_configurations() {
 }
 
 #[test]
-fn programs_of_the_experiments_run_as_the_shipped_configurations() {
+fn programs_of_the_experiments_equal_the_shipped_configurations() {
     for (robot, shipped) in EXPERIMENTS {
         for seed in 1..=2 {
             let set = format!("agent.seed={seed}");
@@ -121,7 +121,7 @@ fn rules_of_reflexes_are_the_same_in_a_program_and_in_toml() {
 }
 
 #[test]
-fn one_key_chooses_the_profile_of_the_world_and_of_all_robot_models() {
+fn one_key_chooses_the_profile_of_world_and_robot_models() {
     for (robot, _) in EXPERIMENTS {
         for (set, expected) in [(vec![], "vrep"), (vec!["world.profile=real"], "real")] {
             let Application { configuration, plugins, .. } = robot().application(&set).unwrap();

@@ -50,7 +50,7 @@ fn verdict(agent: &mut Agent) -> [String; 3] {
 }
 
 #[test]
-fn corners_come_in_order_again_and_again_and_the_follower_stays_near() {
+fn corners_repeat_in_order_and_the_follower_stays_near() {
     let sets = [
         "controller=rocs-fixed",
         "agent.seed=6",

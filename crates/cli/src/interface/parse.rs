@@ -395,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn interfaces_that_come_with_slate_have_the_layout_that_the_compiler_gives_them() {
+    fn shipped_interfaces_have_the_layout_of_the_compiler() {
         use slate::interfaces::{
             Contacts, Image, LaserScan, Odometry, Pose2, Sightings, SonarScan, Verdict, WheelSpeeds,
         };
@@ -418,7 +418,7 @@ mod tests {
     }
 
     #[test]
-    fn names_of_constants_and_raw_fields_are_those_that_the_macro_makes() {
+    fn constants_and_raw_fields_are_named_as_by_the_macro() {
         use slate::module::{Plain, interface};
 
         #[interface]
@@ -442,7 +442,7 @@ mod tests {
     }
 
     #[test]
-    fn a_field_is_any_interface_that_comes_with_slate_but_one_with_a_tail() {
+    fn a_field_is_any_shipped_interface_without_a_tail() {
         for known in slate::interfaces::ALL {
             let source = format!("#[interface] pub struct Own {{ a: {} }}", known.name);
             assert_eq!(interfaces(&source).is_ok(), known.tail().is_none(), "{}", known.name);
@@ -450,7 +450,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_t_be_an_interface_is_told_with_its_line_and_its_mend() {
+    fn an_invalid_interface_is_refused_with_line_and_remedy() {
         for (source, line, words) in [
             ("#[interface]\npub struct A {\n a: bool }", 3, "`Bool`"),
             ("#[interface] pub struct A { a: Strin }", 1, "not an interface above"),

@@ -145,7 +145,7 @@ fn tables_have_a_row_for_each_message() {
 }
 
 #[test]
-fn parts_put_together_are_the_whole_and_the_first_difference_is_named() {
+fn joined_parts_equal_the_whole_or_name_the_first_difference() {
     let folder = recorded("bag-diff");
     done(&folder, &["filter", "run.mcap", "--topics", "/r2/range", "--out", "range.mcap"]);
     done(&folder, &["filter", "run.mcap", "--topics", "/r2/pose", "--to", "2", "--out", "early.mcap"]);
@@ -202,7 +202,7 @@ fn about(folder: &Path, file: &str, name: &str) -> Value {
 }
 
 #[test]
-fn what_a_run_says_of_its_values_is_counted_anew_in_a_part_of_it() {
+fn a_cut_recording_recounts_the_statistics_of_its_values() {
     let folder = recorded("bag-counts");
     for (name, arguments, values) in [
         ("all.mcap", &[][..], "107"),
@@ -254,7 +254,7 @@ fn drops_are_counted_in_the_part_that_is_copied() {
 }
 
 #[test]
-fn recordings_of_one_run_become_one_and_those_of_different_runs_are_not_mixed_unawares() {
+fn recordings_merge_within_a_run_and_never_silently_across_runs() {
     let folder = recorded("bag-merge");
     write(&folder, "again.mcap", &recording(12.25, Compression::Lz4));
     write(&folder, "other.mcap", &recording_of("r2-2", 12.25, Compression::None));
@@ -288,7 +288,7 @@ fn recordings_of_one_run_become_one_and_those_of_different_runs_are_not_mixed_un
 }
 
 #[test]
-fn what_is_no_value_is_named_by_each_verb_which_goes_on_and_ends_with_1() {
+fn each_verb_names_a_missing_value_goes_on_and_ends_with_1() {
     let folder = folder("bag-unread");
     write(&folder, "run.mcap", &unreadable());
     write(&folder, "same.mcap", &unreadable());
@@ -369,7 +369,7 @@ fn two_runs_of_a_seed_are_the_same_but_for_what_was_measured() {
 }
 
 #[test]
-fn the_configuration_and_the_world_of_a_run_are_taken_out_of_its_recording_and_give_the_same_run() {
+fn an_extracted_configuration_and_world_give_the_same_run() {
     let folder = folder("bag-attachments");
     let world = include_str!("../../../../worlds/rocs_arena.toml");
     std::fs::create_dir(folder.join("worlds")).unwrap();
@@ -428,7 +428,7 @@ fn numbers_are_drawn_over_time() {
 }
 
 #[test]
-fn what_is_there_is_replaced_only_when_that_is_asked_for_and_what_is_read_never() {
+fn output_replaces_files_only_on_request_and_never_its_input() {
     let folder = recorded("bag-force");
     let whole = std::fs::read(folder.join("run.mcap")).unwrap();
     write(&folder, "old.mcap", b"old");

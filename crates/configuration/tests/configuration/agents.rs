@@ -363,7 +363,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
     #[test]
-    fn whatever_one_agent_changes_and_saves_the_others_have_nothing_of_it(
+    fn settings_of_one_agent_are_saved_without_touching_others(
         steps in prop::collection::vec(prop::collection::vec(save::change(), 1..4), 1..6),
     ) {
         let team = save::COMMENTED.to_owned() + "\n[agents.one] # d1\n# d2\n[agents.two] # d3\nloop.hang = \"4s\" # d4\n";

@@ -68,7 +68,7 @@ fn wrong(agents: &str, agent: &str) -> String {
 }
 
 #[test]
-fn each_agent_has_what_it_runs_and_reads_the_rest_from_the_others() {
+fn each_agent_runs_its_modules_and_reads_the_rest_remotely() {
     let base = load(AGENTS, "base").unwrap();
     assert_eq!(modules(&base), ["referee", "simulator"]);
     assert_eq!(
@@ -99,14 +99,14 @@ fn each_agent_has_what_it_runs_and_reads_the_rest_from_the_others() {
 }
 
 #[test]
-fn properties_that_an_application_names_are_found_where_they_are() {
+fn properties_named_by_an_application_are_found_at_their_agent() {
     let goals = |agent: &str| load(AGENTS, agent).unwrap().value("world.goals").unwrap().to_string();
     assert_eq!(goals("base"), r#"["slate://r2/r2/planner/goal", "/elsewhere/goal"]"#);
     assert_eq!(goals("r2"), r#"["/r2/planner/goal", "/elsewhere/goal"]"#);
 }
 
 #[test]
-fn the_agents_find_each_other_on_this_machine_unless_the_file_says_where() {
+fn agents_find_each_other_locally_unless_the_file_says_where() {
     let base = load(AGENTS, "base").unwrap();
     let at = |configuration: &Configuration, agent: &str| {
         configuration.share().unwrap().agents[agent].value.clone()

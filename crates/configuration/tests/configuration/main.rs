@@ -195,7 +195,7 @@ fn a_whole_configuration_is_read() {
 }
 
 #[test]
-fn names_and_relative_urls_in_a_robot_get_its_name_and_absolute_ones_do_not() {
+fn relative_names_in_a_robot_get_its_name_absolute_ones_do_not() {
     let configuration = read(WHOLE).unwrap();
     let links: Vec<_> = configuration
         .links()

@@ -25,7 +25,7 @@ fn a_report_shows_file_line_caret_and_help() {
 }
 
 #[test]
-fn a_wrong_setting_of_the_command_line_gets_a_caret_in_that_setting() {
+fn a_wrong_command_line_setting_gets_a_caret() {
     let report = with_sets("", &["loop.period=10ms", "loop.hang=soon"]).unwrap_err();
     let expected = "
   × error[S015]: expected a duration such as \"200ms\", found \"soon\"

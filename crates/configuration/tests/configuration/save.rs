@@ -159,7 +159,7 @@ fn a_table_in_the_place_of_one_of_the_file_has_nothing_of_it() {
 }
 
 #[test]
-fn a_link_that_was_changed_in_two_ways_since_it_was_saved_is_saved_again() {
+fn a_saved_link_changed_in_two_ways_is_saved_again() {
     let folder = Folder::new("again", &[("exp1.toml", COMMENTED), ("robot.toml", ROBOT)]);
     let options = || Options { extra_tables: vec!["world".into(), "seedling".into()], ..Options::default() };
     let database = Database::open(folder.path("exp1.toml"), options()).unwrap();
@@ -176,7 +176,7 @@ fn a_link_that_was_changed_in_two_ways_since_it_was_saved_is_saved_again() {
 }
 
 #[test]
-fn an_empty_table_in_the_place_of_one_in_several_lines_is_written() {
+fn an_empty_table_in_place_of_one_in_several_lines_is_written() {
     let before = "[modules.a.params]\n# about x\nx.y = 0 # y\nx.text = \"\"\n";
     let changes = [("modules.a.params.x", "0"), ("modules.a.params.x", "{}")];
     let text = saved("empty", before, &changes);
@@ -277,7 +277,7 @@ fn what_cannot_be_saved_is_said_and_stays_changed() {
 }
 
 #[test]
-fn line_ends_byte_order_mark_permissions_and_links_to_files_stay() {
+fn line_ends_byte_order_mark_permissions_and_symlinks_stay() {
     let before = "\u{feff}# first\r\n[loop] # pace\r\nperiod = \"20ms\" # fast\r\n\r\n# last\r\n";
     let expected = before.replace("20ms", "10ms").replace("# fast\r\n", "# fast\r\nhang = \"1s\"\r\n");
     assert_eq!(saved("windows", before, &[("loop.period", "10ms"), ("loop.hang", "1s")]), expected);
@@ -440,7 +440,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
 
     #[test]
-    fn whatever_is_changed_and_saved_reads_the_same_and_keeps_every_comment(
+    fn any_change_that_is_saved_reads_the_same_and_keeps_comments(
         steps in prop::collection::vec((prop::collection::vec(change(), 1..4), prop::bool::weighted(0.3)), 1..8),
     ) {
         let folder = Folder::new("any", &[("exp1.toml", COMMENTED), ("robot.toml", ROBOT)]);

@@ -151,7 +151,7 @@ fn what_is_told_may_panic_and_what_is_saved_is_no_edit() {
 }
 
 #[test]
-fn an_edit_of_what_was_set_at_run_time_is_told_and_never_overwritten() {
+fn an_edit_of_a_run_time_setting_is_reported_and_kept() {
     let folder = folder("covered");
     let (database, _watch, told) = watched(&folder);
     database.set(&[("modules.a.params.x", "5"), ("modules.a.params.y", "6")]).unwrap();
@@ -191,7 +191,7 @@ fn a_mended_file_is_told() {
 }
 
 #[test]
-fn what_waits_keeps_its_value_whether_it_was_changed_added_or_taken_out() {
+fn a_pending_value_survives_changes_of_its_setting() {
     let folder = folder("waits");
     let database = Database::open(folder.path("exp1.toml"), options(&[])).unwrap();
     database.wait_with(|_, changes| {

@@ -26,7 +26,7 @@ fn packages() -> PathBuf {
 }
 
 #[test]
-fn the_client_of_foxglove_reads_sets_calls_and_drives_under_both_names_of_the_protocol() {
+fn the_foxglove_client_reads_sets_calls_and_drives() {
     let packages = packages();
     for (name, protocol) in [("foxglove-one", "foxglove.websocket.v1"), ("foxglove-two", "foxglove.sdk.v1")] {
         let agent = Running::start(name);
@@ -69,7 +69,7 @@ fn the_client_of_foxglove_reads_sets_calls_and_drives_under_both_names_of_the_pr
 }
 
 #[test]
-fn the_reader_of_foxglove_reads_what_is_recorded_by_its_index_and_its_schemas() {
+fn the_foxglove_reader_reads_recordings_by_index_and_schema() {
     let packages = packages();
     let agent = Running::start("foxglove-file");
     let operator = agent.client("operator");

@@ -17,7 +17,7 @@ fn browse(run: &Running, path: &str, more: &str) -> Reply {
 }
 
 #[test]
-fn a_browser_gets_the_page_without_a_token_and_what_it_has_kept_is_not_sent_again() {
+fn a_browser_gets_the_page_without_a_token_and_caches_it() {
     let run = Running::start("pages");
     let page = browse(&run, "/", "Accept: text/html\r\n");
     assert_eq!((page.status, page.header("content-type")), (200, "text/html; charset=utf-8"));
@@ -72,7 +72,7 @@ fn the_first_page_names_all_files_that_it_takes_to_show_it() {
 }
 
 #[test]
-fn pages_of_a_folder_take_the_place_of_those_that_are_built_in_and_nothing_else_of_the_disk_is_a_page() {
+fn pages_of_a_folder_replace_the_built_in_ones_and_nothing_else() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("assets");
     std::fs::create_dir_all(folder.join("panels")).unwrap();
     std::fs::write(folder.join("index.html"), "<p>mine</p>").unwrap();

@@ -45,7 +45,7 @@ impl Drop for End<'_> {
 }
 
 #[test]
-fn a_playback_is_paused_stepped_sought_and_gone_round_by_who_asks() {
+fn a_playback_is_paused_stepped_sought_and_looped_on_request() {
     let plan = Plan { is_paused: true, ..Plan::default() };
     let mut player = Player::open(&recorded(), &plugins(), plan).unwrap();
     let database = player.configuration().unwrap();

@@ -124,7 +124,7 @@ fn a_socket_is_opened_by_those_who_may() {
 }
 
 #[test]
-fn a_person_drives_until_the_key_is_let_go_or_the_connection_is_gone() {
+fn a_person_drives_until_key_release_or_disconnect() {
     let run = Running::start("drive");
     run.client("operator").send("PUT", &run.at("driver/goal"), Some(&json!({ "x": 1.0, "y": 0.0 }))).json();
     run.wait_for("the plan", || run.number("wheel/command/value") == 1.0);

@@ -60,7 +60,7 @@ fn with_a_certificate_it_speaks_tls_and_nothing_else() {
 }
 
 #[test]
-fn the_link_has_a_name_that_the_certificate_holds_and_requests_may_have_it() {
+fn the_link_uses_a_name_that_the_certificate_has() {
     let folder = folder("console-tls-names");
     let token = folder.join("viewer.token");
     write_secret(&token, "0123456789abcdef0123456789abcdef");

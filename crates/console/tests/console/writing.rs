@@ -31,7 +31,7 @@ fn a_parameter_is_set_checked_and_taken_back() {
 }
 
 #[test]
-fn an_operator_sets_the_parameters_that_the_configuration_gives_operators_and_no_others() {
+fn an_operator_sets_only_the_parameters_given_to_operators() {
     let table = "[console]\nport = 0\noperable = [\"/sensor/params/step\"]";
     let run = Running::start_with("operable", &format!("{CONFIGURATION}\n{table}"));
     let operator = run.client("operator");
@@ -60,7 +60,7 @@ fn an_operator_sets_the_parameters_that_the_configuration_gives_operators_and_no
 }
 
 #[test]
-fn a_body_that_is_no_object_or_comes_packed_is_refused_as_what_it_is() {
+fn a_body_that_is_no_object_or_is_compressed_is_refused() {
     let run = Running::start("bodies");
     let developer = run.client("developer");
     let at = run.at("sensor/params");

@@ -38,7 +38,7 @@ fn an_edited_file_is_taken_over_or_refused_whole() {
 }
 
 #[test]
-fn what_only_the_next_start_can_have_waits_and_holds_up_nothing_else() {
+fn a_setting_for_the_next_start_waits_and_blocks_nothing_else() {
     let path = file("waiting");
     let log = MemoryTarget::default();
     let database = Database::open(&path, configuration::Options::default()).unwrap();
@@ -81,7 +81,7 @@ fn what_only_the_next_start_can_have_waits_and_holds_up_nothing_else() {
 }
 
 #[test]
-fn another_variant_is_chosen_whole_while_the_agent_runs_or_waits_whole() {
+fn another_variant_is_applied_whole_at_once_or_waits_whole() {
     let path = file("variants");
     let with = |pace: &str| {
         format!(

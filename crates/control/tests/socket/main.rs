@@ -196,7 +196,7 @@ fn eventually(mut so: impl FnMut() -> bool) {
 }
 
 #[test]
-fn a_library_that_is_not_there_is_shown_at_its_line_of_the_configuration() {
+fn a_missing_library_is_shown_at_its_line_of_the_configuration() {
     let text = "[plugins.arm]\nfile = \"/nowhere/libarm.so\"\n";
     let database = Database::from_text("robot.toml", text, configuration::Options::default()).unwrap();
     let refusal = Agent::load_with(&database, &[], Options::default()).unwrap_err().to_string();

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn several_parameters_change_in_one_write_and_are_listed_as_different() {
+fn several_parameters_change_in_one_write_and_are_listed() {
     let (mut agent, _server, mut client) = open("write");
     agent.step();
     assert_eq!(number(&agent, "teller/told/first"), 2.0);
@@ -32,7 +32,7 @@ fn several_parameters_change_in_one_write_and_are_listed_as_different() {
 }
 
 #[test]
-fn what_was_set_on_the_blackboard_stays_when_another_parameter_changes() {
+fn a_value_set_on_the_blackboard_survives_other_parameters() {
     let (agent, _server, mut client) = open("beside");
     let value = slate_module::blackboard::interface::Value::Float(9.0);
     agent.board().write("teller/params/second", &value, 0).unwrap();
@@ -61,7 +61,7 @@ fn a_tick_sees_all_of_a_change_or_nothing() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused_whole_and_without_a_place_in_a_text_that_nobody_wrote() {
+fn an_invalid_setting_is_refused_whole_without_a_false_place() {
     let (agent, _server, mut client) = open("misfit");
     let before = sequence(&agent, "teller/params");
     let mut refuse = |path: &str, value: &str, words: &[&str]| {
@@ -176,7 +176,7 @@ fn switching_what_does_nothing_is_refused() {
 }
 
 #[test]
-fn parameters_of_a_module_that_is_away_are_checked_by_what_it_was() {
+fn parameters_of_an_absent_module_are_checked_by_its_last_kind() {
     let (_agent, _server, mut client) = open("away");
     let plugins = client.plugins().unwrap();
     let teller = plugins.iter().find(|plugin| plugin.modules == ["teller"]).unwrap().name.clone();

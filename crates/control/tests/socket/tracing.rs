@@ -183,7 +183,7 @@ fn an_agent_that_ends_ends_the_traces_of_its_tools() {
 }
 
 #[test]
-fn who_records_is_not_let_go_for_its_silence_and_holds_no_stop_up() {
+fn a_silent_recorder_stays_connected_and_delays_no_stop() {
     let (mut agent, server, folder) = traced("silent");
     let mut recording: Vec<_> = (0..32)
         .map(|number| {

@@ -130,7 +130,7 @@ fn a_restored_skill_goes_on_as_the_saved_one() {
 }
 
 #[test]
-fn changed_skills_take_over_or_are_refused_while_the_mission_runs() {
+fn changed_skills_take_over_or_are_refused_in_a_running_mission() {
     let place = file("reload", VISIT);
     let mut plan = planning(&place);
     sent(&mut plan);

@@ -159,7 +159,7 @@ fn a_restored_tree_goes_on_as_the_saved_one() {
 }
 
 #[test]
-fn a_changed_tree_takes_over_or_is_refused_while_the_mission_runs() {
+fn a_changed_tree_takes_over_or_is_refused_in_a_running_mission() {
     let place = file("reload", "<Sequence><Go x=\"1\"/><Go x=\"2\"/></Sequence>");
     let mut plan = planning(&place);
     sent(&mut plan);

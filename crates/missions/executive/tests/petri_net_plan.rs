@@ -147,7 +147,7 @@ fn a_restored_mission_goes_on_as_the_saved_one() {
 }
 
 #[test]
-fn a_changed_file_takes_over_or_is_refused_while_the_mission_runs() {
+fn a_changed_file_takes_over_or_is_refused_in_a_running_mission() {
     let place = file("reload", "Go_1; Turn_90", "");
     let mut plan = planning(&place);
     sent(&mut plan);

@@ -223,7 +223,7 @@ fn the_same_seed_gives_the_same_particles() {
 }
 
 #[test]
-fn a_pose_that_is_no_number_and_a_map_without_a_free_cell_change_nothing() {
+fn an_invalid_pose_and_a_map_without_free_cells_change_nothing() {
     let building = Building::new();
     let (field, mut random) = (building.field(), Random::new(3, "test"));
     let mut localization = MonteCarloLocalization::new(parameters()).unwrap();

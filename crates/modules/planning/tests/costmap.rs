@@ -41,7 +41,7 @@ fn a_beam_clears_what_it_goes_through_and_marks_where_it_ends() {
 }
 
 #[test]
-fn a_robot_keeps_out_of_zones_and_what_nobody_has_seen_stays_unknown() {
+fn a_robot_keeps_out_of_zones_and_unseen_cells_stay_unknown() {
     let mut costmap = costmap();
     costmap.set_static(|index| if index / SIDE < 10 { 0 } else { -1 });
     costmap.keep_out(|index| cell(index) == GridCell::new(3, 3));

@@ -126,7 +126,7 @@ fn a_pose_without_measurements_is_unknown_after_a_while() {
 }
 
 #[test]
-fn an_outlier_is_dropped_and_a_robot_that_was_carried_away_is_found() {
+fn an_outlier_is_dropped_and_a_kidnapped_robot_is_found() {
     let mut analyze = Fixture::<AnalyzeBlock<EstimatePose>>::new();
     analyze.set("robot", model(Pose2::default(), REAL));
     let mut fix = |x: f64| {
@@ -147,7 +147,7 @@ fn an_outlier_is_dropped_and_a_robot_that_was_carried_away_is_found() {
 }
 
 #[test]
-fn knowledge_has_the_estimate_and_before_the_first_one_what_is_measured() {
+fn knowledge_has_the_estimate_and_before_it_the_measurement() {
     let params = WheeledKnowledgeParams { robot: Text::new("pioneer_p3dx"), ..Default::default() };
     let mut knowledge = Fixture::<KnowledgeBlock<WheeledKnowledge>>::with(params).unwrap();
     let pose = |knowledge: &mut Fixture<KnowledgeBlock<WheeledKnowledge>>| {

@@ -160,7 +160,7 @@ fn a_robot_without_a_description_has_no_model() {
 }
 
 #[test]
-fn a_running_robot_takes_another_profile_and_stays_the_robot_that_it_is() {
+fn a_running_robot_takes_another_profile_and_keeps_its_state() {
     let mut knowledge = Knowing::with(params("pioneer_p3dx", "vrep")).unwrap();
     assert_eq!(model(&mut knowledge).robot.sensor("position").unwrap().rate, 0.0);
     knowledge.params().profile = Text::new("real");
@@ -182,7 +182,7 @@ fn a_running_robot_takes_another_profile_and_stays_the_robot_that_it_is() {
 }
 
 #[test]
-fn odometry_is_a_position_and_a_heading_from_where_the_robot_began() {
+fn odometry_is_a_pose_relative_to_the_start() {
     let start = OdometryStart { start_x: 1.0, start_y: 2.0, start_theta: std::f64::consts::FRAC_PI_2 };
     let pose = Pose2 { x: 0.5, y: 0.0, theta: 0.25 };
     let odometry = Odometry { pose, ..Odometry::default() };

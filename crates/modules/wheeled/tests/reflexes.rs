@@ -211,7 +211,7 @@ fn where_the_wall_ends_it_drives_an_arc_about_the_end() {
 }
 
 #[test]
-fn a_sensor_with_a_rule_that_stops_stops_every_reflex_that_reads_it() {
+fn a_silent_sensor_stops_every_reflex_that_reads_it() {
     let rules = rules();
     macro_rules! stops {
         ($model:ty, $kind:literal) => {
@@ -288,7 +288,7 @@ fn every_reflex_follows_its_rules_in_knowledge() {
 }
 
 #[test]
-fn a_scan_of_no_numbers_passes_no_monitor_and_stops_the_authors_law() {
+fn a_scan_of_nan_passes_no_monitor_and_stops_the_authors_law() {
     let mut invalid = scan(&[(AHEAD, 0.2)]);
     let echoes = [Echo { range: f64::NAN, heard: true.into() }; 16];
     invalid.echoes = Sequence::new(&echoes);
@@ -308,7 +308,7 @@ fn a_scan_of_no_numbers_passes_no_monitor_and_stops_the_authors_law() {
 }
 
 #[test]
-fn a_monitor_takes_limits_and_mounts_of_the_sonars_from_the_robot_model() {
+fn a_monitor_takes_sonar_limits_and_mounts_from_the_robot_model() {
     let mut robot = pioneer();
     let sonar = Device { minimum: 0.1, maximum: 1.0, name: Text::new("sonar"), ..Device::default() };
     robot.robot.sensors = Sequence::new(&[sonar]);

@@ -81,7 +81,7 @@ fn a_reader_of_a_key_has_a_rate_of_its_own() {
 }
 
 #[test]
-fn a_property_that_can_not_be_published_is_told_before_anything_is_opened() {
+fn an_unpublishable_property_is_refused_before_anything_opens() {
     for (from, reason) in [("sensor/cuont", "did you mean count?"), ("driver/notes", "receives messages")] {
         let [port] = ports();
         let text = format!("\"zenoh:demo/a\" = \"{from}\"");

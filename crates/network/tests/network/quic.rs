@@ -253,7 +253,7 @@ fn a_taken_port_and_a_missing_router_are_told_over_quic_too() {
 const BOOK: &str = include_str!("../../../../book/src/17-network.md");
 
 #[test]
-fn the_table_of_the_book_starts_with_the_certificates_of_the_book() {
+fn the_table_of_the_book_starts_with_its_certificates() {
     let block = |language: &str, word: &str| {
         let fence = format!("```{language}\n");
         let blocks = BOOK.split(&fence).skip(1);

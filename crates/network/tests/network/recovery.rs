@@ -61,7 +61,7 @@ fn a_reader_of_all_values_misses_none_when_its_link_is_cut() {
 }
 
 #[test]
-fn a_reader_with_certificates_misses_no_value_when_its_link_is_cut() {
+fn a_reader_with_certificates_misses_no_value_on_a_cut_link() {
     let (port, authority) = (udp_port(), Authority::new());
     let links = "\"driver/speeds\" = \"sensor/count\"";
     let listen = format!("listen = [\"quic/127.0.0.1:{port}\"]");

@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn who_waits_for_a_disk_that_takes_nothing_gives_up_and_one_that_is_slow_is_waited_for() {
+    fn a_stuck_disk_is_given_up_and_a_slow_one_is_waited_for() {
         let (go, may) = channel();
         let (mut disk, queue) = Disk::start(Box::new(Slow(may))).unwrap();
         for piece in 0..3 {

@@ -125,14 +125,14 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_is_kept_on_average_also_where_values_come_at_another_one() {
+    fn a_rate_is_kept_on_average_for_values_at_another_rate() {
         let mut slow = filter(33, false);
         let taken = (0..1000).filter(|value| slow.takes(value * 20, &[])).count();
         assert!((600..=607).contains(&taken), "{taken} of 1000 in 20000, one in 33");
     }
 
     #[test]
-    fn what_has_not_changed_is_not_taken_and_the_change_is_as_soon_as_it_is_due() {
+    fn unchanged_values_are_skipped_and_changes_taken_when_due() {
         let mut changes = filter(0, true);
         let taken: Vec<_> = [1, 1, 2, 2, 1].iter().map(|value| changes.takes(0, &[*value])).collect();
         assert_eq!(taken, [true, false, true, false, true]);

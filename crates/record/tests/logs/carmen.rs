@@ -73,7 +73,7 @@ fn geometry(parameters: &str, beams: usize) -> (f64, f64, f64) {
 }
 
 #[test]
-fn what_old_lines_leave_out_comes_from_the_beams_and_from_parameters() {
+fn fields_missing_in_old_lines_come_from_beams_and_parameters() {
     let degree = PI / 180.0;
     let close = |found: (f64, f64, f64), expected: (f64, f64, f64)| {
         let off = (found.0 - expected.0).abs() + (found.1 - expected.1).abs() + (found.2 - expected.2).abs();
@@ -97,7 +97,7 @@ fn what_old_lines_leave_out_comes_from_the_beams_and_from_parameters() {
 }
 
 #[test]
-fn a_wrong_line_names_file_and_line_and_is_left_out_only_when_that_is_wanted() {
+fn a_wrong_line_is_named_and_skipped_only_on_request() {
     let folder = folder("carmen-wrong");
     let good = "ODOM 1 2 3 0 0 0 1.5 host 1.5\n";
     for (line, words) in [
@@ -176,7 +176,7 @@ fn what_was_a_log_of_carmen_becomes_the_same_log_again() {
 }
 
 #[test]
-fn a_sweep_before_any_odometry_is_raw_and_keeps_the_number_of_its_laser() {
+fn a_sweep_before_odometry_is_raw_and_keeps_its_laser_number() {
     let folder = folder("carmen-export");
     let path = write(&folder, "a.log", "LASER4 2 1.5 2.5 1.25 host 0\nODOM 1 2 3 0 0 0 1.5 host 1.5\n");
     let said = exported(&path);
@@ -192,7 +192,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn numbers_are_read_as_they_were_written_and_written_as_they_were_read(
+    fn numbers_survive_reading_and_writing(
         pose in prop::collection::vec(decimal(), 6),
         ranges in prop::collection::vec(prop_oneof![0.0..100.0_f32, any::<f32>().prop_filter("nor such a one", |n| n.is_finite())], 0..40),
         poses in prop::collection::vec(decimal(), 6),

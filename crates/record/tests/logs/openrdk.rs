@@ -25,7 +25,7 @@ fn lines_become_values_and_a_run_goes_on_over_midnight() {
 }
 
 #[test]
-fn a_wrong_line_names_file_and_line_and_is_left_out_only_when_that_is_wanted() {
+fn a_wrong_line_is_named_and_skipped_only_on_request() {
     let folder = folder("openrdk-wrong");
     for (line, words) in [
         (

@@ -8,7 +8,7 @@ use std::process::Command;
 use slate_record::bag::{Compression, Decoder, Header, Metadata, Reader, Writer, verify};
 
 #[test]
-fn all_that_the_writer_of_python_writes_is_whole_and_has_its_messages() {
+fn bags_of_the_python_writer_are_whole_with_all_messages() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bags-of-python");
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
@@ -38,7 +38,7 @@ fn all_that_the_writer_of_python_writes_is_whole_and_has_its_messages() {
 }
 
 #[test]
-fn an_offset_that_denies_records_of_the_summary_is_told_in_words() {
+fn an_offset_that_contradicts_the_summary_is_reported() {
     // The last summary offset is before the footer: 9 + 20 bytes of it, and 8 of the end; its length is its last 8 bytes.
     let header = Header::default();
     let mut writer = Writer::new(Vec::new(), "x", &header, Compression::None).unwrap();

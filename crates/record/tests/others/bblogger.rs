@@ -22,7 +22,7 @@ fn written() -> &'static PathBuf {
 }
 
 #[test]
-fn values_are_read_as_they_lay_in_the_memory_of_either_kind_of_machine() {
+fn values_of_either_byte_order_are_read() {
     for order in ["little", "big"] {
         let path = written().join(format!("motor-{order}.log"));
         assert_eq!(logs::recognise(&path).unwrap(), Some(Format::Bblogger));
@@ -75,7 +75,7 @@ fn an_interface_that_nobody_knows_is_kept_as_bytes_and_told() {
 }
 
 #[test]
-fn a_file_that_is_cut_off_or_counts_wrong_is_refused_and_read_as_far_as_it_goes_when_that_is_wanted() {
+fn a_cut_or_miscounting_file_is_refused_and_read_on_request() {
     let own = folder("bblogger-damaged");
     let bytes = std::fs::read(written().join("uncounted.log")).unwrap();
     assert_eq!(messages(&written().join("uncounted.log")).len(), 6);

@@ -136,7 +136,7 @@ fn two_libraries_of_others_read_all_interfaces_in_both_forms() {
 }
 
 #[test]
-fn a_library_of_others_reads_messages_of_ros_1_and_knows_their_types() {
+fn another_library_reads_messages_and_types_of_ros_1() {
     let mut lines = String::new();
     let mut expected = Vec::new();
     for descriptor in all() {
@@ -206,7 +206,7 @@ fn hashes_of_all_types_are_those_that_others_compute() {
 }
 
 #[test]
-fn messages_of_all_types_that_ros_brings_are_read_as_others_wrote_them() {
+fn messages_of_all_types_of_ros_are_read_as_others_wrote_them() {
     let mut command = Command::new(python());
     // It would write beside the script.
     command.env("PYTHONDONTWRITEBYTECODE", "1").arg(script("write.py"));

@@ -177,7 +177,7 @@ fn check_tree(all: &[Told]) -> BTreeMap<&str, &str> {
 }
 
 #[test]
-fn each_of_several_robots_has_its_own_frames_and_is_where_it_was() {
+fn each_of_several_robots_keeps_its_frames_and_poses() {
     let folder = folder("ros-robots");
     let own = folder.join("own.mcap");
     let mut values = Values::new(&own);

@@ -83,7 +83,7 @@ fn messages_of_all_types_of_ros_1_are_read_as_others_wrote_them() {
 }
 
 #[test]
-fn a_folder_of_ros_2_is_one_recording_and_one_kept_otherwise_is_refused_with_what_to_do() {
+fn a_folder_of_ros_2_is_one_recording_and_others_are_refused() {
     compare("bag2");
     let (folder, _) = written();
     assert_eq!(logs::recognise(&folder.join("bag2")).unwrap(), Some(Format::Rosbag2));
@@ -114,7 +114,7 @@ fn a_folder_of_ros_2_is_one_recording_and_one_kept_otherwise_is_refused_with_wha
 }
 
 #[test]
-fn a_recording_that_is_cut_off_or_damaged_names_the_byte_and_gives_what_is_before_it_when_that_is_wanted() {
+fn a_damaged_recording_names_the_byte_and_is_read_on_request() {
     let (folder, _) = written();
     let bytes = std::fs::read(folder.join("none.bag")).unwrap();
     let own = files::folder("rosbag-damaged");
@@ -143,7 +143,7 @@ fn a_recording_that_is_cut_off_or_damaged_names_the_byte_and_gives_what_is_befor
 }
 
 #[test]
-fn a_recording_that_ends_before_its_end_where_a_record_does_is_not_taken_for_a_whole_one() {
+fn a_recording_cut_between_records_is_not_taken_for_whole() {
     let (folder, _) = written();
     let whole = std::fs::read(folder.join("none.bag")).unwrap();
     let own = files::folder("rosbag-unfinished");
@@ -173,7 +173,7 @@ fn a_recording_that_ends_before_its_end_where_a_record_does_is_not_taken_for_a_w
 }
 
 #[test]
-fn behind_a_record_of_a_wrong_length_it_goes_on_with_the_next_chunk() {
+fn reading_goes_on_at_the_next_chunk_after_a_wrong_length() {
     let (folder, _) = written();
     let whole = std::fs::read(folder.join("none.bag")).unwrap();
     let own = files::folder("rosbag-resume");

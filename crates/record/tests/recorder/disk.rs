@@ -36,7 +36,7 @@ fn in_lockstep_the_loop_waits_for_a_recorder_that_is_behind() {
 }
 
 #[test]
-fn on_the_wall_clock_nobody_waits_and_drops_are_counted_in_the_file() {
+fn on_the_wall_clock_nobody_waits_and_drops_are_counted() {
     let small =
         "buffer = \"1KiB\"\nchunk = \"1KiB\"\nselect = [\"/counter/**\"]\nexclude = [\"/**/histogram\"]";
     let (mut agent, recorder, _) = agent(!LOCKSTEP, small);
@@ -103,7 +103,7 @@ fn who_is_told_that_something_was_changed_finds_it_in_the_file() {
 }
 
 #[test]
-fn a_disk_that_gets_full_ends_the_recording_with_one_line_and_the_agent_goes_on() {
+fn a_full_disk_ends_the_recording_with_one_line_and_no_stop() {
     let (mut without, _, _) = agent(LOCKSTEP, "");
     let (mut agent, recorder, log) = agent(LOCKSTEP, "chunk = \"1KiB\"");
     let bytes = Bytes::default();
@@ -143,7 +143,7 @@ impl Write for Broken {
 }
 
 #[test]
-fn what_writes_a_file_and_panics_ends_the_recording_with_one_line_and_the_agent_goes_on() {
+fn a_panicking_writer_ends_the_recording_and_not_the_agent() {
     let (mut without, _, _) = agent(LOCKSTEP, "");
     let (mut agent, recorder, log) = agent(LOCKSTEP, "chunk = \"1KiB\"\nbuffer = \"1KiB\"");
     let bytes = Bytes::default();
@@ -186,7 +186,7 @@ fn file(name: &str) -> std::path::PathBuf {
 
 #[test]
 #[allow(clippy::disallowed_methods, reason = "a disk stands still on the wall clock")]
-fn a_disk_that_stands_still_delays_neither_the_agent_nor_its_last_seconds() {
+fn a_stalled_disk_delays_neither_agent_nor_last_seconds() {
     let extra = "buffer = \"8KiB\"\nchunk = \"1KiB\"\nflight = { keep = \"60s\" }";
     let (mut agent, recorder, log) = agent(!LOCKSTEP, extra);
     let (bytes, (go, may)) = (Bytes::default(), channel());
@@ -223,7 +223,7 @@ fn a_disk_that_stands_still_delays_neither_the_agent_nor_its_last_seconds() {
 }
 
 #[test]
-fn in_lockstep_the_last_seconds_are_there_while_the_loop_waits_for_a_disk() {
+fn in_lockstep_the_last_seconds_exist_while_waiting_for_a_disk() {
     let extra = "buffer = \"4KiB\"\nchunk = \"1KiB\"\nflight = { keep = \"60s\" }";
     let (mut agent, recorder, _) = agent(LOCKSTEP, extra);
     let (bytes, (go, may)) = (Bytes::default(), channel());
@@ -262,7 +262,7 @@ fn a_recording_whose_file_somebody_has_removed_is_none() {
 }
 
 #[test]
-fn a_damaged_piece_takes_no_others_with_it_that_have_values_of_what_it_defines() {
+fn a_damaged_chunk_costs_no_other_chunk() {
     let (mut agent, recorder, _) = agent(LOCKSTEP, "chunk = \"4KiB\"");
     let bytes = Bytes::default();
     recorder.begin_with(&agent, Path::new("here"), Box::new(bytes.clone()));

@@ -12,7 +12,7 @@ use slate_runtime::Agent;
 use support::{Bytes, LOCKSTEP, agent, numbers, read};
 
 #[test]
-fn every_write_is_recorded_also_several_in_one_cycle_and_those_before_the_file_is_open() {
+fn every_write_is_recorded_also_before_the_file_is_open() {
     let (mut agent, recorder, _) = agent(LOCKSTEP, "");
     let set = |agent: &Agent, value: f64| {
         agent.board().write("counter/params/step", &Value::Float(value), agent.now()).unwrap();
@@ -30,7 +30,7 @@ fn every_write_is_recorded_also_several_in_one_cycle_and_those_before_the_file_i
 }
 
 #[test]
-fn who_records_what_is_written_only_for_those_who_watch_has_all_of_it() {
+fn a_recorder_gets_all_of_a_value_written_on_demand() {
     for (extra, is_watched) in
         [("", true), ("select = \"/counter/number\"", false), ("exclude = \"/**/half\"", false)]
     {
@@ -58,7 +58,7 @@ fn reference() -> Vec<u8> {
 }
 
 #[test]
-fn a_recording_that_was_cut_or_damaged_anywhere_is_an_error_and_never_silently_wrong() {
+fn a_cut_or_damaged_recording_is_an_error_and_never_wrong() {
     let file = reference();
     let whole = read(&file).unwrap();
     assert!(whole.len() > 200);
@@ -75,7 +75,7 @@ fn a_recording_that_was_cut_or_damaged_anywhere_is_an_error_and_never_silently_w
 }
 
 #[test]
-fn a_fault_saves_what_was_before_it_and_a_run_without_one_saves_nothing() {
+fn a_fault_saves_the_seconds_before_it_and_no_fault_saves_none() {
     let extra = "flight = { keep = \"100ms\", trigger = [\"fault\"] }";
     for (limit, name) in [(1e9, "without"), (400.0, "with")] {
         let (mut agent, recorder, _) = agent(LOCKSTEP, extra);
@@ -100,7 +100,7 @@ fn a_fault_saves_what_was_before_it_and_a_run_without_one_saves_nothing() {
 }
 
 #[test]
-fn what_is_too_large_for_the_last_seconds_is_left_out_though_a_recording_has_it() {
+fn a_value_too_large_for_the_last_seconds_is_still_recorded() {
     let extra = "flight = { keep = \"100ms\", trigger = [\"fault\"], largest = \"100B\" }";
     let (mut agent, recorder, _) = agent(LOCKSTEP, extra);
     agent.board().write("counter/params/limit", &Value::Float(400.0), 0).unwrap();

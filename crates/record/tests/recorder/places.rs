@@ -65,7 +65,7 @@ fn a_fault_does_not_take_the_place_of_that_of_the_run_before() {
 }
 
 #[test]
-fn a_tool_that_names_no_file_does_not_end_the_recording_of_the_run() {
+fn a_tool_without_a_file_does_not_end_the_recording_of_the_run() {
     let folder = folder("own");
     let (mut agent, recorder, _) = agent(LOCKSTEP, "");
     recorder.attach(&agent, &folder);
@@ -82,7 +82,7 @@ fn a_tool_that_names_no_file_does_not_end_the_recording_of_the_run() {
 }
 
 #[test]
-fn a_pattern_that_no_property_fits_is_told_with_the_nearest_names() {
+fn a_pattern_without_a_match_is_reported_with_nearest_names() {
     let extra = "select = [\"/counter/nummber\"]\n[[record.rules]]\nselect = \"/conter/**\"\nrate = 5.0\n";
     let (mut agent, recorder, log) = agent(LOCKSTEP, extra);
     recorder.attach(&agent, &folder("misspelt"));

@@ -134,7 +134,7 @@ fn values_from_another_thread_do_not_change_a_cycle_that_runs() {
 }
 
 #[test]
-fn values_that_cycles_wait_for_come_in_the_same_cycle_of_a_rerun() {
+fn awaited_values_come_in_the_same_cycle_of_a_rerun() {
     let path = file("external-awaited.mcap");
     let (mut agent, recorder) = begun(&path, &robot(), &[(INPUT, "ros2:/other")]);
     let mut cycles = 0;

@@ -75,7 +75,7 @@ fn a_value_that_is_none_of_its_type_is_named_with_its_topic() {
 }
 
 #[test]
-fn times_that_go_back_are_played_when_the_value_before_was_and_told() {
+fn backward_times_play_at_the_last_value_with_a_warning() {
     let values = [5, 9, 7, 12].map(|time| (time * 1_000_000, reading("a", time as f64))).to_vec();
     let path = foreign("backwards.mcap", &[scan("/scan", values)]);
     let mut player = Player::open(&path, &plugins(), Plan::default()).unwrap();
@@ -88,7 +88,7 @@ fn times_that_go_back_are_played_when_the_value_before_was_and_told() {
 
 /// Several threads may write a property of an agent, each with the time of its own tick.
 #[test]
-fn of_times_that_go_back_in_a_recording_of_an_agent_nothing_is_said() {
+fn backward_times_of_an_agents_recording_cause_no_warning() {
     let (own, other) = (file("threads.mcap"), file("threads-back.mcap"));
     record_on_the_wall_clock(&own);
     let mut reader = Reader::open(&own).unwrap();
@@ -161,7 +161,7 @@ fn an_interface_of_another_version_is_played_as_it_was_recorded() {
 }
 
 #[test]
-fn a_file_that_is_cut_off_is_damaged_and_one_with_nothing_to_play_says_so() {
+fn a_cut_file_is_damaged_and_an_empty_one_says_so() {
     let path = recorded("cut.mcap");
     let bytes = std::fs::read(&path).unwrap();
     let cut = file("cut-off.mcap");

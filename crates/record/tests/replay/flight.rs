@@ -67,7 +67,7 @@ const GAIN: &str = "modules.scale.params.gain";
 const LINK: &str = "links.\"scale/number\"";
 
 #[test]
-fn last_seconds_that_begin_with_the_run_are_computed_again_with_what_was_changed_within_them() {
+fn last_seconds_from_the_start_recompute_with_their_changes() {
     let sets = [(9, GAIN, "5.0"), (14, LINK, "\"late/number\""), (14, GAIN, "7.0")];
     let sets = [&sets[..], &[(25, LINK, "\"front/sum\""), (27, "modules.front.params.gain", "0.5")]].concat();
     let [path, _] = saved("flight-whole.mcap", "60s", &sets);
@@ -80,7 +80,7 @@ fn last_seconds_that_begin_with_the_run_are_computed_again_with_what_was_changed
 }
 
 #[test]
-fn last_seconds_begin_with_the_configuration_of_their_first_moment() {
+fn last_seconds_begin_with_the_configuration_of_their_start() {
     // Before them, and within them.
     let sets = [(3, GAIN, "5.0"), (5, LINK, "\"late/number\""), (6, LINK, "\"front/sum\"")];
     let sets = [&sets[..], &[(24, GAIN, "7.0"), (26, LINK, "\"source/number\"")]].concat();

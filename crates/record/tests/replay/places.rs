@@ -65,7 +65,7 @@ fn each_module_sees_what_it_saw_in_the_cycles_in_which_it_ran() {
 
 /// Also when the order of the modules becomes another one, and when one that they read is switched off.
 #[test]
-fn other_links_give_other_places_and_who_is_switched_off_is_not_well() {
+fn other_links_give_other_poses_and_a_module_off_is_not_ready() {
     let path = file("other-places.mcap");
     record(&path, ROBOT, |agent, cycle| {
         let changes: &[(&str, &str)] = match cycle {

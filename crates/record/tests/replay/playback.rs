@@ -115,7 +115,7 @@ fn a_run_on_the_wall_clock_is_played_too() {
 
 /// On the wall clock a change has a time and no cycle: as many values come before it as then.
 #[test]
-fn what_was_changed_on_the_wall_clock_is_changed_again_at_its_time() {
+fn wall_clock_changes_are_replayed_at_their_time() {
     let path = file("wall-changed.mcap");
     let step = |after: u64, value| (Duration::from_millis(after), "modules.source.params.step", value);
     record_on_the_wall_clock_with(&path, &[step(95, "3.0"), step(183, "0.5")]);

@@ -40,7 +40,7 @@ fn modules_that_run_on_a_recording_write_what_is_recorded() {
 }
 
 #[test]
-fn another_parameter_gives_another_value_and_the_first_one_is_told() {
+fn another_parameter_gives_another_value_and_the_first_is_named() {
     let path = recorded("other.mcap");
     let plan = Plan { sets: vec!["modules.back.params.gain=3.0".into()], ..plan(&["back"]) };
     let (_, outcome, _) = play(&path, plan);
@@ -67,7 +67,7 @@ fn what_was_changed_while_it_was_recorded_is_changed_again() {
 
 /// What they remembered then is not recorded; what was changed in them is.
 #[test]
-fn modules_that_begin_later_do_so_with_fresh_state_and_the_parameters_that_they_had_then() {
+fn late_modules_begin_with_fresh_state_and_their_parameters() {
     let path = file("later.mcap");
     record(&path, ROBOT, |agent, cycle| {
         let gain = match cycle {
@@ -147,7 +147,7 @@ fn lacking(path: &std::path::Path, modules: &[&str]) -> (String, Recomputation, 
 }
 
 #[test]
-fn modules_do_not_run_on_less_than_they_had_unless_that_is_wanted() {
+fn modules_run_on_missing_inputs_only_on_request() {
     let path = file("lacking.mcap");
     record(&path, &format!("{ROBOT}select = [\"/source/**\", \"/front/**\", \"/late/**\"]\n"), |_, _| {});
     let (refused, outcome, misses) = lacking(&path, &["front"]);

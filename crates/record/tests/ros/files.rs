@@ -43,7 +43,7 @@ fn read(folder: &Path, file: &str) -> Result<DefinitionFiles, String> {
 }
 
 #[test]
-fn messages_in_a_message_are_found_beside_it_and_in_other_packages() {
+fn nested_messages_are_found_beside_and_in_other_packages() {
     let folder = folder(
         "nested",
         &[

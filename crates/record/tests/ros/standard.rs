@@ -181,7 +181,7 @@ fn wheels_are_joints_that_turn() {
 }
 
 #[test]
-fn what_sonars_hear_is_a_cloud_of_points_and_what_they_do_not_hear_is_none() {
+fn sonar_echoes_make_a_point_cloud_and_silence_makes_no_point() {
     let placement = |x: f64, theta: f64| SonarPlacement { x, y: 0.25, theta };
     let echo = |range: f64, heard: bool| Echo { range, heard: heard.into() };
     let mut scan = SonarScan {
@@ -320,7 +320,7 @@ struct Unknown {
 }
 
 #[test]
-fn interfaces_of_others_are_matched_by_the_names_of_their_fields() {
+fn foreign_interfaces_are_matched_by_their_field_names() {
     let twist = FullTwist {
         linear: Position { x: 1.0, y: 2.0, z: 3.0 },
         angular: Position { x: 4.0, y: 5.0, z: 6.0 },

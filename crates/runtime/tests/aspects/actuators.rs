@@ -148,7 +148,7 @@ fn a_command_out_of_limits_is_held_at_the_limit() {
 }
 
 #[test]
-fn a_command_of_a_tick_that_fails_is_not_given_and_the_last_one_ends() {
+fn a_failing_ticks_command_is_dropped_and_the_last_one_ends() {
     for how in ["fail_at", "panic_at"] {
         let mut agent = agent(&ship(&format!("params = {{ {how} = 3 }}")), &plugins());
         steps(&mut agent, 2);

@@ -350,7 +350,7 @@ fn a_pattern_means_the_paths_of_that_interface() {
 }
 
 #[test]
-fn events_tell_of_what_appears_and_vanishes_and_of_readers_and_writers() {
+fn events_report_properties_readers_and_writers() {
     let text = "[modules.clerk]\nevery = \"40ms\"\nparams.write = \"object\"\n\
                 [modules.scribe]\nparams.events = \"/clerk/object\"\n";
     // The scribe comes first, so that it observes when the object appears.

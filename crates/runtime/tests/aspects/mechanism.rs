@@ -18,7 +18,7 @@ fn who_needs_a_service_waits_until_it_is_provided_and_then_runs() {
 }
 
 #[test]
-fn a_service_that_is_withdrawn_stops_those_that_need_it_until_it_comes_again() {
+fn a_withdrawn_service_stops_its_users_until_it_returns() {
     let text = "[modules.meter]\nparams = { watch = 1, withdraw_at = 3 }\n[modules.lamp]\n";
     let mut agent = agent(text, &plugins());
     steps(&mut agent, 3);
@@ -31,7 +31,7 @@ fn a_service_that_is_withdrawn_stops_those_that_need_it_until_it_comes_again() {
 }
 
 #[test]
-fn a_provider_that_panics_takes_its_service_along_and_brings_it_again() {
+fn a_panicking_provider_takes_its_service_and_brings_it_back() {
     let text = "[modules.meter]\nparams = { watch = 2, panic_at = 3 }\n[modules.lamp]\n";
     let mut agent = agent(text, &plugins());
     steps(&mut agent, 3);

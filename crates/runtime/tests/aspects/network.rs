@@ -294,7 +294,7 @@ fn no_tick_waits_for_an_address_that_does_not_answer() {
 }
 
 #[test]
-fn a_connection_that_fails_is_tried_again_after_a_second_of_the_agents_time() {
+fn a_failed_connection_is_retried_after_a_second_of_agent_time() {
     let (listener, address) = listener();
     drop(listener);
     let mut node = Node::new();

@@ -74,7 +74,7 @@ fn plugins() -> Vec<Plugin> {
 }
 
 #[test]
-fn who_needs_a_service_waits_while_the_code_of_its_provider_is_exchanged() {
+fn users_of_a_service_wait_while_its_provider_is_reloaded() {
     let mut agent = agent(&robot(""), &plugins());
     steps(&mut agent, 3);
     assert_eq!((ticks(&agent, "lamp"), number(&agent, "lamp/brightness/value")), (2, 1001.0));
@@ -114,7 +114,7 @@ fn a_provider_whose_service_is_used_does_not_get_other_ports() {
 }
 
 #[test]
-fn new_code_runs_beside_no_module_that_uses_or_provides_services() {
+fn new_code_is_not_tried_on_modules_with_services() {
     let mut agent = agent(&robot(""), &plugins());
     steps(&mut agent, 2);
     let error = full(&agent.composer().shadow("torch", torch()).unwrap_err());

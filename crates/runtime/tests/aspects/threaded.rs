@@ -32,7 +32,7 @@ fn run(
 }
 
 #[test]
-fn a_service_that_comes_and_goes_is_never_dropped_under_its_user_nor_twice() {
+fn a_service_is_never_dropped_under_its_user_nor_twice() {
     let watch = Watch::of(20);
     let text = "[modules.meter]\nevery = \"1ms\"\nparams = { watch = 20, flap = 1, hold = 2 }\n\
                 [modules.lamp]\nevery = \"1ms\"\n\
@@ -80,7 +80,7 @@ fn a_provider_on_its_own_thread_is_switched_off_and_on() {
 }
 
 #[test]
-fn a_service_is_not_called_while_its_provider_is_late_and_goes_on_after_that() {
+fn a_service_of_a_late_provider_is_not_called_until_it_returns() {
     for (watch, trigger) in [(23, ""), (24, "every = \"1ms\"\n")] {
         let text = format!(
             "loop.period = \"2ms\"\nloop.hang = \"100ms\"\n[modules.meter]\n{trigger}\

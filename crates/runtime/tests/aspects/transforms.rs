@@ -188,7 +188,7 @@ fn what_is_not_known_is_said_in_words() {
 }
 
 #[test]
-fn a_transform_that_is_none_is_left_out_and_told_to_who_misses_it() {
+fn an_invalid_transform_is_skipped_and_reported_to_its_users() {
     let text = ROBOT.replace("[modules.odometry]", "[modules.odometry]\nparams.wrong_at = 1");
     let (mut agent, log) = logged(&text, &plugins());
     steps(&mut agent, 1);
@@ -210,7 +210,7 @@ fn open(agent: &Agent, path: &str, budget: Budget) -> slate_blackboard::channel:
 const READERS: Budget = Budget { latest: 1, queues: 4, window: 4 };
 
 #[test]
-fn a_property_that_appears_is_followed_and_one_that_vanishes_is_let_go() {
+fn an_appearing_property_is_followed_a_vanished_one_released() {
     let mut agent = agent(&format!("{ROBOT}params.source = \"camera\"\n"), &plugins());
     steps(&mut agent, 2);
     let mut writer = open(&agent, "camera/mount", READERS);
@@ -247,7 +247,7 @@ fn many_changes_of_the_board_are_not_lost() {
 }
 
 #[test]
-fn a_property_that_serves_no_more_readers_is_told_to_who_misses_it() {
+fn a_property_out_of_readers_is_reported_to_those_without_it() {
     let (mut agent, log) = logged(&format!("{ROBOT}params.source = \"camera\"\n"), &plugins());
     let none = Budget { latest: 1, queues: 0, window: 0 };
     let mut writer = open(&agent, "camera/mount", none);

@@ -8,7 +8,7 @@ use crate::faults::common::{lockstep, number};
 use crate::faults::{after, agent, count};
 
 #[test]
-fn an_observer_ends_a_run_after_its_cycle_and_another_run_goes_on_from_there() {
+fn an_observer_ends_a_run_after_its_cycle_and_it_can_go_on() {
     let mut agent = lockstep("[modules.counter]\n");
     assert_eq!(agent.run(after(5)).unwrap(), End::Stopped);
     assert_eq!(number(&agent, "counter/number/value"), 5.0);
@@ -27,7 +27,7 @@ fn a_panic_of_the_observer_reaches_who_called_run() {
 }
 
 #[test]
-fn a_stopper_ends_a_run_from_another_thread_and_then_nothing_runs() {
+fn a_stopper_ends_a_run_from_another_thread() {
     for (mode, trigger) in [(Mode::Staged, ""), (Mode::Threaded, "every = \"1ms\"")] {
         let text = format!("loop.period = \"1ms\"\n[modules.counter]\n{trigger}\n[modules.sender]\n");
         let mut agent = agent(&text, Options { mode, ..Options::default() });

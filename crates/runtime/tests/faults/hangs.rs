@@ -205,7 +205,7 @@ fn a_late_step_that_panics_is_followed_by_a_fresh_state() {
 }
 
 #[test]
-fn what_a_late_step_posts_is_lost_and_its_number_is_not_given_again() {
+fn a_late_steps_posts_are_lost_with_their_numbers() {
     let text = r#"
 loop.period = "5ms"
 loop.hang = "50ms"

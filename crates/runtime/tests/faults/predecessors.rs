@@ -41,7 +41,7 @@ fn fawkes_no_wake_up_of_a_worker_is_lost_in_ten_thousand_cycles() {
 }
 
 #[test]
-fn fawkes_no_wake_up_between_threads_is_lost_in_ten_thousand_rounds() {
+fn fawkes_no_wake_up_is_lost_between_threads_in_10000_rounds() {
     // Nothing but the other's value wakes a player, and its thread looks by itself only ten times a second.
     let text = r#"
 loop.period = "10ms"

@@ -270,7 +270,7 @@ fn fact_reaches_analyze_in_its_cycle_without_a_copy() {
 }
 
 #[test]
-fn percept_that_is_handed_on_reaches_analyze_in_its_cycle_without_a_copy() {
+fn a_handed_on_percept_reaches_analyze_in_its_cycle_uncopied() {
     let mut agent = agent();
     for _ in 0..5 {
         steps(&mut agent, 1);

@@ -115,7 +115,7 @@ impl Drop for Running {
 }
 
 #[test]
-fn a_property_that_comes_while_a_module_is_late_is_linked_when_it_returns() {
+fn a_property_that_comes_while_a_module_is_late_is_linked_later() {
     for (number, mode) in [(1, Mode::Staged), (2, Mode::Threaded)] {
         let agent = Running::start(number, mode, "\"held/number\" = \"slate://other/a/number\"");
         agent.wait_for("a first step", || agent.board.read("held/seen").unwrap().is_some());

@@ -34,7 +34,7 @@ kind = "collector"
 }
 
 #[test]
-fn a_reader_that_is_too_slow_is_counted_and_the_other_loses_nothing() {
+fn a_slow_reader_is_counted_and_the_other_loses_nothing() {
     let text = r#"
 [modules.a]
 kind = "counter"
@@ -168,7 +168,7 @@ kind = "collector"
 }
 
 #[test]
-fn a_queue_is_linked_to_what_no_module_writes_if_that_keeps_enough() {
+fn a_queue_links_to_an_unwritten_property_with_enough_room() {
     let text = r#"
 [modules.a]
 kind = "counter"

@@ -48,7 +48,7 @@ fn wanted(kept: &Kept, path: &str) -> (Pace, Compression) {
 }
 
 #[test]
-fn a_link_says_how_often_values_come_and_how_small_they_are_made() {
+fn a_link_shows_its_rate_and_thinning() {
     let (_agent, kept) = agent(
         r#"
 "relay/input" = { from = "slate://o/m/a", interval = "50ms", compression = "jpeg:80" }

@@ -50,7 +50,7 @@ remote = "127.0.0.1:7411"
 }
 
 #[test]
-fn without_a_word_there_is_no_target_and_a_later_layer_switches_one_off() {
+fn targets_are_off_by_default_and_a_later_layer_removes_one() {
     let log = parsed("").unwrap().log().clone();
     assert!(!log.targets.console && log.targets.file.is_none());
     assert!(log.targets.syslog.is_none() && log.targets.remote.is_none());
@@ -136,7 +136,7 @@ fn the_agent_writes_to_the_targets_of_its_configuration() {
 }
 
 #[test]
-fn a_target_that_cannot_be_opened_stops_the_start_and_leaves_nothing_behind() {
+fn a_target_that_cannot_be_opened_stops_the_start_cleanly() {
     let folder = folder("refused");
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = taken.local_addr().unwrap();

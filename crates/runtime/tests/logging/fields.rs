@@ -78,7 +78,7 @@ fn a_separator_in_a_message_makes_no_field() {
 }
 
 #[test]
-fn a_field_that_does_not_fit_is_left_out_and_a_long_text_leaves_room_for_the_others() {
+fn an_oversized_field_is_dropped_and_a_long_text_leaves_room() {
     let line = &surveyed()[2];
     assert_eq!(fields(line), [("kept", "7")]);
     assert_eq!(line.text.len(), 512 - "\u{1f}kept=7".len());

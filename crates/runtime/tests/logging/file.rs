@@ -24,7 +24,7 @@ fn lines(text: &str) -> Vec<String> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
-    fn files_hold_the_newest_lines_whole_within_their_size_and_number(
+    fn files_hold_the_newest_lines_within_size_and_number(
         lengths in prop::collection::vec(0_usize..60, 1..60),
         size in 30_u64..200,
         keep in 0_u32..4,
@@ -57,7 +57,7 @@ proptest! {
 }
 
 #[test]
-fn a_full_disk_stops_the_file_and_is_said_once_until_there_is_space() {
+fn a_full_disk_is_reported_once_until_there_is_space() {
     let folder = folder("full");
     let path = folder.join("agent.log");
     symlink("/dev/full", &path).unwrap();
@@ -81,7 +81,7 @@ fn a_full_disk_stops_the_file_and_is_said_once_until_there_is_space() {
 }
 
 #[test]
-fn a_file_that_cannot_be_rotated_is_said_once_and_no_older_one_is_lost() {
+fn a_file_that_cannot_rotate_is_reported_once_and_keeps_older() {
     let folder = folder("stuck");
     let path = folder.join("agent.log");
     // A folder that is not empty can't be replaced by a file.

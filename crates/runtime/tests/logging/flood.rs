@@ -43,7 +43,7 @@ impl Module for Quiet {
 }
 
 #[test]
-fn a_target_that_hangs_holds_nobody_up_and_a_module_that_floods_leaves_room_for_others() {
+fn a_hanging_target_and_a_flooding_module_delay_no_other() {
     let (gate, then) = (Arc::new(Mutex::new(())), MemoryTarget::default());
     let closed = gate.lock().unwrap();
     let target = Stuck { gate: Arc::clone(&gate), then: then.clone(), waits: Arc::default() };

@@ -96,7 +96,7 @@ fn lines_of(text: &str, options: Options, steps: usize) -> Vec<Record> {
 }
 
 #[test]
-fn in_lockstep_lines_stand_in_the_order_of_the_modules_whoever_makes_their_steps() {
+fn in_lockstep_log_lines_follow_the_order_of_modules() {
     let mut text = String::from("time.source = \"m0\"\nloop.period = \"10ms\"\n");
     for module in 0..7 {
         text.push_str(&format!("[modules.m{module}]\nkind = \"talker\"\n"));

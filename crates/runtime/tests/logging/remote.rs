@@ -50,7 +50,7 @@ fn subscribers_get_an_object_a_line_and_may_come_and_go() {
 }
 
 #[test]
-fn a_subscriber_that_does_not_read_loses_lines_and_is_told_how_many() {
+fn a_slow_subscriber_loses_lines_and_learns_how_many() {
     let mut target = target();
     let mut subscriber = subscribe(&target);
     let text = "x".repeat(500);
@@ -111,7 +111,7 @@ fn a_subscriber_that_hangs_is_nothing_to_the_other_targets() {
 }
 
 #[test]
-fn the_configuration_names_the_address_and_the_log_says_which_it_got() {
+fn the_configuration_sets_the_address_and_the_log_shows_it() {
     let text = "time.source = \"talker\"\nlog.targets.remote = \"127.0.0.1:0\"\n[modules.talker]\n";
     let lines = lines_of(text, Options { rate: Rate::Max, ..Options::default() }, 1);
     assert!(lines[0].text.starts_with("the log is offered at 127.0.0.1:"), "{lines:?}");

@@ -77,7 +77,7 @@ fn what_is_said_too_often_is_summed_up_when_its_window_ends() {
 }
 
 #[test]
-fn another_message_of_the_module_brings_the_sum_and_that_of_another_module_does_not() {
+fn only_messages_of_the_same_module_bring_the_suppressed_count() {
     let text = r#"
 time.source = "a"
 loop.period = "100ms"

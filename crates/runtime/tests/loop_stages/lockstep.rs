@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn the_stages_of_a_module_hold_from_the_cycle_after_it_took_the_loop() {
+fn the_stages_of_a_module_hold_from_the_cycle_after_its_claim() {
     let (mut agent, log) = lockstep("take_at = 3");
     assert_eq!(ticks_in(&mut agent, 2), all(2));
     assert_eq!(shown(agent.board()), ten());
@@ -22,7 +22,7 @@ fn the_stages_of_a_module_hold_from_the_cycle_after_it_took_the_loop() {
 }
 
 #[test]
-fn the_stages_of_before_hold_from_the_next_cycle_on_when_the_module_has_the_loop_no_more() {
+fn the_former_stages_hold_from_the_cycle_after_its_release() {
     for (how, said) in [
         ("give_at = 11", BACK),
         ("fail_at = 11", BACK),
@@ -46,7 +46,7 @@ fn the_stages_of_before_hold_from_the_next_cycle_on_when_the_module_has_the_loop
 }
 
 #[test]
-fn a_module_that_is_switched_off_or_unloaded_leaves_the_stages_of_before() {
+fn a_module_switched_off_or_unloaded_restores_the_stages() {
     for forgets in [0, 5] {
         let (mut agent, log) = lockstep(&format!("policy_forgets_at = {forgets}"));
         step(&mut agent, 10);
@@ -70,7 +70,7 @@ fn a_module_that_is_switched_off_or_unloaded_leaves_the_stages_of_before() {
 }
 
 #[test]
-fn stages_that_are_none_are_refused_with_the_reason_and_nothing_changes() {
+fn invalid_stages_are_refused_with_the_reason() {
     let (mut agent, log) = lockstep("take_at = 0, refused_at = 2");
     assert_eq!(ticks_in(&mut agent, 20), all(20));
     assert_eq!((shown(agent.board()), number(&agent, "director/has/value")), (ten(), 0.0));
@@ -93,7 +93,7 @@ fn stages_that_are_none_are_refused_with_the_reason_and_nothing_changes() {
 }
 
 #[test]
-fn a_module_may_take_the_loop_with_other_stages_and_with_an_order_alone() {
+fn a_module_takes_the_loop_with_stages_or_an_order_alone() {
     let (mut agent, log) = lockstep("one_at = 11, order_at = 21, give_at = 31");
     step(&mut agent, 11);
     assert_eq!(ticks_in(&mut agent, 9), all(9));
@@ -133,7 +133,7 @@ impl LoopPolicy for NotLate {
 }
 
 #[test]
-fn the_stages_and_the_policy_that_the_program_sets_meanwhile_are_those_that_come_back() {
+fn stages_and_policy_set_by_the_program_meanwhile_return() {
     let (mut agent, _) = lockstep("give_at = 21");
     step(&mut agent, 10);
     let scheduled = |name: &str, members: &[Stage]| ScheduledStage {
@@ -180,7 +180,7 @@ fn of_two_modules_that_want_the_loop_one_is_refused() {
 }
 
 #[test]
-fn in_lockstep_the_stages_take_hold_in_the_same_cycle_in_each_run() {
+fn in_lockstep_stages_change_in_the_same_cycle_of_each_run() {
     let run = |workers: usize| {
         let log = MemoryTarget::default();
         let text = format!(

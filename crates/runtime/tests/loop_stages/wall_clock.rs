@@ -70,7 +70,7 @@ fn owned(names: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn on_the_wall_clock_the_stages_hold_some_cycles_later_and_no_module_misses_one() {
+fn on_the_wall_clock_stages_change_later_and_nobody_misses_one() {
     running("", Mode::Staged, |agent| {
         agent.until_shown(&owned(&["Act", "Sense"]));
         assert_eq!(lines(&agent.log, "director has").len(), 1);
@@ -81,7 +81,7 @@ fn on_the_wall_clock_the_stages_hold_some_cycles_later_and_no_module_misses_one(
 }
 
 #[test]
-fn a_module_or_a_policy_that_hangs_has_the_loop_no_more_and_may_take_it_again_when_it_has_returned() {
+fn a_hanging_module_or_policy_loses_the_loop_until_it_returns() {
     for (how, said) in [
         ("", "director has not returned"),
         ("params.policy_hangs_at = 50", "the policy of a module did not return"),
@@ -109,7 +109,7 @@ fn a_module_or_a_policy_that_hangs_has_the_loop_no_more_and_may_take_it_again_wh
 }
 
 #[test]
-fn the_loop_is_taken_and_given_back_while_the_program_changes_it_too() {
+fn the_loop_is_claimed_and_released_amid_program_changes() {
     running("params.churn = 10", Mode::Staged, |agent| {
         let cycles = || lines(&agent.log, "director has the main loop,").len();
         let mut round = 0_u64;

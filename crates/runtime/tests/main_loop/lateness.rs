@@ -22,7 +22,7 @@ stage = "Act"
 "#;
 
 #[test]
-fn a_stage_ends_when_its_time_is_up_and_the_late_module_is_named_until_it_returns() {
+fn a_stage_ends_at_its_time_and_the_late_module_is_named() {
     let (mut agent, log) = wall_clock(LATE);
     let composer = agent.composer();
     let conditions: Collected<&'static str> = Arc::default();

@@ -78,7 +78,7 @@ fn periods_do_not_drift_in_a_million() {
 }
 
 #[test]
-fn on_the_wall_clock_a_module_of_the_loops_period_runs_in_every_cycle() {
+fn on_the_wall_clock_a_module_of_the_loops_period_never_skips() {
     // A thread wakes up some microseconds late, now more and now less, which must not cost a cycle.
     let text = "loop.period = \"2ms\"\n[modules.same]\nkind = \"witness\"\nevery = \"2ms\"\n\
                 [modules.double]\nkind = \"witness\"\nevery = \"4ms\"\n";
@@ -126,7 +126,7 @@ impl Module for Tell {
 }
 
 #[test]
-fn modules_of_every_trigger_and_threads_of_their_own_are_in_one_agent() {
+fn modules_of_every_trigger_and_own_threads_share_an_agent() {
     let text = r#"
 loop.period = "2ms"
 [modules.staged]

@@ -146,7 +146,7 @@ fn faulty(policy: impl FnMut(&LoopPosition<'_>) -> Option<usize> + Send + 'stati
 }
 
 #[test]
-fn a_policy_that_is_at_fault_is_removed_and_the_default_order_holds() {
+fn a_faulty_policy_is_removed_and_the_default_order_holds() {
     let (motor, said) = faulty(|_| Some(7));
     let text =
         "the policy of the main loop chose stage 7 of 2, from 0; it was removed, and the default holds";

@@ -36,7 +36,7 @@ fn a_loop_of_two_stages_runs_modules_that_name_the_ten() {
 }
 
 #[test]
-fn stages_run_in_the_order_of_the_configuration_and_their_members_too() {
+fn stages_and_their_members_run_in_configured_order() {
     let text = r#"
 [loop]
 stages = ["Late", "Think", "Early"]

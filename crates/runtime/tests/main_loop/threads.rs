@@ -39,7 +39,7 @@ fn a_thread_outside_falls_in_with_the_stages_of_the_loop() {
 }
 
 #[test]
-fn a_point_is_emitted_from_when_somebody_asks_for_it_or_one_above_it() {
+fn a_point_is_emitted_once_it_or_one_above_it_is_requested() {
     let (mut agent, _) = wall_clock(&format!("loop.period = \"1ms\"\n{}", witnesses(&[("motor", "Act")])));
     run(&mut agent, 5);
     let stages = agent.synchronization().point("/stage").unwrap();
@@ -53,7 +53,7 @@ fn a_point_is_emitted_from_when_somebody_asks_for_it_or_one_above_it() {
 }
 
 #[test]
-fn an_agent_that_is_stopped_before_it_runs_makes_no_cycle_and_runs_the_next_time() {
+fn an_agent_stopped_before_its_run_makes_no_cycle() {
     let (mut agent, _) = wall_clock(&format!("loop.period = \"1ms\"\n{}", witnesses(&[("motor", "Act")])));
     agent.stopper().stop();
     assert_eq!(agent.run(Box::new(|_| Control::Continue)).unwrap(), End::Stopped);

@@ -38,7 +38,7 @@ fn the_durations_of_modules_stages_and_cycles_are_properties() {
 }
 
 #[test]
-fn in_lockstep_one_cycle_of_sixteen_is_timed_and_every_step_with_a_deadline() {
+fn lockstep_times_one_cycle_in_16_and_steps_with_deadlines() {
     let text = format!("{}[modules.dated]\nkind = \"witness\"\ndeadline = \"10s\"\n", witnesses(&MODULES));
     let mut agent = lockstep(&text);
     (0..160).for_each(|_| assert!(agent.step()));

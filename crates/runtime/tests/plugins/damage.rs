@@ -69,7 +69,7 @@ fn table(bytes: &[u8]) -> usize {
 }
 
 #[test]
-fn a_table_that_is_of_another_version_than_the_file_says_is_refused() {
+fn a_table_of_another_version_than_its_file_is_refused() {
     for (offset, says) in [
         (0, ["table of version 77 with entries of 104 bytes", "expected version 3 with 104 bytes"]),
         (4, ["table of version 3 with entries of 77 bytes", "expected version 3 with 104 bytes"]),
@@ -82,7 +82,7 @@ fn a_table_that_is_of_another_version_than_the_file_says_is_refused() {
 }
 
 #[test]
-fn a_table_that_brings_other_kinds_than_the_file_says_is_refused() {
+fn a_table_with_other_kinds_than_its_file_is_refused() {
     let text = refusal_of_patched("{\"name\":\"counter\",\"doc\"", "{\"name\":\"kounter\",\"doc\"");
     assert_says(&text, &["says that it brings kounter, but brings counter", "`.slate`"]);
 }
@@ -174,7 +174,7 @@ fn a_library_without_the_section_or_the_symbol_is_refused() {
 }
 
 #[test]
-fn a_library_that_misses_a_symbol_of_another_one_is_refused_by_name() {
+fn a_library_that_misses_anothers_symbol_is_refused_by_name() {
     let folder = Folder::new();
     let file = folder.write("liblost.so", b"");
     gcc("smoother.c", &["-DWITH_LOST_SYMBOL".into()], &file);

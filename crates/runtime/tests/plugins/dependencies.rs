@@ -117,7 +117,7 @@ fn a_list_that_contains_itself_is_refused_with_its_circle() {
 }
 
 #[test]
-fn what_can_not_be_done_with_a_plugin_that_is_not_loaded_or_a_list_is_said() {
+fn changes_of_an_absent_plugin_or_a_list_are_refused() {
     let text = dormant("counter", &plain())
         + &dormant("smoother", &libraries().other("smoother"))
         + "[plugins.all]\nplugins = [\"counter\", \"smoother\"]\nload = false\n"
@@ -159,7 +159,7 @@ fn what_can_not_be_done_with_a_plugin_that_is_not_loaded_or_a_list_is_said() {
 }
 
 #[test]
-fn a_list_loads_what_its_own_entry_does_not_and_each_plugin_is_listed_once() {
+fn a_list_loads_missing_plugins_and_each_is_listed_once() {
     let text = library("counter", &plain())
         + &dormant("smoother", &libraries().other("smoother"))
         + "[plugins.all]\nplugins = [\"counter\", \"smoother\"]\n";

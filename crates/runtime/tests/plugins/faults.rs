@@ -64,7 +64,7 @@ fn panics_in_tick_stop_that_module_and_no_other() {
 }
 
 #[test]
-fn a_module_that_has_failed_for_good_can_be_unloaded_and_come_again() {
+fn a_failed_module_can_be_unloaded_and_loaded_again() {
     let mut agent = lockstep(&robot_with(TICK));
     step(&mut agent, 10);
     agent.composer().unload("counter").unwrap();
@@ -96,7 +96,7 @@ fn better_code_revives_a_module_that_has_failed_for_good() {
 }
 
 #[test]
-fn a_module_that_was_switched_off_and_on_after_it_failed_for_good_begins_with_a_reload() {
+fn a_failed_module_switched_off_and_on_needs_a_reload() {
     let mut agent = lockstep(&robot_with(TICK));
     step(&mut agent, 10);
     agent.composer().enable("counter", false).unwrap();
@@ -139,7 +139,7 @@ fn a_panic_in_restore_makes_the_new_code_begin_afresh() {
 }
 
 #[test]
-fn a_panic_in_destroy_hinders_neither_reload_nor_unload_and_is_logged() {
+fn a_panic_in_destroy_is_logged_and_blocks_no_reload_or_unload() {
     let (mut agent, log) = logged_lockstep(&robot_with(DESTROY));
     step(&mut agent, 3);
     let reload = agent.composer().reload("counter", Some(&libraries().counter("more"))).unwrap();

@@ -55,7 +55,7 @@ fn nothing_is_unloaded_or_exchanged_while_its_tick_hangs() {
 }
 
 #[test]
-fn a_save_that_hangs_during_a_reload_is_given_up_and_the_old_code_goes_on() {
+fn a_hanging_save_during_a_reload_leaves_the_old_code_running() {
     for (mode, trigger) in [(Mode::Staged, ""), (Mode::Threaded, "every = \"5ms\"\n")] {
         let text = robot_with(&format!("fault = {SAVE_HANGS}, hang = 2000"));
         let text = text.replace("params =", &format!("{trigger}params ="));
@@ -139,7 +139,7 @@ fn an_end_that_hangs_is_given_up_and_other_changes_are_made() {
 }
 
 #[test]
-fn a_save_or_restore_that_hangs_while_ports_change_costs_the_state_and_nothing_else() {
+fn a_hanging_save_or_restore_at_a_port_change_costs_the_state() {
     for (fault, call) in [(SAVE_HANGS, "save"), (RESTORE_HANGS, "restore")] {
         let text = robot_with(&format!("fault = {fault}, hang = {FOR_EVER}"));
         let running = Running::start(&text, Mode::Staged, &["beat/count/value"]);

@@ -36,7 +36,7 @@ fn a_library_that_is_loaded_by_hand_gets_a_module_of_its_name() {
 }
 
 #[test]
-fn modules_of_the_configuration_wait_for_their_plugin_and_their_readers_see_them_come() {
+fn configured_modules_wait_for_their_plugin_and_then_appear() {
     let text = robot(&plain()).replace("[modules.counter]", "load = false\n[modules.counter]");
     let mut agent = lockstep(&text);
     step(&mut agent, 5);
@@ -70,7 +70,7 @@ fn threads_see_a_module_come_and_go_too() {
 }
 
 #[test]
-fn what_an_unloaded_module_wrote_becomes_safe_and_stale_and_its_successor_is_another_writer() {
+fn an_unloaded_modules_values_become_safe_and_stale() {
     let mut agent = lockstep(&robot(&plain()));
     step(&mut agent, 3);
     assert_eq!(number(&agent, "reader/seen/generation"), 1);
@@ -89,7 +89,7 @@ fn what_an_unloaded_module_wrote_becomes_safe_and_stale_and_its_successor_is_ano
 }
 
 #[test]
-fn an_unloaded_module_leaves_on_the_board_only_what_others_read_and_that_it_is_gone() {
+fn an_unloaded_module_leaves_only_what_others_read() {
     let text = library("counter", &plain()) + "[modules.counter]\n[modules.alone]\nkind = \"counter\"\n";
     let mut agent = lockstep(&text);
     step(&mut agent, 2);
@@ -130,7 +130,7 @@ fn an_unknown_plugin_is_refused_with_the_nearest_names() {
 }
 
 #[test]
-fn an_actuator_that_an_unloaded_module_led_gets_its_safe_command() {
+fn an_actuator_of_an_unloaded_module_gets_its_safe_command() {
     let text = library("counter", &plain())
         + &library("dependent", &libraries().other("dependent"))
         + "[modules.pusher]\n[actuators.wheel]\ncommand = \"pusher/wheel\"\n";

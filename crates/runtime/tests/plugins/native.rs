@@ -57,7 +57,7 @@ fn a_plugin_in_c_keeps_its_state_over_a_reload() {
 }
 
 #[test]
-fn a_plugin_in_c_can_refuse_to_be_unloaded_and_goes_when_it_does_not() {
+fn a_plugin_in_c_can_refuse_unloading() {
     let mut agent = lockstep(&robot());
     agent.board().write("smoother/params/held", &Value::Integer(1), 0).unwrap();
     step(&mut agent, 2);

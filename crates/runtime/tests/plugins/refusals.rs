@@ -77,7 +77,7 @@ fn the_time_source_can_be_reloaded_but_not_unloaded() {
 }
 
 #[test]
-fn a_library_that_does_not_fit_the_configuration_changes_nothing() {
+fn a_library_that_misfits_the_configuration_changes_nothing() {
     // The link is to a port that the counter does not have.
     let text = robot(&plain())
         .replace("counter/count", "counter/counts")

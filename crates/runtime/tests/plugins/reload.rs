@@ -79,7 +79,7 @@ fn no_cycle_is_missed_on_the_wall_clock() {
 }
 
 #[test]
-fn a_module_with_a_thread_of_its_own_is_exchanged_between_two_of_its_ticks() {
+fn a_module_with_its_own_thread_reloads_between_two_ticks() {
     let text = robot(&plain()).replace("[modules.reader]", "every = \"1ms\"\n[modules.reader]");
     let running = Running::start(&text, Mode::Threaded, &["beat/count/value"]);
     for round in 0..20 {
@@ -190,7 +190,7 @@ fn others_miss_no_cycle_when_a_module_gets_other_ports() {
 }
 
 #[test]
-fn an_interface_whose_unit_changed_is_refused_while_somebody_reads_it() {
+fn an_interface_with_a_changed_unit_is_refused_while_it_is_read() {
     let mut agent = lockstep(&robot(&plain()));
     goes_on(&mut agent, 1);
     let refusal = agent.composer().reload("counter", Some(&libraries().counter("unit"))).unwrap_err();

@@ -64,7 +64,7 @@ fn new_code_that_computes_the_same_is_counted_as_equal() {
 }
 
 #[test]
-fn new_code_that_computes_something_else_is_reported_with_the_first_port() {
+fn new_code_with_other_results_is_reported_with_its_first_port() {
     let mut agent = lockstep(&robot(&plain()));
     step(&mut agent, 3);
     agent.composer().shadow("counter", &libraries().counter("more")).unwrap();
@@ -222,7 +222,7 @@ fn a_refused_unload_or_reload_lets_new_code_run_on() {
 }
 
 #[test]
-fn what_can_not_run_beside_the_old_code_is_refused_and_nothing_runs() {
+fn code_that_cannot_run_beside_the_old_is_refused() {
     let text = robot(&plain()) + &library("dependent", &libraries().other("dependent"));
     let mut agent = lockstep(&text);
     let composer = agent.composer();
@@ -252,7 +252,7 @@ fn what_can_not_run_beside_the_old_code_is_refused_and_nothing_runs() {
 }
 
 #[test]
-fn a_plugin_whose_code_no_module_runs_has_nothing_to_compare_with() {
+fn a_plugin_without_modules_has_nothing_to_compare() {
     let text = library("counter", &plain()) + "[modules.counter]\nkind = \"beat\"\n";
     let agent = lockstep(&text);
     let refusal = agent.composer().shadow("counter", &plain()).unwrap_err();
@@ -260,7 +260,7 @@ fn a_plugin_whose_code_no_module_runs_has_nothing_to_compare_with() {
 }
 
 #[test]
-fn what_has_come_meanwhile_hinders_a_promotion_as_it_would_a_reload() {
+fn a_promotion_is_refused_for_the_same_reasons_as_a_reload() {
     let mut agent = lockstep(&robot(&plain()));
     let composer = agent.composer();
     composer.shadow("counter", &libraries().counter("circle")).unwrap_err();

@@ -168,7 +168,7 @@ fn promoted_code_revives_a_module_that_has_failed_for_good() {
 }
 
 #[test]
-fn steps_in_which_the_old_code_panics_are_made_by_the_new_code_too() {
+fn steps_in_which_the_old_code_panics_run_in_the_new_code() {
     let mut agent = lockstep(&robot_with("step = 1"));
     agent.composer().shadow("counter", &plain()).unwrap();
     step_together(&mut agent, "counter", 2);

@@ -57,7 +57,7 @@ fn agent(rest: &str) -> Agent {
 }
 
 #[test]
-fn messages_of_another_life_say_nothing_of_those_of_the_snapshot() {
+fn messages_of_an_earlier_life_do_not_mix_with_the_snapshot() {
     let text = "[modules.receiver]\nevery = \"100ms\"\n[links]\n\"receiver/notes\" = \"mailer/notes\"\n";
     for moment in 0..12 {
         let mut agent = agent(text);

@@ -100,7 +100,7 @@ fn a_state_that_does_not_fit_leaves_all_as_it_was() {
 }
 
 #[test]
-fn a_load_that_is_refused_touches_no_setting_and_no_link_meanwhile() {
+fn a_refused_load_touches_no_setting_and_no_link() {
     let agent = with(Some(Plugin::linked::<OtherCounter>())).unwrap();
     let (database, composer) = (agent.database().unwrap().clone(), agent.composer());
     let changes = [("modules.counter.params.nan_at", "22"), ("links.\"driver/input\"", "\"relay/output\"")];

@@ -89,7 +89,7 @@ fn what_cannot_be_looked_at_is_refused() {
 }
 
 #[test]
-fn on_the_wall_clock_a_condition_that_comes_and_goes_does_not_stop_the_loop() {
+fn on_the_wall_clock_a_changing_condition_stops_no_loop() {
     let path = file("flip");
     let _ = std::fs::remove_file(&path);
     let text = format!(

@@ -68,7 +68,7 @@ fn unloading_ends_the_threads_first() {
 }
 
 #[test]
-fn a_thread_that_does_not_stop_keeps_its_module_and_others_go_on() {
+fn a_thread_that_does_not_stop_keeps_only_its_own_module() {
     let released = Arc::new(AtomicBool::new(false));
     let (begun, release) = (Arc::new(AtomicU64::new(0)), Arc::clone(&released));
     let count = Arc::clone(&begun);
@@ -168,7 +168,7 @@ fn after_a_panic_of_the_tick_its_threads_begin_anew() {
 }
 
 #[test]
-fn a_module_that_is_off_for_good_loses_its_threads_and_a_stubborn_one_is_named() {
+fn a_module_off_for_good_loses_its_threads_and_names_stuck_ones() {
     let released = Arc::new(AtomicBool::new(false));
     let release = Arc::clone(&released);
     script("hopeless", move |io, _| {
@@ -190,7 +190,7 @@ fn a_module_that_is_off_for_good_loses_its_threads_and_a_stubborn_one_is_named()
 }
 
 #[test]
-fn the_end_of_the_agent_ends_all_threads_and_names_one_that_stays() {
+fn the_end_of_the_agent_ends_all_threads_and_names_stuck_ones() {
     let released = Arc::new(AtomicBool::new(false));
     let ended = Arc::new(AtomicU64::new(0));
     let (release, guard) = (Arc::clone(&released), Arc::clone(&ended));

@@ -35,7 +35,7 @@ fn values_go_both_ways_in_order_and_none_is_lost() {
 }
 
 #[test]
-fn a_tick_sees_what_was_sent_before_it_and_its_own_goes_out_after_it() {
+fn a_tick_sees_earlier_messages_and_its_own_go_out_after_it() {
     let (to_test, from_thread) = channel();
     let (to_thread, from_test) = channel::<()>();
     let from_test = std::sync::Mutex::new(from_test);

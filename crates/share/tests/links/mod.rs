@@ -84,7 +84,7 @@ fn ground_truth_of_another_agent_is_for_referees() {
 }
 
 #[test]
-fn an_actuator_takes_commands_of_another_agent_from_its_gate_alone() {
+fn an_actuator_obeys_another_agent_through_its_gate_alone() {
     let folder = Folder::new();
     let modules =
         "[modules.helm]\n[actuators.rudder]\ncommand = \"helm/course\"\nlimits = { value = [-2.0, 2.0] }\n";
@@ -111,7 +111,7 @@ fn an_actuator_takes_commands_of_another_agent_from_its_gate_alone() {
 }
 
 #[test]
-fn messages_that_nobody_was_there_for_trouble_a_link_no_longer_than_that() {
+fn undelivered_messages_trouble_a_link_no_longer_than_needed() {
     let folder = Folder::new();
     let text = arm(&folder, "")
         .replace("{ from = \"slate://base/counter/number\", stale = \"5s\" }", "\"counter/number\"")
@@ -303,7 +303,7 @@ fn an_agent_that_no_link_wants_any_more_is_not_dialled() {
 }
 
 #[test]
-fn a_link_to_an_agent_that_nobody_knows_names_those_that_may_be_meant() {
+fn a_link_to_an_unknown_agent_names_the_nearest() {
     let folder = Folder::new();
     let links = "\"reader/number\" = \"slate://bsae/counter/number\"\n";
     let arm = Running::start("arm", &reading(&folder, links), Mode::Staged);
@@ -315,7 +315,7 @@ fn a_link_to_an_agent_that_nobody_knows_names_those_that_may_be_meant() {
 }
 
 #[test]
-fn an_endpoint_that_nobody_wrote_and_that_is_in_use_has_no_place_in_the_file() {
+fn a_default_endpoint_in_use_is_reported_without_a_place() {
     let name = format!("twin-{:x}", agents::instance());
     let text = format!(
         "[agent]\nname = \"{name}\"\n[share.agents.other]\nat = \"local:other\"\n[modules.counter]\n"

@@ -221,8 +221,8 @@ fn a_killed_node_comes_back() {
 }
 
 #[test]
-fn a_reliable_topic_loses_nothing_at_a_thousand_messages_a_second() {
-    alone("ros2::rclpy::topics::a_reliable_topic_loses_nothing_at_a_thousand_messages_a_second", |domain| {
+fn a_reliable_topic_loses_nothing_at_1000_messages_a_second() {
+    alone("ros2::rclpy::topics::a_reliable_topic_loses_nothing_at_1000_messages_a_second", |domain| {
         let table =
             format!("domain = {domain}\nread.\"driver/command\" = {{ topic = \"/cmd_vel\", depth = 1000 }}");
         let agent = Running::start("counter", &table);
