@@ -231,8 +231,8 @@ fn settings(text: &str) -> Vec<String> {
 }
 
 fn code(names: &[String]) -> String {
-    let lines = names.chunks(4).map(|names| {
-        names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
-    });
+    let lines = names
+        .chunks(4)
+        .map(|names| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "));
     lines.collect::<Vec<_>>().join(",\n")
 }
