@@ -33,8 +33,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The first page with all modules in its head: so a browser asks for them at once, and not for each when it has read who
-/// imports it.
+/// Returns the start page with all modules preloaded in its head.
+/// A browser requests them at once, instead of each one after reading its importer.
 fn announced(page: &str, paths: &[String]) -> Result<String, Box<dyn Error>> {
     let (head, rest) = page.split_once("</head>").ok_or("index.html has no head")?;
     let mut announced = head.to_owned();
@@ -44,7 +44,8 @@ fn announced(page: &str, paths: &[String]) -> Result<String, Box<dyn Error>> {
     Ok(format!("{announced}</head>{rest}"))
 }
 
-/// What a browser asks for; licences and notes stay in the repository.
+/// Collects the files that a browser requests.
+/// Licences and notes stay in the repository.
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();

@@ -1,4 +1,4 @@
-//! What the blackboard costs on this machine, in nanoseconds per operation unless it says otherwise.
+//! Benchmarks of the blackboard, in nanoseconds per operation unless noted.
 //!
 //! Each line is the distribution over bursts of the mean of a burst. What two cores do together depends on how long a
 //! cache line takes from one to the other, which is measured right before: a virtual machine may move its cores further
@@ -51,7 +51,7 @@ fn report(name: &str, mut bursts: Vec<f64>) -> f64 {
     at(0.5)
 }
 
-/// Nanoseconds per operation of a burst of `count`.
+/// Measures an operation in a burst of `count`; nanoseconds per operation.
 fn time(count: usize, mut operation: impl FnMut(u64)) -> f64 {
     let start = Instant::now();
     for i in 0..count as u64 {
@@ -200,7 +200,7 @@ fn waking() {
     report("notify, nobody sleeps", bursts(10_000, |_| wake.notify(1)));
 }
 
-/// A writer and a reader on a core each, both as fast as they can.
+/// Throughput of a writer and a reader on a core each, at full speed.
 fn contended(size: usize) {
     println!("contended on two cores, {size} B:");
     let transfer = line_transfer();

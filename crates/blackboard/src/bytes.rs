@@ -1,4 +1,5 @@
-//! Bytes as such in a snapshot, and not as a list of numbers: `#[serde(with = "slate_blackboard::bytes")]`.
+//! Serialization of bytes as such, and not as a list of numbers, in a snapshot.
+//! `#[serde(with = "slate_blackboard::bytes")]`.
 
 use std::fmt;
 

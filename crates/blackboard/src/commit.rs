@@ -16,43 +16,45 @@ impl Default for CommitWord {
 }
 
 impl CommitWord {
-    /// Before the first commit.
+    /// Creates the word before the first commit.
     pub fn new() -> Self {
         Self(Arc::new(AtomicU64::new(0)))
     }
 
-    /// Before the outputs of a tick are published. Only the writer calls it.
+    /// Begins a commit, before the outputs of a tick are published.
+    /// Only the writer calls it.
     #[inline]
     pub fn begin(&self) {
         // What is published next releases this store with it. A commit that never ended is followed by another.
         self.0.store((self.0.load(Ordering::Relaxed) + 1) | 1, Ordering::Relaxed);
     }
 
-    /// After the outputs of a tick were published.
+    /// Ends a commit, after the outputs of a tick were published.
     #[inline]
     pub fn end(&self) {
         self.0.store((self.0.load(Ordering::Relaxed) | 1) + 1, order::RELEASE);
     }
 }
 
-/// What came of pinning several values together.
+/// Outcome of pinning several values together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pin {
-    /// They are new, and belong together.
+    /// The values are new, and belong together.
     Fresh,
-    /// Nothing new was there.
+    /// No new value was available.
     Unchanged,
     /// The writer was committing all the time; the previous snapshot is kept.
     Kept,
 }
 
-/// Pins the newest values of readers of one writer as one snapshot, trying `tries` times.
+/// Pins the newest values of readers of one writer as one snapshot.
+/// It tries `tries` times.
 #[inline]
 pub fn pin(word: &CommitWord, readers: &mut [Latest], tries: u32) -> Pin {
     pin_both(word, readers, &mut [], tries)
 }
 
-/// As [`pin`], for readers that stand in two places.
+/// Pins as [`pin`], for readers in two slices.
 #[inline]
 pub fn pin_both(word: &CommitWord, first: &mut [Latest], second: &mut [Latest], tries: u32) -> Pin {
     for _ in 0..tries {

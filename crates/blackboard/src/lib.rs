@@ -1,8 +1,9 @@
-//! Everything a robot knows: properties with one writer and many readers, queues, and messages.
+//! The robot's knowledge: properties with one writer and many readers.
+//! Values are the newest one or queues of the last ones; messages go to the writer.
 //!
-//! A [`Channel`] carries the values of one property. Its writer never waits for a reader, a reader never waits
-//! for the writer, and a preempted thread holds nobody up. Steady state allocates nothing. The crate starts no
-//! thread, does no input or output and reads no clock: the host tells it the time.
+//! A [`Channel`] carries the values of one property. Its writer never waits for a reader, a reader never waits for the
+//! writer, and a preempted thread blocks no other one. Steady state allocates nothing. The crate starts no thread, does
+//! no input or output and reads no clock: the host passes the time.
 #![allow(unsafe_code, reason = "the lock-free core lives here and nowhere else")]
 
 mod board;

@@ -1,4 +1,5 @@
-//! Messages to the owner of a property: many senders, one receiver, bounded, in the order of sending.
+//! Messages to the owner of a property.
+//! Many senders, one receiver, bounded, in the order of sending.
 //!
 //! A sender writes into a slot of its own and hands it over with one exchange of the list's head, so a sender that is
 //! preempted half-way holds nobody up; the receiver takes the whole list at once and reverses it.
@@ -17,7 +18,8 @@ use crate::sync::{AtomicU32, AtomicU64, GuardedCell, Mutex, Ordering, ReadGuard,
 pub use tap::Tap;
 pub(crate) use tap::Tapped;
 
-/// The states of a slot. The receiver changes it from being sent to an answer, the sender back to being sent.
+/// States of a slot.
+/// The receiver changes it from being sent to an answer, the sender back to being sent.
 const FREE: u32 = 0;
 const SENT: u32 = 1;
 const DONE: u32 = 2;
@@ -27,7 +29,7 @@ const STATE: u32 = 3;
 const HELD: u32 = 4;
 const CODE_SHIFT: u32 = 3;
 
-/// The code that messages are refused with whose receiver went away without an answer.
+/// Refusal code of messages whose receiver went away without an answer.
 pub const ABANDONED: u16 = u16::MAX;
 
 /// A bounded queue of messages.
@@ -45,10 +47,10 @@ pub struct Mailbox {
 #[derive(Debug)]
 struct Desk {
     senders: Vec<bool>,
-    /// Who has had each place of a sender, or has it.
+    /// Names of the present or last sender of each place.
     names: Vec<String>,
     receiver: bool,
-    /// How many messages were collected, left by the last receiver.
+    /// Number of collected messages, left by the last receiver.
     sequence: u64,
 }
 
@@ -68,29 +70,29 @@ struct Content {
     time: u64,
 }
 
-/// A message that waits for its receiver, as a snapshot has it.
+/// Waiting message in a snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FrozenMessage {
-    /// Who sent it.
+    /// Index of the sender.
     pub sender: u32,
     /// The message.
     #[serde(with = "bytes")]
     pub bytes: Vec<u8>,
-    /// How many items its tail has.
+    /// Number of items in the tail.
     pub items: usize,
     /// The host's time of sending, nanoseconds.
     pub time: u64,
 }
 
-/// No sender, or no receiver, is left to be given out.
+/// Error: all handles of senders, or of receivers, are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("all {limit} handles of the mailbox are taken")]
 pub struct HandlesSpent {
-    /// How many there are.
+    /// Maximum number of handles.
     pub limit: usize,
 }
 
-/// All slots of the sender hold messages that were not answered yet.
+/// Error: all slots of the sender hold messages without an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the receiver has not answered the last {0} messages of this sender")]
 pub struct Full(pub usize);
@@ -102,20 +104,20 @@ pub struct Ticket {
     number: u64,
 }
 
-/// How a message fares.
+/// State of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// It waits to be answered.
+    /// The message waits for its answer.
     Accepted,
     /// The receiver has dealt with it.
     Done,
     /// The receiver refused it, for a reason that the interface defines.
     Refused(u16),
-    /// It was so long ago that its slot holds another message.
+    /// The message is too old: its slot holds another one.
     Unknown,
 }
 
-/// What a receiver answers.
+/// Answer of a receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// Dealt with.
@@ -125,7 +127,7 @@ pub enum Answer {
 }
 
 impl Mailbox {
-    /// A mailbox for so many senders, each with so many messages that wait.
+    /// Creates a mailbox for `senders`, each with `slots_per_sender` waiting messages.
     pub fn new(shape: Shape, senders: u16, slots_per_sender: u16) -> Arc<Self> {
         let slots_per_sender = usize::from(slots_per_sender.max(1));
         let words = shape.bytes(shape.capacity).div_ceil(16).max(1);
@@ -151,17 +153,18 @@ impl Mailbox {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The memory of a message.
+    /// Returns the memory of a message.
     pub fn shape(&self) -> Shape {
         self.shape
     }
 
-    /// Shows `tap` what the receiver takes from now on. Only the first one counts.
+    /// Shows `tap` the messages that the receiver takes from now on.
+    /// Only the first call has an effect.
     pub fn set_tap(&self, tap: Arc<dyn Tap>) {
         self.tap.set(tap);
     }
 
-    /// A sender.
+    /// Creates a sender.
     ///
     /// # Errors
     /// When all are taken.
@@ -169,7 +172,8 @@ impl Mailbox {
         self.sender_of("")
     }
 
-    /// A sender of that name, which has the place that it had before. As long as there are others, nobody else gets that.
+    /// Creates a sender of that name, at the place that it had before.
+    /// As long as there are other places, no other name gets that one.
     ///
     /// # Errors
     /// When all are taken.
@@ -187,19 +191,21 @@ impl Mailbox {
         Ok(Sender { mailbox: Arc::clone(self), place, numbers, sent: 0, hint: 0 })
     }
 
-    /// The name of the sender that has that place, or has had it; empty for one without a name.
+    /// Returns the name of the present or last sender at that place.
+    /// Empty for one without a name.
     pub fn sender_name(&self, sender: u32) -> String {
         self.desk().names.get(sender as usize).cloned().unwrap_or_default()
     }
 
-    /// The names of the senders that there are now; empty for one without a name.
+    /// Returns the names of the present senders.
+    /// Empty for one without a name.
     pub fn sender_names(&self) -> Vec<String> {
         let desk = self.desk();
         let taken = desk.senders.iter().zip(&desk.names).filter(|(taken, _)| **taken);
         taken.map(|(_, name)| name.clone()).collect()
     }
 
-    /// The receiver; messages sent before it came wait for it.
+    /// Creates the receiver; messages sent before it came wait for it.
     ///
     /// # Errors
     /// When there is one.
@@ -223,25 +229,25 @@ unsafe impl Sync for Mailbox {}
 pub struct Sender {
     mailbox: Arc<Mailbox>,
     place: usize,
-    /// Which message each slot holds.
+    /// Number of the message in each slot.
     numbers: Vec<u64>,
     sent: u64,
     hint: usize,
 }
 
 impl Sender {
-    /// Which sender this is.
+    /// Returns the index of the sender.
     pub fn id(&self) -> u32 {
         self.place as u32
     }
 
-    /// Whether it sends to that mailbox.
+    /// Returns true if it sends to that mailbox.
     pub fn is_of(&self, mailbox: &Arc<Mailbox>) -> bool {
         Arc::ptr_eq(&self.mailbox, mailbox)
     }
 
-    /// Sends a message of `bytes` with `items` tail items, at the host's `time` in nanoseconds. What does not fit is
-    /// cut, and what is missing is zero.
+    /// Sends a message at the host's `time` in nanoseconds.
+    /// It has `bytes` with `items` tail items; excess bytes are cut, and missing ones are zero.
     ///
     /// # Errors
     /// When all slots of this sender wait for their answers.
@@ -290,7 +296,7 @@ impl Sender {
         }
     }
 
-    /// How a message fares.
+    /// Returns the state of a message.
     pub fn status(&self, ticket: Ticket) -> Status {
         if self.numbers.get(ticket.slot) != Some(&ticket.number) {
             return Status::Unknown;
@@ -321,12 +327,12 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// How many messages can wait at once.
+    /// Returns the maximum number of waiting messages.
     pub fn capacity(&self) -> usize {
         self.mailbox.slots.len()
     }
 
-    /// Whether a message waits.
+    /// Returns true if a message waits.
     #[inline]
     pub fn has_messages(&self) -> bool {
         self.mailbox.head.load(Ordering::Relaxed) != 0
@@ -358,28 +364,28 @@ impl Receiver {
         waiting
     }
 
-    /// How many messages were collected.
+    /// Returns the number of collected messages.
     pub fn sequence(&self) -> u64 {
         self.sequence
     }
 
-    /// Goes on as a receiver that has collected so many; messages that wait are given back to their senders as
-    /// [`ABANDONED`].
+    /// Continues as a receiver that has collected `sequence` messages.
+    /// Waiting messages are returned to their senders as [`ABANDONED`].
     pub fn resume(&mut self, sequence: u64) {
         self.collect();
         self.give_back(u32::from(ABANDONED) << CODE_SHIFT | REFUSED);
         self.sequence = sequence;
     }
 
-    /// Shows who sees the mailbox the messages that were collected last, which are dealt with from the host's time `now` on,
-    /// nanoseconds.
+    /// Shows the messages collected last to the mailbox's tap.
+    /// They are processed from the host's time `now` on, nanoseconds.
     pub fn show(&self, now: u64) {
         if let Some(tap) = self.mailbox.tap.get() {
             self.messages().for_each(|message| tap.took(&message, now));
         }
     }
 
-    /// Releases the last messages, and takes all that were sent since; says how many they are.
+    /// Releases the last messages, and takes all sent since; returns their number.
     pub fn collect(&mut self) -> usize {
         self.release();
         if !self.has_messages() {
@@ -396,7 +402,8 @@ impl Receiver {
         self.order.len()
     }
 
-    /// Gives the messages collected last back to their senders, those without an answer as done.
+    /// Returns the messages collected last to their senders.
+    /// Those without an answer count as done.
     pub fn release(&mut self) {
         self.give_back(DONE);
     }
@@ -410,7 +417,7 @@ impl Receiver {
         }
     }
 
-    /// The messages collected, oldest first.
+    /// Returns the messages collected, oldest first.
     pub fn messages(&self) -> impl ExactSizeIterator<Item = Message<'_>> {
         let first = self.sequence + 1 - self.order.len() as u64;
         self.order.iter().enumerate().map(move |(i, index)| Message {
@@ -421,7 +428,8 @@ impl Receiver {
         })
     }
 
-    /// Answers one of the messages collected; its sender sees that at once. None means done, when it is released.
+    /// Answers one of the collected messages; its sender sees the answer at once.
+    /// Without an answer, a message counts as done when it is released.
     pub fn answer(&mut self, message: usize, answer: Answer) {
         let Some(index) = self.order.get(message) else { return };
         let status = match answer {
@@ -456,7 +464,7 @@ impl<'a> Message<'a> {
         unsafe { self.content.get() }
     }
 
-    /// The message.
+    /// Returns the bytes of the message.
     pub fn bytes(&self) -> &'a [u8] {
         let content = self.content();
         // SAFETY: as above; the memory has room for every message of the shape.
@@ -465,17 +473,17 @@ impl<'a> Message<'a> {
         }
     }
 
-    /// How many items its tail has.
+    /// Returns the number of items in the tail.
     pub fn items(&self) -> usize {
         self.content().items
     }
 
-    /// The host's time of sending, nanoseconds.
+    /// Returns the host's time of sending, nanoseconds.
     pub fn time(&self) -> u64 {
         self.content().time
     }
 
-    /// Who sent it.
+    /// Returns the index of the sender.
     pub fn sender(&self) -> u32 {
         (self.slot / self.mailbox.slots_per_sender) as u32
     }

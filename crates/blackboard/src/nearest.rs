@@ -1,4 +1,4 @@
-//! What somebody may have meant who has named something that is not there.
+//! Suggestions for unknown names.
 
 mod renamed;
 
@@ -6,13 +6,14 @@ use std::collections::BTreeSet;
 
 use renamed::renamed;
 
-/// How many are named.
+/// Maximum number of suggestions.
 const COUNT: usize = 3;
 
-/// No path of an agent has more names.
+/// Maximum number of names in a path of an agent.
 const DEEPEST: usize = 16;
 
-/// The names most like `name`, at most three, best first. The new name of a parameter or port that was renamed is the only one.
+/// Returns the names most similar to `name`, at most three, best first.
+/// The new name of a renamed parameter or port is the only one.
 pub fn nearest_names<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Vec<String> {
     let names: Vec<_> = names.collect();
     if let Some(present) = renamed(name, &names) {
@@ -29,8 +30,8 @@ pub fn nearest_names<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Ve
     scored.into_iter().take(COUNT).map(|(_, name)| name.into()).collect()
 }
 
-/// The paths most like `path`, at most three, best first. Where its beginning is more like that of others, or is theirs:
-/// some of those.
+/// Returns the paths most similar to `path`, at most three, best first.
+/// If the beginning of `path` is equal or more similar to that of other paths, it returns some of those.
 ///
 /// ```
 /// use slate_blackboard::nearest_paths;
@@ -72,7 +73,7 @@ pub fn nearest_paths<'a>(
     Vec::new()
 }
 
-/// The first names of a path that has so many.
+/// Returns the first `count` names of a path that has as many.
 fn beginning(path: &str, separator: char, count: usize) -> Option<&str> {
     match path.match_indices(separator).nth(count - 1) {
         Some((end, _)) => Some(&path[..end]),

@@ -1,4 +1,4 @@
-/// The memory that one value takes: a fixed head, and for big payloads a tail of items.
+/// Memory layout of one value: a fixed head, and for big payloads a tail of items.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
     /// Bytes of the head.
@@ -12,13 +12,14 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// A value without a tail.
+    /// Creates the layout of a value without a tail.
     pub const fn fixed(size: usize, align: usize) -> Self {
         Self { size, align, item: 0, capacity: 0 }
     }
 
-    /// Bytes that a value with `items` tail items takes, rounded up to the alignment. More than the address space
-    /// has is the largest number, which no memory can be allocated for.
+    /// Returns the size of a value with `items` tail items, bytes.
+    /// It is rounded up to the alignment. A size beyond the address space is the largest number, for which no memory
+    /// can be allocated.
     #[inline]
     pub const fn bytes(&self, items: usize) -> usize {
         let bytes = self.item.saturating_mul(items).saturating_add(self.size);

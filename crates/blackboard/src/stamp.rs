@@ -1,10 +1,10 @@
 use serde::{Deserialize, Serialize};
 
-/// When a value was written, and by which writer.
+/// Time and writer of a value.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stamp {
-    /// How many values were written before and including this one; 0 means never written.
+    /// Number of values written up to and including this one; 0 for never written.
     pub sequence: u64,
     /// The host's time of the write, in nanoseconds.
     pub time: u64,

@@ -19,7 +19,7 @@ pub(crate) use std::{
     thread::{Thread, current, park, park_timeout},
 };
 
-/// Loom has no time, so a wait with a limit is one without.
+/// Waits without a limit, because loom has no time.
 #[cfg(loom)]
 pub(crate) fn park_timeout(_: std::time::Duration) {
     park();
@@ -37,7 +37,8 @@ pub(crate) mod order {
         if cfg!(feature = "mutant-ordering") { Ordering::Relaxed } else { Ordering::Release };
 }
 
-/// Memory that a protocol guards. Under loom every access is checked against the others.
+/// Memory that a protocol guards.
+/// Under loom every access is checked against the others.
 #[cfg(loom)]
 #[derive(Debug)]
 pub(crate) struct GuardedCell<T>(loom::cell::UnsafeCell<T>);
@@ -57,7 +58,7 @@ impl<T> GuardedCell<T> {
     }
 }
 
-/// An access that goes on as long as it lives.
+/// Access that lasts as long as it lives.
 #[cfg(loom)]
 #[derive(Debug)]
 pub(crate) struct ReadGuard<T>(loom::cell::ConstPtr<T>);
@@ -94,7 +95,7 @@ impl<T> GuardedCell<T> {
     }
 }
 
-/// An access that goes on as long as it lives.
+/// Access that lasts as long as it lives.
 #[cfg(not(loom))]
 #[derive(Debug)]
 pub(crate) struct ReadGuard<T>(*const T);

@@ -1,7 +1,8 @@
 use std::fmt;
 
-/// The address of a property or of a field in it: `slate://agent/module/property/field`, absolute in an agent
-/// `/module/property`, or relative to a scope `module/property`.
+/// Address of a property or of a field in it.
+/// `slate://agent/module/property/field`, absolute in an agent `/module/property`, or relative to a scope
+/// `module/property`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Url {
     agent: Option<String>,
@@ -9,13 +10,13 @@ pub struct Url {
     path: String,
 }
 
-/// Why a text is no URL.
+/// Error of a text that is no URL.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{text}` is not a property's URL: {reason}")]
 pub struct UrlError {
-    /// What was given.
+    /// The given text.
     pub text: String,
-    /// What is wrong with it.
+    /// Reason.
     pub reason: &'static str,
 }
 
@@ -23,7 +24,7 @@ impl Url {
     /// Reads a URL.
     ///
     /// # Errors
-    /// Says what is wrong: another scheme, an empty part, a character that no name has.
+    /// States the fault: another scheme, an empty part, an invalid character in a name.
     pub fn parse(text: &str) -> Result<Self, UrlError> {
         let wrong = |reason| UrlError { text: text.into(), reason };
         let (agent, absolute, path) = if let Some(rest) = text.strip_prefix("slate://") {
@@ -42,12 +43,13 @@ impl Url {
         Ok(Self { agent: agent.map(Into::into), absolute, path: path.into() })
     }
 
-    /// The agent, when the URL names one.
+    /// Returns the agent, when the URL names one.
     pub fn agent(&self) -> Option<&str> {
         self.agent.as_deref()
     }
 
-    /// The path in the agent, without a leading slash; a relative URL is taken in `scope` (empty for the root).
+    /// Returns the path in the agent, without a leading slash.
+    /// A relative URL is resolved in `scope` (empty for the root).
     pub fn path_in(&self, scope: &str) -> String {
         if self.absolute || scope.is_empty() { self.path.clone() } else { format!("{scope}/{}", self.path) }
     }
@@ -63,7 +65,8 @@ impl fmt::Display for Url {
     }
 }
 
-/// Whether a path is the other one, or leads into it; all paths lead into the empty one.
+/// Returns true if `path` equals `whole` or leads into it.
+/// All paths lead into the empty one.
 ///
 /// ```
 /// use slate_blackboard::is_within;
@@ -76,7 +79,7 @@ pub fn is_within(path: &str, whole: &str) -> bool {
     rest.is_some_and(|rest| whole.is_empty() || rest.is_empty() || rest.starts_with('/'))
 }
 
-/// Whether a text can be a part of a path.
+/// Returns true if a text can be a part of a path.
 pub(crate) fn is_name(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-')
 }

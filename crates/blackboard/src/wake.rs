@@ -1,4 +1,5 @@
-//! Waking a thread that sleeps: no system call when it does not, and no wake-up is lost.
+//! Wake-up of a sleeping thread.
+//! It needs no system call for a thread that is awake, and no wake-up is lost.
 
 use std::time::Duration;
 
@@ -7,16 +8,18 @@ use crate::sync::{AtomicPtr, AtomicU64, Ordering, Thread, current, order, park, 
 /// The bit that says that the thread sleeps; the others are the notifier's.
 const SLEEPING: u64 = 1 << 63;
 
-/// One thread's word: what it was notified of, and whether it sleeps. The standard library's parking is a futex word,
-/// which is entered only when the thread sleeps indeed.
+/// Notification word of one thread: its notifications, and whether it sleeps.
+/// The standard library's parking is a futex word, which is entered only if the thread really sleeps.
 ///
 /// One thread waits at a time; it may be another one each time.
 #[derive(Debug)]
 pub struct Wake {
     word: AtomicU64,
-    /// Who sleeps, or slept last. Set before the bit.
+    /// Thread that sleeps, or slept last.
+    /// Set before the bit.
     sleeper: AtomicPtr<Sleeper>,
-    /// All who ever slept here. They stay, so a notifier that is preempted half-way needs no lock.
+    /// All threads that ever slept here.
+    /// They stay, so a notifier that is preempted half-way needs no lock.
     sleepers: AtomicPtr<Sleeper>,
     spins: u32,
 }
@@ -39,19 +42,21 @@ impl Default for Wake {
 }
 
 impl Wake {
-    /// Nobody sleeps.
+    /// Creates a word without a sleeping thread.
     pub fn new() -> Self {
         Self::with_spins(0)
     }
 
-    /// As [`new`](Wake::new); a waiting thread looks so often for a notification before it goes to sleep. That pays
-    /// when one comes within the time that waking takes, and only while there are no more threads than cores.
+    /// Creates a word as [`new`](Wake::new), with spinning before sleep.
+    /// A waiting thread polls `spins` times for a notification before it goes to sleep. That pays if a notification
+    /// comes within the time that waking takes, and only while there are no more threads than cores.
     pub fn with_spins(spins: u32) -> Self {
         let nobody = || AtomicPtr::new(std::ptr::null_mut());
         Self { word: AtomicU64::new(0), sleeper: nobody(), sleepers: nobody(), spins }
     }
 
-    /// Adds `bits` (without the highest one) to what the thread finds, and wakes it if it sleeps.
+    /// Adds `bits` to the thread's notifications, and wakes it if it sleeps.
+    /// `bits` must not have the highest bit.
     #[inline]
     pub fn notify(&self, bits: u64) {
         if self.word.fetch_or(bits & !SLEEPING, order::PUBLISH) & SLEEPING != 0 {
@@ -82,7 +87,7 @@ impl Wake {
         self.take()
     }
 
-    /// Says that this thread is about to sleep; false when there is something to stay up for.
+    /// Announces that this thread is about to sleep; false if it has notifications.
     fn lie_down(&self) -> bool {
         self.sleeper.store(self.myself(), order::RELEASE);
         if cfg!(feature = "mutant-wake") {
@@ -92,7 +97,7 @@ impl Wake {
         self.word.compare_exchange(0, SLEEPING, order::PUBLISH, Ordering::Relaxed).is_ok()
     }
 
-    /// This thread's entry, which is made when it sleeps here for the first time.
+    /// Returns this thread's entry, created at its first sleep here.
     fn myself(&self) -> *mut Sleeper {
         let thread = current();
         let mut first = self.sleepers.load(order::ACQUIRE);
@@ -126,7 +131,8 @@ impl Wake {
         }
     }
 
-    /// As [`wait`](Wake::wait), but not longer than `limit`; it may return 0 earlier.
+    /// Waits as [`wait`](Wake::wait), but not longer than `limit`.
+    /// It may return 0 earlier.
     pub fn wait_timeout(&self, limit: Duration) -> u64 {
         let bits = self.take_spinning();
         if bits != 0 {

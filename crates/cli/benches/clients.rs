@@ -1,5 +1,6 @@
-//! What clients cost that look at live values: EXP3 runs as `slate run` runs it, without a client and with many in turn, each with
-//! what a page shows ten times a second. Says what part of a core the agent spends on each client, and what the client does.
+//! Benchmark of clients that watch live values.
+//! EXP3 runs as by `slate run`, without a client and with many in turn, each with the values that a page shows ten
+//! times a second. Prints the share of a core that the agent spends on each client, and the client's own.
 //!
 //! `cargo bench -p slate-robotics-cli --bench clients [-- CLIENTS]`; 20 unless given. `SLATE=FILE` is another command that is measured.
 #![allow(clippy::disallowed_methods, reason = "a bench measures real time")]
@@ -20,7 +21,7 @@ const PHASE: Duration = Duration::from_secs(8);
 const ROUNDS: usize = 3;
 /// Hz.
 const RATE: u32 = 10;
-/// What a page shows.
+/// Properties that a page shows.
 const URLS: [&str; 12] = [
     "/simulator/r2/truth",
     "/simulator/r3/truth",
@@ -112,7 +113,7 @@ impl Run {
         Self { process, folder, host, token }
     }
 
-    /// Processor time of the agent during a phase, and of its console's threads.
+    /// Measures the processor time of the agent and its console during a phase.
     fn measure(&self) -> (f64, f64) {
         let process = format!("/proc/{}", self.process.id());
         let look = || (processor(&format!("{process}/stat")), console(&process));
@@ -123,7 +124,7 @@ impl Run {
         (after.0 - before.0, after.1 - before.1)
     }
 
-    /// Somebody who looks, and how many values he has got in the end.
+    /// Starts a client that watches, and returns the number of values it received.
     fn client(&self, stop: Arc<AtomicBool>) -> std::thread::JoinHandle<u64> {
         let request =
             format!("ws://{}/api/v1/live?token={}", self.host, self.token).into_client_request().unwrap();
@@ -145,7 +146,7 @@ impl Run {
     }
 }
 
-/// Of all threads of the console.
+/// Returns the processor time of all threads of the console.
 fn console(process: &str) -> f64 {
     let tasks = std::fs::read_dir(format!("{process}/task")).into_iter().flatten().flatten();
     let of_console = |task: &std::fs::DirEntry| {

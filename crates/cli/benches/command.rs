@@ -1,5 +1,6 @@
-//! How long the command takes, from its start to its end: for its help, for what a shell asks when Tab is pressed, and for
-//! questions to an agent that runs here. Says the processor time too, as the rest is for whoever else wants the processor.
+//! Benchmark of the command's duration, from its start to its end.
+//! For its help, for a shell's completion, and for queries to a local agent. Prints the processor time too, as the rest
+//! depends on other load.
 //!
 //! `cargo bench -p slate-robotics-cli --bench command`; `SLATE=FILE` is another command that is measured.
 #![allow(clippy::disallowed_methods, reason = "a bench measures real time")]
@@ -36,7 +37,7 @@ fn main() {
     run.measure("get /r2/pl and Tab", tab);
 }
 
-/// An agent that is asked.
+/// Running agent that is queried.
 struct Run {
     agent: Child,
     folder: PathBuf,
@@ -95,7 +96,7 @@ fn slate(folder: &std::path::Path) -> Command {
     command
 }
 
-/// Seconds of processor time that children of this process have used which have ended.
+/// Returns the processor time of this process's ended children, s.
 fn processor() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
     let fields: Vec<_> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();

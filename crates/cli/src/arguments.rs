@@ -1,4 +1,4 @@
-//! The verbs of the command.
+//! Verbs of the command.
 
 use std::path::PathBuf;
 
@@ -107,7 +107,8 @@ pub enum Verb {
     Log(LogOptions),
     /// List the properties
     List {
-        /// Path whose subtree is listed, such as `/r2`, or a pattern such as `/**/timing` [default: all]
+        /// Path whose subtree is listed, such as `/r2`,
+        /// or a pattern such as `/**/timing` [default: all]
         #[arg(add = ArgValueCompleter::new(complete::of_properties))]
         pattern: Option<String>,
         /// Print the list as JSON
@@ -182,14 +183,16 @@ pub enum Verb {
     /// Save a map of a running agent
     #[command(subcommand)]
     Map(MapVerb),
-    /// Check, draw and generate missions: Petri Net Plans, behaviour trees, Golog programs, skills in Lua
+    /// Check, draw and generate missions:
+    /// Petri Net Plans, behaviour trees, Golog programs, skills in Lua
     #[command(subcommand)]
     Mission(MissionVerb),
     /// Print the link of the web console, which contains a token, or open it
     Console(ConsoleOptions),
     /// Call an operation of the HTTP API, or list all operations
     Api(ApiOptions),
-    /// Serve an agent to a language model over the Model Context Protocol on stdio or HTTP
+    /// Serve an agent to a language model
+    /// over the Model Context Protocol on stdio or HTTP
     Mcp(McpOptions),
     /// Check that this machine can run a robot (exit code 7 if not)
     Doctor(DoctorOptions),

@@ -26,7 +26,8 @@ pub enum BagVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Verify checksums, indexes and statistics (exit code 1 if damaged, 2 if not a recording)
+    /// Verify checksums, indexes and statistics
+    /// (exit code 1 if damaged, 2 if not a recording)
     Verify {
         /// File
         file: PathBuf,
@@ -180,13 +181,15 @@ pub struct ExportOptions {
     /// Export laser scans and odometry as a CARMEN log
     #[arg(long)]
     carmen: bool,
-    /// Export MCAP with ROS 2 messages such as `sensor_msgs/msg/LaserScan` where they exist
+    /// Export MCAP with ROS 2 messages
+    /// such as `sensor_msgs/msg/LaserScan` where they exist
     #[arg(long)]
     ros: bool,
     /// Topic of the robot's pose in the map [default: as recorded in the configuration]
     #[arg(long, value_name = "TOPIC", requires = "ros")]
     pose: Option<String>,
-    /// Output file; for CSV a folder, or a file that ends with `.csv` for a single topic
+    /// Output file; for CSV a folder,
+    /// or a file that ends with `.csv` for a single topic
     #[arg(long)]
     out: PathBuf,
     /// Replace existing files
@@ -241,7 +244,8 @@ impl TimeSpan {
     }
 }
 
-/// Runs the command; returns false if a file is damaged, two differ, or messages can't be read.
+/// Runs the command; false on damage, differences or unreadable messages.
+/// Differences count where two recordings are compared.
 pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
     match verb {
         BagVerb::Info { file, json } => {
@@ -390,7 +394,8 @@ fn verify(file: &Path) -> Result<bool, Failure> {
     }
 }
 
-/// The longest message that is shown, bytes: more than any picture has, and little enough for its text.
+/// Maximum size of a message that is shown, bytes.
+/// It is more than any image has, and little enough for its text.
 const LONGEST_SHOWN: usize = 32 << 20;
 
 fn cat(file: &Path, selection: &Selection, json: bool) -> Result<bool, Failure> {

@@ -41,11 +41,13 @@ pub struct BatchOptions {
     #[arg(long, default_value_t = 1, value_parser = number::whole::<u64>(0, MAXIMUM_SEED))]
     pub seed: u64,
 
-    /// Number of parallel runs; the results do not depend on it [default: number of cores; 1 in threaded mode]
+    /// Number of parallel runs; the results do not depend on it
+    /// [default: number of cores; 1 in threaded mode]
     #[arg(long, value_parser = number::whole::<u16>(1, 1024))]
     pub jobs: Option<u16>,
 
-    /// Folder of the statistics: `batch.txt` as it is printed, and `batch.json` as with `--json`
+    /// Folder of the statistics:
+    /// `batch.txt` as it is printed, and `batch.json` as with `--json`
     #[arg(long)]
     pub out: Option<PathBuf>,
 }
@@ -93,7 +95,8 @@ fn write(folder: &Folder, batch: &Batch) -> Result<(), RunError> {
     Ok(())
 }
 
-/// Gives statistics that are in a folder already the next number, `batch-1.json`, as recordings have it; returns that.
+/// Renames existing statistics in a folder with the next free number; returns it.
+/// Such as `batch-1.json`, as recordings do.
 fn keep_earlier(folder: &Path) -> Result<Option<u64>, RunError> {
     const FILES: [&str; 2] = ["txt", "json"];
     let is_there = |name: String| folder.join(name).exists();
@@ -114,11 +117,11 @@ fn keep_earlier(folder: &Path) -> Result<Option<u64>, RunError> {
     Ok(Some(number))
 }
 
-/// Time of a step that counts as hung, unless a setting says otherwise, seconds. A batch loads the machine by itself, and the
-/// limit is of the wall clock.
+/// Time after which a step counts as hung, unless set otherwise, s.
+/// A batch loads the machine by itself, and the limit is of the wall clock.
 const HANG: u64 = 60;
 
-/// The settings of all runs: the later one of two holds.
+/// Returns the settings of all runs; the later one of two applies.
 fn sets(options: &BatchOptions) -> Result<Vec<String>, Failure> {
     let BatchOptions { name, common, .. } = options;
     let application = examples::find(name, None, Vec::new(), common.set.clone(), common.host.as_deref())?;
@@ -127,7 +130,7 @@ fn sets(options: &BatchOptions) -> Result<Vec<String>, Failure> {
     Ok(raised.into_iter().chain(common.set.iter().cloned()).collect())
 }
 
-/// Makes the runs, and returns what they left in the order of their seeds.
+/// Makes the runs, and returns their summaries in the order of their seeds.
 fn all(queue: &SeedQueue<'_>) -> Result<Vec<Summary>, Failure> {
     let mut progress = BatchProgress::new(queue.options.runs);
     let mut summaries = BTreeMap::new();
@@ -165,8 +168,8 @@ fn all(queue: &SeedQueue<'_>) -> Result<Vec<Summary>, Failure> {
     Ok(summaries.into_values().collect())
 }
 
-/// How many runs are made at once: by default as many as the machine has cores for. Threads at the pace of the wall
-/// clock would miss their time beside others.
+/// Returns the number of parallel runs; the default is the number of cores.
+/// Threads at the pace of the wall clock would miss their deadlines beside others.
 fn jobs(options: &BatchOptions) -> u64 {
     let default = || match options.common.mode {
         ModeName::Threaded => 1,
@@ -178,17 +181,17 @@ fn jobs(options: &BatchOptions) -> u64 {
     options.jobs.map_or_else(default, u64::from).min(options.runs)
 }
 
-/// The seeds, which threads take one by one.
+/// Seeds, which threads take one by one.
 struct SeedQueue<'a> {
     options: &'a BatchOptions,
     sets: Vec<String>,
-    /// How many seeds were taken.
+    /// Number of seeds taken.
     begun: AtomicU64,
     ending: &'a Arc<BatchEnding>,
 }
 
 impl SeedQueue<'_> {
-    /// Makes one run after the other until there is no more seed, or one can't be run.
+    /// Makes runs in sequence until no seed is left, or a run is impossible.
     fn work(&self, results: &Sender<(u64, Result<Summary, Failure>)>) {
         while !self.ending.is_over() {
             let taken = self.begun.fetch_add(1, Ordering::Relaxed);
@@ -206,7 +209,7 @@ impl SeedQueue<'_> {
         }
     }
 
-    /// Runs one seed; nothing when the run was cut off.
+    /// Runs one seed; `None` when the run was cut off.
     fn run(&self, seed: u64) -> Result<Option<Summary>, Failure> {
         let BatchOptions { name, common, .. } = self.options;
         let rate = if common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };

@@ -1,4 +1,4 @@
-//! The web console of an agent that runs.
+//! Web console of an agent that runs.
 
 use clap::Args;
 use serde_json::json;

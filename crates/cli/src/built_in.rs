@@ -1,4 +1,4 @@
-//! What is built into the `slate` command.
+//! Robots and modules built into the `slate` command.
 
 /// Name of each feature, and whether it is built in.
 pub const FEATURES: [(&str, bool); 14] = [

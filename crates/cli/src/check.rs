@@ -100,7 +100,7 @@ impl GateLimits {
     }
 }
 
-/// Checks it, and returns what the process ends with.
+/// Checks it, and returns the exit code.
 pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
     let (mut findings, mut counts) = (Findings::default(), CompositionCounts::default());
     let names = match &options.agent {
@@ -124,7 +124,8 @@ pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
     Ok(if errors == 0 { 0 } else { ASSERTION_FALSE })
 }
 
-/// Checks an agent as it is configured, and then with each variant that is not chosen, in the place of the chosen one.
+/// Checks an agent as configured, then with each variant that is not chosen.
+/// The variant takes the place of the chosen one.
 fn check_agent(
     options: &CheckOptions,
     agent: Option<&str>,
@@ -172,7 +173,7 @@ fn check_agent(
     Ok(())
 }
 
-/// What is wrong with a configuration, or else why it can't be checked.
+/// Returns the report of a configuration's mistakes; another failure is an error.
 fn as_report(failure: Failure) -> Result<Report, Failure> {
     match failure {
         Failure::Configuration(report) | Failure::Start(StartError::Configuration(report)) => Ok(report),
@@ -214,18 +215,19 @@ fn print(options: &CheckOptions, findings: &Findings, counts: &CompositionCounts
     counts.limits.iter().for_each(|limits| output::line(limits.line()));
 }
 
-/// What a configuration without mistakes has.
+/// Summary of a valid configuration.
 struct CheckedConfiguration {
     /// Number of links.
     links: usize,
     /// Limits of gates that are not written.
     limits: Vec<GateLimits>,
-    /// What is no mistake and yet looks like one.
+    /// Findings that are no mistakes, but suspicious.
     warnings: Vec<Diagnostic>,
 }
 
-/// Whether all of it fits, and then makes it. Only an agent knows whether its modules can be set up, what its files say, and
-/// what is on its blackboard.
+/// Checks the whole configuration, then creates its agent.
+/// Only an agent knows whether its modules can be set up, the contents of its files, and the properties on its
+/// blackboard.
 fn look(application: &Application) -> Result<CheckedConfiguration, Failure> {
     let configuration = &application.configuration;
     let catalogue = catalogue(application)?;
@@ -252,7 +254,8 @@ fn look(application: &Application) -> Result<CheckedConfiguration, Failure> {
     Ok(CheckedConfiguration { links, limits, warnings })
 }
 
-/// Whether tools will find the agent, as a run that they would not find is refused.
+/// Checks that tools will find the agent.
+/// A run that they would not find is refused.
 fn reach(configuration: &Configuration) -> Result<(), Failure> {
     let Err(error) = check_reach(configuration.agent_name()).map_err(OpenError::from) else { return Ok(()) };
     let Some(name) = configuration.value("agent.name") else { return Err(Failure::Unreachable(error)) };

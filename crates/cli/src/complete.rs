@@ -13,6 +13,7 @@ use slate::runtime::directory::agents;
 use crate::examples;
 use crate::local_agents::ask_default;
 
+/// Time limit for candidates.
 /// A person waits for the key; names that come later are not offered.
 const BUDGET: Duration = Duration::from_millis(150);
 
@@ -25,7 +26,7 @@ pub enum Shell {
     Zsh,
 }
 
-/// Returns what `find` finds in time.
+/// Returns the candidates that `find` finds in time.
 fn in_time(find: impl FnOnce() -> BTreeSet<String> + Send + 'static) -> BTreeSet<String> {
     let (sender, found) = channel();
     // What hangs ends with this program; without a thread, nothing is found.
@@ -38,12 +39,12 @@ fn candidates(names: BTreeSet<String>, current: &OsStr) -> Vec<CompletionCandida
     names.into_iter().filter(|name| name.starts_with(&current)).map(CompletionCandidate::new).collect()
 }
 
-/// The agents that run here.
+/// Completes the names of local agents.
 pub fn of_agents(current: &OsStr) -> Vec<CompletionCandidate> {
     candidates(in_time(|| agents().into_iter().collect()), current)
 }
 
-/// The properties of the agent elsewhere that is usual, else of all agents that run here.
+/// Completes properties of the default remote agent, else of all local agents.
 pub fn of_properties(current: &OsStr) -> Vec<CompletionCandidate> {
     // A path may begin without its slash.
     let slash = if current.to_string_lossy().starts_with('/') || current.is_empty() { "/" } else { "" };
@@ -54,20 +55,20 @@ pub fn of_properties(current: &OsStr) -> Vec<CompletionCandidate> {
     candidates(found, current)
 }
 
-/// Their modules.
+/// Completes the names of modules.
 pub fn of_modules(current: &OsStr) -> Vec<CompletionCandidate> {
     let found =
         in_time(|| ask_default(Client::modules).into_iter().flatten().map(|module| module.name).collect());
     candidates(found, current)
 }
 
-/// Their inputs that are linked.
+/// Completes linked inputs.
 pub fn of_links(current: &OsStr) -> Vec<CompletionCandidate> {
     let found = in_time(|| ask_default(Client::links).into_iter().flatten().map(|link| link.to).collect());
     candidates(found, current)
 }
 
-/// The examples, and the configurations of this folder.
+/// Completes the examples, and the configurations of this folder.
 pub fn of_configurations(current: &OsStr) -> Vec<CompletionCandidate> {
     let text = current.to_string_lossy().into_owned();
     let (folder, _) = text.rsplit_once('/').unwrap_or((".", ""));

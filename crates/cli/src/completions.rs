@@ -1,4 +1,4 @@
-//! The shell's side of completion.
+//! Shell's side of completion.
 
 use clap::{CommandFactory, ValueEnum};
 use clap_complete::env::{CompleteEnv, Shells};
@@ -11,7 +11,8 @@ use crate::output;
 /// Variable by which a shell asks this program for candidates.
 const VARIABLE: &str = "SLATE_COMPLETE";
 
-/// Answers a shell that asks for candidates, and ends the process; returns if no shell asks.
+/// Answers a shell's completion request, and ends the process.
+/// Returns if no shell asks.
 pub fn answer() {
     CompleteEnv::with_factory(Arguments::command).var(VARIABLE).complete();
 }

@@ -5,11 +5,11 @@ use std::str::FromStr;
 
 use serde_json::Value;
 
-/// A condition in disjunctive form: one group must hold, with all its tests.
+/// Condition in disjunctive form: one group must hold, with all its tests.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition(Vec<Vec<Test>>);
 
-/// A field and what it is compared with.
+/// Comparison of a field.
 #[derive(Clone, Debug, PartialEq)]
 struct Test {
     /// Empty for the whole value.
@@ -80,7 +80,7 @@ impl FromStr for Condition {
     }
 }
 
-/// A part of a condition.
+/// Token of a condition.
 #[derive(Clone, Debug, PartialEq)]
 enum Word {
     Bare(String),
@@ -138,7 +138,7 @@ fn test(words: Vec<Word>) -> Result<Test, String> {
     Ok(Test { path, operator, wanted })
 }
 
-/// Why a value is neither so nor otherwise.
+/// Reason why a condition can't be evaluated on a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Unfit {
     /// The value has no such field.
@@ -155,7 +155,7 @@ impl fmt::Display for Unfit {
 }
 
 impl Condition {
-    /// Whether a value is so.
+    /// Returns whether the condition holds for a value.
     ///
     /// # Errors
     /// When it has no such field, or one that can't be compared so.

@@ -16,32 +16,34 @@ use crate::endpoint::{access_at, access_of};
 use crate::failure::Failure;
 use crate::local_agents::{ask_all, default_agent};
 
-/// Which agent is asked.
+/// Option that selects the agent.
 #[derive(Debug, Args)]
 pub struct AgentOption {
-    /// Name of the agent, or its address such as https://robot.local:7878 with the token in SLATE_TOKEN [default:
-    /// SLATE_AGENT, or the only running agent]
+    /// Name of the agent,
+    /// or its address such as https://robot.local:7878 with the token in SLATE_TOKEN [default: SLATE_AGENT, or the only
+    /// running agent]
     #[arg(long, value_name = "NAME|ADDRESS", add = ArgValueCompleter::new(complete::of_agents))]
     pub agent: Option<String>,
 }
 
 impl AgentOption {
-    /// The name or the address that was said, if any was.
+    /// Returns the given name or address, if any.
     pub fn said(&self) -> Option<String> {
         self.agent.clone().or_else(default_agent)
     }
 
-    /// The address that was said, if it is no name.
+    /// Returns the given address, if it is no name.
     fn address(&self) -> Option<String> {
         self.said().filter(|said| said.contains("://"))
     }
 
-    /// The agent over HTTP, when it is reached in no other way.
+    /// Returns the agent over HTTP, if it is reached in no other way.
     pub fn elsewhere(&self) -> Result<Option<Access>, Failure> {
         self.address().map(|address| access_at(&address, None)).transpose()
     }
 
-    /// The agent over HTTP, asked with the secret of a role, or of the highest that is known.
+    /// Returns access to the agent over HTTP, with the secret of a role.
+    /// Without one, of the highest role that is known.
     pub fn over_http(&self, role: Option<Role>) -> Result<Access, Failure> {
         match self.address() {
             Some(address) => access_at(&address, role),
@@ -49,7 +51,8 @@ impl AgentOption {
         }
     }
 
-    /// The agent over HTTP for callers with tokens of their own, and its name when it is one of this computer.
+    /// Returns access over HTTP for callers with their own tokens.
+    /// Also the agent's name if it is local.
     #[cfg(feature = "mcp")]
     pub fn place(&self) -> Result<(Access, Option<String>), Failure> {
         if let Some(address) = self.address() {
@@ -59,7 +62,8 @@ impl AgentOption {
         Ok((Access { token: String::new(), ..access_of(&name, None)? }, Some(name)))
     }
 
-    /// A file as the agent is told of it, whose folder is another one. One that is reached over HTTP has it in a folder of its own.
+    /// Returns a file's path as sent to the agent, whose working folder differs.
+    /// An agent over HTTP has its files in a folder of its own.
     pub fn file(&self, path: &Path) -> Result<PathBuf, Failure> {
         if self.address().is_none() {
             return std::path::absolute(path).map_err(|source| Failure::File { path: path.into(), source });
@@ -70,7 +74,8 @@ impl AgentOption {
         }
     }
 
-    /// As [`file`](AgentOption::file), for the library of a plugin. An agent that is reached over HTTP takes none, and says so.
+    /// Returns a plugin library's path as sent to the agent; see [`file`](Self::file).
+    /// An agent over HTTP takes none; this is an error.
     pub fn library(&self, path: &Path) -> Result<PathBuf, Failure> {
         if self.address().is_some() { Ok(path.into()) } else { self.file(path) }
     }
@@ -91,14 +96,15 @@ impl AgentOption {
         }
     }
 
-    /// Connects to the agent that a URL names when it is here, or else to one that knows it. For a path of no agent, to the
-    /// only one that has such a property: a robot is found by its own name, whichever agent runs it.
+    /// Connects to the agent of a URL if it is local, else to one that knows it.
+    /// For a path without an agent, to the only one that has such a property: a robot is found by its own name,
+    /// whichever agent runs it.
     pub fn connect_for(&self, url: &str) -> Result<Client, Failure> {
         let owner = || self.owner(url).map_or_else(|| self.connect_beside(url), Ok);
         self.named(url).map_or_else(owner, |name| Ok(Client::connect(name)?))
     }
 
-    /// The only agent of several that has the property at a path.
+    /// Connects to the only agent of several with a property at a path.
     fn owner(&self, path: &str) -> Option<Client> {
         let running = agents();
         if self.said().is_some() || running.len() < 2 || path.contains("://") {
@@ -144,18 +150,19 @@ impl AgentOption {
         }
     }
 
-    /// Connects to the agent whose own a URL is, as nobody else changes it.
+    /// Connects to the agent that owns a URL, as no other may change it.
     pub fn connect_to(&self, url: &str) -> Result<Client, Failure> {
         self.named(url).map_or_else(|| self.connect(), |name| Ok(Client::connect(name)?))
     }
 
-    /// The agent that a URL names, if it is here and no other one is to be asked.
+    /// Returns the agent that a URL names, if it is local and none else is selected.
     fn named<'u>(&self, url: &'u str) -> Option<&'u str> {
         named(url).filter(|name| self.said().is_none() && agents().iter().any(|own| own == name))
     }
 }
 
-/// The agent that a URL names, if it does; what the team knows is known to each of its agents.
+/// Returns the agent that a URL names, if any.
+/// The team's state is known to each of its agents.
 fn named(url: &str) -> Option<&str> {
     url.strip_prefix("slate://")?.split('/').next().filter(|name| !name.is_empty() && *name != TEAM)
 }

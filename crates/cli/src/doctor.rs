@@ -1,4 +1,4 @@
-//! Whether this computer is fit to run a robot.
+//! Health check of the machine: its fitness to run a robot.
 
 use std::fs;
 use std::io::Write;
@@ -31,7 +31,7 @@ pub struct DoctorOptions {
     json: bool,
 }
 
-/// How something is.
+/// Fitness of a checked item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Fitness {
@@ -66,13 +66,13 @@ impl HealthFinding {
     }
 }
 
-/// A sleep may be late by that much before a loop of 20 ms feels it.
+/// Delay of a sleep that a loop of 20 ms tolerates.
 const LATE: Duration = Duration::from_millis(2);
 
 /// Write rate that recordings need, bytes per second.
 const DISK: f64 = 20e6;
 
-/// Looks at all of it; returns what the process ends with.
+/// Runs all checks; returns the exit code.
 pub fn doctor(options: &DoctorOptions) -> Result<u8, Failure> {
     let mut findings = vec![clock(), sleeping(), sockets()];
     findings.extend(agents());
@@ -172,7 +172,7 @@ fn sockets() -> HealthFinding {
     }
 }
 
-/// The agents that run, and whether they speak as this program does.
+/// Checks the running agents and the versions of their operations.
 fn agents() -> Vec<HealthFinding> {
     let asked = ask_all(|name| Client::connect(name).map(|_| ()));
     if asked.is_empty() {
@@ -193,7 +193,8 @@ fn agents() -> Vec<HealthFinding> {
     asked.into_iter().map(finding).collect()
 }
 
-/// A limit of the process, by its name in `/proc/self/limits`: soft, and nothing for none.
+/// Returns a limit of the process, by its name in `/proc/self/limits`.
+/// It is the soft one; the inner `None` stands for no limit.
 fn limit(name: &str) -> Option<Option<u64>> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
     let line = limits.lines().find_map(|line| line.strip_prefix(name))?;
@@ -247,7 +248,7 @@ fn files() -> HealthFinding {
     }
 }
 
-/// How fast a file grows whose bytes reach the disk, as those of a recording.
+/// Measures the rate at which a file grows on disk, as a recording does.
 fn disk(folder: &Path) -> HealthFinding {
     let path = folder.join(format!(".slate-doctor-{}", std::process::id()));
     let measured = write(&path);

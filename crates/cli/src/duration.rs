@@ -1,8 +1,8 @@
-//! Times as they are written on the command line.
+//! Times in the notation of the command line.
 
 use std::time::Duration;
 
-/// A day is as long as anybody waits at a terminal.
+/// Maximum duration of a wait at a terminal, a day.
 const LONGEST: f64 = 86_400.0;
 
 /// Reads `200ms`, `10s`, `5m` or `1h`; a bare number is in seconds.

@@ -1,4 +1,5 @@
-//! Where an agent is reached over HTTP, and with which secrets: it leaves both in a file that only its user can read.
+//! Endpoint of an agent over HTTP: its address and secrets.
+//! The agent leaves both in a file that only its user can read.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,21 +14,21 @@ use slate::runtime::directory::{Lock, folder};
 use crate::failure::Failure;
 use crate::token;
 
-/// The end of the names of these files.
+/// Suffix of these files' names.
 const FILE: &str = ".console";
 
-/// Where an agent is reached.
+/// Endpoint of an agent.
 #[derive(Debug, Deserialize)]
 struct Endpoint {
-    /// Such as `http://127.0.0.1:7878`.
+    /// Address, such as `http://127.0.0.1:7878`.
     address: String,
-    /// The same by a name that its certificate holds.
+    /// Address for browsers, by a name that its certificate holds.
     browser: String,
-    /// By the names of roles, from the lowest.
+    /// Secrets by the names of roles, from the lowest.
     tokens: BTreeMap<String, String>,
     /// Process of the agent.
     process: u32,
-    /// The file of its certificate, if it speaks TLS.
+    /// File of its certificate, if it speaks TLS.
     #[serde(default)]
     certificate: Option<PathBuf>,
 }
@@ -43,7 +44,8 @@ impl Endpoint {
         })
     }
 
-    /// Returns the endpoint of a local agent at an address; files of killed agents are ignored.
+    /// Returns the endpoint of a local agent at an address.
+    /// Files of killed agents are ignored.
     fn at(address: &Address) -> Option<Self> {
         Self::all().find(|endpoint| {
             let process = i32::try_from(endpoint.process).ok().and_then(Pid::from_raw);
@@ -54,7 +56,7 @@ impl Endpoint {
         })
     }
 
-    /// The secret of a role, or of the highest that there is.
+    /// Returns the secret of a role, or of the highest one present.
     fn token(&self, role: Option<Role>) -> Option<&str> {
         let own = |role: Role| self.tokens.get(role.name()).map(String::as_str);
         match role {
@@ -87,7 +89,8 @@ pub fn place_at(text: &str) -> Result<Access, Failure> {
     Ok(Access { address, browser, token: String::new(), certificate: known.or_else(certificate) })
 }
 
-/// Returns access to an agent at an address; certificate and token of a local agent are known.
+/// Returns access to an agent at an address.
+/// Certificate and token of a local agent are known.
 pub fn access_at(text: &str, role: Option<Role>) -> Result<Access, Failure> {
     let given = if role.is_none() { token::given()? } else { None };
     if let Some(token) = given {
@@ -106,12 +109,12 @@ fn parse(text: &str) -> Result<Address, Failure> {
     Ok(text.parse().map_err(wrong)?)
 }
 
-/// The file of whom to trust that was given.
+/// Returns the given file of trusted certificates.
 fn certificate() -> Option<PathBuf> {
     std::env::var_os("SLATE_CERTIFICATE").filter(|said| !said.is_empty()).map(PathBuf::from)
 }
 
-/// There is no such secret.
+/// Creates the failure of a missing secret.
 fn no_token(role: Option<Role>) -> Failure {
     let detail = format!("no token of {} is known", role.map_or("any role", Role::one));
     let help = "`console.tokens` of the configuration lists the tokens; for an agent elsewhere, set SLATE_TOKEN and omit --role"

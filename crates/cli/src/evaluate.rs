@@ -18,7 +18,8 @@ pub enum EvaluateVerb {
     /// A*, Theta* and D* Lite on the MovingAI benchmarks
     Planning(EvaluateOptions),
 
-    /// Monte Carlo localization in a hospital and an office, and a Kalman filter on MRCLAM
+    /// Monte Carlo localization in a hospital and an office,
+    /// and a Kalman filter on MRCLAM
     Localization(LocalizationOptions),
 
     /// SLAM on the log of the Intel Research Lab
@@ -47,7 +48,8 @@ pub struct EvaluateOptions {
 
 #[derive(Debug, Args)]
 pub struct LocalizationOptions {
-    /// Folder with maps/hospital_section.png of Stage and mrclam; without it, in the office alone
+    /// Folder with maps/hospital_section.png of Stage and mrclam;
+    /// without it, in the office alone
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
 

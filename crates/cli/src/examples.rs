@@ -10,7 +10,7 @@ use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory};
 use crate::failure::Failure;
 use crate::output;
 
-/// An example that is linked into the command.
+/// Example that is linked into the command.
 struct Example {
     name: &'static str,
     about: &'static str,
@@ -46,7 +46,7 @@ const EXAMPLES: [Example; 4] = [
     },
 ];
 
-/// An example that is configuration, in the folder `examples` of Slate's sources.
+/// Example that is a configuration file, in the folder `examples` of the sources.
 struct FileExample {
     name: &'static str,
     about: &'static str,
@@ -172,7 +172,8 @@ impl FileExample {
         self.feature.filter(|feature| FEATURES.contains(&(feature, false)))
     }
 
-    /// Its file: in the sources that this program was built from, or else in those where it is called.
+    /// Returns its file.
+    /// It is in the sources that this program was built from, or else in those of the working folder.
     fn path(&self) -> Option<PathBuf> {
         let built = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples")).join(self.file);
         let here = Path::new("examples").join(self.file);
@@ -180,7 +181,7 @@ impl FileExample {
     }
 }
 
-/// The file that a name means: an example's, or that of the name itself.
+/// Returns the file of a name: an example's, or that of the name itself.
 fn file_of(name: &str) -> PathBuf {
     let own = Path::new(name);
     let example = FILE_EXAMPLES.iter().find(|example| example.name == name).filter(|_| !own.is_file());
@@ -195,12 +196,12 @@ fn missing_feature_of(file: &Path) -> Option<&'static str> {
         .and_then(FileExample::missing_feature)
 }
 
-/// An application with the modules that are linked into the command.
+/// Creates an application with the modules that are linked into the command.
 fn application(name: &str, database: Database) -> Application {
     Application::new(name, database, plugins())
 }
 
-/// The modules that are linked into the command.
+/// Returns the modules that are linked into the command.
 pub fn plugins() -> Vec<Plugin> {
     vec![
         slate::sim::plugin(),
@@ -229,7 +230,7 @@ pub fn plugins() -> Vec<Plugin> {
     ]
 }
 
-/// The agents that a file describes, if it describes several.
+/// Returns the agents that a file describes, if it describes several.
 pub fn agents(name: &str, host: Option<&Path>) -> Result<Vec<String>, Failure> {
     let path = file_of(name);
     if EXAMPLES.iter().any(|example| example.name == name) || !path.is_file() || is_library(&path) {
@@ -238,12 +239,13 @@ pub fn agents(name: &str, host: Option<&Path>) -> Result<Vec<String>, Failure> {
     Ok(Configuration::agents(&path, &Options { host: host.map(Into::into), ..Options::default() })?)
 }
 
-/// Whether a file is the library of a plugin, which may bring a robot.
+/// Returns whether a file is a plugin's library, which may define a robot.
 fn is_library(path: &Path) -> bool {
     path.extension().is_some_and(|end| end == "so")
 }
 
-/// The configuration of the robot that a library brings, and the setting that makes the library its plugin.
+/// Returns the robot configuration of a library, and the setting that loads it.
+/// The setting makes the library its plugin.
 fn robot_of(path: &Path) -> Result<(String, String), Failure> {
     let Some((plugin, text)) = slate::runtime::plugin::robot_of(path)? else {
         return Err(Failure::NoRobot { path: path.into() });
@@ -253,14 +255,14 @@ fn robot_of(path: &Path) -> Result<(String, String), Failure> {
     Ok((text, format!("plugins.{}.file={file:?}", plugin.name())))
 }
 
-/// The first file in a folder that may be a configuration.
+/// Returns the first file in a folder that may be a configuration.
 fn first_toml(folder: &Path) -> Option<PathBuf> {
     let files = std::fs::read_dir(folder).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
     files.filter(|path| path.extension().is_some_and(|end| end == "toml") && path.is_file()).min()
 }
 
-/// Finds an example by name, from any directory, or reads a configuration file, of whose agents `agent` is meant;
-/// `defaults` hold where nothing says otherwise.
+/// Finds an example by name, from any directory, or reads a configuration file.
+/// `agent` selects one of its agents; `defaults` apply to what is not set otherwise.
 pub fn find(
     name: &str,
     agent: Option<&str>,
@@ -320,7 +322,8 @@ pub fn find(
     Ok(application(&run, database))
 }
 
-/// The application that a snapshot was taken of, with its configuration as it was then; `sets` go over it.
+/// Returns the application of a snapshot, with its configuration of that time.
+/// `sets` override it.
 pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure> {
     let name = RunHistory::name_in(snapshot).unwrap_or_else(|| snapshot.agent().into());
     let database = snapshot.configuration(sets.clone())?;

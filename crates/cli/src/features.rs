@@ -4,11 +4,11 @@ use std::sync::LazyLock;
 
 use slate_robotics_cli::FEATURES;
 
-/// The version with its features, for `--version`.
+/// Version with its features, for `--version`.
 pub static VERSION: LazyLock<String> =
     LazyLock::new(|| format!("{}\n{}", env!("CARGO_PKG_VERSION"), describe(&FEATURES)));
 
-/// The features, for the end of `--help`.
+/// Features, for the end of `--help`.
 pub static HELP: LazyLock<String> = LazyLock::new(|| {
     format!("The agent may also be named first: slate --agent NAME COMMAND\n{}", describe(&FEATURES))
 });

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use slate::control::{Client, ClientError};
 
-/// The actuators of an agent that get safe commands alone.
+/// Actuators of an agent that receive only safe commands.
 #[derive(Debug, Default, Serialize)]
 pub struct HeldActuators {
     /// Stopped actuators.
@@ -31,7 +31,7 @@ impl HeldActuators {
         Ok(held)
     }
 
-    /// Describes them; nothing when no actuator is held.
+    /// Describes them; `None` when no actuator is held.
     pub fn words(&self) -> Option<String> {
         let of = |what: &str, names: &[String]| {
             (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")))

@@ -1,4 +1,4 @@
-//! Where a robot is to go.
+//! Goal of a robot.
 
 use std::io::IsTerminal;
 use std::time::Duration;
@@ -17,11 +17,12 @@ use crate::process::ProcessInfo;
 
 #[derive(Debug, Args)]
 pub struct GoalOptions {
-    /// x and y in the map frame, metres, and a heading, radians or degrees such as `90deg`; or the name of a place
+    /// x and y in the map frame, metres,
+    /// and a heading, radians or degrees such as `90deg`; or the name of a place
     #[arg(value_name = "X Y [HEADING]|PLACE", num_args = 1..=3, allow_negative_numbers = true, required_unless_present = "change")]
     goal: Vec<String>,
 
-    /// One more goal, behind those that the robot has
+    /// Append the goal to those that the robot has
     #[arg(long)]
     append: bool,
 
@@ -48,11 +49,11 @@ pub struct GoalOptions {
     agent: AgentOption,
 }
 
-/// Changes of what a robot does, without a goal.
+/// Changes of a robot's behaviour, without a goal.
 #[derive(Debug, Args)]
 #[group(id = "change", multiple = false, conflicts_with_all = ["goal", "append", "dock"])]
 struct GoalChange {
-    /// Let the robot stand until it is resumed
+    /// Pause the robot until it is resumed
     #[arg(long)]
     pause: bool,
 
@@ -66,7 +67,7 @@ struct GoalChange {
 }
 
 impl GoalChange {
-    /// The command of a navigation request, if there is one.
+    /// Returns the command of a navigation request, if any.
     fn command(&self) -> Option<&'static str> {
         [(self.pause, "PAUSE"), (self.resume, "RESUME"), (self.cancel, "CANCEL")]
             .into_iter()
@@ -74,14 +75,14 @@ impl GoalChange {
     }
 }
 
-/// Where a robot is to go.
+/// Goal of a robot.
 enum WantedGoal {
     Pose { x: f64, y: f64, heading: Option<f64> },
     Place(String),
 }
 
 impl WantedGoal {
-    /// Reads the words of the command; nothing without any.
+    /// Reads the words of the command; `None` without any.
     fn read(words: &[String]) -> Result<Option<Self>, Failure> {
         let wrong = |text: &str, expected: String| Failure::GoalWord { text: text.into(), expected };
         let number = |text: &String| match text.parse::<f64>() {
@@ -117,23 +118,23 @@ const NAMES: [&str; 2] = ["goal", "target"];
 /// Interfaces of such inputs.
 const INTERFACES: [&str; 3] = ["Point2", "Pose2", "Position"];
 
-/// A goal that can be set.
+/// Goal that can be set.
 struct SettableGoal {
-    /// The module.
+    /// Module.
     module: String,
     place: GoalSetting,
-    /// Whether it has a heading, too.
+    /// Presence of a heading.
     has_heading: bool,
 }
 
 enum GoalSetting {
-    /// An input, by its URL.
+    /// Input, by its URL.
     Input(String),
     /// Parameters `goal_x` and `goal_y`.
     Parameters,
 }
 
-/// Sets the goal of the one who has one.
+/// Sets the goal, or changes the navigation, of the only robot or the named one.
 pub fn goal(options: &GoalOptions) -> Result<bool, Failure> {
     let wanted = WantedGoal::read(&options.goal)?;
     let moves = wanted.is_some() || options.change.resume;
@@ -172,7 +173,8 @@ pub fn goal(options: &GoalOptions) -> Result<bool, Failure> {
 /// Interface of the messages of a Knowledge that has missions.
 const NAVIGATION_REQUEST: &str = "NavigationRequest";
 
-/// Returns the only mailbox for missions, of a named robot if there is one; `None` without any.
+/// Returns the only mailbox for missions, of a named robot if one is given.
+/// `None` if no mailbox exists.
 fn navigation_inbox(client: &mut Client, of: Option<&str>) -> Result<Option<String>, Failure> {
     let properties = client.properties(None)?;
     let inboxes: Vec<&str> = properties
@@ -227,7 +229,8 @@ fn navigate(
     Ok(true)
 }
 
-/// How far the world of a simulated robot goes. Nobody knows that of a real one.
+/// Returns the extent of a simulated robot's world.
+/// That of a real one is unknown.
 fn bounds(client: &mut Client) -> Option<Bounds> {
     let settings = client.settings("world.arena").ok()?;
     let arena = settings.iter().find_map(|setting| setting.value.as_str())?;
@@ -257,7 +260,7 @@ fn set(
     Ok(client.set_property(url, &value.into())?)
 }
 
-/// The only thing that can be set to a goal, or that of the robot that is named.
+/// Returns the only settable goal, or that of the named robot.
 fn target(client: &mut Client, of: Option<&str>) -> Result<SettableGoal, Failure> {
     let is_meant = |target: &SettableGoal| {
         of.is_none_or(|of| {

@@ -4,10 +4,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use slate_run::DEBOUNCE;
 
-/// Whether Ctrl-C was pressed.
+/// Ctrl-C flag.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Makes the first Ctrl-C set [`is_interrupted`], and the second one end the process.
+/// Installs the Ctrl-C handler.
+/// The first Ctrl-C sets [`is_interrupted`], the second one ends the process.
 pub fn catch() {
     // Without a handler, Ctrl-C ends the process at once.
     let _ = ctrlc::set_handler(|| {
@@ -17,7 +18,7 @@ pub fn catch() {
     });
 }
 
-/// Whether Ctrl-C was pressed since [`catch`].
+/// Returns whether Ctrl-C was pressed since [`catch`].
 pub fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }

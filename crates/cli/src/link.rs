@@ -12,11 +12,13 @@ use crate::{complete, duration, output};
 
 #[derive(Debug, Args)]
 pub struct LinkOptions {
-    /// Destination: an input such as `follower/pose`, or an inbox [default: list all links]
+    /// Destination: an input such as `follower/pose`, or an inbox
+    /// [default: list all links]
     #[arg(add = ArgValueCompleter::new(complete::of_links))]
     to: Option<String>,
 
-    /// Source: a property such as `localizer/pose`, or an outbox [default: list the links of the destination]
+    /// Source: a property such as `localizer/pose`, or an outbox
+    /// [default: list the links of the destination]
     #[arg(add = ArgValueCompleter::new(complete::of_properties))]
     from: Option<String>,
 
@@ -119,7 +121,8 @@ impl LinkOptions {
     }
 }
 
-/// Links a destination, or lists the links; true, as what is refused is a failure.
+/// Links a destination, or lists the links.
+/// Returns true, as a refusal is a failure.
 pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
     let mut agent = options.agent.connect_to(options.to.as_deref().unwrap_or_default())?;
     let (Some(to), Some(from)) = (&options.to, &options.from) else {
@@ -148,7 +151,7 @@ pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// The links of an input and its fields, or of a module.
+/// Returns the links of an input and its fields, or of a module.
 fn only(links: Vec<LinkEntry>, to: &str) -> Result<Vec<LinkEntry>, Failure> {
     let path = Url::parse(to).map_or_else(|_| to.to_owned(), |url| url.path_in(""));
     let is_meant = |link: &LinkEntry| is_within(&link.to, &path);

@@ -1,4 +1,4 @@
-//! The agents that run on this machine, queried all at once.
+//! Agents that run on this machine, queried all at once.
 
 use std::sync::Arc;
 use std::sync::mpsc::channel;
@@ -41,7 +41,8 @@ pub fn ask_all<T: Send + 'static>(
     asked
 }
 
-/// Queries the default agent if it is remote, else all local ones, and returns the answers that came in time.
+/// Queries the default agent if it is remote, else all local ones.
+/// Returns the answers that came in time.
 pub fn ask_default<T: Send + 'static>(
     ask: impl Fn(&mut Client) -> Result<T, ClientError> + Send + Sync + 'static,
 ) -> Vec<T> {

@@ -34,7 +34,7 @@ pub struct LogOptions {
     pub agent: AgentOption,
 }
 
-/// How bad the news of a line are; the worst comes first.
+/// Minimum severity of log lines; the most severe comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub enum LeastLevel {
     Error,
@@ -43,7 +43,7 @@ pub enum LeastLevel {
     Debug,
 }
 
-/// The modules of a name or a pattern.
+/// Modules of a name or a pattern.
 #[derive(Clone, Debug)]
 pub struct Of {
     name: String,
@@ -51,7 +51,7 @@ pub struct Of {
 }
 
 impl Of {
-    /// Whether a module is one of them.
+    /// Returns whether a module is one of the selected ones.
     fn has(&self, name: &str) -> bool {
         is_within(name, &self.name) || self.pattern.matches(name)
     }
@@ -64,7 +64,7 @@ fn module(text: &str) -> Result<Of, String> {
 }
 
 impl LogOptions {
-    /// Whether a line is asked for.
+    /// Returns whether a line is selected.
     fn wants(&self, reading: &Reading) -> bool {
         let text = |name: &str| reading.value.get(name).and_then(Value::as_str).unwrap_or_default();
         let level = LeastLevel::from_str(text("level"), true).unwrap_or(LeastLevel::Debug);
@@ -77,7 +77,7 @@ impl LogOptions {
     }
 }
 
-/// How often new lines are asked for.
+/// Polling period of new lines.
 const PERIOD: Duration = Duration::from_millis(200);
 
 /// Prints the last lines of the log.

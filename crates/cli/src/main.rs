@@ -1,4 +1,4 @@
-//! The `slate` command.
+//! `slate` command.
 
 // Its macros print to stderr without a panic.
 #[macro_use(eprint, eprintln)]

@@ -38,7 +38,7 @@ pub fn map(verb: &MapVerb) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// An occupancy grid as JSON has it.
+/// Occupancy grid as JSON has it.
 #[derive(Deserialize)]
 struct GridReading {
     origin: OriginReading,
@@ -82,7 +82,7 @@ fn save(agent: &AgentOption, file: &Path, url: Option<&str>) -> Result<(), Failu
     Ok(())
 }
 
-/// The only map of an agent.
+/// Returns the only map of an agent.
 fn only(mut urls: Vec<String>) -> Result<String, Failure> {
     match (urls.pop(), urls.is_empty()) {
         (Some(url), true) => Ok(url),

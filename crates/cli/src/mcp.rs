@@ -1,4 +1,4 @@
-//! An agent for language models, over the Model Context Protocol.
+//! Agent for language models, over the Model Context Protocol.
 
 #[cfg(feature = "mcp")]
 mod agent;
@@ -24,7 +24,8 @@ pub struct McpOptions {
     #[arg(long, value_parser = role::parser(), default_value_t = Role::Viewer)]
     role: Role,
 
-    /// Serve over HTTP instead of stdio; requests need a token of the agent [default address: 127.0.0.1:7879]
+    /// Serve over HTTP instead of stdio; requests need a token of the agent
+    /// [default address: 127.0.0.1:7879]
     #[arg(long, value_name = "IP:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:7879")]
     http: Option<SocketAddr>,
 
@@ -32,7 +33,8 @@ pub struct McpOptions {
     agent: AgentOption,
 }
 
-/// Serves an agent to a model, until stdin ends, or over HTTP until the program is interrupted.
+/// Serves an agent to a model, until stdin ends.
+/// Over HTTP, until the program is interrupted.
 #[cfg(feature = "mcp")]
 pub fn mcp(options: &McpOptions) -> Result<bool, Failure> {
     match options.http {

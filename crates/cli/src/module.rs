@@ -54,7 +54,7 @@ fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The error of a module that an agent does not have, with those that it has.
+/// Returns the error of an unknown module, with the known ones.
 fn unknown(client: &mut Client, name: &str, error: ClientError) -> Failure {
     let is_name = |refusal: &Refusal| refusal.code.as_deref() == Some(Mistake::Name.code());
     match error {
@@ -66,7 +66,7 @@ fn unknown(client: &mut Client, name: &str, error: ClientError) -> Failure {
     }
 }
 
-/// The names of an agent's modules.
+/// Returns the names of an agent's modules.
 pub fn names(client: &mut Client) -> Result<Vec<String>, ClientError> {
     Ok(client.modules()?.into_iter().map(|module| module.name).collect())
 }

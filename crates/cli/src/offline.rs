@@ -10,7 +10,8 @@ use slate::share::agent::AgentSharing;
 use crate::failure::Failure;
 use slate_run::Application;
 
-/// Sharing that opens no connection: it checks the configuration, with its endpoints.
+/// Sharing that opens no connection.
+/// It checks the configuration, with its endpoints.
 struct Offline(AgentSharing);
 
 impl Sharing for Offline {
@@ -29,7 +30,8 @@ impl Sharing for Offline {
     }
 }
 
-/// Loads an application as for a run, but unreachable for other agents and tools, and without a report.
+/// Loads an application as for a run, without sharing, sockets and report.
+/// Other agents and tools can't reach it.
 pub fn load(application: &Application) -> Result<Agent, Failure> {
     let options = Options {
         mode: Mode::Staged,
@@ -46,6 +48,7 @@ pub fn catalogue(application: &Application) -> Result<Catalogue, Failure> {
     Ok(slate::runtime::catalogue(&application.configuration, &application.plugins, Some(&sharing))?)
 }
 
-/// Settings that keep a loaded application from writing log files that a run may be writing.
+/// Settings that keep a loaded application from writing log files.
+/// A run may be writing them.
 pub const QUIET: [&str; 3] =
     ["log.targets.console=false", "log.targets.file=false", "log.targets.syslog=false"];

@@ -1,4 +1,4 @@
-//! The other agents that a running agent knows.
+//! Other agents that a running agent knows.
 
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ pub struct PeersOptions {
     agent: AgentOption,
 }
 
-/// Lists them, with what is read of them and what they read.
+/// Lists the peers, with the properties read in both directions.
 pub fn peers(options: &PeersOptions) -> Result<bool, Failure> {
     let mut agent = options.agent.connect()?;
     let all = agent.peers()?;

@@ -1,4 +1,4 @@
-//! How a recording that is played is reached over HTTP.
+//! Console of a replayed recording over HTTP.
 
 #[cfg(feature = "console")]
 mod built_in {
@@ -10,8 +10,9 @@ mod built_in {
 
     use crate::recording::known;
 
-    /// Begins for a recording that is played, at this computer alone: what the recorded run says of addresses and
-    /// secrets is for that run. The world is that of the recorded configuration, if it can still be read.
+    /// Starts the console of a replayed recording, at this computer alone.
+    /// Addresses and secrets of the recorded run apply to that run only. The world is that of the recorded
+    /// configuration, if it can still be read.
     pub fn open_playback(surface: Arc<ControlSurface>, file: &Path) -> Option<Console> {
         let scene = known(file).map(|known| serde_json::to_value(known.scene).unwrap_or_default());
         let world =

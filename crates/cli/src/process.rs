@@ -1,4 +1,4 @@
-//! The process of an agent, as the system shows it.
+//! Process of an agent, as the system shows it.
 
 use std::fmt;
 use std::fs;
@@ -8,16 +8,16 @@ use slate::runtime::directory::{Lock, folder};
 
 use crate::duration;
 
-/// A process that runs an agent.
+/// Process that runs an agent.
 #[derive(Clone, Debug, Serialize)]
 pub struct ProcessInfo {
-    /// Its number.
+    /// Number.
     pub id: u32,
-    /// The memory that it has in use, bytes; nothing where the system does not tell.
+    /// Memory in use, bytes; `None` where the system does not report it.
     pub memory: Option<u64>,
-    /// How long it has run, seconds.
+    /// Time since the start of the process, s.
     pub uptime: Option<f64>,
-    /// How many threads it has.
+    /// Number of threads.
     pub threads: Option<u64>,
 }
 

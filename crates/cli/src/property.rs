@@ -10,7 +10,7 @@ use crate::failure::{Failure, NO_DATA};
 use crate::value_text::flatten;
 use crate::{output, urls, value_input};
 
-/// Prints the newest value of a property or a field; returns what the process ends with.
+/// Prints the newest value of a property or a field; returns the exit code.
 pub fn get(agent: &AgentOption, url: &str, json: bool) -> Result<u8, Failure> {
     let mut client = agent.connect_for(url)?;
     let reading = client.read(url).map_err(|error| urls::unknown(&mut client, url, error))?;
@@ -52,7 +52,7 @@ pub fn set(agent: &AgentOption, url: &str, value: &str, json: bool) -> Result<bo
     Ok(true)
 }
 
-/// Prints which properties there are.
+/// Prints the properties.
 pub fn list(agent: &AgentOption, pattern: Option<&str>, json: bool) -> Result<bool, Failure> {
     let pattern = pattern.unwrap_or_default();
     let mut client = agent.connect_for(&urls::subtree(pattern))?;

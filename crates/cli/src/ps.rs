@@ -1,4 +1,4 @@
-//! The agents of this machine.
+//! Agents of this machine.
 
 use serde::Serialize;
 use serde_json::json;
@@ -10,19 +10,19 @@ use crate::local_agents::ask_all;
 use crate::process::ProcessInfo;
 use crate::{duration, output};
 
-/// An agent that runs here.
+/// Agent that runs here.
 #[derive(Debug, Serialize)]
 struct AgentRow {
     agent: String,
     process: Option<ProcessInfo>,
-    /// How many modules it has, and how many of them are not as intended.
+    /// Number of modules, and of those in an unintended state.
     modules: Option<(usize, usize)>,
     /// Cycles of the main loop.
     cycles: Option<u64>,
-    /// The actuators that let no command through.
+    /// Actuators that let no command through.
     #[serde(flatten)]
     held: HeldActuators,
-    /// Why it can't be asked.
+    /// Reason why it can't be queried.
     trouble: Option<String>,
 }
 
@@ -77,7 +77,7 @@ pub fn ps(json: bool) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// How an agent is, in words.
+/// Returns the state of an agent in words.
 fn state(row: &AgentRow) -> String {
     if let Some(trouble) = &row.trouble {
         return trouble.clone();

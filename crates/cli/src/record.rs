@@ -127,10 +127,11 @@ pub fn record(verb: &RecordVerb) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// How the files of recordings end.
+/// File extension of recordings.
 const KIND: &str = ".mcap";
 
-/// Writes a recording of an agent into a file here. Of what breaks off nothing is left.
+/// Downloads a recording of an agent into a file.
+/// An interrupted download leaves no file.
 fn fetch(agent: &AgentOption, name: &str, out: &Path) -> Result<(), Failure> {
     let coded = |byte: u8| match byte {
         byte if byte.is_ascii_alphanumeric() => char::from(byte).to_string(),

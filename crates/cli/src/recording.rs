@@ -17,7 +17,7 @@ pub fn parse_offset(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Reports the parts of a recording that can't be read; true when there are none.
+/// Reports the unreadable parts of a recording; true without any.
 pub fn all_read(file: &Path, unread: &[Unread]) -> bool {
     for unread in unread {
         eprintln!("{}: {}", printable(file), output::harmless(unread));
@@ -25,8 +25,8 @@ pub fn all_read(file: &Path, unread: &[Unread]) -> bool {
     unread.is_empty()
 }
 
-/// What the configuration that a recording has with it says of its world and robots; nothing if it has none that can still
-/// be read, as the rest of it can be told without.
+/// Returns the world and robots of a recording's configuration.
+/// `None` if it has no configuration that can still be read; the rest of the recording is usable without.
 pub fn known(recording: &Path) -> Option<Known> {
     let database = Run::read(recording).ok()?.configuration(Vec::new()).ok()?;
     let configuration = database.current();

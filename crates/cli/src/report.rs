@@ -21,7 +21,8 @@ pub struct ReportOptions {
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
 
-    /// Draw this log beside the run: lines `X, Y, T, Action`, as RoCS's authors publish them; may be repeated
+    /// Draw this log beside the run: lines `X, Y, T, Action`,
+    /// as RoCS's authors publish them; may be repeated
     #[arg(long, value_name = "LOG")]
     pub beside: Vec<PathBuf>,
 

@@ -1,4 +1,4 @@
-//! The verb that runs an application.
+//! Verb that runs an application.
 
 use slate::runtime::snapshot::Snapshot;
 use slate_run::{Application, RunContext, Supervision};
@@ -28,7 +28,8 @@ pub fn run(verb: &RunVerb) -> Result<u8, Failure> {
     Ok(slate_run::run(application, options, context)?)
 }
 
-/// Finds what is run: an example, a configuration file, or the application of a snapshot.
+/// Finds the application to run.
+/// It is an example, a configuration file, or the application of a snapshot.
 fn application(verb: &RunVerb, snapshot: Option<&Snapshot>) -> Result<Application, Failure> {
     let RunVerb { name, agent, options, .. } = verb;
     let (defaults, sets) = (options.defaults(), options.sets());

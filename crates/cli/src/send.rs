@@ -29,7 +29,7 @@ pub struct SendOptions {
     agent: AgentOption,
 }
 
-/// Sends it, and tells what becomes of it within a second.
+/// Sends it, and prints its outcome within a second.
 pub fn send(options: &SendOptions) -> Result<bool, Failure> {
     let message = value_input::parse(&options.message)
         .ok_or_else(|| Failure::Message { text: options.message.clone(), url: options.url.clone() })?;

@@ -15,7 +15,8 @@ pub enum SnapshotVerb {
     Save {
         /// File
         file: PathBuf,
-        /// Save the newest values of a peer's properties as JSON instead, such as `slate://robot/**`
+        /// Save the newest values of a peer's properties as JSON instead,
+        /// such as `slate://robot/**`
         #[arg(long, value_name = "URL")]
         of: Option<String>,
         #[command(flatten)]

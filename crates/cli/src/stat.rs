@@ -1,4 +1,4 @@
-//! How often values come, measured in the agent.
+//! Rates of values, measured in the agent.
 
 use std::time::Duration;
 
@@ -46,7 +46,7 @@ fn within(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// Measures, and returns what the process ends with.
+/// Measures, and returns the exit code.
 pub fn stat(options: &StatOptions) -> Result<u8, Failure> {
     let mut client = options.agent.connect_for(&options.urls[0])?;
     let urls = expand(&mut client, &options.urls)?;

@@ -1,4 +1,4 @@
-//! The software stop of agents that run.
+//! Software stop of agents that run.
 
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -56,10 +56,12 @@ pub struct ArmOptions {
     agent: AgentOption,
 }
 
-/// How long an agent may take to confirm a stop. It needs a few milliseconds; a person must not be left without an answer.
+/// Timeout for the confirmation of a stop.
+/// It needs a few milliseconds; a person must not be left without an answer.
 const PATIENCE: Duration = Duration::from_secs(4);
 
-/// Retries of a stop whose connection an agent without free descriptors has closed, and the pause between them.
+/// Retries of a stop, and the pause between them.
+/// An agent without free descriptors closes the connection of a stop.
 const TRIES: u32 = 5;
 const PAUSE: Duration = Duration::from_millis(50);
 
@@ -69,29 +71,30 @@ struct StopResult {
     agent: String,
     /// Neither this nor trouble is with one that has ended meanwhile.
     stopped: bool,
-    /// How long it took, milliseconds.
+    /// Time until the stop was confirmed, ms.
     after_ms: f64,
-    /// Why it is not known to have stopped.
+    /// Reason why the stop is not confirmed.
     trouble: Option<String>,
 }
 
 /// Tells an agent to stop, for a reason.
 type StopCall = Box<dyn FnOnce(&str) -> Result<(), Failure> + Send>;
 
-/// An agent, and how it is told to stop.
+/// Agent, and the way in which it receives the stop.
 struct StopTarget {
     name: String,
     stop: StopCall,
 }
 
 impl StopTarget {
-    /// One that is reached here, by its name.
+    /// Creates the target of a local agent, by its name.
     fn here(name: String) -> Self {
         let agent = name.clone();
         Self { name, stop: Box::new(move |reason| Ok(Client::stop_at_once(&agent, reason)?)) }
     }
 
-    /// One that is reached over HTTP: by a request of its own, for which there is always a place.
+    /// Creates the target of a stop over HTTP.
+    /// It uses a request of its own, for which a connection is always reserved.
     fn elsewhere(access: Access) -> Self {
         let name = access.address.to_string();
         let stop = move |reason: &str| {
@@ -111,7 +114,8 @@ impl StopTarget {
     }
 }
 
-/// Stops all actuators of the agent that is named, else of all that run here; returns what the process ends with.
+/// Stops all actuators of the named agent, else of all local ones.
+/// Returns the exit code.
 pub fn stop(options: &StopOptions) -> Result<u8, Failure> {
     let json = options.json;
     let reason = match options.reason.join(" ") {
@@ -145,7 +149,8 @@ pub fn stop(options: &StopOptions) -> Result<u8, Failure> {
     Ok(if silent.is_empty() { 0 } else { UNREACHED })
 }
 
-/// Stops all of them at once, so that one which hangs holds up no other; `tell` hears of each as soon as it has answered.
+/// Stops all agents concurrently, so that a hanging one delays no other.
+/// `tell` receives each answer at once.
 fn stop_all(
     targets: Vec<StopTarget>,
     reason: &str,

@@ -1,14 +1,15 @@
-//! The secret by which an agent elsewhere knows who asks. A secret is no argument of a command, which all users of a computer
-//! see, but stands in the variable `SLATE_TOKEN`, or in a file that this names as `@FILE`.
+//! Token by which a remote agent identifies the caller.
+//! A secret is no argument of a command, which all users of a computer see; it is in the variable `SLATE_TOKEN`, or in
+//! a file that this names as `@FILE`.
 
 use std::os::unix::fs::MetadataExt;
 
 use slate::control::client::Trouble;
 
-/// The variable.
+/// Name of the environment variable.
 const VARIABLE: &str = "SLATE_TOKEN";
 
-/// The secret that was given, if one was.
+/// Returns the given secret, if any.
 pub fn given() -> Result<Option<String>, Trouble> {
     let Some(said) = std::env::var_os(VARIABLE).filter(|said| !said.is_empty()) else { return Ok(None) };
     let (place, text) = match said.to_string_lossy().strip_prefix('@') {

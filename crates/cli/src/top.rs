@@ -1,4 +1,4 @@
-//! How the modules of a running agent do, as a table that renews itself.
+//! Live table of a running agent's modules.
 
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
@@ -53,7 +53,7 @@ enum SortKey {
     Jitter,
 }
 
-/// A line of the table; times in nanoseconds.
+/// Line of the table; times in nanoseconds.
 #[derive(Debug, Serialize)]
 struct ModuleRow {
     module: String,
@@ -64,13 +64,14 @@ struct ModuleRow {
     p50: Option<u64>,
     p99: Option<u64>,
     max: Option<u64>,
-    /// The part of a period that a tick takes on average.
+    /// Part of a period that a tick takes on average.
     load: Option<f64>,
     overruns: u64,
     restarts: u64,
 }
 
-/// The longest time between two looks: an agent elsewhere lets go of who says nothing.
+/// Maximum time between two polls.
+/// A remote agent closes the connection of a silent client.
 const LONGEST: Duration = Duration::from_secs(60);
 
 fn period(text: &str) -> Result<Duration, String> {
@@ -80,7 +81,7 @@ fn period(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// How long the terminal is left alone before Ctrl-C is looked for.
+/// Period at which Ctrl-C is looked for.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Shows the table.
@@ -245,7 +246,7 @@ impl TimingTable {
     }
 }
 
-/// The newest values of properties; nothing for what there is not.
+/// Returns the newest values of properties; null for missing ones.
 fn newest(client: &mut Client, urls: &[String]) -> Result<Vec<Value>, Failure> {
     let of: Vec<_> = urls.iter().map(|url| Watched { url: url.clone(), after: None }).collect();
     let mut values = vec![Value::Null; urls.len()];

@@ -35,10 +35,10 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// How often the agent is asked how the recording goes.
+/// Polling period of the recording's progress.
 const LOOK: Duration = Duration::from_millis(250);
 
-/// Records what the modules of a running agent do when.
+/// Records an execution trace of a running agent's modules.
 pub fn trace(options: &TraceOptions) -> Result<bool, Failure> {
     let file = options.agent.file(&options.out)?;
     let mut client = options.agent.connect()?;
@@ -77,7 +77,8 @@ fn interrupts() -> Receiver<()> {
     receiver
 }
 
-/// Waits for the end, and hears meanwhile when the recording fails or the agent ends.
+/// Waits for the end of the recording.
+/// It notices a failed recording or the agent's end meanwhile.
 fn record(client: &mut Client, seconds: f64, interrupted: &Receiver<()>) -> Result<TraceEntry, ClientError> {
     let mut left = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::ZERO);
     while !left.is_zero() {
@@ -97,7 +98,7 @@ fn record(client: &mut Client, seconds: f64, interrupted: &Receiver<()>) -> Resu
     client.end_trace()
 }
 
-/// An agent that was killed can't clean up, so this does it.
+/// Cleans up after a killed agent, which can't; returns the failure.
 fn without_end(error: ClientError, file: &Path) -> Failure {
     use ErrorKind::{BrokenPipe, ConnectionReset, UnexpectedEof};
     let ClientError::Lost { name, error: lost } = &error else { return error.into() };
@@ -116,14 +117,14 @@ fn without_end(error: ClientError, file: &Path) -> Failure {
     Failure::TraceWithoutEnd { agent: name.clone(), left: Some(part) }
 }
 
-/// Where an agent writes a file until it is whole.
+/// Returns the path under which an agent writes a file until it is complete.
 fn part_of(file: &Path) -> PathBuf {
     let mut name = file.file_name().unwrap_or_default().to_owned();
     name.push(".part");
     file.with_file_name(name)
 }
 
-/// Removes what nobody writes any more, which is not locked; false when somebody does.
+/// Removes an abandoned file, which no process locks; false if one does.
 fn remove_abandoned(part: &Path) -> std::io::Result<bool> {
     let file = match File::open(part) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(true),

@@ -1,4 +1,4 @@
-//! The properties of an agent as a tree.
+//! Properties of an agent as a tree.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -15,7 +15,8 @@ use crate::{complete, output, urls};
 
 #[derive(Debug, Args)]
 pub struct TreeOptions {
-    /// Path whose subtree is shown, such as `/r2`, or a pattern such as `/*/planner/*` [default: all]
+    /// Path whose subtree is shown, such as `/r2`,
+    /// or a pattern such as `/*/planner/*` [default: all]
     #[arg(value_name = "PATH", add = ArgValueCompleter::new(complete::of_properties))]
     pattern: Option<String>,
 
@@ -39,7 +40,7 @@ pub struct TreeOptions {
     agent: AgentOption,
 }
 
-/// A name in a path, with the property of that path and the names below.
+/// Name in a path, with the property of that path and the names below.
 #[derive(Default)]
 struct PropertyNode {
     property: Option<(PropertyEntry, Option<Value>)>,
@@ -84,7 +85,8 @@ pub fn tree(options: &TreeOptions) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// Reads the newest value of each property; nothing for mailboxes and for what was never written.
+/// Reads the newest value of each property.
+/// `None` for mailboxes and properties that were never written.
 fn newest(
     client: &mut Client,
     root: &str,
@@ -123,7 +125,7 @@ fn as_json(node: &PropertyNode) -> Value {
     entry.into()
 }
 
-/// The row of a node: name, interface, access, and value or documentation.
+/// Returns the row of a node: name, interface, access, and value or documentation.
 fn row(name: &str, node: &PropertyNode, options: &TreeOptions) -> [String; 4] {
     let mut row = [name.to_owned(), String::new(), String::new(), String::new()];
     if let Some((property, value)) = &node.property {

@@ -8,7 +8,8 @@ use slate::runtime::Mistake;
 
 use crate::failure::Failure;
 
-/// Returns what the paths of listed properties are prefixed with: `/`, or `slate://AGENT/` where the pattern names one.
+/// Returns the prefix of listed properties' paths.
+/// It is `/`, or `slate://AGENT/` if the pattern names an agent.
 pub fn root(pattern: &str) -> String {
     match agent(pattern) {
         Some(agent) => format!("slate://{agent}/"),
@@ -30,7 +31,7 @@ pub fn path(url: &str) -> &str {
     path.trim_matches('/')
 }
 
-/// Returns the pattern for a path and all below it; a pattern stays as it is.
+/// Returns the pattern for a path and all below it; a pattern stays unchanged.
 pub fn subtree(path: &str) -> String {
     if path.contains('*') { path.to_owned() } else { format!("{}/**", path.trim_end_matches('/')) }
 }
@@ -38,7 +39,7 @@ pub fn subtree(path: &str) -> String {
 /// Returns the properties that match a pattern, or that are at or below a path.
 ///
 /// # Errors
-/// When there are none: the error names what is there instead.
+/// When none matches: the error names the present ones.
 pub fn matching(client: &mut Client, pattern: &str) -> Result<Vec<PropertyEntry>, Failure> {
     match client.properties(Some(&subtree(pattern))) {
         Ok(found) if !found.is_empty() => return Ok(found),
@@ -73,7 +74,8 @@ pub fn matching(client: &mut Client, pattern: &str) -> Result<Vec<PropertyEntry>
     })
 }
 
-/// The error of a property that an agent does not have, with those whose paths end as the URL does.
+/// Returns the error of an unknown property.
+/// It lists the properties whose paths end as the URL does.
 pub fn unknown(client: &mut Client, url: &str, error: ClientError) -> Failure {
     let ClientError::Refused(mut refusal) = error else { return error.into() };
     if refusal.code.as_deref() == Some(Mistake::Name.code()) && !url.contains('*') {
@@ -98,7 +100,8 @@ pub fn unknown(client: &mut Client, url: &str, error: ClientError) -> Failure {
     ClientError::Refused(refusal).into()
 }
 
-/// Replaces patterns by the properties that match them; URLs without a wildcard stay as they are.
+/// Replaces patterns by the properties that match them.
+/// URLs without a wildcard stay unchanged.
 pub fn expand(client: &mut Client, urls: &[String]) -> Result<Vec<String>, Failure> {
     let mut all = Vec::new();
     for url in urls {

@@ -1,4 +1,4 @@
-//! Values as people write them on the command line: JSON, or TOML as in a configuration.
+//! Values on the command line: JSON, or TOML as in a configuration.
 
 use serde::Deserialize as _;
 use serde_json::Value;
@@ -8,7 +8,7 @@ use toml_edit::de::ValueDeserializer;
 
 use crate::failure::Failure;
 
-/// Reads JSON, or an inline table or array of TOML; nothing for anything else.
+/// Reads JSON, or an inline table or array of TOML; `None` for any other text.
 pub fn parse(text: &str) -> Option<Value> {
     if let Ok(value) = serde_json::from_str(text) {
         return Some(value);
@@ -20,7 +20,7 @@ pub fn parse(text: &str) -> Option<Value> {
     Value::deserialize(text.parse::<ValueDeserializer>().ok()?).ok()
 }
 
-/// The error of a value that an agent refuses, with an example of a right one.
+/// Returns the error of a refused value, with an example of a valid one.
 pub fn refused(client: &mut Client, verb: &str, url: &str, error: ClientError) -> Failure {
     let ClientError::Refused(mut refusal) = error else { return error.into() };
     if refusal.code.as_deref() == Some(Mistake::Value.code()) && refusal.help.starts_with("GET ") {
@@ -37,7 +37,7 @@ pub fn refused(client: &mut Client, verb: &str, url: &str, error: ClientError) -
     ClientError::Refused(refusal).into()
 }
 
-/// A value as TOML in a line.
+/// Returns a value as TOML in a line.
 fn toml(value: &Value) -> String {
     match value {
         Value::Object(fields) => {

@@ -18,7 +18,7 @@ pub fn flatten(path: String, value: &Value, rows: &mut Vec<[String; 2]>) {
     }
 }
 
-/// The most numbers and texts that a line shows.
+/// Maximum number of numbers and texts in a line.
 const IN_A_LINE: usize = 24;
 
 /// Formats a value in a line, such as `x=0.3 y=1.2`.

@@ -39,7 +39,7 @@ pub struct WaitOptions {
     agent: AgentOption,
 }
 
-/// How long the agent is asked to wait at a time.
+/// Maximum duration of one waiting request to the agent.
 const WAIT: Duration = Duration::from_millis(100);
 
 /// Waits, and prints the value.

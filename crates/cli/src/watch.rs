@@ -44,7 +44,8 @@ pub struct WatchOptions {
     #[arg(long)]
     changes: bool,
 
-    /// Print only values for which a condition holds, such as `range < 0.5 and state == WORKING`
+    /// Print only values for which a condition holds,
+    /// such as `range < 0.5 and state == WORKING`
     #[arg(long = "where", value_name = "CONDITION")]
     condition: Option<Condition>,
 
@@ -67,10 +68,11 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// How long the agent is asked to wait at a time; then it is looked whether somebody wants to end.
+/// Maximum duration of one waiting request to the agent.
+/// After it, Ctrl-C is looked for.
 const WAIT: Duration = Duration::from_millis(250);
 
-/// A watched property.
+/// Watched property.
 struct WatchLine {
     url: String,
     shown: u64,
@@ -79,7 +81,7 @@ struct WatchLine {
     missed: u64,
 }
 
-/// Prints values until it is enough; returns what the process ends with.
+/// Prints values until the limit; returns the exit code.
 pub fn watch(options: &WatchOptions) -> Result<u8, Failure> {
     let mut client = options.agent.connect_for(&options.urls[0])?;
     let urls = expand(&mut client, &options.urls)?;
@@ -143,7 +145,7 @@ pub fn watch(options: &WatchOptions) -> Result<u8, Failure> {
     Ok(0)
 }
 
-/// Whether a value is to be shown.
+/// Returns whether a value is to be shown.
 fn wanted(options: &WatchOptions, line: &WatchLine, reading: &Reading) -> Result<bool, Failure> {
     if options.once && line.shown > 0 {
         return Ok(false);
@@ -193,8 +195,8 @@ fn head(reading: &Reading) {
     output::line(format_args!("time,sequence,{names}"));
 }
 
-/// The cells of a value with the names of their columns. A list is one cell, as JSON: it is longer in one row than in the
-/// next, and all rows have the columns of the head.
+/// Appends the cells of a value with the names of their columns.
+/// A list is one cell, as JSON: its length differs between rows, and all rows have the columns of the head.
 fn columns(path: String, value: &Value, rows: &mut Vec<[String; 2]>) {
     match value {
         Value::Object(fields) if !fields.is_empty() => {
@@ -206,7 +208,7 @@ fn columns(path: String, value: &Value, rows: &mut Vec<[String; 2]>) {
     }
 }
 
-/// A cell, in quotes when it has what parts cells.
+/// Returns a cell, in quotes when it has a separator of cells.
 fn quoted(cell: &str) -> String {
     match cell.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),

@@ -1,4 +1,4 @@
-//! The order of the words of a command.
+//! Order of the words of a command.
 
 use std::ffi::OsString;
 
@@ -8,8 +8,8 @@ use slate_run::output::Colour;
 
 use crate::failure::Failure;
 
-/// What stands behind an option is its value, also `-1`: the option says then what it expects, where `-1` was said to be
-/// an option that there is not.
+/// Takes the word after an option as its value, even one such as `-1`.
+/// The error then names the expected value, instead of an unknown option `-1`.
 pub fn with_negative_values(command: Command) -> Command {
     let is_for_a_value = |arg: &Arg| !arg.is_positional() && arg.get_action().takes_values();
     let command = command.mut_args(|arg| match is_for_a_value(&arg) {
@@ -19,10 +19,10 @@ pub fn with_negative_values(command: Command) -> Command {
     command.mut_subcommands(with_negative_values)
 }
 
-/// The options that may stand before a verb.
+/// Options that may precede a verb.
 const LEADING: [&str; 6] = ["--agent", "--color", "--help", "-h", "--version", "-V"];
 
-/// How many words the option takes that the words begin with, if it is one that may stand before a verb.
+/// Returns the number of words of a leading option, if the first word is one.
 fn taken(words: &[OsString]) -> Option<usize> {
     let word = words.first()?.to_str()?;
     let (name, value, taken) = match word.split_once('=') {
@@ -37,7 +37,7 @@ fn taken(words: &[OsString]) -> Option<usize> {
     fits.then_some(taken)
 }
 
-/// Where the verb is, behind the options that may stand before it.
+/// Returns the index of the verb, after the options that may precede it.
 fn verb(words: &[OsString]) -> usize {
     let mut place = 1;
     while let Some(taken) = words.get(place..).and_then(taken) {
@@ -46,7 +46,8 @@ fn verb(words: &[OsString]) -> usize {
     place
 }
 
-/// The words with the agent that is named before the verb behind all that belongs to the verb, where verbs know it.
+/// Moves an agent that is named before the verb behind the verb's arguments.
+/// Only for verbs that know the option.
 pub fn with_agent_behind(words: Vec<OsString>) -> Vec<OsString> {
     let verb = verb(&words).min(words.len());
     let (mut ordered, mut agent) = (Vec::new(), Vec::new());
@@ -65,7 +66,8 @@ pub fn with_agent_behind(words: Vec<OsString>) -> Vec<OsString> {
     ordered
 }
 
-/// The words of a stop with its options first, and all others as its reason: it is not refused for one that is not known.
+/// Sorts the words of a stop: options first, all others as its reason.
+/// So a stop is not refused for an unknown option.
 pub fn of_stop(words: Vec<OsString>) -> Vec<OsString> {
     let verb = verb(&words);
     if words.get(verb).is_none_or(|word| word != "stop") {
@@ -95,7 +97,8 @@ pub fn of_stop(words: Vec<OsString>) -> Vec<OsString> {
     options
 }
 
-/// Refuses an option before the verb that is none there, and says which one was meant: one of those, or one of the verb.
+/// Refuses an unknown option before the verb, and suggests the one meant.
+/// It is one of those that may be there, or one of the verb.
 pub fn check_leading(words: &[OsString], command: &Command) -> Result<(), Failure> {
     let Some((option, behind)) = words.get(verb(words)..).and_then(<[OsString]>::split_first) else {
         return Ok(());
@@ -119,7 +122,7 @@ pub fn check_leading(words: &[OsString], command: &Command) -> Result<(), Failur
     Err(Failure::Leading { option: option.to_owned(), near, verb })
 }
 
-/// A word that can be shown.
+/// Returns a word that is safe to print.
 fn said(word: &OsString) -> OsString {
     word.to_string_lossy().into_owned().into()
 }

@@ -10,31 +10,33 @@ use crate::Played;
 use crate::RemotePath;
 use crate::setup::{Describe, describe};
 
-/// The plugins that are loaded, and kinds of modules whose plugin is known but not loaded.
+/// Loaded plugins, dormant kinds of modules, and capabilities of the host.
+/// A kind is dormant when its plugin is known but not loaded.
 #[derive(Clone, Debug)]
 pub struct Catalogue {
-    /// In the order of loading.
+    /// Plugins in the order of loading.
     pub plugins: Vec<Plugin>,
     /// Kinds by name, with the plugin that brings them.
     pub dormant: BTreeMap<String, String>,
-    /// The properties of other agents that are on the board, by what links name.
+    /// Mirrored properties of other agents, by the paths that links name.
     pub remote: BTreeMap<RemotePath, RemoteProperty>,
     /// Properties that are played from a recording.
     pub played: Arc<[Played]>,
-    /// Whether links may lead to other agents.
+    /// Support for links to other agents.
     pub shares: bool,
     /// Carriers of their values; any carrier when this is empty.
     pub carriers: BTreeSet<String>,
-    /// Whether they can be compressed as JPEG.
+    /// Support for JPEG compression of these values.
     pub has_jpeg: bool,
-    /// The services that the host has.
+    /// Services of the host.
     pub services: Vec<&'static Descriptor>,
-    /// Asks a kind for its ports and parameters.
+    /// Function that asks a kind for its ports and parameters.
     pub describe: Describe,
 }
 
 impl Default for Catalogue {
-    /// Empty; kinds describe themselves in the calling thread.
+    /// Creates an empty catalogue.
+    /// Kinds describe themselves in the calling thread.
     fn default() -> Self {
         Self {
             plugins: Vec::new(),
@@ -50,46 +52,47 @@ impl Default for Catalogue {
     }
 }
 
-/// A property of another agent, as it is on the board.
+/// Mirror of another agent's property on the board.
 #[derive(Clone, Debug)]
 pub struct RemoteProperty {
-    /// Its path in the other agent.
+    /// Path in the other agent.
     pub path: String,
-    /// Its interface.
+    /// Interface of the property.
     pub descriptor: &'static Descriptor,
     /// Part of the architecture that writes it, such as `monitor`; empty for none.
     pub part: String,
-    /// Number of the time that it was put on the board.
+    /// Number of the mirror: how many times the property was put on the board.
     pub epoch: u64,
 }
 
 impl Catalogue {
-    /// All kinds that can be used.
+    /// Returns all available kinds.
     pub fn kinds(&self) -> impl Iterator<Item = &ModuleKind> + Clone {
         self.plugins.iter().flat_map(Plugin::kinds)
     }
 
-    /// The kind of that name.
+    /// Returns the kind with that name.
     pub fn kind(&self, name: &str) -> Option<&ModuleKind> {
         self.kinds().find(|kind| kind.name() == name)
     }
 
-    /// Whether the kind is known, but its plugin is not loaded.
+    /// Returns whether the kind is dormant: known, but its plugin is not loaded.
     pub fn is_dormant(&self, kind: &str) -> bool {
         self.dormant.contains_key(kind) && self.kind(kind).is_none()
     }
 
-    /// The plugin of that name.
+    /// Returns the plugin with that name.
     pub fn plugin(&self, name: &str) -> Option<&Plugin> {
         self.plugins.iter().find(|plugin| plugin.name() == name)
     }
 
-    /// The plugin that brings a kind.
+    /// Returns the plugin that brings a kind.
     pub fn plugin_of(&self, kind: &ModuleKind) -> Option<&Plugin> {
         self.plugins.iter().find(|plugin| plugin.kinds().iter().any(|own| own.is(kind)))
     }
 
-    /// All plugins, a line each: name, version, and whether it is loaded, with tabs between.
+    /// Lists all plugins, one per line, as tab-separated columns.
+    /// The columns are the name, the version, and 1 if the plugin is loaded, else 0.
     pub fn list(&self) -> String {
         let loaded =
             self.plugins.iter().map(|plugin| format!("{}\t{}\t1\n", plugin.name(), plugin.version_text()));

@@ -5,24 +5,26 @@ use std::collections::BTreeSet;
 use slate_blackboard::nearest_paths;
 use slate_configuration::{Configuration, Diagnostic, Message, Span};
 
-/// Collects complaints.
+/// Collector of diagnostics.
 pub struct Complaints<'a> {
     configuration: &'a Configuration,
-    /// Ports with several possible links, of which nothing else is said.
+    /// Ports with several possible links and no other diagnostic.
     pub undecided: BTreeSet<String>,
     /// The diagnostics so far.
     pub diagnostics: Vec<Diagnostic>,
-    /// Those of settings that parameters follow: the module that the setting is of may complain, too.
+    /// Deferred diagnostics at settings that parameters follow.
+    /// The module that owns the setting may report the same mistake.
     of_followers: Vec<Diagnostic>,
 }
 
 impl<'a> Complaints<'a> {
-    /// Without diagnostics.
+    /// Creates a collector without diagnostics.
     pub fn new(configuration: &'a Configuration) -> Self {
         Self { configuration, undecided: BTreeSet::new(), diagnostics: Vec::new(), of_followers: Vec::new() }
     }
 
-    /// Sets the diagnostics from an index on aside that are at settings which parameters follow.
+    /// Defers the diagnostics from index `from` on that are at the given settings.
+    /// Parameters follow these settings.
     pub fn set_followers_aside(&mut self, from: usize, settings: impl Iterator<Item = Span>) {
         let settings: Vec<_> = settings.map(|span| self.configuration.diagnostic(span, "", None)).collect();
         let is_at_setting = |one: &Diagnostic| settings.iter().any(|setting| one.is_at_place_of(setting));
@@ -31,7 +33,8 @@ impl<'a> Complaints<'a> {
         self.of_followers.extend::<Vec<_>>(aside);
     }
 
-    /// Adds those that were set aside, but for places that have one already: one mistake has one diagnostic.
+    /// Adds the deferred diagnostics, except at places that already have one.
+    /// One mistake has one diagnostic.
     pub fn add_followers(&mut self) {
         for one in std::mem::take(&mut self.of_followers) {
             if !self.diagnostics.iter().any(|other| other.is_at_place_of(&one)) {
@@ -46,7 +49,8 @@ impl<'a> Complaints<'a> {
         self.diagnostics.push(self.configuration.diagnostic(span, message, Some(help)));
     }
 
-    /// A place in words, such as `line 12` of the same file, or `robot.toml:12`.
+    /// Returns a place in words, such as `line 12` or `robot.toml:12`.
+    /// Without a name it is a line of the same file.
     pub fn place(&self, span: Span) -> String {
         let diagnostic = self.configuration.diagnostic(span, "", None);
         match (diagnostic.source_name(), diagnostic.line()) {
@@ -57,13 +61,13 @@ impl<'a> Complaints<'a> {
         }
     }
 
-    /// Adds one whose message says what to do.
+    /// Adds a diagnostic whose message contains the advice.
     pub fn add_plain(&mut self, span: Span, message: impl Into<Message>) {
         self.diagnostics.push(self.configuration.diagnostic(span, message, None));
     }
 }
 
-/// Words for "did you mean".
+/// Returns a "did you mean" hint for a name, or the list of all names.
 pub(crate) fn suggest<'n>(name: &str, names: impl Iterator<Item = &'n str> + Clone) -> String {
     // A module's name may be the beginning of what was named.
     let near = nearest_paths(name, '/', names.clone());

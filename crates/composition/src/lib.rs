@@ -1,7 +1,8 @@
-//! Checks a configuration against a catalogue of kinds: a composition, or a report of all that is wrong.
+//! Validation of a configuration against a catalogue of kinds.
+//! The result is a composition, or a report of all mistakes.
 //!
-//! It creates no thread, no property and no agent: [`check`] works without one, and an agent creates what a [`Survey`]
-//! lists.
+//! It creates no thread, no property and no agent: [`check`] works without an agent, which then creates the items of a
+//! [`Survey`].
 
 mod catalogue;
 mod complaints;
@@ -27,7 +28,8 @@ pub use survey::{
 };
 pub use wired::{Wired, sends};
 
-/// Checks a configuration against the kinds of a catalogue; [`Wired`] adds the links that need not be written.
+/// Checks a configuration against the kinds of a catalogue.
+/// [`Wired`] adds the inferred links.
 ///
 /// # Errors
 /// All that is wrong.

@@ -1,4 +1,4 @@
-//! Interfaces of an agent's own properties: states of modules, the loop and the log.
+//! Interfaces of an agent's own properties: module state, main loop and log.
 
 use slate_module::{Text, interface};
 
@@ -14,7 +14,8 @@ pub struct ModuleState {
     pub panics: u64,
     /// The condition.
     pub condition: ModuleCondition,
-    /// The port that it waits for while it is `WAITING`: a required input without a value, or a service.
+    /// Port that a module in the state `WAITING` waits for.
+    /// It is a required input without a value, or a service.
     pub waiting_for: PortName,
 }
 
@@ -23,19 +24,19 @@ pub struct ModuleState {
 pub enum ModuleCondition {
     /// Not enabled.
     Inactive,
-    /// As intended.
+    /// Normal operation.
     Working,
-    /// With less than it wants.
+    /// Operation with less than the module needs.
     Degraded,
-    /// Its last tick failed.
+    /// Failure of the last tick.
     Failed,
-    /// Its tick has not returned in time.
+    /// Tick that has not returned in time.
     Late,
-    /// It panicked too often, or could not be created again.
+    /// Too many panics, or failed re-creation.
     Faulted,
-    /// Its plugin is not loaded.
+    /// Plugin not loaded.
     Unloaded,
-    /// A required input has no value yet, or a service that it needs is not provided.
+    /// Required input without a value, or missing service.
     Waiting,
 }
 
@@ -47,19 +48,19 @@ impl ModuleCondition {
     }
 }
 
-/// Durations of a module's ticks: `/module/timing`, ten times a second of the agent's time. Measured on the wall clock,
-/// so they differ from run to run.
+/// Tick durations of a module: `/module/timing`, published at 10 Hz of agent time.
+/// Measured on the wall clock, so they differ from run to run.
 #[interface]
 pub struct ModuleTiming {
     /// Ticks made.
     pub ticks: u64,
-    /// From the last tick but one to the last, of the agent's time.
+    /// Time between the last two ticks, in agent time.
     #[unit("ns")]
     pub period: u64,
     /// The longest of the last ticks.
     #[unit("ns")]
     pub duration: u64,
-    /// The greatest difference of neighbouring periods in the last ticks, of the agent's time.
+    /// Largest difference of successive periods in the last ticks, in agent time.
     #[unit("ns")]
     pub jitter: u64,
     /// Ticks that took longer than the deadline.
@@ -92,19 +93,20 @@ pub struct TimingHistogram {
     pub max: u64,
 }
 
-/// The state of the main loop: `/loop/state`. Durations are those of cycles that were timed, on the wall clock.
+/// State of the main loop: `/loop/state`.
+/// Durations are those of timed cycles, on the wall clock.
 #[interface]
 pub struct LoopState {
     /// Cycles begun.
     pub cycles: u64,
     /// Cycles skipped because an earlier one took too long.
     pub overruns: u64,
-    /// Times of the time source that were refused, as they went back.
+    /// Times of the time source that were rejected because they went backwards.
     pub refused_times: u64,
-    /// The last cycle, without the wait for the next.
+    /// Duration of the last cycle, without the wait for the next.
     #[unit("ns")]
     pub last: u64,
-    /// The longest cycle.
+    /// Longest duration of a cycle.
     #[unit("ns")]
     pub longest: u64,
 }

@@ -1,4 +1,4 @@
-//! From configuration's values to the bytes of an interface.
+//! Conversion of configuration values to the bytes of an interface.
 
 use slate_blackboard::interface::{self, Descriptor, Interface, edit};
 use slate_module::{Bool, Description};
@@ -6,19 +6,19 @@ use slate_module::{Bool, Description};
 use crate::complaints::Complaints;
 use slate_configuration::{Configuration, Mistake, Module, Spanned, Table, Value};
 
-/// Whether a module runs.
+/// Switch of a module.
 #[slate_module::interface]
 pub struct Enabled {
-    /// Whether it runs.
+    /// State of the switch; true if the module runs.
     pub value: Bool,
 }
 
-/// The interface of `enabled`.
+/// Returns the interface of `enabled`.
 pub fn enabled_descriptor() -> &'static Descriptor {
     Enabled::DESCRIPTOR
 }
 
-/// A whole value of an interface; fields that are left out are zero.
+/// Returns a complete value of an interface; omitted fields are zero.
 pub fn value_bytes(
     descriptor: &'static Descriptor,
     value: &Spanned<Value>,
@@ -54,10 +54,11 @@ fn fields(descriptor: &Descriptor) -> String {
     format!("{{ {} }}", fields.join(", "))
 }
 
-/// A parameter, and the setting that it follows.
+/// Parameter, and the setting that it follows.
 pub type FollowedSetting<'a> = (String, &'a Spanned<Value>);
 
-/// The values of settings that parameters of a module follow, by parameter, where the configuration gives them none.
+/// Returns the settings that a module's parameters follow, by parameter.
+/// Parameters that the configuration sets are left out.
 pub fn followed<'a>(
     configuration: &'a Configuration,
     module: &Module,
@@ -75,7 +76,8 @@ pub fn followed<'a>(
     followed.collect()
 }
 
-/// The parameters of a module: its defaults, what they follow, and what configuration says.
+/// Returns the parameters of a module as bytes of their interface.
+/// Precedence, lowest first: defaults, followed settings, the module's own configuration.
 pub fn bytes(
     description: &Description,
     table: &Table,

@@ -1,6 +1,6 @@
 use slate_configuration::TEAM;
 
-/// A property of another agent, or a field of one, or a mailbox, as a link names it.
+/// Path of a property, a field or a mailbox of another agent, as a link names it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RemotePath {
     /// The other agent.
@@ -10,8 +10,8 @@ pub struct RemotePath {
 }
 
 impl RemotePath {
-    /// The path on this agent's board of what stands for it: `team/TOPIC` for what the team knows, and
-    /// `agents/AGENT/PROPERTY` for all else.
+    /// Returns the path of the local mirror on this agent's board.
+    /// It is `team/TOPIC` for the team's knowledge, and `agents/AGENT/PROPERTY` for everything else.
     pub fn place(&self) -> String {
         if self.agent == TEAM {
             return format!("{TEAM}/{}", self.path);

@@ -6,7 +6,7 @@ use std::time::Duration;
 use slate_blackboard::interface::Value;
 use slate_module::{Description, ModuleKind, Refusal, Setup};
 
-/// The setup of a module, kept for when it is created again.
+/// Setup of a module, kept for its re-creation.
 #[derive(Clone, Debug)]
 pub struct OwnSetup {
     /// The module's name.
@@ -15,14 +15,14 @@ pub struct OwnSetup {
     pub seed: u64,
     /// The period of the loop, nanoseconds.
     pub period: u64,
-    /// The section of the configuration that its kind asks for.
+    /// Section of the configuration that its kind requests.
     pub section: Option<Value>,
-    /// Its parameters, for the description of its hardware; none else.
+    /// Parameters, only for a description of hardware.
     pub params: Option<Vec<u8>>,
 }
 
 impl OwnSetup {
-    /// Lends it in the form that modules take.
+    /// Passes the setup to `work` in the form that modules take.
     pub fn with<R>(&self, work: impl FnOnce(&Setup<'_>) -> R) -> R {
         let (seed, period) = (self.seed, self.period);
         let (section, params) = (self.section.as_ref(), self.params.as_deref());

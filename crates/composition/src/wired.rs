@@ -1,4 +1,4 @@
-//! A configuration with the links that need not be written, and what it comes to.
+//! Configuration with inferred links, and its checked composition.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -11,12 +11,12 @@ use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
 use crate::survey::{Inferred, LinkKeeping, Survey, Surveyed, infer, needs, survey};
 
-/// A configuration with the links that types and roles leave no choice of.
+/// Configuration with the links that types and roles determine uniquely.
 pub struct Wired {
     configuration: Arc<Configuration>,
     /// Ambiguous links.
     ambiguous: Vec<Diagnostic>,
-    /// Their ports.
+    /// Ports of the ambiguous links.
     undecided: BTreeSet<String>,
 }
 
@@ -26,8 +26,8 @@ impl Wired {
         Self::keeping(configuration, catalogue, &LinkKeeping { stays, before: None })
     }
 
-    /// Finds the links of ports of which nothing is said any more, unlike in the configuration `before`. All others remain as
-    /// they are.
+    /// Infers links for ports that `before` configures and `configuration` does not.
+    /// All other links remain unchanged.
     pub fn after(configuration: &Configuration, before: &Configuration, catalogue: &Catalogue) -> Self {
         Self::keeping(configuration, catalogue, &LinkKeeping { stays: &|_| true, before: Some(before) })
     }
@@ -38,24 +38,24 @@ impl Wired {
         Self { configuration: Arc::new(configuration), ambiguous: complaints.diagnostics, undecided }
     }
 
-    /// Links that have several possible sources or inboxes.
+    /// Returns the diagnostics of links with several possible sources or inboxes.
     pub fn ambiguous(&self) -> &[Diagnostic] {
         &self.ambiguous
     }
 
-    /// The configuration with those links.
+    /// Returns the configuration with the inferred links.
     pub fn configuration(&self) -> &Arc<Configuration> {
         &self.configuration
     }
 
-    /// Complaints about the configuration, beside those about ambiguous links.
+    /// Returns the complaints about the configuration, without ambiguous links.
     pub fn complaints(&self) -> Complaints<'_> {
         let mut complaints = Complaints::new(&self.configuration);
         complaints.undecided.clone_from(&self.undecided);
         complaints
     }
 
-    /// The checked composition.
+    /// Checks the configuration; returns the composition.
     ///
     /// # Errors
     /// Everything that does not fit or is ambiguous.
@@ -68,8 +68,8 @@ impl Wired {
 }
 
 impl Survey<'_> {
-    /// The stages of the main loop, each with its modules in their order, of an agent that runs all modules on the loop
-    /// but for those in processes of their own that have their own time.
+    /// Returns the stages of the main loop, each with its modules in execution order.
+    /// The agent runs all modules on the loop, except isolated modules with their own time.
     pub fn stages(&self, configuration: &Configuration) -> Vec<(String, Vec<String>)> {
         let lockstep = configuration.time_source().is_some();
         let is_on_loop = |surveyed: &&Surveyed<'_>| {
@@ -87,14 +87,16 @@ impl Survey<'_> {
         stages.collect()
     }
 
-    /// Whether messages go over the link between those two paths, from an outbox to an inbox.
+    /// Returns whether the link from `from` to `to` carries messages.
+    /// It then leads from an outbox to an inbox.
     pub fn sends(&self, to: &str, from: &str) -> bool {
         let modules = || self.modules.iter().map(|own| (own.module.name.value.as_str(), &own.description));
         sends(modules, to, from)
     }
 }
 
-/// Whether messages go over the link between those two paths of these modules, from an outbox to an inbox.
+/// Returns whether the link between these paths of given modules carries messages.
+/// It then leads from an outbox to an inbox.
 pub fn sends<'d, M>(modules: impl Fn() -> M, to: &str, from: &str) -> bool
 where
     M: Iterator<Item = (&'d str, &'d Description)>,

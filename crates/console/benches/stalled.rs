@@ -1,5 +1,6 @@
-//! What clients cost that stop reading: an agent offers 100 MB/s of images to somebody who reads them, to somebody who has
-//! stopped, and to nobody, in turn. Says how long the writer's ticks take and how late cycles begin, in the same run.
+//! Benchmark of stalled clients: their cost to the agent.
+//! An agent offers 100 MB/s of images to a reading client, to a client that has stopped reading, and to none, in turn.
+//! Prints how long the writer's ticks take and how late cycles begin, in the same run.
 //!
 //! `cargo bench -p slate-console --bench stalled`
 #![allow(clippy::disallowed_methods, reason = "a bench measures real time")]
@@ -21,16 +22,17 @@ use slate_runtime::{Agent, Control, Options};
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::{Message, WebSocket, client};
 
-/// Of the main loop; an image comes with every fifth cycle.
+/// Period of the main loop; an image comes with every fifth cycle.
 const PERIOD: Duration = Duration::from_millis(2);
 const EVERY: u64 = 5;
 /// Bytes of an image: 100 a second are 100 MB/s.
 const SIZE: usize = 1_000_000;
-/// Less than a client may read nothing before it is dropped.
+/// Duration of a phase.
+/// It is shorter than the timeout of a client that reads nothing.
 const PHASE: Duration = Duration::from_secs(4);
 const ROUNDS: usize = 6;
 
-/// How long ticks took, and how late cycles ended, nanoseconds.
+/// Durations of ticks and delays of cycle ends, ns.
 static TICKS: Mutex<Vec<u64>> = Mutex::new(Vec::new());
 static LATE: Mutex<Vec<u64>> = Mutex::new(Vec::new());
 

@@ -1,5 +1,5 @@
-//! Who may ask, and from where. A browser shows pages of anybody, so a request that comes from this computer says nothing of
-//! who is behind it.
+//! Access control: origin, host and token of a request.
+//! A browser shows pages from anywhere, so a request from this computer proves nothing about its author.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -13,16 +13,18 @@ use slate_control::Problem;
 use slate_control::Query;
 use slate_control::Role;
 
-/// How a token is said among the subprotocols of a WebSocket, as a browser can set no other header.
+/// Prefix of a token among a WebSocket's subprotocols.
+/// A browser can set no other header.
 pub(crate) const TOKEN_PROTOCOL: &str = "slate.token.";
 
-/// Wrong tokens a second that are answered; beyond them nobody is told more than to wait.
+/// Rate of wrong tokens that are answered, Hz.
+/// Beyond it, callers are only told to wait.
 const FAILURES: f64 = 5.0;
 
-/// Requests a second, for all who ask together.
+/// Rate of requests of all callers together, Hz.
 const REQUESTS: f64 = 500.0;
 
-/// What is known of who may ask.
+/// State of access control: tokens, origins and rates.
 pub(crate) struct Guard {
     tokens: Tokens,
     /// Names and addresses with the port, as `Host` has them.
@@ -35,6 +37,7 @@ pub(crate) struct Guard {
 }
 
 impl Guard {
+    /// Creates the guard.
     /// `hosts` are names and addresses, each with the port.
     pub fn new(tokens: Tokens, scheme: &str, hosts: Vec<String>, listed: Vec<String>) -> Self {
         let hosts: Vec<_> = hosts.into_iter().map(|host| host.to_ascii_lowercase()).collect();
@@ -43,7 +46,8 @@ impl Guard {
         Self { tokens, hosts, own, listed, failures: Bucket::new(FAILURES), requests: Bucket::new(REQUESTS) }
     }
 
-    /// Whether a request means this agent, and comes from no foreign page. Pages that are listed may open WebSockets.
+    /// Checks that a request is meant for this agent and from no foreign page.
+    /// Listed pages may open WebSockets.
     pub fn check_place(&self, uri: &Uri, headers: &HeaderMap, is_socket: bool) -> Result<(), Problem> {
         let text = |value: &hyper::header::HeaderValue| value.to_str().unwrap_or("?").to_ascii_lowercase();
         let hosts: Vec<_> = headers.get_all(HOST).iter().map(text).collect();
@@ -75,7 +79,8 @@ impl Guard {
         }
     }
 
-    /// The role of who asks. A browser can set no header for images and WebSockets, so these have the token elsewhere.
+    /// Returns the role of a caller.
+    /// A browser can set no header for images and WebSockets, so these have the token elsewhere.
     pub fn role(&self, method: &Method, headers: &HeaderMap, query: &mut Query) -> Result<Role, Problem> {
         let in_query = query.take("token").filter(|_| *method == Method::GET);
         let bearer = headers.get(AUTHORIZATION).and_then(|value| value.to_str().ok());
@@ -99,7 +104,7 @@ impl Guard {
         Err(Problem::new(StatusCode::UNAUTHORIZED, message, help).with("www-authenticate", "Bearer"))
     }
 
-    /// Whether there may be one more request now.
+    /// Checks that the request rate permits one more request.
     pub fn check_rate(&self) -> Result<(), Problem> {
         if self.requests.takes() {
             return Ok(());
@@ -110,13 +115,13 @@ impl Guard {
     }
 }
 
-/// The subprotocols that a WebSocket offers.
+/// Returns the subprotocols that a WebSocket offers.
 pub(crate) fn protocols(headers: &HeaderMap) -> Vec<String> {
     let texts = headers.get_all(SEC_WEBSOCKET_PROTOCOL).iter().filter_map(|value| value.to_str().ok());
     texts.flat_map(|text| text.split(',').map(|protocol| protocol.trim().to_owned())).collect()
 }
 
-/// So many a second, and twice as many at once.
+/// Token bucket with a rate per second and a burst of twice that.
 pub(crate) struct Bucket {
     rate: f64,
     level: Mutex<(f64, Option<Instant>)>,

@@ -1,5 +1,6 @@
-//! What an agent shows and takes over HTTP: every property at its URL, live streams, teleoperation, an endpoint for Foxglove,
-//! and a page for browsers (`web/`), all on one port.
+//! Console of an agent over HTTP, on one port.
+//! It has every property at its URL, live streams, teleoperation, an endpoint for Foxglove, and a page for browsers
+//! (`web/`).
 //!
 //! A [`Console`] runs on a thread of its own with a low priority. It serves the operations of [`slate_control`], and looks at
 //! values as tools do: no module ever waits for it. Whoever asks
@@ -28,5 +29,5 @@ pub use server::{Console, StartError};
 pub use settings::Settings;
 pub use slate_control::{Document, Page, Role};
 
-/// The name of its table at the top of a configuration.
+/// Name of its table at the top of a configuration.
 pub const TABLE: &str = "console";

@@ -1,4 +1,5 @@
-//! The files of the console's page. A browser gets them without a token: they hold no secret, and ask for what they show with one.
+//! Files of the console's page.
+//! A browser gets them without a token: they hold no secret, and send a token with each request for data.
 
 use std::fs;
 use std::io::Write;
@@ -12,23 +13,23 @@ use serde_json::json;
 use slate_control::Page;
 use slate_control::operations::{PROJECT, is_plain};
 
-/// The files that are built in, by their paths.
+/// Files that are built in, by their paths.
 const BUILT_IN: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/pages.rs"));
 
-/// What stands before the paths of a project's own files.
+/// Path prefix of a project's own files.
 const OWN: &str = "/project/";
 
-/// The largest file of a project or of `console.assets`, bytes.
+/// Maximum size of a file of a project or of `console.assets`, bytes.
 const LARGEST: u64 = 8 << 20;
 
-/// Where pages come from.
+/// Sources of the page's files.
 pub(crate) struct Pages {
-    /// Those that the program brought.
+    /// Pages that the program adds.
     given: Vec<Page>,
-    /// Instead of what is built in.
+    /// Folder that replaces the built-in files.
     assets: Option<PathBuf>,
     project: PathBuf,
-    /// The files that are built in, made smaller when somebody asks for them first.
+    /// Built-in files with gzip, each compressed at its first request.
     small: Vec<OnceLock<Vec<u8>>>,
 }
 
@@ -38,7 +39,7 @@ impl Pages {
         Self { given, assets, project: PROJECT.into(), small }
     }
 
-    /// The page at a path.
+    /// Returns the page at a path.
     pub fn find(&self, path: &str) -> Option<Page> {
         if let Some(page) = self.given.iter().find(|page| page.path == path) {
             return Some(page.clone());
@@ -59,7 +60,7 @@ impl Pages {
         Some(Page { path: path.into(), kind: kind.into(), content })
     }
 
-    /// The same page with gzip, if that is one of those which are built in and gets smaller by it.
+    /// Returns a built-in page with gzip, if that makes it smaller.
     pub fn smaller(&self, page: &Page) -> Option<Vec<u8>> {
         let place =
             BUILT_IN.iter().position(|(path, content)| *path == page.path && *content == page.content)?;
@@ -71,7 +72,8 @@ impl Pages {
         (!small.is_empty() && small.len() < page.content.len()).then(|| small.clone())
     }
 
-    /// The panels: those of the page, and behind them those of the project, which replace others of the same name.
+    /// Returns the panels of the page, then those of the project.
+    /// The latter replace panels of the same name.
     fn panels(&self) -> Vec<String> {
         let mut panels: Vec<String> = match &self.assets {
             Some(assets) => scripts(&assets.join("panels"), "/panels/"),
@@ -85,7 +87,7 @@ impl Pages {
     }
 }
 
-/// The scripts in a folder, in the order of their names; none when it can't be read.
+/// Returns the scripts in a folder, sorted by name; none if it can't be read.
 fn scripts(folder: &Path, prefix: &str) -> Vec<String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
@@ -97,7 +99,7 @@ fn scripts(folder: &Path, prefix: &str) -> Vec<String> {
     scripts
 }
 
-/// A file in a folder and nowhere else.
+/// Reads a file in a folder and nowhere else.
 fn read(folder: &Path, path: &str) -> Option<Vec<u8>> {
     if !path.split('/').all(is_plain) {
         return None;

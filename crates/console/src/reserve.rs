@@ -1,4 +1,4 @@
-//! A connection by the descriptor in reserve.
+//! Connection by the descriptor in reserve.
 
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -6,10 +6,12 @@ use std::time::Duration;
 use slate_control::DescriptorReserve;
 use tokio::net::{TcpListener, TcpStream};
 
-/// How long a connection may last that has the reserve. A stop takes some milliseconds.
+/// Maximum duration of a connection that uses the reserve.
+/// A stop takes some milliseconds.
 pub(crate) const BRIEF: Duration = Duration::from_secs(1);
 
-/// Accepts the next connection with the reserve; nothing without one, or when nobody waits.
+/// Accepts the next connection with the reserve.
+/// `None` without a reserve, or if no connection is pending.
 pub(crate) async fn accept_with(
     reserve: &mut DescriptorReserve,
     listener: &TcpListener,

@@ -1,4 +1,4 @@
-//! The thread of the console: it listens, lets in whom it may, and answers.
+//! Thread of the console, which listens, admits connections and answers.
 
 mod listen;
 mod respond;
@@ -31,55 +31,56 @@ use crate::settings::Settings;
 use crate::token::{TokenFile, Tokens};
 use secure::Tls;
 
-/// How long a request may take to come.
+/// Timeout for the arrival of a request.
 const REQUEST: Duration = Duration::from_secs(10);
 
-/// The longest head of a request, bytes; hyper reads bodies in pieces of this size too.
+/// Maximum size of a request's head, bytes.
+/// hyper also reads bodies in pieces of this size.
 const HEAD: usize = 16 << 10;
 
-/// How many headers one may have.
+/// Maximum number of headers in a request.
 const HEADERS: usize = 64;
 
-/// How many requests are worked on at once; a stop needs none of these places.
+/// Maximum number of concurrent requests; a stop needs none of these permits.
 const WORKING: usize = 12;
 
-/// Threads for what may take long, of which some are kept for stops.
+/// Number of threads for slow work, some of which are kept for stops.
 const THREADS: usize = WORKING + 4;
 
-/// Why an agent is not reached over HTTP.
+/// Reason why an agent's console can't start.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum StartError {
-    /// It can't listen there.
+    /// Failure to listen at the address.
     #[error("the console can't listen at {address}: {reason}")]
     #[diagnostic(help("name another `console.port`, or 0 for any that is free"))]
     Listen {
-        /// Where.
+        /// Address.
         address: SocketAddr,
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// A file with a token, a certificate or a key is not as it should be.
+    /// Invalid file with a token, a certificate or a key.
     #[error("the console can't use {}: {reason}", printable(path))]
     #[diagnostic(help("see `tokens`, `certificate` and `key` in [console]"))]
     File {
-        /// The file.
+        /// File.
         path: std::path::PathBuf,
-        /// Why.
+        /// Reason.
         reason: String,
     },
     /// Others would reach it, and nothing protects it.
     #[error("others reach {address}, and the console has no TLS or no tokens")]
     #[diagnostic(help("give `certificate`, `key` and `tokens`, or listen at this computer alone"))]
     Exposed {
-        /// Where.
+        /// Address.
         address: SocketAddr,
     },
-    /// It has no secrets, no thread, or nowhere to say its secrets.
+    /// System error: no secrets, no thread, or no place for the secrets.
     #[error("the console can't begin: {0}")]
     System(#[from] std::io::Error),
 }
 
-/// An agent that is reached over HTTP as long as this lives.
+/// Console of an agent over HTTP, as long as this value lives.
 pub struct Console {
     addresses: Vec<SocketAddr>,
     link: String,
@@ -95,7 +96,7 @@ impl std::fmt::Debug for Console {
     }
 }
 
-/// What connections share.
+/// State shared by all connections.
 pub(crate) struct ConsoleHost {
     pub dispatcher: Arc<Dispatcher>,
     pub guard: Guard,
@@ -114,8 +115,8 @@ impl Console {
         Self::start_on(Arc::new(surface), settings, Vec::new())
     }
 
-    /// As [`start`](Console::start), on a control surface that others may serve too, with more files that a browser gets
-    /// without a token, beside the console's page.
+    /// Starts on a control surface that may be served elsewhere too.
+    /// As [`start`](Console::start), with more files that a browser gets without a token, beside the console's page.
     ///
     /// # Errors
     /// As [`start`](Console::start).
@@ -193,22 +194,24 @@ impl Console {
         Ok(Self { addresses, link, file, guests, end, thread: Some(thread) })
     }
 
-    /// Where it listens.
+    /// Returns the addresses on which it listens.
     pub fn addresses(&self) -> &[SocketAddr] {
         &self.addresses
     }
 
-    /// What a browser opens: the address, and behind `#` the secret of the highest role, which browsers keep to themselves.
+    /// Returns the URL for a browser: the address with the secret behind `#`.
+    /// The secret is that of the highest role; browsers keep the part behind `#` to themselves.
     pub fn link(&self) -> &str {
         &self.link
     }
 
-    /// How many browsers show the page.
+    /// Returns the number of browsers that show the page.
     pub fn browsers(&self) -> usize {
         self.guests.pages()
     }
 
-    /// The file with the address and the secrets of all roles, which its owner alone can read.
+    /// Returns the file with the address and the secrets of all roles.
+    /// Only its owner can read it.
     pub fn token_file(&self) -> &Path {
         self.file.path()
     }
@@ -273,7 +276,7 @@ async fn receive(listener: TcpListener, tls: Option<Tls>, host: Arc<ConsoleHost>
     }
 }
 
-/// Speaks with who has connected, until they end it or have to leave.
+/// Serves a connection until it ends or has to leave.
 async fn greet(
     stream: TcpStream,
     from: SocketAddr,

@@ -1,4 +1,4 @@
-//! The table `[console]` of a configuration.
+//! Table `[console]` of a configuration.
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
@@ -11,7 +11,7 @@ use slate_runtime::printable;
 
 use crate::{Role, TABLE};
 
-/// How an agent is reached over HTTP.
+/// Settings of an agent's console over HTTP.
 ///
 /// ```
 /// use slate_console::Settings;
@@ -26,28 +26,29 @@ use crate::{Role, TABLE};
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
-    /// Whether there is a console; nothing when the configuration does not say.
+    /// Console switch; `None` if the configuration does not set it.
     pub enabled: Option<bool>,
-    /// The port; 0 is any that is free, and without one it is 7878 or any that is free.
+    /// Port; 0 for any free one, and without one 7878 or any free one.
     pub port: Option<u16>,
-    /// The addresses that it listens at; those of this computer alone unless said.
+    /// Addresses on which it listens; by default those of this computer alone.
     pub addresses: Vec<IpAddr>,
-    /// Parameters that an operator may set, such as `/r2/knowledge/params/goal_x`; all others are a developer's.
+    /// Parameters that an operator may set, such as `/r2/knowledge/params/goal_x`.
+    /// Only a developer may set all others.
     pub operable: Vec<Pattern>,
-    /// By which names browsers may call it, beside `localhost` and the addresses.
+    /// Host names for browsers, beside `localhost` and the addresses.
     pub names: Vec<String>,
     /// Pages of others that may open WebSockets, such as `https://app.foxglove.dev`.
     pub origins: Vec<String>,
-    /// Files with the secrets of roles; new ones are made when there is none.
+    /// Files with the secrets of roles; without any, new secrets are made.
     pub tokens: BTreeMap<Role, PathBuf>,
     /// Files with the certificate and its key, in PEM.
     pub certificate: Option<(PathBuf, PathBuf)>,
-    /// A folder with the files of the page, instead of those that are built in.
+    /// Folder with the files of the page, instead of those that are built in.
     pub assets: Option<PathBuf>,
 }
 
 impl Default for Settings {
-    /// At this computer alone.
+    /// Returns the settings of a console for this computer only.
     fn default() -> Self {
         Self {
             enabled: None,
@@ -77,7 +78,8 @@ const KNOWN: [&str; 10] = [
 ];
 
 impl Settings {
-    /// What a configuration says in its table `[console]`, which it has to be read with as one of
+    /// Reads the table `[console]` of a configuration.
+    /// The configuration must have been read with it as one of
     /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables).
     ///
     /// # Errors
@@ -172,7 +174,7 @@ impl SettingsReader<'_> {
         texts.into_iter().map(|(origin, _)| origin).collect()
     }
 
-    /// A page is in its folder, and a certificate has its key.
+    /// Checks that a page is in its folder, and that a certificate has its key.
     fn check_files(&mut self, table: &Table, settings: &Settings) {
         if let (Some(assets), Some(value)) = (&settings.assets, table.get("assets"))
             && !assets.join("index.html").is_file()
@@ -189,7 +191,7 @@ impl SettingsReader<'_> {
         }
     }
 
-    /// Who listens to others has to know them, and to be known.
+    /// Checks that an exposed console has both TLS and tokens.
     fn check_exposure(&mut self, table: &Table, settings: &Settings) {
         let Some(value) = table.get("addresses") else { return };
         let Some(open) = settings.addresses.iter().find(|address| !address.is_loopback()) else { return };

@@ -1,4 +1,4 @@
-//! Who asks: a secret for each role.
+//! Tokens: a secret for each role.
 
 use std::collections::BTreeMap;
 use std::fs::{DirBuilder, OpenOptions};
@@ -14,15 +14,15 @@ use slate_control::Role;
 /// Bytes of a secret that is made here.
 const BYTES: usize = 32;
 
-/// The fewest letters of a secret that somebody else made.
+/// Minimum length of a given secret, letters.
 const SHORTEST: usize = 32;
 
-/// The secrets by which roles are known.
+/// Secrets of the roles.
 #[derive(Clone)]
 pub(crate) struct Tokens(BTreeMap<Role, String>);
 
 impl Tokens {
-    /// New ones, that nobody else knows.
+    /// Generates new secrets.
     pub fn generate() -> io::Result<Self> {
         let mut source = std::fs::File::open("/dev/urandom")?;
         let mut token = || {
@@ -33,7 +33,7 @@ impl Tokens {
         Role::ALL.into_iter().map(|role| Ok((role, token()?))).collect::<io::Result<_>>().map(Self)
     }
 
-    /// Those in files, which nobody but their owner may read.
+    /// Reads the secrets in files, which only their owner may read.
     pub fn read(files: &BTreeMap<Role, PathBuf>) -> Result<Self, (PathBuf, String)> {
         let read = |(role, path): (&Role, &PathBuf)| {
             let wrong = |reason: String| (path.clone(), reason);
@@ -59,7 +59,7 @@ impl Tokens {
         Ok(Self(tokens))
     }
 
-    /// The role of a secret. How long this takes says nothing of the secrets.
+    /// Returns the role of a secret, in a time that reveals nothing about the secrets.
     pub fn role(&self, given: &str) -> Option<Role> {
         let mut found = None;
         for (role, token) in &self.0 {
@@ -70,12 +70,13 @@ impl Tokens {
         found
     }
 
-    /// The secret of the highest role.
+    /// Returns the secret of the highest role.
     pub fn highest(&self) -> &str {
         self.0.values().next_back().map_or("", String::as_str)
     }
 
-    /// Writes them where tools of this user find them, with the address for programs and that for browsers.
+    /// Writes the tokens to where tools of this user find them.
+    /// The file also has the address for programs and that for browsers.
     ///
     /// The port is part of the name, as there may be several agents of one name.
     pub fn write(
@@ -107,7 +108,8 @@ impl Tokens {
     }
 }
 
-/// As that of the local sockets: nobody else could have made it or looks into it.
+/// Checks a folder like that of the local sockets.
+/// No other user may have made it or be able to read it.
 fn check_folder(folder: &Path) -> io::Result<()> {
     let metadata = std::fs::symlink_metadata(folder)?;
     let user = rustix::process::geteuid().as_raw();
@@ -119,7 +121,7 @@ fn check_folder(folder: &Path) -> io::Result<()> {
     Err(Error::new(ErrorKind::PermissionDenied, message))
 }
 
-/// Finds out whether nobody but its owner may read a file with a secret.
+/// Checks that only its owner may read a file with a secret.
 pub(crate) fn check_secret(path: &Path) -> Result<(), String> {
     let mode = path.metadata().map_err(|error| error.to_string())?.mode();
     match mode & 0o077 {
@@ -136,7 +138,7 @@ fn is_same(token: &str, given: &str) -> bool {
     difference == 0
 }
 
-/// The file with the secrets; it goes with this.
+/// File with the secrets, removed when this value is dropped.
 #[derive(Debug)]
 pub(crate) struct TokenFile(PathBuf);
 

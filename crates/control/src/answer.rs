@@ -1,4 +1,4 @@
-//! What is sent back.
+//! Answers of operations as HTTP responses.
 
 use std::convert::Infallible;
 use std::fs::File;
@@ -17,41 +17,41 @@ use crate::stream::Follow;
 
 /// Answer of an operation.
 pub enum OperationAnswer {
-    /// JSON, with what its version is called.
+    /// JSON, with its version tag.
     Json(StatusCode, Json, Option<String>),
-    /// Anything, of a kind.
+    /// Bytes of a media type.
     Bytes(&'static str, Vec<u8>),
-    /// So many bytes of a file.
+    /// Beginning of a file: the open file and its length, bytes.
     File(File, u64),
-    /// A stream, which goes on until the client leaves.
+    /// Stream, which continues until the client leaves.
     Follow(Follow),
-    /// Nothing to tell.
+    /// Empty answer.
     Nothing,
 }
 
 impl OperationAnswer {
-    /// JSON with status 200.
+    /// Creates an answer of JSON with status 200.
     pub fn json(value: Json) -> Self {
         Self::Json(StatusCode::OK, value, None)
     }
 
-    /// Plain text.
+    /// Creates an answer of plain text.
     pub fn text(text: String) -> Self {
         Self::Bytes("text/plain; charset=utf-8", text.into_bytes())
     }
 }
 
-/// The body of an answer.
+/// Body of an answer.
 #[derive(Debug)]
 pub enum ResponseBody {
-    /// All of it; nothing when it is empty or was sent.
+    /// Whole content; `None` when it is empty or was sent.
     Whole(Option<Bytes>),
     /// Pieces as they come.
     Stream(mpsc::Receiver<Bytes>),
 }
 
 impl ResponseBody {
-    /// All of it at once.
+    /// Creates a body that is sent as a whole.
     pub fn of(bytes: impl Into<Bytes>) -> Self {
         Self::Whole(Some(bytes.into()).filter(|bytes: &Bytes| !bytes.is_empty()))
     }
@@ -85,7 +85,8 @@ impl HttpBody for ResponseBody {
     }
 }
 
-/// Headers of every answer for browsers: nothing of other origins, in no frame, from no cache.
+/// Security headers of every response to a browser.
+/// They permit no other origins, no embedding in frames and no caching.
 const HEADERS: [(&str, &str); 7] = [
     (
         "content-security-policy",
@@ -100,7 +101,7 @@ const HEADERS: [(&str, &str); 7] = [
     ("x-frame-options", "DENY"),
 ];
 
-/// An answer with the headers that all have.
+/// Creates a response with the common headers.
 pub fn response(status: StatusCode, kind: &str, body: ResponseBody) -> Response<ResponseBody> {
     let mut response = Response::new(body);
     *response.status_mut() = status;
@@ -114,13 +115,13 @@ pub fn response(status: StatusCode, kind: &str, body: ResponseBody) -> Response<
     response
 }
 
-/// An answer of JSON.
+/// Creates a response of JSON.
 pub fn json_response(status: StatusCode, value: &Json) -> Response<ResponseBody> {
     response(status, "application/json", ResponseBody::of(value.to_string()))
 }
 
 impl Problem {
-    /// The answer that tells it.
+    /// Returns the response that reports it.
     pub fn response(&self) -> Response<ResponseBody> {
         let body = ResponseBody::of(self.json().to_string());
         let mut response = response(self.status, "application/problem+json", body);
@@ -136,7 +137,7 @@ impl Problem {
 /// Media type of bytes that are no text and that no browser shows.
 pub const BYTES: &str = "application/octet-stream";
 
-/// As much of a file as is sent at once, bytes.
+/// Size of the chunks in which a file is sent, bytes.
 const PIECE: u64 = 256 << 10;
 
 /// Sends a file, piece by piece.
@@ -157,7 +158,7 @@ async fn send(mut file: File, mut left: u64, sender: mpsc::Sender<Bytes>) {
     }
 }
 
-/// An answer that is whole.
+/// Converts an answer that is sent as a whole.
 pub fn whole(answer: OperationAnswer) -> Response<ResponseBody> {
     match answer {
         OperationAnswer::Json(status, value, version) => {

@@ -8,14 +8,15 @@ use tokio::sync::{Mutex as AsyncMutex, OwnedMutexGuard};
 
 use crate::problem::Problem;
 
-/// How long a change waits for the one before it; less than callers wait for an answer.
+/// Time that a change waits for the previous one.
+/// It is less than callers wait for an answer.
 const TURN: Duration = Duration::from_secs(50);
 
-/// Turns of changes, which may run modules' code: one at a time, whichever way they come.
+/// Lock that serializes changes, which may run modules' code, over all protocols.
 #[derive(Default)]
 pub(crate) struct ChangeTurns {
     turn: Arc<AsyncMutex<()>>,
-    /// The change that is under way.
+    /// Name of the change in progress.
     name: Mutex<&'static str>,
 }
 

@@ -1,4 +1,4 @@
-//! Connections: how many there are, and when one is let go.
+//! Connections: their limit, and which one is closed.
 
 use std::collections::BTreeMap;
 use std::io::{Error, ErrorKind, Result};
@@ -14,26 +14,28 @@ use tokio::time::{Instant, Sleep};
 
 use crate::agent::ToolTrace;
 
-/// How often the end of the traces is looked for.
+/// Period at which the end of the traces is polled.
 const HEAR: Duration = Duration::from_millis(5);
 
-/// How many connections there may be; for one more, the one that has been idle for the longest goes.
+/// Maximum number of connections.
+/// For one more, the connection that has been idle for the longest is closed.
 const MOST: usize = 64;
 
-/// How many more there may be when none of those is idle. They can only stop the actuators; for one more, the oldest goes.
+/// Maximum number of additional connections when none of those is idle.
+/// They can only stop the actuators; for one more, the oldest is closed.
 const MOST_STOPPING: usize = 16;
 
-/// How many of them may be WebSockets.
+/// Maximum number of WebSockets among them.
 pub const MOST_SOCKETS: usize = 24;
 
 /// Time after which a blocked write closes the connection.
 pub const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// The connections of a server.
+/// Connections of a server.
 #[derive(Default)]
 pub struct Connections {
     present: Mutex<(u64, BTreeMap<u64, PresentConnection>)>,
-    /// Whether the agent ends.
+    /// Shutdown flag, set once the agent ends.
     ends: AtomicBool,
 }
 
@@ -44,21 +46,21 @@ impl std::fmt::Debug for Connections {
 }
 
 struct PresentConnection {
-    /// Counts what all of them did, at what this one did last.
+    /// Activity counter of all connections, as of this one's last activity.
     last: u64,
     /// Requests that are being answered.
     busy: usize,
-    /// Whether it can only stop the actuators.
+    /// Restriction to stopping the actuators.
     only_stops: bool,
     is_socket: bool,
-    /// Whether it is the page in a browser.
+    /// Mark of the console's page in a browser.
     is_page: bool,
     leave: Arc<Notify>,
     belongings: Arc<Mutex<Belongings>>,
 }
 
 impl PresentConnection {
-    /// Whether it may be let go for its silence.
+    /// Returns whether the connection may be closed as idle.
     fn is_idle(&self) -> bool {
         let keeps = || self.belongings.lock().unwrap_or_else(PoisonError::into_inner).keep();
         self.busy == 0 && !self.is_socket && !keeps()
@@ -70,7 +72,7 @@ impl PresentConnection {
 struct Belongings {
     trace: ToolTrace,
     leases: Vec<String>,
-    /// The connection is closed; nothing may belong to it any more.
+    /// Closed state, in which nothing may be bound to the connection any more.
     is_closed: bool,
 }
 
@@ -80,11 +82,11 @@ impl Belongings {
     }
 }
 
-/// A connection that is counted as long as this lives.
+/// Connection that is counted as long as this lives.
 pub struct ConnectionSlot {
     guests: Arc<Connections>,
     number: u64,
-    /// Whether all other places are taken, so that it can only stop the actuators.
+    /// Restriction to stopping the actuators, as all regular slots are taken.
     pub only_stops: bool,
     /// Notified when it is to go.
     pub leave: Arc<Notify>,
@@ -102,7 +104,8 @@ impl Connections {
         self.present.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Counts one more. When all places are taken by who is at work, there is one for a stop.
+    /// Admits a connection.
+    /// When all slots are taken by busy connections, it gets one that can only stop the actuators.
     pub fn admit(self: &Arc<Self>) -> ConnectionSlot {
         let mut present = self.present();
         let of = |guests: &BTreeMap<u64, PresentConnection>, stopping: bool| {
@@ -134,13 +137,13 @@ impl Connections {
         dismiss(&mut self.present().1, PresentConnection::is_idle)
     }
 
-    /// How many pages browsers show.
+    /// Returns the number of pages open in browsers.
     pub fn pages(&self) -> usize {
         self.present().1.values().filter(|guest| guest.is_page).count()
     }
 
-    /// Ends the traces of all connections, as the agent ends: first those of callers that ask how theirs goes within `hearing`,
-    /// so that they are told.
+    /// Ends the traces of all connections, as the agent ends.
+    /// Traces of callers that poll their progress within `hearing` end first, so that these callers learn of it.
     pub fn end_traces(&self, hearing: Duration) {
         self.ends.store(true, Ordering::Release);
         let under_way = || -> Vec<Arc<Mutex<Belongings>>> {
@@ -176,7 +179,7 @@ fn dismiss(
 }
 
 impl ConnectionSlot {
-    /// Counts as busy until what is returned is dropped.
+    /// Counts as busy until the returned value is dropped.
     pub fn work(self: &Arc<Self>) -> BusyConnection {
         let mut present = self.guests.present();
         present.0 += 1;
@@ -187,7 +190,8 @@ impl ConnectionSlot {
         BusyConnection(Arc::clone(self))
     }
 
-    /// Counts as a WebSocket from now on, perhaps that of a browser's page; false when there are too many.
+    /// Turns the connection into a WebSocket; false if there are too many.
+    /// `is_page` marks that of a browser's page.
     pub fn becomes_socket(&self, is_page: bool) -> bool {
         let mut present = self.guests.present();
         let sockets = present.1.values().filter(|guest| guest.is_socket).count();
@@ -211,7 +215,7 @@ impl ConnectionSlot {
         act(&mut own.trace)
     }
 
-    /// How many connections of the server record a trace.
+    /// Returns the number of the server's connections that record a trace.
     pub(crate) fn traces(&self) -> usize {
         let own: Vec<_> =
             self.guests.present().1.values().map(|guest| Arc::clone(&guest.belongings)).collect();
@@ -220,7 +224,8 @@ impl ConnectionSlot {
             .count()
     }
 
-    /// Binds a lease to this connection, with which it ends; false when the connection is closed.
+    /// Binds a lease to this connection, with which it ends.
+    /// Returns false if the connection is closed.
     pub(crate) fn bind_lease(&self, lease: &str) -> bool {
         let mut own = self.belongings();
         if !own.is_closed {
@@ -229,7 +234,7 @@ impl ConnectionSlot {
         !own.is_closed
     }
 
-    /// Ends what belongs to the connection, which is closed.
+    /// Ends the traces and leases of a closed connection.
     fn close(&self, surface: &Arc<crate::surface::ControlSurface>) {
         let closed = Belongings { is_closed: true, ..Belongings::default() };
         let Belongings { trace, leases, .. } = std::mem::replace(&mut *self.belongings(), closed);
@@ -252,7 +257,7 @@ impl ConnectionSlot {
     }
 }
 
-/// Ends what belongs to a connection when this is dropped.
+/// Guard that ends the traces and leases of a connection when dropped.
 pub struct ConnectionEnd {
     surface: Arc<crate::surface::ControlSurface>,
     slot: Arc<ConnectionSlot>,
@@ -283,7 +288,7 @@ impl Drop for ConnectionSlot {
     }
 }
 
-/// A request that is being answered.
+/// Request that is being answered.
 #[derive(Debug)]
 pub struct BusyConnection(Arc<ConnectionSlot>);
 
@@ -295,7 +300,7 @@ impl Drop for BusyConnection {
     }
 }
 
-/// A stream that ends with an error when the other side reads nothing for too long.
+/// Stream with a write timeout: it fails when the other side reads too slowly.
 #[derive(Debug)]
 pub struct Patient<S> {
     stream: S,

@@ -20,13 +20,13 @@ use crate::problem::Problem;
 use crate::query::Query;
 use crate::surface::ControlSurface;
 
-/// The longest body, bytes.
+/// Maximum size of a body, bytes.
 const BODY: usize = 1 << 20;
 
-/// How long a request may take to come.
+/// Timeout for the arrival of a request.
 const REQUEST: Duration = Duration::from_secs(10);
 
-/// How long a stop waits for its reason.
+/// Time that a stop waits for its reason.
 const REASON: Duration = Duration::from_millis(100);
 
 /// Carries out requests of the table of operations, whichever way they come.
@@ -34,7 +34,7 @@ pub struct Dispatcher {
     surface: Arc<ControlSurface>,
     /// Places of requests that may take long.
     work: Arc<Semaphore>,
-    /// Whether a request waits for a place, or is refused without one.
+    /// Policy without a free permit: true to wait, false to refuse the request.
     waits: bool,
 }
 
@@ -58,19 +58,20 @@ impl std::fmt::Debug for OperationTurn {
 }
 
 impl Dispatcher {
-    /// Creates the dispatcher of an agent with `places` permits for slow requests; one more waits, or is refused.
+    /// Creates the dispatcher of an agent with `places` permits for slow requests.
+    /// One more waits, or is refused.
     pub fn new(surface: Arc<ControlSurface>, places: usize, waits: bool) -> Self {
         let work = Arc::new(Semaphore::new(places));
         Self { surface, work, waits }
     }
 
-    /// The agent and what belongs to it.
+    /// Returns the surface of the agent.
     pub fn surface(&self) -> &Arc<ControlSurface> {
         &self.surface
     }
 
-    /// Stops at once, before the body of the request is read. Nothing else has to work for it: no thread, no descriptor and no
-    /// other request.
+    /// Stops the actuators before the body of the request is read.
+    /// It depends on no thread, no descriptor and no other request.
     pub fn stop(
         &self,
         found: MatchedOperation,
@@ -93,7 +94,7 @@ impl Dispatcher {
         answer.map_or_else(|problem| problem.response(), whole)
     }
 
-    /// Carries out an operation that somebody asks for; the role has to allow it.
+    /// Carries out a requested operation, if the role allows it.
     ///
     /// # Errors
     /// Why it is not done.
@@ -149,8 +150,8 @@ impl Dispatcher {
         Ok(whole(answer?))
     }
 
-    /// Carries out an operation for a caller that speaks another protocol, as [`carry_out`] does, and logs it. Whoever calls this
-    /// holds the [`turn`](Dispatcher::turn) of the operation.
+    /// Carries out an operation for another protocol, as [`carry_out`], and logs it.
+    /// The caller must hold the [`turn`](Dispatcher::turn) of the operation.
     ///
     /// # Errors
     /// As [`carry_out`].
@@ -172,7 +173,7 @@ impl Dispatcher {
     /// Acquires the permits of an operation; dropping the future releases them.
     ///
     /// # Errors
-    /// When there is no permit, or another change does not end in time.
+    /// When no permit is free, or another change does not end in time.
     pub async fn turn(&self, operation: &'static Operation) -> Result<OperationTurn, Problem> {
         if operation.pace == Pace::Prompt {
             return Ok(OperationTurn::default());
@@ -222,7 +223,7 @@ fn text(headers: &HeaderMap, name: &str) -> Option<String> {
     headers.get(name)?.to_str().ok().map(ToOwned::to_owned)
 }
 
-/// The body as JSON; nothing when it is empty.
+/// Reads the body as JSON; `None` when it is empty.
 async fn read(headers: &HeaderMap, body: Incoming, is_taken: bool) -> Result<Option<Json>, Problem> {
     let collected = tokio::time::timeout(REQUEST, Limited::new(body, BODY).collect()).await;
     let late =

@@ -9,10 +9,11 @@ use slate_record::ros::{FrameTransform, Frames};
 use crate::stream::{Sample, Watcher};
 use crate::surface::ControlSurface;
 
-/// Values of another cycle may come while it is looked; so often it is looked again.
+/// Maximum number of reads; values of another cycle may arrive in between.
 const LOOKS: usize = 3;
 
-/// The frames of an agent's robots, as its properties are now. `is_told` says which properties count.
+/// Returns the frames of an agent's robots, from its present properties.
+/// `is_told` selects the properties that count.
 pub fn frames(surface: &ControlSurface, is_told: impl Fn(&Property) -> bool) -> Frames {
     let properties = surface.board().properties();
     let told = properties.iter().filter(|own| own.access() != Access::Messages && is_told(own));
@@ -22,7 +23,7 @@ pub fn frames(surface: &ControlSurface, is_told: impl Fn(&Property) -> bool) -> 
     Frames::new(&surface.robots, topics.iter().map(|(topic, kind)| (topic.as_str(), kind.as_str())))
 }
 
-/// Whether a property is a transform of a module.
+/// Returns whether a property is a transform of a module.
 pub fn is_transform(property: &Property) -> bool {
     property.descriptor().hash == Transform::DESCRIPTOR.hash
 }
@@ -40,7 +41,8 @@ struct TransformSource {
 }
 
 impl TransformStream {
-    /// Those of an agent, except for what properties of which `is_own` is false tell.
+    /// Creates the stream of an agent's transforms.
+    /// Properties for which `is_own` is false are left out.
     pub fn new(surface: &ControlSurface, is_own: impl Fn(&Property) -> bool) -> Self {
         // Odometry that nobody writes is none to wait for.
         let is_written = |own: &Property| own.channel().is_some_and(|channel| channel.published() > 0);
@@ -60,7 +62,7 @@ impl TransformStream {
         Self { frames, watchers }
     }
 
-    /// What is new, and its time: transforms that move, and those that are fixed.
+    /// Returns the time and the new transforms, first moving ones, then static ones.
     pub fn take(&mut self, surface: &ControlSurface) -> (u64, Vec<FrameTransform>, Vec<FrameTransform>) {
         let mut time = 0;
         for _ in 0..LOOKS {

@@ -1,4 +1,4 @@
-//! Controls that somebody has over plain requests: a lease of an actuator, which ends when it is not renewed.
+//! Control of an actuator over plain requests: a lease that ends unless renewed.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read};
@@ -8,13 +8,14 @@ use std::time::Duration;
 use slate_runtime::Teleoperation;
 use tokio::time::Instant;
 
-/// For how long a lease holds that is not renewed. A command holds for much less.
+/// Time that a lease holds unless renewed.
+/// A command holds for much less.
 pub const TERM: Duration = Duration::from_secs(5);
 
-/// How often it is looked for leases that are over.
+/// Period at which expired leases are looked for.
 pub const LOOK: Duration = Duration::from_millis(250);
 
-/// The leases, by names that only their holders know.
+/// Leases, by names that only their holders know.
 #[derive(Default)]
 pub struct Leases(Mutex<BTreeMap<String, Lease>>);
 
@@ -24,14 +25,15 @@ struct Lease {
 }
 
 impl Leases {
-    /// A lease of these controls, by its name.
+    /// Begins a lease of these controls; returns its name.
     pub fn begin(&self, controls: Teleoperation) -> io::Result<String> {
         let name = random_name()?;
         self.all().insert(name.clone(), Lease { controls, until: Instant::now() + TERM });
         Ok(name)
     }
 
-    /// Renews a lease, and does something with its controls; nothing when there is none of that name.
+    /// Renews a lease and calls `act` with its controls.
+    /// Returns `None` if no lease has that name.
     pub fn renew<R>(&self, name: &str, act: impl FnOnce(&mut Teleoperation) -> R) -> Option<R> {
         let mut all = self.all();
         let lease = all.get_mut(name).filter(|lease| lease.until > Instant::now())?;
@@ -39,7 +41,7 @@ impl Leases {
         Some(act(&mut lease.controls))
     }
 
-    /// Releases a control lease; false when there is no lease of that name.
+    /// Releases a control lease; false if no lease has that name.
     pub fn end(&self, name: &str) -> bool {
         let ended = self.all().remove(name);
         ended.is_some()
@@ -59,7 +61,7 @@ impl Leases {
     }
 }
 
-/// A name that nobody guesses.
+/// Returns a name that can't be guessed.
 pub(crate) fn random_name() -> std::io::Result<String> {
     let mut bytes = [0; 8];
     std::fs::File::open("/dev/urandom")?.read_exact(&mut bytes)?;

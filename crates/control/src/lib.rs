@@ -1,4 +1,4 @@
-//! One table of operations on an agent: what it shows, and what can be changed while it runs.
+//! Table of the operations on an agent: its state, and changes while it runs.
 //!
 //! [`operations::OPERATIONS`] has a name, a role, parameters, schemas and a handler for each. A [`Server`] serves them over
 //! HTTP/1.1 on the agent's Unix socket, `$XDG_RUNTIME_DIR/slate/<agent>.sock`, which only its user may use; the console

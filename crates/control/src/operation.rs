@@ -1,4 +1,4 @@
-//! Which operations there are: what is served, and what the OpenAPI document says, come from one list.
+//! Operations, the common source of the server and the OpenAPI document.
 
 use std::sync::Arc;
 
@@ -17,26 +17,27 @@ use crate::surface::ControlSurface;
 /// Prefix of the paths of all operations.
 pub const BASE: &str = "/api/v1";
 
-/// One operation of the API.
+/// Operation of the API.
 #[derive(Debug)]
 pub struct Operation {
-    /// The method of HTTP.
+    /// Method of HTTP.
     pub method: &'static str,
-    /// Behind [`BASE`]; a name in braces is a part, and at the end all that is left.
+    /// Path after [`BASE`].
+    /// A name in braces is a part, and at the end the rest of the path.
     pub path: &'static str,
-    /// Its name in the document.
+    /// Name in the document.
     pub name: &'static str,
     /// Summary in a line.
     pub summary: &'static str,
     /// Required role.
     pub role: Role,
-    /// How long it may take, and whether it changes the agent.
+    /// Duration class, and whether it changes the agent.
     pub pace: Pace,
     /// Query parameters.
     pub parameters: &'static [Parameter],
-    /// The schema of the body, if it takes one.
+    /// Schema of the body, if it takes one.
     pub body: Option<fn() -> Json>,
-    /// The schema of the answer as JSON.
+    /// Schema of the answer as JSON.
     pub answer: fn() -> Json,
     /// The other kinds of answers.
     pub kinds: &'static [&'static str],
@@ -57,7 +58,7 @@ pub(crate) struct OperationDraft {
     kinds: &'static [&'static str],
 }
 
-/// The token, where a browser can set no header.
+/// Token, where a browser can set no header.
 pub(crate) const TOKEN: Parameter = Parameter {
     name: "token",
     doc: "The token, where a browser can set no header.",
@@ -65,7 +66,8 @@ pub(crate) const TOKEN: Parameter = Parameter {
 };
 
 impl Operation {
-    /// Operation that reads; a browser may send its token in the query.
+    /// Creates an operation that reads.
+    /// A browser may send its token in the query.
     pub(crate) const fn get(
         path: &'static str,
         name: &'static str,
@@ -75,7 +77,7 @@ impl Operation {
         OperationDraft::new("GET", path, name, role, summary).parameters(&[TOKEN])
     }
 
-    /// Operation that begins something.
+    /// Creates an operation that begins an activity.
     pub(crate) const fn post(
         path: &'static str,
         name: &'static str,
@@ -86,7 +88,7 @@ impl Operation {
         OperationDraft::new("POST", path, name, role, summary).pace(pace)
     }
 
-    /// Operation that sets something as a whole.
+    /// Creates an operation that sets a value as a whole.
     pub(crate) const fn put(
         path: &'static str,
         name: &'static str,
@@ -97,7 +99,7 @@ impl Operation {
         OperationDraft::new("PUT", path, name, role, summary).pace(pace)
     }
 
-    /// Operation that sets parts of something.
+    /// Creates an operation that sets parts of a value.
     pub(crate) const fn patch(
         path: &'static str,
         name: &'static str,
@@ -108,7 +110,7 @@ impl Operation {
         OperationDraft::new("PATCH", path, name, role, summary).pace(pace)
     }
 
-    /// Operation that ends something.
+    /// Creates an operation that ends an activity.
     pub(crate) const fn delete(
         path: &'static str,
         name: &'static str,
@@ -121,7 +123,7 @@ impl Operation {
 }
 
 impl OperationDraft {
-    /// It may take a while, and takes nothing, unless it says so.
+    /// Creates an operation that is slow and takes no parameters by default.
     const fn new(
         method: &'static str,
         path: &'static str,
@@ -132,7 +134,7 @@ impl OperationDraft {
         Self { method, path, name, role, summary, pace: Pace::Slow, parameters: &[], body: None, kinds: &[] }
     }
 
-    /// How it is scheduled.
+    /// Sets the duration class.
     pub const fn pace(self, pace: Pace) -> Self {
         Self { pace, ..self }
     }
@@ -142,17 +144,17 @@ impl OperationDraft {
         Self { parameters, ..self }
     }
 
-    /// The schema of the body.
+    /// Sets the schema of the body.
     pub const fn body(self, schema: fn() -> Json) -> Self {
         Self { body: Some(schema), ..self }
     }
 
-    /// The kinds of answers beside JSON.
+    /// Sets the kinds of answers beside JSON.
     pub const fn kinds(self, kinds: &'static [&'static str]) -> Self {
         Self { kinds, ..self }
     }
 
-    /// The operation, with the schema of its answer as JSON and what carries it out.
+    /// Sets the schema of the answer as JSON, and the handler.
     pub const fn answers(
         self,
         answer: fn() -> Json,
@@ -163,43 +165,43 @@ impl OperationDraft {
     }
 }
 
-/// How an operation is scheduled.
+/// Duration class of an operation, which decides how it is scheduled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// It runs no module's code and waits for nothing that does, so it always has a place.
+    /// Short: runs no module's code and waits for none, so it always has a permit.
     Prompt,
-    /// It may take a while.
+    /// Possibly slow.
     Slow,
-    /// It may run modules' code; one such operation runs at a time.
+    /// Change, which may run modules' code; one such operation runs at a time.
     Change,
 }
 
-/// A query parameter.
+/// Query parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
     /// Description.
     pub doc: &'static str,
-    /// The schema of its value.
+    /// Schema of its value.
     pub schema: fn() -> Json,
 }
 
 /// Request of one operation with its caller.
 pub struct OperationRequest {
-    /// The caller.
+    /// Caller.
     pub caller: Caller,
-    /// The parts of the path.
+    /// Parts of the path.
     pub captured: Vec<(&'static str, String)>,
-    /// The query.
+    /// Query.
     pub query: Query,
-    /// Which kinds of answers are wanted.
+    /// Accepted media types.
     pub accept: String,
-    /// The version of the value that is to be changed.
+    /// Expected version of the value to change.
     pub if_match: Option<String>,
-    /// Where a stream that broke off goes on.
+    /// Position at which an interrupted stream continues.
     pub last_event: Option<u64>,
-    /// The body.
+    /// Body.
     pub body: Option<Json>,
 }
 
@@ -208,14 +210,14 @@ pub struct OperationRequest {
 pub struct Caller {
     /// Role of the caller.
     pub role: Role,
-    /// The caller for people, such as `operator at 127.0.0.1:4711`.
+    /// Display name of the caller, such as `operator at 127.0.0.1:4711`.
     pub who: String,
-    /// The name under which a caller at this computer reaches the agent; none over the network, where no file of the agent's
-    /// computer may be named.
+    /// Name under which a caller on this computer reaches the agent.
+    /// `None` over the network, where a caller may name no file of the agent's computer.
     pub local: Option<String>,
-    /// Whether each operation is in the log, also one that only looks.
+    /// Logging of every operation, including those that only read.
     pub is_told: bool,
-    /// The connection, which traces and some leases end with.
+    /// Connection, to which traces and some leases are bound.
     pub place: Arc<ConnectionSlot>,
 }
 
@@ -226,12 +228,12 @@ impl std::fmt::Debug for Caller {
 }
 
 impl OperationRequest {
-    /// Value of a path parameter; empty if absent.
+    /// Returns the value of a path parameter; empty if absent.
     pub fn part(&self, name: &str) -> &str {
         self.captured.iter().find(|(own, _)| *own == name).map_or("", |(_, part)| part)
     }
 
-    /// The body, which has to be there.
+    /// Returns the body, which must be present.
     pub fn body<T: DeserializeOwned>(&self) -> Result<T, Problem> {
         match &self.body {
             Some(body) => read(body),
@@ -242,28 +244,30 @@ impl OperationRequest {
         }
     }
 
-    /// The body, or what holds without one.
+    /// Reads the body; an empty one gives the default.
     pub fn body_or_default<T: DeserializeOwned + Default>(&self) -> Result<T, Problem> {
         self.body.as_ref().map_or_else(|| Ok(T::default()), read)
     }
 
-    /// A URL as the agent knows it: one that names the agent by the name under which it is reached is its own.
+    /// Returns a URL as the agent knows it.
+    /// A URL that names the agent by the name under which it is reached is its own.
     pub fn own_url(&self, url: &str) -> String {
         self.caller.local.as_deref().map_or_else(|| url.to_owned(), |name| own_url(url, name))
     }
 
-    /// As [`part`](OperationRequest::part), for a path of the blackboard, which may begin with a slash.
+    /// Returns a [`part`](OperationRequest::part) as a path of the blackboard.
+    /// It may begin with a slash.
     pub fn board_path(&self, name: &str) -> &str {
         without_slash(self.part(name))
     }
 
-    /// Whether something is only found out.
+    /// Returns whether the request is a dry run.
     pub fn is_dry(&self) -> Result<bool, Problem> {
         self.query.flag("dry_run")
     }
 }
 
-/// The path of a property, a module or an actuator, without the slash that may stand before it.
+/// Returns the path of a property, module or actuator without a leading slash.
 pub fn without_slash(path: &str) -> &str {
     path.strip_prefix('/').unwrap_or(path)
 }
@@ -274,20 +278,20 @@ fn read<T: DeserializeOwned>(body: &Json) -> Result<T, Problem> {
     })
 }
 
-/// The operation of a request, and the parts of its path.
+/// Operation of a request, and the parts of its path.
 #[derive(Debug)]
 pub struct MatchedOperation {
-    /// The operation.
+    /// Operation.
     pub operation: &'static Operation,
-    /// The parts of the path, by the names in braces.
+    /// Parts of the path, by the names in braces.
     pub captured: Vec<(&'static str, String)>,
 }
 
 impl MatchedOperation {
-    /// The operation of a method and a path among those of a table.
+    /// Finds the operation of a method and a path in a table.
     ///
     /// # Errors
-    /// When there is none.
+    /// When it has none.
     pub fn find(table: &'static [Operation], method: &str, path: &str) -> Result<Self, Problem> {
         let rest = path.strip_prefix(BASE).filter(|rest| rest.is_empty() || rest.starts_with('/'));
         let unknown = || Problem::not_found(format!("unknown path {path}"), "see /api/v1/openapi.json");
@@ -337,7 +341,7 @@ fn fits(template: &'static str, parts: &[String]) -> Option<Vec<(&'static str, S
     (names.len() == parts.len()).then_some(captured)
 }
 
-/// Refuses what an operation does not know.
+/// Refuses unknown query parameters.
 pub fn check_query(operation: &Operation, query: &Query) -> Result<(), Problem> {
     let known = |name: &str| operation.parameters.iter().any(|parameter| parameter.name == name);
     let Some(other) = query.names().find(|name| !known(name)) else { return Ok(()) };

@@ -3,7 +3,7 @@
 use slate_blackboard::interface::{Descriptor, Interface, Value, View};
 use slate_interfaces::{Image, ImageFormat};
 
-/// The rows of an image without what is between them.
+/// Image rows without padding.
 pub struct Picture {
     width: u32,
     height: u32,
@@ -11,13 +11,14 @@ pub struct Picture {
     pixels: Vec<u8>,
 }
 
-/// Whether values of an interface are pictures.
+/// Returns whether values of an interface are images.
 pub fn is_picture(descriptor: &Descriptor) -> bool {
     descriptor.hash == Image::DESCRIPTOR.hash
 }
 
 impl Picture {
-    /// Returns the picture of a value; nothing when it is no image, or declares more than it holds.
+    /// Returns the image of a value.
+    /// `None` if the value is no image, or declares more than it holds.
     pub fn of(descriptor: &'static Descriptor, bytes: &[u8], items: usize) -> Option<Self> {
         if !is_picture(descriptor) || bytes.len() < descriptor.size.checked_add(items)? {
             return None;
@@ -47,7 +48,7 @@ impl Picture {
         })
     }
 
-    /// Without a loss, and without compression: whoever looks is near.
+    /// Encodes the image as PNG, without compression, as clients are near.
     pub fn png(&self) -> Vec<u8> {
         let row = self.pixels.len() / self.height.max(1) as usize;
         let mut raw = Vec::with_capacity(self.pixels.len() + self.height as usize);
@@ -67,7 +68,7 @@ impl Picture {
         png
     }
 
-    /// With a loss, of that quality from 1 to 100.
+    /// Encodes the image as JPEG of a quality from 1 to 100.
     #[cfg(feature = "jpeg")]
     pub fn jpeg(&self, quality: u8) -> Result<Vec<u8>, String> {
         use jpeg_encoder::{ColorType, Encoder};
@@ -97,7 +98,7 @@ fn chunk(png: &mut Vec<u8>, kind: [u8; 4], data: &[u8]) {
     png.extend(sum.to_be_bytes());
 }
 
-/// A stream of zlib in which everything is stored as it is.
+/// Returns a zlib stream with uncompressed blocks.
 fn stored(data: &[u8]) -> Vec<u8> {
     const LONGEST: usize = 0xffff;
     let mut stream = vec![0x78, 0x01];

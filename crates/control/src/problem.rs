@@ -1,4 +1,4 @@
-//! What goes wrong, as RFC 9457 has it.
+//! Problems as in RFC 9457.
 
 use hyper::StatusCode;
 use serde_json::{Value as Json, json};
@@ -8,16 +8,16 @@ use slate_runtime::{Message, Mistake};
 
 use crate::entries::Refusal;
 
-/// Why something is not done.
+/// Reason why an operation is not carried out.
 #[derive(Debug)]
 pub struct Problem {
-    /// The status of HTTP.
+    /// Status of HTTP.
     pub status: StatusCode,
     /// Message.
     detail: String,
     /// Advice.
     help: String,
-    /// Of which kind it is.
+    /// Kind of the mistake.
     mistake: Option<Mistake>,
     /// File, line and caret of mistakes in a configuration.
     report: Option<String>,
@@ -26,7 +26,7 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// A problem with that status.
+    /// Creates a problem with that status.
     pub fn new(status: StatusCode, detail: impl Into<String>, help: impl Into<String>) -> Self {
         let (detail, help) = (detail.into(), help.into());
         let mistake = match status {
@@ -37,39 +37,39 @@ impl Problem {
         Self { status, detail, help, mistake, report: None, headers: Vec::new() }
     }
 
-    /// Of that kind.
+    /// Sets the kind of the mistake.
     pub fn of(self, mistake: Mistake) -> Self {
         Self { mistake: Some(mistake), ..self }
     }
 
-    /// With a header.
+    /// Adds a header.
     pub fn with(mut self, name: &'static str, value: impl Into<String>) -> Self {
         self.headers.push((name, value.into()));
         self
     }
 
-    /// A request that is none.
+    /// Creates the problem of a malformed request.
     pub fn bad(detail: impl Into<String>, help: impl Into<String>) -> Self {
         Self::new(StatusCode::BAD_REQUEST, detail, help)
     }
 
-    /// Nothing of that name.
+    /// Creates the problem of an unknown name.
     pub fn not_found(detail: impl Into<String>, help: impl Into<String>) -> Self {
         Self::new(StatusCode::NOT_FOUND, detail, help)
     }
 
-    /// Something that is understood, and does not fit.
+    /// Creates the problem of a request that is understood, but invalid.
     pub fn unfit(detail: impl Into<String>, help: impl Into<String>) -> Self {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, detail, help)
     }
 
-    /// There is no place for one more request.
+    /// Creates the problem of a request beyond the limit of concurrent ones.
     pub fn too_many() -> Self {
         let message = "too many tools are at work with this agent";
         Self::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again later").with("retry-after", "1")
     }
 
-    /// Problem of a refusal by the agent.
+    /// Creates the problem of a refusal by the agent.
     pub fn refused(status: StatusCode, refusal: Refusal) -> Self {
         let mistake = refusal.code.as_deref().and_then(Mistake::from_code);
         let problem = Self::new(status, refusal.message, refusal.help);
@@ -81,7 +81,7 @@ impl Problem {
         &self.detail
     }
 
-    /// The body that tells it.
+    /// Returns the body that reports it.
     pub fn json(&self) -> Json {
         let mut body = json!({
             "type": "about:blank",

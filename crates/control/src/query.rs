@@ -1,4 +1,4 @@
-//! What stands behind the question mark, and in a path.
+//! Query strings and percent-encoding of paths.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use crate::problem::Problem;
 pub struct Query(BTreeMap<String, String>);
 
 impl Query {
-    /// Reads what stands behind the question mark.
+    /// Reads a query string.
     pub fn parse(text: &str) -> Result<Self, Problem> {
         let mut entries = BTreeMap::new();
         for pair in text.split('&').filter(|pair| !pair.is_empty()) {
@@ -23,8 +23,8 @@ impl Query {
         Ok(Self(entries))
     }
 
-    /// Reads a query of which nothing may be refused, such as that of a stop: text that can't be decoded stays as it is, and
-    /// the first value of a name counts.
+    /// Reads a query leniently, such as that of a stop, which must not be refused.
+    /// Text that can't be decoded stays unchanged, and the first value of a name counts.
     pub fn parse_leniently(text: &str) -> Self {
         let decoded = |text: &str| decode(&text.replace('+', " ")).unwrap_or_else(|_| text.to_owned());
         let mut entries = BTreeMap::new();
@@ -35,12 +35,12 @@ impl Query {
         Self(entries)
     }
 
-    /// A value.
+    /// Returns the value of a name.
     pub fn get(&self, name: &str) -> Option<&str> {
         self.0.get(name).map(String::as_str)
     }
 
-    /// The names.
+    /// Returns the names.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.0.keys().map(String::as_str)
     }
@@ -50,7 +50,7 @@ impl Query {
         self.0.remove(name)
     }
 
-    /// Whether something is meant: `?name`, `?name=true` and `?name=1`.
+    /// Returns whether a flag is set: `?name`, `?name=true` or `?name=1`.
     pub fn flag(&self, name: &str) -> Result<bool, Problem> {
         match self.get(name) {
             None | Some("false" | "0") => Ok(false),
@@ -62,7 +62,7 @@ impl Query {
         }
     }
 
-    /// A number in an interval.
+    /// Returns a number within an interval.
     pub fn number(&self, name: &str, low: f64, high: f64) -> Result<Option<f64>, Problem> {
         let Some(text) = self.get(name) else { return Ok(None) };
         match text.parse::<f64>() {
@@ -74,7 +74,7 @@ impl Query {
         }
     }
 
-    /// A whole number up to a limit.
+    /// Returns a whole number up to a limit.
     pub fn count(&self, name: &str, most: u64) -> Result<Option<u64>, Problem> {
         let Some(text) = self.get(name) else { return Ok(None) };
         // A sign is none of a count.
@@ -90,7 +90,7 @@ impl Query {
     }
 }
 
-/// Text in which `%xx` stands for a byte.
+/// Decodes percent-encoded text.
 pub fn decode(text: &str) -> Result<String, Problem> {
     let wrong = || {
         Problem::bad(format!("`{text}` can't be decoded"), "% is followed by two hexadecimal digits of UTF-8")
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Whatever is encoded byte by byte comes back.
+        /// Property: any text that is encoded byte by byte decodes to itself.
         #[test]
         fn what_is_encoded_is_decoded(text in ".{0,40}") {
             let encoded: String = text.bytes().map(|byte| format!("%{byte:02X}")).collect();
@@ -130,7 +130,7 @@ mod tests {
             prop_assert_eq!(query.flag("b").unwrap(), true);
         }
 
-        /// Nothing makes it panic.
+        /// Property: no text makes it panic.
         #[test]
         fn any_text_is_read_or_refused(text in ".{0,60}") {
             let _ = Query::parse(&text);

@@ -1,4 +1,4 @@
-//! Which requests are told of in the log.
+//! Filter of repeated requests for the log.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-/// The same request counts as new again after so long.
+/// Time after which the same request counts as new again.
 const QUIET: Duration = Duration::from_secs(10);
 
-/// How many requests are remembered.
+/// Number of requests that are remembered.
 const MOST: usize = 256;
 
 /// Requests of the last seconds.
@@ -17,7 +17,7 @@ const MOST: usize = 256;
 pub(crate) struct Repeats(Mutex<BTreeMap<String, Instant>>);
 
 impl Repeats {
-    /// Whether a request was not made a moment ago.
+    /// Returns whether a request was not made a moment ago.
     pub fn is_new(&self, request: &str) -> bool {
         let now = Instant::now();
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);

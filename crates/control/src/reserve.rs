@@ -1,28 +1,29 @@
-//! A descriptor in reserve, so that a stop comes through when no other is left.
+//! Reserve descriptor, so that a stop comes through when no other is left.
 
 use std::fs::File;
 
-/// A descriptor that is given up for one brief connection at a time when the process has no other for it.
+/// Reserve file descriptor for one brief connection at a time.
+/// It is given up when the process has no other for the connection.
 #[derive(Debug)]
 pub struct DescriptorReserve(Option<File>);
 
 impl DescriptorReserve {
-    /// Takes a descriptor. Without one now there is none in reserve either.
+    /// Opens the reserve descriptor; without a free one, the reserve is empty.
     pub fn take() -> Self {
         Self(File::open("/dev/null").ok())
     }
 
-    /// Gives the descriptor up; false when there is none.
+    /// Gives the descriptor up; false if the reserve is empty.
     pub fn give(&mut self) -> bool {
         self.0.take().is_some()
     }
 
-    /// Whether it is given up.
+    /// Returns whether it is given up.
     pub fn is_given(&self) -> bool {
         self.0.is_none()
     }
 
-    /// Takes a descriptor again, as soon as there is one.
+    /// Opens the descriptor again, as soon as one is free.
     pub fn refill(&mut self) {
         if self.is_given() {
             *self = Self::take();

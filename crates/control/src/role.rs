@@ -1,6 +1,7 @@
 use std::fmt;
 
-/// The rights of a caller; each role also has those of the roles before it. A stop is for all of them.
+/// Rights of a caller; each role also has those of the roles before it.
+/// Every role may stop the actuators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
     /// Looks, and stops the actuators.
@@ -12,15 +13,15 @@ pub enum Role {
 }
 
 impl Role {
-    /// All roles, the one with the fewest rights first.
+    /// Roles, the one with the fewest rights first.
     pub const ALL: [Self; 3] = [Self::Viewer, Self::Operator, Self::Developer];
 
-    /// The role of that name.
+    /// Returns the role of that name.
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|role| role.name() == name)
     }
 
-    /// Summary of the rights, in a line.
+    /// Returns the summary of the rights, in a line.
     pub fn doc(self) -> &'static str {
         match self {
             Self::Viewer => "Looks, and stops the actuators",
@@ -29,7 +30,7 @@ impl Role {
         }
     }
 
-    /// With its article, as sentences call it.
+    /// Returns the name with its article, for sentences.
     pub fn one(self) -> &'static str {
         match self {
             Self::Viewer => "a viewer",
@@ -38,7 +39,7 @@ impl Role {
         }
     }
 
-    /// As configurations and tools call it.
+    /// Returns the name in configurations and tools.
     pub fn name(self) -> &'static str {
         match self {
             Self::Viewer => "viewer",

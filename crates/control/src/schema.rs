@@ -1,4 +1,4 @@
-//! What values look like, as JSON Schema 2020-12.
+//! JSON Schema 2020-12 of values.
 
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::{Descriptor, Kind, Primitive};
@@ -6,7 +6,8 @@ use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 use crate::agent::lacking;
 use crate::problem::Problem;
 
-/// Whether a value names all fields of its interface; else which it lacks.
+/// Checks that a value names all fields of its interface.
+/// Otherwise the error names the missing ones.
 pub fn complete(descriptor: &Descriptor, names: impl Fn(&str) -> bool, help: &str) -> Result<(), Problem> {
     let lacking = lacking(descriptor, names);
     if lacking.is_empty() {
@@ -15,7 +16,7 @@ pub fn complete(descriptor: &Descriptor, names: impl Fn(&str) -> bool, help: &st
     Err(Problem::unfit(format!("it lacks {}", lacking.join(", ")), help))
 }
 
-/// The schema of an interface's values.
+/// Returns the schema of an interface's values.
 pub fn of_interface(descriptor: &Descriptor) -> Json {
     let mut schema = of_fields(descriptor);
     schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");

@@ -8,24 +8,24 @@ use serde_json_path::JsonPath;
 
 use crate::problem::Problem;
 
-/// The parts of a value that a client selects.
+/// Parts of a value that a client selects.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Selection {
-    /// The whole value.
+    /// Whole value.
     Whole,
-    /// The one part that a pointer leads to.
+    /// Single part that a pointer leads to.
     Pointer(String),
-    /// All parts that a path selects.
+    /// Parts that a path selects.
     Path(Box<JsonPath>, Effort),
 }
 
-/// The longest path, bytes.
+/// Maximum length of a path, bytes.
 const LONGEST: usize = 1024;
-/// The deepest nesting of brackets and parentheses in a path.
+/// Maximum nesting of brackets and parentheses in a path.
 const DEEPEST: usize = 5;
-/// The most values that a path selects.
+/// Maximum number of values that a path selects.
 const MOST: usize = 100_000;
-/// The most values that the evaluation of a path visits.
+/// Maximum number of values that the evaluation of a path visits.
 const MOST_VISITS: f64 = 1e7;
 
 impl Selection {
@@ -86,18 +86,19 @@ fn parse(text: &str) -> Result<Selection, String> {
     }
 }
 
-/// Upper bound of the work that a path takes, read from its signs outside of quotes.
+/// Upper bound of the work of a path, from its characters outside of quotes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effort {
-    /// The product of the numbers of selectors in each bracket: how often a value can be visited twice.
+    /// Product of the number of selectors in each bracket.
+    /// It bounds how often a value can be visited twice.
     repeats: u64,
     /// Number of descendant segments `..`.
     descents: u32,
-    /// Number of filters that search in what they test.
+    /// Number of filters that contain searches.
     searches: u32,
 }
 
-/// A bracket or parenthesis that is open.
+/// Bracket or parenthesis that is open.
 struct Open {
     selectors: u64,
     is_filter: bool,
@@ -148,7 +149,7 @@ impl Effort {
         Ok(effort)
     }
 
-    /// The most values that are visited in `value`.
+    /// Returns the maximum number of values visited in `value`.
     fn visits(self, value: &Json) -> f64 {
         let (mut nodes, mut depth) = (0.0, 0);
         extent(value, 1, &mut nodes, &mut depth);
@@ -158,7 +159,8 @@ impl Effort {
     }
 }
 
-/// Counts the values in a value, and how deep it is: as deep as its interface, which the compiler has bounded.
+/// Counts the values in a value, and its depth.
+/// The depth is that of its interface, which the compiler has bounded.
 fn extent(value: &Json, level: u32, nodes: &mut f64, depth: &mut u32) {
     *nodes += 1.0;
     *depth = level.max(*depth);
@@ -248,7 +250,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever comes, it is read or refused, and what is read gives a list.
+        /// Property: any path is read or refused, and a read one selects a list.
         #[test]
         fn any_path_is_read_or_refused(path in "\\$[$.\\[\\]'\"a-c0-9:,*?@()!<&| -]{0,20}") {
             if let Ok(selection) = Selection::parse(None, Some(&path)) {
@@ -257,7 +259,7 @@ mod tests {
             }
         }
 
-        /// A slice is what counting gives.
+        /// Property: a slice selects the same items as counting.
         #[test]
         fn a_slice_is_what_counting_gives(length in 0usize..8, start in -10i64..10, end in -10i64..10, step in 1i64..4) {
             let items: Vec<Json> = (0..length).map(Json::from).collect();

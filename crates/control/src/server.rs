@@ -1,4 +1,4 @@
-//! The Unix socket of an agent.
+//! Unix socket of an agent.
 
 use std::future::Future;
 use std::path::Path;
@@ -30,35 +30,35 @@ use crate::reserve::DescriptorReserve;
 use crate::role::Role;
 use crate::surface::ControlSurface;
 
-/// The header by which a caller says for whom it asks.
+/// Header with the party for which a caller acts.
 pub const CALLER: &str = "slate-caller";
 
-/// The header that says in which role a caller asks that may do more.
+/// Header with the role in which a caller with more rights acts.
 pub const ROLE: &str = "slate-role";
 
-/// How many requests may be at work that can take long.
+/// Maximum number of slow requests at work.
 const WORKING: usize = 32;
 
 /// Threads for requests; some are kept for those that never take long.
 const THREADS: usize = WORKING + 8;
 
-/// How long the head of a request may take to come.
+/// Timeout for the arrival of a request's head.
 const REQUEST: Duration = Duration::from_secs(10);
 
 /// Time in which callers learn from an agent that ends how their traces went.
 pub const HEARING: Duration = Duration::from_secs(1);
 
-/// The longest name of a caller, letters.
+/// Maximum length of a caller's name, letters.
 const NAME: usize = 80;
 
-/// Why an agent has no socket.
+/// Reason why an agent has no socket.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 #[error("the agent can't be reached by tools: {0}")]
 #[diagnostic(help("let XDG_RUNTIME_DIR be a short path of a folder that is yours alone"))]
 pub struct OpenError(#[from] std::io::Error);
 
-/// The socket of an agent, which exists as long as this lives. Requests are answered on threads of their own, so the agent never
-/// waits for one.
+/// Socket of an agent, which exists as long as this value lives.
+/// Requests are answered on separate threads, so the agent never waits for one.
 pub struct Server {
     /// Dropped first, as its socket lies beside that of the entry.
     _stop_line: StopLine,
@@ -78,22 +78,23 @@ impl std::fmt::Debug for Server {
 struct SocketHost {
     dispatcher: Dispatcher,
     guests: Arc<Connections>,
-    /// The name under which the agent is reached.
+    /// Name under which the agent is reached.
     name: String,
     reserve: Mutex<DescriptorReserve>,
 }
 
 impl Server {
-    /// Opens the socket of an agent that nothing else serves. When an agent of that name runs already, it is reached by a
-    /// name with a number, such as `exp1-2`.
+    /// Opens the socket of an agent that nothing else serves.
+    /// When an agent of that name runs already, it is reached by a name with a number, such as `exp1-2`.
     ///
     /// # Errors
-    /// When the socket can't be made, or there is no thread left.
+    /// When the socket can't be made, or no thread is left.
     pub fn open(agent: &Agent) -> Result<Self, OpenError> {
         Self::open_on(Arc::new(ControlSurface::new(agent)?))
     }
 
-    /// As [`open`](Server::open), on a control surface that others may serve too.
+    /// Opens the socket on a control surface that may be served elsewhere too.
+    /// Otherwise as [`open`](Server::open).
     ///
     /// # Errors
     /// As [`open`](Server::open).
@@ -131,12 +132,12 @@ impl Server {
         Ok(Self { _stop_line: stop_line, entry, host, end, thread: Some(thread) })
     }
 
-    /// The name under which the agent is reached.
+    /// Returns the name under which the agent is reached.
     pub fn name(&self) -> &str {
         self.entry.name()
     }
 
-    /// The path of the socket.
+    /// Returns the path of the socket.
     pub fn socket(&self) -> &Path {
         self.entry.socket()
     }
@@ -237,15 +238,17 @@ async fn converse(stream: UnixStream, host: Arc<SocketHost>, place: Arc<Connecti
     }
 }
 
-/// The role of a caller that may do so much, and may ask as one who may do less. A role of another name may do the least.
+/// Returns the role of a caller, which may ask for one with fewer rights.
+/// An unknown role counts as the one with the fewest.
 pub fn lowered(role: Role, headers: &HeaderMap) -> Role {
     let Some(asked) = headers.get(ROLE) else { return role };
     let asked = asked.to_str().ok().and_then(Role::by_name).unwrap_or(Role::Viewer);
     role.min(asked)
 }
 
-/// A caller for the log, with the name that it gives itself if it gives one, and whether it does. Nothing verifies the name: it is
-/// in quotes and behind what is known, so that it can't be taken for that.
+/// Returns a caller for the log, with the name that it gives itself, if any.
+/// The flag tells whether it gives one. Nothing verifies the name: it is in quotes and after the known part, so that it
+/// can't be mistaken for that.
 pub fn with_caller_name(known: String, headers: &HeaderMap) -> (String, bool) {
     match caller_name(headers) {
         Some(name) => (format!("{known} named {name:?}"), true),
@@ -253,7 +256,7 @@ pub fn with_caller_name(known: String, headers: &HeaderMap) -> (String, bool) {
     }
 }
 
-/// The name that a caller gives itself, safe for a line of the log.
+/// Returns the name that a caller gives itself, safe for a line of the log.
 fn caller_name(headers: &HeaderMap) -> Option<String> {
     let name = headers.get(CALLER)?.to_str().ok()?;
     let name: String = slate_runtime::printable_text(name).chars().take(NAME).collect();

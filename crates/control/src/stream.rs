@@ -1,4 +1,4 @@
-//! What goes on: the values of a property as they come, for whoever reads them in time.
+//! Streams of a property's values as they arrive, for readers that keep up.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,7 +14,8 @@ use crate::picture::Picture;
 use crate::select::Selection;
 use crate::surface::ControlSurface;
 
-/// From this size on values are copied and encoded in another thread, so that nothing else waits; bytes.
+/// Size from which values are copied and encoded in another thread, bytes.
+/// So nothing else waits.
 const LARGE: usize = 4096;
 
 /// Boundary between the pictures of a stream.
@@ -23,35 +24,35 @@ const BOUNDARY: &str = "slate-picture";
 /// After so long without news a stream says that it is still there.
 const SILENCE: Duration = Duration::from_secs(15);
 
-/// A property that is looked at again and again. It may go, and another one take its path.
+/// Property that is polled; it may vanish, and another one take its path.
 pub struct Watcher {
     path: String,
     found: Option<FoundProperty>,
-    /// The sequence number of the newest value that was taken.
+    /// Sequence number of the newest value that was taken.
     last: u64,
 }
 
 struct FoundProperty {
     place: Option<FieldPath>,
-    /// Outputs that are computed for who watches are.
+    /// Watch, by which outputs without other readers are computed.
     watching: Watching,
 }
 
-/// A value as it was taken.
+/// Value as it was taken.
 pub struct Sample {
-    /// The property.
+    /// Property.
     pub property: Arc<Property>,
     place: Option<FieldPath>,
-    /// The value.
+    /// Value.
     pub bytes: Vec<u8>,
-    /// How many items its tail has.
+    /// Number of items in its tail.
     pub items: usize,
-    /// When it was written.
+    /// Stamp of the write.
     pub stamp: Stamp,
 }
 
 impl Sample {
-    /// The value, or the field of it.
+    /// Returns the value, or the field of it.
     pub fn json(&self) -> Json {
         let view = View::new(self.property.descriptor(), &self.bytes, self.items);
         let value = match &self.place {
@@ -63,7 +64,8 @@ impl Sample {
 }
 
 impl Watcher {
-    /// Looks at a property or a field of it; `last` is the newest value that is known of it.
+    /// Watches a property or a field of it.
+    /// `last` is the sequence number of the newest value already known.
     pub fn new(surface: &ControlSurface, path: &str, last: u64) -> Result<Self, BoardError> {
         let mut watcher = Self { path: path.into(), found: None, last };
         watcher.look(surface)?;
@@ -88,12 +90,12 @@ impl Watcher {
         Ok(())
     }
 
-    /// The property, while it exists.
+    /// Returns the property, while it exists.
     pub fn property(&self) -> Option<&Arc<Property>> {
         self.found.as_ref().map(|found| found.watching.property())
     }
 
-    /// Whether there is a value that was not taken.
+    /// Returns whether a value has not been taken yet.
     pub fn has_news(&mut self, surface: &ControlSurface) -> bool {
         // What is gone may come back.
         let there = self.look(surface).is_ok();
@@ -102,7 +104,7 @@ impl Watcher {
         there && published != self.last
     }
 
-    /// How many bytes a value has at most.
+    /// Returns the maximum size of a value, bytes.
     pub fn size(&self) -> usize {
         let channel = self.property().and_then(|property| property.channel());
         channel.map_or(0, |channel| channel.shape().bytes(channel.shape().capacity))
@@ -138,7 +140,7 @@ impl Watcher {
     }
 }
 
-/// Does what may take long in a thread for this.
+/// Runs possibly slow work in a thread for it.
 pub async fn apart<T: Send + 'static>(is_long: bool, work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
     if !is_long {
         return Some(work());
@@ -148,21 +150,21 @@ pub async fn apart<T: Send + 'static>(is_long: bool, work: impl FnOnce() -> T + 
 
 /// Stream of a property's values.
 pub struct Follow {
-    /// Of which agent.
+    /// Surface of the agent.
     pub surface: Arc<ControlSurface>,
-    /// Of what.
+    /// Watcher of the property.
     pub watcher: Watcher,
-    /// How often it looks.
+    /// Polling period.
     pub period: Duration,
-    /// In which form.
+    /// Form of the stream.
     pub what: StreamForm,
 }
 
-/// In which form.
+/// Form of a stream.
 pub enum StreamForm {
     /// Events with values.
     Events {
-        /// The part of each value.
+        /// Part of each value.
         selection: Selection,
         /// Each value that is kept, and not only the newest.
         every: bool,
@@ -172,7 +174,7 @@ pub enum StreamForm {
 }
 
 impl Follow {
-    /// Begins, and ends when nobody reads any more.
+    /// Starts the stream, which ends when its reader has gone.
     pub fn begin(self) -> (&'static str, mpsc::Receiver<Bytes>) {
         let kind = match self.what {
             StreamForm::Events { .. } => "text/event-stream",

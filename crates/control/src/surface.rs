@@ -14,10 +14,10 @@ use crate::changes::ChangeTurns;
 use crate::lease::{Leases, random_name};
 use crate::repeats::Repeats;
 
-/// A file that a browser gets without a token, such as a page and what belongs to it.
+/// File that a browser gets without a token, such as a page and its resources.
 #[derive(Clone, Debug)]
 pub struct Page {
-    /// Where it is, such as `/` or `/panels/map.js`.
+    /// URL path, such as `/` or `/panels/map.js`.
     pub path: String,
     /// Media type, such as `text/javascript; charset=utf-8`.
     pub kind: String,
@@ -25,10 +25,10 @@ pub struct Page {
     pub content: Vec<u8>,
 }
 
-/// Something that the program knows and the blackboard does not, such as the world of a simulator.
+/// Document of the program beyond the blackboard, such as a simulator's world.
 #[derive(Clone)]
 pub struct Document {
-    /// Its name, at `/api/v1/documents/NAME`.
+    /// Name, at `/api/v1/documents/NAME`.
     pub name: String,
     /// Returns the current content. It is called in a thread of the console.
     pub read: Arc<dyn Fn() -> Json + Send + Sync>,
@@ -44,13 +44,13 @@ impl std::fmt::Debug for Document {
 ///
 /// Socket and console share it, so that one change is made at a time, and a lease is the same on both.
 pub struct ControlSurface {
-    /// The agent.
+    /// Agent.
     pub agent: AgentControl,
-    /// The log.
+    /// Log.
     pub logger: Arc<Logger>,
-    /// Whether the agent runs in lockstep.
+    /// Lockstep mode of the agent.
     pub is_lockstep: bool,
-    /// The robots that the configuration names.
+    /// Robots that the configuration names.
     pub robots: Vec<Followed>,
     /// Tells one run from another.
     pub session: String,
@@ -62,7 +62,7 @@ pub struct ControlSurface {
     pub(crate) leases: Leases,
     /// Turns of changes.
     pub(crate) changes: Arc<ChangeTurns>,
-    /// Which requests were logged a moment ago.
+    /// Requests that were logged a moment ago.
     pub(crate) repeats: Repeats,
     /// Held during a change under a condition.
     condition: Mutex<()>,
@@ -104,7 +104,7 @@ impl ControlSurface {
         }
     }
 
-    /// The documents of the program.
+    /// Returns the documents of the program.
     pub fn documents(&self) -> Vec<Document> {
         locked(&self.documents).clone()
     }
@@ -114,27 +114,30 @@ impl ControlSurface {
         *locked(&self.operable) = parameters;
     }
 
-    /// Ends leases that were not renewed; it is called again and again, [`LOOK`](crate::LOOK) apart.
+    /// Ends leases that were not renewed.
+    /// It must be called periodically, [`LOOK`](crate::LOOK) apart.
     pub fn end_old_leases(&self) {
         self.leases.end_old();
     }
 
-    /// The blackboard.
+    /// Returns the blackboard.
     pub fn board(&self) -> &Arc<Board> {
         self.agent.composer().board()
     }
 
-    /// Returns whether a property is a command that has not passed its gate, which no other program may have.
+    /// Returns whether a property is a command before its gate.
+    /// No other program may have such a command.
     pub fn is_ungated(&self, path: &str) -> bool {
         self.agent.composer().output_refusal(path).is_some()
     }
 
-    /// The name of the agent.
+    /// Returns the name of the agent.
     pub fn name(&self) -> &str {
         self.board().agent()
     }
 
-    /// Whether an operator may set what a value names of a setting: its fields if it has some, else the whole at the path.
+    /// Returns whether an operator may set the named parts of a setting.
+    /// These are the fields of the value if it has some, otherwise the whole at the path.
     pub fn is_operable(&self, path: &str, value: &Json) -> bool {
         let operable = locked(&self.operable);
         let is_named = |path: &str| operable.iter().any(|pattern| pattern.matches(path));
@@ -144,7 +147,7 @@ impl ControlSurface {
         }
     }
 
-    /// The time of the agent, nanoseconds.
+    /// Returns the time of the agent, ns.
     pub fn now(&self) -> u64 {
         self.agent.composer().now()
     }
@@ -154,7 +157,7 @@ impl ControlSurface {
         self.logger.log(self.now(), level, text);
     }
 
-    /// The right to change something under a condition, for one at a time.
+    /// Locks the right to change something under a condition, for one at a time.
     pub fn turn(&self) -> MutexGuard<'_, ()> {
         locked(&self.condition)
     }
@@ -164,7 +167,8 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The parameters that the configuration lets operators set. Whoever reads the table of the console says what is wrong in it.
+/// Returns the parameters that the configuration lets operators set.
+/// The reader of the console's table reports mistakes in it.
 fn operable(agent: &Agent) -> Vec<Pattern> {
     let configuration = agent.configuration();
     let list = configuration.value("console.operable").and_then(|value| value.as_list());

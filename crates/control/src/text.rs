@@ -5,7 +5,7 @@ use serde_json::{Map, Value as Json, json};
 
 use crate::problem::Problem;
 
-/// Names and values: an object of JSON values, or pairs of texts as `--set` takes them.
+/// Names and values: an object of JSON values, or text pairs as in `--set`.
 #[derive(Deserialize)]
 #[serde(untagged)]
 pub enum Texts {
@@ -22,7 +22,7 @@ impl Default for Texts {
 }
 
 impl Texts {
-    /// The pairs of texts.
+    /// Returns the pairs of texts.
     pub fn texts(self) -> Result<Vec<(String, String)>, Problem> {
         match self {
             Self::Values(values) => {
@@ -33,7 +33,7 @@ impl Texts {
     }
 }
 
-/// The schema of [`Texts`].
+/// Returns the schema of [`Texts`].
 pub fn texts(doc: &str) -> Json {
     let pair = json!({ "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 });
     let pairs = json!({
@@ -44,7 +44,7 @@ pub fn texts(doc: &str) -> Json {
     json!({ "anyOf": [{ "type": "object" }, pairs], "description": doc })
 }
 
-/// A value as `--set` takes it.
+/// Returns a value as `--set` takes it.
 pub fn toml(value: &Json) -> Result<String, Problem> {
     Ok(match value {
         Json::Null => {
@@ -65,7 +65,7 @@ pub fn toml(value: &Json) -> Result<String, Problem> {
     })
 }
 
-/// Text between quotation marks, which is also a key.
+/// Quotes a text, which is then also valid as a key.
 pub fn quoted(text: &str) -> String {
     // JSON escapes as TOML does, but for this one.
     Json::from(text).to_string().replace('\u{7f}', "\\u007F")
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Whatever the text, the setting that is written has it.
+        /// Property: any text survives the setting that it is written to.
         #[test]
         fn text_comes_through_a_setting_as_it_is(text in "\\PC{0,20}|.{0,20}") {
             let options = Options {

@@ -1,7 +1,8 @@
-//! The gates of an agent: a command passes its gate in the thread of its commander, so no wake-up lies between.
+//! Gates of an agent's actuators: arbitration, limits and expiry of commands.
+//! A command passes its gate in the thread of its commander, so that no wake-up delays it.
 //!
-//! On the wall clock a gate is judged at the time that it is, and not at that of the cycle, which may be long past when a
-//! step returns. The watchdog ends what is stale while nobody else comes to it.
+//! On the wall clock a gate decides at the present time, and not at that of the cycle, which may be long past when a step
+//! returns. The watchdog expires stale commands while no other thread does.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -18,33 +19,33 @@ use crate::clock::{Clock, monotonic};
 use crate::digest::Digest;
 use crate::{Bytes, FrozenActuator, FrozenProperty};
 
-/// A gate with the property that the actuator reads.
+/// Gate with the property that the actuator reads.
 #[derive(Debug)]
 pub struct Actuator {
     name: String,
-    /// Who may command it: paths of ports, and of modules. The gate counts them from 1.
+    /// Possible commanders: paths of ports and of modules; the gate counts them from 1.
     commanders: Vec<String>,
     descriptor: &'static Descriptor,
-    /// What a person at the controls commands, for whoever takes them. The loop reads it, so that a person who commands is
-    /// never in the gate.
+    /// Teleoperation commands of the person who holds the controls.
+    /// The loop reads them, so that an operator never enters the gate.
     controls: Mutex<Controls>,
     inner: Mutex<CommandedState>,
-    /// The gate's own stop, for tools: one that looks at it is never in the gate.
+    /// Stop of the gate, for tools, which read it without entering the gate.
     stop: Mutex<ShownStop>,
-    /// The stop of the whole agent.
+    /// Stop of the whole agent.
     stop_latch: StopLatch,
     clock: Arc<Clock>,
-    /// How long a command holds, nanoseconds.
+    /// Time to live of a command, ns.
     time_to_live: u64,
-    /// The agent's time at which the present command ends; `u64::MAX` for the safe one. It is written in the gate, and
-    /// whoever looks finds out there whether it still holds.
+    /// Agent's time at which the present command expires, ns; `u64::MAX` if safe.
+    /// Written inside the gate; a reader enters the gate to learn whether the command still holds.
     expires: Arc<AtomicU64>,
 }
 
-/// The controls, and who has them.
+/// Controls of an operator, and their holder.
 #[derive(Debug)]
 struct Controls {
-    /// There while nobody has them.
+    /// Writer of the commands; `None` while somebody holds the controls.
     writer: Option<Writer>,
     holder: Option<Holder>,
 }
@@ -53,20 +54,20 @@ struct Controls {
 #[derive(Debug, Default)]
 struct ShownStop {
     reason: Option<String>,
-    /// The change of the gate's stop that it shows.
+    /// Number of the gate's change of stop that it shows.
     revision: u64,
 }
 
-/// A person at the controls, or a program that stands for one.
+/// Person at the controls, or a program that stands for one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Holder {
-    /// Who it is, for people.
+    /// Name of the holder, for display.
     pub who: String,
-    /// Since when, nanoseconds of the agent's time.
+    /// Begin of the control, ns of the agent's time.
     pub since: u64,
 }
 
-/// Under which name a person at the controls commands.
+/// Name under which an operator commands.
 const TELEOPERATION: &str = "teleoperation";
 
 #[derive(Debug)]
@@ -76,22 +77,24 @@ struct CommandedState {
     state: Writer,
     index: u32,
     wakes: Vec<Arc<Wake>>,
-    /// What comes from the controls; the time of a value is the monotonic one until which it is meant.
+    /// Commands from the controls; a value's stamp is the monotonic time of its expiry.
     controls: Option<Latest>,
-    /// Whether the last look at the controls found a command.
+    /// True if the last poll of the controls found a command.
     steered: bool,
     last_state: Option<GateState>,
     /// Number of changes of the gate's stop.
     stop_revision: u64,
-    /// What was published last, so that only changes and renewals are.
+    /// True if a command has passed since the last publication.
+    /// Only changes and renewals are published.
     fresh: bool,
-    /// What the actuator got last, and when: a cycle that changes nothing more of it writes it once.
+    /// Last command written to the actuator, with its time.
+    /// A cycle that does not change it writes it once.
     written: (Option<u64>, Vec<u8>),
     expires: Arc<AtomicU64>,
 }
 
 impl Actuator {
-    /// A gate with its properties on the board.
+    /// Returns a gate with its properties on the board.
     ///
     /// # Errors
     /// When something else has the name of one.
@@ -137,7 +140,7 @@ impl Actuator {
         }
     }
 
-    /// Later of the cycle's time and the clock's.
+    /// Returns the later of the cycle's time and the clock's, ns.
     fn at(&self, now: u64) -> u64 {
         now.max(self.clock.now())
     }
@@ -153,27 +156,27 @@ impl Actuator {
         drop(old);
     }
 
-    /// Its name.
+    /// Returns the name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The interface of its commands.
+    /// Returns the interface of its commands.
     pub fn descriptor(&self) -> &'static Descriptor {
         self.descriptor
     }
 
-    /// Bytes of a command.
+    /// Returns the size of a command, bytes.
     pub fn size(&self) -> usize {
         self.descriptor.size
     }
 
-    /// The number under which a path commands it, if it may.
+    /// Returns the number of a commander by its path; `None` if it may not command.
     pub fn commander(&self, path: &str) -> Option<u32> {
         self.commanders.iter().position(|other| other == path).map(|place| place as u32 + 1)
     }
 
-    /// The path that commands under a number, from the agent's root.
+    /// Returns the path of a commander by its number, from the agent's root.
     pub fn commander_name(&self, number: u32) -> &str {
         match (number as usize).checked_sub(1) {
             Some(place) if place == self.commanders.len() => TELEOPERATION,
@@ -182,7 +185,7 @@ impl Actuator {
         }
     }
 
-    /// The controls; else who has them.
+    /// Takes the controls; the error is the name of their present holder.
     pub fn take_controls(&self, holder: Holder) -> Result<Writer, String> {
         let mut controls = self.controls();
         match controls.writer.take() {
@@ -199,7 +202,7 @@ impl Actuator {
         *self.controls() = Controls { writer: Some(writer), holder: None };
     }
 
-    /// Who has the controls.
+    /// Returns the present holder of the controls.
     pub fn holder(&self) -> Option<Holder> {
         self.controls().holder.clone()
     }
@@ -208,7 +211,7 @@ impl Actuator {
         self.controls.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// How its gate stands now; nothing when another thread is in it.
+    /// Returns the state of the gate; `None` while another thread is in it.
     pub fn look(&self, now: u64) -> Option<GateState> {
         let mut inner = self.free()?;
         inner.publish(self.at(now));
@@ -219,9 +222,9 @@ impl Actuator {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The gate, unless another thread is in it at this moment: nobody waits here on the wall clock. Who finds it taken
-    /// meets a commander that holds the lease, or the loop that ends what is stale. Under a time source it waits, so that
-    /// what happens does not depend on other threads.
+    /// Locks the gate; `None` while another thread is in it.
+    /// Nobody waits on the wall clock: the other thread is a commander that holds the lease, or the loop that expires
+    /// stale commands. Under a time source it waits, so that the result does not depend on other threads.
     fn free(&self) -> Option<MutexGuard<'_, CommandedState>> {
         if self.clock.is_driven() {
             return Some(self.locked());
@@ -236,7 +239,7 @@ impl Actuator {
         None
     }
 
-    /// A commander's command, made by a step of the agent's time `now`.
+    /// Offers a commander's command, made by a step at the agent's time `now`, ns.
     pub fn offer(&self, commander: u32, priority: Priority, command: &[u8], now: u64) {
         // A reflex must not be lost, whatever else is in the gate for some nanoseconds.
         let inner = if priority == Priority::Reflex { Some(self.locked()) } else { self.free() };
@@ -252,7 +255,7 @@ impl Actuator {
         inner.publish(at);
     }
 
-    /// A commander commands no longer.
+    /// Ends the command of a commander.
     pub fn withdraw(&self, commander: u32, now: u64) {
         // Nor must the end of a command.
         let mut inner = self.locked();
@@ -261,18 +264,19 @@ impl Actuator {
         inner.publish(at);
     }
 
-    /// How long a command holds unless it is renewed, nanoseconds.
+    /// Returns the time to live of a command that is not renewed, ns.
     pub fn time_to_live(&self) -> u64 {
         self.time_to_live
     }
 
-    /// The agent's time at which the present command ends unless it is renewed; nothing for the safe one.
+    /// Returns the expiry of the present command, in the agent's time, ns.
+    /// A renewal postpones it. `None` for the safe command.
     pub fn expires(&self) -> Option<u64> {
         Some(self.expires.load(Ordering::Acquire)).filter(|expires| *expires != u64::MAX)
     }
 
-    /// Gives the actuator its safe command if the present one has ended, for who watches the loop; whether that was so.
-    /// Until then the gate is not entered, so that nobody meets it there.
+    /// Applies the safe command if the present one has expired; true if it had.
+    /// For the watchdog of the loop. Before the expiry the gate is not entered, so that it delays nobody.
     pub fn expire_stale(&self) -> bool {
         if !self.is_stale() {
             return false;
@@ -284,8 +288,8 @@ impl Actuator {
         true
     }
 
-    /// As [`expire_stale`](Actuator::expire_stale), for a thread that reads the command afterwards: it waits for another one
-    /// that is in the gate.
+    /// Acts as [`expire_stale`](Actuator::expire_stale) before a read of the command.
+    /// It waits for another thread that is in the gate.
     pub fn expire_before_read(&self) {
         if self.is_stale() {
             self.locked().publish(self.clock.now());
@@ -296,7 +300,8 @@ impl Actuator {
         self.expires().is_some_and(|expires| self.clock.now() >= expires)
     }
 
-    /// Follows the controls, and ends what is stale; adds what the actuator gets to the digest.
+    /// Applies the controls and expires a stale command.
+    /// Adds the actuator's command to the digest.
     pub fn expire(&self, now: u64, digest: Option<&mut Digest>) {
         let Some(mut inner) = self.free() else { return };
         let at = self.at(now);
@@ -308,7 +313,7 @@ impl Actuator {
         }
     }
 
-    /// How it stands.
+    /// Returns the gate's state for a snapshot.
     pub fn freeze(&self) -> FrozenActuator {
         let inner = self.locked();
         FrozenActuator {
@@ -320,12 +325,13 @@ impl Actuator {
         }
     }
 
-    /// Whether it can go on from there.
+    /// Returns true if the actuator can resume from this snapshot.
     pub fn fits(&self, frozen: &FrozenActuator) -> bool {
         self.commanders == frozen.commanders && self.locked().gate.fits(&frozen.gate)
     }
 
-    /// Goes on from there, with what stood in its properties; what does not fit was found out before.
+    /// Resumes from a snapshot, with the values of its properties.
+    /// A misfit was rejected before, by [`fits`](Actuator::fits).
     ///
     /// # Errors
     /// A property that does not take its values.
@@ -379,7 +385,8 @@ impl Actuator {
         self.show_stop(inner);
     }
 
-    /// Why it is stopped, if it is. The gate is not entered, so that who looks delays no command.
+    /// Returns the reason of the stop, if stopped.
+    /// The gate is not entered, so that the query delays no command.
     pub fn stop_reason(&self) -> Option<String> {
         let own = self.shown_stop().reason.clone();
         own.or_else(|| self.stop_latch.reason())
@@ -392,7 +399,8 @@ impl Actuator {
         self.show_stop(inner);
     }
 
-    /// Leaves the gate, and shows its stop. Only then, as who looks at it may be held up.
+    /// Unlocks the gate, then publishes its stop.
+    /// In this order, as a reader of the stop may be suspended while it holds the stop's lock.
     fn show_stop(&self, mut inner: MutexGuard<'_, CommandedState>) {
         inner.stop_revision += 1;
         let (revision, reason) = (inner.stop_revision, inner.gate.own_stop().map(str::to_owned));
@@ -409,7 +417,7 @@ impl Actuator {
 }
 
 impl CommandedState {
-    /// Offers what a person commands, as long as it is meant: whoever is at the controls may be gone.
+    /// Offers the operator's command until it expires, as the operator may be gone.
     fn follow_controls(&mut self, commander: u32, now: u64) {
         let Some(controls) = &mut self.controls else { return };
         controls.refresh();
@@ -449,7 +457,7 @@ impl CommandedState {
     }
 }
 
-/// The actuators of an agent, for those who choose one at run time.
+/// Actuators of an agent, for callers that select one at run time.
 #[derive(Debug, Default)]
 pub struct ActuatorList(Mutex<Arc<BTreeMap<String, Arc<Actuator>>>>);
 
@@ -463,17 +471,17 @@ impl ActuatorList {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Arc::new(actuators);
     }
 
-    /// The actuator of that name.
+    /// Returns the actuator of that name.
     pub fn get(&self, name: &str) -> Option<Arc<Actuator>> {
         self.now().get(name).cloned()
     }
 
-    /// All of them.
+    /// Returns all actuators.
     pub fn all(&self) -> Vec<Arc<Actuator>> {
         self.now().values().cloned().collect()
     }
 
-    /// Their names.
+    /// Returns their names.
     pub fn names(&self) -> Vec<String> {
         self.now().keys().cloned().collect()
     }

@@ -1,7 +1,7 @@
-//! Threads: those beside the loop that are in no hurry, the one that must not be late, and how those of modules are named.
+//! Scheduling and names of threads: background, precise and of modules.
 
-/// Lets this thread, and those that it starts, wake up behind all others: it runs at once where a processor is free, and its waking
-/// takes none away from a thread that is at work, such as the loop.
+/// Gives this thread and those that it starts batch scheduling (`SCHED_BATCH`).
+/// It runs at once where a processor is free, and its waking preempts no thread that is at work, such as the loop.
 ///
 /// It is Linux's `SCHED_BATCH`, also where the agent was started in real time. Where the system refuses or knows no such thing, the
 /// thread stays as it is.
@@ -14,8 +14,8 @@ pub fn give_way() {
     }
 }
 
-/// Lets this thread, but none that it starts, wake up before all others of ordinary priority: for a thread that does little,
-/// and does it on time.
+/// Gives this thread, but none that it starts, precedence over ordinary threads.
+/// For a thread that does little work and must be punctual.
 ///
 /// It is the lowest real-time priority where the system allows one, else a short time slice, which Linux 6.12 and later
 /// takes as a wish to run soon. A thread that has a priority of its own already keeps it.
@@ -38,11 +38,12 @@ pub fn take_precedence() {
     }
 }
 
-/// The shortest time slice that Linux gives, nanoseconds.
+/// Shortest time slice of Linux, ns.
 #[cfg(target_os = "linux")]
 const SHORT_SLICE: u64 = 100_000;
 
-/// Sets how this thread is scheduled, but not those that it starts; false when the system refuses.
+/// Sets the scheduling of this thread, but not of those that it starts.
+/// False if the system refuses.
 #[cfg(target_os = "linux")]
 fn set_scheduling(choose: impl FnOnce(&mut libc::sched_attr)) -> bool {
     // SAFETY: it is made of integers alone.
@@ -54,11 +55,11 @@ fn set_scheduling(choose: impl FnOnce(&mut libc::sched_attr)) -> bool {
     unsafe { libc::syscall(libc::SYS_sched_setattr, 0, &raw const attributes, 0) == 0 }
 }
 
-/// What Linux shows of a thread's name, bytes.
+/// Longest thread name that Linux shows, bytes.
 const SHOWN: usize = 15;
 
-/// The name of a module's thread. Of one that is too long the end of its scope and the end of its own name are kept, as
-/// names of one robot differ there.
+/// Returns the name of a module's thread, at most 15 bytes.
+/// A longer name is reduced to the ends of its scope and of its own name, as names of one robot differ there.
 pub fn thread_name(module: &str) -> String {
     let tail = |text: &str, length: usize| {
         let mut start = text.len().saturating_sub(length);
@@ -114,7 +115,7 @@ mod tests {
         assert_eq!((child, policy()), (before, before));
     }
 
-    /// With which the system marks what is not passed on.
+    /// Flag of a scheduling policy that threads do not inherit.
     const RESET_ON_FORK: i32 = 0x4000_0000;
 
     #[test]

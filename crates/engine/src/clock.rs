@@ -1,4 +1,4 @@
-//! Where an agent's time comes from.
+//! Clock and time sources of an agent.
 
 use std::fmt;
 use std::sync::Arc;
@@ -7,7 +7,8 @@ use std::time::{Duration, SystemTime};
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Nanoseconds of the machine's monotonic clock, which no change of the date touches; from the start of the machine.
+/// Returns the machine's monotonic time, ns since the start of the machine.
+/// Changes of the date do not affect it.
 #[inline]
 pub fn monotonic() -> u64 {
     // What the standard library's instant makes of it takes as long again, and a loop asks once for each step.
@@ -15,10 +16,11 @@ pub fn monotonic() -> u64 {
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
 }
 
-/// Says what date and time it is.
+/// Source of the present date and time.
 pub type Calendar = Arc<dyn Fn() -> SystemTime + Send + Sync>;
 
-/// Sets the agent's time: a simulator, a replay. It is asked before each cycle of the main loop.
+/// Source of the agent's time, such as a simulator or a replay.
+/// It is called before each cycle of the main loop.
 ///
 /// ```
 /// use slate_engine::clock::TimeSource;
@@ -34,22 +36,23 @@ pub type Calendar = Arc<dyn Fn() -> SystemTime + Send + Sync>;
 /// }
 /// ```
 pub trait TimeSource: Send {
-    /// The time of the next cycle, nanoseconds. `last` is the time of the cycle before, if there was one, and `planned`
-    /// is a period after that. A time before the last one is refused and counted, and the agent's time stands still.
+    /// Returns the time of the next cycle, ns.
+    /// `last` is the time of the cycle before, if any, and `planned` is one period later. A time before `last` is
+    /// rejected and counted, and the agent's time stands still.
     fn next(&mut self, last: Option<u64>, planned: u64) -> u64;
 
-    /// What it needs to go on from a snapshot; nothing for one that has no state.
+    /// Returns the state for a snapshot; empty if the source has none.
     fn save(&self) -> Vec<u8> {
         Vec::new()
     }
 
-    /// Goes on from what was saved; false, and nothing is changed, when that does not fit.
+    /// Restores a saved state; false, without any change, if it does not fit.
     fn restore(&mut self, _saved: &[u8]) -> bool {
         true
     }
 }
 
-/// The times of a recorded run, one for each cycle; after the last of them cycles follow one another by the period.
+/// Recorded cycle times of a run; after the last one, cycles follow by the period.
 #[derive(Clone, Debug)]
 pub struct RecordedTimes {
     times: Vec<u64>,
@@ -57,7 +60,7 @@ pub struct RecordedTimes {
 }
 
 impl RecordedTimes {
-    /// From the times in nanoseconds, in their order.
+    /// Returns a source of these times, ns, in their order.
     pub fn new(times: Vec<u64>) -> Self {
         Self { times, next: 0 }
     }
@@ -82,14 +85,14 @@ impl TimeSource for RecordedTimes {
     }
 }
 
-/// The agent's time, nanoseconds since its start: the system's monotonic clock, or what a time source says.
+/// Agent's time, ns since its start: the monotonic clock, or a time source.
 pub struct Clock {
-    /// The monotonic time at the start; another one when the agent goes on from a snapshot.
+    /// Monotonic time of the start, ns; shifted when the agent resumes from a snapshot.
     start: AtomicI64,
-    /// What the time source said last, if there is one.
+    /// Last time of the time source, ns; `None` on the system's clock.
     driven: Option<AtomicU64>,
     calendar: Calendar,
-    /// The date at the start.
+    /// Date at the start.
     date: SystemTime,
 }
 
@@ -100,7 +103,7 @@ impl fmt::Debug for Clock {
 }
 
 impl Clock {
-    /// A clock that a time source drives, or the system's.
+    /// Returns a clock that a time source drives, or the system's.
     pub fn new(driven: bool, calendar: Option<Calendar>) -> Self {
         let calendar = calendar.unwrap_or_else(|| Arc::new(date));
         let date = calendar();
@@ -112,7 +115,7 @@ impl Clock {
         }
     }
 
-    /// The agent's time, nanoseconds.
+    /// Returns the agent's time, ns.
     #[inline]
     pub fn now(&self) -> u64 {
         match &self.driven {
@@ -121,12 +124,13 @@ impl Clock {
         }
     }
 
-    /// Whether a time source drives it.
+    /// Returns true if a time source drives the clock.
     pub fn is_driven(&self) -> bool {
         self.driven.is_some()
     }
 
-    /// A monotonic time as one since the agent's start; on the system's clock that is the agent's time.
+    /// Converts a monotonic time to one since the agent's start, ns.
+    /// On the system's clock that is the agent's time.
     #[inline]
     pub fn at(&self, monotonic: u64) -> u64 {
         // Whoever looks while an agent goes on from a snapshot gets a time before it, or of it.
@@ -140,13 +144,15 @@ impl Clock {
         }
     }
 
-    /// Goes on from another time: a driven clock as said, and the system's from now on.
+    /// Resumes at another time, ns.
+    /// A driven clock stays there until it is set; the system's advances from it.
     pub fn resume(&self, time: u64) {
         self.set(time);
         self.start.store((monotonic() as i64).saturating_sub_unsigned(time), Ordering::Relaxed);
     }
 
-    /// The date of an agent's time: for people, who read logs. Nothing is measured with it, as it may jump.
+    /// Returns the date of an agent's time, for the readers of logs.
+    /// Nothing is measured with it, as it may jump.
     pub fn date_of(&self, time: u64) -> SystemTime {
         if self.is_driven() {
             return self.date + Duration::from_nanos(time);

@@ -1,13 +1,14 @@
-//! A fingerprint of everything that modules write in lockstep.
+//! Fingerprint of all values that modules write in lockstep.
 
 use serde::{Deserialize, Serialize};
 use slate_blackboard::bytes;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
-/// Values are hashed together when they fill this, bytes: a call of the hash costs more than a small value.
+/// Size of the buffer of values that are hashed together, bytes.
+/// A call of the hash costs more than a small value.
 const TOGETHER: usize = 16 * 1024;
 
-/// A fingerprint of everything that modules wrote: equal runs have equal digests.
+/// Fingerprint of all values that modules wrote; equal runs have equal digests.
 ///
 /// Measured times are not part of it, as they differ from run to run. It is a chain, each link of which is the hash of
 /// some values with the link before as the seed: so it can be kept, and goes on in another process.
@@ -19,7 +20,7 @@ pub struct Digest {
 }
 
 impl Default for Digest {
-    /// Of nothing so far.
+    /// Returns the digest of no values.
     fn default() -> Self {
         Self { chain: 0, waiting: Vec::with_capacity(TOGETHER) }
     }
@@ -56,12 +57,12 @@ impl Digest {
         self.waiting.extend_from_slice(value);
     }
 
-    /// The fingerprint of everything so far.
+    /// Returns the fingerprint of all values so far.
     pub fn value(&self) -> u64 {
         xxh3_64_with_seed(&self.waiting, self.chain)
     }
 
-    /// The one that goes on from a kept one, with room for what comes.
+    /// Returns the continuation of a kept digest, with room for further values.
     pub fn resumed(mut self) -> Self {
         self.waiting.reserve_exact(TOGETHER.saturating_sub(self.waiting.len()));
         self

@@ -6,41 +6,41 @@ use slate_blackboard::channel::Frozen;
 use slate_blackboard::message::FrozenMessage;
 use slate_safety::FrozenGate;
 
-/// Bytes that are written as such.
+/// Bytes, serialised as bytes and not as a list of numbers.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bytes(#[serde(with = "bytes")] pub Vec<u8>);
 
-/// The values of a property.
+/// Values of a property.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FrozenProperty {
-    /// The name of its interface.
+    /// Name of its interface.
     pub interface: String,
-    /// The schema of its interface.
+    /// Schema of its interface.
     pub schema: u64,
-    /// Its values with their stamps, and the cursors of its readers.
+    /// Values with their stamps, and the cursors of the readers.
     pub values: Frozen,
 }
 
 /// Messages that wait.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FrozenMailbox {
-    /// How many messages were collected.
+    /// Number of messages collected.
     pub sequence: u64,
     /// Oldest first.
     pub messages: Vec<FrozenMessage>,
 }
 
-/// A gate, and what it showed.
+/// State of a gate, and its last published state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FrozenActuator {
-    /// Who may command it.
+    /// Possible commanders, as paths.
     pub commanders: Vec<String>,
-    /// Its place in the order of all outputs.
+    /// Index in the order of all outputs.
     pub index: u32,
-    /// The gate.
+    /// Gate.
     pub gate: FrozenGate,
-    /// What its state says, as it was written last.
+    /// Last published state of the gate.
     pub shown: Option<Bytes>,
-    /// Whether its command was fresh.
+    /// True if a command has passed since the last publication.
     pub fresh: bool,
 }

@@ -1,8 +1,8 @@
-//! Runs modules: the main loop with its threads and watchdog, single steps, libraries and processes of modules, the gates
-//! of actuators, time and log.
+//! Run time of modules: main loop, threads, watchdog, single steps, isolation.
+//! Also libraries of plugins, gates of actuators, clock and log.
 //!
-//! It knows no file of a configuration or of a snapshot, and no agent: an agent makes [runners](runner) of what a
-//! composition says, gives them to the [main loop](main_loop), and is asked through narrow traits, such as
+//! It knows no file of a configuration or of a snapshot, and no agent: an agent makes [runners](runner) from a
+//! composition, passes them to the [main loop](main_loop), and is called through narrow traits, such as
 //! [`AskedChanges`](main_loop::AskedChanges) and [`Playback`].
 #![allow(unsafe_code, reason = "modules run behind a table of calls, over memory of the host")]
 

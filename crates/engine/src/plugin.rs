@@ -1,5 +1,5 @@
-//! Plugins as shared libraries: what a file says of itself before it is opened, and opening it with the care that the
-//! code of others needs.
+//! Plugins as shared libraries: outlines of files, and loading with checks.
+//! The outline is read before the file is opened, as the code of others needs care.
 
 use std::any::Any;
 use std::path::Path;
@@ -18,12 +18,13 @@ pub use crate::library::{
 /// Opens a plugin's library, after its outline was checked.
 ///
 /// # Errors
-/// What does not fit, with what was expected.
+/// A library that does not fit, with the expected state.
 pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
     load_for(file, None, |_| false)
 }
 
-/// Returns the configuration of the robot that a library brings beside its modules, if it brings one.
+/// Returns the robot configuration that a library contains beside its modules.
+/// `None` if it contains none.
 ///
 /// # Errors
 /// As [`load`], or the robot is invalid.
@@ -32,8 +33,8 @@ pub fn robot_of(file: &Path) -> Result<Option<(Plugin, String)>, LibraryError> {
     Ok(robot_text(file, &plugin, &outline)?.map(|text| (plugin, text)))
 }
 
-/// As [`load`]; a library that must not be opened here is left to the processes of its modules, if all of those
-/// `are_isolated`. They are run by `program`.
+/// Acts as [`load`], and leaves unloadable code to the processes of its modules.
+/// A library that must not be opened here is left to them if all its modules `are_isolated`; `program` runs them.
 pub fn load_for(
     file: &Path,
     program: Option<&Path>,

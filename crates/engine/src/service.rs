@@ -1,4 +1,4 @@
-//! Services that modules need: those of the host, and where one that a module provides is found by those that need it.
+//! Services that modules use: those of the host, and those that modules provide.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,35 +11,35 @@ use crate::aligned_memory::AlignedMemory;
 use crate::digest::Digest;
 use slate_composition::own::PortName;
 
-/// A service of the host for one module: a table of calls over an object of its own.
+/// Service of the host for one module: a table of calls over an object of its own.
 pub trait HostService: Send {
-    /// The table, which stays where it is as long as the service.
+    /// Returns the table, whose address is constant as long as the service lives.
     fn table(&self) -> *const u8;
 
-    /// The module begins with that code, or goes on with it.
+    /// Begins with the code of the module, or continues with other code.
     fn begin(&mut self, _: &ModuleKind) {}
 
-    /// Before a tick.
+    /// Prepares a tick.
     fn prepare(&mut self, _: u64) {}
 
-    /// After a tick that went as it should: what it asked for happens now.
+    /// Commits a successful tick: its requests take effect now.
     fn commit(&mut self, _: u64, _: Option<&mut Digest>) {}
 
-    /// After a tick that failed: what it asked for does not happen.
+    /// Abandons a failed tick: its requests are dropped.
     fn abandon(&mut self) {}
 
-    /// The module does not work for now, or no more: what it holds of the robot is let go. Its tick may hang in a call
-    /// of the service meanwhile.
+    /// Releases the module's claims on the robot while it is off or late.
+    /// Its tick may hang in a call of the service meanwhile.
     fn rest(&self, _: u64) {}
 
-    /// The module's instance is gone; after a panic another one follows.
+    /// Ends the module's instance; after a panic another one follows.
     fn end(&mut self) {}
 }
 
-/// The place of a service; empty while it is not provided.
+/// Slot of a service; empty while it is not provided.
 #[derive(Debug, Default)]
 pub struct ServicePlace {
-    /// Counts changes, so that a tick sees with one look that there was none.
+    /// Number of changes, so that a tick detects with one load that there was none.
     version: AtomicU64,
     current: Mutex<Current>,
     /// Wakes the threads of those that need it.
@@ -49,17 +49,17 @@ pub struct ServicePlace {
 #[derive(Debug, Default)]
 struct Current {
     service: Option<Arc<Provided>>,
-    /// Whether nobody gets it for now.
+    /// True while the service is withheld.
     is_suspended: bool,
 }
 
-/// A service that is provided.
+/// Provided service.
 #[derive(Debug)]
 struct Provided {
     table: AlignedMemory,
     owner: *mut (),
     end: unsafe extern "C" fn(*mut ()),
-    /// Keeps the code of its calls.
+    /// Kind of the provider, which keeps the code of the calls loaded.
     #[allow(dead_code, reason = "it is kept, not used")]
     kind: ModuleKind,
 }
@@ -83,8 +83,8 @@ impl ServicePlace {
         drop(self.change(|current| std::mem::replace(&mut current.service, service)));
     }
 
-    /// Keeps the service from those that need it, or gives it to them again; who is in a tick keeps it until the next
-    /// one. No code of the provider runs here.
+    /// Withholds the service from its users, or restores it.
+    /// A user in a tick keeps it until the next one. No code of the provider runs here.
     pub fn suspend(&self, is_suspended: bool) {
         self.change(|current| current.is_suspended = is_suspended);
     }
@@ -106,7 +106,7 @@ impl ServicePlace {
         self.wakes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Ends the service; who is in a tick keeps it until the next one.
+    /// Ends the service; a user in a tick keeps it until the next one.
     pub fn withdraw(&self) {
         if self.is_provided() {
             self.set(None);
@@ -118,11 +118,11 @@ impl ServicePlace {
     }
 }
 
-/// A port through which a module uses a service of another one.
+/// Port through which a module uses a service of another one.
 pub struct AspectPort {
-    /// Its slot in the frame.
+    /// Slot in the frame.
     pub slot: usize,
-    /// Its name.
+    /// Name.
     pub name: PortName,
     place: Arc<ServicePlace>,
     seen: u64,
@@ -130,7 +130,7 @@ pub struct AspectPort {
 }
 
 impl AspectPort {
-    /// A port that finds the service there, and whose thread wakes when that changes.
+    /// Returns a port that finds the service in `place`; changes wake its thread.
     pub fn new(slot: usize, name: &str, place: Arc<ServicePlace>, wake: &Arc<Wake>) -> Self {
         let mut wakes = place.wakes();
         if !wakes.iter().any(|other| Arc::ptr_eq(other, wake)) {
@@ -140,7 +140,7 @@ impl AspectPort {
         Self { slot, name: PortName::new(name), place, seen: 0, held: None }
     }
 
-    /// The table of the service, while it is provided.
+    /// Returns the table of the service, while it is provided.
     pub fn table(&mut self) -> Option<*const u8> {
         let version = self.place.version.load(Ordering::Acquire);
         if version != self.seen {
@@ -155,9 +155,9 @@ impl AspectPort {
     }
 }
 
-/// A port through which a module provides a service.
+/// Port through which a module provides a service.
 pub struct ProviderPort {
-    /// Its slot in the frame.
+    /// Slot in the frame.
     pub slot: usize,
     inner: Box<ProviderState>,
 }
@@ -169,7 +169,7 @@ struct ProviderState {
 }
 
 impl ProviderPort {
-    /// A port through which that module provides the service there.
+    /// Returns a port through which the module provides the service in `place`.
     pub fn new(slot: usize, place: Arc<ServicePlace>, kind: ModuleKind) -> Self {
         // What a module has left that never returned is not called any more, and its code may be in it for ever.
         std::mem::forget(place.change(std::mem::take).service);
@@ -179,22 +179,22 @@ impl ProviderPort {
         Self { slot, inner }
     }
 
-    /// What the module's port points to.
+    /// Returns the table to which the module's port points.
     pub fn table(&self) -> *const ProviderTable {
         &raw const self.inner.table
     }
 
-    /// Whether the service is provided now.
+    /// Returns true while the service is provided.
     pub fn is_provided(&self) -> bool {
         self.inner.place.is_provided()
     }
 
-    /// Keeps the service from those that need it while the module is late, or gives it to them again.
+    /// Withholds the service from its users while the module is late, or restores it.
     pub fn suspend(&self, is_suspended: bool) {
         self.inner.place.suspend(is_suspended);
     }
 
-    /// The instance that provided the service is gone; `kind` comes next.
+    /// Ends the service of an instance that has ended; `kind` comes next.
     pub fn withdraw(&mut self, kind: &ModuleKind) {
         self.inner.place.withdraw();
         self.inner.kind = kind.clone();

@@ -11,7 +11,8 @@ use crate::block::{BlockState, RENEWAL, distinct};
 use crate::knowledge::{ActuatorStatus, DeviceHealth};
 use crate::port::Commanded;
 
-/// Device that acts on the world. Only Sensors and Actuators differ between a simulated and a real robot.
+/// Device that acts on the world.
+/// Only Sensors and Actuators differ between a simulated and a real robot.
 pub trait Actuator: 'static {
     /// Kind in the configuration, in snake case.
     const NAME: &'static str;
@@ -28,7 +29,8 @@ pub trait Actuator: 'static {
     /// Safe command, without a valid command, such as zero velocity.
     const SAFE: Self::Command;
 
-    /// Applies a command that has passed the gate: within limits, or the safe command. Must not block.
+    /// Applies a command that has passed the gate.
+    /// It is within limits, or the safe command. Must not block.
     ///
     /// While the device does not obey, such as without a connection, return `Degraded` or `Failed`: the RobotModel then has
     /// it as [`FAILED`](crate::DeviceHealth::FAILED).
@@ -41,7 +43,7 @@ pub trait Actuator: 'static {
     ) -> Outcome;
 }
 
-/// Status by the gate, the gate's command, and what the device made of it.
+/// Status from the gate, the gate's command, and the device's outcome.
 fn status_of(gate: Option<&GateState>, is_commanded: bool, applied: Outcome) -> ActuatorStatus {
     let is_active = gate.map_or(is_commanded, |gate| is_commanded && gate.age.get().is_some());
     let health = match gate.map_or(GateMode::ARMED, |gate| gate.mode) {

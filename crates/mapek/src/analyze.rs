@@ -7,7 +7,8 @@ use crate::block::{BlockState, distinct, on};
 use crate::port::role;
 use crate::published::has_place;
 
-/// Filters, processes and aggregates percepts, and notifies the Plan of relevant changes (RoCS, 4.2).
+/// Interpretation of percepts (RoCS, 4.2).
+/// An Analyze filters, processes and aggregates percepts, and notifies the Plan of relevant changes.
 ///
 /// The observed Monitors trigger it.
 pub trait Analyze: 'static {
@@ -15,13 +16,14 @@ pub trait Analyze: 'static {
     const NAME: &'static str;
     /// Description.
     const DOC: &'static str = "";
-    /// Ports: [`Observed`](crate::Observed) for each Monitor, and plain inputs for knowledge.
+    /// Ports: one [`Observed`](crate::Observed) for each Monitor, and plain inputs.
+    /// The plain inputs are for knowledge.
     type Observed: Ports;
     /// Parameters.
     type Params: Params;
     /// State.
     type State: BlockState;
-    /// Published value: a small one, or [`InPlace`](crate::InPlace) for one of any size.
+    /// Published value: a small one, or [`InPlace`](crate::InPlace) for any size.
     type Value: Published;
 
     /// Processes percepts; returns a relevant change, which is published.
@@ -32,7 +34,7 @@ pub trait Analyze: 'static {
         now: &Tick,
     ) -> Option<Self::Value>;
 
-    /// Returns whether what it observes is invalid: the Analyze is degraded.
+    /// Returns true if the observed values are invalid: the Analyze is degraded.
     fn is_degraded(_: &Self::State) -> bool {
         false
     }

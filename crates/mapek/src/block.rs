@@ -11,7 +11,8 @@ impl<T: Default + Serialize + DeserializeOwned + Send + 'static> BlockState for 
 /// Maximum period of a block that sends commands, nanoseconds.
 pub(crate) const RENEWAL: u64 = 20_000_000;
 
-/// Trigger: new data at one of the chosen ports, and the expiry of their values; every cycle without such ports.
+/// Returns the trigger: new data at a chosen port, and the expiry of its value.
+/// Without chosen ports it is every cycle.
 pub(crate) fn on(ports: &[PortDescription], chosen: impl Fn(&PortDescription) -> bool) -> Trigger {
     let chosen: Vec<_> = ports
         .iter()
@@ -25,7 +26,8 @@ pub(crate) fn on(ports: &[PortDescription], chosen: impl Fn(&PortDescription) ->
     Trigger::On { ports: chosen.iter().map(|port| port.name.clone()).collect(), timeout }
 }
 
-/// Refuses a block whose author named two ports alike, or one like a port of the framework.
+/// Refuses a block with two ports of one name.
+/// This includes a port with the name of one of the framework.
 pub(crate) fn distinct<P: Ports>() -> Result<(), Refusal> {
     let ports = P::describe();
     for (i, port) in ports.iter().enumerate() {

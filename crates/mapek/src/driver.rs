@@ -1,4 +1,5 @@
-//! Sensors and Actuators in front of a driver or a simulator, which is one module for all devices of a robot.
+//! Sensors and Actuators in front of a driver or a simulator.
+//! The driver or simulator is one module for all devices of a robot.
 
 use slate_interfaces::DriverStatus;
 use slate_module::{Input, Interface, Outcome, ports};
@@ -6,7 +7,8 @@ use slate_module::{Input, Interface, Outcome, ports};
 use crate::in_place::InPlace;
 use crate::port::Measurement;
 
-/// Ports of a Sensor whose measurements a driver or a simulator publishes as they are.
+/// Ports of a Sensor that passes on measurements of a driver or a simulator.
+/// The measurements stay unchanged.
 #[ports]
 pub struct DriverPorts<T: Interface + ?Sized> {
     /// Output of the driver or the simulator.
@@ -22,14 +24,15 @@ impl<T: Interface + ?Sized> DriverPorts<T> {
     }
 }
 
-/// What a driver's status is to the Actuator in front of it: degraded with a fault, or when the driver hangs.
+/// Returns the outcome of an Actuator from the status of its driver.
+/// It is degraded with a fault, or when the driver hangs.
 #[doc(hidden)]
 pub fn driver_outcome(status: &Input<DriverStatus>) -> Outcome {
     let is_faulty = status.get().is_some_and(|driver| driver.fault.get() || status.is_stale());
     if is_faulty { Outcome::Degraded } else { Outcome::Ok }
 }
 
-/// Makes [`Sensor`](crate::Sensor)s that hand on what a driver or a simulator publishes:
+/// Defines [`Sensor`](crate::Sensor)s that pass on data of a driver or simulator.
 /// `driver_sensors! { SimulatedSonar("simulated_sonar", "Sonars of the simulator."): SonarScan }`.
 #[macro_export]
 macro_rules! driver_sensors {
@@ -58,10 +61,10 @@ macro_rules! driver_sensors {
     )+};
 }
 
-/// Makes an [`Actuator`](crate::Actuator) that hands the commands from the gate to a driver or a simulator, and reports the
-/// driver's faults:
-/// `driver_actuator!(SimulatedWheels("simulated_wheels", "Wheels of the simulator."),
-/// TwoWheelPorts { wheels: WheelSpeeds })`, where `wheels` is its output.
+/// Defines an [`Actuator`](crate::Actuator) in front of a driver or a simulator.
+/// It passes the commands from the gate on, and reports the driver's faults:
+/// `driver_actuator!(SimulatedWheels("simulated_wheels", "Wheels of the simulator."), TwoWheelPorts { wheels:
+/// WheelSpeeds })`, where `wheels` is its output.
 #[macro_export]
 macro_rules! driver_actuator {
     ($name:ident($kind:literal, $doc:literal), $ports:ident { $port:ident: $command:ty }) => {

@@ -2,7 +2,7 @@ use std::marker::PhantomData;
 
 use slate_module::{Interface, Outcome, Tick};
 
-/// A value of any size that a block has written in place.
+/// Value of any size that a block has written in place.
 #[derive(Debug)]
 pub struct InPlace<T: ?Sized> {
     /// Number of items and capacity of the port, if the value was not written.

@@ -7,42 +7,42 @@ use crate::{
     MonitorBlock, Plan, PlanBlock, ReactiveBlock, ReactiveModel, Repertoire, Sensor, SensorBlock,
 };
 
-/// The kind of module of a [`Sensor`].
+/// Returns the kind of module of a [`Sensor`].
 pub fn sensor<S: Sensor>() -> ModuleKind {
     ModuleKind::linked::<SensorBlock<S>>()
 }
 
-/// The kind of module of an [`Actuator`].
+/// Returns the kind of module of an [`Actuator`].
 pub fn actuator<A: Actuator>() -> ModuleKind {
     ModuleKind::linked::<ActuatorBlock<A>>()
 }
 
-/// The kind of module of a [`Monitor`].
+/// Returns the kind of module of a [`Monitor`].
 pub fn monitor<M: Monitor>() -> ModuleKind {
     ModuleKind::linked::<MonitorBlock<M>>()
 }
 
-/// The kind of module of an [`Analyze`].
+/// Returns the kind of module of an [`Analyze`].
 pub fn analyze<A: Analyze>() -> ModuleKind {
     ModuleKind::linked::<AnalyzeBlock<A>>()
 }
 
-/// The kind of module of a [`Plan`].
+/// Returns the kind of module of a [`Plan`].
 pub fn plan<P: Plan>() -> ModuleKind {
     ModuleKind::linked::<PlanBlock<P>>()
 }
 
-/// The kind of module of the Execute for a [`Repertoire`].
+/// Returns the kind of module of the Execute for a [`Repertoire`].
 pub fn execute<R: Repertoire>() -> ModuleKind {
     ModuleKind::linked::<ExecuteBlock<R>>()
 }
 
-/// The kind of module of a [`ReactiveModel`].
+/// Returns the kind of module of a [`ReactiveModel`].
 pub fn reactive<R: ReactiveModel>() -> ModuleKind {
     ModuleKind::linked::<ReactiveBlock<R>>()
 }
 
-/// The kind of module of a [`Knowledge`].
+/// Returns the kind of module of a [`Knowledge`].
 pub fn knowledge<K: Knowledge>() -> ModuleKind {
     ModuleKind::linked::<KnowledgeBlock<K>>()
 }

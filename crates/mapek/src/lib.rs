@@ -1,4 +1,5 @@
-//! Monitor, Analyze, Plan, Execute around Knowledge: the architecture of a robot (RoCS).
+//! Architecture of a robot (RoCS): the MAPE-K loop.
+//! Monitor, Analyze, Plan, Execute around Knowledge.
 //!
 //! A robot has two routes. On the deliberative one a [`Monitor`] interprets sensors, an [`Analyze`] reports changes,
 //! the [`Plan`] decides and [`ExecuteBlock`] performs its actions. On the reactive one a [`ReactiveModel`] is woken by
@@ -399,7 +400,8 @@ pub use status::{Ended, Ending, ExecuteStatus, Route, WaitingAction, WaitingActi
 #[doc(hidden)]
 pub use {serde, slate_module};
 
-/// Imports of a robot's file, beside the preludes of slate-module and slate-interfaces.
+/// Imports of a robot's file, besides the other preludes.
+/// The others are those of slate-module and slate-interfaces.
 ///
 /// The blocks and what they exchange, the builder, actions, the pipeline and the parts of Knowledge.
 pub mod prelude {

@@ -7,7 +7,8 @@ pub const KIND_LENGTH: usize = 44;
 /// The most arguments that an action takes.
 pub const ARGUMENTS: usize = 8;
 
-/// Request of an action: a registered kind and its arguments. Execute owns the behaviour.
+/// Request of an action: a registered kind and its arguments.
+/// Execute owns the behaviour.
 #[interface]
 #[derive(PartialEq)]
 pub struct ActionRequest {
@@ -54,7 +55,7 @@ pub struct Reflex {
 #[interface]
 #[derive(PartialEq)]
 pub struct Rank {
-    /// A higher one inhibits and preempts a lower one.
+    /// Rank: a higher one inhibits and preempts a lower one.
     pub rank: i32,
 }
 

@@ -21,14 +21,14 @@ pub trait Monitor: 'static {
     const NAME: &'static str;
     /// Description.
     const DOC: &'static str = "";
-    /// Ports of its sensors: [`Sensed`](crate::Sensed) for each, and beside them plain inputs for knowledge. Without a
-    /// `Sensed`, every input is of a sensor.
+    /// Ports: [`Sensed`](crate::Sensed) for each sensor, plain inputs for knowledge.
+    /// Without a `Sensed`, every input is of a sensor.
     type Sensors: Ports;
     /// Parameters.
     type Params: Params;
     /// State.
     type State: BlockState;
-    /// Published value: a small one, or [`InPlace`](crate::InPlace) for one of any size.
+    /// Published value: a small one, or [`InPlace`](crate::InPlace) for any size.
     type Value: Published;
 
     /// Interprets the sensors' data; returns the percept to publish.
@@ -39,8 +39,8 @@ pub trait Monitor: 'static {
         now: &Tick,
     ) -> Option<Self::Value>;
 
-    /// Returns the device that a port of a sensor reads, from the RobotModel. Its rate says when it has stopped, if that is
-    /// later than by the port's `#[stale]`.
+    /// Returns the device that a port of a sensor reads, from the RobotModel.
+    /// The sensor counts as stopped by the device's rate, if that is later than by the port's `#[stale]`.
     fn device<'s>(_: &'s Self::Sensors, _port: &str) -> Option<&'s Device> {
         None
     }
@@ -96,7 +96,7 @@ impl<M: Monitor> Module for MonitorBlock<M> {
     }
 }
 
-/// Degraded while a sensor has stopped; the log has it once.
+/// Returns `Degraded` while a sensor has stopped; logged once.
 fn watch<M: Monitor>(sensors: &M::Sensors, now: &Tick) -> Outcome {
     let Some(StaleInput { name, stamp, after: declared }) = sensors.stale_input() else {
         return Outcome::Ok;

@@ -11,7 +11,7 @@ pub struct QueuedAction {
     pub action: ActionRequest,
     /// Origin.
     pub origin: Origin,
-    /// When it was queued or renewed, nanoseconds.
+    /// Time at which it was queued or renewed, nanoseconds.
     #[serde(default)]
     pub queued: u64,
 }
@@ -23,7 +23,7 @@ pub enum Origin {
     Plan(u64),
     /// A reflex.
     Reflex {
-        /// Which model sent it.
+        /// Number of the model that sent it.
         source: u32,
         /// The model's rank.
         rank: i32,
@@ -31,7 +31,7 @@ pub enum Origin {
 }
 
 impl QueuedAction {
-    /// The route on which it came.
+    /// Returns the route on which it came.
     pub fn route(&self) -> Route {
         match self.origin {
             Origin::Plan(_) => Route::DELIBERATIVE,
@@ -39,7 +39,7 @@ impl QueuedAction {
         }
     }
 
-    /// The Plan's number of it; 0 for a reflex.
+    /// Returns the Plan's number of it; 0 for a reflex.
     pub fn ticket(&self) -> u64 {
         match self.origin {
             Origin::Plan(ticket) => ticket,
@@ -47,7 +47,7 @@ impl QueuedAction {
         }
     }
 
-    /// The rank of a reflex.
+    /// Returns the rank of a reflex.
     pub fn rank(&self) -> Option<i32> {
         match self.origin {
             Origin::Plan(_) => None,
@@ -55,7 +55,7 @@ impl QueuedAction {
         }
     }
 
-    /// Whether both are the same reflex, sent again.
+    /// Returns true if both are the same reflex, sent again.
     fn repeats(&self, other: &Self) -> bool {
         self.origin == other.origin && self.action.kind == other.action.kind && self.rank().is_some()
     }
@@ -64,11 +64,11 @@ impl QueuedAction {
 /// Result of an offered action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Admission {
-    /// It is queued.
+    /// The action is queued.
     Waiting,
-    /// It renews the arguments of the running reflex.
+    /// The action renews the arguments of the running reflex.
     Renewed,
-    /// It was planned before the latest reflex.
+    /// The action was planned before the latest reflex.
     OldEpoch,
     /// The queue is full.
     Full,
@@ -90,7 +90,7 @@ pub struct Pipeline {
     interrupted: Option<QueuedAction>,
     epoch: u64,
     replan: bool,
-    /// Time of what is queued now, nanoseconds; set in each cycle.
+    /// Time of actions queued now, nanoseconds; set in each cycle.
     #[serde(skip)]
     now: u64,
     /// Counts the changes of the waiting actions.
@@ -139,7 +139,7 @@ impl Pipeline {
     /// Capacity of each level.
     pub const CAPACITY: usize = 64;
 
-    /// Sets the time of what is queued from now on, nanoseconds.
+    /// Sets the time of actions queued from now on, nanoseconds.
     pub fn set_time(&mut self, now: u64) {
         self.now = now;
     }
@@ -188,7 +188,8 @@ impl Pipeline {
         Admission::Waiting
     }
 
-    /// Offers a planned action, or clears the plan. Passes cleared actions to `cleared`.
+    /// Offers a planned action, or clears the plan.
+    /// Passes cleared actions to `cleared`.
     pub fn planned(
         &mut self,
         action: ActionRequest,
@@ -215,7 +216,8 @@ impl Pipeline {
         Admission::Waiting
     }
 
-    /// Abandons the plan: clears its actions, refuses those of its epoch, and requests a new plan.
+    /// Abandons the plan and requests a new one.
+    /// It clears the plan's actions and refuses those of its epoch.
     pub fn abandon_plan(&mut self, mut cleared: impl FnMut(QueuedAction)) {
         self.clear_planned(&mut cleared);
         self.epoch += 1;
@@ -236,12 +238,13 @@ impl Pipeline {
         self.running = None;
     }
 
-    /// The action that ran until something took its place; its owner cancels it before it lets the next one run.
+    /// Takes the action that ran until another one took its place.
+    /// Its owner cancels it before it lets the next one run.
     pub fn take_interrupted(&mut self) -> Option<QueuedAction> {
         self.interrupted.take()
     }
 
-    /// The running action; if none runs, the next one runs from now on.
+    /// Returns the running action; if none runs, the next one runs from now on.
     pub fn advance(&mut self) -> Option<QueuedAction> {
         if self.running.is_none() {
             self.running = self.high.pop_front().or_else(|| self.normal.pop_front());
@@ -250,7 +253,7 @@ impl Pipeline {
         self.running
     }
 
-    /// The running action.
+    /// Returns the running action.
     pub fn running(&self) -> Option<&QueuedAction> {
         self.running.as_ref()
     }
@@ -260,12 +263,12 @@ impl Pipeline {
         self.running.take()
     }
 
-    /// Raised by each reflex and each failure of a plan.
+    /// Returns the epoch, which each reflex and each failure of a plan raises.
     pub fn epoch(&self) -> u64 {
         self.epoch
     }
 
-    /// Whether the plan was cleared and no new one came since.
+    /// Returns true if the plan was cleared and no new one came since.
     pub fn wants_plan(&self) -> bool {
         self.replan
     }
@@ -280,7 +283,7 @@ impl Pipeline {
         self.revision
     }
 
-    /// The waiting actions in the order of their turns.
+    /// Returns the waiting actions in the order of their turns.
     pub fn iter(&self) -> impl Iterator<Item = &QueuedAction> {
         self.high.iter().chain(&self.normal)
     }

@@ -10,7 +10,8 @@ use crate::block::{BlockState, distinct, on};
 use crate::port::{PlanOut, role};
 use crate::{ActionRequest, Ended, ExecuteStatus, PlanStep, Planned, Route};
 
-/// Decides on the robot's behaviour and sends its actions to Execute (RoCS, 4.2). A robot has one.
+/// Decision on the robot's behaviour (RoCS, 4.2).
+/// A Plan sends its actions to Execute. A robot has one.
 ///
 /// Analyzes and changes of Execute's status trigger it.
 pub trait Plan: 'static {
@@ -18,7 +19,8 @@ pub trait Plan: 'static {
     const NAME: &'static str;
     /// Description.
     const DOC: &'static str = "";
-    /// Ports: [`Noticed`](crate::Noticed) for each Analyze, and plain inputs for knowledge.
+    /// Ports: one [`Noticed`](crate::Noticed) for each Analyze, and plain inputs.
+    /// The plain inputs are for knowledge.
     type Noticed: Ports;
     /// Parameters.
     type Params: Params;
@@ -42,7 +44,7 @@ pub struct Situation<'a> {
     status: &'a ExecuteStatus,
     /// Number of the newest ending of earlier runs.
     seen: u64,
-    /// Whether messages to Execute are pending.
+    /// Set while messages to Execute are pending.
     pending: bool,
 }
 
@@ -52,7 +54,8 @@ impl Situation<'_> {
         self.status.route == Route::IDLE && self.status.high == 0 && self.status.normal == 0
     }
 
-    /// Returns whether a reflex or a failure has cleared the plan, and no new one has reached Execute.
+    /// Returns true if a new plan is needed.
+    /// A reflex or a failure has cleared the plan, and no new one has reached Execute.
     pub fn must_replan(&self) -> bool {
         self.status.replan.get()
     }
@@ -67,7 +70,8 @@ impl Situation<'_> {
         !self.pending && (self.is_idle() || self.must_replan())
     }
 
-    /// Iterates over the actions that ended since the previous run, at most the newest eight, oldest first.
+    /// Iterates over the actions that ended since the previous run, oldest first.
+    /// At most the newest eight.
     pub fn ended(&self) -> impl Iterator<Item = &Ended> {
         self.status.ended.iter().filter(|ended| ended.number > self.seen)
     }
@@ -138,7 +142,7 @@ pub struct PlanMemory<S> {
     seen: u64,
 }
 
-/// How long a message may be on its way before the Plan takes it for lost, nanoseconds.
+/// Time after which the Plan takes an unanswered message for lost, nanoseconds.
 const LOST: u64 = 100_000_000;
 
 /// Maximum period of a Plan without a trigger, nanoseconds.

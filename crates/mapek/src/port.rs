@@ -1,4 +1,5 @@
-//! The ports that carry a robot's flow of information; their roles make any other attachment an error.
+//! Ports that carry a robot's flow of information.
+//! Their roles make any other attachment an error.
 #![allow(unsafe_code, reason = "binding a port is passed on to slate-module's ports")]
 
 use std::ops::Deref;
@@ -12,7 +13,8 @@ use slate_module::{
 use crate::in_place::InPlace;
 use crate::{Planned, Reflex};
 
-/// Roles of ports. They tell what block a module is, and with that who may read it.
+/// Roles of ports.
+/// They determine the kind of block of a module, and thereby its permitted readers.
 pub mod role {
     /// Measurements, from Sensor to Monitor, ReactiveModel, Execute and Knowledge.
     pub const MEASUREMENT: &str = "measurement";
@@ -28,7 +30,8 @@ pub mod role {
     pub const REFLEX: &str = "reflex";
     /// State of a gate, for the Actuator behind it.
     pub const GATE_STATE: &str = "gate_state";
-    /// Status of an Actuator, for Knowledge, whose port has the name of the gate, such as `wheels`.
+    /// Status of an Actuator, for Knowledge.
+    /// Its port has the name of the gate, such as `wheels`.
     pub const ACTUATOR_STATUS: &str = "actuator_status";
     /// Status of a driver, for the Actuators in front of it.
     pub const DRIVER_STATUS: &str = "driver_status";
@@ -36,7 +39,8 @@ pub mod role {
     pub const COMMAND: &str = "command";
     /// Inputs of a driver or a simulator that move a robot, for Actuators and gates.
     pub const ACTUATION: &str = "actuation";
-    /// Outputs of Knowledge that a ReactiveModel may read beside the RobotModel: its thresholds.
+    /// Outputs of Knowledge that a ReactiveModel may read besides the RobotModel.
+    /// They are its thresholds.
     pub const RULE: &str = "rule";
     /// Facts of Knowledge, for all blocks but ReactiveModels.
     pub const FACT: &str = "fact";
@@ -70,13 +74,15 @@ macro_rules! carrying {
 }
 
 carrying!(
-    /// Measurement of a Sensor; the framework writes a small one, and a Sensor one of any size.
+    /// Measurement of a Sensor.
+    /// The framework writes a small one, and a Sensor one of any size.
     Measurement,
     Output,
     role::MEASUREMENT
 );
 carrying!(
-    /// Measurement of a Sensor at a Monitor or at Knowledge: an [`Input`] for Sensors only.
+    /// Measurement of a Sensor at a Monitor or at Knowledge.
+    /// An [`Input`] for Sensors only.
     ///
     /// Knowledge lists the Sensors that such inputs of it read in its [`RobotModel`](crate::RobotModel).
     Sensed,
@@ -84,7 +90,8 @@ carrying!(
     role::MEASUREMENT
 );
 carrying!(
-    /// Percept of a Monitor; the framework writes a small one, and a Monitor one of any size.
+    /// Percept of a Monitor.
+    /// The framework writes a small one, and a Monitor one of any size.
     ///
     /// ```
     /// use slate_interfaces::LaserScan;
@@ -120,10 +127,11 @@ carrying!(
     role::PERCEPT
 );
 carrying!(
-    /// Percept of a Monitor that hands on each measurement of a Sensor as it is: its one port, `percept`.
+    /// Percept of a Monitor that passes each measurement of a Sensor on unchanged.
+    /// It is its one port, `percept`.
     ///
-    /// Analyzes read it at the Monitor's URL, and get the Sensor's value itself, in the same cycle and without a copy. What the Monitor
-    /// still does is to tell when the Sensor stops.
+    /// Analyzes read it at the Monitor's URL, and get the Sensor's value itself, in the same cycle and without a copy.
+    /// The Monitor still reports when the Sensor stops.
     ///
     /// ```
     /// use slate_interfaces::LaserScan;
@@ -175,7 +183,8 @@ carrying!(
     role::PERCEPT
 );
 carrying!(
-    /// Change of an Analyze; the framework writes a small one, and an Analyze one of any size.
+    /// Change of an Analyze.
+    /// The framework writes a small one, and an Analyze one of any size.
     Change,
     Output,
     role::CHANGE
@@ -244,7 +253,7 @@ macro_rules! writing {
 writing!(Measurement, Percept, Change);
 
 impl<T: Interface + ?Sized> HandedOn<T> {
-    /// The percept of a Monitor that changes nothing: nothing is written.
+    /// Returns the percept of a Monitor that changes nothing and writes nothing.
     pub fn as_it_is(&self) -> InPlace<T> {
         InPlace::new(true, 0, 0)
     }
@@ -289,25 +298,25 @@ macro_rules! fixed {
 }
 
 fixed!(
-    /// Where a Plan sends its actions.
+    /// Output of a Plan for its actions.
     PlanOut,
     Outbox<Planned>,
     role::PLAN
 );
 fixed!(
-    /// Where Execute receives the Plan's actions.
+    /// Input of Execute for the Plan's actions.
     PlanIn,
     Inbox<Planned>,
     role::PLAN
 );
 fixed!(
-    /// Where a ReactiveModel sends its actions.
+    /// Output of a ReactiveModel for its actions.
     ReflexOut,
     Outbox<Reflex>,
     role::REFLEX
 );
 fixed!(
-    /// Where Execute receives reflexes.
+    /// Input of Execute for reflexes.
     ReflexIn,
     Inbox<Reflex>,
     role::REFLEX

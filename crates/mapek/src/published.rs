@@ -20,7 +20,7 @@ pub trait Published {
     /// Port of an Analyze that the framework adds.
     #[doc(hidden)]
     type Change: Ports;
-    /// Whether the block has the port itself.
+    /// True for a value written in place: the block itself has the port.
     #[doc(hidden)]
     const IN_PLACE: bool;
 

@@ -6,15 +6,15 @@ use crate::block::{BlockState, distinct, on};
 use crate::port::ReflexOut;
 use crate::{ActionRequest, Rank, Reflex};
 
-/// Reflex: a known mapping from sensors to an action (RoCS, 5.1). Its sensors trigger it; its actions go straight to Execute, without the
-/// deliberative route.
+/// Reflex: a known mapping from sensors to an action (RoCS, 5.1).
+/// Its sensors trigger it; its actions go straight to Execute, without the deliberative route.
 pub trait ReactiveModel: 'static {
     /// Kind in the configuration, in snake case.
     const NAME: &'static str;
     /// Description.
     const DOC: &'static str = "";
-    /// Rank among the robot's models, unless the input `rank` is set: a higher one inhibits and preempts
-    /// a lower one.
+    /// Rank among the robot's models, unless the input `rank` is set.
+    /// A higher one inhibits and preempts a lower one.
     const RANK: i32 = 0;
     /// Ports of sensors and knowledge.
     type Sensors: Ports;
@@ -23,8 +23,8 @@ pub trait ReactiveModel: 'static {
     /// State.
     type State: BlockState;
 
-    /// Reacts: a returned action precedes all planned ones. While it is queued or runs, the same kind of
-    /// action renews it.
+    /// Reacts: a returned action precedes all planned ones.
+    /// While it is queued or runs, the same kind of action renews it.
     fn run(
         state: &mut Self::State,
         sensors: &Self::Sensors,

@@ -5,7 +5,8 @@ use slate_module::Ports;
 
 use crate::{Acting, ActionRequest, ActionTree, Arguments, Step};
 
-/// Repertoire of a robot's actions, made by [`repertoire!`](crate::repertoire): an action of any of its kinds.
+/// Repertoire of a robot's actions: an action of any of its kinds.
+/// Made by [`repertoire!`](crate::repertoire).
 pub trait Repertoire: Serialize + DeserializeOwned + Send + 'static {
     /// Kind of the Execute block.
     const NAME: &'static str;
@@ -14,7 +15,7 @@ pub trait Repertoire: Serialize + DeserializeOwned + Send + 'static {
     /// Names of the kinds.
     const KINDS: &'static [&'static str];
 
-    /// Makes a requested action, before its first step.
+    /// Creates a requested action, before its first step.
     ///
     /// # Errors
     /// If the kind is unknown or the arguments don't fit.
@@ -84,7 +85,7 @@ pub fn read_arguments<A: Arguments>(request: &ActionRequest) -> Result<A, Reques
     Ok(A::read(&request.arguments))
 }
 
-/// Makes an enum of all actions that a robot knows, for its Execute:
+/// Defines an enum of all actions that a robot knows, for its Execute.
 /// `repertoire! { pub enum PioneerActions for PioneerBody { SetWheelSpeed, TurnAngle } }`.
 ///
 /// With `for PioneerBody as "pioneer_execute"` the Execute's plugin has that name instead of `execute`, for programs

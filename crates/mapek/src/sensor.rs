@@ -7,7 +7,8 @@ use crate::block::{BlockState, distinct, on};
 use crate::port::role;
 use crate::published::has_place;
 
-/// Source of data. Only Sensors and Actuators differ between a simulated and a real robot.
+/// Source of data.
+/// Only Sensors and Actuators differ between a simulated and a real robot.
 pub trait Sensor: 'static {
     /// Kind in the configuration, in snake case.
     const NAME: &'static str;

@@ -48,7 +48,7 @@ pub struct Ended {
 /// Action that waits in the Pipeline.
 #[interface]
 pub struct WaitingAction {
-    /// When it was queued or renewed.
+    /// Time at which it was queued or renewed.
     #[unit("ns")]
     pub queued: u64,
     /// Number of the action at the Plan; 0 for a reflex.
@@ -61,10 +61,11 @@ pub struct WaitingAction {
     pub route: Route,
 }
 
-/// Actions that wait in the Pipeline, in the order of their turns; written at the start and when they change.
+/// Actions that wait in the Pipeline, in the order of their turns.
+/// Written at the start and when they change.
 #[interface]
 pub struct WaitingActions {
-    /// How often they have changed.
+    /// Number of changes so far.
     pub revision: u64,
     /// The actions.
     pub actions: [WaitingAction],
@@ -97,11 +98,13 @@ pub struct ExecuteStatus {
     pub normal: u32,
     /// Present route.
     pub route: Route,
-    /// Whether the Plan must replan: its plan was cleared, and no new one has arrived.
+    /// Set while the Plan must replan.
+    /// Its plan was cleared, and no new one has arrived.
     pub replan: Bool,
     /// Kind of the running action; empty for none.
     pub running: Text<44>,
-    /// Running action with its children, such as `GoToOrigin > TurnToOrigin > TurnAngle`.
+    /// Running action with its children.
+    /// An example is `GoToOrigin > TurnToOrigin > TurnAngle`.
     pub tree: Text<252>,
     /// Newest endings, oldest first.
     pub ended: Sequence<Ended, 8>,

@@ -1,5 +1,7 @@
-// The C interface of Slate's plugins: a plugin is a shared library that exports a `SlatePluginTable` under the name
-// `slate_plugin_<name>`, and says in its section `.slate` what it offers (see SLATE_OUTLINE).
+// C interface of Slate's plugins.
+//
+// A plugin is a shared library that exports a `SlatePluginTable` under the name `slate_plugin_<name>`, with an outline in
+// its section `.slate` (see SLATE_OUTLINE).
 //
 // Made from crates/module; do not edit.
 
@@ -17,13 +19,13 @@
 #define SLATE_EXPORT extern __attribute__((visibility("default")))
 #endif
 
-// What the library offers and needs, as JSON; hosts read it from the file before they open the library:
+// Outline of the library as JSON: modules and requirements. Hosts read it from the file before they open the library:
 //
 //     SLATE_OUTLINE("{\"abi\":2,\"symbol\":\"slate_plugin_smoother\",\"name\":\"smoother\",\"version\":\"1.0.0\","
 //                   "\"depends\":[],\"modules\":[{\"name\":\"smoother\",\"stage\":\"Think\"}]}");
 #define SLATE_OUTLINE(json) __attribute__((used, section(".slate"))) static const char slate_outline[] = json
 
-// A constant text in a table, such as a module's name.
+// Constant text in a table, such as a module's name.
 #define SLATE_TEXT(literal) { (const uint8_t *)(literal), sizeof(literal) - 1 }
 
 // Exports the plugin's table: an array of SlateModuleTable.
@@ -32,18 +34,18 @@
     const SlatePluginTable slate_plugin_##name = { SLATE_ABI, sizeof(SlateModuleTable), modules, \
                                                    sizeof(modules) / sizeof((modules)[0]) }
 
-// The version of this interface; a host refuses what was built for another one.
+// Version of this interface; a host refuses libraries of another one.
 //
 // 3: a setup may have parameters, and a description hardware of robots.
 #define SLATE_ABI 3
 
-// A call went as it should.
+// Success of a call.
 #define SLATE_DONE 0
 
-// A call was refused; the sink has the reason.
+// Refusal of a call; the sink has the reason.
 #define SLATE_REFUSED 1
 
-// What `tick` returns after a panic.
+// Result of `tick` after a panic.
 #define SLATE_PANICKED -1
 
 // Input: not read by an earlier tick.
@@ -61,21 +63,21 @@
 // Output: is just being written in place.
 #define SLATE_FLAG_BUSY 16
 
-// The importance of a log message.
+// Severity of a log message.
 enum SlateLevel
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    // Something is broken.
+    // Failure of a part.
     SLATE_LEVEL_ERROR = 0,
-    // Something is wrong but the robot goes on.
+    // Problem with which the robot goes on.
     SLATE_LEVEL_WARN = 1,
-    // What a user wants to know.
+    // Information for users.
     SLATE_LEVEL_INFO = 2,
-    // What a developer wants to know.
+    // Information for developers.
     SLATE_LEVEL_DEBUG = 3,
-    // Everything.
+    // Detailed trace.
     SLATE_LEVEL_TRACE = 4,
 };
 #ifndef __cplusplus
@@ -86,7 +88,7 @@ typedef uint32_t SlateLevel;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// Which way a port goes, and how it delivers.
+// Direction of a port, and its delivery.
 enum SlateDirection
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
@@ -98,7 +100,7 @@ enum SlateDirection
     SLATE_DIRECTION_QUEUE,
     // Writes a value.
     SLATE_DIRECTION_OUTPUT,
-    // Writes a value only while somebody watches.
+    // Writes a value only while somebody reads it.
     SLATE_DIRECTION_DEBUG,
     // Writes an actuator's command, which passes the gate.
     SLATE_DIRECTION_COMMAND,
@@ -119,17 +121,17 @@ typedef uint32_t SlateDirection;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// How a tick went.
+// Outcome of a tick.
 enum SlateOutcome
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : int32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    // As intended.
+    // Intended result.
     SLATE_OUTCOME_OK = 0,
-    // With less than it wants, such as a stale input; the reason belongs in the log.
+    // Degraded result, such as with a stale input; the reason belongs in the log.
     SLATE_OUTCOME_DEGRADED = 1,
-    // It could not do its work; outputs of this tick are dropped and outputs with a safe value take that.
+    // Failure; its outputs are dropped, and outputs with a safe value take that.
     SLATE_OUTCOME_FAILED = 2,
 };
 #ifndef __cplusplus
@@ -140,39 +142,42 @@ typedef int32_t SlateOutcome;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// Bytes that stay as they are during a call; those of a table, as long as its library is open.
+// Bytes that stay unchanged during a call.
+// Those of a table stay so as long as its library is open.
 typedef struct SlateBytes {
-    // The first one; anything when there are none.
+    // Address of the first byte; any value for an empty range.
     const uint8_t *data;
-    // How many.
+    // Length, bytes.
     size_t length;
 } SlateBytes;
 
-// What a module is told when it is set up.
+// Setup of a module.
 typedef struct SlateSetupTable {
-    // The module's name in the agent, such as `r2/planner`.
+    // Name of the module in the agent, such as `r2/planner`.
     struct SlateBytes name;
-    // The run's seed.
+    // Seed of the run.
     uint64_t seed;
-    // The period of the main loop, nanoseconds.
+    // Period of the main loop, ns.
     uint64_t period;
-    // The configuration table that the module asked for, as CBOR; none when it is not there.
+    // Configuration table that the module asked for, as CBOR; empty if missing.
     struct SlateBytes section;
-    // A value of the parameter interface, when a kind that describes hardware is described once more; none else.
+    // Value of the parameter interface, for a description with parameters; else empty.
+    // Only a kind that describes hardware is described so.
     struct SlateBytes params;
 } SlateSetupTable;
 
-// Takes bytes from a module: a description, a state, or the reason of a refusal. What is written adds up.
+// Sink of bytes from a module; writes are appended.
+// It takes a description, a state, or the reason of a refusal.
 typedef struct SlateSink {
-    // Given back to each call.
+    // Context, passed to each call.
     void *context;
     // Takes bytes, which may be gone after the call.
     void (*write)(void *context, const uint8_t *data, size_t length);
 } SlateSink;
 
-// When a value was written, and by which writer.
+// Time and writer of a value.
 typedef struct SlateStamp {
-    // How many values were written before and including this one; 0 means never written.
+    // Number of values written up to and including this one; 0 for never written.
     uint64_t sequence;
     // The host's time of the write, in nanoseconds.
     uint64_t time;
@@ -180,130 +185,135 @@ typedef struct SlateStamp {
     uint64_t generation;
 } SlateStamp;
 
-// A value in a queue, an inbox or an outbox.
+// Value in a queue, an inbox or an outbox.
 typedef struct SlateEntry {
-    // The value.
+    // Value.
     uint8_t *data;
-    // Its tail items.
+    // Number of tail items.
     size_t items;
-    // When it was written. Outbox: its sequence is the number of an earlier message, which `answer` is about.
+    // Stamp of the value.
+    // Outbox: its sequence is the number of an earlier message, to which `answer` belongs.
     struct SlateStamp stamp;
-    // Inbox: what the receiver answers; 0 is done, else the reason of the refusal. Outbox: how that message fares; 0 it waits, 1 it is done,
-    // 2 nobody will answer, 65536 and the reason it was refused.
+    // Answer to a message.
+    // Inbox: answer of the receiver; 0 is done, else the reason of the refusal. Outbox: delivery of that message; 0 is
+    // waiting, 1 done, 2 lost without an answer, 65536 plus the reason a refusal.
     uint32_t answer;
-    // Inbox: who sent it.
+    // Inbox: number of the sender.
     uint32_t sender;
 } SlateEntry;
 
-// A port of a frame.
+// Port of a frame.
 typedef struct SlatePortSlot {
-    // Schema hash of what the port carries, which binding checks.
+    // Schema hash of the port's interface, which binding checks.
     uint64_t schema;
-    // Input: the value. Output: the working slot; null for a debug output that nobody watches.
+    // Input: value. Output: working slot; null for a debug output without a reader.
     uint8_t *data;
     // Tail items of the value.
     size_t items;
     // Output: room in the tail. Outbox: how many messages fit.
     size_t capacity;
-    // Input: when the value was written. Outbox: its sequence counts the messages of earlier ticks.
+    // Input: stamp of the value. Outbox: its sequence counts earlier messages.
+    // Earlier messages are those of earlier ticks.
     struct SlateStamp stamp;
     // See `SLATE_FLAG_NEW` and those that follow it.
     uint32_t flags;
-    // A `SlateDirection`, which binding checks.
+    // `SlateDirection`, which binding checks.
     uint32_t direction;
-    // Command: how urgent.
+    // Command: priority.
     uint32_t priority;
     // Queue, inbox, outbox: the values.
     struct SlateEntry *entries;
-    // How many of the entries hold a value.
+    // Number of entries that hold a value.
     size_t count;
     // Input and queue: values that this reader never saw.
     uint64_t missed;
 } SlatePortSlot;
 
-// A stream of pseudo-random numbers: xoshiro256++ (Blackman and Vigna, 2021), plain data that a snapshot can hold.
+// Stream of pseudo-random numbers: xoshiro256++ (Blackman and Vigna, 2021).
+// It is plain data that a snapshot can hold.
 typedef struct SlateRandom {
     uint64_t state[4];
 } SlateRandom;
 
-// What a module may ask of the host during a tick.
+// Services of the host during a tick.
 typedef struct SlateHost {
-    // Given back to each call.
+    // Context, passed to each call.
     const void *context;
     // Takes a log message; `level` is a `SlateLevel`.
     void (*log)(const void *context, uint32_t level, const uint8_t *text, size_t length);
 } SlateHost;
 
-// One tick's view of the world, filled by the host: what the module reads, and where it writes.
+// Frame of one tick: inputs and room for outputs, filled by the host.
 //
 // No atomic is part of it: the host pins all inputs before the step and commits the outputs after it, so one path
 // serves modules that are linked in, loaded, isolated, replayed and tested.
 typedef struct SlateFrame {
-    // A slot per port, in the order of the description.
+    // Slots of the ports, in the order of the description.
     struct SlatePortSlot *ports;
-    // How many ports there are.
+    // Number of ports.
     size_t port_count;
-    // A value of the module's parameter interface.
+    // Value of the module's parameter interface.
     const uint8_t *params;
-    // Its bytes.
+    // Size of the parameters, bytes.
     size_t params_size;
     // Counts the changes of the parameters.
     uint64_t params_version;
-    // The host's time in nanoseconds.
+    // Host's time, ns.
     uint64_t now;
-    // Nanoseconds since this module's last tick; 0 in the first.
+    // Time since this module's last tick, ns; 0 in the first.
     uint64_t elapsed;
     // Counts this module's ticks from 1.
     uint64_t number;
-    // The module's own random stream.
+    // Random stream of the module.
     struct SlateRandom *random;
-    // What the module may ask of the host.
+    // Services of the host during a tick.
     const struct SlateHost *host;
 } SlateFrame;
 
-// The calls of a kind of module, over memory and threads of the host. None of them unwinds.
+// Calls of a kind of module, over memory and threads of the host. None unwinds.
 //
 // The host makes one call at a time to an instance, from any thread.
 typedef struct SlateModuleTable {
-    // The name by which configuration finds it, in snake case.
+    // Name by which configuration finds it, in snake case.
     struct SlateBytes name;
-    // What it does.
+    // Description of the module.
     struct SlateBytes doc;
-    // The configuration table that sets it up; none for most.
+    // Configuration table that sets it up; empty for most kinds.
     struct SlateBytes section;
-    // Writes ports, parameters and trigger under a setup, as CBOR or JSON, or the reason of a refusal.
+    // Writes ports, parameters and trigger, or the reason of a refusal.
+    // They are those under a setup, as CBOR or JSON.
     int32_t (*describe)(const struct SlateSetupTable *setup, const struct SlateSink *sink);
     // Makes an instance; the bytes are a value of the parameter interface.
     int32_t (*create)(const struct SlateSetupTable *setup,
                       struct SlateBytes params,
                       void **instance,
                       const struct SlateSink *sink);
-    // One step: 0 as intended, 1 degraded, 2 failed, -1 after a panic.
+    // Makes one step: 0 as intended, 1 degraded, 2 failed, -1 after a panic.
     int32_t (*tick)(void *instance, const struct SlateFrame *frame);
     // Writes the state.
     int32_t (*save)(const void *instance, const struct SlateSink *sink);
-    // Takes over a saved state; it is refused, and the present state kept, when it doesn't fit.
+    // Restores a saved state; refuses one that doesn't fit, and keeps the present one.
     int32_t (*restore)(void *instance, struct SlateBytes state, const struct SlateSink *sink);
     // Refuses when the module can't be unloaded now, with the reason.
     int32_t (*may_unload)(const void *instance, const struct SlateSink *sink);
-    // Ends an instance; a refusal only says what went wrong.
+    // Ends an instance; a refusal only describes an error.
     int32_t (*destroy)(void *instance, const struct SlateSink *sink);
 } SlateModuleTable;
 
-// What a library exports as `slate_plugin_<crate>`.
+// Table that a library exports as `slate_plugin_<crate>`.
 typedef struct SlatePluginTable {
-    // `SLATE_ABI` when it was built.
+    // `SLATE_ABI` at the time of its build.
     uint32_t abi;
-    // Bytes of a `SlateModuleTable` when it was built.
+    // Size of a `SlateModuleTable` at the time of its build, bytes.
     uint32_t module_size;
-    // The kinds of modules.
+    // Kinds of modules.
     const struct SlateModuleTable *modules;
-    // How many.
+    // Number of kinds.
     size_t module_count;
 } SlatePluginTable;
 
 
-// A text as bytes.
+// Returns a text as bytes.
 static inline SlateBytes slate_text(const char *text) {
     SlateBytes bytes;
     bytes.data = (const uint8_t *)text;
@@ -311,7 +321,7 @@ static inline SlateBytes slate_text(const char *text) {
     return bytes;
 }
 
-// Gives the host bytes, such as a state; what is written adds up.
+// Writes bytes to the host, such as a state; writes are appended.
 static inline void slate_write(const SlateSink *sink, const void *data, size_t length) {
     sink->write(sink->context, (const uint8_t *)data, length);
 }
@@ -322,32 +332,31 @@ static inline int32_t slate_refuse(const SlateSink *sink, const char *reason) {
     return SLATE_REFUSED;
 }
 
-// The port at that place of the description; null beyond the last one.
+// Returns the port at that index of the description; null beyond the last one.
 static inline SlatePortSlot *slate_port(const SlateFrame *frame, size_t port) {
     return port < frame->port_count ? &frame->ports[port] : NULL;
 }
 
-// The newest value of an input; null before the first write. An input that the description calls required has one in
-// every tick.
+// Returns the newest value of an input; null before the first write. A required input has one in every tick.
 static inline const void *slate_input(const SlateFrame *frame, size_t port) {
     const SlatePortSlot *slot = slate_port(frame, port);
     return slot && slot->stamp.sequence > 0 ? slot->data : NULL;
 }
 
-// Whether an input was written since this module's last tick.
+// Returns 1 if an input was written since this module's last tick.
 static inline int slate_is_new(const SlateFrame *frame, size_t port) {
     const SlatePortSlot *slot = slate_port(frame, port);
     return slot && (slot->flags & SLATE_FLAG_NEW) != 0;
 }
 
-// Whether an input is older than declared, or its writer is gone or late.
+// Returns 1 if an input is older than declared, or its writer is gone or late.
 static inline int slate_is_stale(const SlateFrame *frame, size_t port) {
     const SlatePortSlot *slot = slate_port(frame, port);
     return !slot || (slot->flags & SLATE_FLAG_STALE) != 0;
 }
 
-// Sets an output: the place for its value, which is committed after the tick. Fill all of it, as it holds an earlier
-// value. Null for a debug output that nobody watches.
+// Sets an output and returns the address of its value, which is committed after the tick. Fill all of it, as it holds an
+// earlier value. Null for a debug output without a reader.
 static inline void *slate_output(const SlateFrame *frame, size_t port) {
     SlatePortSlot *slot = slate_port(frame, port);
     if (!slot || !slot->data) {

@@ -3,43 +3,44 @@ use slate_blackboard::interface::Descriptor;
 
 use crate::{Hardware, Parameter};
 
-/// What the host must know of a module before it runs it.
+/// Description of a module, which the host needs before it runs it.
 #[derive(Clone, Debug)]
 pub struct Description {
-    /// The module's ports; a frame has a slot for each, in this order.
+    /// Ports; a frame has a slot for each, in this order.
     pub ports: Vec<PortDescription>,
-    /// The interface of the parameters.
+    /// Interface of the parameters.
     pub params: &'static Descriptor,
     /// Defaults and ranges of the parameters.
     pub parameters: Vec<Parameter>,
-    /// The step of the main loop that it belongs to.
+    /// Stage of the main loop.
     pub stage: Stage,
-    /// When it runs.
+    /// Trigger.
     pub trigger: Trigger,
-    /// How long a tick may take, nanoseconds; beyond it a miss is counted.
+    /// Deadline of a tick, ns; a longer one counts as a miss.
     pub deadline: Option<u64>,
-    /// What only one module of a robot may be, such as `plan`; empty for nothing.
+    /// Role of which a robot may have only one module, such as `plan`; empty for none.
     pub unique: String,
-    /// Whether it is described again with its parameters, of which its hardware depends.
+    /// True if its hardware depends on its parameters.
+    /// It is then described again with them.
     pub describes_hardware: bool,
-    /// Hardware of robots, as far as the setup says it.
+    /// Hardware of robots, as far as the setup determines it.
     pub hardware: Vec<Hardware>,
 }
 
-/// A port, as the host sees it.
+/// Port, as the host sees it.
 #[derive(Clone, Debug)]
 pub struct PortDescription {
     /// Name, the last part of its URL.
     pub name: String,
-    /// What goes through it.
+    /// Description of its values.
     pub doc: String,
-    /// Which way, and how.
+    /// Direction and delivery.
     pub direction: Direction,
-    /// What it carries.
+    /// Interface.
     pub descriptor: &'static Descriptor,
     /// Input: whether the module does not run before it has a value.
     pub required: bool,
-    /// The part it plays in an architecture; only matching roles may be linked. Empty for none.
+    /// Role in an architecture; only matching roles may be linked. Empty for none.
     pub role: String,
     /// Input: nanoseconds after which the value counts as stale.
     pub stale_after: Option<u64>,
@@ -51,7 +52,7 @@ pub struct PortDescription {
     pub window: usize,
 }
 
-/// Which way a port goes, and how it delivers.
+/// Direction of a port, and its delivery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(u32)]
 pub enum Direction {
@@ -61,7 +62,7 @@ pub enum Direction {
     Queue,
     /// Writes a value.
     Output,
-    /// Writes a value only while somebody watches.
+    /// Writes a value only while somebody reads it.
     Debug,
     /// Writes an actuator's command, which passes the gate.
     Command,
@@ -76,7 +77,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// The name as in the source.
+    /// Returns the name as in the source.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Input => "Input",
@@ -92,10 +93,10 @@ impl Direction {
     }
 }
 
-/// The steps of the main loop (Fawkes, 4.3).
+/// Stages of the main loop (Fawkes, 4.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Stage {
-    /// Before everything.
+    /// First stage.
     PreLoop,
     /// Reads the sensors.
     SensorAcquire,
@@ -113,7 +114,7 @@ pub enum Stage {
     Act,
     /// Sends them to the actuators.
     ActExec,
-    /// After everything.
+    /// Last stage.
     PostLoop,
 }
 
@@ -132,7 +133,7 @@ impl Stage {
         Self::PostLoop,
     ];
 
-    /// The name as in the source.
+    /// Returns the name as in the source.
     pub const fn name(self) -> &'static str {
         match self {
             Self::PreLoop => "PreLoop",
@@ -148,24 +149,24 @@ impl Stage {
         }
     }
 
-    /// The stage of that name.
+    /// Returns the stage of that name.
     pub fn parse(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|stage| stage.name() == name)
     }
 }
 
-/// When a module runs.
+/// Trigger of a module.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Trigger {
-    /// In every cycle of the main loop, in its stage.
+    /// Every cycle of the main loop, in the module's stage.
     Stage,
-    /// Once a period, nanoseconds.
+    /// Period, ns.
     Every(u64),
-    /// When one of these ports has something new, or none for so many nanoseconds.
+    /// New values of one of these ports, or a time without any.
     On {
         /// Names of the ports.
         ports: Vec<String>,
-        /// Runs at least this often, nanoseconds.
+        /// Longest time between two runs, ns.
         #[serde(default)]
         timeout: Option<u64>,
     },

@@ -1,5 +1,5 @@
-//! The module's side of its table: from C calls to an [`Instance`]. A panic ends here, as a host can't catch what
-//! another library throws.
+//! Module's side of its table: from C calls to an [`Instance`].
+//! A panic ends here, as a host can't catch one of another library.
 
 use std::any::Any;
 
@@ -11,12 +11,12 @@ use crate::{
 };
 
 impl ModuleTable {
-    /// The calls of a module.
+    /// Returns the calls of a module.
     pub const fn of<M: Module>() -> Self {
         Self::of_instance::<Authored<M>>(M::NAME, M::DOC)
     }
 
-    /// The calls of an instance type.
+    /// Returns the calls of an instance type.
     pub const fn of_instance<I: Instance>(name: &'static str, doc: &'static str) -> Self {
         Self {
             name: Bytes::of(name),
@@ -34,17 +34,18 @@ impl ModuleTable {
 }
 
 impl Sink {
-    /// Gives it bytes: a description, a state, or the reason of a refusal.
+    /// Writes bytes to the sink: a description, a state, or the reason of a refusal.
     ///
     /// # Safety
-    /// The sink is as whoever calls made it.
+    /// The sink is unchanged, as its caller made it.
     pub unsafe fn take(&self, bytes: &[u8]) {
         // SAFETY: the bytes live during the call; the rest is passed on to the caller.
         unsafe { (self.write)(self.context, bytes.as_ptr(), bytes.len()) }
     }
 }
 
-/// Runs a call and writes what comes of it. Compiled once, and not for each call of each module.
+/// Runs a call and writes its result.
+/// Compiled once, and not for each call of each module.
 ///
 /// # Safety
 /// The sink is as the host made it.
@@ -70,7 +71,8 @@ unsafe fn answer(sink: *const Sink, call: &mut dyn FnMut() -> Result<Vec<u8>, Re
     }
 }
 
-/// Writes the configuration of a robot, or what is wrong with it; [`plugin!`](crate::plugin) makes the call.
+/// Writes the configuration of a robot, or its errors.
+/// [`plugin!`](crate::plugin) makes the call.
 ///
 /// # Safety
 /// The sink is as the host made it.
@@ -143,7 +145,7 @@ unsafe extern "C" fn tick<I: Instance>(instance: *mut (), frame: *const Frame) -
     }
 }
 
-/// Says in the log of a module why its tick ended.
+/// Logs the panic that ended a module's tick.
 ///
 /// # Safety
 /// The frame is as the host made it.

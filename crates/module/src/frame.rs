@@ -4,61 +4,61 @@ use slate_blackboard::Stamp;
 
 use crate::Random;
 
-/// One tick's view of the world, filled by the host: what the module reads, and where it writes.
+/// Frame of one tick: inputs and room for outputs, filled by the host.
 ///
 /// No atomic is part of it: the host pins all inputs before the step and commits the outputs after it, so one path
 /// serves modules that are linked in, loaded, isolated, replayed and tested.
 #[repr(C)]
 pub struct Frame {
-    /// A slot per port, in the order of the description.
+    /// Slots of the ports, in the order of the description.
     pub ports: *const PortSlot,
-    /// How many ports there are.
+    /// Number of ports.
     pub port_count: usize,
-    /// A value of the module's parameter interface.
+    /// Value of the module's parameter interface.
     pub params: *const u8,
-    /// Its bytes.
+    /// Size of the parameters, bytes.
     pub params_size: usize,
     /// Counts the changes of the parameters.
     pub params_version: u64,
-    /// The host's time in nanoseconds.
+    /// Host's time, ns.
     pub now: u64,
-    /// Nanoseconds since this module's last tick; 0 in the first.
+    /// Time since this module's last tick, ns; 0 in the first.
     pub elapsed: u64,
     /// Counts this module's ticks from 1.
     pub number: u64,
-    /// The module's own random stream.
+    /// Random stream of the module.
     pub random: *const Cell<Random>,
-    /// What the module may ask of the host.
+    /// Services of the host during a tick.
     pub host: *const Host,
 }
 
-/// What a module may ask of the host during a tick.
+/// Services of the host during a tick.
 #[repr(C)]
 pub struct Host {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *const (),
     /// Takes a log message; `level` is a [`Level`].
     pub log: unsafe extern "C" fn(context: *const (), level: u32, text: *const u8, length: usize),
 }
 
-/// The importance of a log message.
+/// Severity of a log message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u32)]
 pub enum Level {
-    /// Something is broken.
+    /// Failure of a part.
     Error = 0,
-    /// Something is wrong but the robot goes on.
+    /// Problem with which the robot goes on.
     Warn = 1,
-    /// What a user wants to know.
+    /// Information for users.
     Info = 2,
-    /// What a developer wants to know.
+    /// Information for developers.
     Debug = 3,
-    /// Everything.
+    /// Detailed trace.
     Trace = 4,
 }
 
 impl Level {
-    /// The level of that number; beyond the last one, the last.
+    /// Returns the level of that number; beyond the last one, the last.
     pub fn from_number(number: u32) -> Self {
         match number {
             0 => Self::Error,
@@ -70,48 +70,51 @@ impl Level {
     }
 }
 
-/// A port of a frame.
+/// Port of a frame.
 #[repr(C)]
 #[derive(Debug)]
 pub struct PortSlot {
-    /// Schema hash of what the port carries, which binding checks.
+    /// Schema hash of the port's interface, which binding checks.
     pub schema: u64,
-    /// Input: the value. Output: the working slot; null for a debug output that nobody watches.
+    /// Input: value. Output: working slot; null for a debug output without a reader.
     pub data: *mut u8,
     /// Tail items of the value.
     pub items: Cell<usize>,
     /// Output: room in the tail. Outbox: how many messages fit.
     pub capacity: usize,
-    /// Input: when the value was written. Outbox: its sequence counts the messages of earlier ticks.
+    /// Input: stamp of the value. Outbox: its sequence counts earlier messages.
+    /// Earlier messages are those of earlier ticks.
     pub stamp: Stamp,
     /// See [`Flags`].
     pub flags: Cell<u32>,
-    /// A [`Direction`](crate::Direction), which binding checks.
+    /// [`Direction`](crate::Direction), which binding checks.
     pub direction: u32,
-    /// Command: how urgent.
+    /// Command: priority.
     pub priority: Cell<u32>,
     /// Queue, inbox, outbox: the values.
     pub entries: *const Entry,
-    /// How many of the entries hold a value.
+    /// Number of entries that hold a value.
     pub count: Cell<usize>,
     /// Input and queue: values that this reader never saw.
     pub missed: u64,
 }
 
-/// A value in a queue, an inbox or an outbox.
+/// Value in a queue, an inbox or an outbox.
 #[repr(C)]
 #[derive(Debug)]
 pub struct Entry {
-    /// The value.
+    /// Value.
     pub data: *mut u8,
-    /// Its tail items.
+    /// Number of tail items.
     pub items: Cell<usize>,
-    /// When it was written. Outbox: its sequence is the number of an earlier message, which `answer` is about.
+    /// Stamp of the value.
+    /// Outbox: its sequence is the number of an earlier message, to which `answer` belongs.
     pub stamp: Stamp,
-    /// Inbox: what the receiver answers; 0 is done, else the reason of the refusal. Outbox: how that message fares; 0 it waits, 1 it is done,
-    /// 2 nobody will answer, 65536 and the reason it was refused.
+    /// Answer to a message.
+    /// Inbox: answer of the receiver; 0 is done, else the reason of the refusal. Outbox: delivery of that message; 0 is
+    /// waiting, 1 done, 2 lost without an answer, 65536 plus the reason a refusal.
     pub answer: Cell<u32>,
-    /// Inbox: who sent it.
+    /// Inbox: number of the sender.
     pub sender: u32,
 }
 

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-/// Drive and devices of a robot, as the description of that robot says.
+/// Drive and devices of a robot, from the description of that robot.
 ///
 /// A Knowledge says it of the robot that its parameters name, a simulator or a driver of each robot that it moves. The two
 /// must agree.
@@ -9,10 +9,11 @@ use serde::{Deserialize, Serialize};
 pub struct Hardware {
     /// Name of the description, such as `pioneer_p3dx`.
     pub robot: String,
-    /// Beginning of the names of the ports that belong to the robot, such as `r2/`; empty for all ports.
+    /// Prefix of the names of the robot's ports, such as `r2/`; empty for all ports.
     #[serde(default)]
     pub ports: String,
-    /// Setting that names the description: `params.NAME` of the module, or a path such as `world.robots.r2.model`; empty for none.
+    /// Setting that names the description; empty for none.
+    /// It is `params.NAME` of the module, or a path such as `world.robots.r2.model`.
     #[serde(default)]
     pub setting: String,
     /// Drive, if it has wheels.
@@ -30,9 +31,9 @@ pub struct Hardware {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HardwareDrive {
-    /// Radius of the wheels, metres.
+    /// Radius of the wheels, m.
     pub wheel_radius: f64,
-    /// Effective track: that of a differential drive that turns as fast, metres.
+    /// Effective track, m: that of a differential drive with the same turn rate.
     pub track: f64,
 }
 
@@ -48,13 +49,14 @@ pub struct HardwareDevice {
     pub count: u32,
     /// Mount in the robot's frame (`base_link`): x and y in metres, heading in radians.
     pub mount: [f64; 3],
-    /// Least and greatest value of the first number of its interface, and of those with the same unit; `None` without limits.
+    /// Limits of the first number of its interface; `None` without limits.
+    /// They are the least and the greatest value, and hold for all numbers with the same unit.
     #[serde(default)]
     pub limits: Option<[f64; 2]>,
 }
 
 impl HardwareDevice {
-    /// A single device in the middle of the robot, without limits.
+    /// Returns a single device in the middle of the robot, without limits.
     pub fn new(name: &str, interface: &str) -> Self {
         Self { name: name.into(), interface: interface.into(), count: 1, mount: [0.0; 3], limits: None }
     }

@@ -5,40 +5,42 @@ use slate_blackboard::interface::Interface;
 use crate::panics::{catch_aside, discard};
 use crate::{Description, Module, Outcome, Params, PortCursor, Ports, Refusal, Setup, Tick, decode, encode};
 
-/// A running module as the host drives it. [`Module`] is what authors write; this is for modules whose ports are
-/// only known from their configuration, such as a simulator.
+/// Running instance of a module, as the host drives it.
+/// Authors write a [`Module`]; this is for modules whose ports are only known from their configuration, such as a
+/// simulator.
 pub trait Instance: Sized + Send + 'static {
-    /// The configuration table that sets it up, such as `world`; empty for none.
+    /// Configuration table that sets it up, such as `world`; empty for none.
     const SECTION: &'static str = "";
 
-    /// Ports, parameters and trigger under that setup.
+    /// Describes ports, parameters and trigger under that setup.
     ///
     /// # Errors
     /// A refusal in words.
     fn describe(setup: &Setup<'_>) -> Result<Description, Refusal>;
 
-    /// An instance before its first tick; `params` holds a value of the parameter interface.
+    /// Creates an instance before its first tick.
+    /// `params` holds a value of the parameter interface.
     ///
     /// # Errors
     /// A refusal in words.
     fn create(setup: &Setup<'_>, params: &[u8]) -> Result<Self, Refusal>;
 
-    /// One step; `params` holds a value of the parameter interface.
+    /// Makes one step; `params` holds a value of the parameter interface.
     fn tick(&mut self, ports: &mut PortCursor, params: &[u8], now: &Tick) -> Outcome;
 
-    /// The state as CBOR with field names.
+    /// Saves the state as CBOR with field names.
     ///
     /// # Errors
-    /// What can't be written.
+    /// A state that can't be encoded.
     fn save(&self) -> Result<Vec<u8>, Refusal>;
 
-    /// Takes over a saved state.
+    /// Restores a saved state.
     ///
     /// # Errors
-    /// What doesn't fit; the state is unchanged then.
+    /// A state that doesn't fit; the present one is unchanged then.
     fn restore(&mut self, state: &[u8]) -> Result<(), Refusal>;
 
-    /// Whether it may be unloaded now; a refusal is a veto.
+    /// Returns `Ok` if it may be unloaded now; an error is a veto.
     ///
     /// # Errors
     /// The reason of the veto.
@@ -47,7 +49,7 @@ pub trait Instance: Sized + Send + 'static {
     }
 }
 
-/// The instance of a [`Module`].
+/// Instance of a [`Module`].
 pub(crate) struct Authored<M: Module> {
     state: M::State,
     module: PhantomData<fn() -> M>,
@@ -101,7 +103,7 @@ impl<M: Module> Instance for Authored<M> {
     }
 }
 
-/// The parameters of an [`Instance`] from their bytes.
+/// Reads the parameters of an [`Instance`] from their bytes.
 ///
 /// # Errors
 /// When there are too few bytes.

@@ -4,9 +4,9 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("invalid `{name}`: expected {expected}")]
 pub struct InvalidParameter {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Its values.
+    /// Expected values.
     pub expected: &'static str,
 }
 

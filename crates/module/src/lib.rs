@@ -1,4 +1,4 @@
-//! What the author of a module needs: ports, parameters, state, and a step.
+//! Library for authors of modules: ports, parameters, state, and a step.
 //!
 //! A [`Module`] is a pure step over inputs, outputs and parameters that the host owns, and a state that the host
 //! can save, restore and fork. Its code names no URL and no topic: which property an input reads is said by
@@ -59,7 +59,7 @@
 //!     }
 //! }
 //!
-//! // What the crate brings, for the program that links it in.
+//! // The plugin with the modules of the crate, for the program that links it in.
 //! plugin!(Follower);
 //! assert_eq!(plugin().kinds()[0].name(), "follower");
 //!
@@ -125,7 +125,7 @@ pub use slate_module_macros::{interface, module, params, ports};
 pub use table::{ModuleTable, PluginTable};
 pub use tick::{FieldValue, Tick};
 
-/// What a module's file imports.
+/// Imports of a module's source file.
 pub mod prelude {
     pub use crate::{
         Bool, Command, Debug, Inbox, Input, Interface, Module, Optional, Outbox, Outcome, Output, Ports,
@@ -134,19 +134,19 @@ pub mod prelude {
     };
 }
 
-/// Makes a crate a plugin that brings those modules: `plugin!(Follower, Mapper)`, and when other plugins must be there
-/// before it, `plugin!(Follower; depends = ["drivers"])`.
+/// Makes a crate a plugin with the given modules: `plugin!(Follower, Mapper)`.
+/// If it needs other plugins, `plugin!(Follower; depends = ["drivers"])`.
 ///
 /// A program that links the crate in gets it from the function `plugin` that this makes. Built as a shared library
-/// (`crate-type = ["cdylib"]`) the crate can be loaded by an agent that runs; what it offers and needs stands in the
-/// section `.slate` of the file, where it is read before the library is opened.
+/// (`crate-type = ["cdylib"]`) the crate can be loaded by an agent that runs; its outline is in the section
+/// `.slate` of the file, where it is read before the library is opened.
 ///
-/// With `plugin!(Follower; robot = rover)` the library also brings the robot that the function `rover` builds, and
+/// With `plugin!(Follower; robot = rover)` the library also contains the robot that the function `rover` builds, and
 /// `slate run` runs the library.
 #[macro_export]
 macro_rules! plugin {
     ($($module:ty),+ $(,)? $(; depends = [$($depends:literal),* $(,)?])? $(; robot = $robot:path)?) => {
-        /// The modules that this crate brings.
+        /// Returns the plugin with the modules of this crate.
         pub fn plugin() -> $crate::Plugin {
             $crate::Plugin::new(env!("CARGO_PKG_NAME"), [$($crate::ModuleKind::linked::<$module>()),+])
                 .version(env!("CARGO_PKG_VERSION"))

@@ -2,49 +2,52 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{Hardware, Params, Ports, Setup, Stage, Tick, Trigger};
 
-/// A unit of behaviour: a pure step over inputs, outputs and parameters that the host owns, and a state.
+/// Unit of behaviour: a pure step over inputs, outputs, parameters and a state.
+/// The host owns inputs, outputs and parameters.
 ///
 /// Write the implementation under the `#[module]` macro, which supplies name, stage and [`spec`](Module::spec) and, when the state
 /// has a default, [`create`](Module::create).
 pub trait Module: Sized + 'static {
-    /// What it reads and writes.
+    /// Ports.
     type Io: Ports;
-    /// What users may tune.
+    /// Parameters, which users may tune.
     type Params: Params;
-    /// What it remembers from step to step; the host saves, restores and forks it.
+    /// State kept from step to step; the host saves, restores and forks it.
     type State: Serialize + DeserializeOwned + Send + 'static;
 
-    /// The name by which configuration finds it, in snake case.
+    /// Name by which configuration finds it, in snake case.
     const NAME: &'static str;
-    /// What it does.
+    /// Description of the module.
     const DOC: &'static str = "";
-    /// The step of the main loop that it belongs to.
+    /// Stage of the main loop.
     const STAGE: Stage;
 
-    /// Whether its parameters name a robot, whose hardware [`hardware`](Module::hardware) returns.
+    /// True if its parameters name a robot.
+    /// [`hardware`](Module::hardware) then returns that robot's hardware.
     const DESCRIBES_HARDWARE: bool = false;
 
-    /// Trigger and deadline.
+    /// Returns trigger and deadline.
     fn spec() -> Spec;
 
-    /// The state before the first tick.
+    /// Returns the state before the first tick.
     ///
     /// # Errors
     /// A refusal in words; the agent then does not start.
     fn create(setup: &Setup<'_>, params: &Self::Params) -> Result<Self::State, Refusal>;
 
-    /// The hardware of the robots that its parameters name, asked before it is created and after each change of its parameters.
+    /// Returns the hardware of the robots that its parameters name.
+    /// Called before it is created and after each change of its parameters.
     ///
     /// # Errors
-    /// A refusal when there is no such robot: `params.NAME: ` and what was expected.
+    /// A refusal of an unknown robot: `params.NAME: ` and the expected value.
     fn hardware(_: &Setup<'_>, _: &Self::Params) -> Result<Vec<Hardware>, Refusal> {
         Ok(Vec::new())
     }
 
-    /// One step. It must not wait, and knows the time only from `now`.
+    /// Makes one step, which must not wait, and knows the time only from `now`.
     fn tick(state: &mut Self::State, io: &Self::Io, params: &Self::Params, now: &Tick) -> Outcome;
 
-    /// Whether the module may be unloaded now. A refusal is a veto: the arm would fall.
+    /// Returns `Err` to veto unloading, e.g. while an arm would fall.
     ///
     /// # Errors
     /// The reason of the veto.
@@ -56,27 +59,27 @@ pub trait Module: Sized + 'static {
 /// Trigger and deadline of a module.
 #[derive(Clone, Debug)]
 pub struct Spec {
-    /// When it runs.
+    /// Trigger.
     pub trigger: Trigger,
-    /// How long a tick may take, nanoseconds.
+    /// Deadline of a tick, ns.
     pub deadline: Option<u64>,
-    /// What only one module of a robot may be, such as `plan`; empty for nothing.
+    /// Role of which a robot may have only one module, such as `plan`; empty for none.
     pub unique: &'static str,
 }
 
-/// How a tick went.
+/// Outcome of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Outcome {
-    /// As intended.
+    /// Intended result.
     Ok = 0,
-    /// With less than it wants, such as a stale input; the reason belongs in the log.
+    /// Degraded result, such as with a stale input; the reason belongs in the log.
     Degraded = 1,
-    /// It could not do its work; outputs of this tick are dropped and outputs with a safe value take that.
+    /// Failure; its outputs are dropped, and outputs with a safe value take that.
     Failed = 2,
 }
 
-/// Why a module can't be set up.
+/// Reason of a refusal, such as of a setup.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct Refusal(pub String);

@@ -1,5 +1,5 @@
-//! What a library offers and needs, as JSON in a section of its file: written by the compiler, so that it can be read
-//! before any code of the library runs.
+//! Outline of a library as JSON in a section of its file: modules and requirements.
+//! The compiler writes it, so that it can be read before any code of the library runs.
 
 use slate_blackboard::interface::Descriptor;
 
@@ -8,24 +8,24 @@ use crate::table::ABI;
 use crate::{Module, Ports, Stage};
 use slate_blackboard::interface::Interface;
 
-/// What a plugin says of itself before it is opened.
+/// Outline of a plugin, readable before it is opened.
 #[derive(Debug)]
 pub struct PluginOutline {
-    /// The symbol of its [`PluginTable`](crate::PluginTable).
+    /// Symbol of its [`PluginTable`](crate::PluginTable).
     pub symbol: &'static str,
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Its version.
+    /// Version.
     pub version: &'static str,
-    /// What a panic does: `unwind` or `abort`.
+    /// Effect of a panic: `unwind` or `abort`.
     pub panic: &'static str,
-    /// The plugins that must be there before it.
+    /// Plugins that must be loaded before it.
     pub depends: &'static [&'static str],
-    /// What it brings.
+    /// Kinds of modules.
     pub modules: &'static [ModuleOutline],
 }
 
-/// What is known of a kind of module before it is set up.
+/// Outline of a kind of module, known before it is set up.
 #[derive(Debug)]
 pub struct ModuleOutline {
     name: &'static str,
@@ -36,7 +36,7 @@ pub struct ModuleOutline {
 }
 
 impl ModuleOutline {
-    /// The outline of a module.
+    /// Returns the outline of a module.
     pub const fn of<M: Module>() -> Self {
         Self {
             name: M::NAME,
@@ -48,10 +48,10 @@ impl ModuleOutline {
     }
 }
 
-/// The longest outline, bytes.
+/// Longest outline, bytes.
 const LIMIT: usize = 64 * 1024;
 
-/// The text of a [`PluginOutline`].
+/// Text of a [`PluginOutline`].
 #[derive(Debug)]
 pub struct Outline {
     bytes: [u8; LIMIT],
@@ -59,7 +59,8 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Writes the text; it ends with a zero byte, so that several stand apart in one section.
+    /// Writes the outline as text, with a zero byte at its end.
+    /// The zero separates several outlines in one section.
     pub const fn of(plugin: &PluginOutline) -> Self {
         let mut out = Self { bytes: [0; LIMIT], length: 0 };
         out.raw("{\"abi\":");
@@ -91,7 +92,7 @@ impl Outline {
         self.length
     }
 
-    /// The text; `N` is its length.
+    /// Returns the text; `N` is its length.
     pub const fn bytes<const N: usize>(&self) -> [u8; N] {
         let mut bytes = [0; N];
         let mut i = 0;
@@ -170,7 +171,7 @@ impl Outline {
         self.byte(b'0' + (number % 10) as u8);
     }
 
-    /// A JSON string.
+    /// Writes a JSON string.
     const fn text(&mut self, text: &str) {
         self.byte(b'"');
         let bytes = text.as_bytes();

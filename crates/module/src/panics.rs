@@ -1,7 +1,8 @@
-//! Where a panic came from: only the panic hook is told, and the log of the module wants it.
+//! Source locations of panics, for the log of the module.
+//! Only the panic hook gets the location.
 //!
-//! A panic that is caught is told by the log, so nothing is printed beside. To print the way there takes longer than many a
-//! cycle; who wants it asks for it (`RUST_BACKTRACE=full`).
+//! A caught panic is logged, so nothing else is printed. Printing a backtrace takes longer than many a cycle;
+//! `RUST_BACKTRACE=full` requests it.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -9,7 +10,7 @@ use std::fmt::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
 
-/// A file and a line; a long path loses its end.
+/// Source file and line; a long path is truncated.
 #[derive(Clone, Copy)]
 pub(crate) struct PanicPlace {
     text: [u8; 120],
@@ -17,12 +18,14 @@ pub(crate) struct PanicPlace {
 }
 
 thread_local! {
-    /// Has nothing to drop: a thread's destructors would keep the library of the module open.
+    /// Location of this thread's last panic.
+    /// It has nothing to drop: a thread's destructors would keep the library of the module open.
     static LAST: Cell<Option<PanicPlace>> = const { Cell::new(None) };
     static IS_CAUGHT: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Makes panics leave their place; whatever else is done about those that nobody catches here still is.
+/// Installs a panic hook that records locations.
+/// It passes panics that nobody catches here on to the hook before it.
 pub(crate) fn remember() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -44,13 +47,13 @@ pub(crate) fn remember() {
     });
 }
 
-/// Runs a call whose panics are caught and told by the log.
+/// Runs a call whose panics are caught, for the log.
 #[inline]
 pub(crate) fn catch<R>(call: impl FnOnce() -> R) -> std::thread::Result<R> {
     run(true, call)
 }
 
-/// Runs a call whose panics are caught and no matter; they are printed as any others.
+/// Runs a call whose panics are caught and ignored; they are printed as usual.
 pub(crate) fn catch_aside<R>(call: impl FnOnce() -> R) -> std::thread::Result<R> {
     let result = run(false, call);
     let _ = take();
@@ -65,17 +68,17 @@ fn run<R>(is_caught: bool, call: impl FnOnce() -> R) -> std::thread::Result<R> {
     result
 }
 
-/// The place of this thread's last panic, once.
+/// Takes the location of this thread's last panic.
 pub(crate) fn take() -> Option<PanicPlace> {
     LAST.take()
 }
 
-/// Drops what a panic carried, which may itself panic.
+/// Drops the payload of a panic, which may itself panic.
 pub(crate) fn discard(payload: Box<dyn Any + Send>) {
     let _ = catch_aside(move || drop(payload));
 }
 
-/// What a panic that was just caught says, and where it came from.
+/// Returns the message of a panic that was just caught, with its location.
 pub(crate) fn placed_message(payload: &(dyn Any + Send)) -> String {
     let message = panic_message(payload);
     match take() {

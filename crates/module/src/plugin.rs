@@ -1,4 +1,4 @@
-//! The host's side of a table: kinds of modules, and the plugins that bring them.
+//! Host's side of a table: kinds of modules, and their plugins.
 
 use std::any::Any;
 use std::fmt;
@@ -7,22 +7,23 @@ use std::sync::Arc;
 use crate::table::{Bytes, DONE, SetupTable, Sink};
 use crate::{Description, Instance, Module, ModuleTable, Refusal, Setup, encode, portable};
 
-/// A kind of module, ready to be instantiated.
+/// Kind of module, ready to be instantiated.
 #[derive(Clone)]
 pub struct ModuleKind {
     name: Arc<str>,
     doc: Arc<str>,
     section: Arc<str>,
     table: ModuleTable,
-    /// Keeps the library open while anything of it may be called.
+    /// Handle that keeps the library open while its code may be called.
     library: Option<Arc<dyn Any + Send + Sync>>,
     maker: Option<Arc<dyn Maker>>,
 }
 
-/// Describes and makes instances in place of the calls of a table, which know nothing of where instances live: in
-/// other processes.
+/// Maker of instances, in place of the calls of a table.
+/// For instances in other processes, of which the calls of the table know nothing.
 pub trait Maker: Send + Sync {
-    /// Ports, parameters and trigger under a setup, as [`ModuleKind::describe_portable`] writes them.
+    /// Describes ports, parameters and trigger under a setup.
+    /// In the format of [`ModuleKind::describe_portable`].
     ///
     /// # Errors
     /// The module's refusal.
@@ -42,19 +43,19 @@ impl fmt::Debug for ModuleKind {
 }
 
 impl ModuleKind {
-    /// A module that is linked into the program.
+    /// Returns the kind of a module that is linked into the program.
     pub fn linked<M: Module>() -> Self {
         // SAFETY: the table of a module keeps the contract.
         unsafe { Self::from_table(ModuleTable::of::<M>(), None) }
     }
 
-    /// An instance type that is linked into the program.
+    /// Returns the kind of an instance type that is linked into the program.
     pub fn instance<I: Instance>(name: &'static str, doc: &'static str) -> Self {
         // SAFETY: as above.
         unsafe { Self::from_table(ModuleTable::of_instance::<I>(name, doc), None) }
     }
 
-    /// A kind by its calls; `library` is kept as long as they may be made.
+    /// Returns a kind by its calls; `library` is kept as long as they may be made.
     ///
     /// # Safety
     /// The calls keep the contract of [`ModuleTable`], and the table's texts live as long as `library`.
@@ -71,8 +72,8 @@ impl ModuleKind {
         }
     }
 
-    /// A kind whose instances `maker` makes. The other calls are those of the table; its texts don't count. `library`
-    /// is kept.
+    /// Returns a kind whose instances `maker` makes.
+    /// The other calls are those of the table; its texts don't count. `library` is kept.
     ///
     /// # Safety
     /// The calls keep the contract of [`ModuleTable`] with what `maker` makes.
@@ -86,32 +87,32 @@ impl ModuleKind {
         Self { name, doc, section, table, library, maker: Some(maker) }
     }
 
-    /// The name by which configuration finds it.
+    /// Returns the name by which configuration finds it.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// What it does.
+    /// Returns the description of the kind.
     pub fn doc(&self) -> &str {
         &self.doc
     }
 
-    /// The configuration table that sets it up; empty for none.
+    /// Returns the configuration table that sets it up; empty for none.
     pub fn section(&self) -> &str {
         &self.section
     }
 
-    /// Its calls.
+    /// Returns the calls.
     pub fn table(&self) -> &ModuleTable {
         &self.table
     }
 
-    /// What keeps its library open, if it is of one.
+    /// Returns the handle that keeps its library open; `None` for linked code.
     pub fn library(&self) -> Option<&Arc<dyn Any + Send + Sync>> {
         self.library.as_ref()
     }
 
-    /// Whether it is the same code, loaded in one go.
+    /// Returns true if `other` is the same code, loaded at the same time.
     pub fn is(&self, other: &Self) -> bool {
         let library = |kind: &Self| kind.library.as_ref().map(|library| Arc::as_ptr(library).cast::<()>());
         let maker = |kind: &Self| kind.maker.as_ref().map(|maker| Arc::as_ptr(maker).cast::<()>());
@@ -123,12 +124,12 @@ impl ModuleKind {
     /// Ports, parameters and trigger under a setup.
     ///
     /// # Errors
-    /// The module's refusal, or what is wrong with its description.
+    /// The module's refusal, or the error in its description.
     pub fn describe(&self, setup: &Setup<'_>) -> Result<Description, Refusal> {
         portable::decode_description(&self.describe_portable(setup)?)
     }
 
-    /// The same as it crosses the boundary of a library or a process.
+    /// Describes the kind in the portable format, for a library or a process.
     ///
     /// # Errors
     /// The module's refusal.
@@ -159,10 +160,10 @@ impl ModuleKind {
         if instance.is_null() { Err("it made no instance, and gave no reason".into()) } else { Ok(instance) }
     }
 
-    /// The state of an instance.
+    /// Saves the state of an instance.
     ///
     /// # Errors
-    /// What can't be written.
+    /// A state that can't be encoded.
     ///
     /// # Safety
     /// The instance is of this kind, lives, and nobody else uses it during the call.
@@ -171,10 +172,10 @@ impl ModuleKind {
         call(|sink| unsafe { (self.table.save)(instance, sink) })
     }
 
-    /// Gives an instance a saved state.
+    /// Restores a saved state in an instance.
     ///
     /// # Errors
-    /// What doesn't fit; the state is unchanged then.
+    /// A state that doesn't fit; the present one is unchanged then.
     ///
     /// # Safety
     /// As for [`save`](ModuleKind::save).
@@ -184,7 +185,7 @@ impl ModuleKind {
         call(|sink| unsafe { (self.table.restore)(instance, state, sink) }).map(drop)
     }
 
-    /// Whether an instance may be unloaded now.
+    /// Returns `Ok` if an instance may be unloaded now; an error is a veto.
     ///
     /// # Errors
     /// Its veto.
@@ -199,7 +200,7 @@ impl ModuleKind {
     /// Ends an instance.
     ///
     /// # Errors
-    /// What went wrong, such as a panic; it has ended all the same.
+    /// An error at its end, such as a panic; it has ended all the same.
     ///
     /// # Safety
     /// As for [`save`](ModuleKind::save), and it is not used any more.
@@ -225,15 +226,15 @@ fn setup_table(setup: &Setup<'_>, section: &[u8]) -> SetupTable {
     }
 }
 
-/// Makes the call that writes a robot's configuration, and returns what it wrote.
+/// Calls a function that writes a robot's configuration; returns the text.
 ///
 /// # Errors
-/// What is wrong with the robot.
+/// The error in the robot's configuration.
 pub fn read_robot(robot: impl FnOnce(*const Sink) -> i32) -> Result<String, Refusal> {
     call(robot).map(|text| String::from_utf8_lossy(&text).into_owned())
 }
 
-/// Makes a call with a sink; what it wrote, or the reason of its refusal.
+/// Makes a call with a sink; returns the written bytes, or the refusal.
 fn call(call: impl FnOnce(*const Sink) -> i32) -> Result<Vec<u8>, Refusal> {
     let mut written = Vec::new();
     let sink = Sink::into(&mut written);
@@ -244,7 +245,7 @@ fn call(call: impl FnOnce(*const Sink) -> i32) -> Result<Vec<u8>, Refusal> {
 }
 
 impl Sink {
-    /// A sink that adds to a vector, which must not be touched while it is used.
+    /// Returns a sink that appends to a vector, which must stay untouched meanwhile.
     pub(crate) fn into(written: &mut Vec<u8>) -> Self {
         Self { context: std::ptr::from_mut(written).cast(), write: append }
     }
@@ -255,7 +256,7 @@ unsafe extern "C" fn append(context: *mut (), data: *const u8, length: usize) {
     unsafe { (*context.cast::<Vec<u8>>()).extend_from_slice(Bytes { data, length }.as_slice()) }
 }
 
-/// The binary unit that brings modules: linked into the program, or a shared library.
+/// Plugin with modules: linked into the program, or a shared library.
 #[derive(Clone, Debug)]
 pub struct Plugin {
     name: Arc<str>,
@@ -264,7 +265,7 @@ pub struct Plugin {
     depends: Vec<String>,
 }
 
-/// A kind of module as a plugin of its name.
+/// Conversion of a kind of module to a plugin of its name.
 impl From<ModuleKind> for Plugin {
     fn from(kind: ModuleKind) -> Self {
         Self::new(&kind.name.clone(), [kind])
@@ -272,7 +273,7 @@ impl From<ModuleKind> for Plugin {
 }
 
 impl Plugin {
-    /// A plugin of that name with those kinds of modules.
+    /// Returns a plugin of that name with those kinds of modules.
     pub fn new(name: &str, kinds: impl IntoIterator<Item = ModuleKind>) -> Self {
         Self {
             name: name.into(),
@@ -282,41 +283,42 @@ impl Plugin {
         }
     }
 
-    /// One module that is linked into the program, as a plugin of its name.
+    /// Returns a plugin with one module that is linked into the program.
+    /// It has the module's name.
     pub fn linked<M: Module>() -> Self {
         ModuleKind::linked::<M>().into()
     }
 
-    /// The same with a version.
+    /// Sets the version.
     #[must_use]
     pub fn version(mut self, version: &str) -> Self {
         self.version = version.into();
         self
     }
 
-    /// The same, to be loaded after those plugins, and unloaded before them.
+    /// Sets plugins to be loaded before it, and unloaded after it.
     #[must_use]
     pub fn depends(mut self, plugins: &[&str]) -> Self {
         self.depends = plugins.iter().map(|name| (*name).into()).collect();
         self
     }
 
-    /// Its name.
+    /// Returns the name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its version.
+    /// Returns the version.
     pub fn version_text(&self) -> &str {
         &self.version
     }
 
-    /// The kinds of modules that it brings.
+    /// Returns the kinds of modules.
     pub fn kinds(&self) -> &[ModuleKind] {
         &self.kinds
     }
 
-    /// The plugins that must be there before it.
+    /// Returns the plugins that must be loaded before it.
     pub fn dependencies(&self) -> &[String] {
         &self.depends
     }

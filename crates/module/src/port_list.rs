@@ -7,7 +7,7 @@ use crate::Direction;
 /// Ports in their order.
 #[derive(Debug)]
 pub enum PortList {
-    /// A list.
+    /// List of ports.
     Ports(&'static [PortOutline]),
     /// Two lists, one after the other.
     Both(&'static PortList, &'static PortList),

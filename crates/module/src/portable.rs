@@ -1,5 +1,6 @@
-//! A description as it crosses the boundary of a library: without pointers, as CBOR from Rust, or as JSON from a C
-//! author's hand. The host makes interfaces of its own from it, so nothing of the library stays behind.
+//! Portable descriptions of modules: CBOR or JSON, without pointers.
+//! They cross the boundary of a library.  CBOR comes from Rust, JSON from a C author's hand. The host makes interfaces
+//! of its own from it, so nothing of the library stays behind.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
@@ -13,7 +14,7 @@ use crate::{
     Description, Direction, Hardware, Parameter, PortDescription, Refusal, Stage, Trigger, decode, encode,
 };
 
-/// A [`Description`] without pointers. What is left out of it has the usual value.
+/// [`Description`] without pointers; omitted fields have their defaults.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PortableDescription {
@@ -78,7 +79,7 @@ struct PortableInterface {
     #[serde(default)]
     ros: String,
     fields: Vec<PortableField>,
-    /// What the author's code takes the schema to be; it is checked.
+    /// Schema hash that the author's code expects; it is checked.
     #[serde(default)]
     hash: Option<u64>,
 }
@@ -108,12 +109,12 @@ enum PortableKind {
     Sequence(Box<PortableKind>, usize),
     Nested(PortableInterface),
     Tail(Box<PortableKind>),
-    /// Its name alone.
+    /// Primitive type, by its name alone.
     #[serde(untagged)]
     Primitive(Primitive),
 }
 
-/// A description as CBOR.
+/// Encodes a description as CBOR.
 pub(crate) fn encode_description(description: &Description) -> Result<Vec<u8>, Refusal> {
     encode(&PortableDescription {
         stage: description.stage,
@@ -137,7 +138,7 @@ pub(crate) fn encode_description(description: &Description) -> Result<Vec<u8>, R
     })
 }
 
-/// An interface as CBOR, as [`decode_interface`] reads it.
+/// Encodes an interface as CBOR, for [`decode_interface`].
 ///
 /// # Errors
 /// When a name in it can't be encoded.
@@ -145,7 +146,7 @@ pub fn encode_interface(descriptor: &Descriptor) -> Result<Vec<u8>, Refusal> {
     encode(&portable_interface(descriptor))
 }
 
-/// An interface from CBOR, as one that belongs to this program.
+/// Decodes an interface from CBOR, as one that belongs to this program.
 ///
 /// # Errors
 /// When it can't be read, or can't be laid out as it says.
@@ -153,7 +154,8 @@ pub fn decode_interface(bytes: &[u8]) -> Result<&'static Descriptor, Refusal> {
     interned(&decode(bytes)?)
 }
 
-/// A description from CBOR or JSON, with interfaces that belong to this program.
+/// Decodes a description from CBOR or JSON.
+/// Its interfaces belong to this program.
 pub(crate) fn decode_description(bytes: &[u8]) -> Result<Description, Refusal> {
     let first = bytes.iter().find(|byte| !byte.is_ascii_whitespace());
     let portable: PortableDescription = match first {
@@ -267,7 +269,7 @@ impl TryFrom<PortableDescription> for Description {
     }
 }
 
-/// What a URL can have between two slashes.
+/// Returns true if the text can stand between two slashes of a URL.
 fn is_name(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-')
 }
@@ -309,7 +311,8 @@ fn port(port: PortablePort) -> Result<PortDescription, Refusal> {
     })
 }
 
-/// Interfaces made so far. They are never freed, as values and readers refer to them; the same one is made once.
+/// Interfaces made so far, each once.
+/// They are never freed, as values and readers refer to them.
 static INTERNED: Mutex<BTreeMap<PortableInterface, &'static Descriptor>> = Mutex::new(BTreeMap::new());
 
 fn interned(interface: &PortableInterface) -> Result<&'static Descriptor, Refusal> {
@@ -325,7 +328,8 @@ fn leaked(text: &str) -> &'static str {
     if text.is_empty() { "" } else { Box::leak(text.into()) }
 }
 
-/// Lays the interface out, as the compiler does: fields in order, each at its alignment, a tail behind all of them.
+/// Computes the layout of an interface as the compiler does.
+/// Fields in order, each at its alignment, a tail behind all of them.
 fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
     let name = &interface.name;
     let mut fields = Vec::new();
@@ -372,7 +376,7 @@ fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
     Ok(Descriptor { name: leaked(name), doc, ros, fields, size, align, hash })
 }
 
-/// No value is larger than this, bytes; a big payload is a tail.
+/// Maximum size of a value, bytes; a big payload is a tail.
 const LARGEST: usize = 1 << 28;
 
 fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {

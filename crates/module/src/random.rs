@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-/// A stream of pseudo-random numbers: xoshiro256++ (Blackman and Vigna, 2021), plain data that a snapshot can hold.
+/// Stream of pseudo-random numbers: xoshiro256++ (Blackman and Vigna, 2021).
+/// It is plain data that a snapshot can hold.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Random {
@@ -8,7 +9,8 @@ pub struct Random {
 }
 
 impl Random {
-    /// The stream that belongs to a name, so that one more module changes nobody else's numbers.
+    /// Returns the stream of a name.
+    /// A further module does not change the numbers of others.
     pub fn new(seed: u64, name: &str) -> Self {
         let mut hash = 0xcbf2_9ce4_8422_2325_u64 ^ seed;
         for byte in name.bytes() {
@@ -25,7 +27,7 @@ impl Random {
         Self { state }
     }
 
-    /// 64 random bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         let s = &mut self.state;
         let result = s[0].wrapping_add(s[3]).rotate_left(23).wrapping_add(s[0]);
@@ -39,17 +41,17 @@ impl Random {
         result
     }
 
-    /// Uniform in [0, 1).
+    /// Returns a number uniform in [0, 1).
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
     }
 
-    /// Uniform in [low, high).
+    /// Returns a number uniform in [low, high).
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// Normal with mean 0 and standard deviation 1 (Box and Muller, 1958).
+    /// Returns a standard normal number, mean 0 and stddev 1 (Box and Muller, 1958).
     pub fn normal(&mut self) -> f64 {
         let radius = libm::sqrt(-2.0 * libm::log(1.0 - self.unit()));
         radius * libm::cos(2.0 * std::f64::consts::PI * self.unit())

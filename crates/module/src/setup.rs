@@ -1,17 +1,18 @@
 use slate_blackboard::interface::Value;
 
-/// What a module is told when it is set up.
+/// Setup of a module: its name, seed, period and configuration.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup<'a> {
-    /// The module's name in the agent, such as `r2/planner`.
+    /// Name of the module in the agent, such as `r2/planner`.
     pub name: &'a str,
-    /// The run's seed.
+    /// Seed of the run.
     pub seed: u64,
-    /// The period of the main loop, nanoseconds.
+    /// Period of the main loop, ns.
     pub period: u64,
-    /// The configuration table named by [`Instance::SECTION`](crate::Instance::SECTION), if the module asks for one and it is there.
+    /// Configuration table named by [`Instance::SECTION`](crate::Instance::SECTION).
+    /// `None` if the module asks for none or it is missing.
     pub section: Option<&'a Value>,
-    /// A value of the parameter interface, when a module that [describes hardware](crate::Module::DESCRIBES_HARDWARE) is described
-    /// with its parameters.
+    /// Value of the parameter interface, for a description with parameters.
+    /// Only for a module that [describes hardware](crate::Module::DESCRIBES_HARDWARE).
     pub params: Option<&'a [u8]>,
 }

@@ -1,33 +1,35 @@
-//! The calls by which a host drives modules: a C interface, the same for code that is linked in, loaded, isolated, or
-//! written in another language. `include/slate.h` is made from this file and [`Frame`].
+//! Calls by which a host drives modules: a C interface.
+//! It is the same for code that is linked in, loaded, isolated, or written in another language. `include/slate.h` is
+//! made from this file and [`Frame`].
 
 use crate::Frame;
 
-/// The version of this interface; a host refuses what was built for another one.
+/// Version of this interface; a host refuses libraries of another one.
 ///
 /// 3: a setup may have parameters, and a description hardware of robots.
 pub const ABI: u32 = 3;
 
-/// Bytes that stay as they are during a call; those of a table, as long as its library is open.
+/// Bytes that stay unchanged during a call.
+/// Those of a table stay so as long as its library is open.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Bytes {
-    /// The first one; anything when there are none.
+    /// Address of the first byte; any value for an empty range.
     pub data: *const u8,
-    /// How many.
+    /// Length, bytes.
     pub length: usize,
 }
 
 impl Bytes {
-    /// None.
+    /// Empty range.
     pub const NONE: Self = Self { data: std::ptr::null(), length: 0 };
 
-    /// The bytes of a text.
+    /// Returns the bytes of a text.
     pub const fn of(text: &str) -> Self {
         Self { data: text.as_ptr(), length: text.len() }
     }
 
-    /// As a slice.
+    /// Returns the bytes as a slice.
     ///
     /// # Safety
     /// They are readable and unchanged during `'a`.
@@ -40,52 +42,55 @@ impl Bytes {
     }
 }
 
-/// Takes bytes from a module: a description, a state, or the reason of a refusal. What is written adds up.
+/// Sink of bytes from a module; writes are appended.
+/// It takes a description, a state, or the reason of a refusal.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Sink {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
     /// Takes bytes, which may be gone after the call.
     pub write: unsafe extern "C" fn(context: *mut (), data: *const u8, length: usize),
 }
 
-/// What a module is told when it is set up.
+/// Setup of a module.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct SetupTable {
-    /// The module's name in the agent, such as `r2/planner`.
+    /// Name of the module in the agent, such as `r2/planner`.
     pub name: Bytes,
-    /// The run's seed.
+    /// Seed of the run.
     pub seed: u64,
-    /// The period of the main loop, nanoseconds.
+    /// Period of the main loop, ns.
     pub period: u64,
-    /// The configuration table that the module asked for, as CBOR; none when it is not there.
+    /// Configuration table that the module asked for, as CBOR; empty if missing.
     pub section: Bytes,
-    /// A value of the parameter interface, when a kind that describes hardware is described once more; none else.
+    /// Value of the parameter interface, for a description with parameters; else empty.
+    /// Only a kind that describes hardware is described so.
     pub params: Bytes,
 }
 
-/// A call went as it should.
+/// Success of a call.
 pub const DONE: i32 = 0;
-/// A call was refused; the sink has the reason.
+/// Refusal of a call; the sink has the reason.
 pub const REFUSED: i32 = 1;
-/// What `tick` returns after a panic.
+/// Result of `tick` after a panic.
 pub const PANICKED: i32 = -1;
 
-/// The calls of a kind of module, over memory and threads of the host. None of them unwinds.
+/// Calls of a kind of module, over memory and threads of the host. None unwinds.
 ///
 /// The host makes one call at a time to an instance, from any thread.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct ModuleTable {
-    /// The name by which configuration finds it, in snake case.
+    /// Name by which configuration finds it, in snake case.
     pub name: Bytes,
-    /// What it does.
+    /// Description of the module.
     pub doc: Bytes,
-    /// The configuration table that sets it up; none for most.
+    /// Configuration table that sets it up; empty for most kinds.
     pub section: Bytes,
-    /// Writes ports, parameters and trigger under a setup, as CBOR or JSON, or the reason of a refusal.
+    /// Writes ports, parameters and trigger, or the reason of a refusal.
+    /// They are those under a setup, as CBOR or JSON.
     pub describe: unsafe extern "C" fn(setup: *const SetupTable, sink: *const Sink) -> i32,
     /// Makes an instance; the bytes are a value of the parameter interface.
     pub create: unsafe extern "C" fn(
@@ -94,19 +99,20 @@ pub struct ModuleTable {
         instance: *mut *mut (),
         sink: *const Sink,
     ) -> i32,
-    /// One step: 0 as intended, 1 degraded, 2 failed, -1 after a panic.
+    /// Makes one step: 0 as intended, 1 degraded, 2 failed, -1 after a panic.
     pub tick: unsafe extern "C" fn(instance: *mut (), frame: *const Frame) -> i32,
     /// Writes the state.
     pub save: unsafe extern "C" fn(instance: *const (), sink: *const Sink) -> i32,
-    /// Takes over a saved state; it is refused, and the present state kept, when it doesn't fit.
+    /// Restores a saved state; refuses one that doesn't fit, and keeps the present one.
     pub restore: unsafe extern "C" fn(instance: *mut (), state: Bytes, sink: *const Sink) -> i32,
     /// Refuses when the module can't be unloaded now, with the reason.
     pub may_unload: unsafe extern "C" fn(instance: *const (), sink: *const Sink) -> i32,
-    /// Ends an instance; a refusal only says what went wrong.
+    /// Ends an instance; a refusal only describes an error.
     pub destroy: unsafe extern "C" fn(instance: *mut (), sink: *const Sink) -> i32,
 }
 
-/// Call that a library may export as `slate_robot_<crate>`: writes a robot's configuration in TOML, or its errors.
+/// Call that a library may export as `slate_robot_<crate>`.
+/// It writes a robot's configuration in TOML, or its errors.
 pub type RobotCall = unsafe extern "C" fn(sink: *const Sink) -> i32;
 
 // SAFETY: a table is constant; its texts are read only.
@@ -114,17 +120,17 @@ unsafe impl Send for ModuleTable {}
 // SAFETY: as above.
 unsafe impl Sync for ModuleTable {}
 
-/// What a library exports as `slate_plugin_<crate>`.
+/// Table that a library exports as `slate_plugin_<crate>`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct PluginTable {
-    /// [`ABI`] when it was built.
+    /// [`ABI`] at the time of its build.
     pub abi: u32,
-    /// Bytes of a [`ModuleTable`] when it was built.
+    /// Size of a [`ModuleTable`] at the time of its build, bytes.
     pub module_size: u32,
-    /// The kinds of modules.
+    /// Kinds of modules.
     pub modules: *const ModuleTable,
-    /// How many.
+    /// Number of kinds.
     pub module_count: usize,
 }
 
@@ -134,7 +140,7 @@ unsafe impl Send for PluginTable {}
 unsafe impl Sync for PluginTable {}
 
 impl PluginTable {
-    /// The table of a library that brings those modules.
+    /// Returns the table of a library with those modules.
     pub const fn new(modules: &'static [ModuleTable]) -> Self {
         Self {
             abi: ABI,

@@ -17,7 +17,7 @@ use crate::{
 use services::Provision;
 pub use ticked::Ticked;
 
-/// A module with its ports, for tests: set inputs, tick, look at outputs.
+/// Test fixture of a module with its ports: set inputs, tick, read outputs.
 pub struct Fixture<M: Module> {
     instance: Authored<M>,
     description: Description,
@@ -29,7 +29,7 @@ pub struct Fixture<M: Module> {
     random: Cell<Random>,
 }
 
-/// The memory behind a port, aligned for every interface.
+/// Memory of a port, aligned for every interface.
 struct FixtureMemory {
     words: Vec<u128>,
     items: usize,
@@ -42,7 +42,7 @@ struct FixtureMemory {
     messages: Vec<Vec<u128>>,
     /// Aspect: whether the test has provided it.
     served: bool,
-    /// Provider: what it has provided.
+    /// Provider: its provided service.
     provision: Option<Box<Provision>>,
     /// Outbox: how messages fared, by their numbers.
     deliveries: BTreeMap<u64, Delivery>,
@@ -55,7 +55,7 @@ impl<M: Module> Default for Fixture<M> {
 }
 
 impl<M: Module> Fixture<M> {
-    /// A fresh instance with default parameters, seed 0, at time 0.
+    /// Returns a fresh instance with default parameters, seed 0, at time 0.
     ///
     /// # Panics
     /// When the module refuses its setup.
@@ -63,7 +63,7 @@ impl<M: Module> Fixture<M> {
         Self::with(M::Params::default()).unwrap_or_else(|refusal| refused(&refusal))
     }
 
-    /// A fresh instance with those parameters.
+    /// Returns a fresh instance with those parameters.
     ///
     /// # Errors
     /// The module's refusal.
@@ -163,7 +163,8 @@ impl<M: Module> Fixture<M> {
         self.memory[index].messages.push(words);
     }
 
-    /// Answers a message that was posted, by its number, which counts the messages of the port from 1.
+    /// Sets the delivery of a posted message.
+    /// `number` counts the messages of the port from 1.
     ///
     /// # Panics
     /// When the module has no such port.
@@ -183,10 +184,10 @@ impl<M: Module> Fixture<M> {
         &mut self.params
     }
 
-    /// The module's state as it would be saved.
+    /// Saves the module's state.
     ///
     /// # Errors
-    /// What can't be saved.
+    /// A state that can't be saved.
     pub fn save(&self) -> Result<Vec<u8>, Refusal> {
         self.instance.save()
     }
@@ -194,17 +195,18 @@ impl<M: Module> Fixture<M> {
     /// Takes over a saved state.
     ///
     /// # Errors
-    /// What doesn't fit.
+    /// A state that doesn't fit.
     pub fn restore(&mut self, state: &[u8]) -> Result<(), Refusal> {
         self.instance.restore(state)
     }
 
-    /// Lets time pass, nanoseconds.
+    /// Advances the time, ns.
     pub fn advance(&mut self, nanoseconds: u64) {
         self.now += nanoseconds;
     }
 
-    /// One step, or what the module waits for: as in an agent, it does not run before each required input has a value.
+    /// Makes one step, or returns the required input that has no value.
+    /// An agent acts the same.
     ///
     /// # Panics
     /// When a service that the module needs was not [provided](Fixture::provide).
@@ -285,7 +287,7 @@ impl<M: Module> Fixture<M> {
         Ticked::Ran(outcome)
     }
 
-    /// What the last tick wrote to an output, or nothing if it left it alone.
+    /// Returns the value of an output in the last tick; `None` if not written.
     ///
     /// # Panics
     /// As [`set`](Fixture::set).
@@ -295,7 +297,8 @@ impl<M: Module> Fixture<M> {
         memory.set.then(|| unsafe { memory.words.as_ptr().cast::<T>().read() })
     }
 
-    /// Looks at what the last tick wrote to an output whose value has a tail, or does nothing if it left it alone.
+    /// Passes the value of an output in the last tick to `look`; `None` if not written.
+    /// For an output whose value has a tail.
     ///
     /// # Panics
     /// As [`set`](Fixture::set).
@@ -305,7 +308,7 @@ impl<M: Module> Fixture<M> {
         memory.set.then(|| look(unsafe { T::from_raw(memory.words.as_ptr().cast(), memory.items) }))
     }
 
-    /// Whether the last tick wrote an output.
+    /// Returns true if the last tick wrote an output.
     ///
     /// # Panics
     /// When the module has no such port.
@@ -313,13 +316,13 @@ impl<M: Module> Fixture<M> {
         self.memory[self.index(port)].set
     }
 
-    /// The urgency with which the last tick sent a command.
+    /// Returns the priority with which the last tick sent a command.
     pub fn priority(&self, port: &str) -> Option<u32> {
         let memory = &self.memory[self.index(port)];
         memory.set.then_some(memory.priority)
     }
 
-    /// The messages that the last tick sent.
+    /// Returns the messages that the last tick sent.
     ///
     /// # Panics
     /// As [`set`](Fixture::set).

@@ -3,7 +3,8 @@ use std::fmt::{self, Write};
 
 use crate::{Frame, Host, Level, Random};
 
-/// A step's time, random numbers and log; the only source of time and chance that a module has.
+/// Time, random numbers and log of a step.
+/// It is the only source of time and chance that a module has.
 pub struct Tick {
     now: u64,
     elapsed: u64,
@@ -13,7 +14,7 @@ pub struct Tick {
 }
 
 impl Tick {
-    /// The tick of a frame.
+    /// Returns the tick of a frame.
     ///
     /// # Safety
     /// The frame's pointers stay valid while the result lives.
@@ -28,12 +29,12 @@ impl Tick {
         }
     }
 
-    /// The host's time, nanoseconds.
+    /// Returns the host's time, ns.
     pub fn now(&self) -> u64 {
         self.now
     }
 
-    /// The host's time, seconds.
+    /// Returns the host's time, s.
     pub fn seconds(&self) -> f64 {
         self.now as f64 * 1e-9
     }
@@ -48,7 +49,7 @@ impl Tick {
         self.number
     }
 
-    /// The module's own random stream.
+    /// Draws from the module's random stream.
     pub fn random<R>(&self, draw: impl FnOnce(&mut Random) -> R) -> R {
         // SAFETY: `new` requires the pointer to be valid; a `Cell` is not shared between threads.
         let cell = unsafe { &*self.random };
@@ -63,8 +64,9 @@ impl Tick {
         self.log_with(level, message, &[]);
     }
 
-    /// Writes to the agent's log, with values that tools can find without reading the text. What changes from one
-    /// message to the next belongs here: messages of the same text count as repetitions of each other.
+    /// Writes to the agent's log, with fields that tools read without parsing the text.
+    /// Values that change from one message to the next belong in fields: messages of the same text count as repetitions
+    /// of each other.
     ///
     /// All fields together hold 256 bytes, and one that doesn't fit is left out rather than cut; the text is cut so
     /// that both are within 512 bytes.
@@ -94,37 +96,38 @@ impl Tick {
         unsafe { ((*self.host).log)((*self.host).context, level as u32, line.bytes.as_ptr(), line.length) }
     }
 
-    /// Logs what a user wants to know.
+    /// Logs information for users.
     pub fn info(&self, message: fmt::Arguments<'_>) {
         self.log(Level::Info, message);
     }
 
-    /// Logs what is wrong though the robot goes on.
+    /// Logs a problem with which the robot goes on.
     pub fn warn(&self, message: fmt::Arguments<'_>) {
         self.log(Level::Warn, message);
     }
 
-    /// Logs what is broken.
+    /// Logs a failure.
     pub fn error(&self, message: fmt::Arguments<'_>) {
         self.log(Level::Error, message);
     }
 }
 
-/// What stands before each field of a log message: the unit separator of ASCII.
+/// Separator before each field of a log message: ASCII's unit separator.
 const SEPARATOR: char = '\u{1f}';
 
-/// The value of a field of a log message, made by `into` from a number, a truth value or text.
+/// Value of a field of a log message.
+/// Made by `into` from a number, a truth value or text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FieldValue<'a> {
-    /// A truth value.
+    /// Truth value.
     Bool(bool),
-    /// A whole number.
+    /// Signed integer.
     Integer(i64),
-    /// A whole number from 0.
+    /// Unsigned integer.
     Unsigned(u64),
-    /// A number.
+    /// Number.
     Float(f64),
-    /// A number of single precision, apart as it has fewer digits.
+    /// Number of single precision, apart as it has fewer digits.
     Single(f32),
     /// Text.
     Text(&'a str),
@@ -166,11 +169,11 @@ impl fmt::Display for FieldValue<'_> {
     }
 }
 
-/// A log line on the stack, as a tick must not allocate.
+/// Log line on the stack, as a tick must not allocate.
 struct LogText<const N: usize> {
     bytes: [u8; N],
     length: usize,
-    /// How much of it may be used.
+    /// Usable size of the buffer, bytes.
     room: usize,
 }
 

@@ -1,5 +1,6 @@
-//! Measures a fleet: agents in processes of ten, each with 50 properties at 1 Hz, through two routers, of which one is killed
-//! and starts again. Needs `ss` of iproute2. Fails when a limit is exceeded.
+//! Fleet measurement: agents in processes of ten, through two routers.
+//! Each agent has 50 properties at 1 Hz; one router is killed and starts again. Needs `ss` of iproute2. Fails when a
+//! limit is exceeded.
 //!
 //! `cargo run --release -p slate-network --features zenoh --example fleet`
 #![allow(missing_docs, reason = "nobody reads the interfaces of a measurement")]
@@ -32,19 +33,19 @@ const PROPERTIES: usize = 10;
 /// Processes of the small fleet and of the whole one.
 const FLEETS: [usize; 2] = [2, 20];
 
-/// How long traffic is counted.
+/// Duration of the traffic measurement.
 const WINDOW: Duration = Duration::from_secs(10);
 
-/// How long a fleet may take to start.
+/// Timeout for the start of a fleet.
 const START: Duration = Duration::from_secs(120);
 
-/// Limits: time until the state is complete again, memory of a session in MB, and traffic of an agent in the whole fleet as a
-/// multiple of that in the small one.
+/// Limits: time until the state is complete again, memory and traffic.
+/// Memory of a session in MB, and traffic of an agent in the whole fleet as a multiple of that in the small one.
 const COMPLETE: Duration = Duration::from_secs(10);
 const MEMORY: f64 = 30.0;
 const GROWTH: f64 = 1.25;
 
-/// A reading.
+/// Value of a property of the fleet.
 #[interface]
 pub struct Reading {
     pub value: f64,
@@ -120,7 +121,7 @@ fn session(mode: &str, listen: &str, connect: &str) -> Result<Session, Failure> 
     zenoh::open(config).wait()
 }
 
-/// Until nobody holds the input any more.
+/// Waits until the input is released.
 fn wait_for_the_end() {
     let _ = std::io::stdin().read(&mut [0]);
 }
@@ -162,11 +163,11 @@ fn be_agents(process: &str, port: &str) -> Result<(), Failure> {
     std::process::exit(0);
 }
 
-/// What is known of the fleet.
+/// Observed state of the fleet.
 #[derive(Default)]
 struct FleetState {
     alive: BTreeSet<String>,
-    /// When each property came last.
+    /// Time of each property's last value.
     properties: BTreeMap<String, Instant>,
 }
 
@@ -253,7 +254,7 @@ fn measure() -> Result<bool, Failure> {
     Ok(is_good)
 }
 
-/// A program of Zenoh that reads all of the fleet.
+/// Zenoh program that reads the whole fleet.
 struct Observer {
     state: Arc<Mutex<FleetState>>,
     _session: Session,
@@ -284,7 +285,8 @@ impl Observer {
         Ok(Self { state, _session: session })
     }
 
-    /// Waits until all agents are there, and each of their properties has come since a time; returns how long after it.
+    /// Waits until all agents run and each property has a value newer than `since`.
+    /// Returns the elapsed time since then.
     fn complete(&self, agents: usize, since: Instant, limit: Duration) -> Result<Duration, Failure> {
         let wanted = agents * MODULES * PROPERTIES;
         loop {
@@ -319,7 +321,7 @@ fn bytes(processes: &Processes) -> Result<[u64; 2], Failure> {
     if sums == [0, 0] { Err("`ss` shows no connection of the agents".into()) } else { Ok(sums) }
 }
 
-/// Resident memory of processes, MB.
+/// Returns the resident memory of processes, MB.
 fn memory<'p>(processes: impl IntoIterator<Item = &'p Processes>) -> Result<f64, Failure> {
     let mut sum = 0.0;
     for child in processes.into_iter().flat_map(|processes| &processes.0) {
@@ -330,7 +332,7 @@ fn memory<'p>(processes: impl IntoIterator<Item = &'p Processes>) -> Result<f64,
     Ok(sum)
 }
 
-/// Time that processes have computed, s; the kernel counts it in hundredths.
+/// Returns the processor time of processes, s; the kernel counts it in hundredths.
 fn cpu(processes: &[Processes]) -> Result<f64, Failure> {
     let mut ticks = 0;
     for child in processes.iter().flat_map(|processes| &processes.0) {

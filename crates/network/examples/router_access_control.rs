@@ -1,5 +1,6 @@
-//! Writes the access control of a router between agents, from their configurations, for `access_control` of `zenohd`:
-//! `cargo run -p slate-network --features zenoh --example router_access_control -- base.toml arm.toml`
+//! Generator of a router's access control from the configurations of its agents.
+//! It writes `access_control` of `zenohd`: `cargo run -p slate-network --features zenoh --example router_access_control
+//! -- base.toml arm.toml`
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -22,7 +23,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Name and network of the agent that a file describes.
+/// Reads the name and the network of the agent in a file.
 fn read(file: &str) -> Result<(String, NetworkSettings), Box<dyn Error>> {
     let text = std::fs::read_to_string(file).map_err(|error| format!("{file} can't be read: {error}"))?;
     let mut tables = extra_tables(&text);

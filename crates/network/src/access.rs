@@ -14,14 +14,15 @@ use crate::options::ReadOptions;
 use crate::settings::NetworkRights;
 use crate::settings::NetworkSettings;
 
-/// Any agent, in a key.
+/// Wildcard for any agent, in a key.
 const ANY: &str = "*";
 
 /// Agents and the rights in their configurations.
 type Agents<'a> = [(&'a str, &'a NetworkSettings)];
 
-/// Access control for a router of Zenoh between agents, from their names and settings: `access_control` in its configuration.
-/// Each agent speaks for itself alone there, and receives what the others' files let it read.
+/// Returns the access control of a Zenoh router between agents.
+/// It is `access_control` in the router's configuration, made from the agents' names and settings. Each agent speaks
+/// only for itself there, and receives what the others' files let it read.
 pub fn router_access_control(agents: &Agents<'_>) -> Json {
     let named = agents.iter().flat_map(|(_, settings)| settings.security.iter());
     let named = named.flat_map(|security| security.allow.iter().filter(|(_, rights)| !rights.router));
@@ -33,7 +34,8 @@ pub fn router_access_control(agents: &Agents<'_>) -> Json {
     access.json()
 }
 
-/// Access control of an agent's own session: what others may do with it, and that they speak for themselves alone.
+/// Returns the access control of an agent's own session.
+/// It says what others may do with the agent, and that they speak only for themselves.
 pub fn agent_access_control(agent: &str, settings: &NetworkSettings) -> Option<Json> {
     let security = settings.security.as_ref()?;
     let mut access = AccessControl::default();
@@ -46,7 +48,7 @@ pub fn agent_access_control(agent: &str, settings: &NetworkSettings) -> Option<J
     Some(access.json())
 }
 
-/// Rules for subjects; what no rule allows is denied.
+/// Rules for subjects; a message that no rule allows is denied.
 #[derive(Default)]
 struct AccessControl {
     rules: Vec<Json>,
@@ -70,7 +72,8 @@ impl MessageKeys {
 }
 
 impl AccessControl {
-    /// Rules for the agent with a certificate of that name. It speaks for the agents that match `speaks_for`.
+    /// Adds the rules for the agent with a certificate of that name.
+    /// It speaks for the agents that match `speaks_for`.
     fn add_agent(&mut self, name: &str, speaks_for: &str, origins: &Agents<'_>) {
         let (mut from, mut to) = (MessageKeys::default(), MessageKeys::default());
         speak(&mut from, speaks_for);
@@ -139,7 +142,7 @@ impl AccessControl {
     }
 }
 
-/// All keys of an agent; `**` leaves out names that begin with `@`.
+/// Returns the keys of an agent; `**` leaves out names that begin with `@`.
 fn own_keys(agent: &str) -> [String; 8] {
     [
         property_key(agent, "**"),
@@ -153,12 +156,13 @@ fn own_keys(agent: &str) -> [String; 8] {
     ]
 }
 
-/// Where an agent sends lost values again, and which value was the last.
+/// Returns the key at which an agent repeats lost values.
+/// It also announces the last one there.
 fn kept_key(agent: &str, path: &str) -> String {
     format!("{}/@adv/pub/**", read_key(agent, "*", path))
 }
 
-/// What comes from an agent in its own name.
+/// Allows the messages that an agent sends in its own name.
 fn speak(from: &mut MessageKeys, agent: &str) {
     from.allow(&["put"], [property_key(agent, "**"), read_key(agent, "*", "**"), kept_key(agent, "**")]);
     from.allow(&["reply", "declare_queryable"], own_keys(agent));
@@ -166,7 +170,8 @@ fn speak(from: &mut MessageKeys, agent: &str) {
     from.allow(&["liveliness_token", "query"], [alive_key(agent)]);
 }
 
-/// What an agent serves to somebody with rights; the list of its properties is at `tree`.
+/// Allows the messages by which an agent serves a peer with these rights.
+/// The list of its properties is at `tree`.
 fn serve(from: &mut MessageKeys, to: &mut MessageKeys, agent: &str, rights: &NetworkRights, tree: String) {
     let keys = |patterns: &[Pattern], key: fn(&str, &str) -> String| {
         patterns.iter().map(|pattern| key(agent, &pattern.to_string())).collect::<Vec<_>>()
@@ -186,7 +191,7 @@ fn serve(from: &mut MessageKeys, to: &mut MessageKeys, agent: &str, rights: &Net
     to.allow(&["liveliness_token", "query"], [alive_key(agent)]);
 }
 
-/// Messages of the team's knowledge between an agent and an origin that lets it belong to its team.
+/// Allows team messages between an agent and an origin that admits it to its team.
 fn tell(from: &mut MessageKeys, to: &mut MessageKeys, agent: &str, origin: &str) {
     for (flow, sender, receiver) in [(&mut *from, agent, origin), (&mut *to, origin, agent)] {
         flow.allow(&["put"], [team_key(sender, receiver)]);
@@ -207,14 +212,15 @@ fn read_keys(from: &mut MessageKeys, to: &mut MessageKeys, settings: &NetworkSet
     to.allow(&["query", "declare_subscriber"], keys);
 }
 
-/// Keys of Zenoh at which an agent's links publish: every admitted agent may read them.
+/// Allows every admitted agent to read the Zenoh keys of an agent's links.
 fn write_keys(from: &mut MessageKeys, to: &mut MessageKeys, settings: &NetworkSettings) {
     let keys: Vec<_> = settings.write.iter().map(|output| output.key.clone()).collect();
     to.allow(&["put", "reply", "declare_queryable"], keys.iter().cloned());
     from.allow(&["query", "declare_subscriber"], keys);
 }
 
-/// How agents find each other. What a subscriber receives is decided for each value.
+/// Allows the messages by which agents discover each other.
+/// Delivery to a subscriber is decided for each value.
 fn meet(from: &mut MessageKeys, to: &mut MessageKeys) {
     from.allow(&["declare_subscriber"], ["**".to_owned()]);
     for flow in [from, to] {
@@ -222,7 +228,8 @@ fn meet(from: &mut MessageKeys, to: &mut MessageKeys) {
     }
 }
 
-/// A key as Zenoh takes it: of several ways to write wildcards, one. Nothing if it is no key, which then nobody may use.
+/// Returns a key in Zenoh's canonical form of wildcards.
+/// `None` if it is no valid key, which then nobody may use.
 fn canonical(key: String) -> Option<String> {
     KeyExpr::autocanonize(key).ok().map(|key| key.as_str().to_owned())
 }

@@ -34,13 +34,13 @@ pub struct SampleAttachment {
     pub number: u64,
 }
 
-/// Why bytes are no [`SampleAttachment`].
+/// Reason why bytes are no [`SampleAttachment`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AttachmentError {
     /// Too few bytes.
     #[error("the attachment has {0} bytes, expected at least {length}: layout, sequence, time, generation, schema hash, number", length = SampleAttachment::LENGTH)]
     Length(usize),
-    /// Another layout.
+    /// Unknown layout.
     #[error("the attachment has layout {0}, expected {layout}: both ends need the same version of Slate", layout = SampleAttachment::LAYOUT)]
     Layout(u8),
 }
@@ -49,10 +49,10 @@ impl SampleAttachment {
     /// Length, bytes.
     pub const LENGTH: usize = 41;
 
-    /// The first byte.
+    /// Layout number, the first byte.
     pub const LAYOUT: u8 = 1;
 
-    /// The bytes beside the value.
+    /// Encodes the attachment.
     pub fn encode(&self) -> [u8; Self::LENGTH] {
         let mut bytes = [Self::LAYOUT; Self::LENGTH];
         let numbers = [self.stamp.sequence, self.stamp.time, self.stamp.generation, self.hash, self.number];
@@ -65,7 +65,7 @@ impl SampleAttachment {
     /// Reads the bytes beside a value.
     ///
     /// # Errors
-    /// When there are too few, or they are of another layout.
+    /// When they are too few, or of another layout.
     pub fn decode(bytes: &[u8]) -> Result<Self, AttachmentError> {
         let whole = bytes.first_chunk::<{ Self::LENGTH }>().ok_or(AttachmentError::Length(bytes.len()))?;
         if whole[0] != Self::LAYOUT {

@@ -4,7 +4,8 @@ use slate_runtime::Composer;
 use crate::error::NetworkError;
 use crate::settings::{NetworkInput, NetworkOutput, NetworkSettings};
 
-/// Whether the inputs that settings name are there and no link fills them, and the properties that they publish.
+/// Checks the inputs and the published properties that settings name.
+/// Both must exist, and no link may fill the inputs.
 ///
 /// # Errors
 /// The first input that can't read from the network, or property that can't be published.

@@ -4,12 +4,12 @@ use std::net::IpAddr;
 
 use slate_runtime::configuration::Span;
 
-/// Where a session listens or connects.
+/// Endpoint at which a session listens or to which it connects.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NetworkEndpoint {
-    /// As Zenoh writes it, such as `tcp/127.0.0.1:7447`.
+    /// Endpoint in Zenoh's notation, such as `tcp/127.0.0.1:7447`.
     pub text: String,
-    /// Where it is written in the configuration.
+    /// Place in the configuration.
     pub place: Option<Span>,
 }
 
@@ -20,7 +20,7 @@ impl NetworkEndpoint {
     /// Reads an endpoint.
     ///
     /// # Errors
-    /// What is wrong with it, and what to do.
+    /// Reason why it is invalid, and advice.
     pub fn parse(text: &str) -> Result<Self, (String, &'static str)> {
         const HELP: &str = "an endpoint is a carrier, a host and a port, such as \"tcp/127.0.0.1:7447\"";
         let wrong = |reason: String| Err((reason, HELP));
@@ -63,22 +63,22 @@ impl NetworkEndpoint {
         Ok(Self { text: text.into(), place: None })
     }
 
-    /// Carrier, such as `tcp`.
+    /// Returns the carrier, such as `tcp`.
     pub fn carrier(&self) -> &str {
         self.text.split('/').next().unwrap_or_default()
     }
 
-    /// Host and port.
+    /// Returns the host and port.
     pub fn address(&self) -> &str {
         self.text.split_once('/').map_or("", |(_, address)| address)
     }
 
-    /// Whether both ends prove by certificates who they are.
+    /// Returns whether both ends authenticate by certificates.
     pub fn is_encrypted(&self) -> bool {
         self.carrier() == "quic"
     }
 
-    /// Whether only programs of this machine are reached through it.
+    /// Returns whether only programs of this machine are reached through it.
     pub fn is_loopback(&self) -> bool {
         let host = self.address().rsplit_once(':').map_or("", |(host, _)| host);
         let host = host.trim_start_matches('[').trim_end_matches(']');

@@ -1,68 +1,68 @@
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span};
 
-/// Why an agent is not on its network.
+/// Reason why an agent is not on its network.
 #[derive(Debug, thiserror::Error)]
 pub enum NetworkError {
-    /// It can't listen at an endpoint.
+    /// Failure to listen at an endpoint.
     #[error("`{endpoint}` can't be listened at: {reason}")]
     Listen {
-        /// The endpoint.
+        /// Endpoint.
         endpoint: String,
-        /// In words.
+        /// Reason, in words.
         reason: String,
-        /// Where it is written.
+        /// Place in the configuration.
         place: Option<Span>,
     },
     /// No router is reached.
     #[error("no router is reached at {endpoints}: {reason}")]
     Connect {
-        /// The endpoints.
+        /// Endpoints.
         endpoints: String,
-        /// In words.
+        /// Reason, in words.
         reason: String,
-        /// Where the first is written.
+        /// Place of the first one.
         place: Option<Span>,
     },
     /// An input can't read from the network.
     #[error("/{input} can't read from the network: {reason}")]
     Input {
-        /// Its path.
+        /// Path.
         input: String,
-        /// In words.
+        /// Reason, in words.
         reason: String,
-        /// What to do.
+        /// Advice.
         help: &'static str,
-        /// Where it is written.
+        /// Place in the configuration.
         place: Option<Span>,
     },
     /// A property can't be published at a key.
     #[error("/{property} can't be published at `{key}`: {reason}")]
     Output {
-        /// Its path.
+        /// Path.
         property: String,
-        /// The key.
+        /// Key.
         key: String,
-        /// In words.
+        /// Reason, in words.
         reason: String,
-        /// What to do.
+        /// Advice.
         help: &'static str,
-        /// Where it is written.
+        /// Place in the configuration.
         place: Option<Span>,
     },
     /// The agent takes no part in a team.
     #[error("facts of the team can't travel over the network: the agent takes no part in a team")]
     Team {
-        /// Where it is written.
+        /// Place in the configuration.
         place: Option<Span>,
     },
     /// Certificates can't be used.
     #[error("{reason}")]
     Security {
-        /// In words.
+        /// Reason, in words.
         reason: String,
-        /// What to do.
+        /// Advice.
         help: String,
-        /// Where the file is written.
+        /// Place of the file in the configuration.
         place: Option<Span>,
     },
     /// Zenoh refuses.
@@ -74,7 +74,7 @@ pub enum NetworkError {
 }
 
 impl NetworkError {
-    /// What to do about it.
+    /// Returns the advice.
     pub fn help(&self) -> &str {
         match self {
             Self::Listen { .. } => "take another port, or end the program that has it: ss -ltnup",
@@ -88,7 +88,8 @@ impl NetworkError {
         }
     }
 
-    /// The error with file, line and what to do, of the configuration that the settings came from.
+    /// Returns the error with file, line and advice.
+    /// `configuration` must be the one that the settings came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
         let help = Some(self.help().to_owned());
         let place = match self {

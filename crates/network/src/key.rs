@@ -4,72 +4,75 @@ use slate_blackboard::Url;
 
 use crate::options::ReadOptions;
 
-/// The key expression of a property: `slate://arm/localizer/pose` is `slate/arm/localizer/pose`.
+/// Returns the key expression of a property.
+/// `slate://arm/localizer/pose` is `slate/arm/localizer/pose`.
 pub fn property_key(agent: &str, path: &str) -> String {
     format!("slate/{agent}/{path}")
 }
 
-/// The token that exists while an agent is on the network.
+/// Returns the key of the token that exists while an agent is on the network.
 pub fn alive_key(agent: &str) -> String {
     format!("slate/{agent}/@alive")
 }
 
-/// Where an agent lists its properties.
+/// Returns the key at which an agent lists its properties.
 pub fn tree_key(agent: &str) -> String {
     format!("slate/{agent}/@tree")
 }
 
-/// Where an agent lists the properties that another one may use, as its access control says.
+/// Returns the key at which an agent lists the properties for another one.
+/// They are those that its access control permits.
 pub fn tree_key_of(agent: &str, reader: &str) -> String {
     format!("slate/{agent}/@tree/{reader}")
 }
 
-/// Where a property is set, or a message is sent, by a query with a payload.
+/// Returns the key for setting a property or sending a message.
+/// The request is a query with a payload.
 pub fn set_key(agent: &str, path: &str) -> String {
     format!("slate/{agent}/@set/{path}")
 }
 
-/// Where a property is published for readers with [options](crate::ReadOptions).
+/// Returns the key of a property's publications for [options](crate::ReadOptions).
 pub fn read_key(agent: &str, options: &str, path: &str) -> String {
     format!("slate/{agent}/@read/{options}/{path}")
 }
 
-/// Where an agent describes an interface; `*` for all of them.
+/// Returns the key of an interface's schema; `*` for all of them.
 pub fn schema_key(agent: &str, interface: &str) -> String {
     format!("slate/{agent}/@schema/{interface}")
 }
 
-/// The token that exists while an agent takes part in its team over the network.
+/// Returns the key of the token that exists while an agent is in its team.
 pub fn team_token_key(agent: &str) -> String {
     format!("slate/{agent}/@team")
 }
 
-/// Key of messages of the team's knowledge from one agent to another.
+/// Returns the key of messages of the team's knowledge from one agent to another.
 pub fn team_key(from: &str, to: &str) -> String {
     format!("slate/{from}/@team/{to}")
 }
 
-/// The agent of a key `slate/AGENT/...` with that end.
+/// Returns the agent of a key `slate/AGENT/...` with that end.
 pub fn agent_before<'k>(key: &'k str, end: &str) -> Option<&'k str> {
     key.strip_prefix("slate/")?.strip_suffix(end)?.strip_suffix('/').filter(|agent| !agent.contains('/'))
 }
 
-/// The agent whose token a key is.
+/// Returns the agent whose token a key is.
 pub fn alive_agent(key: &str) -> Option<&str> {
     agent_before(key, "@alive")
 }
 
-/// Where an input reads its values.
+/// Source of an input's values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum InputSource {
-    /// A property of another agent, `slate://base/sensor/reading`.
+    /// Property of another agent, `slate://base/sensor/reading`.
     Property {
-        /// The agent.
+        /// Agent.
         agent: String,
         /// Path of the property in it.
         path: String,
     },
-    /// Any key of Zenoh, `zenoh:demo/temperature`.
+    /// Key of Zenoh, `zenoh:demo/temperature`.
     Key(String),
 }
 
@@ -77,7 +80,7 @@ impl InputSource {
     /// Reads a source.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// Reason why it is invalid, in words.
     pub fn parse(text: &str) -> Result<Self, String> {
         if let Some(key) = text.strip_prefix("zenoh:") {
             return match check_key(key) {
@@ -92,7 +95,7 @@ impl InputSource {
         }
     }
 
-    /// Its key expression for a reader with those options.
+    /// Returns its key expression for a reader with those options.
     pub fn key(&self, options: &ReadOptions) -> String {
         match self {
             Self::Property { agent, path } if *options != ReadOptions::default() => {
@@ -113,7 +116,7 @@ impl std::fmt::Display for InputSource {
     }
 }
 
-/// What keeps a text from being the key of one value.
+/// Returns the reason why a text is not the key of one value, if any.
 pub fn check_key(key: &str) -> Option<&'static str> {
     if key.split('/').any(str::is_empty) {
         return Some("its parts are separated by single slashes, and none is empty");

@@ -1,5 +1,6 @@
-//! Agents on a network of [Zenoh](https://zenoh.io): a property `slate://arm/localizer/pose` is the key
-//! `slate/arm/localizer/pose`, and any program of Zenoh reads it, sets it if the agent lets it, and sees that the agent is there.
+//! Agents on a network of [Zenoh](https://zenoh.io).
+//! A property `slate://arm/localizer/pose` is the key `slate/arm/localizer/pose`, and any program of Zenoh reads it,
+//! sets it if the agent lets it, and sees that the agent runs.
 //!
 //! | key | what it is |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! Who is at the other end of links with certificates.
+//! Peers at the other end of links with certificates.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,13 +13,13 @@ use crate::error::NetworkError;
 use crate::settings::NetworkSecurity;
 use crate::shared::{NetworkShared, locked, refused};
 
-/// From one look at the files and endpoints to the next.
+/// Period of checks of the files and endpoints.
 const PERIOD: Duration = Duration::from_secs(60);
 
-/// After so long a link that was never there is told of.
+/// Time after which a link that was never established is logged.
 const LATE: Duration = Duration::from_secs(5);
 
-/// Strangers that are remembered, so that each is told once.
+/// Number of strangers that are remembered, so that each is logged once.
 const STRANGERS: usize = 64;
 
 /// Reads the certificates of an agent.
@@ -47,7 +47,8 @@ pub fn load(agent: &str, security: &NetworkSecurity) -> Result<Credentials, Netw
     })
 }
 
-/// Looks at the agent's own certificates and its endpoints now and then. It belongs to the network's thread.
+/// Periodic check of the agent's own certificates and its endpoints.
+/// It belongs to the network's thread.
 pub struct LinkWatch {
     shared: Arc<NetworkShared>,
     credentials: Option<Credentials>,
@@ -101,7 +102,7 @@ fn steady_now(shared: &NetworkShared) -> u64 {
     shared.surface.agent.composer().steady_now()
 }
 
-/// Logs the names that certificates prove, and strangers, who may do nothing.
+/// Logs the names that certificates prove, and strangers without rights.
 pub fn declare(shared: &Arc<NetworkShared>) -> Result<Option<LinkEventsListener<()>>, NetworkError> {
     if shared.settings.security.is_none() {
         return Ok(None);

@@ -16,10 +16,11 @@ use crate::shared::locked;
 /// Messages that wait, at most; the oldest go first.
 const WAITING: usize = 256;
 
-/// How long the thread sleeps when nothing comes.
+/// Sleep time of the thread while no messages arrive.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Sends messages to an inbox, one after the other, in a thread of its own: each waits until the module has taken it.
+/// Sender of messages to an inbox, in sequence, in a thread of its own.
+/// Each message waits until the module has taken it.
 pub struct InboxMessages {
     dispatcher: Dispatcher,
     caller: Caller,

@@ -12,10 +12,11 @@ use zenoh::sample::Locality;
 use crate::key::alive_key;
 use crate::shared::NetworkShared;
 
-/// From one look to the next.
+/// Period of the search.
 const PERIOD: Duration = Duration::from_secs(5);
 
-/// Looks now and then whether somebody else answers in the agent's name: readers take two agents of a name for one.
+/// Periodic search for another agent of the same name.
+/// Readers take two agents of a name for one.
 pub struct NamesakeSearch {
     shared: Arc<NetworkShared>,
     /// Time of the next look, ns.

@@ -1,4 +1,4 @@
-//! An agent on its network.
+//! Agent on its network.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -34,21 +34,23 @@ use crate::streams::Streams;
 use crate::subscriber::InputSubscriber;
 use crate::team::NetworkTeam;
 
-/// How often it is looked whether something has changed without a notice.
+/// Period at which changes without a notice are polled.
 const PAUSE: Duration = Duration::from_millis(500);
 
-/// Cycles that follow each other faster than this, ns, are looked at together: after each look the thread rests.
+/// Period below which consecutive cycles are handled together, ns.
+/// After each look the thread rests.
 const FAST: u64 = 500_000;
 const REST: Duration = Duration::from_millis(1);
 
-/// How often it is looked whether a thread has ended.
+/// Period at which the end of a thread is polled.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// How long an agent has for the answer to a query for its newest value.
+/// Timeout for an agent's answer to a query for its newest value.
 const ANSWER: Duration = Duration::from_secs(2);
 
-/// An agent on a network of Zenoh, until this is dropped: others read its properties, and set those that they may; its inputs
-/// read theirs. All of it runs in threads of its own: no tick waits for the network.
+/// Participation of an agent in a network of Zenoh, until dropped.
+/// Others read its properties, and set those that they may; its inputs read theirs. All of it runs in threads of its
+/// own: no tick waits for the network.
 pub struct AgentNetwork {
     shared: Arc<NetworkShared>,
     readers: Arc<InputReaders>,
@@ -57,7 +59,7 @@ pub struct AgentNetwork {
     declared: Option<Declared>,
 }
 
-/// What others see of the agent. Its token goes first.
+/// Declarations by which others see the agent; its token is dropped first.
 struct Declared {
     _token: LivelinessToken,
     _team: Option<NetworkTeam>,
@@ -151,7 +153,7 @@ impl AgentNetwork {
         Ok(Self { shared, readers, requests, threads, declared: Some(declared) })
     }
 
-    /// The agents that are on the network now, this one among them.
+    /// Returns the agents that are on the network now, including this one.
     pub fn agents(&self) -> Vec<String> {
         let mut agents = locked(&self.shared.agents).clone();
         // A client without its router does not see itself.
@@ -159,7 +161,7 @@ impl AgentNetwork {
         agents.into_iter().collect()
     }
 
-    /// How the inputs stand that read from the network, by path.
+    /// Returns the status of the inputs that read from the network, by path.
     pub fn readings(&self) -> Vec<ReadingStatus> {
         self.readers.readers.iter().map(|reader| reader.status()).collect()
     }
@@ -241,7 +243,7 @@ fn declare(
     })
 }
 
-/// An agent has come or gone.
+/// Updates the agents when one has come or gone.
 fn note_agent(shared: &NetworkShared, readers: &InputReaders, sample: &Sample) {
     let Some(agent) = alive_agent(sample.key_expr().as_str()) else { return };
     let is_here = sample.kind() == SampleKind::Put;
@@ -263,7 +265,7 @@ fn note_agent(shared: &NetworkShared, readers: &InputReaders, sample: &Sample) {
     }
 }
 
-/// Asks for the newest value of what an input reads, when it may have missed it.
+/// Requests the newest value of an input's source, if it may have been missed.
 fn ask(session: &Session, reader: &Arc<InputReader>, now: u64) {
     if !reader.is_to_ask(now) {
         return;

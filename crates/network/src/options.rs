@@ -1,44 +1,46 @@
-//! What a reader asks of the values that it receives; it is part of the key that it reads.
+//! Options of a reader for the values that it receives.
+//! They are part of the key that it reads.
 
 use std::fmt;
 
 use slate_module::parse_duration;
 
-/// How often values come.
+/// Rate of the values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ReadRate {
-    /// When the property changes, with at least this time between two values, ns.
+    /// Rate of the property's changes, with a minimum interval between values, ns.
     OnChange {
         /// Least interval, ns.
         interval: u64,
     },
-    /// The newest value once in a period, ns, if it has changed.
+    /// Newest value once in a period, ns, if it has changed.
     Every(u64),
 }
 
-/// Which values come.
+/// Selection of the values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ReadValues {
-    /// The newest: one that is written before it could be sent takes the place of the one before.
+    /// Newest value; it replaces an earlier one that is not sent yet.
     #[default]
     Newest,
     /// Each, in their order.
     All,
 }
 
-/// How values travel.
+/// Delivery mode of values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ReadMode {
-    /// In their order, each sent until it arrives; the newest ones are dropped while a link is full.
+    /// Ordered and retransmitted; the newest values are dropped while a link is full.
     #[default]
     Usual,
-    /// The origin also keeps the last ones, and sends those again that were dropped.
+    /// Reliable delivery: the origin keeps the last values, and resends lost ones.
     Reliable,
     /// Each is sent once: as a datagram, where the link has them.
     BestEffort,
 }
 
-/// Options of one reader. Readers of a property with the same options share what is sent.
+/// Options of one reader.
+/// Readers of a property with the same options share a stream.
 ///
 /// ```
 /// use slate_network::{ReadOptions, ReadRate};
@@ -50,20 +52,20 @@ pub enum ReadMode {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ReadOptions {
-    /// How often values come.
+    /// Rate of the values.
     pub rate: ReadRate,
-    /// Which values come.
+    /// Selection of the values.
     pub values: ReadValues,
-    /// How they travel.
+    /// Delivery mode.
     pub mode: ReadMode,
 }
 
-/// What is sent to readers with the same options: the path of the property and these.
+/// Stream to readers with the same options: path of the property and options.
 #[cfg(feature = "zenoh")]
 pub type StreamName = (String, ReadOptions);
 
 impl Default for ReadOptions {
-    /// The newest value on each change.
+    /// Returns the options for the newest value on each change.
     fn default() -> Self {
         Self {
             rate: ReadRate::OnChange { interval: 0 },
@@ -77,11 +79,11 @@ impl Default for ReadOptions {
 const LONGEST: u64 = 86_400_000_000_000;
 
 impl ReadOptions {
-    /// Options as they stand in a key, in this order and separated by commas: `all`, `reliable` or `best-effort`, `rate=…` or
-    /// `interval=…`.
+    /// Parses options as they appear in a key, in this order, separated by commas.
+    /// They are `all`, `reliable` or `best-effort`, `rate=…` or `interval=…`.
     ///
     /// # Errors
-    /// What is wrong with them, in words.
+    /// Reason why they are invalid, in words.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut options = Self::default();
         for option in text.split(',') {
@@ -105,6 +107,8 @@ impl ReadOptions {
         if options.to_string() == text { Ok(options) } else { Err(format!("write `{options}`")) }
     }
 
+    /// Checks that options do not contradict each other.
+    ///
     /// # Errors
     /// When options contradict each other.
     pub fn check(&self) -> Result<(), String> {
@@ -115,7 +119,7 @@ impl ReadOptions {
     }
 }
 
-/// A duration of more than nothing, ns.
+/// Parses a positive duration, ns.
 pub fn duration(text: &str) -> Result<u64, String> {
     parse_duration(text)
         .filter(|duration| (1..=LONGEST).contains(duration))

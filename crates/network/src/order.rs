@@ -3,50 +3,56 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-/// Samples of a source that wait for those before them, at most, and their bytes: what others send must not fill the memory.
+/// Limit of a source's samples that wait for earlier ones, and of their bytes.
+/// Data of others must not fill the memory.
 const WAITING: usize = 512;
 const WAITING_BYTES: usize = 32 << 20;
 
 /// Sources whose samples are followed, at most.
 const SOURCES: usize = 16;
 
-/// From one question for what is missing to the next, ns: one that is asked right after a link is back may be lost.
+/// Period between two queries for missing samples, ns.
+/// A query right after a link is back may be lost.
 pub const RETRY: u64 = 100_000_000;
 
 /// Time without an answer after which missing samples are lost, ns.
 const ANSWER_TIMEOUT: u64 = 5_000_000_000;
 
-/// Answers without the next sample after which the origin no longer has it: a full link drops parts of answers.
+/// Number of answers without the next sample after which it counts as lost.
+/// The origin no longer has it then: a full link drops parts of answers.
 const MAX_EMPTY_ANSWERS: u32 = 2;
 
-/// Before the first number of a source. Numbers of 32 bits go on beyond their end.
+/// Number before the first one of a source.
+/// Numbers of 32 bits wrap around.
 const BEGIN: u64 = u32::MAX as u64;
 
-/// A publisher: its session and its number there.
+/// Publisher: its session and its number there.
 pub type SampleSource = (String, u32);
 
-/// Passes on the samples of publishers in the order of their numbers, each once, and knows which are missing.
+/// Reordering of publishers' samples by their numbers, each delivered once.
+/// It knows which samples are missing.
 pub struct SampleOrder<T> {
     sources: BTreeMap<SampleSource, SourceOrder<T>>,
-    /// Whether all of it is of one agent: another publisher takes the place of the one before, and is followed from its first
-    /// sample on.
+    /// Single source: all samples are of one agent.
+    /// Another publisher then replaces the previous one, and is followed from its first sample on.
     is_of_agent: bool,
 }
 
 struct SourceOrder<T> {
-    /// The last sample that was passed on, and the last one that there is.
+    /// Number of the last sample passed on, and of the last one announced.
     passed: u64,
     last: u64,
     /// Samples with their bytes.
     waiting: BTreeMap<u64, (usize, T)>,
     bytes: usize,
-    /// Since when something is missing, and when it was asked for, ns.
+    /// Time since samples are missing, and time of the query for them, ns.
     missing: Option<u64>,
     asked: Option<u64>,
-    /// The first number of the question that waits for its answer, and how many answers have brought nothing that was next.
+    /// First number of the pending query, and the number of its useless answers.
+    /// An answer is useless if it has not brought the next sample.
     question: Option<u64>,
     empty_answers: u32,
-    /// When something came of it last, ns.
+    /// Time of the last sample, ns.
     heard: u64,
 }
 
@@ -55,7 +61,8 @@ impl<T> SampleOrder<T> {
         Self { sources: BTreeMap::new(), is_of_agent }
     }
 
-    /// Takes a sample of so many bytes that came at `now`, ns, and gives those whose turn it is to `pass`.
+    /// Takes a sample that arrived at `now`, ns, with its size in bytes.
+    /// Calls `pass` with those whose turn it is.
     pub fn take(
         &mut self,
         (source, number): (&SampleSource, u32),
@@ -76,8 +83,8 @@ impl<T> SampleOrder<T> {
         }
     }
 
-    /// Takes note of the last number of a source. One of which no sample has come begins with its next one, unless it takes the
-    /// place of another one.
+    /// Takes note of the last number of a source.
+    /// A source without samples begins with its next one, unless it replaces another one.
     pub fn announce(&mut self, source: &SampleSource, number: u32, now: u64, pass: &mut dyn FnMut(T)) {
         if !self.sources.contains_key(source) && (self.sources.is_empty() || !self.is_of_agent) {
             return;
@@ -87,7 +94,7 @@ impl<T> SampleOrder<T> {
         order.flush(now, pass);
     }
 
-    /// The sources that are to be asked at `now`, each with the first number that is missing.
+    /// Returns the sources to query at `now`, each with its first missing number.
     pub fn due(&mut self, now: u64) -> Vec<(SampleSource, u32)> {
         let is_due = |order: &SourceOrder<T>| {
             order.missing.is_some()
@@ -104,7 +111,7 @@ impl<T> SampleOrder<T> {
         .collect()
     }
 
-    /// Whether something is missing.
+    /// Returns whether samples are missing.
     pub fn is_waiting(&self) -> bool {
         self.sources.values().any(|order| order.missing.is_some())
     }
@@ -122,7 +129,7 @@ impl<T> SampleOrder<T> {
         }
     }
 
-    /// Before the first number of a source that is followed from now on.
+    /// Returns the number before the first one of a newly followed source.
     fn first(&self, number: u32) -> u64 {
         if self.is_of_agent && !self.sources.is_empty() { BEGIN } else { BEGIN + u64::from(number) }
     }
@@ -163,7 +170,7 @@ impl<T> SampleOrder<T> {
 }
 
 impl<T> SourceOrder<T> {
-    /// The number that these 32 bits mean: the nearest to the last one.
+    /// Returns the full number of these 32 bits: the nearest to the last one.
     fn whole(&self, number: u32) -> u64 {
         // The lower half.
         let distance = i64::from(number.wrapping_sub(self.passed as u32).cast_signed());
@@ -178,7 +185,7 @@ impl<T> SourceOrder<T> {
         self.bytes += bytes;
     }
 
-    /// Counts the samples before the next one that has arrived as lost, or all samples if none has.
+    /// Counts the samples before the next received one as lost; all if none is left.
     fn skip(&mut self) {
         self.passed = self.waiting.keys().next().map_or(self.last, |next| next - 1);
     }

@@ -1,4 +1,4 @@
-//! What a sample or a query holds, and the value that it is.
+//! Conversion of samples and queries to values.
 
 use serde_json::Value as Json;
 use slate_blackboard::interface::{Descriptor, Field, Kind, Value, View};
@@ -18,14 +18,15 @@ const JSON: [&str; 2] = ["application/json", "text/json"];
 /// Encodings of a number, a truth value or a word as text.
 const TEXT: [&str; 2] = ["text/plain", "zenoh/string"];
 
-/// The longest JSON or text, bytes: as a value it takes many times its length.
+/// Maximum size of JSON or text, bytes.
+/// As a value it takes many times its length.
 const LONGEST: usize = 1 << 20;
 
 /// Package of the messages that recordings and networks name.
 const PACKAGE: &str = "slate_msgs/";
 
-/// The encoding of an interface's values, such as `application/cdr;slate_msgs/msg/Pose2`: CDR of the message that recordings
-/// define for it.
+/// Returns the encoding of an interface's values.
+/// Such as `application/cdr;slate_msgs/msg/Pose2`: CDR of the message that recordings define for it.
 pub fn encoding(descriptor: &Descriptor) -> String {
     format!("{CDR};{}", ros::definition(descriptor).name)
 }
@@ -33,25 +34,25 @@ pub fn encoding(descriptor: &Descriptor) -> String {
 /// Content of a sample or query.
 #[derive(Clone, Copy, Debug)]
 pub struct Payload<'a> {
-    /// Encoding as Zenoh writes it, with what follows the semicolon.
+    /// Encoding in Zenoh's notation, with the part after the semicolon.
     pub encoding: &'a str,
-    /// The bytes.
+    /// Bytes.
     pub bytes: &'a [u8],
-    /// The bytes beside them; empty for none.
+    /// Bytes of the attachment; empty without one.
     pub attachment: &'a [u8],
 }
 
-/// A value as it came.
+/// Decoded value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Decoded {
-    /// The whole, as it lies in memory.
+    /// Whole, as it lies in memory.
     Bytes(Vec<u8>),
-    /// A value without its type, of the whole or of a field.
+    /// Value without its type, of the whole or of a field.
     Value(Value),
 }
 
 impl Decoded {
-    /// The same as JSON, for a value of that interface.
+    /// Converts it to JSON, for a value of that interface.
     ///
     /// # Errors
     /// In words, when it is too short.
@@ -68,15 +69,15 @@ impl Decoded {
     }
 }
 
-/// Why a payload is no value of an interface.
+/// Reason why a payload is no value of an interface.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PayloadError {
-    /// Another interface.
+    /// Other interface.
     #[error("it is {found}, expected {expected}: name a source of that interface")]
     Type {
-        /// Here.
+        /// Interface of this end.
         expected: String,
-        /// There.
+        /// Interface of the other end.
         found: String,
     },
     /// The interface has other fields there.
@@ -84,7 +85,7 @@ pub enum PayloadError {
         "{interface} has schema {found:016x} there and {expected:016x} here: both ends need the same version of it"
     )]
     Schema {
-        /// Its name.
+        /// Name.
         interface: &'static str,
         /// Hash here.
         expected: u64,
@@ -96,37 +97,37 @@ pub enum PayloadError {
     Message {
         /// Name of the message.
         expected: String,
-        /// What is wrong.
+        /// Reason.
         error: ros::Error,
     },
     /// The bytes beside it are of Slate, and can't be read.
     #[error(transparent)]
     Attachment(#[from] AttachmentError),
-    /// It is no JSON.
+    /// Payload without JSON.
     #[error("it is not JSON: {0}")]
     Json(String),
-    /// It is no text.
+    /// Payload without text.
     #[error("it is not UTF-8, as `{0}` says; send CDR, JSON or text")]
     Text(String),
     /// The text is too long.
     #[error("it has {0} bytes of text, more than {longest}; send CDR", longest = LONGEST)]
     Long(usize),
-    /// Nobody here knows how it is encoded.
+    /// Unknown encoding.
     #[error("its encoding is `{0}`; send application/cdr, application/json or text/plain")]
     Encoding(String),
-    /// A whole value for a field.
+    /// Whole value for a field.
     #[error("a field takes JSON or text, and this is CDR of a whole value")]
     Field,
-    /// A bare number for several fields.
+    /// Bare number for several fields.
     #[error("{0} has several fields, and this is one value: name the field, or send an object")]
     Several(&'static str),
 }
 
 impl Payload<'_> {
-    /// The value of an interface, or of a field of it.
+    /// Decodes the value of an interface, or of a field of it.
     ///
     /// # Errors
-    /// What is wrong with it. Memory stays in proportion to the payload and the interface.
+    /// Reason why it is invalid. Memory stays in proportion to the payload and the interface.
     pub fn decode(&self, descriptor: &Descriptor, field: &str) -> Result<Decoded, PayloadError> {
         let (name, schema) = self.encoding.split_once(';').unwrap_or((self.encoding, ""));
         match name {
@@ -151,7 +152,7 @@ impl Payload<'_> {
         }
     }
 
-    /// Stamp and schema, if the sender is an agent.
+    /// Returns the stamp and the schema, if the sender is an agent.
     ///
     /// # Errors
     /// When it claims to be one, and they can't be read.
@@ -194,12 +195,12 @@ impl Payload<'_> {
     }
 }
 
-/// Whether an encoding is read as text, if it is not CDR.
+/// Returns whether an encoding is read as text, unless it is CDR.
 fn is_text(encoding: &str) -> bool {
     [&JSON[..], &TEXT, &UNSAID].iter().any(|names| names.contains(&encoding))
 }
 
-/// A bare value belongs to the one field that there is.
+/// Assigns a bare value to the only field.
 fn whole_or_field(descriptor: &Descriptor, field: &str, value: Value) -> Result<Decoded, PayloadError> {
     match (field, &value, descriptor.fields) {
         ("", Value::Table(_), _) => Ok(Decoded::Value(value)),
@@ -215,7 +216,7 @@ fn is_nested(field: &Field) -> bool {
     matches!(field.kind, Kind::Nested(_))
 }
 
-/// A number, a truth value, or else the text itself.
+/// Parses a number, a truth value, or else the text itself.
 fn value_of_text(text: &str) -> Value {
     match serde_json::from_str(text) {
         Ok(
@@ -225,7 +226,7 @@ fn value_of_text(text: &str) -> Value {
     }
 }
 
-/// As much of a hostile text as a message should have.
+/// Returns the beginning of an untrusted text, short enough for a message.
 fn shortened(text: &str) -> String {
     text.chars().take(80).filter(|letter| !letter.is_control()).collect()
 }

@@ -1,4 +1,4 @@
-//! A publisher that knows whether somebody reads.
+//! Publisher that knows whether it has readers.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,12 +20,14 @@ use crate::error::NetworkError;
 use crate::options::ReadMode;
 use crate::shared::refused;
 
-/// Memory for values that are kept for readers that want lost ones again, bytes; and the fewest and the most of them.
+/// Memory for values that are kept for reliable readers, bytes.
+/// Also the minimum and maximum number of these values.
 const KEPT: usize = 8 << 20;
 const FEWEST: usize = 8;
 const MOST: usize = 512;
 
-/// How often such a reader is told which value was the last, to miss it.
+/// Period at which reliable readers receive the last value's number.
+/// So they notice that it was lost.
 const HEARTBEAT: Duration = Duration::from_millis(100);
 
 /// Publishes values at a key, each with its stamp and number.
@@ -46,8 +48,8 @@ enum AnyPublisher {
 }
 
 impl ValuePublisher {
-    /// Declares a publisher of values of about `size` bytes at a key; `wake` is notified when its first reader comes or its last
-    /// one goes.
+    /// Declares a publisher of values of about `size` bytes at a key.
+    /// `wake` is notified when its first reader comes or its last one goes.
     ///
     /// # Errors
     /// When Zenoh refuses it.
@@ -95,7 +97,7 @@ impl ValuePublisher {
         Ok(Self { _listener: listener, publisher, is_read, number: 0, length: 0 })
     }
 
-    /// Whether somebody reads.
+    /// Returns whether the publisher has readers.
     pub fn is_read(&self) -> bool {
         self.is_read.load(Ordering::Acquire)
     }
@@ -126,7 +128,7 @@ impl ValuePublisher {
     }
 }
 
-/// The bytes of a value without what rounds them up to its alignment.
+/// Returns the bytes of a value without the padding to its alignment.
 pub fn exact<'a>(descriptor: &Descriptor, bytes: &'a [u8], items: usize) -> &'a [u8] {
     let item = descriptor.tail().map_or(0, Kind::size);
     bytes.get(..descriptor.size + items * item).unwrap_or(bytes)

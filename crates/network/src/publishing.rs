@@ -1,4 +1,4 @@
-//! Publishes what an agent writes.
+//! Publication of an agent's properties.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,35 +15,37 @@ use crate::payload::encoding;
 use crate::publisher::{ValuePublisher, exact};
 use crate::shared::NetworkShared;
 
-/// Events of properties that wait to be looked at; when more come, all properties are looked at.
+/// Maximum number of queued property events.
+/// When more come, all properties are looked at.
 const EVENTS: usize = 256;
 
-/// The properties that others may read, each with its publisher. It belongs to the network's thread.
+/// Properties that others may read, each with its publisher.
+/// It belongs to the network's thread.
 pub struct Publishing {
     shared: Arc<NetworkShared>,
     exports: BTreeMap<String, PublishedProperty>,
-    /// The same at the keys that links name, by the paths of their properties.
+    /// Outputs at the keys that links name, by the paths of their properties.
     outputs: Vec<(String, PublishedProperty)>,
     observer: Observer,
     missed: u64,
 }
 
 struct PublishedProperty {
-    /// Kept after the property is removed: Zenoh drops a query for a key whose publisher is undeclared at that moment, and the
-    /// query would time out.
+    /// Publisher, kept after the property is removed.
+    /// Zenoh drops a query for a key whose publisher is undeclared at that moment, and the query would time out.
     publisher: ValuePublisher,
-    /// The property, while it is there.
+    /// Property, while it exists.
     present: Option<PresentProperty>,
 }
 
 struct PresentProperty {
     property: Arc<Property>,
     encoding: Encoding,
-    /// While somebody reads it, so that debug outputs are computed.
+    /// Watch while the property has readers, so that debug outputs are computed.
     watching: Option<Watching>,
     /// Number of the value that was sent last.
     sent: u64,
-    /// Whether it was logged that it can't be sent.
+    /// Logged failure: values can't be sent.
     is_told: bool,
 }
 
@@ -100,7 +102,7 @@ impl Publishing {
         Ok(())
     }
 
-    /// Sends the newest values that somebody reads and that were not sent.
+    /// Sends the newest values that have readers and were not sent.
     pub fn send(&mut self) {
         let outputs = self.outputs.iter_mut().map(|(path, export)| (&*path, export));
         for (path, export) in self.exports.iter_mut().chain(outputs) {
@@ -120,7 +122,7 @@ impl PublishedProperty {
         Ok(Self { publisher, present: None })
     }
 
-    /// Turns to the property that is there now, which may be another one.
+    /// Switches to the present property, which may be another one.
     fn follow(&mut self, property: Option<&Arc<Property>>) {
         let known = self.present.as_ref().map(|present| &present.property);
         let is_same = match (known, property) {
@@ -157,7 +159,7 @@ impl PublishedProperty {
     }
 }
 
-/// Appends the newest value of a property as CDR; nothing before the first write.
+/// Appends a property's newest value as CDR; `None` before the first write.
 pub fn newest(property: &Property, message: &mut Vec<u8>) -> Result<Option<Stamp>, String> {
     let Some((bytes, items, stamp)) = property.newest().map_err(|error| error.to_string())? else {
         return Ok(None);

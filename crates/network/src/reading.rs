@@ -23,44 +23,47 @@ use crate::shared::locked;
 /// After so long without a value, ns, a stream is asked for again.
 const RETRY: u64 = 1_000_000_000;
 
-/// Values of an input in lockstep that may wait for the end of a cycle: the newest ones, or as many as possible of all.
+/// Queue limits of an input in lockstep until the end of a cycle.
+/// For the newest values, or for as many as possible of all.
 const WAITING: (usize, usize) = (16, 1024);
 
-/// How an input that reads from the network stands.
+/// Status of an input that reads from the network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadingStatus {
     /// Path of the input.
     pub input: String,
-    /// Where it reads.
+    /// Source of its values.
     pub source: InputSource,
     /// Values that it was set to.
     pub received: u64,
     /// Values that were sent and did not come.
     pub lost: u64,
-    /// Values that were not sent, as a newer one took their place or the options wanted fewer.
+    /// Number of values not sent.
+    /// A newer one replaced them, or the options wanted fewer.
     pub thinned: u64,
     /// Values that did not fit.
     pub refused: u64,
-    /// Why the last value did not fit; nothing when it did.
+    /// Reason why the last value did not fit; `None` if it did.
     pub error: Option<String>,
 }
 
-/// An input that reads. Values come in threads of Zenoh, and none of them waits for the agent.
+/// Input that reads from the network.
+/// Values arrive in threads of Zenoh, and none of them waits for the agent.
 pub struct InputReader {
     input: Arc<str>,
     pub source: InputSource,
     pub options: ReadOptions,
     composer: Composer,
-    /// In lockstep, where values wait for the end of a cycle, and the place of the input there.
+    /// Queue of values until the end of a lockstep cycle, and the input's index there.
     delivery: Option<(Arc<ExternalDelivery>, usize)>,
-    /// Where messages wait, if it is an inbox.
+    /// Queue of messages, if the input is an inbox.
     inbox: Option<InboxMessages>,
     /// Recovery of lost values, if it is wanted.
     recovery: Option<Arc<SampleRecovery>>,
     state: Mutex<ReaderState>,
-    /// Whether its newest value is to be asked for.
+    /// Pending request for the newest value.
     is_due: AtomicBool,
-    /// Whether a value has come since it was asked for, and when that was, ns.
+    /// Arrival of a value since the request, and the time of the request, ns.
     is_answered: AtomicBool,
     asked: AtomicU64,
 }
@@ -73,15 +76,15 @@ struct ReaderState {
     refused: u64,
     error: Option<String>,
     last: Option<SampleAttachment>,
-    /// Whether the agent that it reads of has come back, perhaps as a new process.
+    /// Possible restart of the source agent, perhaps as a new process.
     may_be_new: bool,
-    /// A value that is kept back until its time, ns, as the options want fewer than come.
+    /// Value held back until its time, ns, as the options want fewer than arrive.
     kept: Option<ExternalContent>,
     next: u64,
 }
 
 impl InputReader {
-    /// An input of an agent that was [checked](crate::check_properties).
+    /// Creates an input of an agent that was [checked](crate::check_properties).
     pub fn new(
         composer: &Composer,
         input: &str,
@@ -112,12 +115,13 @@ impl InputReader {
         })
     }
 
-    /// Recovery of lost values, if it is wanted.
+    /// Returns the recovery of lost values, if it is wanted.
     pub fn recovery(&self) -> Option<&Arc<SampleRecovery>> {
         self.recovery.as_ref()
     }
 
-    /// Whether its newest value is to be asked for now. What begins a stream is asked again until a value comes: a query may be lost.
+    /// Returns whether to request the newest value now.
+    /// The request that begins a stream is repeated until a value comes, as a query may be lost.
     pub fn is_to_ask(&self, now: u64) -> bool {
         let is_stream =
             self.options != ReadOptions::default() && matches!(self.source, InputSource::Property { .. });
@@ -147,14 +151,15 @@ impl InputReader {
         }
     }
 
-    /// The agent that it reads of is there, perhaps again: its newest value is to be asked for, and its numbers may begin anew.
+    /// Handles the arrival of the source agent, perhaps after a restart.
+    /// Its newest value is requested, and its numbers may begin anew.
     pub fn restart(&self) {
         locked(&self.state).may_be_new = true;
         self.is_due.store(true, Ordering::Release);
     }
 
-    /// Sets the input to a value that came; one that was asked for may be older than what came meanwhile. Returns whether the
-    /// value is kept back until later.
+    /// Sets the input to a received value; returns whether it is held back.
+    /// A requested value may be older than those received meanwhile.
     pub fn take(&self, sample: &Sample, was_asked: bool) -> bool {
         if sample.kind() == SampleKind::Delete {
             return false;
@@ -201,7 +206,7 @@ impl InputReader {
         }
     }
 
-    /// Sets the input to a value, or keeps it back where values come faster than the options want.
+    /// Sets the input to a value, or holds it back if values exceed the wanted rate.
     fn pace(&self, state: &mut ReaderState, content: ExternalContent) -> bool {
         let interval = self.interval();
         if interval == 0 {
@@ -218,7 +223,8 @@ impl InputReader {
         false
     }
 
-    /// Sets the input to the value that was kept back, if it is time; returns when it will be.
+    /// Sets the input to the value that was held back, if it is time.
+    /// Returns when it will be.
     pub fn release(&self, now: u64) -> Option<u64> {
         let mut state = locked(&self.state);
         if now < state.next {
@@ -230,7 +236,8 @@ impl InputReader {
         None
     }
 
-    /// Least time between two values, ns. The origin sees to that, unless it is no agent.
+    /// Returns the minimum period of the values, ns.
+    /// The origin enforces it, unless it is no agent.
     fn interval(&self) -> u64 {
         match (&self.source, self.options.rate) {
             (InputSource::Property { .. }, _) => 0,
@@ -261,7 +268,7 @@ impl InputReader {
         }
     }
 
-    /// A value as a message.
+    /// Converts a value to a message.
     fn message(&self, content: ExternalContent) -> Result<Json, String> {
         let found = self.composer.board().get(&self.input);
         let (property, _) = found.ok_or_else(|| format!("/{} is no longer there", self.input))?;
@@ -279,17 +286,17 @@ impl InputReader {
         }
     }
 
-    /// Where messages wait, if it is an inbox.
+    /// Returns the queue of messages, if the input is an inbox.
     pub fn inbox(&self) -> Option<&InboxMessages> {
         self.inbox.as_ref()
     }
 
-    /// Takes note of what became of a value that was set later.
+    /// Records the outcome of a value that was set later.
     pub fn note_set(&self, result: Result<(), String>) {
         self.note(&mut locked(&self.state), result);
     }
 
-    /// Takes note of what became of a value; the same reason is logged once.
+    /// Records the outcome of a value; the same reason is logged once.
     fn note(&self, state: &mut ReaderState, result: Result<(), String>) {
         match result {
             Ok(()) => {
@@ -308,7 +315,7 @@ impl InputReader {
         }
     }
 
-    /// The key that it reads.
+    /// Returns the key that it reads.
     pub fn key(&self) -> String {
         self.source.key(&self.options)
     }
@@ -342,14 +349,16 @@ impl InputReader {
     }
 }
 
-/// The inputs of an agent that read, and in lockstep the queue in which their values wait.
+/// Inputs of an agent that read from the network.
+/// In lockstep also the queue of their values.
 pub struct InputReaders {
     pub readers: Vec<Arc<InputReader>>,
     pub delivery: Option<Arc<ExternalDelivery>>,
 }
 
 impl InputReaders {
-    /// Inputs of an agent that were [checked](crate::check_properties). Tools and recordings know from now on what fills them.
+    /// Creates the reading inputs of an agent, which must be checked before.
+    /// See [`check_properties`](crate::check_properties). Tools and recordings know from now on what fills them.
     pub fn new(surface: &Arc<ControlSurface>, settings: &NetworkSettings, wake: &Arc<Wake>) -> Self {
         let composer = surface.agent.composer();
         let (usual, many) = WAITING;
@@ -371,7 +380,7 @@ impl InputReaders {
         readers
     }
 
-    /// Says on the blackboard what fills the inputs, or that nothing does any more.
+    /// Declares on the blackboard that the inputs are filled, or no longer so.
     fn declare(&self, is_filled: bool) {
         for reader in &self.readers {
             let Some((property, field)) = reader.composer.board().get(&reader.input) else { continue };

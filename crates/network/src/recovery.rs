@@ -12,14 +12,15 @@ use zenoh::{Session, Wait};
 use crate::order::{RETRY, SampleOrder, SampleSource};
 use crate::shared::locked;
 
-/// How long an origin has for an answer.
+/// Timeout for an origin's answer.
 const ANSWER: Duration = Duration::from_secs(2);
 
-/// Between the key of a publisher of `zenoh-ext` and its session and number, at which it has its last samples.
+/// Infix of the key at which a publisher keeps its last samples.
+/// It is between the key of a publisher of `zenoh-ext` and its session and number.
 const KEPT: &str = "/@adv/pub/";
 
-/// Passes the samples of a key on in their order, and asks their publishers again for those that were lost, as long as these
-/// keep them.
+/// Ordered delivery of a key's samples, with recovery of lost ones.
+/// It queries their publishers, as long as these keep the samples.
 ///
 /// `zenoh-ext` has a subscriber for that, which asks once: after a link was cut, its question is often earlier there than what
 /// the other end knows of the link, and is lost.
@@ -27,13 +28,14 @@ pub struct SampleRecovery {
     key: String,
     order: Mutex<SampleOrder<Sample>>,
     now: Box<dyn Fn() -> u64 + Send + Sync>,
-    /// Takes the samples in their order; says whether the network's thread has to do with one.
+    /// Receiver of the samples in their order.
+    /// Returns whether the network's thread must handle one.
     pass: Box<dyn Fn(&Sample) -> bool + Send + Sync>,
     /// Wakes that thread.
     wake: Arc<Wake>,
 }
 
-/// A question that waits for its answer.
+/// Pending query.
 struct Question {
     recovery: Arc<SampleRecovery>,
     source: SampleSource,
@@ -63,7 +65,7 @@ impl SampleRecovery {
         }
     }
 
-    /// The keys at which publishers tell which sample was their last.
+    /// Returns the keys at which publishers announce the number of their last sample.
     pub fn kept_key(&self) -> String {
         format!("{}{KEPT}**", self.key)
     }

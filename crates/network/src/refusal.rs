@@ -24,7 +24,7 @@ impl QueryRefusal {
         Self { status: "full", ..Self::new(reason, "ask again later") }
     }
 
-    /// The reason in words.
+    /// Returns the reason in words.
     pub fn into_reason(self) -> String {
         self.reason
     }

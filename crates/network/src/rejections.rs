@@ -1,4 +1,5 @@
-//! Why links are refused, which Zenoh says to `tracing` alone.
+//! Log of refused links.
+//! Zenoh reports the reasons to `tracing` alone.
 
 use std::fmt::Debug;
 use std::sync::{Arc, Mutex, Weak};
@@ -12,17 +13,19 @@ use tracing::{Event, Metadata, Subscriber};
 
 use crate::shared::{NetworkShared, locked};
 
-/// Where Zenoh says whom a listener refused, and why a link could not begin.
+/// `tracing` targets of Zenoh with refused peers and failed links.
 const TARGETS: [&str; 2] = ["zenoh_link_commons::quic::unicast", "zenoh::net::runtime::orchestrator"];
 
-/// The same text is logged again after so long, ns, and at most so many texts meanwhile.
+/// Period after which the same text is logged again, ns, and the number of texts.
+/// At most so many are logged in the meantime.
 const AGAIN: (u64, usize) = (60_000_000_000, 16);
 
 /// Agents with certificates in this process.
 static AGENTS: Mutex<Vec<Weak<NetworkShared>>> = Mutex::new(Vec::new());
 
-/// Lets agents log why a certificate was refused, at both ends of a link. Zenoh says it to `tracing` alone, so this becomes the
-/// subscriber of the process. A process that has one already keeps it.
+/// Logs why certificates were refused, at both ends of a link.
+/// Zenoh reports it to `tracing` alone, so this becomes the subscriber of the process. A process that has one already
+/// keeps it.
 pub fn log_rejections() {
     // The one that is there may be this one.
     let _ = tracing::subscriber::set_global_default(RejectionSubscriber);
@@ -37,7 +40,7 @@ pub fn add(shared: &Arc<NetworkShared>) {
     }
 }
 
-/// Takes what is said at [`TARGETS`], and nothing else.
+/// Subscriber of `tracing` that takes only the events of [`TARGETS`].
 struct RejectionSubscriber;
 
 impl Subscriber for RejectionSubscriber {
@@ -85,7 +88,7 @@ impl Visit for EventText {
     }
 }
 
-/// What to log of a message of Zenoh; nothing unless it is about certificates.
+/// Returns the log text of a Zenoh message; `None` unless about certificates.
 fn rejection(message: &str) -> Option<String> {
     if message.contains("QUIC acceptor failed") {
         return Some(format!("rejected: {}", reason(message)?));

@@ -1,4 +1,4 @@
-//! Answers queries: newest values, the tree, schemas, and changes that others ask for.
+//! Answers to queries: newest values, the tree, schemas and changes.
 
 use std::sync::Arc;
 use std::thread::{Builder, JoinHandle};
@@ -33,10 +33,10 @@ const WAITING: usize = 256;
 /// Changes and messages at work at a time.
 const CHANGES: usize = 16;
 
-/// The thread that answers, and the way to it.
+/// Handle of the thread that answers, and the queue to it.
 pub struct QueryThread {
     thread: Option<JoinHandle<()>>,
-    /// Nothing ends the thread.
+    /// Queue to the thread; `None` ends it.
     queries: Sender<Option<Query>>,
 }
 
@@ -81,7 +81,7 @@ impl QueryThread {
     }
 }
 
-/// The network, as operations of the agent know it.
+/// Returns the network as a caller of the agent's operations.
 pub fn caller() -> Caller {
     Caller {
         // The configuration says what others may change.
@@ -127,7 +127,7 @@ impl Answerer {
         self.shared.board().agent()
     }
 
-    /// The path that a key of this agent names.
+    /// Returns the path that a key of this agent names.
     fn path_of<'k>(&self, key: &'k str) -> Option<&'k str> {
         key.strip_prefix("slate/")?.strip_prefix(self.agent())?.strip_prefix('/')
     }
@@ -168,7 +168,7 @@ impl Answerer {
         }
     }
 
-    /// The newest values of all properties that a key with wildcards means.
+    /// Answers with the newest values of all properties that match a wildcard key.
     fn values(&self, query: &Query) {
         for property in self.shared.published() {
             let Ok(key) = KeyExpr::try_from(property_key(self.agent(), property.path())) else { continue };
@@ -179,7 +179,7 @@ impl Answerer {
         }
     }
 
-    /// The newest value of a property that a link publishes at a key.
+    /// Answers with the newest value of a property that a link publishes at a key.
     fn output(&self, query: &Query, output: &NetworkOutput) -> Result<(), QueryRefusal> {
         let (property, _) = self.shared.board().find(&output.property).map_err(Problem::from)?;
         answer_value(query, query.key_expr().clone(), &property)
@@ -218,7 +218,8 @@ impl Answerer {
         Ok(())
     }
 
-    /// Opens a stream for readers with options, `OPTIONS/PATH`, and answers with the newest value.
+    /// Opens a stream for readers with options, `OPTIONS/PATH`.
+    /// Answers with the newest value.
     fn stream(&self, query: &Query, wanted: &str) -> Result<(), QueryRefusal> {
         let (options, path) = wanted.split_once('/').unwrap_or((wanted, ""));
         let options = ReadOptions::parse(options)
@@ -242,7 +243,7 @@ impl Answerer {
         answer_value(query, query.key_expr().clone(), &property)
     }
 
-    /// The properties that an agent may use, or those that programs without a name may use.
+    /// Returns the properties that an agent, or a program without a name, may use.
     fn tree(&self, reader: Option<&str>) -> Json {
         let security = self.shared.settings.security.as_ref();
         let rights = security.map(|security| match reader {
@@ -278,7 +279,7 @@ impl Answerer {
         property.access() != Access::Output && self.shared.settings.is_settable(property.path())
     }
 
-    /// The properties that others may read, and the mailboxes that they may send to.
+    /// Returns the properties that others may read, and the mailboxes for messages.
     fn listed(&self) -> impl Iterator<Item = Arc<Property>> {
         let properties = self.shared.board().properties().into_iter();
         properties.filter(|property| match property.access() {
@@ -348,7 +349,7 @@ impl Answerer {
         }
     }
 
-    /// The operation that a query asks for: its name, path and body.
+    /// Returns the operation of a query: its name, path and body.
     fn request(&self, query: &Query) -> Result<(&'static str, String, Json), QueryRefusal> {
         let key = query.key_expr().as_str();
         if key.contains(['*', '$']) {

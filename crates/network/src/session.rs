@@ -12,28 +12,32 @@ use crate::error::NetworkError;
 use crate::settings::NetworkSecurity;
 use crate::settings::{NetworkMode, NetworkSettings};
 
-/// How long a client waits for its router, ms.
+/// Time that a client waits for its router, ms.
 const ROUTER: u64 = 3_000;
 
 /// After so long without a packet a peer counts as gone, ms.
 const LEASE: u64 = 3_000;
 
-/// The largest message that is received, bytes: what others send must not fill the memory.
+/// Maximum size of a received message, bytes.
+/// Data of others must not fill the memory.
 const LARGEST: usize = 64 << 20;
 
-/// Packets of 64 KiB that wait in a link, at most: as many as Zenoh allows, so that a large value seldom waits for room.
+/// Maximum number of 64-KiB packets queued in a link.
+/// As many as Zenoh allows, so that a large value seldom waits for room.
 const PACKETS: u64 = 16;
 
-/// The longest that a value of several packets waits for room in a link before it is dropped, us: meanwhile, others wait for it.
+/// Maximum time that a value of several packets waits for room in a link, us.
+/// Then it is dropped: meanwhile, others wait for it.
 const ROOM: u64 = 40_000;
 
-/// The longest that a closed session is waited for, and from one look to the next.
+/// Timeout for a closed session, and the polling period.
 const CLOSING: (Duration, Duration) = (Duration::from_secs(1), Duration::from_millis(5));
 
-/// How long it is looked why a router is not reached.
+/// Duration of the diagnosis of an unreachable router.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Opens a session. A peer or router connects later to what is not there yet; a client needs its router at once.
+/// Opens a session.
+/// A peer or router connects later to absent endpoints; a client needs its router at once.
 ///
 /// # Errors
 /// When an endpoint can't be listened at, or a client reaches no router.
@@ -42,7 +46,8 @@ pub fn open(agent: &str, settings: &NetworkSettings) -> Result<Session, NetworkE
     zenoh::open(config).wait().map_err(|error| diagnosis(settings, &error.to_string()))
 }
 
-/// Opens a session of a program that is no agent on the network: a client of a router, with more of Zenoh's configuration by key.
+/// Opens a session of a program that is no agent, as a client of a router.
+/// `more` extends Zenoh's configuration, by key.
 ///
 /// # Errors
 /// When it reaches no router within 3 s, or Zenoh refuses a value.
@@ -90,7 +95,8 @@ fn config(agent: &str, settings: &NetworkSettings) -> Result<Config, NetworkErro
     Ok(config)
 }
 
-/// Closes a session, and waits until its ports are free: QUIC keeps them until the other ends know of it.
+/// Closes a session, and waits until its ports are free.
+/// QUIC keeps them until the other ends know of it.
 pub fn close(session: &Session, settings: &NetworkSettings) {
     // One that has closed already is what is wanted.
     let _ = session.close().wait();
@@ -103,7 +109,8 @@ pub fn close(session: &Session, settings: &NetworkSettings) {
     }
 }
 
-/// An endpoint with the options of its carrier: over QUIC, best effort goes by datagrams if the other end has them, too.
+/// Returns an endpoint with the options of its transport.
+/// Over QUIC, best effort uses datagrams if the other end has them, too.
 fn endpoint_text(endpoint: &NetworkEndpoint) -> String {
     let options = if endpoint.is_encrypted() { "?mixed_rel=auto" } else { "" };
     format!("{endpoint}{options}")
@@ -124,7 +131,8 @@ fn certificates(security: &NetworkSecurity) -> Json {
     })
 }
 
-/// Which endpoint kept a session from opening. Zenoh's message names the lines of its own code.
+/// Returns the error with the endpoint that kept a session from opening.
+/// Zenoh's message names the lines of its own code.
 fn diagnosis(settings: &NetworkSettings, message: &str) -> NetworkError {
     for endpoint in &settings.listen {
         if let Err(error) = listen(endpoint) {

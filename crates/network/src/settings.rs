@@ -1,4 +1,4 @@
-//! The table `[network]` of a configuration.
+//! Table `[network]` of a configuration.
 
 mod reading;
 mod security;
@@ -20,7 +20,7 @@ pub const TABLE: &str = "network";
 /// Scheme of links to keys of the network.
 pub const SCHEME: &str = "zenoh";
 
-/// How an agent takes part in a network of Zenoh.
+/// Settings of an agent on a network of Zenoh.
 ///
 /// ```
 /// use slate_network::{NetworkMode, NetworkSettings};
@@ -40,13 +40,13 @@ pub const SCHEME: &str = "zenoh";
 pub struct NetworkSettings {
     /// Part in the network.
     pub mode: NetworkMode,
-    /// Where others connect.
+    /// Endpoints for incoming connections.
     pub listen: Vec<NetworkEndpoint>,
-    /// Where it connects to others.
+    /// Endpoints of outgoing connections.
     pub connect: Vec<NetworkEndpoint>,
-    /// Whether peers of the local network are found by multicast.
+    /// Discovery of peers in the local network by multicast.
     pub multicast: bool,
-    /// Properties that others read; nothing for all of them.
+    /// Properties that others may read; `None` for all of them.
     pub publish: Option<Vec<Pattern>>,
     /// Properties that others set or send messages to; none unless said.
     pub set: Vec<Pattern>,
@@ -54,9 +54,10 @@ pub struct NetworkSettings {
     pub read: BTreeMap<String, NetworkInput>,
     /// Properties that are published at keys which links name.
     pub write: Vec<NetworkOutput>,
-    /// Whether facts of the team travel over the network, and where that is written.
+    /// Place of the setting that shares team facts over the network.
+    /// `None` if they are not shared.
     pub team: Option<Span>,
-    /// Certificates, and what others may do; nothing without `quic/`.
+    /// Certificates, and the rights of others; `None` without `quic/`.
     pub security: Option<NetworkSecurity>,
 }
 
@@ -67,15 +68,15 @@ pub enum NetworkMode {
     Peer,
     /// Speaks through one router.
     Client,
-    /// Passes on what others say.
+    /// Router, which forwards the messages of others.
     Router,
 }
 
 impl NetworkMode {
-    /// All of them.
+    /// Modes.
     pub const ALL: [Self; 3] = [Self::Peer, Self::Client, Self::Router];
 
-    /// As the configuration and Zenoh call it.
+    /// Returns the name in the configuration and in Zenoh.
     pub fn name(self) -> &'static str {
         match self {
             Self::Peer => "peer",
@@ -86,7 +87,8 @@ impl NetworkMode {
 }
 
 impl Default for NetworkSettings {
-    /// A peer without connections, which reads nothing, publishes everything and lets nothing be set.
+    /// Returns the settings of a peer without connections.
+    /// It reads nothing, publishes everything and lets nothing be set.
     fn default() -> Self {
         Self {
             mode: NetworkMode::Peer,
@@ -107,25 +109,25 @@ const KNOWN: [&str; 9] =
     ["mode", "listen", "connect", "multicast", "publish", "set", "read", "team", "security"];
 
 impl NetworkSettings {
-    /// Whether others may read a property.
+    /// Returns whether others may read a property.
     pub fn is_published(&self, path: &str) -> bool {
         self.publish.as_ref().is_none_or(|patterns| patterns.iter().any(|pattern| pattern.matches(path)))
     }
 
-    /// Whether others may set a property, or send messages to it.
+    /// Returns whether others may set a property, or send messages to it.
     pub fn is_settable(&self, path: &str) -> bool {
         self.set.iter().any(|pattern| pattern.matches(path))
     }
 
-    /// Whether an agent takes part in the team, directly or through a router.
+    /// Returns whether an agent is in the team, directly or through a router.
     pub fn is_team_mate(&self, agent: &str) -> bool {
         let may = |security: &NetworkSecurity| security.rights(agent).is_some_and(|rights| rights.team);
         self.team.is_some() && self.security.as_ref().is_none_or(may)
     }
 
-    /// What a configuration says in its table `[network]`, which it has to be read with as one of
-    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables), and in links with `zenoh:`; nothing without the
-    /// table.
+    /// Reads the table `[network]` of a configuration; `None` without the table.
+    /// It must be read with the table as one of [`extra_tables`](slate_runtime::configuration::Options::extra_tables).
+    /// Links with `zenoh:` belong to the settings, too.
     ///
     /// # Errors
     /// Everything that is wrong with it, a link without the table, and endpoints in clear text to other machines that are not trusted.
@@ -181,7 +183,7 @@ impl NetworkSettingsReader<'_> {
         settings
     }
 
-    /// Whether the endpoints suit the certificates and rights.
+    /// Checks that the endpoints suit the certificates and rights.
     fn check_security(&mut self, table: &Table, settings: &NetworkSettings) {
         let mut endpoints = settings.listen.iter().chain(&settings.connect);
         let encrypted = endpoints.clone().find(|endpoint| endpoint.is_encrypted());
@@ -219,7 +221,7 @@ impl NetworkSettingsReader<'_> {
         }
     }
 
-    /// Where it is written that facts of the team travel over the network.
+    /// Returns the place of the flag that shares team facts over the network.
     fn team(&mut self, place: Span, table: &Table) -> Option<Span> {
         let place = table.get("team").map_or(place, |flag| flag.span);
         let is_wanted = self.flag(table, "team");
@@ -231,7 +233,7 @@ impl NetworkSettingsReader<'_> {
         is_wanted.then_some(place)
     }
 
-    /// A key that takes true or false, and is false where it is missing.
+    /// Reads a flag, which is false where it is missing.
     fn flag(&mut self, table: &Table, name: &str) -> bool {
         let Some(value) = table.get(name) else { return false };
         if value.as_bool().is_none() {
@@ -251,7 +253,7 @@ impl NetworkSettingsReader<'_> {
         found.unwrap_or(NetworkMode::Peer)
     }
 
-    /// Whether the endpoints suit the mode.
+    /// Checks that the endpoints suit the mode.
     fn check_mode(&mut self, place: Span, table: &Table, settings: &NetworkSettings) {
         let span = table.get("mode").map_or(place, |value| value.span);
         let is_alone = settings.listen.is_empty() && settings.connect.is_empty() && !settings.multicast;
@@ -312,7 +314,7 @@ impl NetworkSettingsReader<'_> {
         endpoints
     }
 
-    /// The endpoint of `{ endpoint = "tcp/…", trusted = true }`.
+    /// Returns the endpoint of `{ endpoint = "tcp/…", trusted = true }`.
     fn endpoint_text(&mut self, table: &Table, item: &Spanned<Value>) -> Option<String> {
         self.unknown_keys(table, "of an endpoint", &["endpoint", "trusted"]);
         let text = table.get("endpoint").and_then(|value| value.as_str()).map(ToOwned::to_owned);
@@ -339,6 +341,7 @@ impl NetworkSettingsReader<'_> {
         value.as_bool().unwrap_or(true)
     }
 
+    /// Reads the flag `multicast`.
     /// `true` is refused, as it connects to machines that the file does not name.
     fn multicast(&mut self, table: &Table) -> bool {
         let Some(value) = table.get("multicast") else { return false };

@@ -1,4 +1,4 @@
-//! What all parts of an agent's network use.
+//! Shared state of all parts of an agent's network.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::AtomicBool;
@@ -21,12 +21,12 @@ pub struct NetworkShared {
     /// Wakes the network's thread.
     pub wake: Arc<Wake>,
     pub ended: AtomicBool,
-    /// Streams that were asked for since the network's thread looked, and how many are open.
+    /// Streams requested since the network thread's last look, and the number open.
     pub wanted: Mutex<BTreeSet<StreamName>>,
     pub streams: Mutex<usize>,
-    /// Agents that are there.
+    /// Agents on the network.
     pub agents: Mutex<BTreeSet<String>>,
-    /// Those with certificates that the settings do not name, as they were told.
+    /// Agents with certificates that the settings do not name, already logged.
     pub strangers: Mutex<BTreeSet<String>>,
     /// Rejections that were logged, each with its time, ns.
     pub rejections: Mutex<BTreeMap<String, u64>>,
@@ -41,24 +41,24 @@ impl NetworkShared {
         self.surface.log(level, &format!("network: {text}"));
     }
 
-    /// The properties with values that others may read, in the order of their paths.
+    /// Returns the properties with values that others may read, sorted by path.
     pub fn published(&self) -> impl Iterator<Item = Arc<Property>> {
         let properties = self.board().properties().into_iter();
         properties.filter(|property| property.channel().is_some() && self.is_published(property))
     }
 
-    /// Whether others may read a property. A command leaves after its gate.
+    /// Returns whether others may read a property; a command leaves after its gate.
     pub fn is_published(&self, property: &Property) -> bool {
         self.settings.is_published(property.path()) && !self.surface.is_ungated(property.path())
     }
 }
 
-/// What Zenoh says of a refusal.
+/// Converts a Zenoh error to a refusal.
 pub fn refused(error: zenoh::Error) -> NetworkError {
     NetworkError::Session(error.to_string())
 }
 
-/// What stays intact when another thread panicked while it held the lock.
+/// Locks a mutex whose content stays intact when another holder panics.
 pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! What is sent to readers with options.
+//! Streams to readers with options.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,14 +16,16 @@ use crate::payload::encoding;
 use crate::publisher::ValuePublisher;
 use crate::shared::{NetworkShared, locked};
 
-/// So long a stream that nobody reads is kept, ns: its reader's subscription may be on its way, or its link may be cut.
+/// Time that a stream without readers is kept, ns.
+/// Its reader's subscription may be on its way, or its link may be cut.
 const KEPT: u64 = 5_000_000_000;
 const KEPT_RELIABLE: u64 = 30_000_000_000;
 
 /// Streams of an agent at a time.
 pub const STREAMS: usize = 1024;
 
-/// The streams that somebody has asked for, as long as they are read. It belongs to the network's thread.
+/// Requested streams, as long as they are read.
+/// It belongs to the network's thread.
 pub struct Streams {
     shared: Arc<NetworkShared>,
     open: BTreeMap<StreamName, Stream>,
@@ -32,9 +34,9 @@ pub struct Streams {
 struct Stream {
     publisher: ValuePublisher,
     options: ReadOptions,
-    /// The property, while it is there and somebody reads.
+    /// Property, while it exists and has readers.
     source: Option<StreamSource>,
-    /// When it was read last, and when the next value may be sent, ns.
+    /// Time of the last read, and time when the next value may be sent, ns.
     read: u64,
     next: u64,
     is_told: bool,
@@ -43,9 +45,9 @@ struct Stream {
 struct StreamSource {
     property: Arc<Property>,
     encoding: Encoding,
-    /// So that debug outputs are computed.
+    /// Watch that keeps debug outputs computed.
     _watching: Watching,
-    /// All values, if they are asked for.
+    /// Queue of all values, if they are requested.
     queue: Option<QueueReader>,
     /// Number of the value that was sent last.
     sent: u64,
@@ -56,7 +58,8 @@ impl Streams {
         Self { shared, open: BTreeMap::new() }
     }
 
-    /// Opens what was asked for, sends what is due and closes what nobody reads; returns how long nothing will be due.
+    /// Opens requested streams, sends due values and closes unread streams.
+    /// Returns how long nothing will be due.
     pub fn step(&mut self, pause: Duration) -> Duration {
         let now = self.shared.surface.agent.composer().steady_now();
         let wanted = std::mem::take(&mut *locked(&self.shared.wanted));
@@ -102,7 +105,7 @@ impl Streams {
 }
 
 impl Stream {
-    /// Sends what is due; returns when something will be, if that is known.
+    /// Sends the due values; returns when the next will be due, if known.
     fn step(&mut self, shared: &NetworkShared, path: &str, now: u64) -> Result<Option<u64>, String> {
         if self.publisher.is_read() {
             self.read = now;
@@ -138,7 +141,7 @@ impl Stream {
         Ok(matches!(self.options.rate, ReadRate::Every(_)).then_some(self.next))
     }
 
-    /// Turns to the property that is there now.
+    /// Switches to the present property.
     fn follow(&mut self, shared: &NetworkShared, path: &str) -> Result<(), String> {
         let found =
             shared.board().get(path).filter(|(_, field)| field.is_empty()).map(|(property, _)| property);

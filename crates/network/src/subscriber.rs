@@ -11,7 +11,7 @@ use crate::error::NetworkError;
 use crate::reading::InputReader;
 use crate::shared::refused;
 
-/// The subscription of an input, until this is dropped.
+/// Subscription of an input, until dropped.
 pub struct InputSubscriber {
     _samples: Subscriber<()>,
     /// Numbers of publishers' last samples, with recovery.
@@ -19,7 +19,8 @@ pub struct InputSubscriber {
 }
 
 impl InputSubscriber {
-    /// Subscribes; what comes is taken in threads of Zenoh, and `wake` is notified when the network's thread has to do with it.
+    /// Subscribes to the reader's key.
+    /// Values are taken in threads of Zenoh, and `wake` is notified when the network's thread must act.
     ///
     /// # Errors
     /// When Zenoh refuses it.

@@ -1,4 +1,4 @@
-//! The knowledge of a team over the network.
+//! Knowledge of a team over the network.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
@@ -16,10 +16,11 @@ use crate::error::NetworkError;
 use crate::key::{agent_before, team_key, team_token_key};
 use crate::shared::{NetworkShared, locked, refused};
 
-/// The longest message, bytes.
+/// Maximum size of a message, bytes.
 const LONGEST: usize = 64 << 10;
 
-/// An agent's part in its team over a network, until this is dropped. The team repeats lost messages, so none of them waits.
+/// Participation of an agent in its team over a network, until dropped.
+/// The team repeats lost messages, so none of them waits.
 pub struct NetworkTeam {
     mates: Arc<TeamMates>,
     /// Goes before the subscriptions.
@@ -27,7 +28,7 @@ pub struct NetworkTeam {
     _subscribers: [Subscriber<()>; 2],
 }
 
-/// The agents of the team that are on the network.
+/// Agents of the team that are on the network.
 struct TeamMates {
     shared: Arc<NetworkShared>,
     exchange: Arc<dyn TeamExchange>,
@@ -75,7 +76,7 @@ impl Drop for NetworkTeam {
 }
 
 impl TeamMates {
-    /// The agent that may tell of the team by that key.
+    /// Returns the agent that may send team messages by that key.
     fn mate<'k>(&self, key: &'k str, end: &str) -> Option<&'k str> {
         let agent = agent_before(key, end).filter(|agent| *agent != self.shared.board().agent())?;
         self.shared.settings.is_team_mate(agent).then_some(agent)
@@ -91,7 +92,7 @@ impl TeamMates {
         }
     }
 
-    /// An agent of the team has come or gone.
+    /// Updates the team when an agent has come or gone.
     fn note(&self, sample: &Sample) {
         let Some(agent) = self.mate(sample.key_expr().as_str(), "@team") else { return };
         let is_here = sample.kind() == SampleKind::Put;

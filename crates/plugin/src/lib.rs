@@ -1,5 +1,5 @@
-//! What a crate depends on to be a plugin of Slate: modules, interfaces and the blocks of MAPE-K, without a run time,
-//! so that it builds in seconds.
+//! Dependencies of a Slate plugin: modules, interfaces and the blocks of MAPE-K.
+//! It has no run time, so that a plugin builds in seconds.
 //!
 //! ```toml
 //! [lib]
@@ -47,8 +47,9 @@ pub use slate_interfaces as interfaces;
 pub use slate_mapek as mapek;
 pub use slate_module as module;
 
-/// What the file of a module or of a robot in MAPE-K imports: ports and macros, the blocks of MAPE-K with their
-/// actions, builder and pipeline, the common interfaces, and mathematics.
+/// Imports for the file of a module or of a robot in MAPE-K.
+/// Ports and macros, the blocks of MAPE-K with their actions, builder and pipeline, the common interfaces, and
+/// mathematics.
 pub mod prelude {
     pub use slate_interfaces::prelude::*;
     pub use slate_mapek::prelude::*;

@@ -1,5 +1,6 @@
-//! What recording costs: `cargo bench -p slate-record`, or one of them with its name: `cargo bench -p slate-record -- images`.
-//! With `--long` the runs are as long as the promises that they check.
+//! Benchmarks of the cost of recording.
+//! All of them: `cargo bench -p slate-record`; one of them by its name: `cargo bench -p slate-record -- images`. With
+//! `--long` the runs are as long as the promises that they check.
 #![allow(missing_docs, clippy::unwrap_used, clippy::disallowed_methods, reason = "a benchmark")]
 
 use std::fmt::Write;
@@ -114,15 +115,15 @@ fn report(name: &str, mut times: Vec<u64>) {
     );
 }
 
-/// Where files go: memory, if the machine has a file system there.
+/// Directory of the recorded files, in memory if there is such a file system.
 fn folder() -> PathBuf {
     let memory = Path::new("/dev/shm");
     let folder = if memory.is_dir() { memory.to_owned() } else { std::env::temp_dir() };
     folder.join(format!("slate-bench-{}", std::process::id()))
 }
 
-/// One cycle of the caterpillar after the other, with and without a recording, in turn. Where nobody waits in between, it is
-/// the recorder that is measured, as in lockstep it is waited for.
+/// Cycle time of the caterpillar, alternately with and without a recording.
+/// Without pauses between the cycles the figure is that of the recorder, because lockstep waits for it.
 fn ticks(long: bool) {
     let rounds = if long { 100 } else { 10 };
     cycles("ten thousand a second, the processor never asleep", rounds, 2000, |start| {
@@ -213,7 +214,7 @@ fn images(long: bool) {
     let _ = std::fs::remove_dir_all(folder);
 }
 
-/// As fast as the recorder takes them, in lockstep, where the loop waits for it.
+/// Maximum throughput of the recorder in lockstep, where the loop waits for it.
 fn fastest() {
     let text = "[log.targets]\nconsole = false\n[modules.camera]\n[record]\nenabled = true\n";
     let folder = folder();
@@ -229,7 +230,7 @@ fn fastest() {
     let _ = std::fs::remove_dir_all(folder);
 }
 
-/// How long it takes to begin and to end a recording, and what a cycle takes meanwhile.
+/// Time to begin and to end a recording, and the cycle time meanwhile.
 fn beginnings() {
     let recorder = Recorder::on_demand(&Record::default());
     let folder = folder();

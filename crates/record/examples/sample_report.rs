@@ -1,4 +1,4 @@
-//! Writes the report of a made-up run into a directory, to see what the plots look like:
+//! Report of a made-up run, written into a directory to inspect the plots.
 //! `cargo run -p slate-record --example sample_report -- /tmp/sample`
 
 use slate_record::{
@@ -85,7 +85,7 @@ fn cone(x: f64, y: f64, degrees: f64) -> Cone {
 /// R2 goes from leg to leg, R3 where R2 was some seconds ago, R1 in curves.
 fn trajectory() -> Trajectory {
     use Route::{Deliberative, Reactive};
-    /// How many rows R3 is behind R2.
+    /// Delay of R3 behind R2, rows.
     const LAG: usize = 150;
     let legs = [
         (1.7, 1.7, Deliberative, "GoToPosition"),

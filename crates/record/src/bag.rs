@@ -1,8 +1,10 @@
-//! Recordings as files that other tools read: [MCAP](https://mcap.dev), read strictly, written whole, and repaired.
+//! Recordings as files for other tools: [MCAP](https://mcap.dev).
+//! They are read strictly, written whole, and repaired.
 //!
-//! - [`Reader`] gives the messages of a file, and an error instead of a wrong one when the file is damaged; [`verify`] says
-//!   of a whole file what is in it.
-//! - [`repair`] makes a whole file of what is left of one.
+//! - [`Reader`] returns the messages of a file, and an error instead of a wrong one when the file is damaged;
+//!   [`verify`] returns the content of a whole file.
+//!   returns the content of a whole file.
+//! - [`repair`] makes a whole file of the intact parts of a damaged one.
 //! - [`copy`] copies a [`Selection`] of a file, [`merge`] makes one of several, [`diff`] compares two, [`export_csv`] and [`plot`] show
 //!   numbers to others, and a [`Decoder`] reads the values of messages.
 //! - [`Writer`] writes a file with all checksums and indexes.

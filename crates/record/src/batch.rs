@@ -9,22 +9,22 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Statistics over the summaries of many runs, independent of the order in which they come. Statistics of nothing are
-/// none (`null` in JSON).
+/// Statistics over the summaries of many runs.
+/// They do not depend on the order of the runs. Statistics without data are `None` (`null` in JSON).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Batch {
     /// Name of the example; `various` if the runs differ.
     pub example: String,
-    /// How the agents ran; `various` if the runs differ.
+    /// Execution mode of the agents; `various` if the runs differ.
     pub mode: String,
-    /// Under what conditions the figures hold; `various` where the runs differ.
+    /// Conditions of the figures; `various` where the runs differ.
     pub conditions: BTreeMap<String, String>,
     /// Number of runs.
     pub runs: u64,
-    /// Whether the batch was cut off before its last run.
+    /// Set if the batch was interrupted before its last run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub interrupted: bool,
-    /// How many runs were asked for, when it was cut off.
+    /// Number of requested runs, if the batch was interrupted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub runs_asked: Option<u64>,
     /// Number of runs by outcome.
@@ -43,12 +43,14 @@ pub struct Batch {
     /// Collisions of the robot, and its distance travelled.
     #[serde(flatten)]
     pub collisions: Collisions,
-    /// Success weighted by path length: the mean over all runs of 0 for a failure and else the shortest way divided by
-    /// the way that was gone, at most 1. `None` if no run knows a shortest way.
+    /// Success weighted by path length (SPL), at most 1.
+    /// The mean over all runs of 0 for a failure, and otherwise of the shortest path's length divided by the travelled
+    /// length. `None` if no run has a shortest path.
     pub spl: Option<f64>,
     /// Seeds of the runs that did not do their task or caused a collision, ascending.
     pub failed_seeds: Vec<u64>,
-    /// The same seeds by cause: the judge's own word, the outcome, or the error where it is an error.
+    /// Failed seeds by cause.
+    /// The cause is the judge's own word, the outcome, or the error if the outcome is an error.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub failures: BTreeMap<String, Vec<u64>>,
     /// Simulated time of all runs, also the failed, seconds.
@@ -58,7 +60,7 @@ pub struct Batch {
     pub time_to_goal_s: Option<Spread>,
     /// Length of the ways, metres.
     pub path_length_m: Option<Spread>,
-    /// Smallest distances to anything, metres, over the runs where there was anything.
+    /// Smallest distances to anything, metres, over the runs with any object.
     pub min_clearance_m: Option<Spread>,
     /// Route switches per run.
     pub route_switches: Option<Spread>,
@@ -67,7 +69,7 @@ pub struct Batch {
     /// Further figures, over the runs that have them: [`Summary::figures`].
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub figures: BTreeMap<String, Spread>,
-    /// The same of further robots, by name: [`Summary::robots`].
+    /// Statistics of further robots, by name: [`Summary::robots`].
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub robots: BTreeMap<String, Companion>,
     /// The units of figures, by name; none for pure numbers.
@@ -78,7 +80,7 @@ pub struct Batch {
 /// The collisions of a robot over all runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Collisions {
-    /// All ways together.
+    /// Total distance, km.
     pub kilometres: f64,
     /// Contacts of the robot with anything.
     pub collisions: u64,
@@ -86,18 +88,18 @@ pub struct Collisions {
     pub collisions_caused: u64,
     /// The latter per kilometre.
     pub collisions_caused_per_km: Option<f64>,
-    /// What their rate is below with a confidence of 95 %: the exact bound for events that come independently of each
-    /// other (Poisson). Without a collision it is about 3 divided by the kilometres.
+    /// Upper bound of the rate of caused collisions, 1/km, at 95 % confidence.
+    /// The exact bound for independent events (Poisson). Without a collision it is about 3 divided by the kilometres.
     pub collisions_caused_per_km_bound: Option<f64>,
 }
 
 /// The statistics of a further robot that was judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Companion {
-    /// Its collisions and its distance travelled.
+    /// Collisions and distance travelled.
     #[serde(flatten)]
     pub collisions: Collisions,
-    /// Its figures, over the runs that have them.
+    /// Figures over the runs that have them.
     pub figures: BTreeMap<String, Spread>,
 }
 
@@ -117,7 +119,7 @@ impl Collisions {
 }
 
 impl Companion {
-    /// The statistics of the runs in which there was that robot.
+    /// Returns the statistics of the runs with that robot.
     fn of(runs: &[&BTreeMap<String, f64>]) -> Self {
         let count = |name: &str| values(runs, name).map(|value| value as u64).sum();
         let lengths = values(runs, "path_length");
@@ -128,7 +130,7 @@ impl Companion {
     }
 }
 
-/// The spread of each figure.
+/// Returns the spread of each figure.
 fn spreads(runs: &[&BTreeMap<String, f64>]) -> BTreeMap<String, Spread> {
     let names: BTreeSet<&String> = runs.iter().flat_map(|figures| figures.keys()).collect();
     names.into_iter().filter_map(|name| Some((name.clone(), Spread::of(values(runs, name))?))).collect()
@@ -138,9 +140,9 @@ fn values(runs: &[&BTreeMap<String, f64>], name: &str) -> impl Iterator<Item = f
     runs.iter().filter_map(move |figures| figures.get(name)).copied()
 }
 
-/// How the values of a figure are spread over the runs. Percentiles are interpolated linearly between the two nearest
-/// ranks, counted from the smallest value (0th) to the largest (100th): type 7 of Hyndman and Fan, the default of R and
-/// NumPy.
+/// Distribution of a figure over the runs.
+/// Percentiles are interpolated linearly between the two nearest ranks, counted from the smallest value (0th) to the
+/// largest (100th): type 7 of Hyndman and Fan, the default of R and NumPy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Smallest value.
@@ -154,7 +156,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// The spread of the finite ones of `values`; none without any.
+    /// Returns the distribution of the finite ones of `values`; `None` without any.
     pub fn of(values: impl Iterator<Item = f64>) -> Option<Spread> {
         let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);
@@ -168,7 +170,7 @@ impl Spread {
 }
 
 impl Batch {
-    /// The statistics of `summaries`.
+    /// Returns the statistics of `summaries`.
     pub fn of(summaries: &[Summary]) -> Batch {
         let runs = summaries.len() as u64;
         let per_run = |total: f64| (runs > 0).then(|| total / runs as f64);
@@ -236,7 +238,8 @@ impl Batch {
         }
     }
 
-    /// The same statistics of a batch of `asked` runs; with fewer it was interrupted.
+    /// Returns the statistics of a batch of `asked` runs.
+    /// It was interrupted if it has fewer runs.
     #[must_use]
     pub fn out_of(mut self, asked: u64) -> Batch {
         self.interrupted = self.runs < asked;
@@ -244,7 +247,7 @@ impl Batch {
         self
     }
 
-    /// The statistics as one line of JSON, without line feed.
+    /// Returns the statistics as one line of JSON, without line feed.
     ///
     /// # Errors
     /// If the JSON encoder refuses a value, which no value of these fields makes it do.
@@ -264,7 +267,7 @@ fn weighted_success(summary: &Summary) -> f64 {
     }
 }
 
-/// The value that all have, else `various`; nothing of nothing.
+/// Returns the common value, else `various`; empty without values.
 fn shared<'a>(mut values: impl Iterator<Item = &'a str>) -> String {
     let first = values.next().unwrap_or_default();
     if values.all(|value| value == first) { first.to_owned() } else { "various".to_owned() }

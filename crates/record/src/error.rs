@@ -1,6 +1,6 @@
 use std::{io, path::PathBuf};
 
-/// Why a report could not be made.
+/// Error of making a report.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The directory or a file of the report could not be written.

@@ -16,7 +16,7 @@ pub struct Followed {
 }
 
 impl Followed {
-    /// Those that a configuration's `[report]` names.
+    /// Returns the robots that a configuration's `[report]` names.
     pub fn of(configuration: &Configuration) -> Vec<Self> {
         let robots = configuration.value("report.robots").and_then(|robots| robots.value.as_table());
         let robots = robots.into_iter().flat_map(|table| table.iter());

@@ -1,5 +1,6 @@
-//! Recordings of runs ([`Recorder`]), their replay ([`replay`]) and tools for them ([`bag`]); logs of other systems
-//! ([`logs`]); values as ROS 2 messages ([`ros`]); reports of runs and batches.
+//! Recordings of runs ([`Recorder`]), their replay ([`replay`]) and reports.
+//! Further parts: tools for recordings ([`bag`]), logs of other systems ([`logs`]), values as ROS 2 messages ([`ros`]),
+//! reports of runs and batches.
 //!
 //! A [`Report`] of one run is a folder with `scene.svg`, `scene.json`, `trajectory.csv`, `trajectory.svg`,
 //! `timeline.svg`, `animation.svg` and `summary.json`; a [`TrajectoryStream`] writes the trajectory while the run goes.

@@ -27,7 +27,8 @@ pub(crate) struct Drawing<'a> {
     pub trajectory: &'a Trajectory,
 }
 
-/// Red and blue as in the paper, in tones that people with any common colour blindness tell apart.
+/// Returns the colour of a route: red or blue, as in the paper.
+/// The tones are distinct for people with any common colour blindness.
 fn color(route: Option<Route>) -> RGBColor {
     match route {
         Some(Route::Deliberative) => RGBColor(204, 51, 17),
@@ -36,7 +37,8 @@ fn color(route: Option<Route>) -> RGBColor {
     }
 }
 
-/// A colour for each robot, the same in all plots; black and grey for those that are scripted.
+/// Assigns a colour to each robot, the same in all plots.
+/// Scripted robots are black and grey.
 fn palette<'a>(report: &Drawing<'a>) -> BTreeMap<&'a str, RGBColor> {
     const CONTROLLED: [RGBColor; 5] = [
         RGBColor(136, 34, 136),
@@ -58,7 +60,8 @@ fn has_route(samples: &[&Sample], route: Option<Route>) -> bool {
     samples.iter().any(|sample| sample.route == route)
 }
 
-/// Whether a coordinate can be drawn: finite, and not so far out that nothing else could be seen.
+/// Returns true if a coordinate can be drawn.
+/// It must be finite, and not so far out that nothing else remains visible.
 fn drawable(metres: f64) -> bool {
     metres.abs() <= 1e6
 }
@@ -75,7 +78,7 @@ impl Extent {
         }
     }
 
-    /// With a share of its size added at both ends, and at least `least` wide.
+    /// Pads the interval by a share of its size at both ends; at least `least` wide.
     fn padded(self, share: f64, least: f64) -> (f64, f64) {
         let (low, high) = self.0.unwrap_or((0.0, 0.0));
         let padding = (high - low) * share;
@@ -83,13 +86,13 @@ impl Extent {
     }
 }
 
-/// The interval made at least `least` wide around its middle.
+/// Returns the interval made at least `least` wide around its middle.
 fn widened((low, high): (f64, f64), least: f64) -> (f64, f64) {
     let lack = least - (high - low);
     if lack > 0.0 { (low - lack / 2.0, high + lack / 2.0) } else { (low, high) }
 }
 
-/// The number at a tick of an axis that shows `span` in all.
+/// Returns the number at a tick of an axis that shows `span` in all.
 fn axis_label(value: f64, span: f64) -> String {
     let decimals = match span {
         span if span > 20.0 => 0,

@@ -14,7 +14,7 @@ pub struct Report<'a> {
     pub summary: &'a Summary,
     /// The world at the start.
     pub scene: &'a Scene,
-    /// Where the robots were.
+    /// Trajectories of the robots.
     pub trajectory: &'a Trajectory,
 }
 
@@ -23,8 +23,8 @@ impl Report<'_> {
         Drawing { title, caption: self.summary.caption(), scene: self.scene, trajectory: self.trajectory }
     }
 
-    /// The picture of the start: the world from above with its obstacles and goals, and the robots with their wheels,
-    /// their headings, and what their range sensors cover as far as no obstacle is in the way.
+    /// Draws the start: the world from above with its obstacles, goals and robots.
+    /// The robots have their wheels, headings, and the area that their range sensors cover up to the first obstacle.
     ///
     /// # Errors
     /// If the picture cannot be drawn.
@@ -33,10 +33,10 @@ impl Report<'_> {
         plot::scene(&self.drawing(format!("{example}, seed {seed}: the start")))
     }
 
-    /// The plot of the way of each robot: scripted robots in black, the others red where the deliberative route
-    /// commands them and blue where the reactive route does, with a square where the route changes and a dot where
-    /// another action begins, whose shape is that of its kind. Samples that are not finite or further than 1000 km from
-    /// the origin are left out.
+    /// Draws the path of each robot.
+    /// Scripted robots are black; the others are red where the deliberative route commands them and blue where the
+    /// reactive route does, with a square where the route changes and a dot where another action begins, whose shape is
+    /// that of its kind. Samples that are not finite or further than 1000 km from the origin are left out.
     ///
     /// # Errors
     /// If the plot cannot be drawn.
@@ -44,8 +44,8 @@ impl Report<'_> {
         plot::map(&self.drawing(self.summary.title()))
     }
 
-    /// The plot over time: x of all robots, y of all robots, and a strip with the route of each robot that is not
-    /// scripted, with a square where the route changes.
+    /// Draws the plot over time: x and y of all robots, and a strip of their routes.
+    /// Each robot that is not scripted has a strip with its route, with a square where the route changes.
     ///
     /// # Errors
     /// If the plot cannot be drawn.
@@ -53,8 +53,8 @@ impl Report<'_> {
         plot::timeline(&self.drawing(self.summary.title()))
     }
 
-    /// The run as a moving picture that repeats for ever, at most 20 s long; longer runs play faster. Trails and robots have
-    /// the colour of the route that commands them.
+    /// Draws the run as an animation that repeats for ever, at most 20 s long.
+    /// Longer runs play faster. Trails and robots have the colour of the route that commands them.
     ///
     /// # Errors
     /// If the picture cannot be drawn.
@@ -62,8 +62,9 @@ impl Report<'_> {
         plot::animation(&self.drawing(self.summary.title()))
     }
 
-    /// Writes `scene.svg`, `scene.json`, `trajectory.csv`, `trajectory.svg`, `timeline.svg`, `animation.svg` and
-    /// `summary.json`. The directory is made if it is missing; files of an earlier run are replaced once all the new
+    /// Writes all plots, the trajectory and the summary into a directory.
+    /// The files are `scene.svg`, `scene.json`, `trajectory.csv`, `trajectory.svg`, `timeline.svg`, `animation.svg` and
+    /// `summary.json`. The directory is created if it is missing; files of an earlier run are replaced once all the new
     /// ones are on the disk.
     ///
     /// # Errors

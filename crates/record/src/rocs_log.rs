@@ -1,4 +1,5 @@
-//! Logs in the format of RoCS's authors: a header, then a line `X, Y, T, Action` each 50 ms.
+//! Logs in the format of RoCS's authors.
+//! A header, then a line `X, Y, T, Action` each 50 ms.
 
 use std::path::Path;
 
@@ -10,19 +11,22 @@ use crate::{Route, Sample, Trajectory};
 pub struct RocsLog {
     /// The robot, named after the file.
     pub robot: String,
-    /// Where it was and the action that waited in its Pipeline.
+    /// Trajectory of the robot, with the action that waited in its Pipeline.
     pub trajectory: Trajectory,
-    /// Number of lines that are left out: those with a torn position, which their program reads while another thread writes
-    /// it, and all after the simulator was reset.
+    /// Number of lines left out.
+    /// These are lines with a torn position, which their program reads while another thread writes it, and all lines
+    /// after the simulator was reset.
     pub left_out: usize,
 }
 
 const HEADER: &str = "X, Y, T, Action";
 /// Time between two lines, nanoseconds.
 const PERIOD: u64 = 50_000_000;
-/// Maximum distance between lines that follow each other, metres; a line farther away is torn.
+/// Maximum distance between consecutive lines, metres.
+/// A line farther away is torn.
 const JUMP: f64 = 0.3;
-/// So many lines that follow each other elsewhere are no torn ones: the robot was put there.
+/// Number of consecutive lines elsewhere that mean a relocated robot.
+/// Fewer are torn lines.
 const SETTLED: usize = 10;
 /// Maximum size of a log, bytes.
 const LARGEST: u64 = 64 << 20;
@@ -83,12 +87,13 @@ fn sample(line: &str, number: usize, robot: &str) -> Result<Sample, String> {
     Ok(Sample { time, robot: robot.into(), x, y, theta, route: Some(route), action: action.into() })
 }
 
-/// The start of a line, for messages.
+/// Returns the start of a line, for messages.
 fn shortened(line: &str) -> String {
     line.chars().take(60).collect()
 }
 
-/// Leaves out torn samples, and those after the robot was put elsewhere. Returns also how many they are.
+/// Removes torn samples, and those after the robot was relocated.
+/// Returns also the number of removed samples.
 fn without_torn(samples: Vec<Sample>) -> (Vec<Sample>, usize) {
     let near = |one: &Sample, other: &Sample| libm::hypot(one.x - other.x, one.y - other.y) <= JUMP;
     let follow = |samples: &[Sample]| samples.windows(2).all(|pair| near(&pair[0], &pair[1]));

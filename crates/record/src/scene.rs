@@ -1,10 +1,10 @@
 use serde::{Deserialize, Serialize};
 
-/// The world at the start of a run: a picture of its own, and the background of the trajectories. Metres, x forward,
-/// y left.
+/// World at the start of a run, drawn alone and behind the trajectories.
+/// Metres, x forward, y left.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
-    /// The part of the world that is shown at least. It grows to hold all that is drawn.
+    /// Minimum shown area of the world; it grows to contain all that is drawn.
     pub bounds: Bounds,
     /// Walls, boxes and other fixed obstacles.
     pub polygons: Vec<Polygon>,
@@ -15,7 +15,7 @@ pub struct Scene {
     /// The robots where they begin.
     #[serde(default)]
     pub robots: Vec<Robot>,
-    /// Names of the robots that follow a script and have no routes; they are drawn in black.
+    /// Names of the scripted robots, which have no routes; they are drawn in black.
     pub scripted: Vec<String>,
 }
 
@@ -44,33 +44,33 @@ pub struct Circle {
     pub name: String,
     /// Centre as x and y, metres.
     pub center: [f64; 2],
-    /// Metres.
+    /// Radius, metres.
     pub radius: f64,
 }
 
 /// Goal of a robot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Goal {
-    /// Shown beside the goal.
+    /// Name shown beside the goal.
     pub label: String,
-    /// Metres.
+    /// Centre, x, metres.
     pub x: f64,
-    /// Metres.
+    /// Centre, y, metres.
     pub y: f64,
 }
 
-/// A robot as it is seen from above.
+/// Robot seen from above.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Robot {
-    /// Shown beside the robot.
+    /// Name shown beside the robot.
     pub name: String,
-    /// Where it stands, metres.
+    /// Position, x, metres.
     pub x: f64,
-    /// Metres.
+    /// Position, y, metres.
     pub y: f64,
     /// Radians, counter-clockwise from the x axis.
     pub theta: f64,
-    /// Corners of its body in order, from where it stands, as if it headed along the x axis; metres.
+    /// Corners of the body in order, in the robot's frame; metres.
     pub outline: Vec<[f64; 2]>,
     /// Opposite corners of each wheel, in the same frame.
     pub wheels: Vec<[[f64; 2]; 2]>,
@@ -79,7 +79,7 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A point of the robot's own frame, in the world.
+    /// Transforms a point from the robot's frame to the world.
     pub(crate) fn to_world(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sine, cosine) = (libm::sin(self.theta), libm::cos(self.theta));
         [self.x + cosine * x - sine * y, self.y + sine * x + cosine * y]
@@ -89,14 +89,14 @@ impl Robot {
 /// Cone of a range sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cone {
-    /// Where the sensor is, metres.
+    /// Position of the sensor, x, metres.
     pub x: f64,
-    /// Metres.
+    /// Position of the sensor, y, metres.
     pub y: f64,
     /// Middle of the cone, radians counter-clockwise from the front.
     pub direction: f64,
     /// The full angle, radians.
     pub opening: f64,
-    /// Metres.
+    /// Maximum range, metres.
     pub range: f64,
 }

@@ -1,7 +1,7 @@
 //! Statistics over runs. Each is independent of the order of the runs, bit for bit.
 
-/// The 95 % Wilson score interval (without continuity correction) of a rate, from `successes` of `runs`.
-/// With no runs, nothing is known: from 0 to 1.
+/// Returns the 95 % Wilson score interval of a rate, `successes` of `runs`.
+/// Without continuity correction. Without runs it is 0 to 1.
 pub(crate) fn wilson_interval(successes: u64, runs: u64) -> [f64; 2] {
     /// The 97.5th percentile of the normal distribution.
     const Z: f64 = 1.959_963_984_540_054;
@@ -20,8 +20,9 @@ pub(crate) fn wilson_interval(successes: u64, runs: u64) -> [f64; 2] {
     ]
 }
 
-/// The percentile of `sorted` by linear interpolation between the two nearest ranks, counted from the first value
-/// (0th) to the last (100th). None without values; above 100 the last value.
+/// Returns a percentile of sorted values by linear interpolation.
+/// It interpolates between the two nearest ranks, counted from the first value (0th) to the last (100th). `None`
+/// without values; above 100 the last value.
 pub(crate) fn percentile(sorted: &[f64], percent: usize) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;
     // In hundredths, so that whole ranks are met exactly.
@@ -33,16 +34,16 @@ pub(crate) fn percentile(sorted: &[f64], percent: usize) -> Option<f64> {
     Some(sorted[index] + (sorted[index + 1] - sorted[index]) * fraction)
 }
 
-/// The sum, from the smallest to the largest value.
+/// Returns the sum, from the smallest to the largest value.
 pub(crate) fn sum(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values.iter().sum()
 }
 
-/// The 95 % upper bound of the mean of a Poisson distribution, from the number of events that were counted: with that
-/// mean, so few events or fewer are seen in 5 % of all cases. It is the exact one of Garwood, half the 95th percentile of
-/// the chi-squared distribution with 2 (`events` + 1) degrees of freedom.
+/// Returns the 95 % upper bound of the mean of a Poisson distribution.
+/// With that mean, as few events as were counted, or fewer, occur in 5 % of all cases. It is Garwood's exact bound,
+/// half the 95th percentile of the chi-squared distribution with 2 (`events` + 1) degrees of freedom.
 pub(crate) fn poisson_bound(events: u64) -> f64 {
     const RISK: f64 = 0.05;
     if events == 0 {
@@ -59,7 +60,8 @@ pub(crate) fn poisson_bound(events: u64) -> f64 {
     }
 }
 
-/// The probability that a Poisson variable is at most `events`, which is not more than its mean.
+/// Returns the probability that a Poisson variable is at most `events`.
+/// `events` is not more than its mean.
 fn at_most(events: u64, mean: f64) -> f64 {
     let counted = events as f64;
     // The last term is the largest; the others are its multiples, so that none underflows.

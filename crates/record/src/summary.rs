@@ -2,11 +2,12 @@ use crate::Error;
 use serde::{Deserialize, Serialize};
 use std::{collections::BTreeMap, fmt};
 
-/// How a run ended.
+/// Outcome of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The task was done: the goal was reached, and held where that is the mission, without a collision caused.
+    /// The goal was reached, without a caused collision.
+    /// Where holding the goal is the mission, it was held as well.
     // The alias, as the one below, is of summaries from before the judge's own word had its field.
     #[serde(alias = "gap_kept")]
     GoalReached,
@@ -22,7 +23,7 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// Whether the run did its task and caused no collision.
+    /// Returns true if the run did its task and caused no collision.
     pub fn is_success(self) -> bool {
         self == Outcome::GoalReached
     }
@@ -40,21 +41,23 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// The figures of one run. Lengths and times are finite; JSON has only `null` for others, which cannot be read back.
+/// Figures of one run.
+/// Lengths and times are finite; JSON has only `null` for others, which cannot be read back.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Name of the example.
     pub example: String,
     /// Seed of all random streams.
     pub seed: u64,
-    /// How the agent ran: staged, threaded, ...
+    /// Execution mode of the agent: staged, threaded, ...
     pub mode: String,
-    /// Under what conditions the figures hold: `sensor_profile`, `noise`, `speed`, ...
+    /// Conditions of the figures: `sensor_profile`, `noise`, `speed`, ...
     #[serde(default)]
     pub conditions: BTreeMap<String, String>,
-    /// How the run ended.
+    /// Outcome of the run.
     pub outcome: Outcome,
-    /// The judge's own word for the outcome, such as `gap_left` where that is `timed_out`; none if it has no other.
+    /// The judge's own word for the outcome, such as `gap_left` for `timed_out`.
+    /// `None` if it has no other word.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verdict: Option<String>,
     /// Message about the outcome, such as the error.
@@ -62,24 +65,27 @@ pub struct Summary {
     pub message: Option<String>,
     /// Simulated time from start to end, seconds.
     pub sim_time_s: f64,
-    /// Time on the wall from start to end, seconds. The only figure that differs between equal runs.
+    /// Wall time from start to end, seconds.
+    /// The only figure that differs between equal runs.
     pub wall_time_s: f64,
-    /// When the robot reached its last goal, seconds; none if it did not.
+    /// Time at which the robot reached its last goal, seconds; `None` if it did not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_to_goal_s: Option<f64>,
     /// Length of the robot's path, metres; none of a run without a judge.
     #[serde(default)]
     pub path_length_m: Option<f64>,
-    /// Length of the shortest path without collision from start to goal, metres; none of a run without a judge.
+    /// Length of the shortest path without collision from start to goal, metres.
+    /// `None` for a run without a judge.
     #[serde(default)]
     pub shortest_path_m: Option<f64>,
     /// Contacts of the robot with anything.
     pub collisions: u64,
     /// Contacts where the robot was the one moving in.
     pub collisions_caused: u64,
-    /// Smallest distance of the robot to anything, metres; none where there was nothing.
+    /// Smallest distance of the robot to anything, metres.
+    /// `None` in an empty world.
     pub min_clearance_m: Option<f64>,
-    /// How often the active route changed between deliberative and reactive.
+    /// Number of changes of the active route between deliberative and reactive.
     pub route_switches: u64,
     /// Actions pushed by reactive models.
     pub reflexes: u64,
@@ -99,17 +105,17 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Whether the task was done, and no collision was caused.
+    /// Returns true if the task was done without a caused collision.
     pub fn succeeded(&self) -> bool {
         self.outcome.is_success()
     }
 
-    /// Whether the last goal was reached, with or without collisions.
+    /// Returns true if the last goal was reached, with or without collisions.
     pub fn reached_goal(&self) -> bool {
         self.time_to_goal_s.is_some() || self.outcome == Outcome::GoalReached
     }
 
-    /// The summary as one line of JSON, without line feed.
+    /// Returns the summary as one line of JSON, without line feed.
     ///
     /// # Errors
     /// If the JSON encoder refuses a value, which no value of these fields makes it do.
@@ -117,26 +123,27 @@ impl Summary {
         Ok(serde_json::to_string(self)?)
     }
 
-    /// The outcome in words: the judge's own ones, if there are any.
+    /// Returns the outcome in words: the judge's own ones, if it has any.
     pub fn outcome_text(&self) -> String {
         self.verdict.as_ref().map_or_else(|| self.outcome.to_string(), |verdict| verdict.replace('_', " "))
     }
 
-    /// Headline of the run.
+    /// Returns the headline of the run.
     pub fn headline(&self) -> String {
         // A message that only repeats the outcome is left out.
         let message = self.message.as_ref().filter(|message| **message != self.outcome_text());
         self.title() + &message.map_or(String::new(), |message| format!(": {message}"))
     }
 
-    /// A figure with its unit; whole numbers, such as counts, have no decimals.
+    /// Formats a figure with its unit.
+    /// Whole numbers, such as counts, have no decimals.
     fn measured(&self, name: &str, value: f64) -> String {
         let decimals = if value.fract() == 0.0 { 0 } else { 3 };
         let unit = self.units.get(name).map_or("", String::as_str);
         format!("{value:.decimals$} {unit}").trim_end().to_owned()
     }
 
-    /// The figures with their units, by what they are called.
+    /// Returns the figures with their units, by name.
     pub(crate) fn rows(&self) -> Vec<(String, String)> {
         let mut rows = Vec::new();
         let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
@@ -178,13 +185,13 @@ impl Summary {
         rows
     }
 
-    /// The headline without the message, which may be long.
+    /// Returns the headline without the message, which may be long.
     pub(crate) fn title(&self) -> String {
         let Summary { example, seed, sim_time_s, .. } = self;
         format!("{example}, seed {seed}: {} after {sim_time_s:.1} s", self.outcome_text())
     }
 
-    /// The conditions in one line.
+    /// Returns the conditions in one line.
     pub(crate) fn caption(&self) -> String {
         let conditions =
             self.conditions.iter().map(|(name, value)| format!("{}: {value}", name.replace('_', " ")));
@@ -193,7 +200,7 @@ impl Summary {
     }
 }
 
-/// For the terminal: the headline, then the figures with their units.
+/// Format of the terminal: the headline, then the figures with their units.
 impl fmt::Display for Summary {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(formatter, "{}", self.headline())?;

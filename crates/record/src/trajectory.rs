@@ -11,7 +11,7 @@ pub use routes::RouteUse;
 pub use stream::TrajectoryStream;
 pub use thinned::{ThinnedTrajectory, TrajectoryPosition};
 
-/// Which of the two routes commands a robot.
+/// Route that commands a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Route {
@@ -22,7 +22,7 @@ pub enum Route {
 }
 
 impl Route {
-    /// The route as it is written in files.
+    /// Returns the name of the route in files.
     pub fn name(self) -> &'static str {
         match self {
             Route::Deliberative => "deliberative",
@@ -34,17 +34,18 @@ impl Route {
 /// One robot at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
-    /// Nanoseconds since the start of the run.
+    /// Time since the start of the run, nanoseconds.
     pub time: u64,
     /// Name of the robot.
     pub robot: String,
-    /// Metres.
+    /// Position, x, metres.
     pub x: f64,
-    /// Metres.
+    /// Position, y, metres.
     pub y: f64,
     /// Radians, counter-clockwise from the x axis.
     pub theta: f64,
-    /// The route of the running action; none if no action runs or the robot follows a script.
+    /// Route of the running action.
+    /// `None` if no action runs or the robot follows a script.
     pub route: Option<Route>,
     /// The running action with its arguments; empty if none runs.
     pub action: String,
@@ -56,16 +57,16 @@ impl Sample {
         self.time as f64 / 1e9
     }
 
-    /// The kind of the running action: its name without arguments.
+    /// Returns the kind of the running action: its name without arguments.
     pub fn kind(&self) -> &str {
         self.action.split(['(', '{', '>']).next().unwrap_or_default().trim()
     }
 }
 
-/// Where the robots were and what they did, sampled at times that the caller chooses.
+/// Poses and actions of the robots, sampled at times that the caller chooses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trajectory {
-    /// In order of time; the robots may alternate.
+    /// Samples in order of time; the robots may alternate.
     pub samples: Vec<Sample>,
 }
 
@@ -81,13 +82,13 @@ impl Trajectory {
         robots
     }
 
-    /// The samples of one robot, in order.
+    /// Returns the samples of one robot, in order.
     pub fn of(&self, robot: &str) -> Vec<&Sample> {
         self.samples.iter().filter(|sample| sample.robot == robot).collect()
     }
 
-    /// The text of `trajectory.csv`: RFC 4180 with a header and line feeds. Numbers have as many digits as it takes to
-    /// read the same value back; a missing route is `none`.
+    /// Returns the text of `trajectory.csv`: RFC 4180 with a header and line feeds.
+    /// Numbers have enough digits to read the same value back; a missing route is `none`.
     pub fn csv(&self) -> String {
         let mut text = String::from(HEADER);
         self.samples.iter().for_each(|sample| append_row(sample, &mut text));
@@ -115,8 +116,8 @@ fn quoted(field: &str) -> String {
     }
 }
 
-/// The indices at which the route differs from the last known one. Samples without a route don't count: a pause
-/// between two actions of one route is no switch.
+/// Returns the indices at which the route differs from the last known one.
+/// Samples without a route do not count: a pause between two actions of one route is no switch.
 pub(crate) fn switches(samples: &[&Sample]) -> Vec<usize> {
     let mut last = None;
     let mut switches = Vec::new();
@@ -131,8 +132,8 @@ pub(crate) fn switches(samples: &[&Sample]) -> Vec<usize> {
     switches
 }
 
-/// The samples cut where the route changes. Each part but the last ends with the first sample of the next, so that
-/// lines through the parts meet.
+/// Splits the samples where the route changes.
+/// Each part but the last ends with the first sample of the next, so that lines through the parts meet.
 pub(crate) fn parts<'a>(
     samples: &'a [&'a Sample],
 ) -> impl Iterator<Item = (Option<Route>, &'a [&'a Sample])> {

@@ -3,13 +3,13 @@
 use slate_network::NetworkSettings;
 use slate_runtime::configuration::{Configuration, Diagnostic, ExternalDirection, Report, Span};
 
-/// A bridge.
+/// Bridge.
 struct SchemeBridge {
     /// Scheme of its links.
     scheme: &'static str,
-    /// What it reaches.
+    /// Name of the middleware that it connects.
     name: &'static str,
-    /// The feature that it needs, and whether this program has it.
+    /// Feature that it needs, and whether this program has it.
     feature: (&'static str, bool),
 }
 
@@ -24,7 +24,8 @@ const BRIDGES: [SchemeBridge; 4] = [
     },
 ];
 
-/// Whether this program has a bridge for each link to or from a program that is no agent, and each input has one source.
+/// Checks that this program has a bridge for each link to another program.
+/// Such a program is no agent. Also, each input must have one source.
 ///
 /// # Errors
 /// Schemes that are unknown or not built in, and inputs that two bridges would fill.
@@ -60,7 +61,7 @@ pub fn check_bridges(configuration: &Configuration) -> Result<(), Report> {
     if wrong.is_empty() { Ok(()) } else { Err(Report::from(wrong)) }
 }
 
-/// An input, what fills it, and where that is written.
+/// Input, its source, and the place in the configuration.
 type FilledInput = (String, String, Option<Span>);
 
 /// Inputs that a bridge to ROS fills from topics, frames and responses of services.

@@ -1,4 +1,5 @@
-//! Why robots stand: sensors that stopped or never measured, blocks that are switched off or fail, Plans that send nothing.
+//! Causes of standing robots.
+//! Sensors that stopped or never measured, blocks that are switched off or fail, Plans that send nothing.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -12,11 +13,13 @@ use slate_runtime::{Composer, LinkStatus};
 use crate::observation::value;
 use crate::warnings::{RunWarning, Warnings};
 
-/// Age from which a RobotModel is no longer updated, ns: its robot does not know its pose.
+/// Age from which a RobotModel counts as not updated, ns.
+/// Its robot does not know its pose.
 const OLD: u64 = 1_000_000_000;
 
-/// Describes the sensors of all robots that do not measure at the end of a run, such as "r2: the sensor `sonar` stopped at 2.48 s"; of a
-/// run that failed also what else keeps them from their mission, with their newest warnings. None if nothing does.
+/// Describes the silent sensors of all robots at the end of a run.
+/// Such as "r2: the sensor `sonar` stopped at 2.48 s"; for a failed run also the other causes that keep the robots from
+/// their mission, with their newest warnings. `None` without any.
 pub fn describe(composer: &Composer, board: &Board, now: u64, failure: Option<&Warnings>) -> Option<String> {
     let end = EndOfRun::new(composer, board, failure);
     let (mut causes, mut lost) = (Vec::new(), BTreeSet::new());
@@ -44,11 +47,11 @@ pub fn describe(composer: &Composer, board: &Board, now: u64, failure: Option<&W
     (!causes.is_empty()).then(|| causes.join("; "))
 }
 
-/// The modules and links of an agent at the end of its run.
+/// Modules and links of an agent at the end of its run.
 struct EndOfRun<'a> {
     board: &'a Board,
     links: Vec<LinkStatus>,
-    /// Condition of each module, and what it waits for.
+    /// Condition of each module, and the dependency that it waits for.
     modules: BTreeMap<String, (&'static str, Option<String>)>,
     /// Warnings of a run that has failed.
     failure: Option<&'a Warnings>,
@@ -65,7 +68,7 @@ impl<'a> EndOfRun<'a> {
         self.modules.get(module).is_some_and(|(condition, _)| *condition == "INACTIVE")
     }
 
-    /// The module that a property is of.
+    /// Returns the module that a property is of.
     fn module_of(&self, path: &str) -> Option<&str> {
         let path = path.trim_start_matches('/');
         let of_module =
@@ -73,8 +76,8 @@ impl<'a> EndOfRun<'a> {
         self.modules.keys().filter(of_module).max_by_key(|module| module.len()).map(String::as_str)
     }
 
-    /// Adds what a RobotModel, in a field of a property, says of its sensors, and the linked ones that it does not list. Returns
-    /// whether the robot knows its pose.
+    /// Adds the causes in a property's RobotModel: its silent or unlisted sensors.
+    /// `field` is the field with the model. Returns whether the robot knows its pose.
     fn add_sensors(&self, property: &Property, field: &str, now: u64, causes: &mut Vec<String>) -> bool {
         let robot = robot_of(property.path());
         let (Ok(newest), Some(knowledge)) =
@@ -142,13 +145,14 @@ impl<'a> EndOfRun<'a> {
         has_pose
     }
 
-    /// That the module of a property is switched off; nothing if it is not.
+    /// Returns the text that a property's module is switched off; empty if it is on.
     fn off_text(&self, path: &str) -> String {
         let off = self.module_of(path).filter(|module| self.is_off(module));
         off.map_or_else(String::new, |module| format!(", as `{module}` is switched off"))
     }
 
-    /// How a sensor of a RobotModel is; none if it measures. A late one is told of a run that failed.
+    /// Returns the condition of a RobotModel's sensor; `None` if it measures.
+    /// A late sensor counts only in a failed run.
     fn condition_of(&self, robot: &str, sensor: &Value) -> Option<String> {
         let newest = || sensor.get("measured").and_then(Value::as_f64).unwrap_or_default() * 1e-9;
         Some(match sensor.get("health").and_then(Value::as_str).unwrap_or_default() {
@@ -164,13 +168,13 @@ impl<'a> EndOfRun<'a> {
         })
     }
 
-    /// When a property was written last, seconds, if that is long ago.
+    /// Returns the time of the last write, s, if that is long ago.
     fn silent_since(&self, path: &str, now: u64) -> Option<f64> {
         let (_, stamp) = self.board.read(path).ok().flatten()?;
         (now.saturating_sub(stamp.time) > OLD).then_some(stamp.time as f64 * 1e-9)
     }
 
-    /// The inputs of a Knowledge that read Sensors, with their sources.
+    /// Returns the inputs of a Knowledge that read Sensors, with their sources.
     fn sensors_of<'s>(&'s self, knowledge: &'s str) -> impl Iterator<Item = (&'s str, &'s str)> {
         self.links.iter().filter_map(move |link| {
             let input = link.to.strip_prefix(knowledge)?.strip_prefix('/')?;
@@ -182,7 +186,8 @@ impl<'a> EndOfRun<'a> {
         })
     }
 
-    /// Adds what keeps the robot of an Execute, by its status, from acting; blocks of those in `lost` wait for a pose.
+    /// Adds the causes that keep the robot of an Execute from acting.
+    /// `status` is that of the Execute; blocks of the robots in `lost` wait for a pose.
     fn add_blocks(&self, status: &Arc<Property>, lost: &BTreeSet<&str>, causes: &mut Vec<String>) {
         let Some(execute) = self.module_of(status.path()) else { return };
         let robot = robot_of(execute);
@@ -235,7 +240,8 @@ impl<'a> EndOfRun<'a> {
         degraded.map(|(module, _)| format!("{module} is degraded")).collect()
     }
 
-    /// Adds the newest warnings of the blocks of robots, but for those of sensors that stopped: they are known.
+    /// Adds the newest warnings of robots' blocks.
+    /// Warnings of stopped sensors are left out, as they are known.
     fn add_warnings(&self, warnings: &Warnings, causes: &mut Vec<String>) {
         for RunWarning { module, time, text } in warnings.newest() {
             let is_block = module.contains('/') && self.modules.contains_key(&*module);
@@ -246,7 +252,8 @@ impl<'a> EndOfRun<'a> {
     }
 }
 
-/// When the Knowledge of a robot warned last that a sensor is late, seconds: it does so when that begins.
+/// Returns the time of the last warning that a sensor is late, s.
+/// The Knowledge of a robot warns when a sensor begins to be late.
 fn late_since(warnings: &Warnings, robot: &str, sensor: &str) -> Option<f64> {
     let begins = format!("the sensor `{sensor}` is late:");
     let newest = warnings.newest().into_iter();
@@ -254,12 +261,12 @@ fn late_since(warnings: &Warnings, robot: &str, sensor: &str) -> Option<f64> {
     of_sensor.map(|one| one.time as f64 * 1e-9).last()
 }
 
-/// The robot that a property or a module is of.
+/// Returns the robot that a property or a module is of.
 fn robot_of(path: &str) -> &str {
     path.trim_start_matches('/').split('/').next().unwrap_or_default()
 }
 
-/// The field of an interface that is a RobotModel; empty for a RobotModel itself.
+/// Returns the RobotModel field of an interface; empty for a RobotModel itself.
 fn robot_model_of(descriptor: &Descriptor) -> Option<&'static str> {
     let model = RobotModel::DESCRIPTOR.hash;
     if descriptor.hash == model {

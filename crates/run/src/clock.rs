@@ -1,4 +1,4 @@
-//! The wall clock.
+//! Wall clock.
 
 use std::time::Instant;
 

@@ -1,7 +1,8 @@
-//! What goes to stderr, in the place of the standard library's macros: those panic when stderr can't be written, as on a full
-//! disk, and the exit code would then tell of a panic and not of what has happened.
+//! Macros for stderr in the place of the standard library's.
+//! Those panic when stderr can't be written, as on a full disk, and the exit code would then report a panic instead of
+//! the result.
 
-/// As the standard library's, but what can't be written is lost.
+/// Prints like the standard macro, but output that can't be written is lost.
 #[macro_export]
 macro_rules! eprint {
     ($($text:tt)*) => {{
@@ -11,7 +12,7 @@ macro_rules! eprint {
     }};
 }
 
-/// As the standard library's, but what can't be written is lost.
+/// Prints like the standard macro, but output that can't be written is lost.
 #[macro_export]
 macro_rules! eprintln {
     () => {

@@ -1,4 +1,4 @@
-//! How a run is reached over HTTP.
+//! Console of a run over HTTP.
 
 use std::process::{Command, Stdio};
 
@@ -18,7 +18,7 @@ mod built_in {
     use super::{Configuration, MissionRun, RunError};
     use crate::trails::Trails;
 
-    /// A run is reached as long as this lives.
+    /// Console of a run, as long as this value lives.
     pub struct RunConsole {
         console: Console,
         _trails: Trails,
@@ -31,12 +31,12 @@ mod built_in {
             self.console.link()
         }
 
-        /// Whether a browser shows the page.
+        /// Returns whether a browser shows the page.
         pub fn has_browser(&self) -> bool {
             self.console.browsers() > 0
         }
 
-        /// Tells those who look that the run is over, and how it ended.
+        /// Tells the clients that the run is over, and its result.
         pub fn announce_end(&self, how: &str) {
             // It ends once.
             let _ = self.over.set(how.to_owned());
@@ -55,7 +55,7 @@ mod built_in {
             Ok(Self { settings: Settings::of(configuration)?, is_named })
         }
 
-        /// Begins, in a run that somebody watches or whose configuration asks for it.
+        /// Opens the console if the run is watched or its configuration asks for it.
         pub fn open(
             &self,
             mission: &MissionRun,
@@ -97,7 +97,7 @@ mod built_in {
 
     use super::{Configuration, MissionRun, RunError};
 
-    /// There is none.
+    /// Console of a program without the feature, which never exists.
     pub enum RunConsole {}
 
     impl RunConsole {
@@ -147,7 +147,7 @@ pub fn check_console(configuration: &Configuration) -> Result<(), RunError> {
     ConsoleOptions::of(configuration).map(|_| ())
 }
 
-/// Has the system open a link.
+/// Makes the system open a link.
 ///
 /// # Errors
 /// If the program for it can't be started.

@@ -1,4 +1,4 @@
-//! How a run takes part in DDS.
+//! Participation of a run in DDS.
 
 use slate_runtime::Agent;
 use slate_runtime::configuration::{Configuration, Report};
@@ -13,11 +13,12 @@ mod built_in {
     use super::{Agent, Configuration, Report};
     use crate::RunError;
 
-    /// An agent is a participant of DDS as long as this lives.
+    /// DDS participant of an agent, as long as this value lives.
     pub struct DdsRun(DdsBridge);
 
     impl DdsRun {
-        /// Joins the domain that a configuration names, if it names DDS; nothing is sent or set yet.
+        /// Joins the DDS domain of a configuration, if it names one.
+        /// Nothing is sent or set yet.
         pub fn open(agent: &Agent, surface: &Arc<ControlSurface>) -> Result<Option<Self>, Report> {
             let configuration = agent.configuration();
             let Some(settings) = DdsSettings::of(&configuration)? else { return Ok(None) };
@@ -46,7 +47,7 @@ mod built_in {
     use super::{Agent, Configuration, Report};
     use crate::RunError;
 
-    /// Nothing: without the feature, no agent takes part.
+    /// Placeholder without the feature: no agent takes part.
     pub struct DdsRun;
 
     impl DdsRun {
@@ -71,7 +72,8 @@ mod built_in {
 
 pub use built_in::DdsRun;
 
-/// Whether an agent could have the topics of DDS that its configuration describes; nothing is opened.
+/// Checks that an agent could have the DDS topics of its configuration.
+/// It opens nothing.
 ///
 /// # Errors
 /// Mistake in the table `[dds]`, or a property that does not fit its topic.

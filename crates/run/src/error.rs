@@ -50,23 +50,23 @@ pub enum RunError {
     /// The folder of the report can't be made or opened.
     #[error("{} can't be used as a folder: {source}", slate_runtime::printable(.path))]
     Folder {
-        /// The folder.
+        /// Folder.
         path: PathBuf,
-        /// Why not.
+        /// Reason.
         source: std::io::Error,
     },
-    /// Another run writes into the folder of the report.
+    /// Conflict: another run writes into the folder of the report.
     #[error("another run is writing its report into {}", slate_runtime::printable(.path))]
     FolderInUse {
-        /// The folder.
+        /// Folder.
         path: PathBuf,
     },
     /// A file or folder can't be used.
     #[error("`{path}` can't be used: {source}")]
     File {
-        /// The file.
+        /// File.
         path: PathBuf,
-        /// The system's reason.
+        /// System's reason.
         source: std::io::Error,
     },
 }
@@ -93,7 +93,7 @@ impl RunError {
     /// Exit code of a run that fails.
     pub const EXIT: u8 = 2;
 
-    /// Returns what to do, if there is advice.
+    /// Returns the advice, if any.
     pub fn help(&self) -> Option<String> {
         Some(match self {
             Self::Start(error) => error.help()?.to_string(),
@@ -121,7 +121,7 @@ impl RunError {
         }
     }
 
-    /// Prints to stderr what is wrong, where, and what to do.
+    /// Prints the error to stderr: message, place and advice.
     pub fn print(&self) {
         let report = match self {
             Self::Configuration(report) => Some(report),

@@ -4,16 +4,16 @@ use serde::Serialize;
 use slate_runtime::Mistake;
 use slate_runtime::configuration::Diagnostic;
 
-/// An error or a warning about a configuration.
+/// Error or a warning about a configuration.
 #[derive(Debug, Serialize)]
 pub struct ConfigurationFinding {
     /// `error` or `warning`.
     pub severity: &'static str,
     /// Code that `slate explain` describes; empty for none.
     pub code: &'static str,
-    /// What is wrong.
+    /// Message.
     pub message: String,
-    /// What to do.
+    /// Advice.
     pub help: Option<String>,
     /// File of the setting.
     pub file: Option<String>,

@@ -1,4 +1,4 @@
-//! The folder of a run's report, which one run writes at a time.
+//! Folder of a run's report, which one run writes at a time.
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -6,15 +6,16 @@ use std::path::{Path, PathBuf};
 use crate::RunError;
 use crate::options::RunOptions;
 
-/// Where a run keeps what stays of it.
+/// Folder of a run's results.
 pub struct ReportFolder {
     path: PathBuf,
-    /// Nothing while nothing is kept.
+    /// Folder, once a result is kept.
     folder: Option<Folder>,
 }
 
 impl ReportFolder {
-    /// The folder of a run, which is made now if the run `keeps` a report, or the user names it; else when something is kept.
+    /// Returns the folder of a run.
+    /// It is made now if the run `keeps` a report, or the user names it; else when something is kept.
     pub fn of(options: &RunOptions, name: &str, seed: u64, keeps: bool) -> Result<Self, RunError> {
         let usual = PathBuf::from("runs").join(format!("{name}-{seed}"));
         let folder = match &options.out {
@@ -29,22 +30,23 @@ impl ReportFolder {
         Ok(Self { path: folder.path.clone(), folder: Some(folder) })
     }
 
-    /// The folder, whether it is there or not.
+    /// Returns the folder, which may not exist yet.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether the run keeps anything.
+    /// Returns whether the run keeps anything.
     pub fn is_there(&self) -> bool {
         self.folder.is_some() || self.path.is_dir()
     }
 }
 
-/// Keeps other runs out of a folder as long as it is there. The system ends that with the process, however that ends.
+/// Exclusive lock of a folder, as long as this value lives.
+/// The system releases it with the process, however that ends.
 pub struct Folder {
-    /// Where it is.
+    /// Path of the folder.
     pub path: PathBuf,
-    /// Nothing where a file system has no locks.
+    /// Lock file; `None` on a file system without locks.
     _lock: Option<File>,
 }
 
@@ -66,7 +68,7 @@ impl Folder {
         Ok(Self { path: path.into(), _lock: lock })
     }
 
-    /// As [`take`](Folder::take), or the next one with a number that no run writes.
+    /// Locks the folder as [`take`](Folder::take), or the next free numbered one.
     ///
     /// # Errors
     /// It can't be made.

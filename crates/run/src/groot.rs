@@ -1,4 +1,4 @@
-//! How a run shows its behaviour trees to monitors.
+//! Publication of a run's behaviour trees to monitors.
 
 use slate_runtime::Agent;
 use slate_runtime::configuration::{Configuration, Report};
@@ -13,7 +13,8 @@ mod built_in {
     pub struct GrootRun(#[allow(dead_code, reason = "it ends with this")] GrootBridge);
 
     impl GrootRun {
-        /// Opens the ports that a configuration names, if it does, and prints where the trees are.
+        /// Opens the ports that a configuration names, if any.
+        /// It prints the addresses of the trees.
         pub fn open(agent: &Agent) -> Result<Option<Self>, Report> {
             let configuration = agent.configuration();
             let Some(settings) = GrootSettings::of(&configuration)? else { return Ok(None) };
@@ -36,7 +37,7 @@ mod built_in {
 mod built_in {
     use super::{Agent, Configuration, Report};
 
-    /// Nothing: without the feature, no tree is shown.
+    /// Placeholder without the feature: no tree is shown.
     pub struct GrootRun;
 
     impl GrootRun {
@@ -55,10 +56,11 @@ mod built_in {
 
 pub use built_in::GrootRun;
 
-/// Whether an agent has the trees that its configuration shows to monitors; nothing is opened.
+/// Checks that an agent has the trees that its configuration shows to monitors.
+/// It opens nothing.
 ///
 /// # Errors
-/// What is wrong with the table `[groot]`, or a Plan that follows no tree.
+/// An invalid table `[groot]`, or a Plan that follows no tree.
 pub fn check_groot(agent: &Agent) -> Result<(), Report> {
     built_in::check(agent, &agent.configuration())
 }

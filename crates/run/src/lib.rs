@@ -1,5 +1,5 @@
-//! One run of an application, from its options to its report and exit code: what `slate run` does, for the command and
-//! for programs that are robots.
+//! Run of an application, from its options to its report and exit code.
+//! This is `slate run`, for the command and for programs that are robots.
 
 #[macro_use]
 mod complain;
@@ -81,7 +81,7 @@ pub const PATHS: [&str; 17] = [
     "robots.*.modules.*.params.tree_filename",
 ];
 
-/// An application to run.
+/// Application to run.
 pub struct Application {
     /// Name of the run.
     pub name: String,
@@ -94,7 +94,7 @@ pub struct Application {
 }
 
 impl Application {
-    /// An application with the configuration that a database has now.
+    /// Creates an application with the current configuration of a database.
     pub fn new(name: &str, database: Database, plugins: Vec<Plugin>) -> Self {
         Self { name: name.into(), configuration: database.current(), database, plugins }
     }

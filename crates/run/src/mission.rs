@@ -1,4 +1,4 @@
-//! One run of an application from start to verdict.
+//! Run of an application from start to verdict.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -30,26 +30,27 @@ use crate::warnings::Warnings;
 const STANDARD: [&str; 6] =
     ["time_to_goal", "path_length", "shortest_path", "minimum_clearance", "collisions", "collisions_caused"];
 
-/// Time at one place after which the end of a run that failed says that a robot stood, nanoseconds.
+/// Time at one place after which a failed run reports that a robot stood, ns.
 const STOOD: u64 = 10_000_000_000;
 
 /// Result of a run.
 pub struct Finished {
-    /// The agent, which makes no more cycles.
+    /// Agent, which makes no more cycles.
     pub agent: Agent,
     /// Outcome and figures.
     pub summary: Summary,
-    /// The world at the start.
+    /// World at the start.
     pub scene: Scene,
     /// Poses of the robots over time.
     pub trajectory: Trajectory,
-    /// Whether what modules remember of it was written.
+    /// Result of writing the modules' memories of the run.
     pub remembered: Result<(), MemoryError>,
-    /// The recording, if any.
+    /// Recording, if any.
     pub recorded: Option<Result<Recorded, RecordError>>,
 }
 
-/// Returns fingerprints of the modules' memory files, which are conditions of the run.
+/// Returns fingerprints of the modules' memory files.
+/// They are conditions of the run.
 fn memories(agent: &Agent) -> BTreeMap<String, String> {
     let text = |began: Option<u64>| began.map_or_else(|| "none".into(), |hash| format!("{hash:016x}"));
     agent.memories().map(|(module, began)| (format!("memory of {module}"), text(began))).collect()
@@ -57,7 +58,7 @@ fn memories(agent: &Agent) -> BTreeMap<String, String> {
 
 /// Options of a mission.
 pub struct MissionOptions {
-    /// How modules are scheduled.
+    /// Scheduling mode of the modules.
     pub mode: ModeName,
     /// Speed of simulated time.
     pub rate: Rate,
@@ -65,26 +66,27 @@ pub struct MissionOptions {
     pub workers: usize,
     /// Targets of the log beside those of the configuration.
     pub log: Vec<Box<dyn LogTarget>>,
-    /// Whether the report needs every robot's way, or only the figures.
+    /// Recording of every robot's trajectory for the report, instead of figures only.
     pub trajectory: bool,
-    /// Whether tools and other agents reach it, and it takes over files that are edited.
+    /// Reachability for tools and other agents, and reload of edited files.
     pub follows: bool,
-    /// Whether the actuators wait for a person even in a simulator.
+    /// Disarmed start even in a simulator, until a person arms the actuators.
     pub disarmed: bool,
 }
 
-/// The file of what libraries were when they were loaded last, in the folder for what programs of this user keep.
+/// Returns the file with the state of libraries when they were last loaded.
+/// It is in the folder for state files of this user's programs.
 fn known_libraries() -> Option<PathBuf> {
     let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let kept = folder("XDG_STATE_HOME").or_else(|| Some(folder("HOME")?.join(".local/state")))?;
     Some(kept.join("slate/libraries.json"))
 }
 
-/// A run that is ready to start.
+/// Run that is ready to start.
 pub struct MissionRun {
-    /// The agent, which is loaded.
+    /// Agent, which is loaded.
     pub agent: Agent,
-    /// What the report follows.
+    /// Data of the run that the report follows.
     pub observation: Arc<Observation>,
     application: Application,
     scene: Scene,
@@ -98,7 +100,7 @@ pub struct MissionRun {
 }
 
 impl MissionRun {
-    /// Loads an application; nothing is started when anything does not fit.
+    /// Loads an application; on a mistake nothing is started.
     pub fn load(application: Application, mission: MissionOptions) -> Result<Self, RunError> {
         let configuration = &application.configuration;
         let recorder = mission.follows.then(|| Recorder::on_demand(configuration.record()));
@@ -142,8 +144,8 @@ impl MissionRun {
         })
     }
 
-    /// Begins to record, if the configuration says so, and lets tools do it; what has no file of its own goes into that
-    /// folder.
+    /// Begins to record, if the configuration asks for it, and lets tools record.
+    /// Recordings without a file of their own go into that folder.
     pub fn record(&self, folder: &Path) {
         if let Some(recorder) = &self.recorder {
             recorder.accompany(scene::files(&self.application.configuration));
@@ -151,7 +153,8 @@ impl MissionRun {
         }
     }
 
-    /// Writes the trajectory into a folder while the run goes, so that a run that is killed leaves it too.
+    /// Writes the trajectory into a folder during the run.
+    /// So a run that is killed leaves it too.
     pub fn stream_trajectory(&mut self, folder: &Path) {
         match self.course.stream_into(folder) {
             Ok(stream) => self.stream = Some(stream),
@@ -164,21 +167,23 @@ impl MissionRun {
         }
     }
 
-    /// Whether the run leaves a report, though no tool records anything: it has a mission, robots to follow or a recording.
+    /// Returns whether the run leaves a report even if no tool records.
+    /// It does with a mission, robots to follow or a recording.
     pub fn keeps_report(&self) -> bool {
         let configuration = &self.application.configuration;
         let record = configuration.record();
         configuration.mission().is_some() || !self.observation.robots.is_empty() || record.enabled
     }
 
-    /// Whether the agent may stay when its run is over: the drivers of real actuators end with the run.
+    /// Returns whether the agent may stay when its run is over.
+    /// The drivers of real actuators end with the run.
     pub fn can_stay(&self) -> bool {
         let configuration = &self.application.configuration;
         let is_simulated = configuration.time_source().is_some() || configuration.is_clock_elsewhere();
         is_simulated || configuration.actuators().is_empty()
     }
 
-    /// The actuators that pass no command on before a person arms them.
+    /// Returns the actuators that pass no command before a person arms them.
     pub fn disarmed(&self) -> Vec<&str> {
         if self.agent.begins_armed() {
             return Vec::new();
@@ -197,7 +202,7 @@ impl MissionRun {
         Ok(self.agent.restore_under_own_settings(snapshot)?)
     }
 
-    /// Adds the use of the routes to the figures of the `first` robot and of the others.
+    /// Adds the use of the routes to the figures of the `first` and other robots.
     fn add_routes(
         &self,
         first: &str,
@@ -213,8 +218,8 @@ impl MissionRun {
         }
     }
 
-    /// Describes the robots that have stood for a while at the end of a run, such as "r2 stood at (-2.10, 2.24) m since 34.12 s, on
-    /// the reactive route (AvoidObstacle)".
+    /// Describes the robots that have stood for a while at the end of a run.
+    /// Such as "r2 stood at (-2.10, 2.24) m since 34.12 s, on the reactive route (AvoidObstacle)".
     fn robots_that_stood(&self, now: u64) -> Option<String> {
         let stood = self.course.routes().into_iter().filter_map(|(robot, routes)| {
             let ([x, y], since) = routes.stays().filter(|(_, since)| now.saturating_sub(*since) >= STOOD)?;
@@ -230,7 +235,8 @@ impl MissionRun {
         stood.reduce(|all, one| format!("{all}; {one}"))
     }
 
-    /// Notes in each cycle, by its time, the variants that changed configurations choose.
+    /// Records in each cycle the variants that changed configurations choose.
+    /// Each has the time of the cycle.
     fn follow_variants(&self) -> Result<(Subscription, impl FnMut(u64) + Send + 'static), RunError> {
         let changes = Arc::new(AtomicBool::new(false));
         let (noted, database, course) =
@@ -327,7 +333,7 @@ impl MissionRun {
         Ok(Finished { agent: self.agent, summary, scene: self.scene, trajectory, remembered, recorded })
     }
 
-    /// Under which conditions the figures hold of a run that has ended at a time.
+    /// Returns the conditions of the figures of a run that has ended at a time.
     fn conditions(&self, now: u64) -> BTreeMap<String, String> {
         let mut conditions = scene::conditions(&self.application.configuration);
         conditions.extend(self.observation.speed().map(|speed| ("speed".into(), speed)));
@@ -338,7 +344,7 @@ impl MissionRun {
         conditions
     }
 
-    /// The outcome, the judge's own word for it, and the reason.
+    /// Returns the outcome, the judge's own word for it, and the reason.
     fn judge(&self, end: &End, judged: &[JudgeMetrics]) -> (Outcome, Option<String>, Option<String>) {
         let failed = |reason| (Outcome::Failed, None, Some(reason));
         match end {
@@ -363,7 +369,7 @@ impl MissionRun {
         (outcome, verdict.own_word().map(str::to_owned), Some(verdict.reason))
     }
 
-    /// Route switches and reflexes of all robots.
+    /// Returns the numbers of route switches and reflexes of all robots.
     fn status_counts(&self) -> (u64, u64) {
         let mut counts = (0, 0);
         for robot in &self.observation.robots {

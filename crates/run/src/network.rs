@@ -1,4 +1,4 @@
-//! How a run takes part in a network.
+//! Participation of a run in a network.
 
 use slate_network::{NetworkSettings, check_properties};
 use slate_runtime::Agent;
@@ -7,7 +7,7 @@ use slate_runtime::configuration::{Configuration, Report};
 /// Settings of the table `[network]`, when the configuration has one.
 ///
 /// # Errors
-/// What is wrong with the table, or that this program is built without networks.
+/// An invalid table, or a program without networks.
 pub fn network_settings(configuration: &Configuration) -> Result<Option<NetworkSettings>, Report> {
     let settings = NetworkSettings::of(configuration)?;
     let table = configuration.value(slate_network::TABLE).filter(|_| !cfg!(feature = "zenoh"));
@@ -21,10 +21,11 @@ pub fn network_settings(configuration: &Configuration) -> Result<Option<NetworkS
     }
 }
 
-/// Whether an agent could take part in the network that its configuration describes; nothing is opened.
+/// Checks that an agent could take part in the network of its configuration.
+/// It opens nothing.
 ///
 /// # Errors
-/// What is wrong with the table, or an input that can't read.
+/// An invalid table, or an input that can't read.
 pub fn check_network(agent: &Agent) -> Result<(), Report> {
     let configuration = agent.configuration();
     let Some(settings) = network_settings(&configuration)? else { return Ok(()) };
@@ -40,7 +41,7 @@ mod built_in {
 
     use super::{Configuration, NetworkSettings, Report};
 
-    /// An agent is on its network as long as this lives.
+    /// Network participation of an agent, as long as this value lives.
     pub type RunNetwork = AgentNetwork;
 
     pub fn connect(
@@ -61,7 +62,7 @@ mod built_in {
 
     use super::{Configuration, NetworkSettings, Report};
 
-    /// Nothing: without the feature, no configuration has settings.
+    /// Placeholder without the feature: no configuration has settings.
     pub struct RunNetwork;
 
     pub fn connect(

@@ -1,5 +1,5 @@
-//! What a run shows of itself: robots, routes, actions, clearance; read from the blackboard at the URLs that the
-//! configuration's `[report]` names.
+//! Observed data of a run: robots, routes, actions, clearance.
+//! They are read from the blackboard at the URLs that the configuration's `[report]` names.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use slate_runtime::{Message, Mistake};
 
 use crate::RunError;
 
-/// A robot that the report follows.
+/// Robot that the report follows.
 pub struct ObservedRobot {
     pub name: String,
     pose: Arc<Property>,
@@ -25,7 +25,7 @@ pub struct ObservedRobot {
     waiting: Option<Arc<Property>>,
 }
 
-/// Everything that the report follows.
+/// Data that the report follows.
 pub struct Observation {
     /// Robots of the report.
     pub robots: Vec<ObservedRobot>,
@@ -34,10 +34,10 @@ pub struct Observation {
     speed: Option<(Arc<Property>, &'static Field)>,
 }
 
-/// A robot of which a judge measures something.
+/// Robot of which a judge measures something.
 struct Judged {
     metrics: Arc<Property>,
-    /// The judge's parameter that says which robot it is.
+    /// Parameter of the judge with its robot's name.
     robot: Option<Arc<Property>>,
     /// Name of the judge.
     judge: String,
@@ -46,19 +46,19 @@ struct Judged {
 /// Figures that a judge has measured.
 #[derive(Default)]
 pub struct JudgeMetrics {
-    /// The name of the robot, or that of the judge if it does not say whom it judges.
+    /// Name of the robot, or that of the judge if it names no robot.
     pub robot: String,
-    /// By the names of the judge's interface.
+    /// Figures by the names of the judge's interface.
     pub figures: BTreeMap<String, f64>,
     /// Units of the figures.
     pub units: BTreeMap<String, String>,
 }
 
-/// A judge's verdict.
+/// Judge's verdict.
 pub struct JudgeVerdict {
     /// `RUNNING`, `SUCCEEDED` or `FAILED`.
     pub state: String,
-    /// Such as `GOAL_REACHED`; empty or `OTHER` if the judge names none.
+    /// Outcome, such as `GOAL_REACHED`; empty or `OTHER` if the judge names none.
     outcome: String,
     pub reason: String,
 }
@@ -89,7 +89,7 @@ impl JudgeVerdict {
     }
 }
 
-/// How a robot is now.
+/// Current state of a robot.
 #[derive(Clone, Debug, Default)]
 pub struct RobotNow {
     pub x: f64,
@@ -203,14 +203,14 @@ impl Observation {
         Some(JudgeVerdict { state: text("state"), outcome: text("outcome"), reason: text("reason") })
     }
 
-    /// The speed that the robots are set to, with its unit.
+    /// Returns the speed that the robots are set to, with its unit.
     pub fn speed(&self) -> Option<String> {
         let (property, field) = self.speed.as_ref()?;
         let number = value(property)?.get(field.name)?.as_f64()?;
         Some(format!("{number} {}", field.unit).trim_end().to_owned())
     }
 
-    /// Whether the mission is still going on.
+    /// Returns whether the mission is still in progress.
     pub fn is_running(&self) -> bool {
         self.verdict().is_none_or(|verdict| verdict.state == "RUNNING")
     }
@@ -222,7 +222,8 @@ const GOALS: [&str; 2] = ["goal", "target"];
 /// Interfaces of goals.
 const GOAL_INTERFACES: [&str; 2] = ["Point2", "Pose2"];
 
-/// Finds the goals of the robot whose Execute has its status at a path: that of its Knowledge before those of other modules.
+/// Returns the goals of the robot whose Execute has its status at a path.
+/// The goal of its Knowledge comes before those of other modules.
 fn goals_of(status: &str, board: &Board) -> Vec<Arc<Property>> {
     let Some((robot, _)) = status.trim_start_matches('/').split_once('/') else { return Vec::new() };
     let is_goal = |property: &Arc<Property>| {
@@ -237,7 +238,8 @@ fn goals_of(status: &str, board: &Board) -> Vec<Arc<Property>> {
     goals
 }
 
-/// A waiting action in words, such as `TurnAngle(1.57) reflex of rank 2, 0.1 s`.
+/// Returns a waiting action in words.
+/// Such as `TurnAngle(1.57) reflex of rank 2, 0.1 s`.
 fn waiting_text(waiting: &Value, time: u64) -> Option<String> {
     let action = waiting.get("action")?;
     let arguments = match action.get("arguments") {
@@ -288,7 +290,7 @@ impl Judged {
 }
 
 impl ObservedRobot {
-    /// How the robot is now; nothing before its first pose.
+    /// Returns the current state of the robot; `None` before its first pose.
     pub fn now(&self) -> Option<RobotNow> {
         let whole = value(&self.pose)?;
         let mut fields = self.pose_field.split('/').filter(|field| !field.is_empty());
@@ -311,7 +313,8 @@ impl ObservedRobot {
         Some(now)
     }
 
-    /// Returns the position (metres), and the route of the running action; nothing of a robot without Execute.
+    /// Returns the position, m, and the route of the running action.
+    /// `None` for a robot without Execute.
     pub fn place_and_route(&self) -> Option<([f64; 2], Option<Route>)> {
         let [route] = fields(self.status.as_ref()?, ["route".to_owned()])?;
         let within = |name: &str| format!("{}/{name}", self.pose_field).trim_start_matches('/').to_owned();
@@ -326,7 +329,8 @@ impl ObservedRobot {
         Some([goal.get("x")?.as_f64()?, goal.get("y")?.as_f64()?])
     }
 
-    /// Returns the actions that wait at a time, nanoseconds, in the order of their turns: kind, arguments, origin, age.
+    /// Returns the actions that wait at a time, ns, in the order of their turns.
+    /// Each with kind, arguments, origin and age.
     pub fn waiting(&self, time: u64) -> Vec<String> {
         let Some(Value::List(actions)) =
             self.waiting.as_ref().and_then(value).and_then(|waiting| waiting.get("actions").cloned())
@@ -341,7 +345,7 @@ impl ObservedRobot {
         value(self.status.as_ref()?)
     }
 
-    /// The robot now, as a row of the trajectory.
+    /// Returns the current state of the robot as a row of the trajectory.
     pub fn sample(&self, time: u64) -> Option<Sample> {
         let now = self.now()?;
         let RobotNow { x, y, theta, route, action, .. } = now;
@@ -349,7 +353,7 @@ impl ObservedRobot {
     }
 }
 
-/// The route of a status; none if no action runs.
+/// Returns the route of a status; `None` if no action runs.
 fn route_of(name: &str) -> Option<Route> {
     match name {
         "DELIBERATIVE" => Some(Route::Deliberative),
@@ -368,7 +372,8 @@ fn fields<const COUNT: usize>(property: &Property, paths: [String; COUNT]) -> Op
     found.try_into().ok()
 }
 
-/// The newest value of a property. Tools read by copying, so that they hold nothing while they look.
+/// Returns the newest value of a property.
+/// Tools read by copying, so they hold no lock while they look.
 pub fn value(property: &Arc<Property>) -> Option<Value> {
     let (bytes, items, _) = property.newest().ok()??;
     Some(View::new(property.descriptor(), &bytes, items)?.value())

@@ -8,13 +8,13 @@ use slate_runtime::{Mode, Rate};
 
 use crate::number;
 
-/// The greatest seed that a configuration can hold.
+/// Maximum seed that a configuration can hold.
 pub const MAXIMUM_SEED: u64 = i64::MAX as u64;
 
 #[allow(missing_docs, reason = "a comment here would become the help of each verb that has these options")]
 #[derive(Debug, Args)]
 pub struct ApplicationOptions {
-    /// How modules are scheduled
+    /// Scheduling of the modules
     #[arg(long, value_enum, default_value_t = ModeName::Staged)]
     pub mode: ModeName,
 
@@ -22,7 +22,8 @@ pub struct ApplicationOptions {
     #[arg(long, default_value_t = 0, value_parser = number::whole::<u8>(0, 64))]
     pub workers: u8,
 
-    /// Override a setting, such as `robots.r2.modules.planner.params.careful_linear_velocity=0.08`; repeatable
+    /// Override a setting,
+    /// such as `robots.r2.modules.planner.params.careful_linear_velocity=0.08`; repeatable
     #[arg(long, value_name = "PATH=VALUE")]
     pub set: Vec<String>,
 
@@ -54,8 +55,8 @@ pub struct RunOptions {
     #[arg(long)]
     pub stay: bool,
 
-    /// Speed of simulated time: `realtime`, a factor, or `max` (staged mode only) [default: realtime; max for a single
-    /// headless staged agent]
+    /// Speed of simulated time: `realtime`, a factor, or `max` (staged mode only)
+    /// [default: realtime; max for a single headless staged agent]
     #[arg(long, value_parser = parse_rate, allow_hyphen_values = true)]
     pub rate: Option<Rate>,
 
@@ -67,7 +68,8 @@ pub struct RunOptions {
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
 
-    /// Folder of the report; of several agents, each has a subfolder [default: runs/NAME-SEED]
+    /// Folder of the report; of several agents, each has a subfolder
+    /// [default: runs/NAME-SEED]
     #[arg(long)]
     pub out: Option<PathBuf>,
 
@@ -82,7 +84,8 @@ impl RunOptions {
         !self.headless && std::io::stdout().is_terminal()
     }
 
-    /// Settings of the program that hold unless a file or the command line says otherwise.
+    /// Returns the program's settings that apply unless overridden.
+    /// Files and the command line override them.
     pub fn defaults(&self) -> Vec<String> {
         vec![format!("log.targets.console={}", !self.owns_terminal())]
     }
@@ -94,7 +97,7 @@ impl RunOptions {
     }
 }
 
-/// How modules are scheduled.
+/// Scheduling mode of the modules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ModeName {
     /// In the main loop, stage by stage; in lockstep with a simulator
@@ -104,7 +107,7 @@ pub enum ModeName {
 }
 
 impl ModeName {
-    /// The mode of the agent.
+    /// Returns the mode of the agent.
     pub fn mode(self) -> Mode {
         match self {
             Self::Staged => Mode::Staged,
@@ -112,7 +115,7 @@ impl ModeName {
         }
     }
 
-    /// The name as an argument.
+    /// Returns the name as an argument.
     pub fn name(self) -> &'static str {
         match self {
             Self::Staged => "staged",

@@ -9,19 +9,21 @@ use clap::ValueEnum;
 use serde_json::{Value, json};
 use slate_runtime::printable_text;
 
-/// Whether something could not be written.
+/// Lost output: a write has failed.
 static LOST: AtomicBool = AtomicBool::new(false);
 
-/// Whether who read it has gone.
+/// Closed output: its reader has gone.
 static UNREAD: AtomicBool = AtomicBool::new(false);
 
-/// A text that may be somebody else's: it breaks lines and nothing else, and a terminal obeys nothing in it.
+/// Returns untrusted text that is safe to print.
+/// It breaks lines and contains no other control characters that a terminal would obey.
 pub fn harmless(text: impl Display) -> String {
     let text = text.to_string();
     text.split('\n').map(printable_text).collect::<Vec<_>>().join("\n")
 }
 
-/// Prints a line. Who reads it may have gone, as `head` does; then nobody misses the rest.
+/// Prints a line.
+/// If its reader has gone, as `head` does, the output is dropped silently.
 pub fn line(text: impl Display) {
     match writeln!(std::io::stdout(), "{}", harmless(text)) {
         Ok(()) => {}
@@ -34,17 +36,17 @@ pub fn line(text: impl Display) {
     }
 }
 
-/// Whether nobody reads what is printed any more.
+/// Returns whether the reader of the output has gone.
 pub fn is_unread() -> bool {
     UNREAD.load(Ordering::Relaxed) || is_lost()
 }
 
-/// Whether something could not be written, so that whoever relies on it must know.
+/// Returns whether output could not be written, so that it is incomplete.
 pub fn is_lost() -> bool {
     LOST.load(Ordering::Relaxed)
 }
 
-/// When what is written has colours.
+/// Use of colours in the output.
 #[allow(missing_docs, reason = "a comment here would become help of the command")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Colour {
@@ -53,7 +55,7 @@ pub enum Colour {
     Never,
 }
 
-/// The colour option.
+/// Colour option.
 static COLOUR: OnceLock<Colour> = OnceLock::new();
 
 /// Decides on colours, once.
@@ -62,7 +64,7 @@ pub fn set_colour(colour: Colour) {
     let _ = COLOUR.set(colour);
 }
 
-/// Whether what is written there may have colours.
+/// Returns whether a stream may have colours.
 pub fn has_colour(stream: &impl IsTerminal) -> bool {
     match COLOUR.get() {
         Some(Colour::Always) => return true,
@@ -74,7 +76,7 @@ pub fn has_colour(stream: &impl IsTerminal) -> bool {
     variable("NO_COLOR").is_none() && (is_forced || stream.is_terminal())
 }
 
-/// Whether a program reads what is printed.
+/// JSON output for programs.
 static JSON: AtomicBool = AtomicBool::new(false);
 
 /// Sets whether errors are printed as JSON.
@@ -82,7 +84,7 @@ pub fn set_json(is_asked: bool) {
     JSON.store(is_asked, Ordering::Relaxed);
 }
 
-/// Whether what is wrong is said as JSON.
+/// Returns whether errors are printed as JSON.
 pub fn is_json() -> bool {
     JSON.load(Ordering::Relaxed)
 }
@@ -108,7 +110,8 @@ pub fn document(schema: &str, value: &impl serde::Serialize) {
     }
 }
 
-/// A document of a form that has a name, in a line. What is no object stands in it under `value`.
+/// Returns a document with the name of its schema, in a line.
+/// A value that is no object is in it under `value`.
 ///
 /// # Errors
 /// The value has no JSON.

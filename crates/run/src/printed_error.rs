@@ -9,11 +9,11 @@ use slate_runtime::configuration::Report;
 use crate::finding::ConfigurationFinding;
 use crate::output;
 
-/// Error as it is printed: message, advice, code and exit code.
+/// Printed error: message, advice, code and exit code.
 pub struct PrintedError<'a> {
-    /// What is wrong.
+    /// Message.
     pub message: String,
-    /// What to do; may be empty.
+    /// Advice; may be empty.
     pub help: Option<String>,
     /// Kind of mistake, which `slate explain` describes.
     pub mistake: Option<Mistake>,
@@ -24,7 +24,7 @@ pub struct PrintedError<'a> {
 }
 
 impl PrintedError<'_> {
-    /// Prints to stderr what is wrong, where, and what to do.
+    /// Prints the error to stderr: message, place and advice.
     pub fn print(&self) {
         if output::is_json() {
             return eprintln!("{}", self.document());

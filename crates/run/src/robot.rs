@@ -24,13 +24,15 @@ struct ProgramArguments {
 
 /// Runs a robot as a program.
 pub trait RunRobot {
-    /// Runs the robot, with options, display, web console, report and exit code of `slate run`.
+    /// Runs the robot like `slate run`.
+    /// With its options, display, web console, report and exit code.
     ///
     /// It is all that `main` does. Options are those of `slate run`, and `--toml`, which prints the configuration. An invalid robot
     /// is refused with the lines of the program, exit code 2.
     fn run(self) -> ExitCode;
 
-    /// The application that [`run`](RunRobot::run) runs; `sets` are settings of the command line, `path=value`.
+    /// Returns the application that [`run`](RunRobot::run) runs.
+    /// `sets` are settings of the command line, `path=value`.
     ///
     /// # Errors
     /// If the robot or its configuration is invalid.
@@ -94,7 +96,7 @@ fn application<B>(robot: &Robot<B>, layers: Options) -> Result<Application, RunE
     Ok(Application::new(&name, database, plugins(robot)))
 }
 
-/// The kinds of the robot's blocks, of its world, and of the simulator.
+/// Returns the kinds of the robot's blocks, of its world, and of the simulator.
 fn plugins<B>(robot: &Robot<B>) -> Vec<Plugin> {
     let simulator = slate_sim::plugin();
     let own = robot.plugins(std::slice::from_ref(&simulator));

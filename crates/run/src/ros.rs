@@ -1,4 +1,4 @@
-//! How a run takes part in DDS and in ROS, of either generation.
+//! Participation of a run in DDS and in ROS, of either generation.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::dds::DdsRun;
 use crate::ros1::Ros1Run;
 use crate::ros2::RunBridge;
 
-/// The participant of DDS and the nodes of ROS that an agent is, as long as this lives.
+/// DDS participant and ROS nodes of an agent, as long as this value lives.
 pub struct RosBridges {
     dds: Option<DdsRun>,
     ros1: Option<Ros1Run>,
@@ -19,7 +19,7 @@ pub struct RosBridges {
 }
 
 impl RosBridges {
-    /// Joins the graphs that a configuration names; nothing is sent or set yet.
+    /// Joins the graphs of a configuration; nothing is sent or set yet.
     pub fn open(agent: &Agent, surface: &Arc<ControlSurface>) -> Result<Self, Report> {
         Ok(Self {
             dds: DdsRun::open(agent, surface)?,

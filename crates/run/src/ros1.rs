@@ -1,4 +1,4 @@
-//! How a run takes part in ROS 1.
+//! Participation of a run in ROS 1.
 
 use slate_runtime::Agent;
 use slate_runtime::configuration::{Configuration, Report};
@@ -13,11 +13,12 @@ mod built_in {
     use super::{Agent, Configuration, Report};
     use crate::RunError;
 
-    /// An agent is a node of ROS 1 as long as this lives.
+    /// ROS 1 node of an agent, as long as this value lives.
     pub struct Ros1Run(Ros1Bridge);
 
     impl Ros1Run {
-        /// Registers with the master that a configuration names, if it names ROS 1; nothing is sent or set yet.
+        /// Registers with the ROS 1 master of a configuration, if it names one.
+        /// Nothing is sent or set yet.
         pub fn open(agent: &Agent, surface: &Arc<ControlSurface>) -> Result<Option<Self>, Report> {
             let configuration = agent.configuration();
             let Some(settings) = Ros1Settings::of(&configuration)? else { return Ok(None) };
@@ -46,7 +47,7 @@ mod built_in {
     use super::{Agent, Configuration, Report};
     use crate::RunError;
 
-    /// Nothing: without the feature, no agent is a node.
+    /// Placeholder without the feature: no agent is a node.
     pub struct Ros1Run;
 
     impl Ros1Run {
@@ -71,10 +72,11 @@ mod built_in {
 
 pub use built_in::Ros1Run;
 
-/// Whether an agent could be the node of ROS 1 that its configuration describes; nothing is opened.
+/// Checks that an agent could be the ROS 1 node of its configuration.
+/// It opens nothing.
 ///
 /// # Errors
-/// What is wrong with the table `[ros1]`, or a property that does not fit its topic.
+/// An invalid table `[ros1]`, or a property that does not fit its topic.
 pub fn check_ros1(agent: &Agent) -> Result<(), Report> {
     built_in::check(agent, &agent.configuration())
 }

@@ -1,4 +1,4 @@
-//! How a run takes part in ROS 2.
+//! Participation of a run in ROS 2.
 
 use slate_runtime::Agent;
 use slate_runtime::configuration::{Configuration, Report};
@@ -13,11 +13,12 @@ mod built_in {
     use super::{Agent, Configuration, Report};
     use crate::RunError;
 
-    /// An agent is a node of ROS as long as this lives.
+    /// ROS 2 node of an agent, as long as this value lives.
     pub struct RunBridge(RosBridge);
 
     impl RunBridge {
-        /// Joins the domain that a configuration names, if it names one; nothing is sent or set yet.
+        /// Joins the ROS 2 domain of a configuration, if it names one.
+        /// Nothing is sent or set yet.
         pub fn open(agent: &Agent, surface: &Arc<ControlSurface>) -> Result<Option<Self>, Report> {
             let configuration = agent.configuration();
             let Some(settings) = RosSettings::of(&configuration)? else { return Ok(None) };
@@ -49,7 +50,7 @@ mod built_in {
     /// Name of the table.
     const TABLE: &str = "ros2";
 
-    /// Nothing: without the feature, no agent is a node.
+    /// Placeholder without the feature: no agent is a node.
     pub struct RunBridge;
 
     impl RunBridge {
@@ -73,10 +74,11 @@ mod built_in {
 
 pub use built_in::RunBridge;
 
-/// Whether an agent could be the node of ROS that its configuration describes; nothing is opened.
+/// Checks that an agent could be the ROS 2 node of its configuration.
+/// It opens nothing.
 ///
 /// # Errors
-/// What is wrong with the table `[ros2]`, or a property that does not fit its topic.
+/// An invalid table `[ros2]`, or a property that does not fit its topic.
 pub fn check_ros2(agent: &Agent) -> Result<(), Report> {
     built_in::check(agent, &agent.configuration())
 }

@@ -1,4 +1,4 @@
-//! One run of an application.
+//! Single run of an application.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,14 +19,14 @@ use crate::ros::RosBridges;
 use crate::stay::{Interrupt, stay};
 use crate::{Application, Finished, MissionOptions, MissionRun, ModeName, RunError, RunOptions, output};
 
-/// What surrounds a run beside its options.
+/// Context of a run beside its options.
 #[derive(Default)]
 pub struct RunContext {
     /// Snapshot that the run resumes from.
     pub snapshot: Option<Snapshot>,
-    /// Whether the agent is one of several of its configuration.
+    /// Team: the agent is one of several of its configuration.
     pub has_team: bool,
-    /// Whether it serves the web console of several agents.
+    /// Web console for several agents, served by this one.
     pub is_watched: bool,
     /// Process that started the agent together with others.
     pub supervision: Option<Supervision>,
@@ -34,13 +34,15 @@ pub struct RunContext {
 
 /// Connection of a run to the process that supervises it.
 pub struct Supervision {
-    /// Reports that the agent is ready, and waits for the others; false if one of them fails.
+    /// Reports that the agent is ready, and waits for the others.
+    /// Returns false if one of them fails.
     pub wait: Box<dyn FnOnce() -> bool>,
     /// Ends this process some time after it was asked to end, if it still runs.
     pub end_later: fn(),
 }
 
-/// Runs an application once; returns the exit code: 0 when the mission succeeds, else 1, and 2 when data is lost.
+/// Runs an application once; returns the exit code.
+/// 0 when the mission succeeds, else 1, and 2 when data is lost.
 ///
 /// # Errors
 /// If the run can't start, or its report can't be written.
@@ -123,7 +125,8 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     Ok(if is_lost { 2 } else { u8::from(!finished.summary.succeeded()) })
 }
 
-/// Decides how the application is run; `has_team` says whether it is one of several agents.
+/// Returns the options of the application's run.
+/// `has_team` tells whether it is one of several agents.
 fn mission_options(
     options: &RunOptions,
     application: &Application,
@@ -149,7 +152,8 @@ fn mission_options(
     })
 }
 
-/// Prints how long the agent runs, which actuators are disarmed, and its name for tools where that is not obvious.
+/// Prints the duration of the run, the disarmed actuators and the agent's name.
+/// The name for tools is printed only if it is not obvious.
 ///
 /// `judge` is the agent that judges the mission; its inner value is empty for this agent.
 fn announce(judge: Option<Option<String>>, server: &Server, mission: &MissionRun, is_supervised: bool) {
@@ -173,7 +177,8 @@ fn announce(judge: Option<Option<String>>, server: &Server, mission: &MissionRun
     }
 }
 
-/// Prints the result of a run, and writes its report. Returns whether data was lost, and whether the report was written.
+/// Prints the result of a run, and writes its report.
+/// Returns whether data was lost, and whether the report was written.
 fn conclude(
     finished: &mut Finished,
     log: &DisplayLog,
@@ -207,10 +212,12 @@ fn conclude(
     (is_lost, written)
 }
 
-/// Address space that the threads and the shared memory of an agent reserve, bytes; most of it is never used.
+/// Address space that an agent's threads and shared memory reserve, bytes.
+/// Most of it is never used.
 const ADDRESS_SPACE: u64 = 1 << 30;
 
-/// Warns if the process may reserve less memory than an agent does: the system would end it without a message.
+/// Warns if the process may reserve less memory than an agent does.
+/// The system would end it without a message.
 fn warn_of_little_memory() {
     let limit = rustix::process::getrlimit(rustix::process::Resource::As).current;
     if let Some(limit) = limit.filter(|limit| *limit < ADDRESS_SPACE) {
@@ -235,7 +242,7 @@ fn leave(report: &Report<'_>, log: &DisplayLog, directory: &Path) -> Result<(), 
     std::fs::write(&path, text).map_err(|source| RunError::File { path, source })
 }
 
-/// Prints what was recorded.
+/// Prints the recorded files.
 fn tell(recorded: &Recorded) {
     let file = slate_runtime::printable(&recorded.file);
     let dropped = match recorded.dropped {

@@ -1,4 +1,5 @@
-//! History of a run; snapshots contain it, so that the report of a resumed run is complete.
+//! History of a run.
+//! Snapshots contain it, so that the report of a resumed run is complete.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,7 +13,7 @@ use slate_runtime::snapshot::{Keepsake, Snapshot};
 
 use crate::observation::Observation;
 
-/// The name under which a snapshot has it.
+/// Key of the history in a snapshot.
 pub const NAME: &str = "run";
 
 /// Clones are handles of the same.
@@ -39,7 +40,7 @@ struct RunState {
     trajectory: ThinnedTrajectory,
 }
 
-/// A variant that was chosen at a time of the run, nanoseconds.
+/// Variant chosen at a time of the run, ns.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct ChosenVariant {
     name: String,
@@ -47,7 +48,8 @@ struct ChosenVariant {
 }
 
 impl RunHistory {
-    /// At the start of a run of that name, with what its modules remember.
+    /// Creates the history at the start of a run.
+    /// `memories` are the memories of its modules.
     pub fn new(name: &str, memories: BTreeMap<String, String>) -> Self {
         let state = RunState { name: name.into(), memories, ..RunState::default() };
         Self(Arc::new(Mutex::new(state)))
@@ -69,7 +71,8 @@ impl RunHistory {
         }
     }
 
-    /// Returns the choices whose variant has changed during the run: that of the start, and each later one with its time.
+    /// Returns the choices whose variant has changed during the run.
+    /// Each has the variant of the start, and each later one with its time.
     pub fn changed_variants(&self) -> BTreeMap<String, String> {
         let state = self.state();
         let changed = state.variants.iter().filter(|(_, chosen)| chosen.len() > 1);
@@ -91,7 +94,7 @@ impl RunHistory {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// At the end of a cycle; with rows for the trajectory if those are wanted.
+    /// Records the end of a cycle, with rows for the trajectory if wanted.
     pub fn note(&self, cycle: &Cycle<'_>, observation: &Observation, (running, wanted): (bool, bool)) {
         let mut state = self.state();
         (state.cycles, state.now) = (cycle.number, cycle.now);
@@ -124,8 +127,8 @@ impl RunHistory {
         Trajectory { samples: self.state().trajectory.take() }
     }
 
-    /// Writes the trajectory into a folder while it grows: as `trajectory.csv.partial`, which the report replaces at the end of
-    /// the run.
+    /// Streams the trajectory into a folder while it grows.
+    /// The file is `trajectory.csv.partial`, which the report replaces at the end of the run.
     pub fn stream_into(&self, folder: &Path) -> std::io::Result<TrajectoryStream> {
         let own = self.clone();
         let read = move |position: &mut TrajectoryPosition| own.state().trajectory.read(position).to_vec();

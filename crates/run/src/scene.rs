@@ -1,4 +1,4 @@
-//! The robots and what stands around them, for the pictures of the report.
+//! Robots and their surroundings, for the pictures of the report.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,14 +12,16 @@ use slate_sim::{MovingBodies, Placement, Scenario};
 
 use crate::RunError;
 
-/// The scene of a configuration: the world of `[world]`, and the bodies of `[[report.bodies]]`.
+/// Returns the scene of a configuration.
+/// It is the world of `[world]`, and the bodies of `[[report.bodies]]`.
 pub fn of(configuration: &Configuration) -> Result<Scene, RunError> {
     let mut scene = world(configuration)?;
     scene.polygons.extend(bodies(configuration)?);
     Ok(scene)
 }
 
-/// Bodies that the report shows though no `[world]` describes them, such as those of a simulator of another kind.
+/// Returns the bodies of the report that no `[world]` describes.
+/// Such as those of a simulator of another kind.
 fn bodies(configuration: &Configuration) -> Result<Vec<Polygon>, RunError> {
     let Some(list) = configuration.value("report.bodies") else { return Ok(Vec::new()) };
     let wrong = || {
@@ -41,7 +43,7 @@ fn bodies(configuration: &Configuration) -> Result<Vec<Polygon>, RunError> {
     list_of.iter().map(|entry| body(&entry.value).ok_or_else(wrong)).collect()
 }
 
-/// The scene of `[world]`; an empty one without.
+/// Returns the scene of `[world]`; an empty one without.
 fn world(configuration: &Configuration) -> Result<Scene, RunError> {
     let Some(scenario) = scenario(configuration)? else { return Ok(Scene::default()) };
     let bounds = scenario.world.bounds;
@@ -76,8 +78,8 @@ fn world(configuration: &Configuration) -> Result<Scene, RunError> {
     })
 }
 
-/// The files that describe the world and its robots, by the names that the configuration has for them; what comes with the
-/// simulator is none.
+/// Returns the files that describe the world and its robots.
+/// They have the names of the configuration; files that come with the simulator are left out.
 pub fn files(configuration: &Configuration) -> Vec<(String, Vec<u8>)> {
     // An empty table is one.
     let settings = configuration.settings("world").unwrap_or_default();
@@ -91,8 +93,9 @@ pub fn files(configuration: &Configuration) -> Vec<(String, Vec<u8>)> {
     names.into_iter().filter_map(|name| std::fs::read(&name).ok().map(|text| (name, text))).collect()
 }
 
-/// The goals of robots. One alone is the goal; several of a robot are numbered in the order in which it shall reach them,
-/// and where several robots have some, each has the name of its own.
+/// Returns the labelled goals of robots.
+/// A single one is the goal; several of a robot are numbered in their order, and where several robots have goals, the
+/// label has the robot's name.
 fn goals(of: &[(&str, &[Point])]) -> Vec<Goal> {
     let is_shared = of.iter().filter(|(_, goals)| !goals.is_empty()).count() > 1;
     let labelled = of.iter().flat_map(|(robot, goals)| {
@@ -105,7 +108,7 @@ fn goals(of: &[(&str, &[Point])]) -> Vec<Goal> {
     labelled.collect()
 }
 
-/// People and doors as bodies that move without commands.
+/// Returns people and doors as bodies that move without commands.
 fn moving(moving: &MovingBodies) -> Vec<Robot> {
     let body = |name: &str, pose: Pose, outline: &slate_sim::geometry::Polygon| Robot {
         name: name.into(),
@@ -152,7 +155,8 @@ fn robot(placement: &Placement) -> Robot {
     }
 }
 
-/// The wheels of a robot with axles at these x. How wide they are is not described: they end where the body does.
+/// Returns the wheels of a robot with axles at these x.
+/// Their width is not described: they end where the body does.
 fn wheels(description: &RobotDescription, axles: &[f64]) -> Vec<[[f64; 2]; 2]> {
     let DriveDescription { wheel_radius, track, .. } = description.drive;
     let half_width = description.footprint.iter().map(|[_, y]| *y).fold(0.0, math::max);
@@ -161,7 +165,7 @@ fn wheels(description: &RobotDescription, axles: &[f64]) -> Vec<[[f64; 2]; 2]> {
     axles.iter().flat_map(|x| [wheel(*x, track / 2.0), wheel(*x, -track / 2.0)]).collect()
 }
 
-/// Under which conditions a run is made: figures mean nothing without them.
+/// Returns the conditions of a run, without which its figures have no meaning.
 pub fn conditions(configuration: &Configuration) -> BTreeMap<String, String> {
     let mut conditions = BTreeMap::new();
     let text =

@@ -1,4 +1,5 @@
-//! Ctrl-C in a run, and what a run does when its mission has ended: it stays while a browser shows it, or until it is interrupted.
+//! Ctrl-C in a run, and the stay after the mission's end.
+//! The run stays while a browser shows it, or until it is interrupted.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -13,19 +14,22 @@ use crate::console::RunConsole;
 /// Programs such as `timeout` signal a process and its process group at the same time; a second Ctrl-C of a person comes later.
 pub const DEBOUNCE: Duration = Duration::from_millis(300);
 
-/// How often the run looks for browsers.
+/// Polling period for browsers.
 const PERIOD: Duration = Duration::from_millis(200);
 
-/// How long no browser may be connected before the run ends; a page that is loaded anew is away for less.
+/// Time without a connected browser after which the run ends.
+/// A page that is reloaded is away for less.
 const GRACE: Duration = Duration::from_secs(3);
 
-/// Whether a person has interrupted the run. Clones are handles of the same.
+/// Interrupt flag of a run, set by a person.
+/// Clones are handles of the same flag.
 #[derive(Clone, Default)]
 pub struct Interrupt(Arc<(Mutex<bool>, Condvar)>);
 
 impl Interrupt {
-    /// The first Ctrl-C ends the run with its report, the second one the process.
-    /// `end_later` of a supervised run ends the process if it still runs some time later.
+    /// Installs the handler of Ctrl-C.
+    /// The first Ctrl-C ends the run with its report, the second one the process. `end_later` of a supervised run ends
+    /// the process if it still runs some time later.
     pub fn handle(stopper: Stopper, end_later: Option<fn()>) -> Self {
         let interrupt = Self::default();
         let own = interrupt.clone();
@@ -62,19 +66,20 @@ impl Interrupt {
         self.0.1.notify_all();
     }
 
-    /// Whether the run was interrupted.
+    /// Returns whether the run was interrupted.
     pub fn is_set(&self) -> bool {
         *self.state()
     }
 
-    /// Waits for an interrupt, but not longer than a duration; returns whether there was one.
+    /// Waits for an interrupt, at most for a duration; returns whether it came.
     fn wait(&self, duration: Duration) -> bool {
         let waited = self.0.1.wait_timeout_while(self.state(), duration, |is_set| !*is_set);
         *waited.unwrap_or_else(PoisonError::into_inner).0
     }
 }
 
-/// Stays after the end of a mission: as long as a browser is connected, or until an interrupt where the user `wishes` it.
+/// Stays after the end of a mission while a browser is connected.
+/// If the user `wishes` it, until an interrupt.
 pub fn stay(interrupt: &Interrupt, console: Option<&RunConsole>, wishes: bool) {
     let has_browser = || console.is_some_and(RunConsole::has_browser);
     if interrupt.is_set() || !(wishes || has_browser()) {

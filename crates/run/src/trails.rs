@@ -1,4 +1,4 @@
-//! Where the robots of a run were until now and by which route, for who comes to look at it later.
+//! Trails of a run's robots with their routes, for displays that open later.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,10 +12,11 @@ use slate_record::Route;
 
 use crate::observation::Observation;
 
-/// How often it is looked where the robots are.
+/// Sampling period of the robots' poses.
 const PERIOD: Duration = Duration::from_millis(50);
 
-/// The most points of a robot. When there are more, every second one is forgotten, and points are taken half as often.
+/// Maximum number of points of a robot.
+/// When there are more, every second one is dropped, and the sampling rate is halved.
 const MOST: usize = 8192;
 
 /// Columns of a table, a row for each time.
@@ -27,7 +28,7 @@ struct Trail {
     y: Vec<f64>,
     theta: Vec<f64>,
     route: Vec<Option<&'static str>>,
-    /// How many looks there are from one point to the next.
+    /// Number of samples from one point to the next.
     #[serde(skip)]
     every: u64,
     #[serde(skip)]
@@ -75,7 +76,8 @@ impl Trail {
 
 type SharedTrails = Arc<Mutex<BTreeMap<String, Trail>>>;
 
-/// Follows robots until it is dropped. It looks as tools do, so the run waits for it no more than for them.
+/// Trail recorder of the robots, until dropped.
+/// It reads as tools do, so the run never waits for it.
 pub struct Trails {
     all: SharedTrails,
     stop: Arc<AtomicBool>,

@@ -5,16 +5,16 @@ use std::collections::BTreeMap;
 use slate_module::Level;
 use slate_runtime::{Agent, Composer, ModuleStatus};
 
-/// The agent's time after which a run reports modules that still wait, nanoseconds.
+/// Time after which a run reports modules that still wait, ns of the agent's time.
 const GRACE: u64 = 2_000_000_000;
 
 /// Reports once which required inputs of a run have no value.
 pub struct UnfedInputs {
     composer: Composer,
-    /// The source of each linked input at the start of the run. A link is not looked up later: a change of the agent may wait
-    /// for the cycle that asks.
+    /// Source of each linked input at the start of the run.
+    /// A link is not looked up later: a change of the agent may wait for the cycle that asks.
     sources: BTreeMap<String, String>,
-    /// The agent's time of the report; unknown before the first cycle.
+    /// Time of the report, ns of the agent's time; unknown before the first cycle.
     due: Option<u64>,
     is_reported: bool,
 }

@@ -1,4 +1,4 @@
-//! The newest warnings of a run, by module.
+//! Newest warnings of a run, by module.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -6,14 +6,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use slate_module::Level;
 use slate_runtime::log::{LogTarget, Record};
 
-/// How many of them the end of a run tells.
+/// Maximum number of warnings in the end message of a run.
 const TOLD: usize = 3;
 
-/// A warning or an error of a module.
+/// Warning or an error of a module.
 #[derive(Clone)]
 pub struct RunWarning {
     pub module: Arc<str>,
-    /// The agent's time, nanoseconds.
+    /// Time, ns of the agent's time.
     pub time: u64,
     pub text: String,
 }

@@ -1,5 +1,6 @@
-//! What an agent that swallows everything costs the others: a writer at 1 kHz with three readers in processes of their
-//! own, one of which is stopped every other time. Says how long a write takes, and how long the healthy readers' answers stay away.
+//! Benchmark of an agent that stops reading: its cost for the other agents.
+//! A writer at 1 kHz has three readers in processes of their own, one of which is stopped every other time. Prints the
+//! duration of a write and the gaps in the answers of the healthy readers.
 //!
 //! `cargo bench -p slate-share --bench black_hole [-- ENDPOINT]`; without one it goes over the machine's own sockets.
 #![allow(clippy::disallowed_methods, reason = "a bench measures real time")]
@@ -97,7 +98,7 @@ impl Reader {
     }
 }
 
-/// What was seen with all readers healthy, or with one stopped.
+/// Measurements with all readers healthy, or with one stopped.
 #[derive(Default)]
 struct Phase {
     /// Nanoseconds that each write took, with what wakes the threads that send.

@@ -1,5 +1,6 @@
-//! What sharing costs on this machine: how long a value is on its way from a process to another one, beside what the
-//! system needs to wake a thread and to carry a packet in the same run; and whether values are lost at 10 kHz.
+//! Benchmark of sharing: latency of a value from one process to another.
+//! For comparison, the same run measures the time that the system needs to wake a thread and to carry a packet. Also
+//! checks for lost values at 10 kHz.
 //!
 //! Each value holds the time at which it was published, as a module that writes in place does. The other process looks at the clock when its own thread has the
 //! value, so a wake-up of that thread is part of the time.

@@ -1,4 +1,4 @@
-//! How the content of a value is made smaller on its way, and brought back.
+//! Compression of values for transport, and decompression.
 
 use std::borrow::Cow;
 
@@ -9,10 +9,11 @@ use crate::session::{Compression, Encoding};
 #[cfg(feature = "jpeg")]
 mod image;
 
-/// Values below this many bytes are not worth the work.
+/// Size below which values are not compressed, bytes.
 const SMALLEST: usize = 256;
 
-/// Appends the content of a value of that interface, smaller where that is wanted and pays.
+/// Appends the content of a value of that interface.
+/// It is compressed if that is requested and pays.
 pub fn encode(
     descriptor: &'static Descriptor,
     bytes: &[u8],
@@ -36,7 +37,8 @@ pub fn encode(
     Encoding::Plain
 }
 
-/// Whether it paid: an eighth has to be saved, as unpacking takes time too.
+/// Appends `bytes`, compressed by LZ4; false if that saves less than an eighth.
+/// A smaller gain does not pay, as decompression takes time, too.
 fn lz4(bytes: &[u8], content: &mut Vec<u8>) -> bool {
     let begin = content.len();
     content.resize(begin + lz4_flex::block::get_maximum_output_size(bytes.len()), 0);
@@ -46,7 +48,7 @@ fn lz4(bytes: &[u8], content: &mut Vec<u8>) -> bool {
     pays
 }
 
-/// Brings back a value that takes `length` bytes in memory; nothing when the content is damaged.
+/// Decodes a value that takes `length` bytes in memory; `None` for invalid content.
 pub fn decode<'a>(
     descriptor: &'static Descriptor,
     encoding: Encoding,

@@ -1,19 +1,18 @@
-//! What agents share: their properties, and the knowledge of a team.
+//! Sharing between agents: their properties, and the knowledge of a team.
 //!
-//! A module that is linked to another agent's property does not know that it is elsewhere.
-//! An agent subscribes to another one's property, and gets a mirror of it on its own board, at `agents/<agent>/<path>`,
-//! which its modules read like any other. Each subscription says when values are sent, whether all of them or the
-//! newest, and whether what is lost on the way comes again. No tick and no other agent ever waits for a slow or dead
-//! one: each has two threads and streams of its own, and values stay in the property's own queue until they can be
-//! sent.
+//! A module with a link to another agent's property is unaware of the distance. The agent subscribes to that property
+//! and maintains a mirror of it on its own board, at `agents/<agent>/<path>`, which its modules read like any other
+//! property. Each subscription has its own rate, selection of values (all or the newest) and reliability. No tick and
+//! no other agent ever waits for a slow or dead one: each has two threads and streams of its own, and values stay in
+//! the property's own queue until they can be sent.
 //!
-//! [`session`] is the protocol of two agents, without sockets, clocks or threads. A [`carrier`] brings its packets from
-//! one to the other: [`carrier::local`] on one machine, `carrier::tls` (feature `tls`) between machines. [`peers`] ties
-//! both to a board.
+//! [`session`] is the protocol of two agents, without sockets, clocks or threads. A [`carrier`] transports its packets:
+//! [`carrier::local`] on one machine, `carrier::tls` (feature `tls`) between machines. [`peers`] connects both to a
+//! board.
 //!
-//! [`knowledge`] is the protocol by which facts reach every robot that is reachable through any chain of robots that know
-//! each other. It is a state machine without sockets, clocks and threads: the host hands it messages and sends what it
-//! has to say, over whatever carries bytes. [`team`] ties it to a board and to the sessions.
+//! [`knowledge`] is the protocol by which facts reach every robot that is reachable through any chain of robots in
+//! contact. It is a state machine without sockets, clocks and threads: the host passes messages to it and sends its
+//! messages, over any transport. [`team`] connects it to a board and to the sessions.
 //!
 //! ```
 //! use std::sync::Arc;

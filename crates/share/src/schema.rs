@@ -1,4 +1,4 @@
-//! Interfaces of other agents: what they must not cost, and how they differ from one's own.
+//! Interfaces of other agents: memory limits, and differences to local ones.
 
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
@@ -6,17 +6,17 @@ use std::sync::{Mutex, PoisonError};
 use slate_blackboard::interface::{Descriptor, Field, Kind};
 use slate_module::{Refusal, decode_interface};
 
-/// Bytes of interfaces that other agents may bring: what is made of them stays for as long as the process, as values
-/// and readers refer to it.
+/// Memory limit for interfaces from other agents, bytes.
+/// Descriptors stay for as long as the process, as values and readers refer to them.
 const BUDGET: usize = 8 << 20;
 
-/// Bytes of one interface.
+/// Largest encoded interface, bytes.
 const LARGEST: usize = 256 << 10;
 
-/// The interfaces that came, so that each counts once.
+/// Received interfaces, each counted once, and their total size, bytes.
 static KNOWN: Mutex<(BTreeSet<Vec<u8>>, usize)> = Mutex::new((BTreeSet::new(), 0));
 
-/// An interface that another agent has described.
+/// Decodes an interface that another agent has described.
 ///
 /// # Errors
 /// When it can't be read, or other agents have brought too many.
@@ -41,7 +41,7 @@ pub fn interface(bytes: &[u8]) -> Result<&'static Descriptor, Refusal> {
     decode_interface(bytes)
 }
 
-/// The first difference between two interfaces in words; nothing when their schemas are the same.
+/// Describes the first difference of two interfaces; `None` for equal schemas.
 pub fn difference(here: &Descriptor, there: &Descriptor) -> Option<String> {
     if here.hash == there.hash {
         return None;
@@ -78,7 +78,7 @@ fn field(here: &Field, there: &Field, prefix: &str) -> Option<String> {
     kind(&here.kind, &there.kind, &path)
 }
 
-/// The first difference inside types that are called the same.
+/// Returns the first difference inside types of the same name.
 fn kind(here: &Kind, there: &Kind, path: &str) -> Option<String> {
     match (here, there) {
         (Kind::Nested(own), Kind::Nested(other)) if own.hash != other.hash => {

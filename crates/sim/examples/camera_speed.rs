@@ -1,5 +1,6 @@
-//! Prints the time that an image of a rendered camera takes, and its mean processor time: `cargo run --release -p slate-sim --example camera_speed`.
-//! Images are written as PNG into a folder that is named behind `--`.
+//! Benchmark of the rendered camera: time and mean processor time of an image.
+//! `cargo run --release -p slate-sim --example camera_speed`. Images are written as PNG into a folder that is named
+//! behind `--`.
 
 // Wall time is what is measured here.
 #![allow(clippy::disallowed_methods)]

@@ -1,6 +1,7 @@
-//! Prints how much faster than real time a Pioneer with a laser, sonars and odometry is simulated in a map of 120 m by 50 m, or
-//! in the `map.yaml` that is named behind `--`: with 541 beams at 10 Hz and with 1,081 at 40 Hz, alone and among 20 people.
-//! `cargo run --release -p slate-sim --example map_speed`.
+//! Benchmark of the real-time factor of a Pioneer with a laser in a large map.
+//! It also has sonars and odometry. The map has 120 m by 50 m, or is the `map.yaml` that is named behind `--`. The
+//! laser has 541 beams at 10 Hz or 1,081 at 40 Hz; the robot is alone or among 20 people. `cargo run --release -p
+//! slate-sim --example map_speed`.
 
 // Wall time is what is measured here.
 #![allow(clippy::disallowed_methods)]

@@ -7,7 +7,8 @@ use crate::robot::{NoiseDescription, RobotSensorDescription, SonarDescription};
 use crate::simulation::Placement;
 
 impl Placement {
-    /// The errors of the robot's sensors; zero when positioning, sonars and robot sensor are exact.
+    /// Returns the errors of the robot's sensors.
+    /// They are zero if positioning, sonars and robot sensor are exact.
     pub fn accuracy(&self) -> SensorAccuracy {
         let positioning = self.positioning();
         let sonar = self.description.sonar.get(&self.sonar);

@@ -1,4 +1,4 @@
-//! The simulator's robots as their blocks see them: Sensors and Actuators.
+//! Blocks for the simulator's robots: Sensors and Actuators.
 
 use slate_interfaces::{
     Bumper, FourWheelSpeeds, HolonomicTwist, Image, Imu, LaserScan, Odometry, OmniWheelSpeeds, Orientation,

@@ -10,25 +10,25 @@ use crate::surroundings::{Mover, Surroundings};
 
 /// Time for which a door stays open after all have left, ns.
 const HOLD_TIME: u64 = 2_000_000_000;
-/// Free space at the closed leaf without which a door does not close, m.
+/// Clearance of the closed leaf without which a door does not close, m.
 const SAFE_DISTANCE: f64 = 0.1;
 
-/// When a door opens.
+/// Opening rule of a door.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DoorOpening {
-    /// As long as a person or a robot is near.
+    /// Open while a person or a robot is near.
     #[default]
     Near,
-    /// Always.
+    /// Always open.
     Always,
-    /// Never.
+    /// Never open.
     Never,
-    /// For some time in each period.
+    /// Open for some time in each period.
     Period,
 }
 
-/// A sliding door: `[world.doors.NAME]`.
+/// Sliding door: `[world.doors.NAME]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DoorDescription {
@@ -39,13 +39,13 @@ pub struct DoorDescription {
     /// Thickness of the leaf, m.
     #[serde(default = "usual_thickness")]
     pub thickness: f64,
-    /// When it opens.
+    /// Opening rule.
     #[serde(default)]
     pub open: DoorOpening,
     /// Distance of a person or a robot at which it opens, m.
     #[serde(default = "usual_distance")]
     pub distance: f64,
-    /// Time from opening to opening, s.
+    /// Time between two openings, s.
     #[serde(default = "usual_period")]
     pub period: f64,
     /// Time in each period for which it is open, s.
@@ -105,12 +105,12 @@ impl DoorDescription {
         })
     }
 
-    /// Outline of the leaf in its own frame.
+    /// Returns the outline of the leaf in its own frame.
     pub fn outline(&self) -> Polygon {
         Polygon::rectangle(Point::default(), self.way().norm(), self.thickness)
     }
 
-    /// Pose of the leaf when that part of the doorway is open.
+    /// Returns the pose of the leaf for an open part of the doorway, 0 to 1.
     pub fn leaf(&self, opening: f64) -> Pose {
         let way = self.way();
         let [x, y] = self.from;
@@ -118,19 +118,19 @@ impl DoorDescription {
         Pose { x: middle.x, y: middle.y, theta: atan2(way.y, way.x) }
     }
 
-    /// Part of the doorway that is open at the start.
+    /// Returns the open part of the doorway at the start, 0 to 1.
     pub fn opening_at_start(&self) -> f64 {
         if matches!(self.open, DoorOpening::Always | DoorOpening::Period) { 1.0 } else { 0.0 }
     }
 
-    /// From one end to the other.
+    /// Returns the vector from one end to the other.
     fn way(&self) -> Point {
         let ([x, y], [to_x, to_y]) = (self.from, self.to);
         Point::new(to_x - x, to_y - y)
     }
 }
 
-/// A door of a world.
+/// Door of a world.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Door {
     pub name: String,
@@ -140,7 +140,7 @@ pub(crate) struct Door {
     pub opening: f64,
     /// Velocity of the leaf, m/s.
     pub velocity: Point,
-    /// Time until which it stays open after somebody was near, ns.
+    /// Time until which it stays open after a robot or a person was near, ns.
     held_until: u64,
 }
 
@@ -150,7 +150,7 @@ impl Door {
         Self { name: name.into(), handle, description, opening, velocity: Point::default(), held_until: 0 }
     }
 
-    /// Where the leaf is.
+    /// Returns the pose of the leaf.
     pub fn pose(&self) -> Pose {
         self.description.leaf(self.opening)
     }
@@ -166,7 +166,7 @@ impl Door {
         self.velocity = Point::default().plus(way, -change / step);
     }
 
-    /// Whether the door should be open.
+    /// Returns whether the door should be open.
     fn opens(&mut self, surroundings: &Surroundings, now: u64) -> bool {
         let DoorDescription { open, distance, period, open_time, .. } = self.description;
         let nearest = || nearest(&self.description, surroundings);
@@ -189,7 +189,8 @@ impl Door {
     }
 }
 
-/// The distance of the nearest robot or person from a doorway, m; infinite beyond what any door needs.
+/// Returns the distance from a doorway to the nearest robot or person, m.
+/// Infinite beyond the distances that any door uses.
 fn nearest(door: &DoorDescription, surroundings: &Surroundings) -> f64 {
     let ([x, y], way) = (door.from, door.way());
     let (from, to) = (Point::new(x, y), Point::new(x, y).plus(way, 1.0));
@@ -213,7 +214,7 @@ fn nearest(door: &DoorDescription, surroundings: &Surroundings) -> f64 {
     nearest
 }
 
-/// Whether two segments cross.
+/// Returns whether two segments cross.
 fn crosses(a: Point, b: Point, c: Point, d: Point) -> bool {
     let (way, other) = (b.minus(a), d.minus(c));
     way.cross(c.minus(a)) * way.cross(d.minus(a)) < 0.0

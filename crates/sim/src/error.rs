@@ -5,17 +5,17 @@ use std::ops::Range;
 use slate_module::blackboard::nearest_names;
 use toml_edit::{Document, Item, Key};
 
-/// A world, or a robot, that can't be used.
+/// Error of an invalid description of a world or a robot.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{source_name}{}: {message}", place(.position))]
 pub struct DescriptionError {
-    /// Which file.
+    /// File of the description.
     pub source_name: String,
     /// Error and expectation.
     pub message: String,
-    /// Which bytes of the file are wrong, if it can be said.
+    /// Byte range of the mistake in the file, if known.
     pub span: Option<Range<usize>>,
-    /// Line and column where they begin, both from 1.
+    /// Line and column of the mistake, both from 1.
     pub position: Option<(usize, usize)>,
 }
 
@@ -28,7 +28,7 @@ impl DescriptionError {
         Self { source_name: source_name.into(), message: message.into(), span: None, position: None }
     }
 
-    /// Something is wrong with those bytes of the text.
+    /// Creates an error at a byte range of the text.
     pub(crate) fn at(
         source_name: &str,
         text: &str,
@@ -43,7 +43,8 @@ impl DescriptionError {
         Self { source_name: source_name.into(), message: message.into(), span, position }
     }
 
-    /// Something is wrong with what stands there in the text, or with the table around it when it is left out.
+    /// Creates an error at an element of the document.
+    /// If the element is missing, the error is at its table.
     pub(crate) fn within(
         source_name: &str,
         text: &str,
@@ -63,7 +64,8 @@ impl DescriptionError {
         Self::at(source_name, text, span, message)
     }
 
-    /// The error with the setting that names the description, such as `world.arena`, in front.
+    /// Prefixes the error with the setting that names the description.
+    /// Such a setting is `world.arena`.
     pub(crate) fn of(self, setting: &str) -> Self {
         let source_name = match self.position {
             Some(_) => format!("{setting}: {}", self.source_name),
@@ -78,7 +80,7 @@ impl DescriptionError {
     }
 }
 
-/// The message for an unknown name: the known ones, and the most similar.
+/// Returns the message for an unknown name, with the most similar known one.
 pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
     let near = nearest_names(name, known.clone()).into_iter().next();
     let near = near.map_or_else(String::new, |near| format!(" (did you mean `{near}`?)"));
@@ -87,25 +89,25 @@ pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'
     format!("unknown {what} `{name}`{near}; expected {known}")
 }
 
-/// A key of a path in a configuration, quoted where it must be.
+/// Returns a key for a path in a configuration, quoted if needed.
 pub(crate) fn key(name: &str) -> String {
     Key::new(name).display_repr().into_owned()
 }
 
-/// A step on the way to a value of a document.
+/// Step on the path to a value of a document.
 #[derive(Clone, Debug)]
 pub(crate) enum DocumentStep<'a> {
     Key(&'a str),
     Index(usize),
 }
 
-/// Other files that may have the description.
+/// Returns the other kinds of files that may contain the description.
 fn also(kind: &str) -> &'static str {
     if kind == "world" { ", or of a map.yaml" } else { "" }
 }
 
-/// The text of a description: what comes with the simulator under that name, or else the file at that path, which is
-/// relative to the working directory.
+/// Returns the text of a description by its name or path.
+/// A name is that of a built-in description; a path is relative to the working directory.
 pub(crate) fn text_of(
     kind: &str,
     name: &str,

@@ -12,9 +12,9 @@ use crate::world::DescriptionError;
 pub enum FaultKind {
     /// Repeats its newest measurement.
     Frozen,
-    /// All that it shows is no number.
+    /// All values are NaN.
     Invalid,
-    /// Delays a measurement, without others meanwhile.
+    /// Delayed measurements, with none in between.
     Late,
     /// No measurements.
     Silent,
@@ -27,7 +27,7 @@ const KINDS: [(&str, FaultKind); 4] = [
     ("silent", FaultKind::Silent),
 ];
 
-/// Which sensors can fail.
+/// Sensors that can fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum FaultySensor {
     /// The ring of sonars.
@@ -62,28 +62,28 @@ const SENSORS: [(&str, FaultySensor); 8] = [
 /// A fault of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
-    /// Which sensor it is on.
+    /// Sensor that fails.
     pub sensor: FaultySensor,
-    /// How that fails.
+    /// Kind of the fault.
     pub kind: FaultKind,
-    /// When it begins, nanoseconds.
+    /// Beginning, ns.
     pub from: u64,
-    /// When it is over, nanoseconds; the greatest number for a fault that lasts to the end.
+    /// End, ns; the maximum for a fault that lasts until the end of the run.
     pub until: u64,
-    /// How late [`FaultKind::Late`] is, nanoseconds.
+    /// Delay of [`FaultKind::Late`], ns.
     pub delay: u64,
 }
 
-/// A fault as it is configured.
+/// Fault as configured.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FaultEntry {
     robot: String,
     sensor: String,
     kind: String,
-    /// Seconds, as the next two.
+    /// Beginning, s; end and delay are in s, too.
     from: f64,
-    /// None for a fault that lasts to the end.
+    /// End; none for a fault that lasts until the end of the run.
     until: Option<f64>,
     #[serde(default = "half_a_second")]
     delay: f64,
@@ -93,10 +93,11 @@ fn half_a_second() -> f64 {
     0.5
 }
 
-/// Reads the faults of `[world.faults]`, by robot; `sensors` are those that the robots have.
+/// Reads the faults of `[world.faults]`, by robot.
+/// `sensors` are those that the robots have.
 ///
 /// # Errors
-/// The setting that is wrong, and what is expected of it.
+/// The invalid setting, and the expectation.
 pub(crate) fn read(
     table: &BTreeMap<String, serde_json::Value>,
     sensors: &BTreeMap<String, Vec<FaultySensor>>,
@@ -166,7 +167,7 @@ pub(crate) trait Measurement: Clone {
     /// Returns whether it is empty.
     fn is_none(&self) -> bool;
 
-    /// Makes everything no number.
+    /// Sets all values to NaN.
     fn spoil(&mut self);
 }
 
@@ -180,12 +181,13 @@ pub(crate) struct Display<M> {
 }
 
 impl<M: Measurement> Display<M> {
-    /// From now on those of the faults hold that are faults of this sensor.
+    /// Sets the faults; those of other sensors are ignored.
     pub fn set_faults(&mut self, sensor: FaultySensor, faults: &[Fault]) {
         self.faults = faults.iter().filter(|fault| fault.sensor == sensor).copied().collect();
     }
 
-    /// What the sensor shows when it has measured that at a time, in nanoseconds; nothing when it shows nothing new.
+    /// Returns the sensor's output for a measurement at time `now`, ns.
+    /// `None` if there is no new output.
     pub fn show<'a>(&'a mut self, measured: &'a M, now: u64) -> Option<&'a M> {
         if self.faults.is_empty() {
             return Some(measured);

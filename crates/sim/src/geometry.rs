@@ -3,74 +3,75 @@
 use serde::{Deserialize, Serialize};
 use slate_module::math::{clamp, cos, max, min, sin};
 
-/// A point or a vector, metres.
+/// Point or vector, m.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// To the front or east.
+    /// Coordinate to the front or east.
     pub x: f64,
-    /// To the left or north.
+    /// Coordinate to the left or north.
     pub y: f64,
 }
 
 impl Point {
-    /// A point.
+    /// Creates a point.
     pub const fn new(x: f64, y: f64) -> Self {
         Self { x, y }
     }
 
-    /// The inner product.
+    /// Returns the inner product.
     pub fn dot(self, other: Self) -> f64 {
         self.x * other.x + self.y * other.y
     }
 
-    /// The outer product: positive when `other` is to the left.
+    /// Returns the cross product: positive if `other` is to the left.
     pub fn cross(self, other: Self) -> f64 {
         self.x * other.y - self.y * other.x
     }
 
-    /// The length.
+    /// Returns the Euclidean norm.
     pub fn norm(self) -> f64 {
         self.dot(self).sqrt()
     }
 
-    /// This plus `other` times `factor`.
+    /// Returns this vector plus `other` times `factor`.
     pub fn plus(self, other: Self, factor: f64) -> Self {
         Self::new(self.x + other.x * factor, self.y + other.y * factor)
     }
 
-    /// From `other` to this.
+    /// Returns the vector from `other` to this point.
     pub fn minus(self, other: Self) -> Self {
         Self::new(self.x - other.x, self.y - other.y)
     }
 }
 
-/// A place and a heading; metres and radians.
+/// Position and heading, m and rad.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
-    /// To the east.
+    /// Coordinate to the east.
     pub x: f64,
-    /// To the north.
+    /// Coordinate to the north.
     pub y: f64,
-    /// Counter-clockwise from x.
+    /// Heading, counter-clockwise from x.
     pub theta: f64,
 }
 
 impl Pose {
-    /// The place.
+    /// Returns the position.
     pub fn point(&self) -> Point {
         Point::new(self.x, self.y)
     }
 
-    /// The rotation as cosine and sine, to be computed once for many points.
+    /// Returns the pose as a frame.
+    /// Cosine and sine are computed once for many points.
     pub fn frame(&self) -> Frame {
         Frame { origin: self.point(), cos: cos(self.theta), sin: sin(self.theta) }
     }
 }
 
-/// A pose whose cosine and sine are known.
+/// Coordinate frame: a pose with precomputed cosine and sine.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
-    /// The place.
+    /// Origin of the frame in the world.
     pub origin: Point,
     /// Cosine of the heading.
     pub cos: f64,
@@ -79,42 +80,42 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A point of the frame, in the world.
+    /// Transforms a point of the frame to the world.
     pub fn apply(&self, p: Point) -> Point {
         self.rotate(p).plus(self.origin, 1.0)
     }
 
-    /// A direction of the frame, in the world.
+    /// Rotates a direction of the frame to the world.
     pub fn rotate(&self, p: Point) -> Point {
         Point::new(p.x * self.cos - p.y * self.sin, p.x * self.sin + p.y * self.cos)
     }
 
-    /// A point of the world, in the frame.
+    /// Transforms a point of the world to the frame.
     pub fn local(&self, p: Point) -> Point {
         self.turn_back(p.minus(self.origin))
     }
 
-    /// A direction of the world, in the frame.
+    /// Rotates a direction of the world to the frame.
     pub fn turn_back(&self, p: Point) -> Point {
         Point::new(p.x * self.cos + p.y * self.sin, p.y * self.cos - p.x * self.sin)
     }
 }
 
-/// A convex polygon, counter-clockwise.
+/// Convex polygon, counter-clockwise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Polygon {
-    /// The corners.
+    /// Corners.
     pub points: Vec<Point>,
 }
 
 impl Polygon {
-    /// A rectangle along the axes.
+    /// Creates a rectangle along the axes.
     pub fn rectangle(center: Point, width: f64, height: f64) -> Self {
         let corner = |sx: f64, sy: f64| Point::new(center.x + sx * width / 2.0, center.y + sy * height / 2.0);
         Self { points: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)] }
     }
 
-    /// A disc around the origin, as a polygon of 16 edges that touch it.
+    /// Creates a disc around the origin: a polygon of 16 edges that touch it.
     pub fn disc(radius: f64) -> Self {
         let radius = radius / cos(std::f64::consts::PI / 16.0);
         let corner = |k: u32| {
@@ -124,7 +125,7 @@ impl Polygon {
         Self { points: (0..16).map(corner).collect() }
     }
 
-    /// The point of the outline that is nearest to a point.
+    /// Returns the nearest point of the outline.
     pub fn nearest(&self, point: Point) -> Point {
         let mut best = (f64::INFINITY, point);
         for (a, b) in self.edges() {
@@ -137,7 +138,7 @@ impl Polygon {
         best.1
     }
 
-    /// Whether it has at least three corners and turns left at each.
+    /// Returns whether the polygon has at least three corners and turns left at each.
     pub fn is_convex(&self) -> bool {
         let n = self.points.len();
         n >= 3
@@ -147,24 +148,24 @@ impl Polygon {
             })
     }
 
-    /// The edges, from corner to corner.
+    /// Returns the edges, from corner to corner.
     pub fn edges(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
         let n = self.points.len();
         (0..n).map(move |i| (self.points[i], self.points[if i + 1 == n { 0 } else { i + 1 }]))
     }
 
-    /// Moves it by a pose, into memory that is there already.
+    /// Transforms the polygon by a pose, into existing memory.
     pub fn place(&self, frame: &Frame, into: &mut Polygon) {
         into.points.clear();
         into.points.extend(self.points.iter().map(|point| frame.apply(*point)));
     }
 
-    /// Whether a point is inside or on the edge.
+    /// Returns whether a point is inside or on the edge.
     pub fn contains(&self, point: Point) -> bool {
         self.edges().all(|(a, b)| b.minus(a).cross(point.minus(a)) >= 0.0)
     }
 
-    /// The shortest way between two polygons; a distance of 0 when they overlap.
+    /// Returns the shortest connection of two polygons; distance 0 if they overlap.
     pub fn gap(&self, other: &Self) -> Gap {
         let mut best = Gap { distance: f64::INFINITY, from: Point::default(), to: Point::default() };
         for (own, theirs, swapped) in [(self, other, false), (other, self, true)] {
@@ -186,7 +187,7 @@ impl Polygon {
         best
     }
 
-    /// The rectangle around it.
+    /// Returns the axis-aligned bounding box.
     pub fn extent(&self) -> Extent {
         let infinite = Point::new(f64::INFINITY, f64::INFINITY);
         let empty = Extent { minimum: infinite, maximum: Point::default().minus(infinite) };
@@ -196,29 +197,29 @@ impl Polygon {
         })
     }
 
-    /// The circle around the origin of its frame.
+    /// Returns the radius of the bounding circle around the frame's origin.
     pub fn radius(&self) -> f64 {
         self.points.iter().map(|point| point.norm()).fold(0.0, max)
     }
 }
 
-/// A rectangle along the axes, metres.
+/// Axis-aligned rectangle, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Extent {
-    /// The corner in the south-west.
+    /// South-west corner.
     pub minimum: Point,
-    /// The corner in the north-east.
+    /// North-east corner.
     pub maximum: Point,
 }
 
 impl Extent {
-    /// A square around a point, `reach` metres to each side.
+    /// Creates a square around a point, `reach` metres to each side.
     pub fn around(center: Point, reach: f64) -> Self {
         let reach = Point::new(reach, reach);
         Self { minimum: center.minus(reach), maximum: center.plus(reach, 1.0) }
     }
 
-    /// The rectangle around both.
+    /// Returns the bounding box of both.
     pub fn with(&self, other: &Self) -> Self {
         let least = |a: Point, b: Point| Point::new(min(a.x, b.x), min(a.y, b.y));
         let greatest = |a: Point, b: Point| Point::new(max(a.x, b.x), max(a.y, b.y));
@@ -234,10 +235,10 @@ impl Extent {
     }
 }
 
-/// The shortest way from one polygon to another.
+/// Shortest connection from one polygon to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
-    /// Metres; 0 when they overlap.
+    /// Length, m; 0 if they overlap.
     pub distance: f64,
     /// Start, on the first.
     pub from: Point,
@@ -245,7 +246,7 @@ pub struct Gap {
     pub to: Point,
 }
 
-/// The point of a segment nearest to `point`.
+/// Returns the point of a segment nearest to `point`.
 pub fn nearest_on(a: Point, b: Point, point: Point) -> Point {
     let along = b.minus(a);
     let length = along.dot(along);

@@ -8,7 +8,7 @@ use crate::geometry::{Extent, Point};
 /// Number of items up to which a linear search is faster.
 const FEW: usize = 12;
 
-/// Items by the cells of a grid that their extents cover.
+/// Grid whose cells list the items that they contain.
 ///
 /// Items outside of the grid belong to the cells at its border.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -17,14 +17,14 @@ pub struct Grid {
     cells_per_metre: f64,
     columns: u32,
     rows: u32,
-    /// Where the items of each cell begin, and behind the last cell where they end.
+    /// Index of each cell's first item, followed by the number of all items.
     starts: Vec<u32>,
     items: Vec<u32>,
-    /// The cells that each item covers.
+    /// Cells that each item covers.
     spans: Vec<Span>,
 }
 
-/// A rectangle of cells: both columns and both rows belong to it.
+/// Rectangle of cells, with both limits inclusive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Span {
     columns: (u32, u32),
@@ -32,7 +32,7 @@ struct Span {
 }
 
 impl Grid {
-    /// Puts other items into the grid, in memory that is there already.
+    /// Replaces the items, in existing memory.
     pub fn fill(&mut self, extents: impl ExactSizeIterator<Item = Extent> + Clone) {
         self.lay_out(extents.clone());
         let mut spans = std::mem::take(&mut self.spans);
@@ -62,7 +62,7 @@ impl Grid {
         }
     }
 
-    /// About one cell for each item, over all that they cover.
+    /// Chooses the cells: about one per item, over the extent of all.
     fn lay_out(&mut self, extents: impl ExactSizeIterator<Item = Extent>) {
         let count = extents.len();
         let infinite = Point::new(f64::INFINITY, f64::INFINITY);
@@ -95,7 +95,8 @@ impl Grid {
         }
     }
 
-    /// Tells each item once whose cells meet those of an extent: at least all that meet the extent itself.
+    /// Visits each item once whose cells meet those of an extent.
+    /// These include all that meet the extent itself.
     pub fn near(&self, extent: &Extent, mut found: impl FnMut(usize)) {
         if self.items.is_empty() {
             return;
@@ -122,7 +123,7 @@ impl Grid {
         self.span(extent) == all
     }
 
-    /// The side of a cell, metres; infinite when there is but one.
+    /// Returns the side of a cell, m; infinite for a single one.
     pub fn cell_size(&self) -> f64 {
         1.0 / self.cells_per_metre
     }

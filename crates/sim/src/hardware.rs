@@ -10,7 +10,8 @@ use crate::robot::DriveKind;
 use crate::scenario::Scenario;
 use crate::simulation::Placement;
 
-/// Drive, sensors and wheels of a robot, by its description and the profiles that it has.
+/// Returns the hardware of a robot: drive, sensors and wheels.
+/// They come from its description and its selected profiles.
 pub fn hardware(scenario: &Scenario, placement: &Placement) -> Hardware {
     let description = &placement.description;
     let drive = &description.drive;

@@ -1,4 +1,5 @@
-//! An inertial measurement unit: angular velocity, acceleration and a heading that drifts.
+//! Inertial measurement unit (IMU).
+//! It measures angular velocity, acceleration and a drifting heading.
 
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
@@ -16,13 +17,13 @@ const GRAVITY: f64 = 9.80665;
 /// Measurement of an inertial measurement unit, in its own frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InertialReading {
-    /// Direction of its x axis in the world, rad.
+    /// Heading of its x axis in the world, rad.
     pub heading: f64,
     /// Variance of the heading, rad².
     pub heading_variance: f64,
     /// Angular velocity about x, y and z, rad/s.
     pub angular_velocity: [f64; 3],
-    /// Acceleration along x, y and z with that of gravity, m/s².
+    /// Specific force along x, y and z, including gravity, m/s².
     pub acceleration: [f64; 3],
 }
 
@@ -39,7 +40,7 @@ impl Measurement for Option<InertialReading> {
     }
 }
 
-/// Measures the motion of a robot.
+/// Inertial measurement unit with its errors.
 ///
 /// An acceleration is the mean one since the last measurement. The heading is exact at the start and then the integral of the
 /// measured angular velocity, as of a device without a compass.
@@ -47,11 +48,11 @@ impl Measurement for Option<InertialReading> {
 pub(crate) struct InertialSensor {
     description: ImuDescription,
     random: Random,
-    /// Errors of angular velocity and acceleration that stay for the run.
+    /// Biases of angular velocity and acceleration, constant in a run.
     biases: [[f64; 3]; 2],
     /// Error of the heading, rad, and its variance, rad².
     drift: (f64, f64),
-    /// When it measured first and last, nanoseconds.
+    /// Times of the first and the last measurement, ns.
     times: Option<(u64, u64)>,
     /// Velocity of the device at the last measurement, in the world, m/s.
     velocity: Point,
@@ -60,7 +61,7 @@ pub(crate) struct InertialSensor {
 }
 
 impl InertialSensor {
-    /// The sensor of a robot whose noise comes from that stream.
+    /// Creates the sensor of a robot; `random` is the stream of its noise.
     pub fn new(description: ImuDescription, mut random: Random) -> Self {
         let ImuDescription { bias_angular_velocity, bias_acceleration, .. } = description;
         let biases = [bias_angular_velocity, bias_acceleration]
@@ -76,12 +77,13 @@ impl InertialSensor {
         }
     }
 
-    /// Mount and errors.
+    /// Returns mount and errors.
     pub fn description(&self) -> &ImuDescription {
         &self.description
     }
 
-    /// Measures, if it is time to: `body` is the motion of the robot, whose pose that is; `now` in nanoseconds.
+    /// Measures if a measurement is due at `now`, ns.
+    /// `pose` and `body` are the pose and the motion of the robot.
     pub fn measure(&mut self, pose: Pose, body: Motion, now: u64) -> Option<InertialReading> {
         let [x, y, degrees] = self.description.mount;
         let last = self.times.map(|(_, last)| last);
@@ -121,7 +123,8 @@ impl InertialSensor {
         })
     }
 
-    /// Adds the error of an angular velocity to that of the heading; `elapsed` is the time since the start, s.
+    /// Integrates the error of the angular velocity into the heading.
+    /// `elapsed` is the time since the start, s.
     fn integrate(&mut self, error: f64, seconds: f64, elapsed: f64) {
         let ImuDescription { noise_angular_velocity, bias_angular_velocity, .. } = self.description;
         let (by_bias, by_noise) = (bias_angular_velocity * elapsed, noise_angular_velocity * seconds);

@@ -1,4 +1,4 @@
-//! A laser scanner: the nearest thing along each of its beams.
+//! Laser scanner: the nearest obstacle along each beam.
 
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
@@ -9,25 +9,25 @@ use crate::rate::due;
 use crate::robot::LaserDescription;
 use crate::surroundings::{NearBody, Nearby, Surroundings};
 
-/// Laser scanner, with its constants.
+/// Laser scanner with precomputed beams.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LaserScanner {
     description: LaserDescription,
-    /// In the robot's frame.
+    /// Position in the robot's frame.
     place: Point,
-    /// The direction of each beam in the robot's frame, of length 1.
+    /// Unit direction of each beam in the robot's frame.
     beams: Vec<Point>,
     random: Random,
-    /// When it looked last, nanoseconds.
+    /// Time of the last scan, ns.
     last: Option<u64>,
     ranges: Vec<f32>,
-    /// Exact distances, metres.
+    /// Exact distances, m.
     #[serde(skip)]
     distances: Vec<f64>,
 }
 
 impl LaserScanner {
-    /// The scanner of a robot whose noise comes from that stream.
+    /// Creates the scanner of a robot; `random` is the stream of its noise.
     pub fn new(description: &LaserDescription, random: Random) -> Self {
         let [x, y, degrees] = description.mount;
         let beam = |number: u32| {
@@ -45,22 +45,23 @@ impl LaserScanner {
         }
     }
 
-    /// Field of view, ranges and noise.
+    /// Returns field of view, ranges and noise.
     pub fn description(&self) -> &LaserDescription {
         &self.description
     }
 
-    /// When it looked last, nanoseconds.
+    /// Returns the time of the last scan, ns.
     pub fn last(&self) -> Option<u64> {
         self.last
     }
 
-    /// Newest ranges in the order of the beams, metres; infinite without a return.
+    /// Returns the newest ranges in beam order, m; infinite without a return.
     pub fn ranges(&self) -> &Vec<f32> {
         &self.ranges
     }
 
-    /// Looks around from robot number `own`, if it is time to. What is near is memory that many robots share.
+    /// Measures from robot number `own` if a scan is due.
+    /// `nearby` is scratch memory that many robots share.
     pub fn look(&mut self, own: usize, surroundings: &Surroundings, now: u64, nearby: &mut Nearby) {
         let LaserDescription { rate, range_max, .. } = self.description;
         if rate.is_some_and(|rate| !due(rate, 0.0, self.last, now)) {
@@ -85,10 +86,12 @@ impl LaserScanner {
     }
 }
 
-/// Bodies are left out only when a beam passes them by more than this, so that rounding leaves out none that is hit; metres.
+/// Margin of the test for missed bodies, m.
+/// A body that a beam hits is not left out by rounding.
 const SLACK: f64 = 1e-9;
 
-/// Returns the range to the nearest edge along a beam from `aside` metres off the reference point; infinite for none.
+/// Returns the range to the nearest edge along a beam; infinite for none, m.
+/// The beam begins `aside` metres off the reference point.
 fn nearest_along(origin: Point, beam: Point, nearby: &Nearby, aside: f64) -> f64 {
     let mut nearest = f64::INFINITY;
     for (body, edges) in nearby.bodies() {
@@ -115,7 +118,7 @@ fn nearest_along(origin: Point, beam: Point, nearby: &Nearby, aside: f64) -> f64
     nearest
 }
 
-/// Whether a beam passes the circle around a body, or points away from it.
+/// Returns whether a beam misses the bounding circle of a body.
 fn passes(origin: Point, beam: Point, body: &NearBody) -> bool {
     let (to, radius) = (body.center.minus(origin), body.radius + SLACK);
     beam.cross(to).abs() > radius || beam.dot(to) < -radius

@@ -1,4 +1,5 @@
-//! Random layouts: a box near the straight way of a robot and another robot that wanders between, or robots anywhere.
+//! Random layouts of robots and obstacles.
+//! Either a box near the robot's straight path and a wandering robot between, or robots anywhere.
 
 use std::collections::BTreeMap;
 
@@ -10,16 +11,16 @@ use crate::error::{DescriptionError, key, unknown};
 use crate::geometry::{Point, Polygon, Pose};
 use crate::world::{Body, World};
 
-/// Where things stand.
+/// Layout of a world.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layout {
     /// Poses of the robots.
     pub robots: BTreeMap<String, Pose>,
-    /// Bodies beside those of the arena.
+    /// Bodies in addition to those of the arena.
     #[serde(default)]
     pub bodies: Vec<Body>,
-    /// Bounds of what the seed adds to the pose of each robot.
+    /// Bounds of the random offset to the pose of each robot.
     #[serde(default)]
     pub start_offset: StartOffset,
 }
@@ -28,9 +29,9 @@ pub struct Layout {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct StartOffset {
-    /// Along x and along y, metres.
+    /// Bound along x and along y, m.
     pub position: f64,
-    /// Radians.
+    /// Bound of the heading, rad.
     pub heading: f64,
 }
 
@@ -61,7 +62,8 @@ impl Layout {
         self.start_offset.check(&format!("{setting}.start_offset"))
     }
 
-    /// Adds the offset that a seed draws to the pose of each robot. A robot that would touch something is drawn again.
+    /// Adds a random offset, drawn from the seed, to the pose of each robot.
+    /// A pose in collision is drawn again.
     ///
     /// # Errors
     /// When the offsets leave no room.
@@ -98,23 +100,25 @@ impl Layout {
     }
 }
 
-/// A robot starts in a strip of the arena, a box stands near its straight way to the goal, a disturber anywhere else.
+/// Random layout with an obstacle.
+/// The robot starts in a strip of the arena, a box is near its straight path to the goal, and a disturber is anywhere
+/// else.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObstructedWay {
-    /// The robot that has the goal.
+    /// Robot with the goal.
     pub robot: String,
-    /// The robot that disturbs.
+    /// Robot that disturbs.
     pub disturber: String,
-    /// The strip in which the robot starts: least x, greatest x, least y, greatest y, metres.
+    /// Start area of the robot: minimum x, maximum x, minimum y, maximum y, m.
     pub start: [f64; 4],
-    /// Where the disturber begins: least x, greatest x, least y, greatest y, metres.
+    /// Start area of the disturber: minimum x, maximum x, minimum y, maximum y, m.
     pub disturber_start: [f64; 4],
-    /// The side of the box, metres.
+    /// Side of the box, m.
     pub box_size: f64,
-    /// The box's centre is at most this far from the straight way, metres.
+    /// Largest distance of the box's centre from the straight path, m.
     pub box_offset: f64,
-    /// Free space around the robot at the start, metres.
+    /// Clearance of the robot at the start, m.
     pub start_clearance: f64,
 }
 
@@ -125,19 +129,19 @@ const TRIES: usize = 10_000;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scattered {
-    /// Where each robot begins: least x, greatest x, least y, greatest y, metres.
+    /// Start area of each robot: minimum x, maximum x, minimum y, maximum y, m.
     pub robots: BTreeMap<String, [f64; 4]>,
-    /// Clearance of a robot at the start, metres.
+    /// Clearance of a robot at the start, m.
     pub clearance: f64,
-    /// Free space between two robots at the start, metres.
+    /// Clearance between two robots at the start, m.
     pub apart: f64,
-    /// Robots that have a goal begin at least this far from their first one, metres.
+    /// Smallest distance of a robot's start from its first goal, m.
     #[serde(default)]
     pub from_goal: f64,
 }
 
 impl Scattered {
-    /// Whether the areas are ones.
+    /// Checks that the areas are valid.
     ///
     /// # Errors
     /// The setting with a least value above the greatest, and both.
@@ -191,7 +195,7 @@ impl Scattered {
     }
 }
 
-/// Whether an area is one.
+/// Checks that an area is valid.
 fn check(setting: &str, [west, east, south, north]: &[f64; 4]) -> Result<(), DescriptionError> {
     for (axis, least, greatest) in [("x", west, east), ("y", south, north)] {
         if least.is_nan() || greatest.is_nan() || least > greatest {
@@ -206,7 +210,7 @@ fn check(setting: &str, [west, east, south, north]: &[f64; 4]) -> Result<(), Des
 }
 
 impl ObstructedWay {
-    /// Whether the strips are ones.
+    /// Checks that the strips are valid.
     ///
     /// # Errors
     /// The setting with a least value above the greatest, and both.
@@ -283,7 +287,7 @@ fn heading(random: &mut Random) -> f64 {
     random.uniform(-std::f64::consts::PI, std::f64::consts::PI)
 }
 
-/// An outline where a robot stands.
+/// Returns an outline at a robot's pose.
 pub(crate) fn placed(outline: &Polygon, pose: &Pose) -> Polygon {
     let mut result = Polygon::default();
     let frame = crate::geometry::Frame { origin: pose.point(), cos: cos(pose.theta), sin: sin(pose.theta) };

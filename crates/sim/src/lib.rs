@@ -1,4 +1,5 @@
-//! The embedded simulator: worlds and robots as data, physics, sensors, contacts; a time source.
+//! Embedded simulator: worlds and robots as data, physics, sensors and contacts.
+//! It is a time source.
 //!
 //! Everything depends on the seed alone: the same seed gives the same bytes in every build and on every machine.
 
@@ -53,7 +54,7 @@ pub use simulation::{MovingBodies, Placement, Simulation};
 pub use simulator::Simulator;
 pub use wall_map::WorldMap;
 
-/// The modules that the simulator brings.
+/// Returns the plugin with the simulator's modules.
 pub fn plugin() -> Plugin {
     Plugin::new(
         "simulation",

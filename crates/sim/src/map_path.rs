@@ -8,7 +8,8 @@ use slate_grid::{DistanceTransform, Geometry, LineCells};
 use crate::geometry::{Point, Polygon, nearest_on};
 use crate::wall_map::WorldMap;
 
-/// Returns the length of a short path of a disc among the walls of a map and other bodies, metres; `None` without one.
+/// Returns the length of a short path of a disc, m; `None` without a path.
+/// Obstacles are the walls of a map and other bodies.
 ///
 /// A search on the cells (Dijkstra's algorithm), whose path is then pulled tight: each point sees the next one. It is
 /// some percent longer than the shortest.
@@ -23,7 +24,7 @@ pub fn map_path(map: &WorldMap, bodies: &[Polygon], from: Point, to: Point, radi
     Some(grid.pulled(&cells, from, to))
 }
 
-/// Cells in which the middle of a disc can be.
+/// Free space of a disc's centre, as grid cells.
 struct DiscGrid {
     geometry: Geometry,
     is_free: Vec<bool>,
@@ -47,7 +48,7 @@ impl DiscGrid {
         Self { geometry, is_free }
     }
 
-    /// The cells of a path of steps to eight neighbours.
+    /// Searches the cells of a path on the 8-connected grid.
     fn search(&self, start: usize, goal: usize) -> Option<Vec<usize>> {
         let mut before = vec![usize::MAX; self.is_free.len()];
         let mut costs = vec![u32::MAX; self.is_free.len()];
@@ -76,7 +77,7 @@ impl DiscGrid {
         None
     }
 
-    /// Neighbours of a cell, with their distances in thousandths of a cell.
+    /// Returns the neighbours of a cell, with their distances in 1/1000 cells.
     fn neighbors(&self, cell: usize) -> impl Iterator<Item = (usize, u32)> {
         let Geometry { width, height, .. } = self.geometry;
         let (column, row) = ((cell % width) as i64, (cell / width) as i64);
@@ -89,7 +90,7 @@ impl DiscGrid {
         })
     }
 
-    /// Length of the path with straight lines as long as they are free.
+    /// Returns the length of the path after line-of-sight smoothing.
     fn pulled(&self, cells: &[usize], from: Point, to: Point) -> f64 {
         let middle = |cell: usize| {
             let middle = self.geometry.center(cell % self.geometry.width, cell / self.geometry.width);

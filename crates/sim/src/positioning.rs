@@ -1,4 +1,4 @@
-//! A positioning system with a compass.
+//! Positioning system with a compass.
 
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
@@ -8,31 +8,31 @@ use crate::geometry::{Point, Pose};
 use crate::rate::due;
 use crate::robot::PositioningDescription;
 
-/// Measurement of a positioning system; what is missing was not measured.
+/// Measurement of a positioning system; `None` for missing values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Fix {
-    /// Position in the world, metres.
+    /// Position in the world, m.
     pub position: Option<Point>,
-    /// Heading, counter-clockwise from x, radians.
+    /// Heading, counter-clockwise from x, rad.
     pub orientation: Option<f64>,
 }
 
-/// Measures where a robot is.
+/// Positioning system with its errors.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PositioningSystem {
     description: PositioningDescription,
     random: Random,
-    /// When it measured last, nanoseconds.
+    /// Time of the last measurement, ns.
     last: Option<u64>,
 }
 
 impl PositioningSystem {
-    /// The positioning system of a robot whose noise comes from that stream.
+    /// Creates the system of a robot; `random` is the stream of its noise.
     pub fn new(description: PositioningDescription, random: Random) -> Self {
         Self { description, random, last: None }
     }
 
-    /// Measures the pose, if it is time to; `now` in nanoseconds.
+    /// Measures the pose if a measurement is due at `now`, ns.
     pub fn measure(&mut self, truth: Pose, now: u64) -> Fix {
         let PositioningDescription { noise_position, noise_orientation, dropout, rate } = self.description;
         if rate.is_some_and(|rate| !due(rate, 0.0, self.last, now)) {

@@ -1,44 +1,46 @@
-//! The sensor profiles of a robot, by the keys of the world and of its own entry.
+//! Selection of a robot's sensor profiles.
+//! Keys of the world and of the robot's own entry select them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{DescriptionError, unknown};
 use crate::robot::RobotDescription;
 
-/// A profile that a key names.
+/// Profile that a key names.
 struct ProfileChoice<'a> {
     profile: &'a str,
-    /// The key.
+    /// Path of the key.
     setting: String,
-    /// Whether the key is the robot's, not the world's.
+    /// Level of the key: true for the robot's, false for the world's.
     is_own: bool,
-    /// Whether the key is that of one kind of sensor.
+    /// Scope of the key: true for one kind of sensor, false for all kinds.
     is_single: bool,
 }
 
-/// Keys of a table that name profiles; empty names are none.
+/// Keys of a table that name profiles; an empty name selects none.
 #[derive(Clone, Copy)]
 pub(crate) struct ProfileKeys<'a> {
-    /// Of all sensors.
+    /// Profile of all sensors.
     pub profile: Option<&'a str>,
-    /// Of the sonars.
+    /// Profile of the sonars.
     pub sonar: Option<&'a str>,
-    /// Of the sensor that sees other robots.
+    /// Profile of the sensor that sees other robots.
     pub robot_sensor: Option<&'a str>,
 }
 
-/// The keys of a robot's sensors.
+/// Keys that select a robot's profiles.
 pub(crate) struct Profiles<'a> {
-    /// In the robot's entry.
+    /// Keys of the robot's entry.
     pub own: ProfileKeys<'a>,
-    /// In the world's table.
+    /// Keys of the world's table.
     pub of_world: ProfileKeys<'a>,
-    /// The robot's entry in the configuration.
+    /// Path of the robot's entry in the configuration.
     pub place: &'a str,
 }
 
 impl<'a> Profiles<'a> {
-    /// The key that decides about a kind of sensor: the robot's before the world's, and the sensor's before the general one.
+    /// Returns the key that selects the profile of a kind of sensor.
+    /// The robot's takes precedence over the world's, then the sensor's over the general one.
     fn choice(
         &self,
         sensor: &str,
@@ -66,13 +68,14 @@ impl<'a> Profiles<'a> {
         self.choice("robot_sensor", self.own.robot_sensor, self.of_world.robot_sensor)
     }
 
-    /// The sonar profile; empty for none.
+    /// Returns the sonar profile; empty for none.
     pub fn sonar_of(&self, description: &RobotDescription) -> String {
         let choice = self.sonar().filter(|choice| is_meant(choice, &description.sonar));
         choice.map_or_else(String::new, |choice| choice.profile.into())
     }
 
-    /// Leaves a robot one profile of each kind of sensor but the sonars, which may be chosen by a placement.
+    /// Keeps the selected profile of each kind of sensor, except the sonars.
+    /// A placement may choose the profile of the sonars.
     ///
     /// # Errors
     /// The key with a profile that the robot does not have.
@@ -102,8 +105,8 @@ impl<'a> Profiles<'a> {
     }
 }
 
-/// Whether a key says something of a kind of sensor with these profiles. A key of the world, and a general one, say nothing
-/// of robots without such a sensor.
+/// Returns whether a key applies to a kind of sensor with these profiles.
+/// A key of the world, or a general one, does not apply to robots without such a sensor.
 fn is_meant<T>(choice: &ProfileChoice<'_>, profiles: &BTreeMap<String, T>) -> bool {
     (choice.is_own && choice.is_single) || !profiles.is_empty()
 }

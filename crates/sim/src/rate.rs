@@ -1,7 +1,7 @@
-//! Sensors that measure less often than they are asked.
+//! Sampling of sensors with a rate of their own.
 
-/// Whether something that has its turn `rate` times a second had one since `last`, both times in nanoseconds. Its turns
-/// come later than those of others by that share of the time between two.
+/// Returns whether a periodic action of `rate` Hz was due since `last`, ns.
+/// `share` is the phase: a delay as a share of the period.
 ///
 /// The first time that it is asked, without a `last`, everything has its turn.
 pub fn due(rate: f64, share: f64, last: Option<u64>, now: u64) -> bool {

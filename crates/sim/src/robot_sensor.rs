@@ -1,4 +1,4 @@
-//! A sensor that sees other robots.
+//! Sensor that sees other robots.
 
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
@@ -12,37 +12,37 @@ use crate::surroundings::Surroundings;
 /// Detection of another robot, in the robot's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sighting {
-    /// Which robot it is.
+    /// Number of the detected robot.
     pub robot: usize,
-    /// From reference point to reference point, metres.
+    /// Distance between the reference points, m.
     pub range: f64,
-    /// Counter-clockwise from the front, radians.
+    /// Bearing, counter-clockwise from the front, rad.
     pub bearing: f64,
 }
 
 /// Number of lines of sight to another robot.
 const RAYS: u32 = 16;
 
-/// Sees robots of which enough is in view.
+/// Sensor that detects robots with a sufficient visible share.
 ///
-/// It looks at the other along 16 rays, evenly spread over its width as seen from the sensor. A ray counts when it is in
-/// the field of view and no other body is before its end; the robot that has the sensor does not hide anything from it.
+/// It casts 16 rays, evenly spread over the other's width in its view. A ray counts if it is in the field of view and
+/// not occluded by another body; the robot that carries the sensor occludes nothing.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RobotSensor {
     description: RobotSensorDescription,
     random: Random,
-    /// When it had its turn last, nanoseconds.
+    /// Time of the last turn, ns.
     turn: Option<u64>,
-    /// When it measured last, nanoseconds.
+    /// Time of the last measurement, ns.
     last: Option<u64>,
     sightings: Vec<Sighting>,
-    /// Memory for the numbers of bodies that are near.
+    /// Scratch memory for the numbers of nearby bodies.
     #[serde(skip)]
     near: Vec<usize>,
 }
 
 impl RobotSensor {
-    /// The sensor of a robot whose noise comes from that stream.
+    /// Creates the sensor of a robot; `random` is the stream of its noise.
     pub fn new(description: &RobotSensorDescription, random: Random) -> Self {
         Self {
             description: description.clone(),
@@ -54,22 +54,22 @@ impl RobotSensor {
         }
     }
 
-    /// Newest detections, nearest first.
+    /// Returns the newest detections, nearest first.
     pub fn sightings(&self) -> &[Sighting] {
         &self.sightings
     }
 
-    /// The newest detections, as faults take them.
+    /// Returns the newest detections, as input of faults.
     pub(crate) fn newest(&self) -> &Vec<Sighting> {
         &self.sightings
     }
 
-    /// When it measured last, nanoseconds.
+    /// Returns the time of the last measurement, ns.
     pub fn measured_at(&self) -> Option<u64> {
         self.last
     }
 
-    /// Looks around from robot number `own`, if it is time to.
+    /// Measures from robot number `own` if a measurement is due.
     pub fn look(&mut self, own: usize, surroundings: &Surroundings, now: u64) {
         if self.description.rate.is_some_and(|rate| !due(rate, 0.0, self.turn, now)) {
             return;
@@ -132,16 +132,16 @@ fn measure(description: &RobotSensorDescription, random: &mut Random, way: Point
     (!lost).then(|| turn.rotate(Point::default().plus(way, measured * direction)))
 }
 
-/// Where a sensor looks from.
+/// Viewpoint of a sensor.
 struct Eye {
     origin: Point,
-    /// Of length 1.
+    /// Unit direction of the sensor's axis.
     axis: Point,
     half_field: f64,
 }
 
 impl Eye {
-    /// The share of a body's width that is in view, with none of the near ones before it.
+    /// Returns the visible share of a body's width, without occlusion by `near` bodies.
     fn share_in_view(&self, number: usize, surroundings: &Surroundings, near: &[usize]) -> f64 {
         let (center, radius) = surroundings.circle(number);
         let way = center.minus(self.origin);
@@ -186,7 +186,7 @@ impl Eye {
     }
 }
 
-/// Whether the ways from `a` to `b` and from `c` to `d` cross.
+/// Returns whether the segments from `a` to `b` and from `c` to `d` cross.
 fn crosses(a: Point, b: Point, c: Point, d: Point) -> bool {
     let (way, other) = (b.minus(a), d.minus(c));
     way.cross(c.minus(a)) * way.cross(d.minus(a)) <= 0.0

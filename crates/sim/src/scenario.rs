@@ -1,4 +1,4 @@
-//! Scenario: the `[world]` table of a configuration, laid out by the seed.
+//! Scenario: the `[world]` table of a configuration with a layout from the seed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -26,54 +26,55 @@ use crate::world::{Body, DescriptionError, World};
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Section {
-    /// A world that comes with the simulator, or the path of a file.
+    /// Name of a built-in world, or path of a file.
     pub arena: String,
-    /// One of `layouts`, or `random`, or `scattered`.
+    /// Name in `layouts`, or `random`, or `scattered`.
     #[serde(default = "random_layout")]
     pub layout: String,
-    /// Physics steps per second.
+    /// Rate of physics steps, Hz.
     #[serde(default = "steps_per_second")]
     pub steps_per_second: u32,
-    /// Sensor profile of all robots: sonars, sensor that sees other robots, positioning system, odometry.
+    /// Sensor profile of all robots.
+    /// It covers sonars, sensor that sees other robots, positioning system and odometry.
     #[serde(default)]
     pub profile: Option<String>,
-    /// Sonar profile instead; empty for none, as without a `profile`.
+    /// Sonar profile in place of `profile`; empty for none, as without a `profile`.
     #[serde(default)]
     pub sonar: Option<String>,
-    /// Profile of the sensor that sees other robots instead. Unless said it is that with the sonars' name, or the only
-    /// one.
+    /// Profile of the sensor that sees other robots, in place of `profile`.
+    /// By default it is the one with the sonars' name, or the only one.
     #[serde(default)]
     pub robot_sensor: Option<String>,
-    /// Number of measuring threads; results are the same.
+    /// Number of measuring threads, without influence on results.
     #[serde(default = "one")]
     pub threads: usize,
-    /// Goal of the robot, metres.
+    /// Goal of the robot, m.
     #[serde(default)]
     pub goal: [f64; 2],
-    /// Goals of single robots instead, in sequence, metres.
+    /// Goals of single robots in place of `goal`, in sequence, m.
     #[serde(default)]
     pub goals: BTreeMap<String, Vec<[f64; 2]>>,
-    /// The robots, by name.
+    /// Robots by name.
     pub robots: BTreeMap<String, RobotEntry>,
-    /// Where things stand, by layout.
+    /// Named layouts.
     #[serde(default)]
     pub layouts: BTreeMap<String, Layout>,
-    /// How `random` places things.
+    /// Parameters of the layout `random`.
     #[serde(default)]
     pub random: Option<ObstructedWay>,
-    /// How `scattered` places things.
+    /// Parameters of the layout `scattered`.
     #[serde(default)]
     pub scattered: Option<Scattered>,
-    /// What cameras see, beside what they see of the arena.
+    /// Scenery for cameras, in addition to that of the arena.
     #[serde(default)]
     pub scenery: Scenery,
     /// Faults of the robots' sensors, by name.
     #[serde(default)]
     pub faults: BTreeMap<String, serde_json::Value>,
-    /// People who walk.
+    /// People of the world.
     #[serde(default)]
     pub people: Option<PeopleDescription>,
-    /// Doors, by name.
+    /// Doors by name.
     #[serde(default)]
     pub doors: BTreeMap<String, DoorDescription>,
 }
@@ -116,7 +117,8 @@ impl Section {
         Err(DescriptionError::new(&setting, format!("{number}{message}")))
     }
 
-    /// People and doors have outputs beside those of the robots.
+    /// Checks that robots, doors and people have different names.
+    /// Outputs of people and doors are beside those of the robots.
     fn check_names(&self) -> Result<(), DescriptionError> {
         let people: Vec<String> = self.people.iter().flat_map(PeopleDescription::names).collect();
         for name in self.robots.keys().chain(self.doors.keys()) {
@@ -134,7 +136,7 @@ impl Section {
         Ok(())
     }
 
-    /// The descriptions of the robots, with the sensors they carry here.
+    /// Returns the descriptions of the robots, with the sensors that they carry.
     fn robots(&self) -> Result<(Descriptions, Devices), DescriptionError> {
         let (mut descriptions, mut devices) = (Descriptions::new(), Devices::default());
         for (name, entry) in &self.robots {
@@ -155,12 +157,12 @@ impl Section {
         Ok((descriptions, devices))
     }
 
-    /// The sonar profile of a robot; empty for none.
+    /// Returns the sonar profile of a robot; empty for none.
     fn sonar_of(&self, entry: &RobotEntry, description: &RobotDescription) -> String {
         self.profiles(entry, "").sonar_of(description)
     }
 
-    /// The keys of the sensors of a robot whose entry stands at `place`.
+    /// Returns the profile keys of a robot whose entry is at `place`.
     fn profiles<'a>(&'a self, entry: &'a RobotEntry, place: &'a str) -> Profiles<'a> {
         Profiles {
             own: ProfileKeys {
@@ -177,7 +179,7 @@ impl Section {
         }
     }
 
-    /// The layout under a seed.
+    /// Returns the layout for a seed.
     fn lay_out(
         &self,
         world: &World,
@@ -216,10 +218,10 @@ impl Section {
     }
 }
 
-/// The descriptions of robots, by name.
+/// Descriptions of robots by name.
 type Descriptions = BTreeMap<String, RobotDescription>;
 
-/// Devices of which robots carry one of several, by robot.
+/// Optional devices of the robots, by robot.
 #[derive(Default)]
 struct Devices {
     lasers: BTreeMap<String, LaserDescription>,
@@ -238,55 +240,56 @@ fn one() -> usize {
     1
 }
 
-/// A robot of the world.
+/// Robot of the world.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotEntry {
-    /// A type that comes with the simulator, or the path of a file.
+    /// Name of a built-in type of robot, or path of a file.
     pub model: String,
-    /// Its sensor profile, if it is not the world's.
+    /// Sensor profile in place of the world's.
     #[serde(default)]
     pub profile: Option<String>,
-    /// Its sonar profile instead; empty for none.
+    /// Sonar profile in place of `profile`; empty for none.
     #[serde(default)]
     pub sonar: Option<String>,
-    /// The laser scanner that it carries; none unless said.
+    /// Laser scanner that it carries; none by default.
     #[serde(default)]
     pub laser: Option<String>,
-    /// The camera that it carries; none unless said.
+    /// Camera that it carries; none by default.
     #[serde(default)]
     pub camera: Option<String>,
-    /// Its profile of the sensor that sees other robots instead; empty for none.
+    /// Profile of the sensor that sees other robots, in place of `profile`.
+    /// Empty for none.
     #[serde(default)]
     pub robot_sensor: Option<String>,
-    /// Whether it carries an inertial measurement unit.
+    /// Presence of an inertial measurement unit.
     #[serde(default)]
     pub imu: bool,
-    /// Its script, if it does not obey commands.
+    /// Script of a robot that ignores commands.
     #[serde(default)]
     pub script: Option<RandomWalk>,
 }
 
-/// A world that is laid out.
+/// World with its layout.
 #[derive(Clone, Debug)]
 pub struct Scenario {
     /// Arena with its static bodies.
     pub world: World,
-    /// The robots where they begin.
+    /// Robots with their start poses.
     pub placements: Vec<Placement>,
-    /// Goal of robots without goals of their own, metres.
+    /// Goal of robots without their own goals, m.
     pub goal: Point,
-    /// Goals of single robots, in sequence, metres.
+    /// Goals of single robots, in sequence, m.
     pub goals: BTreeMap<String, Vec<Point>>,
-    /// The physics step, nanoseconds.
+    /// Physics step, ns.
     pub step: u64,
     /// Number of measuring threads.
     pub threads: usize,
-    /// The laser scanners of the robots that carry one.
+    /// Laser scanners of the robots that carry one.
     pub lasers: BTreeMap<String, LaserDescription>,
-    /// The cameras of the robots that carry one.
+    /// Cameras of the robots that carry one.
     pub cameras: BTreeMap<String, CameraDescription>,
-    /// The robots that carry an inertial measurement unit.
+    /// Robots with an inertial measurement unit.
     pub imus: BTreeSet<String>,
     /// Faults of the robots' sensors.
     pub faults: BTreeMap<String, Vec<Fault>>,
@@ -295,7 +298,7 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// The scenario of a `[world]` table under a seed.
+    /// Creates the scenario of a `[world]` table for a seed.
     ///
     /// # Errors
     /// An error names the missing or invalid setting.
@@ -384,7 +387,7 @@ impl Scenario {
     }
 }
 
-/// Error of a robot that a layout has no pose for.
+/// Returns the error of a robot without a pose in a layout.
 fn not_placed(name: &str, poses: &BTreeMap<String, Pose>, robot: &str) -> DescriptionError {
     let (setting, table) = match name {
         "random" => ("world.random".into(), "robot"),
@@ -403,8 +406,7 @@ fn not_placed(name: &str, poses: &BTreeMap<String, Pose>, robot: &str) -> Descri
     DescriptionError::new(&setting, message)
 }
 
-/// The laser scanner of that name that a robot may carry.
-/// The device of that name of those that a robot may carry.
+/// Returns a device of a robot by its name.
 fn carried<T: Clone>(
     kind: &str,
     name: &str,

@@ -1,41 +1,42 @@
-//! What cameras see of a world beside its bodies: surfaces, signs, victims, decoys and fires.
+//! Scenery for cameras: surfaces, signs, victims, decoys and fires.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::DocumentStep;
 
-/// The most things of a kind in a world.
+/// Largest number of objects of a kind in a world.
 const MOST: usize = 256;
-/// The greatest coordinate or length, m.
+/// Largest coordinate or length, m.
 const FAR: f64 = 1e5;
 /// Number of tags of the family 16h5.
 const TAGS: u32 = 30;
-/// The longest text of a QR code, bytes.
+/// Longest text of a QR code, bytes.
 const LONGEST_TEXT: usize = 120;
 
-/// Look of a world. Nothing of it is touched, or seen by other sensors than cameras.
+/// Appearance of a world.
+/// Robots do not touch it, and only cameras see it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scenery {
-    /// Height of bodies that have none of their own, m; 1.2 by default.
+    /// Default height of bodies, m; 1.2 by default.
     pub wall_height: Option<f64>,
-    /// Material of bodies that have none of their own; plaster by default.
+    /// Default material of bodies; plaster by default.
     pub wall: Option<Material>,
-    /// Floor outside of `floors`; concrete by default.
+    /// Material of the floor outside of `floors`; concrete by default.
     pub floor: Option<Material>,
-    /// How rough that floor is, from 0 to 1; 0.2 by default.
+    /// Roughness of that floor, 0 to 1; 0.2 by default.
     pub floor_roughness: Option<f64>,
     /// Height of the ceiling, m; none by default.
     pub ceiling: Option<f64>,
-    /// Share of the light that comes from everywhere, from 0 to 1; 0.6 by default.
+    /// Share of ambient light, 0 to 1; 0.6 by default.
     pub ambience: Option<f64>,
-    /// Parts of the floor that are different; later ones lie on earlier ones.
+    /// Different parts of the floor; later ones cover earlier ones.
     pub floors: Vec<FloorDescription>,
     /// Signs with codes.
     pub signs: Vec<SignDescription>,
     /// Victims.
     pub victims: Vec<VictimDescription>,
-    /// Things in the colours of victims.
+    /// Decoys: objects in the colours of victims.
     pub decoys: Vec<DecoyDescription>,
     /// Fires.
     pub fires: Vec<FireDescription>,
@@ -61,30 +62,31 @@ pub enum Material {
     Wood,
 }
 
-/// A rectangle of the floor.
+/// Rectangle of the floor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FloorDescription {
-    /// Its middle, m.
+    /// Centre, m.
     pub center: [f64; 2],
     /// Extent along x and along y, m.
     pub size: [f64; 2],
     /// Material.
     pub material: Material,
-    /// How rough it is, from 0 to 1.
+    /// Roughness, 0 to 1.
     #[serde(default)]
     pub roughness: f64,
 }
 
-/// A square sign with a code, which has one side.
+/// Square one-sided sign with a code.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignDescription {
     /// Name.
     pub name: String,
-    /// Its middle, m; 5 mm in front of that it is seen, so that it may be on a wall.
+    /// Centre, m.
+    /// The sign is rendered 5 mm in front of it, so that it may be on a wall.
     pub position: [f64; 3],
-    /// Where it faces, rad.
+    /// Direction that it faces, rad.
     #[serde(default)]
     pub theta: f64,
     /// Side of the code without its white margin, m.
@@ -97,17 +99,17 @@ pub struct SignDescription {
     pub april_tag: Option<u32>,
 }
 
-/// How a victim is found.
+/// Posture of a victim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Posture {
-    /// On the floor, seen from the side.
+    /// Lying on the floor, seen from the side.
     Lying,
-    /// On the floor, leaning on something.
+    /// Sitting on the floor, leaning on something.
     Sitting,
-    /// Upright.
+    /// Standing upright.
     Standing,
-    /// In a hole of a wall.
+    /// Trapped in a hole of a wall.
     Trapped,
 }
 
@@ -115,16 +117,17 @@ pub enum Posture {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VictimDescription {
-    /// Name; skin and clothes have colours by it.
+    /// Name, which determines the colours of skin and clothes.
     pub name: String,
-    /// Middle of its lower edge, m: x, y and z.
+    /// Middle of the lower edge, m: x, y and z.
     pub position: [f64; 3],
-    /// Where the hole of a trapped victim faces, rad; others are seen alike from everywhere.
+    /// Direction that the hole of a trapped victim faces, rad.
+    /// Other victims look the same from all sides.
     #[serde(default)]
     pub theta: f64,
     /// Posture.
     pub posture: Posture,
-    /// Whether it waves an arm.
+    /// Waving of an arm.
     #[serde(default)]
     pub waves: bool,
 }
@@ -141,13 +144,13 @@ pub enum DecoyShape {
     Board,
 }
 
-/// A thing in the colours of victims.
+/// Decoy: an object in the colours of victims.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DecoyDescription {
-    /// Name; it has colours by it.
+    /// Name, which determines its colours.
     pub name: String,
-    /// Middle of its lower edge, m: x, y and z.
+    /// Middle of the lower edge, m: x, y and z.
     pub position: [f64; 3],
     /// Shape.
     pub shape: DecoyShape,
@@ -155,23 +158,23 @@ pub struct DecoyDescription {
     pub size: [f64; 2],
 }
 
-/// A fire, which flickers.
+/// Flickering fire.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FireDescription {
     /// Name.
     pub name: String,
-    /// Middle of its lower edge, m: x, y and z.
+    /// Middle of the lower edge, m: x, y and z.
     pub position: [f64; 3],
     /// Width and height, m.
     pub size: [f64; 2],
 }
 
-/// A wrong value: the way to it, and what was expected.
+/// Invalid value: its path, and the expectation.
 type SceneryMistake<'a> = (Vec<DocumentStep<'a>>, String);
 
 impl Scenery {
-    /// Puts the things of another one beside those of this one, whose surfaces it may change.
+    /// Adds the objects of another scenery; its surfaces replace those of this one.
     pub fn add(&mut self, other: &Self) {
         self.wall_height = other.wall_height.or(self.wall_height);
         self.wall = other.wall.or(self.wall);
@@ -186,7 +189,7 @@ impl Scenery {
         self.fires.extend_from_slice(&other.fires);
     }
 
-    /// Returns the way to an invalid value, and the expectation.
+    /// Returns the path of an invalid value, and the expectation.
     pub(crate) fn mistake(&self) -> Option<SceneryMistake<'static>> {
         let heights = [("wall_height", self.wall_height), ("ceiling", self.ceiling)];
         for (key, height) in heights {
@@ -206,7 +209,7 @@ impl Scenery {
         })
     }
 
-    /// Table, index and key of an invalid value of a thing, and the expectation.
+    /// Returns table, index and key of an object's invalid value, and the expectation.
     fn mistake_of_thing(&self) -> Option<(&'static str, usize, &'static str, String)> {
         fn first<'a, T: 'a>(
             table: &'static str,

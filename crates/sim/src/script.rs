@@ -1,4 +1,4 @@
-//! Robots that follow a script: the disturbers of the experiments.
+//! Scripted robots: the disturbers of the experiments.
 
 use std::ops::RangeInclusive;
 
@@ -10,20 +10,20 @@ use crate::drive::Wheels;
 use crate::robot::SonarDescription;
 use crate::sonar::Echo;
 
-/// Maximum direction of a sonar that counts as ahead, degrees.
+/// Largest direction of a sonar that counts as ahead, degrees.
 const AHEAD: f64 = 60.0;
 
 /// Random walk: straight, with random new headings, away from obstacles ahead.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RandomWalk {
-    /// Speed of the wheels when it goes straight, radians per second.
+    /// Wheel speed on straight legs, rad/s.
     pub wheel_speed: f64,
-    /// Seconds until it turns again, at least and at most.
+    /// Shortest and longest time until the next turn, s.
     pub interval: [f64; 2],
-    /// Clearance below which it turns away, metres.
+    /// Clearance below which it turns away, m.
     pub clearance: f64,
-    /// Whether it does not listen to its sonars.
+    /// Blind walk, which ignores the sonars.
     pub blind: bool,
 }
 
@@ -33,24 +33,24 @@ impl Default for RandomWalk {
     }
 }
 
-/// Where a wanderer stands in its script.
+/// State of a wanderer's script.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Wanderer {
     walk: RandomWalk,
     random: Random,
-    /// The sonars that look ahead, to either side: a bit for each.
+    /// Bit masks of the sonars that look ahead, on either side.
     ahead: (u16, u16),
-    /// Seconds until the present leg ends.
+    /// Time until the current leg ends, s.
     left: f64,
-    /// The present leg: 1 turns left, -1 right, 0 goes straight.
+    /// Current leg: 1 turns left, -1 right, 0 goes straight.
     turn: f64,
 }
 
 impl Wanderer {
-    /// A wanderer that decides by that stream and listens to that ring.
+    /// Creates a wanderer with a random stream and the sonars that it uses.
     ///
     /// # Errors
-    /// When it must listen and no sonar looks ahead.
+    /// If it uses its sonars and none looks ahead.
     pub fn new(walk: RandomWalk, ring: Option<&SonarDescription>, random: Random) -> Result<Self, String> {
         let placements = ring.map_or(&[][..], |ring| &ring.placements);
         let among = |range: RangeInclusive<f64>| {

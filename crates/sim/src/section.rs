@@ -1,14 +1,15 @@
-//! Locates a mistake in a `[world]` table that can't be read.
+//! Location of a mistake in an unreadable `[world]` table.
 
 use serde_json::{Map, Value};
 use slate_module::blackboard::nearest_names;
 
 use crate::error::{DescriptionError, key};
 
-/// Returns the reader's error for a table, if it has one.
+/// Function that returns the reader's error for a table, if any.
 type SectionError = fn(Value) -> Option<String>;
 
-/// The error of a table that can't be read, at the key that is wrong; `error` is the reader's.
+/// Returns the error of a table that can't be read, at the invalid key.
+/// `error` is that of the reader.
 pub(crate) fn misread(table: &Value, error: &str, read: SectionError) -> DescriptionError {
     let mut path = Vec::new();
     descend(table, &mut path, error, read);
@@ -48,7 +49,7 @@ fn descend<'a>(inner: &'a Value, path: &mut Vec<&'a str>, error: &str, read: Sec
     }
 }
 
-/// The reader's message in the words of other errors.
+/// Rewords the reader's message like other errors.
 fn reworded(error: &str) -> String {
     if let Some((found, expected)) =
         error.strip_prefix("invalid type: ").and_then(|rest| rest.split_once(", expected "))

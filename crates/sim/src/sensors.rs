@@ -80,7 +80,7 @@ impl Measurement for Option<Travel> {
 }
 
 impl Measurement for Vec<Sighting> {
-    /// No robot in view is a measurement too.
+    /// Returns false, as no robot in view is a measurement, too.
     fn is_none(&self) -> bool {
         false
     }
@@ -113,7 +113,8 @@ impl Measurement for Vec<f32> {
 }
 
 impl Sensors {
-    /// Lets them measure from robot number `own`, whose body moves like that. What is near is memory that many robots share.
+    /// Measures with all sensors of robot number `own`, whose body moves so.
+    /// `nearby` is scratch memory that many robots share.
     pub fn sense(
         &mut self,
         own: usize,

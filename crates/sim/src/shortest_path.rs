@@ -1,16 +1,17 @@
-//! Shortest path of a disc among convex bodies: the reference of a run's path length.
+//! Shortest path of a disc among convex bodies.
+//! It is the reference for the path length of a run.
 
 use slate_module::math::{cos, sin};
 
 use crate::geometry::{Point, Polygon, nearest_on};
 
-/// Corners of inflated bodies are rounded with that many points per full turn.
+/// Points per full turn of the rounded corners of inflated bodies.
 const ROUNDING: usize = 24;
 
-/// Returns the length of the shortest path of a disc, metres; `None` if there is none.
+/// Returns the length of the shortest path of a disc, m; `None` without one.
 ///
-/// The bodies grow by the radius, with rounded corners, and the way goes along what then sees each other (visibility
-/// graph, searched with Dijkstra's algorithm).
+/// The bodies grow by the radius, with rounded corners. The path follows the visibility graph of the corners, searched
+/// with Dijkstra's algorithm.
 pub fn shortest_path(bodies: &[Polygon], from: Point, to: Point, radius: f64) -> Option<f64> {
     let mut nodes = vec![from, to];
     for body in bodies {

@@ -1,4 +1,4 @@
-//! Sonars: each hears the nearest thing in its cone, an area and not a ray.
+//! Sonars: each measures the nearest obstacle in its cone, an area and not a ray.
 
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
@@ -12,49 +12,50 @@ use crate::surroundings::{NearBody, Nearby};
 /// Measurement of a sonar.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Echo {
-    /// Range, metres; the maximum range without an echo.
+    /// Range, m; the maximum range without an echo.
     pub range: f64,
-    /// Whether anything was heard.
+    /// Detection of an echo.
     pub heard: bool,
 }
 
-/// Where one sonar hears.
+/// Field of view of one sonar.
 struct Cone {
     origin: Point,
-    /// Its middle and its borders, of length 1.
+    /// Unit vectors of its axis and its borders.
     axis: Point,
     left: Point,
     right: Point,
 }
 
-/// Bodies are left out only when they are farther away than this, so that rounding leaves out none that is heard; metres.
+/// Margin of the test for missed bodies, m.
+/// A body that is heard is not left out by rounding.
 const SLACK: f64 = 1e-9;
 
 impl Cone {
-    /// Whether a body is behind it or beyond one of its borders.
+    /// Returns whether a body is behind the sonar or beyond a border of the cone.
     fn misses(&self, body: &NearBody) -> bool {
         let (to, radius) = (body.center.minus(self.origin), body.radius + SLACK);
         self.axis.dot(to) < -radius || self.left.cross(to) > radius || self.right.cross(to) < -radius
     }
 }
 
-/// Ring of sonars, with its constants.
+/// Ring of sonars with precomputed directions.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SonarRing {
     description: SonarDescription,
-    /// Place and direction of each, in the robot's frame.
+    /// Position and direction of each sonar in the robot's frame.
     mounts: Vec<(Point, Point)>,
-    /// Cosine and sine of half the opening.
+    /// Cosine and sine of half the opening angle.
     half: (f64, f64),
-    /// Tangent of the greatest incidence.
+    /// Tangent of the maximum incidence.
     incidence: f64,
     random: Random,
-    /// When the last sweep was, nanoseconds.
+    /// Time of the last sweep, ns.
     last: Option<u64>,
 }
 
 impl SonarRing {
-    /// The ring of a robot whose noise comes from that stream.
+    /// Creates the ring of a robot; `random` is the stream of its noise.
     pub fn new(description: &SonarDescription, random: Random) -> Self {
         let half = description.field_of_view / 2.0;
         let mounts = description
@@ -75,17 +76,18 @@ impl SonarRing {
         }
     }
 
-    /// Opening, ranges and placements.
+    /// Returns opening, ranges and placements.
     pub fn description(&self) -> &SonarDescription {
         &self.description
     }
 
-    /// Maximum distance of the sonars from the reference point, metres.
+    /// Returns the largest distance of a sonar from the reference point, m.
     pub fn aside(&self) -> f64 {
         self.mounts.iter().map(|(place, _)| place.norm()).fold(0.0, max) + SLACK
     }
 
-    /// Which sonars sound at a time, in nanoseconds: a bit for each. The ring counts that time as that of a sweep.
+    /// Returns the bit mask of the sonars that fire at time `now`, ns.
+    /// The ring stores that time as the time of its last sweep.
     pub fn sound(&mut self, now: u64) -> u16 {
         let last = self.last.replace(now);
         let Some(rate) = self.description.rate else { return u16::MAX };
@@ -94,7 +96,8 @@ impl SonarRing {
         (0..count).filter(sounds).fold(0, |mask, sonar| mask | 1 << sonar)
     }
 
-    /// Measures with the sonars of a bit mask from a pose; the others keep their echoes.
+    /// Measures with the sonars of a bit mask from a pose.
+    /// Other sonars keep their echoes.
     pub fn sweep(&mut self, mask: u16, robot: &Frame, nearby: &Nearby, echoes: &mut Vec<Echo>) {
         let reach = self.description.range_max;
         echoes.resize(self.mounts.len(), Echo { range: reach, heard: false });
@@ -140,7 +143,8 @@ impl SonarRing {
         }
     }
 
-    /// The distance to the nearest point of the edge that is in the cone and faces the sonar well enough.
+    /// Returns the distance to the nearest visible point of an edge in the cone.
+    /// The edge must face the sonar within the maximum incidence.
     fn hear(&self, cone: &Cone, a: Point, b: Point) -> Option<f64> {
         let Cone { origin, axis, left, right } = *cone;
         let (a, b) = (a.minus(origin), b.minus(origin));

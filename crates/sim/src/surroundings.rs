@@ -1,4 +1,4 @@
-//! Static bodies and robots, with queries of those nearby.
+//! Static bodies and robots, with neighbourhood queries.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,75 +10,75 @@ use crate::geometry::{Extent, Frame, Point, Polygon};
 use crate::grid::Grid;
 use crate::wall_map::WorldMap;
 
-/// Body of something that moves, such as a robot, at its present pose.
+/// Hull of a moving body, such as a robot, at its current pose.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Hull {
-    /// In the robot's own frame.
+    /// Shape in the body's own frame.
     shape: Polygon,
-    /// The circle around the robot's reference point.
+    /// Radius of the bounding circle around the reference point, m.
     radius: f64,
     frame: Frame,
-    /// In the world.
+    /// Outline in the world.
     outline: Polygon,
 }
 
 impl Hull {
-    /// A robot's shape, in its own frame, at a place.
+    /// Creates a hull from a shape in its own frame, at a pose.
     pub fn new(shape: Polygon, frame: Frame) -> Self {
         let mut outline = Polygon::default();
         shape.place(&frame, &mut outline);
         Self { radius: shape.radius(), shape, frame, outline }
     }
 
-    /// Moves it.
+    /// Moves the hull to a pose.
     pub fn place(&mut self, frame: Frame) {
         self.frame = frame;
         self.shape.place(&frame, &mut self.outline);
     }
 
-    /// Where the robot is.
+    /// Returns the pose of the robot as a frame.
     pub fn frame(&self) -> &Frame {
         &self.frame
     }
 
-    /// The outline in the world.
+    /// Returns the outline in the world.
     pub fn outline(&self) -> &Polygon {
         &self.outline
     }
 
-    /// The circle around the robot's reference point, metres.
+    /// Returns the radius of the bounding circle around the reference point, m.
     pub fn radius(&self) -> f64 {
         self.radius
     }
 }
 
-/// The bodies around a robot, the nearest first.
+/// Bodies around a robot, nearest first.
 #[derive(Clone, Debug, Default)]
 pub struct Nearby {
     edges: Vec<(Point, Point)>,
     bodies: Vec<NearBody>,
 }
 
-/// A body around a robot.
+/// Body around a robot.
 #[derive(Clone, Debug)]
 pub struct NearBody {
     edges: Range<usize>,
-    /// It is at least that far from the robot's reference point, metres.
+    /// Lower bound of its distance from the robot's reference point, m.
     pub distance: f64,
-    /// Of a circle around the body.
+    /// Centre of its bounding circle.
     pub center: Point,
-    /// Of the same circle, metres.
+    /// Radius of its bounding circle, m.
     pub radius: f64,
 }
 
 impl Nearby {
-    /// The bodies, each with those of its edges that can be met; they are counter-clockwise.
+    /// Returns the bodies with their reachable edges, counter-clockwise.
     pub fn bodies(&self) -> impl Iterator<Item = (&NearBody, &[(Point, Point)])> {
         self.bodies.iter().map(|body| (body, &self.edges[body.edges.clone()]))
     }
 }
 
-/// Kind of a body that moves.
+/// Kind of a moving body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mover {
     /// A robot.
@@ -89,8 +89,8 @@ pub enum Mover {
     Door,
 }
 
-/// All that can be met, heard or seen. Bodies have numbers: first the static ones, then the movers, which are robots, people
-/// and doors in that order.
+/// Bodies that can be touched, heard or seen.
+/// They are numbered: first the static ones, then the movers, which are robots, people and doors in that order.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Surroundings {
     bodies: Vec<(String, Polygon)>,
@@ -99,7 +99,7 @@ pub struct Surroundings {
     /// All movers.
     robots: Vec<Hull>,
     robot_grid: Grid,
-    /// The radius of the widest mover.
+    /// Radius of the widest mover, m.
     widest: f64,
     /// Number of people among the movers.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -107,7 +107,8 @@ pub struct Surroundings {
     /// Number of doors among the movers.
     #[serde(default, skip_serializing_if = "is_zero")]
     doors: usize,
-    /// Map whose walls are the first static bodies; it never changes, and is no part of the state.
+    /// Map whose walls are the first static bodies.
+    /// It never changes, and is no part of the state.
     #[serde(skip)]
     map: Option<Arc<WorldMap>>,
 }
@@ -118,7 +119,8 @@ fn is_zero(number: &usize) -> bool {
 }
 
 impl Surroundings {
-    /// Static bodies by their names, and the map whose walls the first ones are, if any.
+    /// Creates surroundings of named static bodies.
+    /// The first ones are the walls of `map`, if any.
     pub fn new(bodies: Vec<(String, Polygon)>, map: Option<Arc<WorldMap>>) -> Self {
         let extents: Vec<_> = bodies.iter().map(|(_, polygon)| polygon.extent()).collect();
         let mut body_grid = Grid::default();
@@ -131,17 +133,19 @@ impl Surroundings {
         self.map = map;
     }
 
-    /// Map whose walls are the first static bodies.
+    /// Returns the map whose walls are the first static bodies.
     pub fn map(&self) -> Option<&Arc<WorldMap>> {
         self.map.as_ref()
     }
 
-    /// Puts a robot in. [`arrange`](Self::arrange) must follow.
+    /// Adds a robot.
+    /// [`arrange`](Self::arrange) must follow.
     pub fn add(&mut self, hull: Hull) {
         self.add_mover(Mover::Robot, hull);
     }
 
-    /// Puts a mover in, after those of its kind and before those of later kinds. [`arrange`](Self::arrange) must follow.
+    /// Adds a mover.
+    /// It goes after those of its kind and before those of later kinds. [`arrange`](Self::arrange) must follow.
     pub fn add_mover(&mut self, mover: Mover, hull: Hull) {
         self.widest = max(self.widest, hull.radius);
         self.robots.push(hull);
@@ -152,38 +156,39 @@ impl Surroundings {
         }
     }
 
-    /// The movers, to be moved. [`arrange`](Self::arrange) must follow.
+    /// Returns the movers for updates.
+    /// [`arrange`](Self::arrange) must follow.
     pub fn hulls_mut(&mut self) -> &mut [Hull] {
         &mut self.robots
     }
 
-    /// Makes movers that moved to be found where they are.
+    /// Updates the search grid to the current positions of the movers.
     pub fn arrange(&mut self) {
         let places = self.robots.iter().map(|hull| Extent::around(hull.frame.origin, 0.0));
         self.robot_grid.fill(places);
     }
 
-    /// Static bodies with their outlines.
+    /// Returns the static bodies with their outlines.
     pub fn bodies(&self) -> &[(String, Polygon)] {
         &self.bodies
     }
 
-    /// The robots.
+    /// Returns the robots.
     pub fn robots(&self) -> &[Hull] {
         &self.robots[..self.robot_count()]
     }
 
-    /// The movers: robots, people and doors.
+    /// Returns the movers: robots, people and doors.
     pub fn hulls(&self) -> &[Hull] {
         &self.robots
     }
 
-    /// Number of robots, which is that of the first person among the movers.
+    /// Returns the number of robots, which is that of the first person, too.
     pub fn robot_count(&self) -> usize {
         self.robots.len() - self.people - self.doors
     }
 
-    /// The kind of the mover of that number among the movers.
+    /// Returns the kind of a mover, by its number among the movers.
     pub fn mover(&self, number: usize) -> Mover {
         match number.checked_sub(self.robot_count()) {
             None => Mover::Robot,
@@ -192,7 +197,7 @@ impl Surroundings {
         }
     }
 
-    /// The outline of the body of that number.
+    /// Returns the outline of a body, by its number.
     pub fn outline(&self, number: usize) -> &Polygon {
         match number.checked_sub(self.bodies.len()) {
             Some(robot) => &self.robots[robot].outline,
@@ -200,7 +205,7 @@ impl Surroundings {
         }
     }
 
-    /// A circle around the body of that number.
+    /// Returns the bounding circle of a body, by its number.
     pub fn circle(&self, number: usize) -> (Point, f64) {
         match number.checked_sub(self.bodies.len()) {
             Some(robot) => (self.robots[robot].frame.origin, self.robots[robot].radius),
@@ -212,14 +217,14 @@ impl Surroundings {
         }
     }
 
-    /// Tells the numbers of the bodies of which a part may be within `reach` of a point, with a lower bound of their
-    /// distance from it.
+    /// Visits the bodies that may be within `reach` of a point, m.
+    /// Each has its number and a lower bound of its distance.
     pub fn near(&self, center: Point, reach: f64, mut found: impl FnMut(usize, f64)) {
         self.near_bodies(center, reach, &mut found);
         self.near_movers(center, reach, |mover, distance| found(self.bodies.len() + mover, distance));
     }
 
-    /// The same for static bodies alone.
+    /// Visits static bodies like [`near`](Self::near).
     pub fn near_bodies(&self, center: Point, reach: f64, mut found: impl FnMut(usize, f64)) {
         self.body_grid.near(&Extent::around(center, reach), |body| {
             let distance = self.extents[body].distance(center);
@@ -229,7 +234,7 @@ impl Surroundings {
         });
     }
 
-    /// The same for movers alone, by their numbers among the movers.
+    /// Visits movers like [`near`](Self::near), by their numbers among the movers.
     pub fn near_movers(&self, center: Point, reach: f64, mut found: impl FnMut(usize, f64)) {
         self.robot_grid.near(&Extent::around(center, reach + self.widest), |robot| {
             let hull = &self.robots[robot];
@@ -240,19 +245,20 @@ impl Surroundings {
         });
     }
 
-    /// Gathers what sensors of a robot can meet that are at most `aside` from its reference point and reach `range`
-    /// metres: bodies with those of their edges that turn their outside to one of them.
+    /// Collects bodies that a robot's sensors can detect, with edges that face them.
+    /// The sensors are at most `aside` from its reference point and reach `range`, both in metres.
     pub fn look_around(&self, robot: usize, range: f64, aside: f64, into: &mut Nearby) {
         self.look_beyond(robot, range, aside, 0, into);
     }
 
-    /// The same without the walls of the map, for sensors that look for those in the map itself.
+    /// Collects bodies like [`look_around`](Self::look_around), but no map walls.
+    /// For sensors that cast rays in the map itself.
     pub fn look_beyond_map(&self, robot: usize, range: f64, aside: f64, into: &mut Nearby) {
         let walls = self.map.as_ref().map_or(0, |map| map.walls);
         self.look_beyond(robot, range, aside, walls, into);
     }
 
-    /// Gathers what a sensor can meet of the bodies from that number on.
+    /// Collects detectable bodies from number `first_body` on.
     fn look_beyond(&self, robot: usize, range: f64, aside: f64, first_body: usize, into: &mut Nearby) {
         let Nearby { edges, bodies } = into;
         edges.clear();
@@ -278,7 +284,8 @@ impl Surroundings {
         bodies.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance));
     }
 
-    /// The distance from a robot's body to the nearest other one, metres; infinite when there is none.
+    /// Returns the distance from a robot's body to the nearest other one, m.
+    /// Infinite without another body.
     pub fn clearance(&self, robot: usize) -> f64 {
         let Hull { radius, frame, outline, .. } = &self.robots[robot];
         let own = self.bodies.len() + robot;

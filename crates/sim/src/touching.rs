@@ -1,4 +1,4 @@
-//! Which bodies touch, since when, and where robots feel it.
+//! Contacts between bodies, their durations, and the bumpers that they press.
 
 use std::collections::BTreeMap;
 
@@ -10,19 +10,19 @@ use crate::geometry::{Gap, Point};
 use crate::robot::BumperDescription;
 use crate::surroundings::Surroundings;
 
-/// Where something presses on a robot.
+/// Contacts that a robot feels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Felt {
-    /// Whether it touches anything at all.
+    /// Contact with anything.
     pub anywhere: bool,
-    /// Whether its front bumper is pressed.
+    /// Contact at the front bumper.
     pub front: bool,
-    /// Whether its back bumper is pressed.
+    /// Contact at the back bumper.
     pub back: bool,
 }
 
 impl Felt {
-    /// Something touches there, in the robot's frame.
+    /// Adds a contact at a point in the robot's frame.
     pub(crate) fn press(&mut self, at: Point, bumper: Option<BumperDescription>) {
         self.anywhere = true;
         if let Some(BumperDescription { front, back }) = bumper {
@@ -32,20 +32,22 @@ impl Felt {
     }
 }
 
-/// Robots and other bodies in contact. A pair has the number of the robot that looks at the other, and the other's number
-/// among all bodies.
+/// Contacts of robots with other bodies.
+/// A pair has the number of the robot that observes the other, and the other's number among all bodies.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Touching {
-    /// When they touched last, nanoseconds.
+    /// Time of the last contact of each pair, ns.
     pairs: BTreeMap<(usize, usize), u64>,
-    /// Memory for the pairs that press on each other, with the contact's normal as the robot sees it.
+    /// Scratch memory for touching pairs.
+    /// Each has the contact's normal in the robot's view.
     #[serde(skip)]
     pressing: Vec<((usize, usize), Point)>,
 }
 
 impl Touching {
-    /// Finds which contacts last, end and begin; tells those that begin, with the contact's normal, and those that are
-    /// felt now, with where the bodies are nearest.
+    /// Updates the contacts: those that last, end and begin.
+    /// Reports those that begin, with the contact's normal, and those that are felt now, with the point where the
+    /// bodies are nearest.
     pub fn update(
         &mut self,
         physics: &PhysicsWorld,
@@ -79,7 +81,7 @@ impl Touching {
         });
     }
 
-    /// Collects the pressing contacts of robots, in order.
+    /// Collects the touching pairs of robots, in order.
     fn press(&mut self, physics: &PhysicsWorld, statics: usize, robots: usize) {
         self.pressing.clear();
         for pair in physics.narrow_phase.contact_pairs().filter(|pair| pair.has_any_active_contact()) {

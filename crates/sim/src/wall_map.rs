@@ -2,10 +2,11 @@
 
 use slate_grid::RayCaster;
 
-/// Occupied cells of a map, for the rays of laser scanners. The same walls are also bodies of the world.
+/// Occupied cells of a map, for ray casting of laser scanners.
+/// The same walls are also bodies of the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldMap {
     pub(crate) caster: RayCaster,
-    /// The first bodies of the world are its walls: so many.
+    /// Number of walls, which are the first bodies of the world.
     pub(crate) walls: usize,
 }

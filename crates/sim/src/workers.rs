@@ -1,12 +1,13 @@
-//! Work on many robots in several threads, with the same result in any number of them.
+//! Parallel work on many robots.
+//! Results do not depend on the number of threads.
 
 use std::sync::Mutex;
 
-/// Items per batch of a thread; fewer take less time than a thread's start.
+/// Batch size of a thread; fewer items take less time than a thread's start.
 const PART: usize = 64;
 
-/// Does work on each item, which has its number and memory that no other thread uses meanwhile. There are at most as many
-/// threads as memories, this one among them.
+/// Applies `work` to each item, with its number and a thread's own memory.
+/// At most as many threads run as there are memories, including the calling one.
 pub(crate) fn each<T: Send, M: Send>(
     items: &mut [T],
     memories: &mut [M],

@@ -1,4 +1,4 @@
-//! Worlds as TOML: static bodies between which robots move.
+//! Worlds in TOML: static bodies between which robots move.
 
 use std::sync::Arc;
 
@@ -15,40 +15,41 @@ pub use crate::scenery::{
 };
 use crate::wall_map::WorldMap;
 
-/// Static bodies and the area that they stand in.
+/// Static bodies and their bounds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct World {
     /// Name.
     pub name: String,
-    /// The area that is shown.
+    /// Area that is shown.
     pub bounds: Bounds,
     /// Static bodies.
     #[serde(default)]
     pub bodies: Vec<Body>,
-    /// What cameras see beside bodies.
+    /// Scenery for cameras, in addition to bodies.
     #[serde(default)]
     pub scenery: Scenery,
-    /// Map of which the first bodies are the walls, if it is the world of one.
+    /// Map whose walls are the first bodies, for a world from a map.
     #[serde(skip)]
     pub map: Option<Arc<WorldMap>>,
 }
 
-/// A rectangle along the axes, metres.
+/// Axis-aligned rectangle, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bounds {
-    /// The corner in the south-west.
+    /// South-west corner.
     pub minimum: [f64; 2],
-    /// The corner in the north-east.
+    /// North-east corner.
     pub maximum: [f64; 2],
 }
 
-/// A circle has that many corners: they are on it, and the middle of a side is 0.5 % of the radius inside.
+/// Corners of the polygon of a circle.
+/// They are on the circle, and the middle of a side is 0.5 % of the radius inside.
 const CIRCLE_CORNERS: usize = 32;
 
-/// Something that does not move: a rectangle by `center`, `size` and `theta`, a circle by `center` and `radius`, or a
-/// convex polygon by `points`.
+/// Static body: rectangle, circle or convex polygon.
+/// A rectangle has `center`, `size` and `theta`, a circle `center` and `radius`, a polygon `points`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
@@ -63,22 +64,22 @@ pub struct Body {
     /// Radius of a circle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
-    /// Turn of a rectangle, radians.
+    /// Rotation of a rectangle, rad.
     #[serde(default)]
     pub theta: f64,
     /// Corners of a convex polygon, counter-clockwise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<[f64; 2]>,
-    /// Height as cameras see it, m; that of the scenery by default.
+    /// Height in camera images, m; that of the scenery by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height: Option<f64>,
-    /// Material as cameras see it; that of the scenery by default.
+    /// Material in camera images; that of the scenery by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<Material>,
 }
 
 impl Body {
-    /// A rectangle along the axes.
+    /// Creates an axis-aligned rectangle.
     pub fn rectangle(name: &str, center: [f64; 2], size: [f64; 2]) -> Self {
         Self {
             name: name.into(),
@@ -92,7 +93,7 @@ impl Body {
         }
     }
 
-    /// A circle.
+    /// Creates a circle.
     pub fn circle(name: &str, center: [f64; 2], radius: f64) -> Self {
         Self {
             name: name.into(),
@@ -138,16 +139,16 @@ impl Body {
 }
 
 impl World {
-    /// A world that comes with the simulator.
+    /// Returns a built-in world.
     pub fn named(name: &str) -> Option<Result<Self, DescriptionError>> {
         WORLDS.iter().any(|(known, _)| *known == name).then(|| Self::load(name))
     }
 
-    /// A world that comes with the simulator, by its name, or one from a file, by its path: a description, or a map of
-    /// ROS with the extension `yaml`.
+    /// Loads a world by the name of a built-in one, or by the path of a file.
+    /// The file is a description, or a map of ROS with the extension `yaml`.
     ///
     /// # Errors
-    /// When there is none, and as [`parse`](Self::parse).
+    /// If it does not exist, and as [`parse`](Self::parse).
     pub fn load(name: &str) -> Result<Self, DescriptionError> {
         if name.ends_with(".yaml") {
             return Self::read_map(name);
@@ -159,7 +160,7 @@ impl World {
     /// Reads a world.
     ///
     /// # Errors
-    /// Names the file, the line and what was expected.
+    /// The file, the line and the expectation.
     pub fn parse(source_name: &str, text: &str) -> Result<Self, DescriptionError> {
         let world: Self = DescriptionError::parse(source_name, text)?;
         let wrong = |path: &[DocumentStep<'_>], message: String| {

@@ -13,9 +13,9 @@ use crate::scenery::Scenery;
 use crate::wall_map::WorldMap;
 use crate::world::{Body, Bounds, World};
 
-/// Occupancy from which a cell is a wall, %.
+/// Occupancy threshold of a wall, %.
 const WALL: i8 = 50;
-/// The most walls that a world has.
+/// Largest number of walls of a world.
 const MOST_WALLS: usize = 20_000;
 
 impl World {
@@ -26,7 +26,7 @@ impl World {
         Self::from_map(name, &map)
     }
 
-    /// Makes the world of an occupancy grid, whose occupied cells are walls.
+    /// Creates the world of an occupancy grid, whose occupied cells are walls.
     ///
     /// # Errors
     /// It has more walls than a world can have.
@@ -54,7 +54,7 @@ impl World {
     }
 }
 
-/// The rectangle around a map.
+/// Returns the bounding rectangle of a map.
 fn bounds(geometry: &Geometry) -> Bounds {
     let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(right, up)| {
         let side = |cells: usize, share: usize| (cells * share) as f64 * geometry.resolution;
@@ -70,14 +70,15 @@ fn bounds(geometry: &Geometry) -> Bounds {
     }
 }
 
-/// A point of a map by its distances from the first cell's corner along the map's axes, m.
+/// Returns a point of a map by its offsets from the first cell's corner, m.
+/// The offsets are along the map's axes.
 fn corner(geometry: &Geometry, right: f64, up: f64) -> Point {
     let origin = geometry.origin();
     let (sine, cosine) = (sin(origin.theta), cos(origin.theta));
     Point::new(origin.x + right * cosine - up * sine, origin.y + right * sine + up * cosine)
 }
 
-/// Occupied cells that are one wall: columns and rows, from and up to.
+/// Occupied cells of one wall: half-open ranges of columns and rows.
 struct Wall {
     columns: (usize, usize),
     rows: (usize, usize),
@@ -94,7 +95,8 @@ impl Wall {
     }
 }
 
-/// Covers occupied cells with rectangles, each of which is first as wide, then as high as possible.
+/// Covers occupied cells with rectangles.
+/// Each is first as wide, then as high as possible.
 fn rectangles(geometry: &Geometry, is_wall: impl Fn(usize) -> bool) -> Vec<Wall> {
     let mut covered = vec![false; geometry.cells()];
     let mut walls = Vec::new();

@@ -1,4 +1,5 @@
-//! What a tick costs more when its module is in a shared library: `cargo bench -p slate-robotics --bench plugin`.
+//! Benchmark of a tick's overhead when its module is in a shared library.
+//! `cargo bench -p slate-robotics --bench plugin`
 #![allow(
     clippy::unwrap_used,
     clippy::disallowed_methods,
@@ -21,7 +22,7 @@ use slate::module::{
 };
 use slate_wheeled::monitors::PositionMonitor;
 
-/// The module that is called: it reads a position and writes it.
+/// Called module: it reads a position and writes it.
 type Called = MonitorBlock<PositionMonitor>;
 
 const CALLS: u32 = 1000;
@@ -84,7 +85,7 @@ fn main() {
     println!("by the table, in a library       {loaded:6.2} ns  ({:+.2})", loaded - fixed);
 }
 
-/// The median of a call's time, nanoseconds.
+/// Returns the median of a call's time, ns.
 fn measured(mut call: impl FnMut() -> i32) -> f64 {
     let mut times: Vec<f64> = (0..ROUNDS)
         .map(|_| {

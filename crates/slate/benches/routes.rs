@@ -1,5 +1,6 @@
-//! The two routes of a robot: how long a reflex takes from the sensor's write to the command that passed the gate, and
-//! how many actions a second go through Execute. `cargo bench -p slate-robotics --bench routes`
+//! Benchmark of a robot's two routes.
+//! Latency of a reflex from the sensor's write to the command after the gate, and the number of actions per second
+//! through Execute. `cargo bench -p slate-robotics --bench routes`
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -26,7 +27,7 @@ struct SensorIo {
     range: Output<Clearance>,
 }
 
-/// Something comes near, a hundred times a second.
+/// Range sensor that reports an approaching obstacle, a hundred times a second.
 struct RangeSensor;
 
 #[module(stage = SensorAcquire, every = "10ms")]
@@ -89,7 +90,7 @@ impl Action<Body> for Evade {
     }
 }
 
-/// Is done at once.
+/// Action that is done at once.
 #[derive(Serialize, Deserialize)]
 struct Nothing {}
 
@@ -156,7 +157,7 @@ fn print(what: &str, mut nanoseconds: Vec<u64>) -> f64 {
     at(0.5)
 }
 
-/// The floor: a thread wakes another, which wakes a third, each from its sleep.
+/// Measures the lower bound: a chain of two wake-ups of sleeping threads.
 fn two_wakes(rounds: usize) -> Vec<u64> {
     let (sent, got) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));
     let start = Instant::now();
@@ -209,7 +210,8 @@ period = "5ms"
 command = "execute/wheels"
 "#;
 
-/// From the stamp of the sensor's value to the stamp of the command that passed the gate, on the agent's clock.
+/// Measures reflex latencies on the agent's clock, ns.
+/// From the stamp of the sensor's value to the stamp of the command that passed the gate.
 fn reflex(samples: usize) -> Vec<u64> {
     let mut agent = agent(ROBOT, Mode::Threaded, Rate::REALTIME);
     let reader = |path: &str| agent.board().find(path).unwrap().0.channel().unwrap().latest().unwrap();

@@ -1,5 +1,6 @@
-//! Slate: a robot software framework. An architecture for autonomous robots that the compiler enforces, everything the
-//! robot knows at a URL, and runs that repeat bit for bit.
+//! Slate: a robot software framework.
+//! An architecture for autonomous robots that the compiler enforces, all knowledge of the robot at a URL, and runs that
+//! repeat bit for bit.
 //!
 //! This is the crate to depend on; [`prelude`] has what the file of a module imports.
 
@@ -18,8 +19,9 @@ pub use slate_safety as safety;
 pub use slate_share as share;
 pub use slate_sim as sim;
 
-/// What the file of a module or of a robot in MAPE-K imports: ports and macros, the blocks of MAPE-K with their
-/// actions, builder and pipeline, the common interfaces, and mathematics.
+/// Imports for the file of a module or of a robot in MAPE-K.
+/// Ports and macros, the blocks of MAPE-K with their actions, builder and pipeline, the common interfaces, and
+/// mathematics.
 ///
 /// ```
 /// use slate::prelude::*;
@@ -60,8 +62,8 @@ pub mod prelude {
     pub use std::process::ExitCode;
 }
 
-/// The README and the book, whose Rust code is compiled and run with the tests. The first chapter's code is that of
-/// the documentation of slate-mapek, where it is one program.
+/// README and book, whose Rust code is compiled and run with the tests.
+/// The first chapter's code is that of the documentation of slate-mapek, where it is one program.
 #[cfg(doctest)]
 mod documents {
     #[doc = include_str!("../../../README.md")]

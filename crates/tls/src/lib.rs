@@ -1,4 +1,4 @@
-//! Verification of the other end of a connection by TLS 1.3, for agents and for clients of agents.
+//! TLS 1.3 verification of the other end, for agents and their clients.
 
 use std::sync::{Arc, OnceLock};
 
@@ -12,11 +12,12 @@ use rustls::{
     CertificateError, DigitallySignedStruct, DistinguishedName, Error, RootCertStore, SignatureScheme,
 };
 
-/// The certificate that the other end shows. It proves nothing until it is verified, and helps to find whose it is if it is
-/// refused.
+/// Certificate that the other end presents.
+/// It proves nothing until it is verified, and helps to find its owner if it is refused.
 pub type ShownCertificate = Arc<OnceLock<CertificateDer<'static>>>;
 
-/// Another authority may have the same name; the other end is told that it is another one.
+/// Converts a bad signature to an unknown issuer.
+/// Another authority may have the same name; the other end learns that it is another one.
 fn of_authority(error: Error) -> Error {
     match error {
         Error::InvalidCertificate(CertificateError::BadSignature) => {
@@ -55,13 +56,14 @@ macro_rules! signatures {
     };
 }
 
-/// What a certificate of a server is for.
+/// Subject of a server's certificate.
 #[derive(Debug)]
 enum Subject {
-    /// The host that is dialled, or whatever it is for, if the certificate itself is one of these: one that signs itself is
-    /// nobody's authority, and whoever shows it has its key.
+    /// Dialled host, or any subject if the certificate itself is one of these.
+    /// A self-signed certificate is nobody's authority, and its presenter has its key.
     Host(Vec<CertificateDer<'static>>),
-    /// An agent, wherever it is. Whoever waits for one compares its name with that of the certificate.
+    /// Any agent.
+    /// A caller that expects a certain one compares its name with that of the certificate.
     Agent(ShownCertificate),
 }
 
@@ -74,7 +76,7 @@ pub struct ServerVerifier {
 }
 
 impl ServerVerifier {
-    /// Takes the host that is dialled, and whoever shows a certificate that is `known` by itself.
+    /// Accepts the dialled host, and any end whose certificate itself is `known`.
     pub fn of_host(
         roots: Arc<RootCertStore>,
         provider: Arc<CryptoProvider>,
@@ -146,7 +148,7 @@ impl ServerCertVerifier for ServerVerifier {
     signatures!();
 }
 
-/// Verifies agents that dial: authorities of its own have signed their certificates.
+/// Verifier of dialling agents with certificates of dedicated authorities.
 #[derive(Debug)]
 pub struct ClientVerifier {
     verifier: Arc<dyn ClientCertVerifier>,
@@ -158,7 +160,7 @@ impl ClientVerifier {
     /// Takes every agent of the authorities.
     ///
     /// # Errors
-    /// When there is no authority.
+    /// Without any authority.
     pub fn new(
         roots: Arc<RootCertStore>,
         provider: Arc<CryptoProvider>,

@@ -1,67 +1,67 @@
 use crate::channel::{LinkError, Misfit};
 use crate::interface::AccessError;
 
-/// What goes wrong with the address space.
+/// Error of the address space.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BoardError {
-    /// Nothing is there.
+    /// No property is at the URL.
     #[error("no property at {url}{}", nearest(.near))]
     Unknown {
-        /// What was asked for.
+        /// The requested URL.
         url: String,
-        /// The nearest names there are.
+        /// Most similar names.
         near: Vec<String>,
     },
-    /// Something else is there already.
+    /// The URL is taken already.
     #[error("{url} exists already")]
     Exists {
-        /// Where.
+        /// The URL.
         url: String,
     },
-    /// A module writes it, so nobody else may.
+    /// A module writes the property, so no other caller may.
     #[error("{url} is written by its module; only parameters and inputs without a link can be set")]
     ReadOnly {
-        /// Which.
+        /// The URL.
         url: String,
     },
-    /// A link fills it, so nobody else may.
+    /// A link fills the property, so no other caller may.
     #[error("{url} follows {from}; take the link away first: slate unlink {url}")]
     Linked {
-        /// Which field.
+        /// URL of the field.
         url: String,
-        /// What it is linked to.
+        /// URL that the field is linked to.
         from: String,
     },
     /// The value or the field doesn't fit.
     #[error("{url}: {error}")]
     Access {
-        /// Which property.
+        /// URL of the property.
         url: String,
-        /// What is wrong.
+        /// Reason.
         error: AccessError,
     },
     /// The URL belongs to another agent.
     #[error("{url} belongs to another agent than {agent}")]
     OtherAgent {
-        /// What was asked for.
+        /// The requested URL.
         url: String,
         /// This agent.
         agent: String,
     },
-    /// A value of a snapshot doesn't fit.
+    /// A value of a snapshot does not fit.
     #[error("{url}: {error}")]
     Misfit {
-        /// Which property.
+        /// URL of the property.
         url: String,
         /// The value.
         error: Misfit,
     },
-    /// No handle is given out.
+    /// No handle is available.
     #[error("{url}: {error}")]
     Link {
-        /// Which property.
+        /// URL of the property.
         url: String,
-        /// Why.
+        /// Reason.
         error: LinkError,
     },
 }

@@ -6,27 +6,31 @@ use crate::channel::HandleChange;
 use crate::sync::{AtomicU32, AtomicU64, GuardedCell, Mutex, Ordering, order};
 use crate::wake::Wake;
 
-/// What happened to the property at a path. The first event of a property is that it appeared and the last that it
-/// vanished, also when another one takes its path.
+/// Event of the property at a path.
+/// The first event of a property is that it appeared and the last that it vanished, also when another one takes its
+/// path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// It was added.
+    /// The property was added.
     Appeared(Arc<str>),
-    /// It was removed. Handles that exist still work, but what they do is nobody's business.
+    /// The property was removed.
+    /// Existing handles still work, without an effect on the board.
     Vanished(Arc<str>),
-    /// It has a writer, of that generation, perhaps before it is told that the one before has left. What the host sets
-    /// comes with a writer that never leaves, so that is not told.
+    /// The property has a writer, of that generation.
+    /// The event may come before that of the former writer's leaving. A property that the host sets has a writer that
+    /// never leaves, so it has no such event.
     WriterCame(Arc<str>, u64),
     /// The writer of that generation is gone.
     WriterLeft(Arc<str>, u64),
-    /// It has one more reader. Tools that look at the newest value don't count.
+    /// The property has one more reader.
+    /// Tools that look at the newest value don't count.
     ReaderCame(Arc<str>),
-    /// It has one reader less.
+    /// The property has one reader less.
     ReaderLeft(Arc<str>),
 }
 
 impl Event {
-    /// Path of the property.
+    /// Returns the path of the property.
     pub fn path(&self) -> &Arc<str> {
         match self {
             Self::Appeared(path)
@@ -39,15 +43,16 @@ impl Event {
     }
 }
 
-/// Gets the events of properties, in the order in which they happened to each, from its queue: an iterator that can go
-/// on after it has returned nothing. Whoever causes an event never waits for it.
+/// Receiver of the events of properties, in the order of each property.
+/// It is an iterator over a queue, which can go on after it has returned `None`. The cause of an event never waits for
+/// it.
 #[derive(Debug)]
 pub struct Observer {
     ring: Arc<Ring>,
 }
 
 impl Observer {
-    /// How many events it never gets, because its queue was full.
+    /// Returns the number of events lost because the queue was full.
     pub fn missed(&self) -> u64 {
         self.ring.missed.load(Ordering::Relaxed)
     }
@@ -61,7 +66,8 @@ impl Iterator for Observer {
     }
 }
 
-/// The events on their way to one observer. One thread at a time puts events in, and one takes them out.
+/// Queue of the events for one observer.
+/// One thread at a time puts events in, and one takes them out.
 #[derive(Debug)]
 struct Ring {
     pattern: Pattern,
@@ -82,7 +88,7 @@ impl Ring {
         &self.slots[(number % self.slots.len() as u64) as usize]
     }
 
-    /// Called under the lock of the list, so by one thread at a time.
+    /// Adds an event; called under the lock of the list, so by one thread at a time.
     fn push(&self, event: &Event) {
         if !self.pattern.matches(event.path()) {
             return;
@@ -101,7 +107,7 @@ impl Ring {
         }
     }
 
-    /// Called by the observer only.
+    /// Takes the next event; called by the observer only.
     fn pop(&self) -> Option<Event> {
         let popped = self.popped.load(Ordering::Relaxed);
         if self.pushed.load(order::ACQUIRE) == popped {
@@ -114,12 +120,13 @@ impl Ring {
     }
 }
 
-/// All who observe a board.
+/// Observers of a board.
 #[derive(Debug)]
 pub(super) struct Observers {
-    /// Counts what the host has set.
+    /// Number of changes by the host.
     settings: Arc<AtomicU64>,
-    /// Locked by those who cause events, and by those who begin to observe; not to get events.
+    /// Queues of the observers.
+    /// Locked to cause an event, and to begin to observe; not to get events.
     rings: Mutex<Vec<Weak<Ring>>>,
 }
 
@@ -152,20 +159,21 @@ impl Observers {
     }
 }
 
-/// Counts the changes of all properties of a board that the host sets: with one look, a module sees that none of its
-/// own can have changed.
+/// Counter of changes to all properties of a board that the host sets.
+/// If it is unchanged, a module knows with one read that none of its own have changed.
 #[derive(Clone, Debug)]
 pub struct SettingsCounter(Arc<AtomicU64>);
 
 impl SettingsCounter {
-    /// The changes so far. Who sees a number sees what was set until then.
+    /// Returns the number of changes so far.
+    /// A reader of the number sees everything that was set until then.
     #[inline]
     pub fn count(&self) -> u64 {
         self.0.load(order::ACQUIRE)
     }
 }
 
-/// Where the events of one property come from.
+/// Source of the events of one property.
 #[derive(Debug)]
 pub(super) struct EventSource {
     path: Arc<str>,
@@ -183,7 +191,7 @@ impl EventSource {
         &self.path
     }
 
-    /// The host has set the property.
+    /// Counts a change of the property by the host.
     pub fn set(&self) {
         self.observers.settings.fetch_add(1, order::RELEASE);
     }

@@ -23,7 +23,7 @@ use events::{EventSource, Observers};
 
 /// The address space of an agent: properties by path.
 ///
-/// It is asked when something is linked or inspected, never on the way of a value: writers and readers hold handles.
+/// It is consulted to link or inspect, never to write or read a value: writers and readers hold handles.
 #[derive(Debug)]
 pub struct Board {
     agent: String,
@@ -32,9 +32,10 @@ pub struct Board {
     taps: Tappers,
 }
 
-/// Says who sees the values of a property.
+/// Assignment of observers to the values of properties.
 pub trait Taps: Send + Sync {
-    /// Who sees every value of it; nothing if nobody does. It is asked once, before the first value.
+    /// Returns the observer of every value of a property; `None` if it has none.
+    /// Called once, before the first value.
     fn tap(&self, property: &Property) -> Option<Arc<dyn Tap>>;
 }
 
@@ -52,11 +53,11 @@ type BoardEntries = BTreeMap<String, BoardEntry>;
 #[derive(Clone, Debug)]
 enum BoardEntry {
     Property(Arc<Property>),
-    /// An input that is linked: the URL of the property it reads, which may name a field.
+    /// Linked input: the URL of the property that it reads, which may name a field.
     Alias(String),
 }
 
-/// What shall stand at a path.
+/// Entry to be put at a path.
 #[derive(Clone, Debug)]
 pub enum Placement {
     /// A property that was made by [`Board::new_channel`], at its own path.
@@ -70,19 +71,19 @@ pub enum Placement {
     },
 }
 
-/// What a property with values takes.
+/// Capacity of a property with values.
 #[derive(Clone, Copy, Debug)]
 pub struct Store {
     /// Room in the tail, for interfaces with one.
     pub capacity: usize,
-    /// How many values are kept.
+    /// Number of values kept.
     pub depth: usize,
-    /// How many readers it serves.
+    /// Number of readers served.
     pub budget: Budget,
 }
 
 impl Board {
-    /// The address space of that agent.
+    /// Creates the address space of that agent.
     pub fn new(agent: &str) -> Self {
         Self {
             agent: agent.into(),
@@ -92,12 +93,13 @@ impl Board {
         }
     }
 
-    /// The agent's name.
+    /// Returns the agent's name.
     pub fn agent(&self) -> &str {
         &self.agent
     }
 
-    /// Has `taps` asked about each property with values that is made from now on. Only the first one counts.
+    /// Consults `taps` about each property with values that is created from now on.
+    /// Only the first call has an effect.
     pub fn tap_with(&self, taps: Arc<dyn Taps>) {
         // As with the tap of a channel.
         let _ = self.taps.0.set(taps);
@@ -126,7 +128,7 @@ impl Board {
         self.add_channel_in(path, doc, descriptor, store, access, None)
     }
 
-    /// As [`add_channel`](Board::add_channel), with the bytes of the values in that memory.
+    /// Adds a property as [`add_channel`](Board::add_channel), with values in `memory`.
     ///
     /// # Errors
     /// As [`add_channel`](Board::add_channel).
@@ -144,8 +146,9 @@ impl Board {
         self.add(property)
     }
 
-    /// Makes a property as [`add_channel_in`](Board::add_channel_in) does, which nobody finds before it is
-    /// [placed](Board::place) and whose values nobody sees before it is [tapped](Board::tap).
+    /// Creates a property as [`add_channel_in`](Board::add_channel_in), off the board.
+    /// It can't be found before it is [placed](Board::place), and its values are not observed before it is
+    /// [tapped](Board::tap).
     ///
     /// # Errors
     /// When a setting's memory can't be had.
@@ -172,7 +175,7 @@ impl Board {
         Ok(Arc::new(Property::new(source, doc, descriptor, access, carrier, setter)))
     }
 
-    /// Has the values of a property seen that [`new_channel`](Board::new_channel) made, from its first write on.
+    /// Taps a property of [`new_channel`](Board::new_channel), from its first write on.
     /// A property that is made on trial stays untapped, so a recorder never hears of it.
     pub fn tap(&self, property: &Property) {
         if let Carrier::Channel(channel) = property.carrier()
@@ -182,8 +185,8 @@ impl Board {
         }
     }
 
-    /// Puts properties and other names at their paths, all at once, in the place of what stands there. What stood there
-    /// goes as with [`remove`](Board::remove).
+    /// Puts properties and aliases at their paths, all at once.
+    /// They replace the present entries, which are removed as with [`remove`](Board::remove).
     pub fn place(&self, placements: Vec<Placement>) {
         let mut gone = Vec::new();
         let mut entries = self.entries_mut();
@@ -241,7 +244,7 @@ impl Board {
         Ok(property)
     }
 
-    /// Makes `path` another name of `target`: a linked input.
+    /// Makes `path` an alias of `target`: a linked input.
     ///
     /// # Errors
     /// When the path is taken.
@@ -254,7 +257,7 @@ impl Board {
         Ok(())
     }
 
-    /// Makes `path`, which is another name already, one of `target`, and returns what it was one of.
+    /// Redirects the alias `path` to `target`, and returns its former target.
     ///
     /// # Errors
     /// When nothing is there, or a property.
@@ -267,8 +270,9 @@ impl Board {
         }
     }
 
-    /// Takes the property or the other name at exactly that path off. Who has the property, or a handle of it, keeps
-    /// that, and it works as before; but the path can be given to another one. Other names of it lead nowhere.
+    /// Removes the property or the alias at exactly that path.
+    /// The property and its existing handles work as before; but the path can be given to another one. Aliases of the
+    /// property lead nowhere.
     ///
     /// # Errors
     /// When nothing is there.
@@ -292,9 +296,10 @@ impl Board {
         self.observers.settings()
     }
 
-    /// Gets the events, from now on, of the properties whose paths are meant: at most `limit` (at least 1) wait for it,
-    /// what comes beyond is counted. It notifies `wake` (of 1), if there is one, of each. Who wants to know of what is
-    /// there already begins to observe first, and then looks, so that nothing comes in between.
+    /// Observes the properties whose paths match, from now on.
+    /// At most `limit` (at least 1) events wait in the queue; further ones are counted. It notifies `wake` (of 1), if
+    /// there is one, of each. To see the present properties too, begin to observe first, and then look, so that nothing
+    /// comes in between.
     ///
     /// ```
     /// # use slate_blackboard::{Access, Board, Event, Pattern, Store, channel::Budget, interface::Interface};
@@ -310,7 +315,8 @@ impl Board {
         self.observers.observe(pattern, limit, wake)
     }
 
-    /// The property at a path, and the field that the rest of the path names (empty for the whole).
+    /// Returns the property at a path, and the field that the rest of the path names.
+    /// The field is empty for the whole value.
     ///
     /// # Errors
     /// [`BoardError::Unknown`] with the nearest names.
@@ -319,12 +325,13 @@ impl Board {
         look_up(path, &entries).map_err(|path| unknown(&path, &entries))
     }
 
-    /// As [`find`](Board::find), and nothing when there is no such property: it looks for no others that may be meant.
+    /// Returns a property as [`find`](Board::find); `None` if it is missing.
+    /// It does not search for similar names.
     pub fn get(&self, path: &str) -> Option<(Arc<Property>, String)> {
         look_up(path, &self.entries()).ok()
     }
 
-    /// The property of a URL of this agent, and the field that it names.
+    /// Returns the property of a URL of this agent, and the field that it names.
     ///
     /// # Errors
     /// As [`find`](Board::find), or that the URL belongs to another agent.
@@ -345,7 +352,8 @@ impl Board {
         Ok(value(property.descriptor(), &bytes, items, place.as_ref()).map(|value| (value, stamp)))
     }
 
-    /// Reads all values that a property keeps, or a field of them, the oldest first: of a queue the last ones.
+    /// Reads all kept values of a property, or a field of them, the oldest first.
+    /// Of a queue these are the last ones.
     ///
     /// # Errors
     /// When there is no such property or field.
@@ -359,7 +367,7 @@ impl Board {
         Ok(kept.into_iter().filter_map(read).collect())
     }
 
-    /// A property, and where a field of it is.
+    /// Returns a property, and the path of a field of it.
     fn target(&self, path: &str) -> Result<(Arc<Property>, Option<FieldPath>), BoardError> {
         let (property, field) = self.find(path)?;
         let wrong = |error| BoardError::Access { url: format!("/{}", property.path()), error };
@@ -379,17 +387,18 @@ impl Board {
         property.set(&field, value, time)
     }
 
-    /// All properties in the order of their paths.
+    /// Returns all properties in the order of their paths.
     pub fn properties(&self) -> Vec<Arc<Property>> {
         self.filtered(|_| true)
     }
 
-    /// The properties whose paths are meant, in the order of their paths.
+    /// Returns the properties whose paths match, ordered by path.
     pub fn matching(&self, pattern: &Pattern) -> Vec<Arc<Property>> {
         self.filtered(|property| pattern.matches(property.path()))
     }
 
-    /// The properties of the interface of that name whose paths are meant, in the order of their paths.
+    /// Returns the properties of an interface whose paths match, ordered by path.
+    /// The interface is given by its name.
     pub fn matching_type(&self, interface: &str, pattern: &Pattern) -> Vec<Arc<Property>> {
         self.filtered(|property| property.descriptor().name == interface && pattern.matches(property.path()))
     }
@@ -403,7 +412,7 @@ impl Board {
         properties.filter(|property| wanted(property)).cloned().collect()
     }
 
-    /// All linked inputs with the paths that they read.
+    /// Returns all linked inputs with the paths that they read.
     pub fn aliases(&self) -> Vec<(String, String)> {
         let entries = self.entries();
         entries
@@ -416,7 +425,8 @@ impl Board {
     }
 }
 
-/// The property at a path and the rest of the path; or the path to which aliases lead, if there is none.
+/// Returns the property at a path and the rest of the path.
+/// If it is missing, returns the path to which aliases lead.
 fn value(
     descriptor: &'static Descriptor,
     bytes: &[u8],

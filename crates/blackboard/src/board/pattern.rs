@@ -1,7 +1,7 @@
 use std::fmt;
 
-/// Which paths are meant: names separated by slashes, where `*` stands for any one name and `**` for any number of
-/// them, also none.
+/// Pattern of paths: names separated by slashes.
+/// `*` stands for any one name and `**` for any number of them, also none.
 ///
 /// ```
 /// use slate_blackboard::Pattern;
@@ -23,13 +23,13 @@ enum PatternPart {
     Several,
 }
 
-/// Why a text is no pattern.
+/// Error of a text that is no pattern.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{text}` is no pattern of paths: between slashes stand names (letters, digits, _ and -), `*` or `**`"
 )]
 pub struct PatternError {
-    /// What was given.
+    /// The given text.
     pub text: String,
 }
 
@@ -49,7 +49,7 @@ impl Pattern {
         parts.map(|parts| Self { parts }).ok_or_else(|| PatternError { text: text.into() })
     }
 
-    /// Whether a path, without a leading slash, is one of those.
+    /// Returns true if the pattern matches a path, which has no leading slash.
     pub fn matches(&self, path: &str) -> bool {
         let mut rest = Some(path);
         let mut part = 0;
@@ -82,7 +82,7 @@ impl Pattern {
     }
 }
 
-/// The first name of a path, and those after it.
+/// Returns the first name of a path, and those after it.
 fn split(path: &str) -> (&str, Option<&str>) {
     path.split_once('/').map_or((path, None), |(first, after)| (first, Some(after)))
 }

@@ -23,7 +23,8 @@ pub struct Property {
     /// The writer of a property that the host sets: an unlinked input, a parameter.
     setter: Mutex<Option<Writer>>,
     probe: Mutex<Option<Latest>>,
-    /// Fields that links fill, so that nobody sets them, each with what it is linked to.
+    /// Fields that links fill, each with its source.
+    /// They can't be set otherwise.
     reserved: Mutex<Vec<(String, String)>>,
     /// Program outside of the agent that fills it.
     external: Mutex<String>,
@@ -31,7 +32,7 @@ pub struct Property {
     listeners: Mutex<Vec<Arc<Wake>>>,
 }
 
-/// How values or messages of a property travel.
+/// Transport of a property's values or messages.
 #[derive(Clone, Debug)]
 pub enum Carrier {
     /// Values: the newest, or the last few.
@@ -40,18 +41,20 @@ pub enum Carrier {
     Mailbox(Arc<Mailbox>),
 }
 
-/// Who writes a property.
+/// Writer of a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// A module.
     Output,
-    /// Configuration, command line and console: a parameter, or an input without a link.
+    /// Configuration, command line and console.
+    /// The property is a parameter, or an input without a link.
     Setting,
     /// Anybody sends messages.
     Messages,
 }
 
-/// What stays intact when another thread panicked while it held the lock.
+/// Locks a mutex, also after a panic of another thread that held it.
+/// The data stay intact.
 fn locked<T>(mutex: &Mutex<T>) -> impl DerefMut<Target = T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -81,7 +84,8 @@ impl Property {
         }
     }
 
-    /// Part of the architecture that alone writes it or sends to it, such as `monitor`; empty for none.
+    /// Returns the part of the architecture that alone writes it or sends to it.
+    /// An example is `monitor`. Empty for none.
     pub fn part(&self) -> String {
         locked(&self.part).clone()
     }
@@ -99,43 +103,44 @@ impl Property {
         format!("/{}", self.path())
     }
 
-    /// Path in the agent, without a leading slash.
+    /// Returns the path in the agent, without a leading slash.
     pub fn path(&self) -> &str {
         self.source.path()
     }
 
-    /// What it is for.
+    /// Returns the documentation.
     pub fn doc(&self) -> &str {
         &self.doc
     }
 
-    /// Source outside of the agent that fills it, such as `ros2:/scan`; empty for none.
+    /// Returns the source outside of the agent, such as `ros2:/scan`; empty for none.
     pub fn external(&self) -> String {
         locked(&self.external).clone()
     }
 
-    /// Sets the source outside of the agent that fills it from now on, by [`set_bytes`](Property::set_bytes) or
-    /// [`set_from_outside`](Property::set_from_outside): nobody else [sets](Property::set) it then.
+    /// Sets the external source that fills the property from now on.
+    /// The source is outside of the agent, and uses [`set_bytes`](Property::set_bytes) or
+    /// [`set_from_outside`](Property::set_from_outside): no other caller may [set](Property::set) it then.
     pub fn set_external(&self, source: &str) {
         source.clone_into(&mut *locked(&self.external));
     }
 
-    /// Its type.
+    /// Returns the descriptor of its type.
     pub fn descriptor(&self) -> &'static Descriptor {
         self.descriptor
     }
 
-    /// Who writes it.
+    /// Returns the writer.
     pub fn access(&self) -> Access {
         self.access
     }
 
-    /// How it travels.
+    /// Returns the transport of the values or messages.
     pub fn carrier(&self) -> &Carrier {
         &self.carrier
     }
 
-    /// The channel of a property that has values.
+    /// Returns the channel of a property that has values.
     pub fn channel(&self) -> Option<&Arc<Channel>> {
         match &self.carrier {
             Carrier::Channel(channel) => Some(channel),
@@ -143,27 +148,30 @@ impl Property {
         }
     }
 
-    /// Whether somebody watches, so that debug outputs are worth computing.
+    /// Returns true if the property is watched.
+    /// Only then are debug outputs worth computing.
     pub fn is_watched(&self) -> bool {
         self.watchers.0.load(Ordering::Relaxed) > 0
     }
 
-    /// Watches until what is returned is dropped.
+    /// Watches until the returned mark is dropped.
     pub fn watch(self: &Arc<Self>) -> Watching {
         Watching { property: Arc::clone(self), _watch: self.watchers.watch() }
     }
 
-    /// Counts those who watch, for who is not to keep the property.
+    /// Returns the counter of watchers, for a holder that must not keep the property.
     pub fn watchers(&self) -> Watchers {
         self.watchers.clone()
     }
 
-    /// How many readers of its values there are; tools that look at the newest one don't count.
+    /// Returns the number of readers of the values.
+    /// Tools that look at the newest one don't count.
     pub fn readers(&self) -> usize {
         self.channel().map_or(0, |channel| channel.readers())
     }
 
-    /// Whether its values have a writer now. One that the host sets always has.
+    /// Returns true if the values have a writer now.
+    /// A property that the host sets always has one.
     pub fn has_writer(&self) -> bool {
         self.channel().is_some_and(|channel| channel.has_writer())
     }
@@ -173,24 +181,26 @@ impl Property {
         self.channel().map_or(0, |channel| channel.generation())
     }
 
-    /// Has `wake` notified (of 1) whenever the value was set by [`set`](Property::set) or
-    /// [`set_bytes`](Property::set_bytes). Whoever sets it does not wait for the thread that is woken.
+    /// Notifies `wake` (of 1) whenever the value is set from now on.
+    /// This is by [`set`](Property::set) or [`set_bytes`](Property::set_bytes), whose callers do not wait for the woken
+    /// thread.
     pub fn add_listener(&self, wake: Arc<Wake>) {
         locked(&self.listeners).push(wake);
     }
 
-    /// Ends what [`add_listener`](Property::add_listener) began.
+    /// Removes a listener of [`add_listener`](Property::add_listener).
     pub fn remove_listener(&self, wake: &Arc<Wake>) {
         locked(&self.listeners).retain(|other| !Arc::ptr_eq(other, wake));
     }
 
-    /// Refuses that these fields are set from now on, and no others: each with what it is linked to.
+    /// Protects these fields, and no others, from being set.
+    /// Each has the source that it is linked to.
     pub fn reserve(&self, fields: Vec<(String, String)>) {
         let old = std::mem::replace(&mut *locked(&self.reserved), fields);
         drop(old);
     }
 
-    /// Whether a link fills what would be set.
+    /// Checks that no link fills the field to be set.
     fn check_reserved(&self, field: &str, value: &Value) -> Result<(), BoardError> {
         let external = self.external();
         if !external.is_empty() {
@@ -216,8 +226,9 @@ impl Property {
         }
     }
 
-    /// Lets a property that the host sets be written without waiting: nothing while somebody else sets it. Unlike with
-    /// [`set`](Property::set), nobody is told.
+    /// Returns a setter that never waits.
+    /// `None` while another caller sets the property. The property is one that the host sets. Unlike with
+    /// [`set`](Property::set), listeners are not notified.
     pub fn try_setter(&self) -> Option<Setter<'_>> {
         let guard = match self.setter.try_lock() {
             Ok(guard) => guard,
@@ -232,7 +243,8 @@ impl Property {
         locked(&self.listeners).iter().for_each(|wake| wake.notify(1));
     }
 
-    /// Copies the newest value: its bytes, its tail items and its stamp; nothing before the first write.
+    /// Copies the newest value: its bytes, number of tail items, and stamp.
+    /// `None` before the first write.
     ///
     /// # Errors
     /// When no reader handle is left.
@@ -248,7 +260,8 @@ impl Property {
         Ok(reader.value().map(|loan| (loan.bytes().to_vec(), loan.items(), loan.stamp())))
     }
 
-    /// Copies the values that it keeps, for a snapshot; nothing of one that receives messages.
+    /// Copies the kept values, for a snapshot.
+    /// `None` if the property receives messages.
     ///
     /// # Errors
     /// When there is no slot for what this pins meanwhile.
@@ -257,8 +270,9 @@ impl Property {
         frozen.map_err(|error| BoardError::Link { url: self.url(), error })
     }
 
-    /// Goes on from the values of a snapshot. A property that a module writes needs its `writer`, if it has one now. All
-    /// that read it have to [resume](Latest::resume) at a value of these.
+    /// Restores the values of a snapshot.
+    /// A property that a module writes needs its `writer`, if it has one now. All readers must [resume](Latest::resume)
+    /// at one of these values.
     ///
     /// # Errors
     /// When they don't fit, or the writer is another one's; nothing is changed then.
@@ -278,7 +292,7 @@ impl Property {
         Ok(())
     }
 
-    /// Sets the whole value of a property that the host writes, from memory of its interface.
+    /// Sets the whole value of a property that the host writes, from its memory layout.
     ///
     /// # Errors
     /// When a module writes it, or there are too few or too many bytes.
@@ -304,7 +318,8 @@ impl Property {
         Ok(stamp)
     }
 
-    /// Sets a field, or the whole value with an empty path, of a property that the host writes.
+    /// Sets a field, or with an empty path the whole value.
+    /// The property is one that the host writes.
     ///
     /// # Errors
     /// When a module writes it, or the value doesn't fit; nothing is changed then.
@@ -313,8 +328,8 @@ impl Property {
         self.set_from_outside(field, value, time)
     }
 
-    /// Sets a field, or the whole value with an empty path, on behalf of the source outside of the agent that
-    /// [fills it](Property::set_external).
+    /// Sets a field, or with an empty path the whole value, for the external source.
+    /// This is the source outside of the agent that [fills it](Property::set_external).
     ///
     /// # Errors
     /// When a module writes it, or the value doesn't fit; nothing is changed then.
@@ -352,7 +367,7 @@ impl Setter<'_> {
     }
 }
 
-/// Somebody watches a property as long as this lives.
+/// Observation of a property: it is watched as long as this lives.
 #[derive(Debug)]
 pub struct Watching {
     property: Arc<Property>,
@@ -360,25 +375,25 @@ pub struct Watching {
 }
 
 impl Watching {
-    /// What is watched.
+    /// Returns the watched property.
     pub fn property(&self) -> &Arc<Property> {
         &self.property
     }
 }
 
-/// Counts those who watch a property.
+/// Counter of the watchers of a property.
 #[derive(Clone, Debug, Default)]
 pub struct Watchers(Arc<AtomicU32>);
 
 impl Watchers {
-    /// Watches until what is returned is dropped.
+    /// Watches until the returned mark is dropped.
     pub fn watch(&self) -> Watch {
         self.0.fetch_add(1, Ordering::Relaxed);
         Watch(Arc::clone(&self.0))
     }
 }
 
-/// Somebody watches a property as long as this is there.
+/// Mark of one watcher: the property is watched as long as this lives.
 #[derive(Debug)]
 pub struct Watch(Arc<AtomicU32>);
 

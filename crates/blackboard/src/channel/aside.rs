@@ -4,7 +4,8 @@ use super::Channel;
 use super::pool::SlotPin;
 use crate::sync::{Ordering, order};
 
-/// A draft that a late step may still write to. Dropping this says that it no longer does.
+/// Draft that a late step may still write to.
+/// Dropping this says that it no longer does.
 #[derive(Debug)]
 pub struct SetAside {
     channel: Arc<Channel>,
@@ -12,7 +13,8 @@ pub struct SetAside {
 }
 
 impl SetAside {
-    /// A draft that the writer has pinned; the channel has no other one that is set aside.
+    /// Creates the handle of a draft that the writer has pinned.
+    /// The channel must not have another draft set aside.
     pub(super) fn new(channel: Arc<Channel>, held: SlotPin) -> Self {
         channel.aside.store(1, Ordering::Relaxed);
         Self { channel, held }

@@ -1,13 +1,13 @@
-//! A channel that keeps too few values for a reader that comes later: beside it comes one that keeps more, and its
-//! writer gives every value to both. Readers that are there go on with what they have, and learn nothing of it.
+//! Additional channel with more depth, for a reader that comes later.
+//! The writer of the first channel writes every value to both. Existing readers keep the first one, and do not notice.
 
 use std::sync::Arc;
 
 use super::{Budget, Channel, HandleChange, LinkError, Policy, QueueReader, Start, Writer};
 
 impl Channel {
-    /// The writer of a channel for the same values that keeps `depth` of them, to be given to this channel's writer with
-    /// [`deepen`](Writer::deepen). Its values are in private memory.
+    /// Creates the writer of a channel for the same values that keeps `depth` of them.
+    /// It is for this channel's writer, by [`deepen`](Writer::deepen). Its values are in private memory.
     ///
     /// # Errors
     /// When no memory is left for values.
@@ -23,8 +23,8 @@ impl Channel {
         Writer::new(&deeper)
     }
 
-    /// Whether a new reader of every value can take `window` values at once, and is far enough from being overtaken: twice
-    /// as many are kept.
+    /// Returns true if a new reader of every value can take `window` values at once.
+    /// Twice as many are kept, so that it is far enough from being overtaken.
     pub fn keeps_enough(&self, window: usize) -> bool {
         match self.desk().deeper.clone() {
             Some(deeper) => deeper.keeps_enough(window),
@@ -34,7 +34,8 @@ impl Channel {
 }
 
 impl Writer {
-    /// A reader of every value of this writer's channel, as [`Channel::queue`].
+    /// Creates a reader of every value of this writer's channel.
+    /// As [`Channel::queue`].
     ///
     /// # Errors
     /// As there.
@@ -42,9 +43,9 @@ impl Writer {
         self.channel.queue(policy, start)
     }
 
-    /// Writes to a [deeper](Channel::deeper) channel of this one too from now on, from which new readers of every value
-    /// then read; but for those that hold the writer up. The values have the numbers, times and generations that they
-    /// have here, and the last one is there already. Each value is copied once more.
+    /// Writes to a [deeper](Channel::deeper) channel of this one too from now on.
+    /// New readers of every value then read from it, except for those that hold the writer up. The values have the same
+    /// numbers, times and generations as here, and the last one is there already. Each value is copied once more.
     pub fn deepen(&mut self, mut deeper: Writer) {
         if let Some(own) = &mut self.deeper {
             own.deepen(deeper);
@@ -64,8 +65,8 @@ impl Writer {
         self.deeper = Some(Box::new(deeper));
     }
 
-    /// Writes no more to a deeper channel that nobody reads when there is a still deeper one, which takes its place: so
-    /// values are copied no more often than there are depths in use.
+    /// Drops an unread deeper channel if a still deeper one takes its place.
+    /// So values are copied no more often than there are depths in use.
     fn leave_unread(&mut self) {
         let mut desk = self.channel.desk();
         let Some(own) = self.deeper.as_mut().filter(|own| !own.channel.has_readers()) else { return };

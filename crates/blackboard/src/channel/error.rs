@@ -1,49 +1,50 @@
-/// Why a handle of a channel is not given out.
+/// Error of requesting a handle of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LinkError {
-    /// The budget has no more readers of this kind, or there is no slot for what another may pin.
+    /// The budget is exhausted for this kind of reader.
+    /// It has no more readers, or there is no slot for the pins of another one.
     #[error("no reader handle is left of {limit}")]
     BudgetSpent {
-        /// How many the budget has.
+        /// Number of readers in the budget.
         limit: u16,
     },
     /// The property has a writer.
     #[error("there is a writer already, of generation {generation}")]
     WriterTaken {
-        /// Which one.
+        /// Generation of the writer.
         generation: u64,
     },
     /// The memory that the values are to be in is spent.
     #[error("no memory is left for another value of {bytes} bytes")]
     OutOfMemory {
-        /// How many bytes a value takes there.
+        /// Size of a value in that memory, bytes.
         bytes: usize,
     },
 }
 
-/// A reader that must not be overtaken has no room; nothing was lost.
+/// Error: a reader that must not be overtaken has no room; nothing was lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a reader that must see every value is behind by the whole queue")]
 pub struct Blocked;
 
-/// A value whose bytes are elsewhere was not published.
+/// Error of publishing a lent value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AdoptError {
     /// A reader that must not be overtaken has no room.
     #[error(transparent)]
     Blocked(#[from] Blocked),
-    /// There are fewer bytes than the value has.
+    /// The lent memory is smaller than the value.
     #[error("the value takes {needed} bytes, rounded up to its alignment, and {length} are lent")]
     TooShort {
-        /// How many there are.
+        /// Number of lent bytes.
         length: usize,
-        /// How many it takes.
+        /// Number of needed bytes.
         needed: usize,
     },
-    /// They begin where no such value can.
+    /// The lent bytes are misaligned for such a value.
     #[error("the value is aligned to {align} bytes, and those that are lent are not")]
     Misaligned {
-        /// What its address has to be a multiple of.
+        /// Required alignment of the address, bytes.
         align: usize,
     },
     /// Another process looks for the values in memory that was given for them.

@@ -1,4 +1,4 @@
-//! Values that outlive their channel: what a snapshot keeps of it, and how another channel goes on from there.
+//! Snapshot of a channel's values, and their restoration into another channel.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use super::queue::oldest;
 use super::{Channel, LinkError, Writer, has_value, slots};
 use crate::{Shape, Stamp, bytes};
 
-/// The values that a channel keeps, and who wrote them.
+/// Kept values of a channel, and their writers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Frozen {
-    /// How many writers the channel has had.
+    /// Number of writers that the channel has had.
     pub generation: u64,
     /// Oldest first, without a gap.
     pub values: Vec<FrozenValue>,
@@ -24,35 +24,36 @@ pub struct FrozenValue {
     /// The value.
     #[serde(with = "bytes")]
     pub bytes: Vec<u8>,
-    /// How many items its tail has.
+    /// Number of items in the tail.
     pub items: usize,
-    /// When it was written, and by whom.
+    /// Time and writer of the value.
     pub stamp: Stamp,
 }
 
-/// A frozen value that a channel has no room for, that has not the bytes of its interface, or is not the next one.
+/// Error of a frozen value that does not fit the channel.
+/// The channel has no room for it, it has another size than its interface, or it is not the next one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "value {sequence}, of {bytes} bytes and {items} items in its tail, does not fit: there is room for {capacity} items"
 )]
 pub struct Misfit {
-    /// Its number.
+    /// Number of the value.
     pub sequence: u64,
-    /// Its bytes.
+    /// Size of the value, bytes.
     pub bytes: usize,
     /// The items of its tail.
     pub items: usize,
-    /// How many items the channel has room for.
+    /// Capacity of the channel, items.
     pub capacity: usize,
 }
 
 impl Frozen {
-    /// How many values were published until then.
+    /// Returns the number of values published until the snapshot.
     pub fn published(&self) -> u64 {
         self.values.last().map_or(0, |value| value.stamp.sequence)
     }
 
-    /// Whether a channel of that shape can go on with these values.
+    /// Checks that a channel of that shape can continue with these values.
     ///
     /// # Errors
     /// The first value that it has no room for.
@@ -72,7 +73,7 @@ impl Frozen {
 }
 
 impl Channel {
-    /// Copies the values that it keeps, while its writer and readers go on.
+    /// Copies the kept values, while writer and readers continue.
     ///
     /// # Errors
     /// When there is no slot for what this pins meanwhile.
@@ -116,7 +117,8 @@ impl Channel {
         Ok(Frozen { generation: self.generation(), values })
     }
 
-    /// Goes on from frozen values, for a channel without a writer. Readers have to [resume](super::Latest::resume) too.
+    /// Restores frozen values into a channel without a writer.
+    /// Readers must [resume](super::Latest::resume) too.
     ///
     /// # Errors
     /// When it has a writer, whose [`thaw`](Writer::thaw) it is then, or no memory for one.
@@ -126,9 +128,9 @@ impl Channel {
 }
 
 impl Writer {
-    /// Goes on from frozen values, as the writer that wrote them: with their stamps, and its generation. A reader that
-    /// is not told to [resume](super::Latest::resume) at a value of these sees nothing new until so many more were
-    /// written as it has seen.
+    /// Restores frozen values, as the writer that wrote them: with its generation.
+    /// The values keep their stamps. A reader that does not [resume](super::Latest::resume) at one of these values sees
+    /// nothing new until as many more were written as it has seen.
     ///
     /// # Errors
     /// When a value does not fit; nothing is changed then.

@@ -5,8 +5,9 @@ use super::{Channel, HandleChange};
 use crate::Stamp;
 use crate::sync::{Ordering, order};
 
-/// A reader of the newest value. It pins the value that it has seen last, and at times a candidate for the next; but for
-/// one that [takes turns](Latest::refresh_in_turn) with the writer.
+/// Reader of the newest value.
+/// It pins the value that it has seen last, and at times a candidate for the next; except if it [takes
+/// turns](Latest::refresh_in_turn) with the writer.
 ///
 /// It fills a cache line.
 #[derive(Debug)]
@@ -14,11 +15,11 @@ use crate::sync::{Ordering, order};
 pub struct Latest {
     channel: Arc<Channel>,
     held: Option<SlotPin>,
-    /// Whether that is not pinned, and stays only until the writer's next turn.
+    /// Set if `held` is not pinned, and stays only until the writer's next turn.
     is_loose: bool,
     sequence: u64,
     candidate: Option<SlotPin>,
-    /// Whether it is not counted.
+    /// Set if the reader is not counted.
     probe: bool,
 }
 
@@ -27,32 +28,32 @@ impl Latest {
         Self { channel, held: None, is_loose: false, sequence: 0, candidate: None, probe }
     }
 
-    /// Whether a newer value is there than the one held.
+    /// Returns true if a newer value than the held one is available.
     #[inline]
     pub fn has_news(&self) -> bool {
         self.channel.published() > self.sequence
     }
 
-    /// Takes over the newest value; false when the one held is the newest.
+    /// Takes over the newest value; false if it is already held.
     #[inline]
     pub fn refresh(&mut self) -> bool {
         self.propose() && self.accept()
     }
 
-    /// The value held; nothing before the first write.
+    /// Returns the held value; `None` before the first write.
     #[inline]
     pub fn value(&self) -> Option<Loan<'_>> {
         // SAFETY: the pin is not given back until `self` is used mutably. Who has none keeps to `refresh_in_turn`.
         self.held.map(|held| unsafe { held.lend() })
     }
 
-    /// The number of the value that it has seen last; 0 before the first.
+    /// Returns the number of the value seen last; 0 before the first.
     pub fn cursor(&self) -> u64 {
         self.sequence
     }
 
-    /// Goes on as a reader that has seen the values until that number. It holds the newest one, if that is the one; else
-    /// none before it is refreshed.
+    /// Continues as a reader that has seen the values until that number.
+    /// It holds the newest one, if that has this number; otherwise none before it is refreshed.
     pub fn resume(&mut self, cursor: u64) {
         self.reject();
         self.replace(None);
@@ -64,7 +65,8 @@ impl Latest {
         }
     }
 
-    /// Copies the value held, as much of it as fits; says how many items its tail has, and its stamp.
+    /// Copies as much of the held value as fits; returns its tail items and its stamp.
+    /// The tail items are a number.
     pub fn copy_to(&self, target: &mut [u8]) -> Option<(usize, Stamp)> {
         let loan = self.value()?;
         let bytes = loan.bytes();
@@ -73,7 +75,7 @@ impl Latest {
         Some((loan.items(), loan.stamp()))
     }
 
-    /// Pins the newest value beside the one held; false when that is the newest.
+    /// Pins the newest value as a candidate; false if it is already held.
     #[inline]
     pub fn propose(&mut self) -> bool {
         // It may not be this reader's turn any more.
@@ -89,7 +91,7 @@ impl Latest {
         true
     }
 
-    /// The candidate, if there is one, becomes the value held; says whether there was one.
+    /// Takes over the candidate as the held value; false without a candidate.
     #[inline]
     pub fn accept(&mut self) -> bool {
         let Some(candidate) = self.candidate.take() else { return false };
@@ -98,7 +100,7 @@ impl Latest {
         true
     }
 
-    /// Goes on with a value that is pinned, or none.
+    /// Replaces the held value by a pinned one, or none.
     #[inline]
     fn replace(&mut self, held: Option<SlotPin>) {
         let is_loose = std::mem::take(&mut self.is_loose);
@@ -107,15 +109,15 @@ impl Latest {
         }
     }
 
-    /// Whether the writer takes turns with its readers now.
+    /// Returns true while the writer takes turns with its readers.
     #[inline]
     pub fn is_in_turn(&self) -> bool {
         self.channel.ring[0].in_turn.load(Ordering::Relaxed) != 0
     }
 
-    /// As [`refresh`](Latest::refresh), without a pin while the writer [takes turns](super::Writer::set_in_turn) with its readers:
-    /// what the writer published last stays in the ring until its next turn. So neither of them pays for what could only
-    /// happen if both were at work at a time.
+    /// Refreshes as [`refresh`](Latest::refresh), without a pin in the reader's turn.
+    /// This holds while the writer [takes turns](super::Writer::set_in_turn) with its readers: its last published value
+    /// stays in the ring until its next turn. So neither of them pays for conflicts that need both at work at a time.
     ///
     /// # Safety
     /// It is this reader's turn, and it looks at what it holds in this turn alone, or after it was told to
@@ -141,8 +143,8 @@ impl Latest {
         self.sequence != before
     }
 
-    /// Pins what it holds, if it does not yet. So it stays as it is when this turn ends late, and the writer does not wait
-    /// for that.
+    /// Pins the held value, if it is not pinned yet.
+    /// So it stays unchanged when this turn ends late, and the writer does not wait for that.
     #[inline]
     pub fn hold(&mut self) {
         if self.is_loose && !cfg!(feature = "mutant-turns") {
@@ -154,7 +156,7 @@ impl Latest {
         }
     }
 
-    /// The candidate is given back.
+    /// Gives the candidate back.
     #[inline]
     pub fn reject(&mut self) {
         if let Some(candidate) = self.candidate.take() {

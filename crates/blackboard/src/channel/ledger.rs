@@ -4,7 +4,7 @@ use super::pool::{self, NO_SLOT, Pool};
 use crate::Stamp;
 use crate::sync::order;
 
-/// What only the writer knows of the slots, and leaves to the next writer.
+/// Private state of the writer about the slots, left to the next writer.
 #[derive(Debug)]
 #[repr(C)]
 pub(super) struct Ledger {
@@ -14,23 +14,25 @@ pub(super) struct Ledger {
     pub cell: usize,
     /// The slot that is worked in.
     pub draft: u16,
-    /// A slot that left the ring without ever having been pinned, so that nobody needs to be asked.
+    /// Slot that left the ring without ever having been pinned.
+    /// It is free without a look at its pins.
     pub spare: u16,
-    /// Where the search for a free slot begins.
+    /// Start of the search for a free slot.
     pub hint: u16,
     /// Slots that show lent bytes; most channels never have any.
     pub lent: Vec<Lent>,
 }
 
 impl Ledger {
-    /// That of a pool with so many slots near, in whole lines unless it never has more.
+    /// Creates the ledger of a pool with `near` slots.
+    /// They are in whole lines unless there are never more.
     pub fn new(near: usize) -> Self {
         let lines = vec![UseLine::default(); near.div_ceil(LINE)].into();
         let last = Stamp::default();
         Self { lines, cell: 0, draft: NO_SLOT, spare: NO_SLOT, hint: 0, last, lent: Vec::new() }
     }
 
-    /// What is known of a slot of the channel's pool.
+    /// Returns the writer's entry of a slot of the channel's pool.
     #[inline(always)] // Part of every write.
     pub fn entry<'a>(&'a mut self, pool: &'a Pool, slot: usize) -> &'a mut SlotUse {
         if slot / LINE >= self.lines.len() {
@@ -63,7 +65,7 @@ impl Ledger {
         }
     }
 
-    /// Gives back what was adopted and nobody sees any more.
+    /// Gives back adopted values that no reader sees any more.
     pub fn give_back(&mut self, pool: &Pool) {
         let mut lent = std::mem::take(&mut self.lent);
         lent.retain(|lent| {

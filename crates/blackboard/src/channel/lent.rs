@@ -1,19 +1,19 @@
 use std::fmt;
 use std::ptr::NonNull;
 
-/// Bytes of a value that are read where they are: in memory that a channel does not own. Dropping this gives them back,
-/// in whatever thread writes to the channel, or drops the last handle of it.
+/// Bytes of a value that are read in place, in memory that a channel does not own.
+/// Dropping this gives them back, in whatever thread writes to the channel, or drops the last handle of it.
 ///
 /// # Safety
 /// Until this is dropped the bytes are initialised, stay at their address and unchanged, and can be read by all threads.
 /// Moving this does not move them. Where another process could change them all the same, only such values may be lent
 /// in which every bit pattern is valid: then it spoils values and nothing more.
 pub unsafe trait LentBytes: fmt::Debug + Send + Sync {
-    /// Where they are; the same at each call.
+    /// Returns the bytes; the same ones at each call.
     fn bytes(&self) -> NonNull<[u8]>;
 }
 
-/// What a slot shows in place of its own memory.
+/// Bytes that a slot shows instead of its own memory.
 #[derive(Debug)]
 pub(super) struct Lent {
     pub slot: u16,

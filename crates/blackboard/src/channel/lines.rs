@@ -1,5 +1,6 @@
 use std::cell::UnsafeCell;
 
+/// Line of entries that only the writer touches.
 /// The writer changes its entries with every value, so readers must have nothing in the same cache lines.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(128))]
@@ -8,7 +9,7 @@ pub(super) struct UseLine(pub [SlotUse; LINE]);
 /// Entries of a line.
 pub(super) const LINE: usize = 8;
 
-/// What the writer knows of a slot.
+/// Writer's entry of a slot.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SlotUse {
     /// Pins taken on the slot since it was made, counted when it leaves the ring.
@@ -16,8 +17,8 @@ pub(super) struct SlotUse {
     pub in_ring: bool,
 }
 
-/// The entries of slots that only a channel with many readers has. The pool keeps them, as they come while the ledger is
-/// with the writer.
+/// Entries of slots that only a channel with many readers has.
+/// The pool keeps them, because they are created while the ledger is with the writer.
 #[derive(Debug)]
 pub(super) struct FarLines(pub Box<[UnsafeCell<UseLine>]>);
 

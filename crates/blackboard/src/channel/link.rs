@@ -1,7 +1,7 @@
 use std::fmt;
 use std::sync::OnceLock;
 
-/// A handle that came or went.
+/// Change of the handles: one came or left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum HandleChange {
     /// The writer of that generation.
@@ -14,7 +14,7 @@ pub(crate) enum HandleChange {
     ReaderLeft,
 }
 
-/// Who is told of links.
+/// Callback for handles that come and go.
 #[derive(Default)]
 pub(super) struct Hook(OnceLock<Box<dyn Fn(HandleChange) + Send + Sync>>);
 

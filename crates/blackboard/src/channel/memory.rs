@@ -3,29 +3,30 @@ use std::fmt;
 use std::ptr::NonNull;
 use std::sync::Arc;
 
-/// Where the bytes of values live when that is not the heap: an arena that another process maps too.
+/// Allocator of values outside of the heap: an arena that another process maps too.
 ///
 /// Only bytes are taken from here. What the protocol trusts stays in private memory, so whoever else can write to
-/// this memory spoils values and nothing more. It is asked when handles are linked and when the channel is gone, never
+/// this memory spoils values and nothing more. It is called when handles are linked and when the channel is gone, never
 /// while a value is written.
 ///
 /// # Safety
 /// Memory that was allocated is aligned, as large as its layout, stays at its address until it is freed or `self` is
 /// dropped, can be read and written there, and belongs to nothing else in this process.
 pub unsafe trait ValueMemory: Send + Sync {
-    /// Memory of that layout, whose size is never 0; nothing when there is none left. What it holds does not matter.
+    /// Allocates memory of that layout, whose size is never 0; `None` if none is left.
+    /// The content is arbitrary.
     fn allocate(&self, layout: Layout) -> Option<NonNull<u8>>;
 
-    /// Takes memory back.
+    /// Frees memory.
     ///
     /// # Safety
     /// It was allocated here with this layout, and nobody uses it any more.
     unsafe fn free(&self, memory: NonNull<u8>, layout: Layout);
 }
 
-/// Where the bytes of a channel's values are.
+/// Memory of the bytes of a channel's values.
 pub(super) enum SlotMemory {
-    /// Each behind the slot that it belongs to.
+    /// Memory behind each slot.
     Heap,
     Given(Arc<dyn ValueMemory>),
 }

@@ -1,4 +1,5 @@
-//! The values of one property: a pool of slots, and a ring of cells that say which slots hold the last values.
+//! Values of one property: a pool of slots, and a ring of cells.
+//! The cells say which slots hold the last values.
 //!
 //! A cell is one word, `slot:16 | readers:48`. A reader adds one to it and learns in the same instruction which slot
 //! it has pinned; the writer exchanges the word and learns how many readers pinned the slot that it took out. A slot
@@ -7,14 +8,14 @@
 //! queue with history. The pool has a slot for every value kept, one to work in, one that a late step may still write
 //! to, and one for each pin that a reader may hold, so the writer's bounded search always finds one.
 //!
-//! What readers and the writer agree on is in private memory, and only the bytes of values may be elsewhere
+//! The state shared by readers and the writer is in private memory, and only the bytes of values may be elsewhere
 //! ([`ValueMemory`]). So a process that maps them too, and runs a module over values that the host pinned and drafts
-//! that the host publishes, can spoil nothing but what it writes. And a value may be published where it is
-//! ([`LentBytes`]): then its slot names other bytes than its own, until nobody sees them any more.
+//! that the host publishes, can spoil only its own outputs. A value may also be published in place ([`LentBytes`]):
+//! then its slot names other bytes than its own, until no reader sees them any more.
 //!
-//! A pin costs two locked instructions, and the writer a search. Where reader and writer are steps of one loop, which are
-//! never at work at a time, the loop can say so ([`Writer::set_in_turn`]), and its readers look at the newest value
-//! without a pin ([`Latest::refresh_in_turn`]). All others pin as ever.
+//! A pin costs two locked instructions, and the writer a search. If reader and writer are steps of one loop, which are
+//! never at work at a time, the loop can declare it ([`Writer::set_in_turn`]), and its readers look at the newest value
+//! without a pin ([`Latest::refresh_in_turn`]). All others still pin.
 
 mod aside;
 mod deeper;
@@ -54,14 +55,15 @@ use link::Hook;
 use memory::SlotMemory;
 use pool::{NO_SLOT, Pool};
 
-/// How many readers a channel serves. What they may pin decides how many slots there can be.
+/// Number of readers that a channel serves.
+/// Their pins decide the maximum number of slots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
     /// Readers of the newest value.
     pub latest: u16,
     /// Readers of every value.
     pub queues: u16,
-    /// How many values a reader of every value may hold at once.
+    /// Maximum number of values that a reader of every value holds at once.
     pub window: u16,
 }
 
@@ -71,70 +73,71 @@ pub struct Budget {
 #[derive(Debug)]
 #[repr(C, align(64))]
 pub struct Channel {
-    /// The cells, and beside the first one how many values were published.
+    /// Cells; the first one also has the number of published values.
     ring: Box<[Cell]>,
     blockers: AtomicU32,
     /// 1 while a draft is set aside.
     aside: AtomicU32,
-    /// Who sees every value.
+    /// Observer of every value.
     tap: Tapped,
     pool: Pool,
     shape: Shape,
     budget: Budget,
     /// `generation << 1 | alive`.
     writer: AtomicU64,
-    /// How far readers are that the writer must not overtake; `IDLE` for the others.
+    /// Positions of readers that the writer must not overtake; `IDLE` for the others.
     cursors: Box<[AtomicU64]>,
-    /// Whom to tell that handles come and go.
+    /// Callback for handles that come and go.
     hook: Hook,
-    /// Handles given out, and what a writer leaves to the next. Not used on the way of a value.
+    /// Handles given out, and the state that a writer leaves to the next.
+    /// Not used for writing or reading a value.
     desk: Mutex<Desk>,
 }
 
-/// What handles are given out.
+/// Handles given out.
 #[derive(Debug)]
 struct Desk {
     latest: u16,
-    /// How many of these look on without being counted.
+    /// Number of these that are not counted, because they belong to tools.
     probes: u16,
     queues: Box<[bool]>,
-    /// Nothing while a writer has it.
+    /// Ledger; `None` while a writer has it.
     ledger: Option<Ledger>,
-    /// A channel that gets the same values and keeps more of them.
+    /// Channel that gets the same values and keeps more of them.
     deeper: Option<Arc<Channel>>,
 }
 
-/// A place of the ring, in a cache line of its own: readers write to it.
+/// Cell of the ring, in a cache line of its own, because readers write to it.
 #[derive(Debug)]
 #[repr(align(64))]
 struct Cell {
     word: AtomicU64,
-    /// How many values were published; only that of the first cell is used.
+    /// Number of published values; only that of the first cell is used.
     tail: AtomicU64,
     /// 1 while the writer takes turns with its readers; as above.
     in_turn: AtomicU32,
 }
 
-/// Whether a value was ever put into a cell.
+/// Returns true if a value was ever put into a cell.
 #[inline]
 fn has_value(cell: &AtomicU64) -> bool {
     pool::slot_of(cell.load(order::ACQUIRE)) != NO_SLOT
 }
 
-/// The cursor of a reader that holds nobody up.
+/// Cursor of a reader that does not hold up the writer.
 const IDLE: u64 = u64::MAX;
 
 /// Leaves half of the slots that an index can name to readers.
 const MAXIMUM_DEPTH: usize = 32_768;
 
 impl Channel {
-    /// A channel that keeps the last `depth` values: at least 1, and at most 32 768.
+    /// Creates a channel that keeps the last `depth` values: 1 to 32 768.
     pub fn new(shape: Shape, depth: usize, budget: Budget) -> Arc<Self> {
         Self::new_in(shape, depth, budget, None)
     }
 
-    /// As [`new`](Channel::new), with the bytes of the values in that memory. It is asked when handles are linked, so
-    /// that is when it may turn out to be spent.
+    /// Creates a channel as [`new`](Channel::new), with its values in `memory`.
+    /// Memory is allocated when handles are linked, so it may turn out to be exhausted then.
     pub fn new_in(
         shape: Shape,
         depth: usize,
@@ -177,23 +180,23 @@ impl Channel {
         })
     }
 
-    /// The memory of a value.
+    /// Returns the memory layout of a value.
     pub fn shape(&self) -> Shape {
         self.shape
     }
 
-    /// How many values are kept.
+    /// Returns the number of kept values.
     pub fn depth(&self) -> usize {
         let deeper = self.desk().deeper.clone();
         deeper.map_or(self.ring.len(), |deeper| deeper.depth())
     }
 
-    /// How many readers it serves.
+    /// Returns the number of readers served.
     pub fn budget(&self) -> Budget {
         self.budget
     }
 
-    /// How many values were published.
+    /// Returns the number of published values.
     #[inline]
     pub fn published(&self) -> u64 {
         self.ring[0].tail.load(order::ACQUIRE)
@@ -204,25 +207,25 @@ impl Channel {
         self.writer.load(Ordering::Acquire) >> 1
     }
 
-    /// Whether it has a writer now.
+    /// Returns true if the channel has a writer now.
     pub fn has_writer(&self) -> bool {
         self.writer.load(Ordering::Acquire) & 1 == 1
     }
 
-    /// How many reader handles are given out.
+    /// Returns the number of reader handles given out.
     pub fn readers(&self) -> usize {
         let desk = self.desk();
         let deeper = desk.deeper.as_ref().map_or(0, |deeper| deeper.readers());
         usize::from(desk.latest - desk.probes) + desk.queues_taken() + deeper
     }
 
-    /// Whether there is a reader of this channel itself.
+    /// Returns true if this channel itself has a reader.
     fn has_readers(&self) -> bool {
         let desk = self.desk();
         desk.latest > 0 || desk.queues_taken() > 0
     }
 
-    /// The writer, with a new generation.
+    /// Creates the writer, with a new generation.
     ///
     /// # Errors
     /// When there is one, or no memory is left for values.
@@ -232,7 +235,7 @@ impl Channel {
         Ok(writer)
     }
 
-    /// A reader of the newest value; it may come before the writer.
+    /// Creates a reader of the newest value; it may come before the writer.
     ///
     /// # Errors
     /// When the budget is spent, or no memory is left for what it may pin.
@@ -242,7 +245,8 @@ impl Channel {
         Ok(reader)
     }
 
-    /// As [`latest`](Channel::latest), for tools that look on: nobody is told of it, and it is not counted.
+    /// Creates a reader as [`latest`](Channel::latest) for tools: it is not counted.
+    /// It causes no event either.
     pub(crate) fn probe(self: &Arc<Self>) -> Result<Latest, LinkError> {
         self.new_latest(true)
     }
@@ -259,8 +263,8 @@ impl Channel {
         Ok(Latest::new(Arc::clone(self), probe))
     }
 
-    /// A reader of every value; it may come before the writer. One that blocks does so from the first write on that
-    /// begins after this.
+    /// Creates a reader of every value; it may come before the writer.
+    /// A blocking one blocks from the first write on that begins after this.
     ///
     /// # Errors
     /// When the budget is spent, or no memory is left for what it may pin.
@@ -290,13 +294,15 @@ impl Channel {
         Ok(reader)
     }
 
-    /// Has `tap` see every value that is written from now on. Only the first one counts.
+    /// Lets `tap` see every value that is written from now on.
+    /// Only the first call has an effect.
     pub fn set_tap(&self, tap: Arc<dyn Tap>) {
         self.tap.set(tap);
     }
 
-    /// Has `hook` called whenever a handle came or went, in the thread that made or dropped it, with no lock of the
-    /// channel held. Only the first hook counts.
+    /// Calls `hook` whenever a handle comes or goes, from now on.
+    /// It runs in the thread that made or dropped the handle, with no lock of the channel held. Only the first hook
+    /// counts.
     pub(crate) fn set_hook(&self, hook: impl Fn(HandleChange) + Send + Sync + 'static) {
         self.hook.set(hook);
     }
@@ -305,8 +311,8 @@ impl Channel {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes the slots for the handles given out and these more. There can't be more than an index can name: then the
-    /// budget is `spent`.
+    /// Creates the slots for the handles given out and for additional ones.
+    /// Their maximum is the range of an index: beyond it the budget is `spent`.
     fn provide(&self, desk: &Desk, latest: usize, queues: usize, spent: LinkError) -> Result<(), LinkError> {
         let latest = usize::from(desk.latest) + latest;
         let queues = desk.queues_taken() + queues;
@@ -333,9 +339,9 @@ impl Desk {
     }
 }
 
-/// The slots for the values kept, one to work in, one set aside, and every pin that so many readers may hold: a reader
-/// of the newest value that one and a candidate, a reader of every value its window and one that turns out to be too
-/// new.
+/// Returns the number of slots for a number of readers.
+/// These are the kept values, one to work in, one set aside, and every pin that so many readers may hold: a reader of
+/// the newest value that one and a candidate, a reader of every value its window and one that turns out to be too new.
 fn slots(depth: usize, budget: Budget, latest: usize, queues: usize) -> usize {
     depth + 2 + 2 * latest + (usize::from(budget.window) + 1) * queues
 }

@@ -14,24 +14,25 @@ pub(super) const NO_SLOT: u16 = u16::MAX;
 
 const INDEX_SHIFT: u32 = 48;
 
-/// A cell's word that holds that slot, pinned by nobody.
+/// Returns the word of a cell that holds that slot, without pins.
 pub(super) const fn word(slot: u16) -> u64 {
     (slot as u64) << INDEX_SHIFT
 }
 
-/// The slot of a cell's word.
+/// Returns the slot of a cell's word.
 #[inline]
 pub(super) const fn slot_of(word: u64) -> u16 {
     (word >> INDEX_SHIFT) as u16
 }
 
-/// How many readers pinned the slot of a cell's word.
+/// Returns the number of pins on the slot of a cell's word.
 #[inline]
 pub(super) const fn pins_of(word: u64) -> u64 {
     word & ((1 << INDEX_SHIFT) - 1)
 }
 
-/// A place for one value. It is private to this process, wherever the bytes are.
+/// Slot of one value.
+/// It is private to this process, wherever the bytes are.
 #[derive(Debug)]
 #[repr(C, align(64))]
 pub(super) struct Slot {
@@ -39,16 +40,18 @@ pub(super) struct Slot {
     pub returned: AtomicU64,
     /// Guards the bytes too, so a checker that watches it watches the value.
     pub header: GuardedCell<Header>,
-    /// Its own bytes, which others may stand in for.
+    /// Own bytes of the slot, which lent ones may replace.
     own: NonNull<u8>,
-    /// These are they, if they fit here: then a lone number, which is what modules write most, takes no line of its own.
+    /// The bytes of the value, if they fit here.
+    /// Then a lone number, which is what modules write most, takes no line of its own.
     small: UnsafeCell<u64>,
 }
 
-/// What goes with a value.
+/// Header of a value.
 #[derive(Debug)]
 pub(super) struct Header {
-    /// How many bytes the value has: what readers need at every look, so the writer works it out once.
+    /// Size of the value, bytes.
+    /// Readers need it at every look, so the writer computes it once.
     pub length: usize,
     pub items: usize,
     pub stamp: Stamp,
@@ -58,30 +61,31 @@ pub(super) struct Header {
 #[derive(Debug)]
 #[repr(C)]
 pub(super) struct Pool {
-    /// The first slots, which are all that most channels ever have. It stands first, as all else is needed only when slots are
-    /// made.
+    /// The first slots, which are all slots of most channels.
+    /// They come first, because all else is needed only to create slots.
     near: Box<[SlotAddress]>,
     ready: AtomicU32,
     limit: usize,
-    /// All others, once there are more.
+    /// The other slots, once there are more.
     far: OnceLock<Box<Far>>,
-    /// Where the bytes are when they don't follow their slots.
+    /// Memory of the bytes, if they don't follow their slots.
     memory: SlotMemory,
-    /// Of a slot, and of the bytes that follow it.
+    /// Layout of a slot, and of the bytes that follow it.
     slot: Layout,
-    /// Of the bytes that are elsewhere.
+    /// Layout of the bytes that are elsewhere.
     bytes: Layout,
 }
 
-/// Where a slot is, and the value in it. Written once, so all cores keep it in their caches, and fetch a slot and its
-/// bytes at once. Only where values are lent are the bytes elsewhere at times.
+/// Address of a slot, and of the value in it.
+/// Written once, so all cores keep it in their caches, and fetch a slot and its bytes at once. Only lent bytes are
+/// elsewhere at times.
 #[derive(Debug)]
 struct SlotAddress {
     slot: AtomicPtr<Slot>,
     data: AtomicPtr<u8>,
 }
 
-/// What belongs to the slots beyond the first ones.
+/// State of the slots beyond the first ones.
 #[derive(Debug)]
 struct Far {
     table: Box<[SlotAddress]>,
@@ -106,7 +110,7 @@ pub(super) struct SlotPlace {
 }
 
 impl SlotPlace {
-    /// What goes with the bytes.
+    /// Returns the slot, with the header of the bytes.
     ///
     /// # Safety
     /// The pool lives as long as the reference.
@@ -118,7 +122,7 @@ impl SlotPlace {
 }
 
 impl Pool {
-    /// A pool of at most `limit` slots, of which `near` are looked up at once.
+    /// Creates a pool of at most `limit` slots, of which `near` are looked up at once.
     pub fn new(shape: Shape, near: usize, limit: usize, memory: SlotMemory) -> Self {
         let bytes = shape.bytes(shape.capacity);
         // What exceeds the address space fails when it is allocated.
@@ -140,12 +144,13 @@ impl Pool {
         Self { near, ready: AtomicU32::new(0), limit, far, memory, slot, bytes }
     }
 
-    /// How many slots there can be.
+    /// Returns the maximum number of slots.
     pub fn limit(&self) -> usize {
         self.limit
     }
 
-    /// Where a slot below the number of those that are ready is.
+    /// Returns the address of a slot that is ready.
+    /// Its index is below the number of ready ones.
     #[inline(always)] // Part of every write and every read.
     fn entry(&self, index: usize) -> &SlotAddress {
         match self.near.get(index) {
@@ -154,7 +159,8 @@ impl Pool {
         }
     }
 
-    /// Made before an index of them is ready, under the channel's lock.
+    /// Returns the slots beyond the first ones.
+    /// Created before an index of them is ready, under the channel's lock.
     #[cold]
     fn far(&self) -> &Far {
         self.far.get_or_init(|| {
@@ -163,13 +169,13 @@ impl Pool {
         })
     }
 
-    /// What the writer knows of the slots beyond the first ones.
+    /// Returns the writer's entries of the slots beyond the first ones.
     pub fn far_lines(&self) -> &FarLines {
         &self.far().lines
     }
 
-    /// Makes slots until there are `count`, or none and returns false when the memory is spent. Called under the
-    /// channel's lock.
+    /// Creates slots until there are `count`.
+    /// If the memory is exhausted, it creates none and returns false. Called under the channel's lock.
     pub fn provide(&self, count: usize) -> bool {
         let first = self.ready();
         let places: Vec<_> = (first..count).map_while(|_| self.make()).collect();
@@ -188,7 +194,7 @@ impl Pool {
         true
     }
 
-    /// How many bytes a slot takes.
+    /// Returns the size of a slot, bytes.
     pub fn slot_size(&self) -> usize {
         match self.memory {
             SlotMemory::Heap => self.slot.size(),
@@ -244,7 +250,7 @@ impl Pool {
         self.ready.load(Ordering::Acquire) as usize
     }
 
-    /// The slot of an index below the number of those that are ready.
+    /// Returns the slot of an index below the number of those that are ready.
     #[inline]
     pub fn slot(&self, index: u16) -> &Slot {
         let slot = self.entry(index.into()).slot.load(Ordering::Relaxed);
@@ -254,28 +260,28 @@ impl Pool {
         unsafe { &*slot }
     }
 
-    /// The bytes of that slot. Who reads them has it pinned.
+    /// Returns the bytes of that slot; their reader has it pinned.
     #[inline]
     pub fn data(&self, index: u16) -> *mut u8 {
         self.entry(index.into()).data.load(Ordering::Relaxed)
     }
 
-    /// The memory that belongs to that slot, whatever stands in for it.
+    /// Returns the slot's own memory, even if lent bytes replace it.
     pub fn own_data(&self, index: u16) -> NonNull<u8> {
         self.slot(index).own
     }
 
-    /// Whether the bytes are in memory that was given.
+    /// Returns true if the bytes are in given memory.
     pub fn is_given(&self) -> bool {
         matches!(self.memory, SlotMemory::Given(_))
     }
 
-    /// Has the slot's bytes elsewhere, or in its own memory again.
+    /// Sets the address of the slot's bytes: lent ones, or its own again.
     ///
-    /// What carries a value carries this store too, though it is a relaxed one. Readers load `data` after they have
-    /// pinned the slot, with an exchange of its cell that acquires what was done before the writer put it there: so they
-    /// see no older address. And the writer has acquired what each reader did before it gave its pin back, when it found
-    /// that all pins are back: so they see no newer one.
+    /// The publication of a value carries this store too, though it is a relaxed one. Readers load `data` after they
+    /// have pinned the slot, with an exchange of its cell that acquires everything done before the writer put it there:
+    /// so they see no older address. And the writer has acquired everything that each reader did before it gave its pin
+    /// back, when it found that all pins are back: so they see no newer one.
     ///
     /// # Safety
     /// The slot is in no cell and nobody has it pinned. The bytes are as many as its next value has, and stay until it
@@ -284,7 +290,7 @@ impl Pool {
         self.entry(index.into()).data.store(data.as_ptr(), Ordering::Relaxed);
     }
 
-    /// As [`slot`](Pool::slot) and [`data`](Pool::data) together.
+    /// Returns [`slot`](Pool::slot) and [`data`](Pool::data) together.
     #[inline]
     pub fn place(&self, index: u16) -> SlotPlace {
         let entry = self.entry(index.into());
@@ -301,7 +307,7 @@ impl Pool {
     }
 }
 
-/// More than can be allocated.
+/// Layout that is too large to be allocated.
 const IMPOSSIBLE: Layout = match Layout::from_size_align(isize::MAX as usize, 1) {
     Ok(layout) => layout,
     Err(_) => Layout::new::<Slot>(),
@@ -316,7 +322,8 @@ impl Drop for Pool {
     }
 }
 
-/// A reader's pin: the slot stays as it is until this is given back, which happens once.
+/// Pin of a reader on a slot.
+/// The slot stays unchanged until this is given back, which happens once.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SlotPin(SlotPlace);
 
@@ -327,7 +334,7 @@ unsafe impl Send for SlotPin {}
 unsafe impl Sync for SlotPin {}
 
 impl SlotPin {
-    /// A pin that was counted already.
+    /// Creates a pin that was counted already.
     pub fn new(place: SlotPlace) -> Self {
         Self(place)
     }
@@ -350,7 +357,7 @@ impl SlotPin {
         Loan { place: self.0, header, life: PhantomData }
     }
 
-    /// The sequence number of the value.
+    /// Returns the sequence number of the value.
     #[inline]
     pub fn sequence(self) -> u64 {
         // SAFETY: the slot is pinned, so it lives and the writer leaves it alone.
@@ -358,7 +365,7 @@ impl SlotPin {
     }
 }
 
-/// A value that is lent: it stays as it is while this lives.
+/// Lent value: it stays unchanged while this lives.
 #[derive(Debug)]
 pub struct Loan<'a> {
     place: SlotPlace,
@@ -373,26 +380,26 @@ impl<'a> Loan<'a> {
         unsafe { self.header.get() }
     }
 
-    /// The beginning of the value.
+    /// Returns the beginning of the value.
     #[inline]
     pub fn as_ptr(&self) -> *const u8 {
         self.place.data.as_ptr()
     }
 
-    /// The value.
+    /// Returns the value.
     #[inline]
     pub fn bytes(&self) -> &'a [u8] {
         // SAFETY: the slot has room for that many bytes, its bytes are initialised, and it is pinned.
         unsafe { std::slice::from_raw_parts(self.as_ptr(), self.header().length) }
     }
 
-    /// How many items its tail has.
+    /// Returns the number of items in the tail.
     #[inline]
     pub fn items(&self) -> usize {
         self.header().items
     }
 
-    /// When it was written, and by whom.
+    /// Returns the time and the writer of the value.
     #[inline]
     pub fn stamp(&self) -> Stamp {
         self.header().stamp

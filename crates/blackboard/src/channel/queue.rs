@@ -6,39 +6,41 @@ use super::pool::{Loan, SlotPin};
 use super::{Channel, HandleChange, IDLE, has_value};
 use crate::sync::{Ordering, order};
 
-/// What happens to a reader that the writer has overtaken.
+/// Policy for a reader that the writer has overtaken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Policy {
-    /// It goes on with the oldest value kept; what it lost is counted.
+    /// Continue with the oldest value kept; lost values are counted.
     Skip,
-    /// It reads no more.
+    /// Read no more.
     Evict,
-    /// It is not overtaken: the writer is refused. For recorders in lockstep only.
+    /// Refuse the writer, so that the reader is not overtaken.
+    /// For recorders in lockstep only.
     Block,
 }
 
-/// Where a reader begins.
+/// Start position of a reader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
-    /// With the oldest value kept.
+    /// The oldest value kept.
     Oldest,
-    /// With the next value written.
+    /// The next value written.
     Next,
 }
 
-/// The reader lagged by more than the queue keeps, and its policy is to read no more.
+/// Error of a reader that lagged by more than the queue keeps.
+/// Its policy is to read no more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the reader lagged by more than the queue keeps")]
 pub struct Evicted;
 
-/// How far a reader of every value is.
+/// Position of a reader of every value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cursor {
     /// The sequence number of the value to read next.
     pub next: u64,
-    /// How many values it never saw.
+    /// Number of values that it has missed.
     pub skipped: u64,
-    /// Whether it reads no more.
+    /// Set if it reads no more.
     pub evicted: bool,
 }
 
@@ -87,8 +89,8 @@ impl QueueReader {
         }
     }
 
-    /// Gives the last window back and pins the next values in order, at most as many as the budget's window; says how
-    /// many they are.
+    /// Releases the last window and pins the next values in order.
+    /// Returns their number. They are at most as many as the budget's window.
     ///
     /// # Errors
     /// When the reader was overtaken and its policy is [`Policy::Evict`].
@@ -134,45 +136,46 @@ impl QueueReader {
         Ok(())
     }
 
-    /// The values that the last pull pinned, oldest first.
+    /// Returns the values that the last pull pinned, oldest first.
     pub fn window(&self) -> impl ExactSizeIterator<Item = Loan<'_>> {
         // SAFETY: no pin is given back until `self` is used mutably.
         self.window.iter().map(|held| unsafe { held.lend() })
     }
 
-    /// How many values the last pull pinned.
+    /// Returns the number of values that the last pull pinned.
     pub fn len(&self) -> usize {
         self.window.len()
     }
 
-    /// Whether the last pull pinned none.
+    /// Returns true if the last pull pinned none.
     pub fn is_empty(&self) -> bool {
         self.window.is_empty()
     }
 
-    /// Gives the window back.
+    /// Releases the window.
     pub fn release(&mut self) {
         self.window.drain(..).for_each(SlotPin::give_back);
     }
 
-    /// How far it is.
+    /// Returns the position.
     pub fn cursor(&self) -> Cursor {
         Cursor { next: self.next, skipped: self.skipped, evicted: self.evicted }
     }
 
-    /// Goes on as a reader that was so far; its window is given back.
+    /// Continues at a position; the window is released.
     pub fn resume(&mut self, cursor: Cursor) {
         self.release();
         Cursor { next: self.next, skipped: self.skipped, evicted: self.evicted } = cursor;
         self.show_cursor();
     }
 
-    /// How many values it never saw.
+    /// Returns the number of missed values.
     pub fn skipped(&self) -> u64 {
         self.skipped
     }
 
-    /// How many values wait for it: no more than are kept, and none for one that reads no more.
+    /// Returns the number of waiting values.
+    /// They are at most the kept ones, and 0 if it reads no more.
     pub fn waiting(&self) -> u64 {
         self.waiting_of(self.lag())
     }
@@ -181,20 +184,20 @@ impl QueueReader {
         if self.evicted { 0 } else { lag.min(self.channel.ring.len() as u64) }
     }
 
-    /// How many values it never saw, and never will.
+    /// Returns the number of values that it has missed or will certainly miss.
     pub fn lost(&self) -> u64 {
         // Looked at once, as the writer goes on meanwhile.
         let lag = self.lag();
         self.skipped + lag - self.waiting_of(lag)
     }
 
-    /// How many values wait for it, or were lost to it since the last pull.
+    /// Returns the number of values that wait, or were lost since the last pull.
     pub fn lag(&self) -> u64 {
         (self.channel.published() + 1).saturating_sub(self.next)
     }
 }
 
-/// The oldest value kept when `tail` were published.
+/// Returns the oldest value kept when `tail` were published.
 pub(super) fn oldest(tail: u64, depth: u64) -> u64 {
     tail.saturating_sub(depth) + 1
 }

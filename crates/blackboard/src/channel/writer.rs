@@ -9,7 +9,8 @@ use crate::message::Tap;
 use crate::sync::{Ordering, order};
 use crate::{Shape, Stamp};
 
-/// No more are counted as missed at once, so that numbers last whatever is counted.
+/// Maximum number of values counted as missed at once.
+/// So the numbers last, whatever is counted.
 const MOST_SKIPPED: u64 = 1 << 32;
 
 /// The one writer of a channel.
@@ -21,7 +22,7 @@ pub struct Writer {
     pub(super) channel: Arc<Channel>,
     /// Bytes of a value without tail items, which most are.
     head: usize,
-    /// How many tail items fit.
+    /// Capacity of the tail, items.
     capacity: usize,
     generation: u64,
     /// The writer of a channel that gets the same values.
@@ -29,7 +30,7 @@ pub struct Writer {
     pub(super) ledger: Ledger,
 }
 
-/// The slot that the next value is written in. It holds what some older value left there.
+/// Slot for the next value, with the content of some older value.
 #[derive(Debug)]
 pub struct Draft<'a> {
     data: *mut u8,
@@ -38,12 +39,12 @@ pub struct Draft<'a> {
 }
 
 impl Draft<'_> {
-    /// The beginning of the value.
+    /// Returns the beginning of the value.
     pub fn as_mut_ptr(&mut self) -> *mut u8 {
         self.data
     }
 
-    /// How many tail items fit.
+    /// Returns the capacity of the tail, items.
     pub fn capacity(&self) -> usize {
         self.capacity
     }
@@ -69,24 +70,25 @@ impl Writer {
         Ok(Self { channel, head, capacity, generation, deeper, ledger })
     }
 
-    /// How many tail items a value may have.
+    /// Returns the capacity of the tail, items.
     #[inline]
     pub fn capacity(&self) -> usize {
         self.capacity
     }
 
-    /// The bytes of a value with so many tail items.
+    /// Returns the size of a value with `items` tail items, bytes.
     #[inline]
     pub fn bytes(&self, items: usize) -> usize {
         if items == 0 { self.head } else { self.channel.shape.bytes(items) }
     }
 
-    /// The slot for the next value; the same one until that is published.
+    /// Returns the slot for the next value; the same one until that is published.
     pub fn draft(&mut self) -> Draft<'_> {
         Draft { data: self.draft_ptr(), capacity: self.channel.shape.capacity, writer: PhantomData }
     }
 
-    /// The beginning of the slot for the next value; the same one until that is published or set aside.
+    /// Returns the beginning of the slot for the next value.
+    /// It is the same one until that is published or set aside.
     #[inline]
     pub fn draft_ptr(&mut self) -> *mut u8 {
         let index = self.draft_index();
@@ -106,7 +108,8 @@ impl Writer {
         self.search().unwrap_or_else(|| self.search_again())
     }
 
-    /// What was lent and nobody sees counts as pinned until it is given back.
+    /// Searches for a free slot again after lent values were given back.
+    /// A lent value that is no longer visible counts as pinned until then.
     #[cold]
     fn search_again(&mut self) -> u16 {
         self.give_back();
@@ -134,7 +137,8 @@ impl Writer {
         None
     }
 
-    /// Publishes the draft with `items` tail items, at most as many as fit, at the host's `time` in nanoseconds.
+    /// Publishes the draft with `items` tail items at the host's `time` in nanoseconds.
+    /// More items than fit are cut.
     ///
     /// # Errors
     /// When a reader that must not be overtaken is behind; the draft stays as it is.
@@ -144,7 +148,7 @@ impl Writer {
         self.commit(items, self.bytes(items), time, 0)
     }
 
-    /// Publishes the draft, on which the writer itself has so many pins from then on.
+    /// Publishes the draft, with `pins` of the writer itself on it from then on.
     #[inline(always)]
     pub(super) fn commit(
         &mut self,
@@ -184,7 +188,7 @@ impl Writer {
         Ok(stamp)
     }
 
-    /// Writes what another channel of the same shape just got.
+    /// Writes the newest value of another channel of the same shape.
     #[cold]
     #[inline(never)]
     fn copy(&mut self, data: *const u8, length: usize, items: usize, time: u64) {
@@ -194,7 +198,7 @@ impl Writer {
         let _ = self.write(bytes, items, time);
     }
 
-    /// Puts an older value, which fits, where that of a number belongs, as the newest one.
+    /// Puts an older value, which fits, at the place of `sequence`, as the newest one.
     pub(super) fn place(&mut self, bytes: &[u8], items: usize, stamp: Stamp, sequence: u64) {
         let index = self.draft_index();
         let (channel, ledger) = (&*self.channel, &mut self.ledger);
@@ -214,30 +218,30 @@ impl Writer {
         ledger.last = stamp;
     }
 
-    /// Goes on as if nothing had been written.
+    /// Continues without the values written so far.
     pub(super) fn forget_all(&mut self) {
         self.channel.ring[0].tail.store(0, order::RELEASE);
         (self.ledger.cell, self.ledger.last) = (0, Stamp::default());
     }
 
-    /// Goes on as another one of the channel's writers.
+    /// Continues as another one of the channel's writers.
     pub(super) fn set_generation(&mut self, generation: u64) {
         self.generation = generation;
         self.channel.writer.store(generation << 1 | 1, Ordering::Release);
     }
 
-    /// The memory of a value.
+    /// Returns the memory layout of a value.
     pub(super) fn shape(&self) -> Shape {
         self.channel.shape
     }
 
-    /// How many values are kept.
+    /// Returns the number of kept values.
     pub(super) fn depth(&self) -> usize {
         self.channel.ring.len()
     }
 
-    /// Copies a value of `bytes` with `items` tail items, and publishes it at the host's `time` in nanoseconds. What
-    /// does not fit is cut, and what is missing is zero.
+    /// Copies a value and publishes it at the host's `time` in nanoseconds.
+    /// It has `bytes` with `items` tail items; excess bytes are cut, and missing ones are zero.
     ///
     /// # Errors
     /// As [`publish`](Writer::publish).
@@ -257,8 +261,9 @@ impl Writer {
         self.commit(items, size, time, 0)
     }
 
-    /// Publishes a value of `items` tail items, at most as many as fit, without a copy: readers see the bytes that are
-    /// lent. What the draft holds is not published, and a pointer to it is of no use any more.
+    /// Publishes lent bytes as a value without a copy.
+    /// The value has `items` tail items, at most as many as fit; readers see the lent bytes. The content of the draft
+    /// is not published, and a pointer to it becomes useless.
     ///
     /// The bytes are given back when a newer value has taken the place of this one and no reader holds it any more: at
     /// the next `adopt` or [`give_back`](Writer::give_back), when this writer is dropped, and at the latest when the
@@ -303,13 +308,15 @@ impl Writer {
         }
     }
 
-    /// Gives back what was adopted and nobody sees any more. Who may not adopt again for long calls this now and then.
+    /// Gives back adopted values that no reader sees any more.
+    /// A writer that may not adopt again for long calls this now and then.
     pub fn give_back(&mut self) {
         self.ledger.give_back(&self.channel.pool);
     }
 
-    /// Counts values that never came, so that the numbers go on behind them and every reader sees that it has missed
-    /// them. A reader that must see every value is not overtaken by it: then fewer are counted.
+    /// Counts missed values, so that later numbers follow them.
+    /// Every reader sees that it has missed them. A reader that must see every value is not overtaken by it: then fewer
+    /// are counted.
     pub fn skip(&mut self, count: u64) {
         let (channel, ledger) = (&*self.channel, &mut self.ledger);
         let depth = channel.ring.len() as u64;
@@ -326,9 +333,9 @@ impl Writer {
         }
     }
 
-    /// Leaves the draft to a late step that may still write to it, and works in another slot from then on. Nothing is
-    /// allocated, as one slot is kept for this: so a second draft is left alone until the first is given back, and
-    /// nothing is returned.
+    /// Sets the draft aside for a late step, and continues in another slot.
+    /// Nothing is allocated, as one slot is kept for this: a second draft stays in place until the first is given back,
+    /// and `None` is returned.
     pub fn set_aside(&mut self) -> Option<SetAside> {
         if self.channel.aside.load(order::ACQUIRE) != 0 {
             return None;
@@ -342,8 +349,8 @@ impl Writer {
         Some(SetAside::new(Arc::clone(&self.channel), held))
     }
 
-    /// Whether it takes turns with those readers that [say so](super::Latest::refresh_in_turn), which then need no pin. It
-    /// does not at first.
+    /// Switches turns on or off with readers that use them; initially off.
+    /// These readers [say so](super::Latest::refresh_in_turn), and then need no pin.
     ///
     /// # Safety
     /// From the time at which it does to that at which it does not any more, or is dropped, it writes only while no such
@@ -352,18 +359,18 @@ impl Writer {
         self.channel.ring[0].in_turn.store(in_turn.into(), Ordering::Relaxed);
     }
 
-    /// Which of the channel's writers this is, from 1.
+    /// Returns the generation of this writer among the channel's writers, from 1.
     pub fn generation(&self) -> u64 {
         self.generation
     }
 
-    /// The stamp of the last value that this or an earlier writer published.
+    /// Returns the stamp of the last value that this or an earlier writer published.
     pub fn last(&self) -> Stamp {
         self.ledger.last
     }
 }
 
-/// Lets a tap see a value that was just published.
+/// Shows a just published value to a tap.
 #[cold]
 #[inline(never)]
 fn show(tap: &dyn Tap, data: *const u8, length: usize, items: usize, stamp: Stamp) {
@@ -372,7 +379,7 @@ fn show(tap: &dyn Tap, data: *const u8, length: usize, items: usize, stamp: Stam
     tap.wrote(bytes, items, stamp);
 }
 
-/// Whether a value of that number would take the place of one that a reader must still see.
+/// Returns true if a value of that number would replace one that a reader must see.
 #[cold]
 fn would_overtake(channel: &Channel, sequence: u64) -> bool {
     let depth = channel.ring.len() as u64;

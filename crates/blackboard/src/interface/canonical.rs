@@ -1,12 +1,14 @@
 use super::{Descriptor, Kind, Primitive, padding};
 
-/// The places of an interface where equal values may have different bytes, found once so that a commit is quick.
+/// Places of an interface at which equal values may have different bytes.
+/// They are found once so that a commit is quick.
 ///
 /// These are floating-point numbers, as the bits of a NaN differ between builds and machines, and padding.
 #[derive(Clone, Debug, Default)]
 #[repr(C)]
 pub struct CanonicalForm {
-    /// Where the number is if there is one alone, of 64 bits, and no padding. First, as then nothing else is looked at.
+    /// Offset of the number, if it is the only one, of 64 bits, without padding.
+    /// It comes first, because nothing else is read in that case.
     only: Option<usize>,
     singles: Vec<usize>,
     doubles: Vec<usize>,
@@ -16,7 +18,7 @@ pub struct CanonicalForm {
 }
 
 impl CanonicalForm {
-    /// The form of that interface.
+    /// Returns the canonical form of that interface.
     pub fn new(descriptor: &Descriptor) -> Self {
         let mut map = Self::default();
         map.add(descriptor, 0);
@@ -58,7 +60,8 @@ impl CanonicalForm {
         }
     }
 
-    /// Gives every not-a-number the one canonical bit pattern, zeros padding, and says whether all numbers are finite.
+    /// Makes a value canonical; returns true if all numbers are finite.
+    /// Every NaN gets the one canonical bit pattern, and padding becomes zero.
     ///
     /// So neither the bits of a NaN nor those of padding reach a reader or a digest.
     #[inline]
@@ -75,8 +78,8 @@ impl CanonicalForm {
         self.canonicalize_numbers(bytes, items)
     }
 
-    /// As [`canonicalize`](Self::canonicalize), of a value that was written by its type, so that its padding may be
-    /// uninitialised: lends its bytes.
+    /// Canonicalizes as [`canonicalize`](Self::canonicalize), and lends its bytes.
+    /// The value was written by its type, so its padding may be uninitialised.
     ///
     /// # Safety
     /// `data` is valid for `length` bytes, which hold a value of that interface with `items` tail items whose fields are

@@ -1,8 +1,8 @@
-//! From bytes to values.
+//! Decoding of bytes to values.
 
 use super::{Descriptor, Kind, Primitive, Value};
 
-/// What an interface's bytes hold, by its fields.
+/// Decodes the bytes of an interface as a table of its fields.
 pub(super) fn table(descriptor: &Descriptor, bytes: &[u8], items: usize) -> Value {
     let entries = descriptor
         .fields
@@ -17,7 +17,8 @@ fn fixed<const N: usize>(bytes: &[u8]) -> [u8; N] {
     result
 }
 
-/// The length that stands before a text or a sequence, clamped as a damaged value may hold anything.
+/// Returns the length prefix of a text or a sequence.
+/// It is clamped, because a damaged value may hold anything.
 pub(super) fn length(bytes: &[u8], capacity: usize) -> usize {
     (u32::from_ne_bytes(fixed(bytes)) as usize).min(capacity)
 }
@@ -26,7 +27,8 @@ fn list(item: &Kind, bytes: &[u8], count: usize) -> Value {
     Value::List((0..count).map(|i| read(item, &bytes[i * item.size()..], 0)).collect())
 }
 
-/// What the bytes hold, with so many items in the tail of the whole value.
+/// Decodes bytes of a kind.
+/// `tail_items` is the number of items in the tail of the whole value.
 pub(super) fn read(kind: &Kind, bytes: &[u8], tail_items: usize) -> Value {
     match kind {
         Kind::Primitive(primitive) => read_primitive(*primitive, bytes),

@@ -6,9 +6,10 @@ use crate::Shape;
 pub struct Descriptor {
     /// Name of the interface, such as `Pose2`.
     pub name: &'static str,
-    /// What a value means.
+    /// Documentation of the values.
     pub doc: &'static str,
-    /// The matching ROS 2 message, such as `geometry_msgs/msg/Pose2D`; empty where there is none.
+    /// The matching ROS 2 message, such as `geometry_msgs/msg/Pose2D`.
+    /// Empty if there is none.
     pub ros: &'static str,
     /// The fields in the order of their offsets; a tail comes last.
     pub fields: &'static [Field],
@@ -16,7 +17,8 @@ pub struct Descriptor {
     pub size: usize,
     /// Alignment in bytes.
     pub align: usize,
-    /// Identifies the schema: over names, types, offsets and units, but not over documentation.
+    /// Hash of the schema: over names, types, offsets and units.
+    /// Documentation is not part of it.
     pub hash: u64,
 }
 
@@ -25,13 +27,13 @@ pub struct Descriptor {
 pub struct Field {
     /// Name as in the source.
     pub name: &'static str,
-    /// What it means.
+    /// Documentation of the field.
     pub doc: &'static str,
     /// Unit, such as `m` or `rad/s`; empty for none.
     pub unit: &'static str,
     /// Bytes from the beginning of the value.
     pub offset: usize,
-    /// Its type.
+    /// Type of the field.
     pub kind: Kind,
 }
 
@@ -52,7 +54,8 @@ pub enum Kind {
     Sequence(&'static Kind, usize),
     /// Another interface without a tail.
     Nested(&'static Descriptor),
-    /// As many items as the value has: the last field, its capacity set by configuration.
+    /// Tail: the last field, with a number of items that depends on the value.
+    /// Its capacity is set by configuration.
     Tail(&'static Kind),
 }
 
@@ -74,7 +77,7 @@ pub struct Constant {
     pub name: &'static str,
     /// The value.
     pub value: i64,
-    /// What it means.
+    /// Documentation of the constant.
     pub doc: &'static str,
 }
 
@@ -95,7 +98,7 @@ impl Kind {
 }
 
 impl Kind {
-    /// Bytes that one value takes; 0 for a tail.
+    /// Returns the size of one value, bytes; 0 for a tail.
     pub const fn size(&self) -> usize {
         match self {
             Self::Primitive(primitive) => primitive.size(),
@@ -109,7 +112,7 @@ impl Kind {
         }
     }
 
-    /// Alignment in bytes.
+    /// Returns the alignment, bytes.
     pub const fn align(&self) -> usize {
         match self {
             Self::Primitive(primitive) => primitive.size(),
@@ -128,7 +131,7 @@ impl Kind {
         }
     }
 
-    /// Its name in messages: `f64`, `text of at most 32 bytes`, `Pose2`.
+    /// Returns the name in messages: `f64`, `text of at most 32 bytes`, `Pose2`.
     pub fn describe(&self) -> String {
         match self {
             Self::Primitive(primitive) => primitive.name().into(),
@@ -147,13 +150,14 @@ impl Kind {
 }
 
 impl Descriptor {
-    /// The memory of a value whose tail has room for `capacity` items; without a tail `capacity` is ignored.
+    /// Returns the layout of a value whose tail has room for `capacity` items.
+    /// Without a tail `capacity` is ignored.
     pub fn shape(&self, capacity: usize) -> Shape {
         let item = self.tail().map_or(0, Kind::size);
         Shape { size: self.size, align: self.align, item, capacity: if item == 0 { 0 } else { capacity } }
     }
 
-    /// The type of the tail's items, for an interface with a tail.
+    /// Returns the type of the tail's items, for an interface with a tail.
     pub fn tail(&self) -> Option<&'static Kind> {
         match self.fields.last()?.kind {
             Kind::Tail(item) => Some(item),
@@ -161,7 +165,7 @@ impl Descriptor {
         }
     }
 
-    /// The field of that name.
+    /// Returns the field of that name.
     pub fn field(&self, name: &str) -> Option<&'static Field> {
         self.fields.iter().find(|field| field.name == name)
     }

@@ -1,11 +1,11 @@
-//! From values to bytes.
+//! Encoding of values to bytes.
 
 use super::path::find;
 use super::{AccessError, Descriptor, Enumeration, Kind, Primitive, Value};
 
-/// Writes `value` into a value of that interface, at `path` or as a whole (empty path); returns the number of tail
-/// items the value then has. A table may leave fields out; they keep what they hold. Numbers convert only where
-/// that is exact.
+/// Writes `value` into a value of that interface; returns its number of tail items.
+/// It is written at `path` or as a whole (empty path). A table may leave fields out; they keep their content. Numbers
+/// convert only exactly.
 ///
 /// # Errors
 /// The first field that doesn't fit. The bytes are unchanged then.
@@ -35,7 +35,7 @@ pub fn edit(
     Ok(new_items)
 }
 
-/// A value that a field is to get, for what is said when it can't.
+/// Value to be assigned to a field, with the context of an error.
 struct Assignment<'a> {
     kind: &'a Kind,
     field: &'a str,

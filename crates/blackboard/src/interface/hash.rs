@@ -56,7 +56,8 @@ const fn kind(hash: u64, of: &Kind) -> u64 {
     }
 }
 
-/// The schema hash (FNV-1a, 64 bits) of an interface: over names, types, offsets and units, not documentation.
+/// Returns the schema hash (FNV-1a, 64 bits) of an interface.
+/// It is over names, types, offsets and units, not documentation.
 pub const fn schema_hash(name: &str, fields: &[Field]) -> u64 {
     let mut hash = text(0xcbf2_9ce4_8422_2325, name);
     let mut i = 0;

@@ -1,7 +1,9 @@
-//! The type of a property: plain data with a descriptor that one generic codec can walk.
+//! Type of a property: plain data with a descriptor.
+//! One generic codec can walk the descriptor.
 //!
-//! A value is `repr(C)` memory of fixed-width fields without pointers, in which every bit pattern is valid. What
-//! padding the compiler leaves between fields is zeroed at commit, before anything but the writer sees the bytes. So it may cross a library boundary or shared memory as it is, and outlives the plugin that wrote it.
+//! A value is `repr(C)` memory of fixed-width fields without pointers, in which every bit pattern is valid.
+//! Padding between fields is zeroed at commit, before anything but the writer sees the bytes. So it may cross a library
+//! boundary or shared memory unchanged, and outlives the plugin that wrote it.
 //! Its [`Descriptor`] names the fields with their types, offsets, units and documentation.
 
 mod canonical;
@@ -29,7 +31,7 @@ pub use view::View;
 
 use crate::Shape;
 
-/// A type that properties can have: plain data with a descriptor, possibly with an unsized tail.
+/// Type of a property: plain data with a descriptor, possibly with an unsized tail.
 ///
 /// Implemented by the `#[interface]` macro of `slate-module`.
 ///
@@ -37,23 +39,23 @@ use crate::Shape;
 /// The type is `repr(C)`, has no pointers, accepts every bit pattern, and is laid out exactly as
 /// [`DESCRIPTOR`](Interface::DESCRIPTOR) says: what no field has is padding.
 pub unsafe trait Interface: Send + Sync + 'static {
-    /// What the memory holds.
+    /// Descriptor of the memory.
     const DESCRIPTOR: &'static Descriptor;
 
-    /// The value in `data`, with `items` tail items.
+    /// Returns the value in `data`, with `items` tail items.
     ///
     /// # Safety
     /// `data` is aligned and readable for the whole value during the life of the result.
     unsafe fn from_raw<'a>(data: *const u8, items: usize) -> &'a Self;
 
-    /// The value in `data` for writing, with `items` tail items.
+    /// Returns the value in `data` for writing, with `items` tail items.
     ///
     /// # Safety
     /// As for [`from_raw`](Interface::from_raw), writable, and referred to by nobody else.
     unsafe fn from_raw_mut<'a>(data: *mut u8, items: usize) -> &'a mut Self;
 }
 
-/// The memory of a value of interface `T` whose tail has room for `capacity` items.
+/// Returns the layout of interface `T` with room for `capacity` tail items.
 pub fn shape_of<T: Interface + ?Sized>(capacity: usize) -> Shape {
     T::DESCRIPTOR.shape(capacity)
 }

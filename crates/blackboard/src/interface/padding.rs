@@ -19,7 +19,7 @@ pub unsafe fn clear_padding(descriptor: &Descriptor, data: *mut u8, items: usize
     }
 }
 
-/// Whether a value has padding, its tail aside; found when the program is compiled.
+/// Returns true if a value has padding, its tail aside; evaluated at compile time.
 pub(super) const fn has_gaps(descriptor: &Descriptor) -> bool {
     let (mut end, mut i) = (0, 0);
     while i < descriptor.fields.len() {
@@ -41,7 +41,7 @@ const fn kind_has_gaps(kind: &Kind) -> bool {
     }
 }
 
-/// The gaps of a value without its tail: offset and length of each.
+/// Calls `gap` with offset and length of each gap of a value without its tail.
 pub(super) fn for_each_gap(descriptor: &Descriptor, base: usize, gap: &mut dyn FnMut(usize, usize)) {
     let mut end = 0;
     for field in descriptor.fields {
@@ -56,7 +56,7 @@ pub(super) fn for_each_gap(descriptor: &Descriptor, base: usize, gap: &mut dyn F
     }
 }
 
-/// The gaps of a part of a value.
+/// Calls `gap` with the gaps of a part of a value.
 pub(super) fn of_kind(kind: &Kind, base: usize, gap: &mut dyn FnMut(usize, usize)) {
     match kind {
         Kind::Optional(item) => of_kind(item, base + 8, gap),
@@ -71,12 +71,13 @@ pub(super) fn of_kind(kind: &Kind, base: usize, gap: &mut dyn FnMut(usize, usize
     }
 }
 
-/// Whether there may be padding inside.
+/// Returns true if a kind may have padding inside.
 fn has_parts(kind: &Kind) -> bool {
     matches!(kind, Kind::Optional(_) | Kind::Array(..) | Kind::Sequence(..) | Kind::Nested(_))
 }
 
-/// The bytes between the end of these fields, each a size and an alignment, and a tail of items of that alignment.
+/// Returns the size of the padding before the tail, bytes.
+/// The fields each have a size and an alignment; the tail has items of `item_align`.
 pub const fn gap_before_tail(fields: &[(usize, usize)], item_align: usize) -> usize {
     let (mut end, mut align, mut i) = (0_usize, item_align, 0);
     while i < fields.len() {

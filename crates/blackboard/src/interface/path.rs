@@ -9,7 +9,7 @@ fn no_field(interface: &str, field: &str, known: &str) -> String {
     format!("{interface} has no field `{field}`; it has {known}")
 }
 
-/// Why a field can't be read or written.
+/// Error of reading or writing a field.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AccessError {
     /// The interface has no such field.
@@ -17,19 +17,19 @@ pub enum AccessError {
     UnknownField {
         /// The interface that was searched.
         interface: String,
-        /// The name that was asked for.
+        /// The requested name.
         field: String,
-        /// The names there are.
+        /// The existing names.
         known: String,
     },
-    /// A value of another type was given.
+    /// The given value has another type.
     #[error("`{field}` is {expected}, not {found}")]
     WrongType {
         /// Path of the field.
         field: String,
-        /// What it is.
+        /// Expected type.
         expected: String,
-        /// What was given.
+        /// Given value.
         found: String,
     },
     /// The field can't hold that value exactly.
@@ -37,30 +37,31 @@ pub enum AccessError {
     NotExact {
         /// Path of the field.
         field: String,
-        /// What it is.
+        /// Expected type.
         expected: String,
-        /// What was given.
+        /// Given value.
         found: String,
     },
 }
 
-/// A place inside an interface: what a URL says after the property.
+/// Place inside an interface: the part of a URL after the property.
 #[derive(Clone, Debug)]
 pub struct FieldPath {
     kind: Kind,
     offset: usize,
-    /// Length prefixes on the way: (offset, capacity, index), which must cover the index.
+    /// Length prefixes on the way: (offset, capacity, index).
+    /// The length must cover the index.
     guards: Vec<(usize, usize, usize)>,
     tail_index: Option<usize>,
 }
 
 impl FieldPath {
-    /// The type found there.
+    /// Returns the type of the field.
     pub fn kind(&self) -> &Kind {
         &self.kind
     }
 
-    /// Bytes from the beginning of the value.
+    /// Returns the offset from the beginning of the value, bytes.
     pub fn offset(&self) -> usize {
         self.offset
     }
@@ -73,7 +74,7 @@ impl FieldPath {
     }
 }
 
-/// The names of all fields, those first that may be meant.
+/// Returns the names of all fields, the most similar ones first.
 fn fields(descriptor: &Descriptor, meant: &str) -> String {
     let names = || descriptor.fields.iter().map(|field| field.name);
     let near = nearest_names(meant, names());
@@ -84,7 +85,7 @@ fn fields(descriptor: &Descriptor, meant: &str) -> String {
 /// Finds `path` (`position/x`, `ranges/3`) in an interface.
 ///
 /// # Errors
-/// [`AccessError::UnknownField`] with the names there are.
+/// [`AccessError::UnknownField`] with the existing names.
 pub fn find(descriptor: &Descriptor, path: &str) -> Result<FieldPath, AccessError> {
     let mut found: Option<FieldPath> = None;
     let mut current = Some(descriptor);

@@ -8,7 +8,7 @@ use super::Kind;
 /// `repr(C)` or primitive, no pointers, every bit pattern valid, laid out as [`KIND`](Plain::KIND) says; padding only in
 /// nested interfaces.
 pub unsafe trait Plain: Copy + Send + Sync + 'static {
-    /// What the memory holds.
+    /// Kind of the memory's content.
     const KIND: Kind;
 }
 
@@ -25,7 +25,7 @@ unsafe impl<T: Plain, const N: usize> Plain for [T; N] {
     const KIND: Kind = Kind::Array(&T::KIND, N);
 }
 
-/// A truth value that accepts every byte: 0 is false, anything else true.
+/// Boolean that accepts every byte: 0 is false, anything else true.
 #[repr(transparent)]
 #[derive(Clone, Copy, Default)]
 pub struct Bool(u8);
@@ -36,7 +36,7 @@ impl Bool {
     /// True.
     pub const TRUE: Self = Self(1);
 
-    /// The truth value.
+    /// Returns the boolean.
     pub const fn get(self) -> bool {
         self.0 != 0
     }
@@ -73,7 +73,8 @@ unsafe impl Plain for Bool {
     const KIND: Kind = Kind::Bool;
 }
 
-/// UTF-8 text of at most `N` bytes (a multiple of 4), stored in place; checked when it is read.
+/// UTF-8 text of at most `N` bytes (a multiple of 4), stored in place.
+/// It is checked when it is read.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Text<const N: usize> {
@@ -84,7 +85,7 @@ pub struct Text<const N: usize> {
 impl<const N: usize> Text<N> {
     const NO_PADDING: () = assert!(N.is_multiple_of(4), "the capacity of a Text is a multiple of 4 bytes");
 
-    /// As much of `text` as fits, cut at a character.
+    /// Stores as much of `text` as fits, cut at a character.
     pub fn new(text: &str) -> Self {
         const { Self::NO_PADDING };
         let mut end = text.len().min(N);
@@ -96,7 +97,7 @@ impl<const N: usize> Text<N> {
         Self { length: end as u32, bytes }
     }
 
-    /// The text; what is not UTF-8 in a damaged value is left out.
+    /// Returns the text without invalid UTF-8, which a damaged value may have.
     pub fn as_str(&self) -> &str {
         let bytes = &self.bytes[..(self.length as usize).min(N)];
         match std::str::from_utf8(bytes) {
@@ -171,7 +172,7 @@ pub struct Sequence<T, const N: usize> {
 }
 
 impl<T: Plain + Default, const N: usize> Sequence<T, N> {
-    /// As many of `items` as fit.
+    /// Stores as many of `items` as fit.
     pub fn new(items: &[T]) -> Self {
         const { assert!(size_of::<Self>() == 8 + N * size_of::<T>(), "a Sequence must not have padding") };
         let length = items.len().min(N);
@@ -225,13 +226,13 @@ pub struct Optional<T> {
 }
 
 impl<T: Plain + Default> Optional<T> {
-    /// Nothing.
+    /// Returns an absent value.
     pub fn none() -> Self {
         const { assert!(size_of::<Self>() == 8 + size_of::<T>(), "an Optional must not have padding") };
         Self { present: 0, reserved: 0, value: T::default() }
     }
 
-    /// A value.
+    /// Returns a present value.
     pub fn some(value: T) -> Self {
         const { assert!(size_of::<Self>() == 8 + size_of::<T>(), "an Optional must not have padding") };
         Self { present: 1, reserved: 0, value }
@@ -239,7 +240,7 @@ impl<T: Plain + Default> Optional<T> {
 }
 
 impl<T: Plain> Optional<T> {
-    /// The value, if there is one.
+    /// Returns the value, if it is present.
     pub fn get(&self) -> Option<&T> {
         (self.present != 0).then_some(&self.value)
     }

@@ -31,7 +31,7 @@ pub enum Primitive {
 }
 
 impl Primitive {
-    /// All of them, in the order of their declaration.
+    /// All primitive types, in the order of their declaration.
     pub const ALL: [Self; 11] = [
         Self::Bool,
         Self::U8,
@@ -46,7 +46,7 @@ impl Primitive {
         Self::F64,
     ];
 
-    /// Bytes that one value takes; its alignment, too.
+    /// Returns the size of one value, bytes; its alignment, too.
     pub const fn size(self) -> usize {
         match self {
             Self::Bool | Self::U8 | Self::I8 => 1,
@@ -56,7 +56,7 @@ impl Primitive {
         }
     }
 
-    /// Name as in Rust, such as `f64`.
+    /// Returns the name in Rust, such as `f64`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Bool => "bool",
@@ -73,7 +73,8 @@ impl Primitive {
         }
     }
 
-    /// Range of an integer type; `None` for a truth value and floating-point numbers.
+    /// Returns the range of an integer type.
+    /// `None` for a boolean and floating-point numbers.
     pub fn integers(self) -> Option<RangeInclusive<i128>> {
         Some(match self {
             Self::U8 => 0..=u8::MAX.into(),

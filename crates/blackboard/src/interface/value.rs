@@ -3,10 +3,10 @@ use std::fmt;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde::{Serialize, Serializer, ser::SerializeMap};
 
-/// A value without its type: what configuration, command line and remote users read and write.
+/// Value without its type, for configuration, command line and remote users.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// Nothing.
+    /// Absent value.
     Null,
     /// A truth value.
     Bool(bool),
@@ -23,7 +23,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// What a message calls a value of this type.
+    /// Returns the name of this type for messages.
     pub fn describe(&self) -> &'static str {
         match self {
             Self::Null => "nothing",
@@ -36,7 +36,7 @@ impl Value {
         }
     }
 
-    /// The entry of a table.
+    /// Returns the entry of a table.
     pub fn get(&self, key: &str) -> Option<&Value> {
         match self {
             Self::Table(entries) => entries.iter().find(|(name, _)| name == key).map(|(_, value)| value),
@@ -44,7 +44,7 @@ impl Value {
         }
     }
 
-    /// A number, also a whole one.
+    /// Returns the number as `f64`, also a whole one.
     pub fn as_f64(&self) -> Option<f64> {
         match self {
             Self::Float(number) => Some(*number),
@@ -53,7 +53,7 @@ impl Value {
         }
     }
 
-    /// A whole number.
+    /// Returns the whole number.
     pub fn as_integer(&self) -> Option<i128> {
         match self {
             Self::Integer(number) => Some(*number),
@@ -61,7 +61,7 @@ impl Value {
         }
     }
 
-    /// Text.
+    /// Returns the text.
     pub fn as_str(&self) -> Option<&str> {
         match self {
             Self::Text(text) => Some(text),
@@ -69,7 +69,7 @@ impl Value {
         }
     }
 
-    /// A truth value.
+    /// Returns the boolean.
     pub fn as_bool(&self) -> Option<bool> {
         match self {
             Self::Bool(value) => Some(*value),
@@ -108,7 +108,7 @@ impl<'de> Deserialize<'de> for Value {
     }
 }
 
-/// Takes whatever comes.
+/// Visitor that accepts any value.
 struct AnyValue;
 
 impl<'de> Visitor<'de> for AnyValue {

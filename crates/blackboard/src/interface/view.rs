@@ -12,7 +12,8 @@ pub struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// A view of `bytes`, which hold a value of that interface with `items` tail items.
+    /// Creates a view of `bytes`; `None` if they are too few.
+    /// They hold a value of that interface with `items` tail items.
     ///
     /// Returns nothing when there are too few bytes.
     pub fn new(descriptor: &'static Descriptor, bytes: &'a [u8], items: usize) -> Option<Self> {
@@ -21,7 +22,7 @@ impl<'a> View<'a> {
         (bytes.len() >= needed).then_some(Self { descriptor, bytes, items })
     }
 
-    /// A view of a typed value without a tail, whose padding is zeroed.
+    /// Creates a view of a typed value without a tail, whose padding is zeroed.
     pub fn of<T: Interface>(value: &'a mut T) -> Self {
         let data = std::ptr::from_mut(value).cast::<u8>();
         // SAFETY: the value is borrowed exclusively. Its fields are initialised, and so is its padding once it is zeroed:
@@ -36,22 +37,23 @@ impl<'a> View<'a> {
         Self { descriptor: T::DESCRIPTOR, bytes, items: 0 }
     }
 
-    /// What the bytes hold.
+    /// Returns the descriptor of the bytes.
     pub fn descriptor(&self) -> &'static Descriptor {
         self.descriptor
     }
 
-    /// The memory of the value.
+    /// Returns the memory of the value.
     pub fn bytes(&self) -> &'a [u8] {
         self.bytes
     }
 
-    /// The whole value as a table.
+    /// Returns the whole value as a table.
     pub fn value(&self) -> Value {
         table(self.descriptor, self.bytes, self.items)
     }
 
-    /// The value at a path found by [`find`](super::find); indices beyond a sequence's length give nothing.
+    /// Returns the value at a path found by [`find`](super::find).
+    /// `None` for an index beyond a sequence's length.
     pub fn at(&self, path: &FieldPath) -> Option<Value> {
         path.read(self.bytes, self.items)
     }

@@ -4,19 +4,21 @@ use std::sync::{Arc, OnceLock};
 use super::Message;
 use crate::Stamp;
 
-/// Sees every value of a channel, whoever writes it, or every message of a mailbox.
+/// Observer of every value of a channel, or every message of a mailbox.
+/// The writer of the values does not matter.
 pub trait Tap: Send + Sync {
-    /// A value of `items` tail items was published. It is called in the thread of the writer, which waits for it.
+    /// Notes a published value of `items` tail items.
+    /// Called in the thread of the writer, which waits for it.
     fn wrote(&self, bytes: &[u8], items: usize, stamp: Stamp);
 
-    /// A message is dealt with from the host's time `now` on, nanoseconds. It is called in the thread of the receiver, which
-    /// waits for it.
+    /// Notes a message that is processed from the host's time `now` on, nanoseconds.
+    /// Called in the thread of the receiver, which waits for it.
     fn took(&self, message: &Message<'_>, now: u64) {
         let _ = (message, now);
     }
 }
 
-/// Who sees the values.
+/// Observer of the values.
 #[derive(Default)]
 pub(crate) struct Tapped(OnceLock<Arc<dyn Tap>>);
 

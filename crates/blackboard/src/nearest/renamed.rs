@@ -1,6 +1,7 @@
 //! Former names of parameters and ports.
 
-/// Former and present names; a former name may have several present ones, in different modules.
+/// Former and present names.
+/// A former name may have several present ones, in different modules.
 const RENAMED: [(&str, &str); 66] = [
     ("berth", "inflation_margin"),
     ("careful_speed", "careful_linear_velocity"),
@@ -70,7 +71,8 @@ const RENAMED: [(&str, &str); 66] = [
     ("y", "origin_y"),
 ];
 
-/// Returns the present name, or path, of one that `name` formerly had, if it is among `names`.
+/// Returns the present name, or path, for the former name `name`.
+/// It must be among `names`.
 pub(super) fn renamed(name: &str, names: &[&str]) -> Option<String> {
     let (prefix, last) =
         name.rsplit_once('/').map_or(("", name), |(_, last)| (&name[..name.len() - last.len()], last));

@@ -1,4 +1,4 @@
-//! An agent that takes part in DDS.
+//! Agent that takes part in DDS.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -31,24 +31,25 @@ const WORDS: MatchWords = MatchWords {
     advice: "give the topic that type",
 };
 
-/// A topic that is read, and its messages.
+/// Topic that is read, and its messages.
 type ReceivedTopic = (DdsReader, DdsMessage);
 
-/// A topic that is written.
+/// Topic that is written.
 type SentTopic = PublishedTopic<DdsSink, DdsMessage>;
 
-/// An agent as a participant of DDS, until this is dropped. All of it runs in threads of its own: no tick waits for DDS.
+/// DDS participant of an agent, until dropped.
+/// All of it runs in threads of its own: no tick waits for DDS.
 pub struct DdsBridge {
     composer: Composer,
     participant: Arc<DdsParticipant>,
     matches: Arc<Matches>,
     inbound: Arc<InboundTopics>,
-    /// By place among those that are read.
+    /// Readers by index among the topics that are read.
     readers: Vec<GUID>,
     outbound: Vec<(GUID, OutboundStatus)>,
     waiting: Option<(Vec<ReceivedTopic>, Vec<SentTopic>)>,
     ended: Arc<AtomicBool>,
-    /// Of the threads that send and receive.
+    /// Wakes of the threads that send and receive.
     wakes: [Arc<Wake>; 2],
     threads: Vec<JoinHandle<()>>,
 }
@@ -66,8 +67,8 @@ impl TopicMessage for DdsMessage {
 }
 
 impl DdsBridge {
-    /// Joins a domain. Values go and come from [`start`](DdsBridge::start) on; recordings that begin after this know that
-    /// the inputs are filled from outside.
+    /// Joins a domain; values flow from [`start`](DdsBridge::start) on.
+    /// Recordings that begin after this know that the inputs are filled from outside.
     ///
     /// # Errors
     /// A property does not fit its topic, or DDS refuses. The agent is as before then.
@@ -147,7 +148,7 @@ impl DdsBridge {
         Ok(())
     }
 
-    /// How the topics stand: those that are read, then those that are written.
+    /// Returns the status of the topics: first those read, then those written.
     pub fn topics(&self) -> Vec<TopicStatus> {
         let read = self.inbound.topics().iter().zip(&self.readers);
         let read = read.map(|(topic, guid)| topic.status(Some(self.matches.count(*guid))));

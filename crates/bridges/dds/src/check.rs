@@ -11,7 +11,8 @@ use crate::topic_type::DdsTopic;
 
 const FIELDS: &str = "give members the names and types of the interface's fields, or name another port";
 
-/// Checks that the ports that settings name are there and fit their topics; opens nothing.
+/// Checks that the ports that settings name exist and fit their topics.
+/// It opens nothing.
 ///
 /// # Errors
 /// The first that does not fit.
@@ -22,7 +23,7 @@ pub fn check_topics(composer: &Composer, settings: &DdsSettings) -> Result<(), D
     Ok(())
 }
 
-/// The input that reads a topic, and its messages.
+/// Returns the input that reads a topic, and its messages.
 pub fn topic_input(
     composer: &Composer,
     own: &TopicInput<DdsTopic>,
@@ -34,7 +35,7 @@ pub fn topic_input(
     Ok((property, message.map_err(wrong)?))
 }
 
-/// The property whose values a topic has, and its messages.
+/// Returns the property whose values a topic has, and its messages.
 pub fn topic_output(
     composer: &Composer,
     own: &TopicOutput<DdsTopic>,

@@ -1,7 +1,7 @@
 use slate_runtime::configuration::{Configuration, Diagnostic, Report};
 use slate_topics::TopicMisfit;
 
-/// Why an agent has no topics of DDS.
+/// Reason why an agent has no DDS topics.
 #[derive(Debug, thiserror::Error)]
 pub enum DdsError {
     /// A property does not fit its topic.
@@ -10,9 +10,9 @@ pub enum DdsError {
     /// DDS refuses.
     #[error("DDS can't be used in domain {domain}: {reason}")]
     Network {
-        /// The domain.
+        /// Domain.
         domain: u16,
-        /// In words.
+        /// Reason, in words.
         reason: String,
     },
     /// No thread is left.
@@ -21,7 +21,7 @@ pub enum DdsError {
 }
 
 impl DdsError {
-    /// The advice that resolves it.
+    /// Returns the advice that resolves it.
     pub fn help(&self) -> &str {
         match self {
             Self::Topic(misfit) => misfit.help,
@@ -32,7 +32,8 @@ impl DdsError {
         }
     }
 
-    /// The error with file, line and advice, of the configuration that the settings came from.
+    /// Returns the error with file, line and advice.
+    /// `configuration` must be the one that the settings came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
         match self {
             Self::Topic(misfit) => misfit.report(configuration),

@@ -1,4 +1,4 @@
-//! From topics to inputs.
+//! Flow of messages from topics to inputs.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,13 +11,14 @@ use slate_topics::{InboundTopics, ReaderWaker};
 use crate::message::DdsMessage;
 use crate::participant::DdsReader;
 
-/// How long the thread sleeps when nothing comes.
+/// Sleep time of the thread while no messages arrive.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Messages of a topic that are taken before those of the next.
 const TURN: usize = 256;
 
-/// Receives messages of topics for inputs, by place, until the end; `look` is called in between.
+/// Receives messages of topics for inputs, by place, until the end.
+/// `look` is called in between.
 pub fn receive(
     mut readers: Vec<(DdsReader, DdsMessage)>,
     inbound: &InboundTopics,

@@ -1,4 +1,5 @@
-//! Topics of any program of [DDS](https://www.omg.org/spec/DDS) as properties of an agent, both ways.
+//! Topics of any DDS program as properties of an agent, both ways.
+//! See [DDS](https://www.omg.org/spec/DDS).
 //!
 //! A [`DdsSettings`] is the table `[dds]` of a configuration, and its links with `dds:`: inputs that read topics, and topics that
 //! have the values of properties. The type of a topic is a struct of an [`IdlFile`], whose members are the fields of the interface

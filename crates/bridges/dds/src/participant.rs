@@ -1,4 +1,4 @@
-//! An agent in a domain of DDS.
+//! Agent in a domain of DDS.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::pin::Pin;
@@ -25,7 +25,7 @@ use crate::wire::{DiscoveryProbe, Matches, RawAdapter, RawMessage, policies};
 /// Messages of all instances of a topic that wait at least.
 const WAITING: i32 = 256;
 
-/// A participant of DDS.
+/// Participant of DDS.
 pub struct DdsParticipant {
     domain: u16,
     participant: DomainParticipant,
@@ -134,7 +134,7 @@ impl DdsParticipant {
         self.participant.create_topic(name.into(), message.type_name().into(), policies, kind)
     }
 
-    /// The next event of the domain, if there is one.
+    /// Returns the next event of the domain, if any.
     pub fn next_status(&self) -> Option<DomainParticipantStatusEvent> {
         self.probe.next_event(&self.status)
     }
@@ -143,11 +143,11 @@ impl DdsParticipant {
 /// Sends a message.
 type WriteMessage = Box<dyn Fn(RawMessage) -> Result<(), String> + Send + Sync>;
 
-/// The writer of a topic.
+/// Writer of a topic.
 pub struct DdsSink {
     guid: GUID,
     write: WriteMessage,
-    /// Whether later readers receive values, too.
+    /// Transient-local durability: later readers receive values, too.
     is_transient_local: bool,
     matches: Arc<Matches>,
 }
@@ -168,7 +168,7 @@ impl TopicSink for DdsSink {
     }
 }
 
-/// The reader of a topic, without a key or with one.
+/// Reader of a topic, without a key or with one.
 pub enum DdsReader {
     NoKey(Box<SimpleDataReader<RawMessage, RawAdapter<1>>>),
     WithKey(GUID, Box<BareDataReaderStream<RawMessage, RawAdapter<1>>>),
@@ -182,7 +182,7 @@ impl DdsReader {
         }
     }
 
-    /// Has it wake `waker` when something comes; then [`take`](DdsReader::take) is called.
+    /// Registers `waker` for new data; then [`take`](DdsReader::take) must be called.
     pub fn watch(&self, waker: &Waker) {
         if let Self::NoKey(reader) = self {
             reader.drain_read_notifications();
@@ -190,7 +190,7 @@ impl DdsReader {
         }
     }
 
-    /// The next message, if one is there.
+    /// Returns the next message, if any.
     pub fn take(&mut self, waker: &Waker) -> Option<Result<Vec<u8>, String>> {
         match self {
             Self::NoKey(reader) => match reader.try_take_one() {

@@ -15,7 +15,7 @@ pub struct TopicQuality {
 }
 
 impl Default for TopicQuality {
-    /// ROS's own default: reliable, volatile, the last ten.
+    /// Returns ROS's default: reliable, volatile, the last ten values.
     fn default() -> Self {
         Self { reliable: true, transient_local: false, depth: 10 }
     }
@@ -36,7 +36,7 @@ impl TopicOptions for TopicQuality {
     }
 }
 
-/// How values lie in messages (DDS-XTypes 1.3, 7.4).
+/// Data representation of values in messages (DDS-XTypes 1.3, 7.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Representation {
     /// Version 1, the default of DDS.

@@ -1,4 +1,4 @@
-//! The table `[dds]` of a configuration.
+//! Table `[dds]` of a configuration.
 
 use slate_record::ros::WireFormat;
 use slate_runtime::configuration::{Configuration, Report, Spanned, Table, Value};
@@ -9,12 +9,12 @@ use crate::topic_type::{DdsTopic, check_topic};
 /// Name of the table, and scheme of links.
 pub const TABLE: &str = "dds";
 
-/// The highest domain whose ports exist.
+/// Highest domain whose ports exist.
 const MAX_DOMAIN: i64 = 232;
 
 const LINK: &str = "write \"planner/target\" = { from = \"dds:Target\", type = \"demo::Target\", idl = \"target.idl\" } in [links]";
 
-/// Which topics of DDS an agent reads and writes.
+/// Settings of an agent's DDS topics, read and written.
 ///
 /// ```
 /// use slate_dds::DdsSettings;
@@ -33,15 +33,16 @@ const LINK: &str = "write \"planner/target\" = { from = \"dds:Target\", type = \
 pub struct DdsSettings {
     /// Programs see each other within a domain.
     pub domain: u16,
-    /// Whether it speaks to other machines, in clear text.
+    /// Trusted network: it communicates with other machines, in clear text.
     pub trusted: bool,
     /// Topics that it reads and writes.
     pub topics: TopicSettings<DdsTopic>,
 }
 
 impl DdsSettings {
-    /// Reads the table `[dds]`, which the configuration has to be read with as one of
-    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables), and links with `dds:`; nothing without both.
+    /// Reads the table `[dds]` and links with `dds:`; `None` without both.
+    /// The configuration must be read with the table as one of
+    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables).
     ///
     /// # Errors
     /// Everything that is wrong with it.

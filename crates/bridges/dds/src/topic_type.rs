@@ -15,18 +15,18 @@ const TYPE: &str = "write type = \"demo::Target\", idl = \"target.idl\", a path 
 pub struct DdsTopic {
     /// Quality of service.
     pub quality: TopicQuality,
-    /// Its type; that of ROS 2 for the interface without one.
+    /// Type; without one, that of ROS 2 for the interface.
     pub of: Option<TopicType>,
 }
 
-/// The type of a topic.
+/// Type of a topic.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TopicType {
     /// Name with its modules.
     pub name: String,
-    /// Its members; those of the message of ROS without them.
+    /// Members; without them, those of the ROS message.
     pub structure: Option<Arc<IdlStruct>>,
-    /// How messages are written.
+    /// Data representation of messages.
     pub representation: Representation,
 }
 
@@ -107,7 +107,7 @@ fn check_representation(reader: &mut TableReader<'_>, table: &Table, own: Repres
 /// Longest name of a topic or a type, bytes.
 const MAX_NAME: usize = 255;
 
-/// Checks the name of a topic, which DDS has as it is.
+/// Checks the name of a topic, which DDS uses unchanged.
 ///
 /// # Errors
 /// Characters that it may not have, in words.

@@ -1,4 +1,4 @@
-//! The ports at which monitors see the trees of an agent.
+//! Ports at which monitors see the trees of an agent.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -19,14 +19,15 @@ use crate::wire::MonitorConnection;
 /// Connections that a port has at a time.
 const MOST_CONNECTIONS: usize = 16;
 
-/// How long the end of the bridge waits for what is being answered.
+/// Time that the end of the bridge waits for pending answers.
 const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// Monitors see the trees of an agent as long as this lives. All of it runs in a thread of its own.
+/// Server of an agent's behaviour trees for monitors, as long as this value lives.
+/// All of it runs in a thread of its own.
 #[derive(Debug)]
 pub struct GrootBridge {
     addresses: Vec<(String, SocketAddr)>,
-    /// Nothing when it has ended.
+    /// Runtime of the network; `None` once it has ended.
     network: Option<Runtime>,
 }
 
@@ -62,7 +63,8 @@ impl Drop for GrootBridge {
     }
 }
 
-/// Checks that each Plan of settings follows a tree; nothing is opened.
+/// Checks that each Plan of the settings follows a tree.
+/// It opens nothing.
 ///
 /// # Errors
 /// The first one that does not.

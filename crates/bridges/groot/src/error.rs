@@ -11,14 +11,14 @@ pub enum GrootError {
     /// The Plans have no ports yet.
     #[error("{} Plans follow behaviour trees, and each needs a port: {}", .0.len(), .0.join(", "))]
     SeveralTrees(Vec<String>),
-    /// A module that follows no tree.
+    /// Module that follows no tree.
     #[error("`{plan}` is no Plan that follows a behaviour tree{}", known_plans(.known))]
     UnknownPlan {
         /// Path of the module.
         plan: String,
         /// Plans that do.
         known: Vec<String>,
-        /// Where the configuration names it.
+        /// Place in the configuration.
         place: Span,
     },
     /// The port can't be had.
@@ -54,7 +54,8 @@ impl GrootError {
         }
     }
 
-    /// Returns the error with file, line and advice, of the configuration that the settings came from.
+    /// Returns the error with file, line and advice.
+    /// `configuration` must be the one that the settings came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
         let (message, help) = (self.to_string(), Some(self.help()));
         let place = match self {

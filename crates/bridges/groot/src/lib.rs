@@ -1,4 +1,5 @@
-//! Behaviour trees of an agent in [Groot2](https://www.behaviortree.dev/groot) and other monitors of BehaviorTree.CPP.
+//! Behaviour trees of an agent in Groot2 and other monitors of BehaviorTree.CPP.
+//! See [Groot2](https://www.behaviortree.dev/groot).
 //!
 //! A [`GrootSettings`] is the table `[groot]` of a configuration, and a [`GrootBridge`] answers the requests of monitors: for
 //! the tree that a Plan follows, the statuses of its nodes, and its blackboards. It only reads. Breakpoints are refused.

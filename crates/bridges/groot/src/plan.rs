@@ -1,4 +1,4 @@
-//! What the Plan of a tree shows, read from the blackboard.
+//! Views of a tree's Plan, read from the blackboard.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,14 +14,14 @@ const PERIOD: Duration = Duration::from_millis(1);
 /// Checks until an older value will do; monitors wait for a second.
 const CHECKS: usize = 700;
 
-/// A Plan that follows a tree.
+/// Plan that follows a tree.
 pub struct ShownPlan {
     composer: Composer,
     /// Path of the module.
     pub path: String,
 }
 
-/// What a Plan shows.
+/// View of a Plan.
 pub struct ShownValue {
     /// Fingerprint of the tree.
     pub fingerprint: u64,
@@ -41,22 +41,23 @@ impl ShownPlan {
         plans.map(str::to_owned).collect()
     }
 
-    /// The XML of the tree.
+    /// Returns the XML of the tree.
     pub async fn tree(&self) -> Result<ShownValue, String> {
         self.newest(TREE).await
     }
 
-    /// The statuses of the nodes.
+    /// Returns the statuses of the nodes.
     pub async fn nodes(&self) -> Result<ShownValue, String> {
         self.newest(NODES).await
     }
 
-    /// The values of the blackboards.
+    /// Returns the values of the blackboards.
     pub async fn blackboards(&self) -> Result<ShownValue, String> {
         self.newest(BLACKBOARDS).await
     }
 
-    /// Has the Plan write a property, and reads it. A Plan that does not run leaves an older value, if any.
+    /// Makes the Plan write a property, and reads it.
+    /// A Plan that does not run leaves an older value, if any.
     async fn newest(&self, port: &str) -> Result<ShownValue, String> {
         let path = &self.path;
         let found = self.composer.board().get(&format!("{path}/{port}"));

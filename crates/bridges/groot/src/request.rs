@@ -40,14 +40,14 @@ async fn reply(plan: &ShownPlan, request: &[Vec<u8>]) -> Result<Vec<Vec<u8>>, St
     Ok(vec![reply_header(plan, kind, id, shown.fingerprint), shown.content])
 }
 
-/// The header of the request, and 16 bytes that change with the tree.
+/// Returns the header of the request, and 16 bytes that change with the tree.
 fn reply_header(plan: &ShownPlan, kind: u8, id: [u8; 4], fingerprint: u64) -> Vec<u8> {
     let mut own = 0xcbf2_9ce4_8422_2325_u64;
     plan.path.bytes().for_each(|byte| own = (own ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
     [&[PROTOCOL, kind][..], &id, &fingerprint.to_le_bytes(), &own.to_le_bytes()].concat()
 }
 
-/// Number and status of each node, 3 bytes each.
+/// Returns the number and status of each node, 3 bytes each.
 fn statuses(shown: ShownValue) -> ShownValue {
     let node = |(index, status): (usize, &u8)| {
         let [low, high] = (index as u16 + 1).to_le_bytes();
@@ -57,7 +57,8 @@ fn statuses(shown: ShownValue) -> ShownValue {
     ShownValue { content, ..shown }
 }
 
-/// The blackboards of these names, which `;` separates; all of them without a name.
+/// Returns the blackboards of these names, separated by `;`.
+/// All of them without a name.
 fn blackboards(shown: ShownValue, names: &str) -> Result<ShownValue, String> {
     let entries: Vec<(String, String, Value)> =
         serde_json::from_slice(&shown.content).map_err(|error| error.to_string())?;

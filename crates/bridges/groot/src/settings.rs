@@ -1,4 +1,4 @@
-//! The table `[groot]` of a configuration.
+//! Table `[groot]` of a configuration.
 
 use std::net::{IpAddr, Ipv4Addr};
 
@@ -12,7 +12,7 @@ const PORT: u16 = 1667;
 
 const KNOWN: [&str; 4] = ["port", "ports", "address", "trusted"];
 
-/// Which behaviour trees of an agent monitors see, and where.
+/// Settings of the behaviour trees for monitors, and their addresses.
 ///
 /// ```
 /// use slate_groot::{GrootSettings, ServedTrees};
@@ -37,9 +37,9 @@ pub struct GrootSettings {
 /// Trees that monitors see.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ServedTrees {
-    /// That of the only Plan that has one, at a port; 0 is any that is free.
+    /// Tree of the only Plan with one, at this port; 0 for any free port.
     Only(u16),
-    /// Those of these Plans: path of the module, port, and place in the configuration.
+    /// Trees of these Plans: path of the module, port, place in the configuration.
     Each(Vec<(String, u16, Span)>),
 }
 

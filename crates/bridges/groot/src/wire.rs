@@ -1,4 +1,5 @@
-//! A socket REP of ZeroMQ: ZMTP 3.0 (RFC 23 of ZeroMQ) with the mechanism NULL, over TCP.
+//! ZeroMQ socket REP over TCP.
+//! ZMTP 3.0 (RFC 23 of ZeroMQ) with the mechanism NULL.
 
 use std::io::{Error, ErrorKind, Result};
 use std::time::Duration;
@@ -8,12 +9,13 @@ use tokio::time::timeout;
 
 /// Longest time of a handshake, and of an answer that a client takes.
 const STEP_TIMEOUT: Duration = Duration::from_secs(2);
-/// Longest time from one request to the end of the next one; monitors ask several times a second.
+/// Maximum time from one request to the end of the next one.
+/// Monitors ask several times a second.
 const IDLE_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Longest frame, bytes.
 const MOST_FRAME: usize = 16 << 10;
-/// The most frames of a message.
+/// Maximum number of frames in a message.
 const MOST_FRAMES: usize = 8;
 
 const GREETING: usize = 64;
@@ -23,7 +25,7 @@ const MORE: u8 = 1;
 const LONG: u8 = 2;
 const COMMAND: u8 = 4;
 
-/// A request: where the answer goes, and what is asked.
+/// Request with the address of its answer.
 pub struct MonitorRequest {
     /// Frames up to the empty one.
     envelope: Vec<Vec<u8>>,
@@ -31,7 +33,7 @@ pub struct MonitorRequest {
     pub body: Vec<Vec<u8>>,
 }
 
-/// A connection to a client.
+/// Connection to a client.
 pub struct MonitorConnection<S> {
     stream: S,
 }

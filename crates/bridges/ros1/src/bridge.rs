@@ -1,4 +1,4 @@
-//! An agent that takes part in ROS 1.
+//! Agent that takes part in ROS 1.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,7 +26,8 @@ use crate::services::{OutboxClient, servers};
 use crate::settings::{Ros1Settings, SCHEME, TopicQueue};
 use crate::wire::{NodeParts, RosNode, TopicPublication, TopicSubscription};
 
-/// An agent as a node of ROS 1, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
+/// ROS 1 node of an agent, until dropped.
+/// All of it runs in threads of its own: no tick waits for ROS.
 pub struct Ros1Bridge {
     composer: Composer,
     surface: Arc<ControlSurface>,
@@ -34,15 +35,15 @@ pub struct Ros1Bridge {
     inbound: Arc<InboundTopics>,
     /// Paths of ports that are filled from outside.
     filled: Vec<String>,
-    /// By place among those that are read.
+    /// Subscriptions by index among the topics that are read.
     reading: Vec<Arc<TopicSubscription>>,
     outbound: Vec<(OutboundStatus, Arc<TopicPublication>)>,
     waiting: Option<WaitingParts>,
-    /// Of threads that wait.
+    /// Wakes of waiting threads.
     wakes: Vec<Arc<Wake>>,
     ended: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
-    /// Its tasks receive and send; nothing when it has ended.
+    /// Runtime of the tasks that receive and send; `None` once it has ended.
     network: Option<Runtime>,
 }
 
@@ -63,8 +64,8 @@ impl std::fmt::Debug for Ros1Bridge {
 }
 
 impl Ros1Bridge {
-    /// Registers with the master. Values go and come from [`start`](Ros1Bridge::start) on; recordings that begin after this know
-    /// that the inputs are filled from outside.
+    /// Registers with the master; values flow from [`start`](Ros1Bridge::start) on.
+    /// Recordings that begin after this know that the inputs are filled from outside.
     ///
     /// # Errors
     /// When a property does not fit its topic, or the master refuses or does not answer. The agent is as before then.
@@ -170,7 +171,7 @@ impl Ros1Bridge {
         Ok(())
     }
 
-    /// How the topics stand: those that are read, then those that are written.
+    /// Returns the status of the topics: first those read, then those written.
     pub fn topics(&self) -> Vec<TopicStatus> {
         let read = self.inbound.topics().iter().zip(&self.reading);
         let read = read.map(|(topic, own)| topic.status(Some(own.publishers())));
@@ -182,7 +183,7 @@ impl Ros1Bridge {
     }
 }
 
-/// The subscription whose messages fill the input at a place.
+/// Returns the subscription whose messages fill the input at a place.
 fn reading(
     inbound: &Arc<InboundTopics>,
     place: usize,
@@ -199,7 +200,7 @@ fn reading(
     own.map(Arc::new).map_err(|reason| RosError::definition(&topic, reason))
 }
 
-/// The topic that has the values of a property.
+/// Returns the topic that has the values of a property.
 fn published(composer: &Composer, own: &TopicOutput<TopicQueue>) -> Result<WrittenTopic, RosError> {
     let (property, message) = topic_output(WireFormat::Ros1, composer, own)?;
     let of = (message.name(), message.definition());

@@ -8,8 +8,8 @@ const BUILTIN: [&str; 16] = [
     "string", "time", "duration", "char", "byte",
 ];
 
-/// The checksum of a message: of its definition, followed by those of the messages in it, each behind a line of `=` and
-/// `MSG: package/Name`.
+/// Returns the MD5 checksum of a message definition.
+/// The definition is followed by those of the messages in it, each after a line of `=` and `MSG: package/Name`.
 ///
 /// # Errors
 /// A message that is not defined, in words.
@@ -17,7 +17,8 @@ pub fn message_checksum(name: &str, definition: &str) -> Result<String, String> 
     MessageDefinitions::read(name, definition).text(name, 0).map(|text| digest(&text))
 }
 
-/// The checksum of a service: of the definitions of its request and its response.
+/// Returns the checksum of a service.
+/// It is computed from the definitions of its request and its response.
 ///
 /// # Errors
 /// A message that is not defined, in words.
@@ -50,7 +51,8 @@ impl<'a> MessageDefinitions<'a> {
         Self(all)
     }
 
-    /// The text that the checksum is of: constants, then fields, those of messages with their checksums.
+    /// Returns the text under the checksum.
+    /// Constants, then fields, those of messages with their checksums.
     fn text(&self, name: &str, depth: usize) -> Result<String, String> {
         let lines =
             self.0.get(name).filter(|_| depth < 32).ok_or_else(|| format!("{name} is not defined"))?;

@@ -12,14 +12,14 @@ use crate::settings::{Ros1Settings, SCHEME};
 use crate::wire::TopicSubscription;
 use slate_topics::RosError;
 
-/// As ROS's listeners have it.
+/// Queue size of the listeners, as in ROS.
 const DEPTH: u16 = 100;
 
 /// Inputs that read transforms.
 pub struct FrameSubscriptions(FrameReader);
 
 impl FrameSubscriptions {
-    /// Those that settings name; their inputs are added to a list.
+    /// Creates the inputs of settings; they are added to a list.
     ///
     /// # Errors
     /// When an input does not hold a transform.
@@ -44,7 +44,7 @@ impl FrameSubscriptions {
             .map_err(|reason| RosError::definition(&definition.name, reason))
     }
 
-    /// Both topics, which fill the inputs.
+    /// Creates the subscriptions of both topics, which fill the inputs.
     ///
     /// # Errors
     /// When their message has no definition.

@@ -9,12 +9,13 @@ use crate::settings::SCHEME;
 #[derive(Default)]
 pub struct InputList {
     pub topics: Vec<InboundTopic>,
-    /// Where their values come from.
+    /// Sources of their values.
     pub sources: Vec<(Arc<Property>, String)>,
 }
 
 impl InputList {
-    /// Adds an input that a topic or service fills, and returns its place; `depth` of its values may wait.
+    /// Adds an input that a topic or service fills, and returns its place.
+    /// `depth` of its values may wait.
     pub fn add(
         &mut self,
         input: &str,

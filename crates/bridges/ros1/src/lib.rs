@@ -1,4 +1,5 @@
-//! An agent as a node of [ROS 1](https://wiki.ros.org): topics, services, parameters and frames, both ways.
+//! Agent as a node of [ROS 1](https://wiki.ros.org).
+//! Topics, services, parameters and frames, both ways.
 //!
 //! A [`Ros1Settings`] is the table `[ros1]` of a configuration and its links with `ros1:`. A [`RosMessage`] is how values lie on
 //! the wire: as the message that ROS has for their interface, or else as `slate_msgs/NAME`. `Ros1Bridge` needs the feature

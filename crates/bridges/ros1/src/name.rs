@@ -1,6 +1,6 @@
 //! Names of nodes and topics, as ROS 1 has them.
 
-/// The node of an agent: what ROS forbids in a name becomes `_`.
+/// Returns the node of an agent; characters that ROS forbids become `_`.
 pub fn node_of_agent(agent: &str) -> String {
     let name: String = agent.chars().map(|own| if own.is_ascii_alphanumeric() { own } else { '_' }).collect();
     if name.starts_with(|first: char| first.is_ascii_alphabetic()) { name } else { format!("agent_{name}") }
@@ -25,7 +25,8 @@ pub fn check_name(name: &str) -> Result<(), String> {
     }
 }
 
-/// The whole name of a topic or a service: `scan` is beside the node, `~/scan` below it.
+/// Returns the whole name of a topic or a service.
+/// `scan` is beside the node, `~/scan` below it.
 ///
 /// # Errors
 /// ROS forbids it; the reason in words.

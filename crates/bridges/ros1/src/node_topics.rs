@@ -17,7 +17,8 @@ use slate_topics::RosError;
 
 /// Topic of transforms that change.
 pub const MOVING: &str = "/tf";
-/// Topic of fixed transforms: late listeners receive the last message of each node, which has all of its own.
+/// Topic of static transforms.
+/// Late listeners receive the last message of each node, which has all of its own.
 pub const FIXED: &str = "/tf_static";
 
 const CLOCK: &str = "/clock";
@@ -36,7 +37,7 @@ const LOG_DEFINITION: &str = "byte DEBUG=1\nbyte INFO=2\nbyte WARN=4\nbyte ERROR
                               uint32 line\nstring[] topics\n\
                               ====\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n";
 
-/// All topics that settings want.
+/// Topics of the settings.
 pub struct NodeTopics {
     clock: Option<ClockTopic>,
     frames: Option<FrameTopics>,
@@ -68,7 +69,7 @@ fn publication(topic: &str, of: (&str, &str), is_latched: bool) -> Result<Arc<To
 }
 
 impl NodeTopics {
-    /// Those that settings want.
+    /// Creates the topics of the settings.
     ///
     /// # Errors
     /// When a message has no definition.
@@ -97,12 +98,12 @@ impl NodeTopics {
         Ok(topics)
     }
 
-    /// Whether no topic is to be published.
+    /// Returns whether the node has no topic to publish.
     pub fn is_empty(&self) -> bool {
         self.clock.is_none() && self.frames.is_none() && self.log.is_none()
     }
 
-    /// Their publications.
+    /// Returns their publications.
     pub fn publications(&self) -> Vec<Arc<TopicPublication>> {
         let frames = self.frames.iter().flat_map(|own| &own.publications);
         let others =
@@ -110,7 +111,7 @@ impl NodeTopics {
         frames.chain(others).cloned().collect()
     }
 
-    /// Publishes what is new, until the end.
+    /// Publishes new values until the end.
     pub fn run(mut self, surface: &ControlSurface, wake: &Wake, ended: &AtomicBool) {
         while !ended.load(Ordering::Acquire) {
             let results = [
@@ -131,7 +132,8 @@ impl NodeTopics {
 }
 
 impl ClockTopic {
-    /// Publishes the time of a cycle, or the newest when cycles follow faster than it is sent.
+    /// Publishes the time of a cycle.
+    /// The newest one, when cycles follow faster than it is sent.
     fn publish(&mut self, surface: &ControlSurface) -> Result<(), String> {
         let now = surface.now();
         if self.sent.replace(now) == Some(now) {

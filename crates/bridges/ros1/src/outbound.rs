@@ -6,7 +6,7 @@ use slate_topics::TopicSink;
 
 use crate::wire::TopicPublication;
 
-/// The publication of a topic.
+/// Publication of a topic.
 pub struct PublicationSink(pub Arc<TopicPublication>);
 
 impl TopicSink for PublicationSink {

@@ -26,9 +26,9 @@ pub struct ParameterSync {
     is_settable: bool,
     /// Values on the master, by key.
     known: BTreeMap<String, XmlValue>,
-    /// How often parameters changed there, and how often the node was registered.
+    /// Numbers of parameter changes on the master, and of the node's registrations.
     changes: (u64, u64),
-    /// Number of settings on the board; nothing when the master lacks some.
+    /// Number of settings on the board; `None` when the master lacks some.
     settings: Option<u64>,
 }
 
@@ -36,7 +36,7 @@ impl ParameterSync {
     /// Parameters of the modules of an agent, if settings let nodes read them.
     ///
     /// # Errors
-    /// When the system lacks what waiting needs.
+    /// When the system has no resources for waiting.
     pub fn new(
         surface: &Arc<ControlSurface>,
         settings: &Ros1Settings,
@@ -56,7 +56,8 @@ impl ParameterSync {
         }))
     }
 
-    /// Passes changes on, both ways, until the end; then takes the parameters from the master.
+    /// Synchronizes changes both ways until the end.
+    /// Then it removes the parameters from the master.
     pub fn run(mut self, network: &Handle, ended: &AtomicBool) {
         while !ended.load(Ordering::Acquire) {
             let changes = self.node.parameter_changes();
@@ -98,7 +99,8 @@ impl ParameterSync {
         is_done
     }
 
-    /// Sets parameters that nodes have set on the master; what is refused is put back there.
+    /// Sets parameters that nodes have set on the master.
+    /// Refused ones are restored there.
     fn take(&mut self, network: &Handle) {
         let call = self.node.master.call("getParam", vec![self.node.name().into()]);
         let mut there = BTreeMap::new();
@@ -143,7 +145,7 @@ impl ParameterSync {
     }
 }
 
-/// Where a parameter is on the master.
+/// Returns the key of a parameter on the master.
 fn key(node: &str, own: &NodeParameter) -> String {
     format!("{node}/{}/{}", own.module, own.fields.join("/"))
 }
@@ -157,7 +159,8 @@ fn flatten(path: &str, value: XmlValue, all: &mut BTreeMap<String, XmlValue>) {
     }
 }
 
-/// A value as the master has it; nothing for none. Whole numbers beyond 32 bits have no other type than that of all others.
+/// Converts a value to the master's format; `None` if it has no equivalent.
+/// Whole numbers beyond 32 bits have no type that differs from all others.
 fn xml_of(value: &Json, is_floating: bool) -> Option<XmlValue> {
     Some(match value {
         Json::Null | Json::Object(_) => return None,

@@ -29,10 +29,11 @@ const POLL_PERIOD: Duration = Duration::from_millis(5);
 /// Responses that may wait for the next cycle.
 const DEPTH: u16 = 10;
 
-/// The code that a message is refused with whose request failed, or whose response says `success: false`.
+/// Code of a message refused by its service.
+/// The request failed, or its response says `success: false`.
 const UNSUCCESSFUL: u16 = 1;
 
-/// The services that settings offer.
+/// Returns the services that settings offer.
 ///
 /// # Errors
 /// When an inbox does not fit its service.
@@ -54,18 +55,18 @@ pub fn servers(
     settings.serve.iter().map(server).collect()
 }
 
-/// A service that an outbox calls.
+/// Service that an outbox calls.
 pub struct OutboxClient {
     call: ServiceCall,
     pairs: FieldPairs,
     descriptor: &'static Descriptor,
-    /// Place of the input for responses among those that the bridge sets, and its fields.
+    /// Index of the input for responses among the bridge's inputs, and its fields.
     response: Option<(usize, FieldPairs)>,
     logged: Option<String>,
 }
 
 impl OutboxClient {
-    /// A client of a service; its input for responses is added to a list.
+    /// Creates a client of a service; its input for responses is added to a list.
     ///
     /// # Errors
     /// When a port does not fit the service.
@@ -81,7 +82,7 @@ impl OutboxClient {
         Ok(Self { call: call.clone(), pairs, descriptor: property.descriptor(), response, logged: None })
     }
 
-    /// Sends what the outbox has as requests, one after the other, until the end.
+    /// Sends the outbox's messages as requests, in sequence, until the end.
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
     pub fn run(mut self, node: &NodeContext, inbound: &InboundTopics, network: &Handle, ended: &AtomicBool) {
         let mut receiver: Option<Receiver> = None;
@@ -121,7 +122,8 @@ impl OutboxClient {
         }
     }
 
-    /// Sends a request and forwards its response, or the reason of its refusal, if the server gives one.
+    /// Sends a request and forwards its response.
+    /// On a refusal, the server's reason, if it gives one.
     fn call(
         &self,
         value: &Json,
@@ -145,7 +147,7 @@ impl OutboxClient {
         Ok(if is_refused { Err(None) } else { Ok(()) })
     }
 
-    /// The same reason is logged once.
+    /// Logs a reason unless it was logged before.
     fn log_once(&mut self, composer: &Composer, reason: Option<String>) {
         if self.logged != reason
             && let Some(reason) = &reason

@@ -1,4 +1,4 @@
-//! The table `[ros1]` of a configuration, and links with `ros1:`.
+//! Table `[ros1]` of a configuration, and links with `ros1:`.
 
 use std::net::IpAddr;
 
@@ -14,13 +14,13 @@ use crate::name::{check_name, node_of_agent, whole_name};
 /// Scheme of links, and name of the table.
 pub const SCHEME: &str = "ros1";
 
-/// The variable that programs of ROS have the master's address from.
+/// Environment variable with the master's address of ROS programs.
 const MASTER: &str = "ROS_MASTER_URI";
 
 /// Messages that wait unless said.
 const DEPTH: u16 = 10;
 
-/// Which topics of ROS 1 an agent reads and writes.
+/// Settings of an agent's ROS 1 topics, read and written.
 ///
 /// ```
 /// use slate_ros1::Ros1Settings;
@@ -39,9 +39,9 @@ const DEPTH: u16 = 10;
 pub struct Ros1Settings {
     /// Address of the master, such as `http://localhost:11311`.
     pub master: String,
-    /// As what the agent appears, such as `/r2`.
+    /// Name of the agent's node, such as `/r2`.
     pub node: String,
-    /// Whether it speaks to other machines, in clear text.
+    /// Trusted network: it communicates with other machines, in clear text.
     pub trusted: bool,
     /// Topics that it reads and writes.
     pub topics: TopicSettings<TopicQueue>,
@@ -49,7 +49,7 @@ pub struct Ros1Settings {
     pub serve: Vec<ServiceOffer>,
     /// Services that outboxes call.
     pub call: Vec<ServiceCall>,
-    /// Its other features.
+    /// Other features.
     pub options: NodeOptions,
 }
 
@@ -58,7 +58,7 @@ pub struct Ros1Settings {
 pub struct TopicQueue {
     /// Messages that may wait: for the next cycle, or for a slow subscriber.
     pub depth: u16,
-    /// Whether later subscribers receive the last message.
+    /// Latching: later subscribers receive the last message.
     pub latched: bool,
 }
 
@@ -80,8 +80,9 @@ impl TopicOptions for TopicQueue {
 const KNOWN: [&str; 7] = ["master", "node", "trusted", "read", "write", "serve", "call"];
 
 impl Ros1Settings {
-    /// Reads the table `[ros1]`, which it has to be read with as one of
-    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables), and in links with `ros1:`; nothing without both.
+    /// Reads the table `[ros1]` and links with `ros1:`; `None` without both.
+    /// The configuration must be read with the table as one of
+    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables).
     ///
     /// # Errors
     /// Everything that is wrong with it.
@@ -96,7 +97,7 @@ impl Ros1Settings {
         reader.finish(Some(settings))
     }
 
-    /// Whether the agent has nothing to do with any other node.
+    /// Returns whether the settings connect the agent with no other node.
     fn is_empty(&self) -> bool {
         self.topics.is_empty() && self.serve.is_empty() && self.call.is_empty()
     }
@@ -127,7 +128,7 @@ fn settings(reader: &mut TableReader<'_>, root: Option<&Spanned<Value>>, agent: 
     settings
 }
 
-/// The address of the file, of the environment, or of this machine.
+/// Returns the address of the file, of the environment, or of this machine.
 fn master(reader: &mut TableReader<'_>, table: &Table, trusted: bool, place: Option<Span>) -> String {
     const HELP: &str = "write master = \"http://localhost:11311\", as ROS_MASTER_URI has it";
     let from_environment = || std::env::var(MASTER).ok().filter(|address| !address.is_empty());
@@ -162,14 +163,14 @@ fn node(reader: &mut TableReader<'_>, table: &Table, agent: String) -> String {
     node
 }
 
-/// The host of a master's address; nothing if the address is invalid.
+/// Returns the host of a master's address; `None` if the address is invalid.
 fn host(master: &str) -> Option<&str> {
     let authority = master.strip_prefix("http://")?.trim_end_matches('/');
     let (host, port) = authority.rsplit_once(':')?;
     port.parse::<u16>().is_ok().then_some(host).filter(|host| !host.is_empty())
 }
 
-/// Whether a host is this machine whatever its name is.
+/// Returns whether a host is always this machine, whatever its name is.
 fn is_local(host: &str) -> bool {
     let bare = host.trim_start_matches('[').trim_end_matches(']');
     host == "localhost" || bare.parse().is_ok_and(|own: IpAddr| own.is_loopback())

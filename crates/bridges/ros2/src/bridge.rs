@@ -1,4 +1,4 @@
-//! An agent that takes part in ROS.
+//! Agent that takes part in ROS.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -26,21 +26,22 @@ use crate::settings::{RosSettings, TABLE};
 use crate::threads::ServiceThreads;
 use crate::wire::{self, NodeWire, TopicReader, TopicWriter, WireType};
 
-/// The most messages that a reader keeps.
+/// Maximum number of messages that a reader keeps.
 const MAX_DEPTH: u16 = 10_000;
 
-/// An agent as a node of ROS, until this is dropped. All of it runs in threads of its own: no tick waits for ROS, but cycles in
-/// lockstep wait for messages that the settings name.
+/// ROS node of an agent, until dropped.
+/// All of it runs in threads of its own: no tick waits for ROS, but cycles in lockstep wait for messages that the
+/// settings name.
 pub struct RosBridge {
     composer: Composer,
     node_wire: Arc<dyn NodeWire>,
     inbound: Arc<InboundTopics>,
-    /// By place among those that are read.
+    /// Readers by index among the topics that are read.
     readers: Vec<Arc<dyn TopicReader>>,
     outbound: Vec<(Arc<dyn TopicWriter>, OutboundStatus)>,
-    /// Inputs whose messages cycles wait for, until it is started.
+    /// Inputs for whose messages cycles wait, until it is started.
     awaited: Vec<AwaitedInput>,
-    /// What waits for them.
+    /// Topics for which cycles wait.
     lockstep: Arc<Mutex<Option<LockstepTopics<WriterSink, RosMessage>>>>,
     wake: Arc<Wake>,
     ended: Arc<AtomicBool>,
@@ -49,7 +50,7 @@ pub struct RosBridge {
     surface: Arc<ControlSurface>,
     node: Option<NodeTopics>,
     frames: Option<FrameInputs>,
-    /// Of threads that wait for something else than values.
+    /// Wakes of threads that do not wait for values.
     wakes: Vec<Arc<Wake>>,
     threads: Vec<JoinHandle<()>>,
 }
@@ -61,8 +62,8 @@ impl std::fmt::Debug for RosBridge {
 }
 
 impl RosBridge {
-    /// Joins a domain. Values go and come from [`start`](RosBridge::start) on; recordings that begin after this know that
-    /// the inputs are filled from outside.
+    /// Joins a domain; values flow from [`start`](RosBridge::start) on.
+    /// Recordings that begin after this know that the inputs are filled from outside.
     ///
     /// # Errors
     /// When a property does not fit its topic, or the middleware refuses. The agent is as before then.
@@ -172,7 +173,7 @@ impl RosBridge {
         Ok(())
     }
 
-    /// Has cycles send what they write, and wait for messages.
+    /// Makes cycles send their written values, and wait for messages.
     fn wait_for_nodes(&mut self, topics: Vec<PublishedTopic<WriterSink>>) {
         let mut node = self.node.as_mut().map(NodeTopics::split_off_cycles).unwrap_or_default();
         let surface = Arc::clone(&self.surface);
@@ -190,7 +191,7 @@ impl RosBridge {
         })));
     }
 
-    /// How the topics stand: those that are read, then those that are written.
+    /// Returns the status of the topics: first those read, then those written.
     pub fn topics(&self) -> Vec<TopicStatus> {
         let read = self.inbound.topics().iter().zip(&self.readers);
         let read = read.map(|(topic, reader)| topic.status(Some(reader.publishers())));
@@ -199,7 +200,7 @@ impl RosBridge {
     }
 }
 
-/// Inputs whose messages cycles wait for, with the other ends of their topics.
+/// Inputs for whose messages cycles wait, with the other ends of their topics.
 fn awaited_inputs(
     settings: &RosSettings,
     readers: &[Arc<dyn TopicReader>],

@@ -4,7 +4,8 @@ use slate_topics::{RosError, check_actions, check_ports};
 
 use crate::settings::RosSettings;
 
-/// Checks that the ports that settings name are there and fit their topics and services; opens nothing.
+/// Checks that the ports that settings name exist and fit topics and services.
+/// It opens nothing.
 ///
 /// # Errors
 /// The first that does not fit.

@@ -49,7 +49,7 @@ impl RosExplorer {
         Ok(Self { view: explore(domain, wire, trusted)? })
     }
 
-    /// Gathers what is there, for so long.
+    /// Gathers nodes and topics for this time.
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
     pub fn look(&mut self, time: Duration) {
         let began = Instant::now();
@@ -59,22 +59,22 @@ impl RosExplorer {
         }
     }
 
-    /// The nodes by name.
+    /// Returns the nodes by name.
     pub fn nodes(&self) -> BTreeSet<String> {
         self.view.nodes()
     }
 
-    /// The topics by name, without those of services.
+    /// Returns the topics by name, without those of services.
     pub fn topics(&self) -> BTreeMap<String, FoundTopic> {
         self.view.topics()
     }
 
-    /// The services by name, with the type of each.
+    /// Returns the services by name, with the type of each.
     pub fn services(&self) -> BTreeMap<String, String> {
         self.view.services()
     }
 
-    /// Reads a topic that is there, as its publishers offer it.
+    /// Reads an existing topic with the quality that its publishers offer.
     ///
     /// # Errors
     /// When it has no publisher, or the middleware refuses.
@@ -94,7 +94,7 @@ impl RosExplorer {
     }
 }
 
-/// The messages of a topic.
+/// Messages of a topic.
 pub struct TopicStream {
     message: String,
     reader: Arc<dyn TopicReader>,
@@ -107,12 +107,13 @@ impl std::fmt::Debug for TopicStream {
 }
 
 impl TopicStream {
-    /// The type as ROS calls it.
+    /// Returns the type in ROS.
     pub fn message(&self) -> &str {
         &self.message
     }
 
-    /// The next message, in CDR with its header; nothing when none comes within `limit`.
+    /// Returns the next message, in CDR with its header.
+    /// `None` if none arrives within `limit`.
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
     pub fn next(&self, limit: Duration) -> Option<Vec<u8>> {
         let began = Instant::now();
@@ -127,7 +128,8 @@ impl TopicStream {
         }
     }
 
-    /// How its messages are read: by the `.msg` file of a path, or else as those that are built in.
+    /// Returns the schema of its messages.
+    /// It comes from the `.msg` file of a path, or else from the built-in ones.
     ///
     /// # Errors
     /// In words, when they can't be.
@@ -137,7 +139,8 @@ impl TopicStream {
     }
 }
 
-/// The hash of a type (`RIHS01`), of the `.msg` file of a path, or else as it is built in.
+/// Returns the hash (`RIHS01`) of a type.
+/// It comes from the `.msg` file of a path, or else from the built-in ones.
 ///
 /// # Errors
 /// The definition is invalid or not known; the reason in words.

@@ -15,15 +15,15 @@ use crate::settings::{RosSettings, TABLE};
 use crate::wire::{NodeWire, TopicReader};
 use slate_dds::TopicQuality;
 
-/// How long the thread sleeps when nothing comes.
+/// Sleep time of the thread while no messages arrive.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
-/// As ROS's listeners have it; of each writer, the last messages.
+/// Queue size of the listeners, as in ROS; of each writer, the last messages.
 const DEPTH: u16 = 100;
 
 /// Inputs that read transforms.
 pub struct FrameInputs {
     reader: FrameReader,
-    /// Whether it is that of fixed transforms.
+    /// Readers of the topics, each with a flag for static transforms.
     readers: Vec<(Arc<dyn TopicReader>, bool)>,
 }
 

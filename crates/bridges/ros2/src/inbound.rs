@@ -1,4 +1,4 @@
-//! From topics to inputs.
+//! Flow of messages from topics to inputs.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,7 +10,7 @@ use slate_topics::{InboundTopics, ReaderWaker, RosMessage};
 
 use crate::wire::TopicReader;
 
-/// How long a thread sleeps when nothing comes.
+/// Sleep time of a thread while no messages arrive.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Messages of a topic that are taken before those of the next.
@@ -20,7 +20,7 @@ const TURN: usize = 256;
 pub struct TopicReaders(pub Vec<(Arc<dyn TopicReader>, RosMessage)>);
 
 impl TopicReaders {
-    /// Takes what comes, until the end; `look` is called now and then.
+    /// Takes received messages until the end; `look` is called periodically.
     pub fn receive(&self, inbound: &InboundTopics, wake: &Arc<Wake>, ended: &AtomicBool, look: impl Fn()) {
         let waker = Waker::from(Arc::new(ReaderWaker(Arc::clone(wake))));
         while !ended.load(Ordering::Acquire) {
@@ -39,7 +39,7 @@ impl TopicReaders {
     }
 }
 
-/// Takes what came of a topic; whether that is all.
+/// Takes the received messages of a topic; returns whether none is left.
 fn take(reader: &dyn TopicReader, message: &RosMessage, push: impl Fn(Result<Vec<u8>, String>)) -> bool {
     for _ in 0..TURN {
         push(match reader.take() {

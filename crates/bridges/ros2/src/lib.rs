@@ -1,4 +1,5 @@
-//! Topics of [ROS 2](https://docs.ros.org) as properties of an agent, both ways, over DDS or Zenoh.
+//! Topics of ROS 2 as properties of an agent, both ways, over DDS or Zenoh.
+//! See [ROS 2](https://docs.ros.org).
 //!
 //! A [`RosSettings`] is the table `[ros2]` of a configuration, and its links with `ros2:`: inputs that read topics, and topics
 //! that have the values of properties. A [`RosMessage`] is how values lie on the wire: as the message that ROS has for their interface, or else as that

@@ -1,4 +1,4 @@
-//! The state of the agent as that of a lifecycle node.
+//! State of the agent as a lifecycle node.
 //!
 //! A node is `active` while all actuators are armed, else `inactive`; without actuators it is always active.
 
@@ -67,11 +67,11 @@ pub enum AgentState {
     Active,
 }
 
-/// As `lifecycle_msgs/msg/State` numbers and names them.
+/// States, with numbers and names as in `lifecycle_msgs/msg/State`.
 const STATES: [AgentState; 2] = [AgentState::Inactive, AgentState::Active];
 
 impl AgentState {
-    /// The present state.
+    /// Returns the present state.
     pub fn of(composer: &Composer) -> Self {
         let is_armed = |(name, _): (String, Option<String>)| {
             let mode = composer.board().read(&format!("{name}/gate/mode")).ok().flatten();
@@ -87,7 +87,7 @@ impl AgentState {
         }
     }
 
-    /// The transition that leaves it, and the state that it leads to.
+    /// Returns the transition that leaves the state, and its destination.
     fn transition(self) -> (u64, &'static str, Self) {
         match self {
             Self::Inactive => (3, "activate", Self::Active),
@@ -95,7 +95,7 @@ impl AgentState {
         }
     }
 
-    /// The transition that leaves it, as `TransitionDescription`.
+    /// Returns the transition that leaves the state, as `TransitionDescription`.
     pub fn description(self) -> Json {
         let (id, label, goal) = self.transition();
         json!({
@@ -106,7 +106,7 @@ impl AgentState {
     }
 }
 
-/// The services of a lifecycle node, unless settings have none.
+/// Returns the services of a lifecycle node, unless settings have none.
 ///
 /// # Errors
 /// When the middleware refuses.
@@ -162,7 +162,8 @@ impl ServiceHandler for LifecycleHandler {
 }
 
 impl LifecycleHandler {
-    /// Arms or stops the actuators; whether a transition was possible and has succeeded.
+    /// Arms or stops the actuators.
+    /// Returns whether a transition was possible and has succeeded.
     fn change(&self, state: AgentState, transition: &Json) -> bool {
         let (id, label, _) = state.transition();
         // A transition is named by its number, or else by its label.

@@ -1,16 +1,16 @@
 //! Names of nodes, topics and types, as ROS and DDS have them.
 
-/// A node: its namespace, such as `/` or `/robots/r2`, and its name.
+/// Name of a node: its namespace, such as `/` or `/robots/r2`, and its name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NodeName {
     /// Begins with a slash.
     pub namespace: String,
-    /// Without a slash.
+    /// Name without a slash.
     pub name: String,
 }
 
 impl NodeName {
-    /// The node of an agent: what ROS forbids in a name becomes `_`.
+    /// Returns the node of an agent; characters that ROS forbids become `_`.
     pub fn of_agent(agent: &str) -> Self {
         let mut name: String =
             agent.chars().map(|own| if own.is_ascii_alphanumeric() { own } else { '_' }).collect();
@@ -20,7 +20,8 @@ impl NodeName {
         Self { namespace: "/".into(), name }
     }
 
-    /// The whole name of a topic: `scan` is in the namespace, `~/scan` in that of the node.
+    /// Returns the whole name of a topic.
+    /// `scan` is in the namespace, `~/scan` in that of the node.
     ///
     /// # Errors
     /// ROS forbids it; the reason in words.
@@ -39,7 +40,7 @@ impl NodeName {
 
 #[cfg(feature = "wire")]
 impl NodeName {
-    /// The whole name of a topic or service of the node itself.
+    /// Returns the whole name of a topic or service of the node itself.
     ///
     /// # Errors
     /// The name of the node is too long.
@@ -52,7 +53,7 @@ impl NodeName {
     }
 }
 
-/// The longest name of a topic that `rmw` accepts.
+/// Maximum length of a topic name that `rmw` accepts.
 const MAX_NAME_LENGTH: usize = 247;
 
 /// Checks the whole name of a topic, such as `/r2/scan`.
@@ -88,24 +89,27 @@ fn check_part(part: &str) -> Result<(), String> {
     }
 }
 
-/// The topic of DDS: `/scan` is `rt/scan`.
+/// Returns the topic of DDS: `/scan` is `rt/scan`.
 pub fn wire_topic(topic: &str) -> String {
     format!("rt{topic}")
 }
 
-/// The topic of a service's requests: that of `/enable` is `rq/enableRequest`.
+/// Returns the topic of a service's requests.
+/// That of `/enable` is `rq/enableRequest`.
 #[cfg(feature = "dds")]
 pub fn request_topic(service: &str) -> String {
     format!("rq{service}Request")
 }
 
-/// The topic of a service's responses: that of `/enable` is `rr/enableReply`.
+/// Returns the topic of a service's responses.
+/// That of `/enable` is `rr/enableReply`.
 #[cfg(feature = "dds")]
 pub fn reply_topic(service: &str) -> String {
     format!("rr{service}Reply")
 }
 
-/// The type of DDS: `sensor_msgs/msg/LaserScan` is `sensor_msgs::msg::dds_::LaserScan_`.
+/// Returns the DDS type of a message.
+/// `sensor_msgs/msg/LaserScan` is `sensor_msgs::msg::dds_::LaserScan_`.
 pub fn type_name(message: &str) -> String {
     match message.rsplit_once('/') {
         Some((package, name)) => format!("{}::dds_::{name}_", package.replace('/', "::")),
@@ -113,7 +117,7 @@ pub fn type_name(message: &str) -> String {
     }
 }
 
-/// The message of a type of DDS, as ROS calls it; other types as they are.
+/// Returns the ROS message of a DDS type; other types stay unchanged.
 #[cfg(feature = "wire")]
 pub fn message_name(type_name: &str) -> String {
     let found = type_name.strip_suffix('_').and_then(|name| name.split_once("::dds_::"));

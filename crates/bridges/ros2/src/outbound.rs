@@ -6,10 +6,10 @@ use slate_topics::TopicSink;
 
 use crate::wire::TopicWriter;
 
-/// The writer of a topic.
+/// Writer of a topic.
 pub struct WriterSink {
     pub writer: Arc<dyn TopicWriter>,
-    /// Whether later subscriptions receive values, too.
+    /// Transient-local durability: later subscriptions receive values, too.
     pub is_transient_local: bool,
 }
 

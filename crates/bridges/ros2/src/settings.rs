@@ -1,4 +1,4 @@
-//! The table `[ros2]` of a configuration.
+//! Table `[ros2]` of a configuration.
 
 use std::collections::BTreeSet;
 
@@ -16,13 +16,13 @@ use slate_dds::TopicQuality;
 /// Name of the table, and scheme of links.
 pub const TABLE: &str = "ros2";
 
-/// The variable that programs of ROS have their domain from.
+/// Environment variable with the domain of ROS programs.
 const DOMAIN: &str = "ROS_DOMAIN_ID";
 
-/// The highest domain whose ports exist.
+/// Highest domain whose ports exist.
 const MAX_DOMAIN: i64 = 232;
 
-/// Which topics of ROS an agent reads and writes.
+/// Settings of an agent's ROS topics, read and written.
 ///
 /// ```
 /// use slate_ros2::RosSettings;
@@ -41,11 +41,11 @@ const MAX_DOMAIN: i64 = 232;
 pub struct RosSettings {
     /// Programs see each other within a domain.
     pub domain: u16,
-    /// The middleware.
+    /// Middleware.
     pub wire: RosWireSettings,
-    /// As what the agent appears.
+    /// Name of the agent's node.
     pub node: NodeName,
-    /// Whether it speaks to other machines, in clear text.
+    /// Trusted network: it communicates with other machines, in clear text.
     pub trusted: bool,
     /// Topics that it reads and writes.
     pub topics: TopicSettings<TopicQuality>,
@@ -59,7 +59,7 @@ pub struct RosSettings {
     pub called_actions: Vec<ActionCall>,
     /// Access of other nodes to the state of the agent as that of a lifecycle node.
     pub lifecycle: NodeAccess,
-    /// Its other features.
+    /// Other features.
     pub options: NodeOptions,
 }
 
@@ -78,8 +78,9 @@ const KNOWN: [&str; 11] = [
 ];
 
 impl RosSettings {
-    /// Reads the table `[ros2]`, which it has to be read with as one of
-    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables), and in links with `ros2:`; nothing without both.
+    /// Reads the table `[ros2]` and links with `ros2:`; `None` without both.
+    /// The configuration must be read with the table as one of
+    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables).
     ///
     /// # Errors
     /// Everything that is wrong with it.
@@ -94,7 +95,7 @@ impl RosSettings {
         reader.finish(Some(settings))
     }
 
-    /// Whether the agent has nothing to do with any other node.
+    /// Returns whether the settings connect the agent with no other node.
     fn is_empty(&self) -> bool {
         let has_services = !self.serve.is_empty() || !self.call.is_empty();
         let has_actions = !self.offered_actions.is_empty() || !self.called_actions.is_empty();
@@ -144,7 +145,7 @@ fn settings(reader: &mut TableReader<'_>, root: Option<&Spanned<Value>>, agent: 
     settings
 }
 
-/// An outbox has one receiver.
+/// Checks that an outbox has one receiver.
 fn check_outboxes(reader: &mut TableReader<'_>, settings: &RosSettings) {
     let mut known: BTreeSet<&String> = settings.call.iter().map(|own| &own.outbox).collect();
     for call in &settings.called_actions {
@@ -157,7 +158,7 @@ fn check_outboxes(reader: &mut TableReader<'_>, settings: &RosSettings) {
     }
 }
 
-/// The domain of the file, or of the environment.
+/// Returns the domain of the file, or of the environment.
 fn domain(reader: &mut TableReader<'_>, table: &Table, place: Option<Span>) -> u16 {
     let (number, span, found) = match table.get("domain") {
         Some(value) => (value.as_integer(), Some(value.span), value.value.to_string()),

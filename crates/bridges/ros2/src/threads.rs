@@ -15,7 +15,7 @@ use crate::settings::{RosSettings, TABLE};
 use crate::wire::NodeWire;
 use slate_topics::RosError;
 
-/// The services of an agent, and what serves and calls them.
+/// Services of an agent, with the threads that serve and call them.
 #[derive(Default)]
 pub struct ServiceThreads {
     groups: Vec<ServiceGroup>,
@@ -27,7 +27,8 @@ pub struct ServiceThreads {
 }
 
 impl ServiceThreads {
-    /// Offers inboxes, and finds the outboxes that call; inputs for responses are appended to `inputs`.
+    /// Offers inboxes as services, and finds the outboxes that call services.
+    /// Inputs for responses are appended to `inputs`.
     ///
     /// # Errors
     /// When a port does not fit its service, or the middleware refuses.

@@ -1,13 +1,13 @@
-//! The middleware of a node, as `[ros2]` says.
+//! Middleware of a node, as `[ros2]` says.
 
 use slate_network::NetworkEndpoint;
 use slate_runtime::configuration::{Span, Table};
 use slate_topics::{RosError, TableReader};
 
-/// Where `rmw_zenoh` has its router.
+/// Default router of `rmw_zenoh`.
 const ROUTER: &str = "tcp/localhost:7447";
 
-/// The middleware that carries a node.
+/// Middleware that carries a node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum RosWireSettings {
     /// DDS, as of `rmw_fastrtps` and `rmw_cyclonedds`.
@@ -15,16 +15,17 @@ pub enum RosWireSettings {
     Dds,
     /// Zenoh, as of `rmw_zenoh`.
     Zenoh {
-        /// The router that the node is a client of.
+        /// Router of which the node is a client.
         router: NetworkEndpoint,
     },
 }
 
 impl RosWireSettings {
-    /// Zenoh through a router, such as `tcp/localhost:7447`; on another machine only if the network is trusted.
+    /// Creates the settings of Zenoh through a router, such as `tcp/localhost:7447`.
+    /// A router on another machine needs a trusted network.
     ///
     /// # Errors
-    /// What is wrong with the endpoint, and what to do.
+    /// Reason why the endpoint is invalid, and advice.
     pub fn zenoh(router: &str, trusted: bool) -> Result<Self, (String, &'static str)> {
         const LOCAL: &str = "connect to a router on this machine, which reaches others by `quic/` or `tls/`";
         let router = NetworkEndpoint::parse(router)?;
@@ -41,12 +42,12 @@ impl RosWireSettings {
         Ok(Self::Zenoh { router })
     }
 
-    /// Zenoh through the router on this machine.
+    /// Returns the settings of Zenoh through the router on this machine.
     pub fn local_zenoh() -> Self {
         Self::Zenoh { router: NetworkEndpoint { text: ROUTER.into(), place: None } }
     }
 
-    /// Name and features of the middleware, and whether this program has it.
+    /// Returns name and features of the middleware, and whether this program has it.
     fn built_in(&self) -> (&'static str, &'static str, bool) {
         match self {
             Self::Dds => ("DDS", "ros2", cfg!(feature = "dds")),
@@ -58,7 +59,7 @@ impl RosWireSettings {
         if self.built_in().2 { Ok(()) } else { Err(self.is_missing()) }
     }
 
-    /// The error of a program without it.
+    /// Returns the error of a program without it.
     pub(crate) fn is_missing(&self) -> RosError {
         let (name, features, _) = self.built_in();
         RosError::Network {

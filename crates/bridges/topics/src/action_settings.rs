@@ -11,12 +11,12 @@ use crate::service_settings::{ServicesReader, is_action};
 const SERVE: &str = "write serve.\"/drive\" = { to = \"driver/goals\", type = \"my_package/action/Drive\", definition = \"Drive.action\", result = \"driver/arrived\" }";
 const CALL: &str = "write call.\"/drive\" = { from = \"mission/goals\", type = \"my_package/action/Drive\", definition = \"Drive.action\", result = \"mission/arrived\" }";
 
-/// An inbox that is the server of an action.
+/// Inbox that is the server of an action.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActionOffer {
-    /// The action, from the root.
+    /// Name of the action, from the root.
     pub action: String,
-    /// Its type.
+    /// Type.
     pub of: ActionType,
     /// Path of the inbox that receives goals.
     pub inbox: String,
@@ -26,27 +26,27 @@ pub struct ActionOffer {
     pub result: String,
     /// Path of the output whose values are feedback.
     pub feedback: Option<String>,
-    /// How a goal is cancelled; without it, none is.
+    /// Message that cancels a goal; without it, goals can't be cancelled.
     pub cancel: Option<CancelMessage>,
     /// Place in the configuration.
     pub place: Option<Span>,
 }
 
-/// The message that cancels a goal.
+/// Message that cancels a goal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CancelMessage {
     /// Path of the inbox that receives it.
     pub inbox: String,
-    /// Its fields.
+    /// Fields.
     pub value: Json,
 }
 
-/// An action that an outbox calls.
+/// Action that an outbox calls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActionCall {
-    /// The action, from the root.
+    /// Name of the action, from the root.
     pub action: String,
-    /// Its type.
+    /// Type.
     pub of: ActionType,
     /// Path of the outbox whose messages are goals.
     pub outbox: String,
@@ -139,7 +139,7 @@ impl ServicesReader<'_, '_> {
         ActionType::parse(&name, &text).map_err(|reason| self.reader.add(span, reason, help)).ok()
     }
 
-    /// The message of a path alone, or of a table with `to` and `value`.
+    /// Reads a message from a path alone, or from a table with `to` and `value`.
     fn cancel(&mut self, own: &Table) -> Option<CancelMessage> {
         let help = "write cancel = \"driver/stops\", or = { to = \"driver/goals\", value = { speed = 0.0 } }";
         let entry = own.get("cancel")?;

@@ -23,7 +23,8 @@ GoalInfo goal_info
 int8 status
 ";
 
-/// The type of an action: its goal, its result and its feedback, and the services and topics that they travel in.
+/// Type of an action: its goal, its result and its feedback.
+/// Also the services and topics that transport them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActionType {
     name: String,
@@ -36,13 +37,14 @@ pub struct ActionType {
 }
 
 impl ActionType {
-    /// Whether a type is that of an action, such as `nav2_msgs/action/NavigateToPose`.
+    /// Returns whether a type is an action, such as `nav2_msgs/action/NavigateToPose`.
     pub fn is_name(name: &str) -> bool {
         let parts: Vec<_> = name.split('/').collect();
         matches!(parts[..], [package, "action", own] if !package.is_empty() && !own.is_empty())
     }
 
-    /// Reads the text of a `.action` file. Messages in it follow, each behind a line of `=` and `MSG: package/Name`.
+    /// Parses a `.action` file.
+    /// Messages in it follow, each after a line of `=` and `MSG: package/Name`.
     ///
     /// # Errors
     /// The name or the text is invalid; the reason in words.
@@ -89,42 +91,42 @@ impl ActionType {
         })
     }
 
-    /// As ROS calls it, such as `nav2_msgs/action/NavigateToPose`.
+    /// Returns the name in ROS, such as `nav2_msgs/action/NavigateToPose`.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The goal.
+    /// Returns the goal.
     pub fn goal(&self) -> &MessageType {
         &self.goal
     }
 
-    /// The result.
+    /// Returns the result.
     pub fn result(&self) -> &MessageType {
         &self.result
     }
 
-    /// The feedback.
+    /// Returns the feedback.
     pub fn feedback(&self) -> &MessageType {
         &self.feedback
     }
 
-    /// The service that takes goals.
+    /// Returns the service that takes goals.
     pub fn send_goal(&self) -> &ServiceType {
         &self.send_goal
     }
 
-    /// The service that responds when a goal has ended.
+    /// Returns the service that responds when a goal has ended.
     pub fn get_result(&self) -> &ServiceType {
         &self.get_result
     }
 
-    /// The message of the topic of feedback.
+    /// Returns the message of the topic of feedback.
     pub fn feedback_message(&self) -> &MessageType {
         &self.feedback_message
     }
 
-    /// The service that cancels goals, `action_msgs/srv/CancelGoal`.
+    /// Returns the service that cancels goals, `action_msgs/srv/CancelGoal`.
     ///
     /// # Errors
     /// None: its definition is valid.
@@ -133,7 +135,7 @@ impl ActionType {
         ServiceType::parse(WireFormat::Cdr, "action_msgs/srv/CancelGoal", &text)
     }
 
-    /// The message of the topic of states, `action_msgs/msg/GoalStatusArray`.
+    /// Returns the message of the state topic, `action_msgs/msg/GoalStatusArray`.
     ///
     /// # Errors
     /// None: its definition is valid.

@@ -10,7 +10,7 @@ const CHECK_PERIOD: Duration = Duration::from_millis(20);
 /// Values of several inputs, each in the order in which they came.
 #[derive(Debug)]
 pub(crate) struct AwaitedValues {
-    /// By place.
+    /// Queues by place.
     queues: Mutex<Vec<AwaitedQueue>>,
     arrived: Condvar,
 }
@@ -23,7 +23,7 @@ struct AwaitedQueue {
 }
 
 impl AwaitedValues {
-    /// None yet, for so many inputs.
+    /// Creates empty queues for this number of inputs.
     pub fn new(count: usize) -> Self {
         let queues = (0..count).map(|_| AwaitedQueue::default()).collect();
         Self { queues: Mutex::new(queues), arrived: Condvar::new() }
@@ -33,7 +33,8 @@ impl AwaitedValues {
         self.queues.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Puts a value behind the others; false when there are `depth`, and the oldest goes for it.
+    /// Appends a value.
+    /// Returns false if `depth` values were waiting, so that the oldest is dropped.
     pub fn push(&self, place: usize, value: Vec<u8>, depth: usize) -> bool {
         let mut queues = self.queues();
         let queue = &mut queues[place];
@@ -52,17 +53,17 @@ impl AwaitedValues {
         self.queues()[place].lost += count;
     }
 
-    /// How many had no room since the last call.
+    /// Returns the number of values dropped for lack of room since the last call.
     pub fn take_lost(&self, place: usize) -> u64 {
         std::mem::take(&mut self.queues()[place].lost)
     }
 
-    /// The oldest value.
+    /// Takes the oldest value.
     pub fn take(&self, place: usize) -> Option<Vec<u8>> {
         self.queues()[place].values.pop_front()
     }
 
-    /// Waits for a value, until a moment and while `goes_on`; whether one is there.
+    /// Waits for a value until a deadline, while `goes_on`; returns whether it came.
     #[allow(clippy::disallowed_methods, reason = "nodes answer by the machine's clock")]
     pub fn wait(&self, place: usize, until: Instant, goes_on: impl Fn() -> bool) -> bool {
         let mut queues = self.queues();

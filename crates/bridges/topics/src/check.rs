@@ -16,7 +16,8 @@ use crate::service_settings::{ServiceCall, ServiceOffer};
 use crate::services::check_services;
 use crate::topic_settings::{TopicInput, TopicOutput, TopicSettings};
 
-/// Checks that the ports of topics, services and frames are there and fit; opens nothing.
+/// Checks that the ports of topics, services and frames exist and fit.
+/// It opens nothing.
 ///
 /// # Errors
 /// The first that does not fit.
@@ -42,7 +43,7 @@ pub fn check_clock(composer: &Composer, node: &NodeOptions) -> Result<(), RosErr
     if node.clock && !composer.is_lockstep() { Err(RosError::Clock) } else { Ok(()) }
 }
 
-/// The input that reads a topic, and its messages.
+/// Returns the input that reads a topic, and its messages.
 ///
 /// # Errors
 /// The input is missing or linked, or messages lack one of its fields.
@@ -69,7 +70,7 @@ pub fn topic_input<O>(
     }
 }
 
-/// The property whose values a topic has, and its messages.
+/// Returns the property whose values a topic has, and its messages.
 ///
 /// # Errors
 /// The property is missing, or has no value.

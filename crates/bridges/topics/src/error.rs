@@ -2,30 +2,30 @@ use slate_runtime::configuration::{Configuration, Diagnostic, Report};
 
 use crate::misfit::TopicMisfit;
 
-/// Why an agent is no node of ROS.
+/// Reason why an agent is no ROS node.
 #[derive(Debug, thiserror::Error)]
 pub enum RosError {
     /// A property does not fit its topic.
     #[error(transparent)]
     Topic(#[from] Box<TopicMisfit>),
-    /// The middleware refuses, or is not reached.
+    /// Refusal of the middleware, or an unreachable one.
     #[error("{network}: {reason}")]
     Network {
-        /// The middleware and its address.
+        /// Middleware and its address.
         network: String,
-        /// In words.
+        /// Reason, in words.
         reason: String,
-        /// The advice that resolves it.
+        /// Advice.
         help: &'static str,
     },
-    /// A name or a definition that can't be offered.
+    /// Name or a definition that can't be offered.
     #[error("`{name}` can't be offered: {reason}")]
     Definition {
-        /// The topic, service or message.
+        /// Topic, service or message.
         name: String,
-        /// In words.
+        /// Reason, in words.
         reason: String,
-        /// The advice that resolves it.
+        /// Advice.
         help: &'static str,
     },
     /// The agent has no time of its own.
@@ -39,13 +39,13 @@ pub enum RosError {
 }
 
 impl RosError {
-    /// A definition that can't be offered.
+    /// Creates the error of a definition that can't be offered.
     pub fn definition(name: &str, reason: String) -> Self {
         let help = "write each message in it, too, behind a line of = and MSG: package/Name";
         Self::Definition { name: name.into(), reason, help }
     }
 
-    /// The advice that resolves it.
+    /// Returns the advice that resolves it.
     pub fn help(&self) -> &str {
         match self {
             Self::Topic(misfit) => misfit.help,
@@ -57,7 +57,8 @@ impl RosError {
         }
     }
 
-    /// The error with file, line and advice, of the configuration that the settings came from.
+    /// Returns the error with file, line and advice.
+    /// `configuration` must be the one that the settings came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
         match self {
             Self::Topic(misfit) => misfit.report(configuration),

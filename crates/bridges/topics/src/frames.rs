@@ -18,12 +18,12 @@ use crate::options::FrameInput;
 use crate::outbound::date;
 use crate::services::bytes;
 
-/// How often it is looked for properties that have come or gone.
+/// Period at which added and removed properties are looked for.
 const RENEW: Duration = Duration::from_secs(1);
 
 const SECOND: u64 = 1_000_000_000;
 
-/// The input that reads the transform of a frame.
+/// Returns the input that reads the transform of a frame.
 ///
 /// # Errors
 /// The input is missing, or is not a `Transform`.
@@ -50,7 +50,8 @@ pub struct FrameReader {
 }
 
 impl FrameReader {
-    /// Reads messages of a format; each frame is given with the place of its input among those of the bridge.
+    /// Creates the reader of messages of a format.
+    /// Each frame has the index of its input among those of the bridge.
     ///
     /// # Errors
     /// When the message has no definition, in words.
@@ -93,7 +94,7 @@ impl FrameReader {
         Ok(())
     }
 
-    /// The agent's time of a stamp: in lockstep both are that of the simulation.
+    /// Converts a stamp to the agent's time; in lockstep both are simulation time.
     fn agent_time(&self, stamp: u64) -> u64 {
         if self.composer.is_lockstep() {
             return stamp;
@@ -105,7 +106,7 @@ impl FrameReader {
     }
 }
 
-/// A frame's name without the slash that old programs begin it with.
+/// Returns a frame's name without the leading slash of old programs.
 fn frame(name: &Json) -> &str {
     name.as_str().unwrap_or_default().trim_start_matches('/')
 }
@@ -117,14 +118,14 @@ pub struct FrameMessages {
     /// Paths of modules' transforms when the stream was made.
     known: Vec<String>,
     renewed: Instant,
-    /// By child.
+    /// Static transforms by child.
     all_fixed: BTreeMap<String, FrameTransform>,
     /// Modules whose transforms come from outside.
     foreign: Vec<String>,
 }
 
 impl FrameMessages {
-    /// Messages of a format; what comes from `inputs` does not go back.
+    /// Creates messages of a format; values of `inputs` are not sent back.
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
     pub fn new(format: WireFormat, surface: &ControlSurface, inputs: &[FrameInput]) -> Self {
         let module = |input: &str| input.rsplit_once('/').map(|(module, _)| format!("{module}/"));
@@ -139,7 +140,8 @@ impl FrameMessages {
         }
     }
 
-    /// The new transforms: the message of `/tf`, and that of `/tf_static`, which has all fixed transforms.
+    /// Returns the messages of new transforms: `/tf` and `/tf_static`.
+    /// The latter has all static transforms.
     ///
     /// # Errors
     /// When they are more than a message can have, in words.

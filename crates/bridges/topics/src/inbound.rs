@@ -1,4 +1,4 @@
-//! From topics to inputs.
+//! Flow of messages from topics to inputs.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -17,10 +17,10 @@ use crate::status::TopicStatus;
 /// Different reasons that are logged.
 const MAX_LOGGED: usize = 256;
 
-/// An input that a topic fills.
+/// Input that a topic fills.
 #[derive(Debug)]
 pub struct InboundTopic {
-    /// The topic, as the others call it.
+    /// Topic's name in the middleware.
     topic: String,
     /// Type of its messages, as the others call it.
     message: String,
@@ -31,7 +31,7 @@ pub struct InboundTopic {
     capacity: usize,
     /// Values that may wait for the next cycle.
     depth: usize,
-    /// Whether cycles wait for its messages.
+    /// Lockstep wait: cycles wait for its messages.
     is_awaited: bool,
     received: AtomicU64,
     refused: AtomicU64,
@@ -40,7 +40,8 @@ pub struct InboundTopic {
 }
 
 impl InboundTopic {
-    /// A topic that fills an input, whose property that is; `depth` of its values may wait for the next cycle.
+    /// Creates a topic that fills an input, given with its property.
+    /// `depth` of its values may wait for the next cycle.
     pub fn new(topic: &str, message: &str, input: &str, property: &Property, depth: usize) -> Self {
         Self {
             topic: topic.into(),
@@ -57,23 +58,23 @@ impl InboundTopic {
         }
     }
 
-    /// The same, for whose messages [`LockstepTopics`](crate::LockstepTopics) waits.
+    /// Marks it as awaited by [`LockstepTopics`](crate::LockstepTopics).
     #[must_use]
     pub fn awaited(self) -> Self {
         Self { is_awaited: true, ..self }
     }
 
-    /// The topic, as the others call it.
+    /// Returns the topic's name in the middleware.
     pub fn topic(&self) -> &str {
         &self.topic
     }
 
-    /// Type of its messages, as the others call it.
+    /// Returns the message type's name in the middleware.
     pub fn message(&self) -> &str {
         &self.message
     }
 
-    /// Path of the input.
+    /// Returns the path of the input.
     pub fn input(&self) -> &str {
         &self.input
     }
@@ -83,7 +84,7 @@ impl InboundTopic {
         self.dropped.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// How it stands; `others` are publishers that it is connected with.
+    /// Returns the status; `others` is the number of connected publishers.
     pub fn status(&self, others: Option<usize>) -> TopicStatus {
         let count = |own: &AtomicU64| own.load(Ordering::Relaxed);
         TopicStatus {
@@ -99,12 +100,12 @@ impl InboundTopic {
         }
     }
 
-    /// Why its last message was refused, if it was.
+    /// Returns the reason why its last message was refused, if it was.
     pub(crate) fn error(&self) -> Option<String> {
         locked(&self.error).clone()
     }
 
-    /// Whether the input has room for a value.
+    /// Checks that the input has room for a value.
     fn check(&self, bytes: &[u8]) -> Result<(), String> {
         let item = self.descriptor.tail().map_or(1, Kind::size);
         let items = bytes.len().saturating_sub(self.descriptor.size) / item.max(1);
@@ -116,7 +117,7 @@ impl InboundTopic {
     }
 }
 
-/// Inputs that topics fill, and what came for them and was not set yet.
+/// Inputs that topics fill, and their received values that are not set yet.
 #[derive(Debug)]
 pub struct InboundTopics {
     /// Scheme of the bridge, for the log.
@@ -124,7 +125,7 @@ pub struct InboundTopics {
     topics: Vec<InboundTopic>,
     composer: Composer,
     delivery: ExternalDelivery,
-    /// Of topics whose messages cycles wait for.
+    /// Values of topics for which cycles wait.
     awaited: AwaitedValues,
     /// Texts that were logged.
     logged: Mutex<BTreeSet<String>>,
@@ -139,7 +140,7 @@ impl InboundTopics {
         Self { scheme, topics, composer, delivery, awaited, logged: Mutex::default() }
     }
 
-    /// All of them, by place.
+    /// Returns the topics, by place.
     pub fn topics(&self) -> &[InboundTopic] {
         &self.topics
     }
@@ -162,7 +163,8 @@ impl InboundTopics {
         }
     }
 
-    /// Takes the value of a message of the topic at a place, or why it has none. The oldest value goes when as many wait as may.
+    /// Takes the value of a message of the topic at a place.
+    /// Otherwise the reason why it has none. The oldest value is dropped when the maximum number waits.
     pub fn push(&self, place: usize, value: Result<Vec<u8>, String>) {
         let topic = &self.topics[place];
         let value = value.and_then(|bytes| topic.check(&bytes).map(|()| bytes));
@@ -195,7 +197,7 @@ impl InboundTopics {
         Ok(())
     }
 
-    /// Sets the inputs to what came, until [`end`](Self::end).
+    /// Sets the inputs to received values, until [`end`](Self::end).
     pub fn deliver(&self) {
         self.delivery.run(|place, result| self.note(place, result.map_err(|error| error.to_string())));
     }
@@ -205,7 +207,7 @@ impl InboundTopics {
         self.delivery.end();
     }
 
-    /// Logs once what is wrong with messages that are for several inputs.
+    /// Logs an error of messages for several inputs once.
     pub fn log_once(&self, text: &str) {
         let mut logged = locked(&self.logged);
         if logged.len() < MAX_LOGGED && logged.insert(text.into()) {
@@ -213,17 +215,17 @@ impl InboundTopics {
         }
     }
 
-    /// Values of topics whose messages cycles wait for.
+    /// Values of topics for which cycles wait.
     pub(crate) fn awaited(&self) -> &AwaitedValues {
         &self.awaited
     }
 
-    /// Scheme of the bridge.
+    /// Returns the scheme of the bridge.
     pub(crate) fn scheme(&self) -> &'static str {
         self.scheme
     }
 
-    /// The agent.
+    /// Returns the agent.
     pub(crate) fn composer(&self) -> &Composer {
         &self.composer
     }

@@ -1,4 +1,4 @@
-//! Topics of other middleware as properties of an agent: what the bridges to it share.
+//! Common parts of the bridges: topics of other middleware as properties.
 //!
 //! A topic fills an input ([`InboundTopics`]) or has the values of a property ([`OutboundTopic`]), and an inbox is a service
 //! ([`InboxHandler`]). A node has frames ([`FrameMessages`], [`FrameReader`]), parameters ([`ParameterTable`]) and a log

@@ -11,10 +11,10 @@ use crate::inbound::InboundTopics;
 use crate::published::{PublishedTopics, TopicMessage, TopicSink};
 use crate::topic_wait::{CLOCK, TopicWait, WaitPer};
 
-/// How long a node that was found has to find the agent, too, before the first value is sent.
+/// Time for a found node to find the agent, too, before the first value is sent.
 const SETTLING: Duration = Duration::from_millis(300);
 
-/// Period of the check whether nodes are there.
+/// Period of the check whether nodes are present.
 const CHECK_PERIOD: Duration = Duration::from_millis(10);
 
 const SECOND: f64 = 1e9;
@@ -22,36 +22,37 @@ const SECOND: f64 = 1e9;
 /// Counts the other ends of a topic.
 pub type ConnectionCount = Box<dyn Fn() -> usize + Send + Sync>;
 
-/// An input whose messages cycles wait for.
+/// Input for whose messages cycles wait.
 pub struct AwaitedInput {
-    /// Its place among [`InboundTopics`].
+    /// Place among [`InboundTopics`].
     pub place: usize,
-    /// Which messages.
+    /// Messages for which cycles wait.
     pub wait: TopicWait,
     /// Publishers of its topic.
     pub publishers: ConnectionCount,
     /// Subscriptions of the topic that is answered, if any is.
     pub subscriptions: Option<ConnectionCount>,
-    /// Whether its last message did not come.
+    /// Lateness: its last message did not come.
     pub is_late: AtomicBool,
 }
 
-/// Topics of an agent in lockstep whose cycles wait for messages: what a cycle has written is sent at its end, and then one message
-/// is taken for each value or period that asks for one. So a run depends on the messages and on no node's speed.
+/// Topics of an agent in lockstep whose cycles wait for messages.
+/// Values written in a cycle are sent at its end, and then one message is taken for each value or period that requests
+/// one. So a run depends on the messages and on no node's speed.
 pub struct LockstepTopics<S, M> {
     inbound: Arc<InboundTopics>,
     inputs: Vec<AwaitedInput>,
     published: PublishedTopics<S, M>,
-    /// Publishes the time, and what else belongs to a cycle.
+    /// Publisher of the time, and of the other topics of a cycle.
     publish_node: Box<dyn FnMut() + Send>,
     ended: Arc<AtomicBool>,
     is_connected: bool,
-    /// The time of the last cycle, ns.
+    /// Time of the last cycle, ns.
     last: Option<u64>,
 }
 
 impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
-    /// Waits for messages of the inputs until `ended`, and sends what cycles write.
+    /// Waits for messages of the inputs until `ended`, and sends the values of cycles.
     pub fn new(
         inbound: Arc<InboundTopics>,
         inputs: Vec<AwaitedInput>,
@@ -62,7 +63,7 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
         Self { inbound, inputs, published, publish_node, ended, is_connected: false, last: None }
     }
 
-    /// Sends what a cycle has written, waits for the messages that it asks for, and sets the inputs.
+    /// Sends the values of a cycle, waits for requested messages, and sets the inputs.
     ///
     /// # Errors
     /// A message that the run needs does not come; the reason in words.
@@ -91,7 +92,7 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
         cycle.is_running() && !self.ended.load(Ordering::Acquire)
     }
 
-    /// Waits for the nodes at the other end of all topics that are waited for or answered.
+    /// Waits for the peers of all topics that are waited for or answered.
     #[allow(clippy::disallowed_methods, reason = "nodes are found by the machine's clock")]
     fn connect(&self, cycle: &CycleEnd<'_>) -> Result<(), String> {
         let began = Instant::now();
@@ -111,7 +112,7 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
         Ok(())
     }
 
-    /// Whether the message of an input is there, after a wait.
+    /// Waits for the message of an input; returns whether it has arrived.
     #[allow(clippy::disallowed_methods, reason = "nodes answer by the machine's clock")]
     fn wait(&self, own: &AwaitedInput, cycle: &CycleEnd<'_>) -> Result<bool, String> {
         let topic = &self.inbound.topics()[own.place];
@@ -140,7 +141,7 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
         self.late(own, cycle, !is_pointless(), &reason).map(|()| false)
     }
 
-    /// A message has not come: the end of the run, or a line in the log.
+    /// Handles a missing message: it ends the run, or adds a line to the log.
     fn late(
         &self,
         own: &AwaitedInput,
@@ -172,7 +173,8 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
         Ok(())
     }
 
-    /// Sets an input to its oldest message; to all that came, one after the other, where a run goes on without some.
+    /// Sets an input to its oldest message.
+    /// To all that came, in sequence, where a run continues without some.
     fn set(&self, own: &AwaitedInput, cycle: &CycleEnd<'_>) {
         own.is_late.store(false, Ordering::Relaxed);
         let input: Arc<str> = self.inbound.topics()[own.place].input().into();
@@ -187,7 +189,7 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
 }
 
 impl AwaitedInput {
-    /// How many messages a cycle asks for.
+    /// Returns the number of messages that a cycle requests.
     fn due(&self, last: Option<u64>, now: u64, written: &[String]) -> u64 {
         match &self.wait.per {
             WaitPer::Period(period) => last.map_or(0, |last| (now / period).saturating_sub(last / period)),
@@ -196,7 +198,7 @@ impl AwaitedInput {
         }
     }
 
-    /// Which other end is missing, if one is.
+    /// Returns the missing other end, if any.
     fn missing(&self, inbound: &InboundTopics) -> Option<String> {
         if (self.publishers)() == 0 {
             return Some(format!("{} has no publisher", inbound.topics()[self.place].topic()));
@@ -209,7 +211,7 @@ impl AwaitedInput {
         is_missing.then(|| format!("{answered} has no subscription"))
     }
 
-    /// What a message is waited for, in words.
+    /// Returns the value or period of a message in words.
     fn per(&self) -> String {
         match &self.wait.per {
             WaitPer::Topic(topic) => format!("each of {topic}"),

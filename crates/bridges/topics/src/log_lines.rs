@@ -5,19 +5,19 @@ use slate_control::ControlSurface;
 
 use crate::outbound::date;
 
-/// The last lines of the log.
+/// Last lines of the log.
 const TAIL: &str = "log/tail";
 
-/// A line of the log.
+/// Line of the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NodeLogLine {
     /// When, ns: time of the simulation in lockstep, else the date.
     pub time: u64,
     /// `ERROR`, `WARN`, `INFO`, `DEBUG` or `TRACE`.
     pub level: String,
-    /// The module; empty for the agent.
+    /// Module; empty for the agent.
     pub module: String,
-    /// The text.
+    /// Text.
     pub text: String,
 }
 

@@ -7,7 +7,8 @@ use slate_record::ros::{
 
 use crate::type_hash::type_hash;
 
-/// How values of an interface lie in messages: as those that ROS has for it, or else as `slate_msgs/msg/NAME`.
+/// Message format of an interface's values.
+/// The type that ROS has for it, or else `slate_msgs/msg/NAME`.
 #[derive(Debug)]
 pub struct RosMessage {
     format: WireFormat,
@@ -17,7 +18,7 @@ pub struct RosMessage {
 }
 
 impl RosMessage {
-    /// The messages of an interface in the ROS of a format.
+    /// Creates the messages of an interface in the ROS of a format.
     pub fn of(format: WireFormat, descriptor: &'static Descriptor) -> Self {
         let standard = standard_in(format, descriptor);
         let definition = match &standard {
@@ -27,7 +28,7 @@ impl RosMessage {
         Self { format, descriptor, standard, definition }
     }
 
-    /// The messages of an interface that files define.
+    /// Creates the messages of an interface from definition files.
     ///
     /// # Errors
     /// A field does not fit, or none does.
@@ -41,17 +42,18 @@ impl RosMessage {
         Ok(Self { format, descriptor, standard: Some(standard), definition })
     }
 
-    /// The type as ROS calls it, such as `sensor_msgs/msg/LaserScan`; in ROS 1 `sensor_msgs/LaserScan`.
+    /// Returns the type in ROS, such as `sensor_msgs/msg/LaserScan`.
+    /// In ROS 1 `sensor_msgs/LaserScan`.
     pub fn name(&self) -> &str {
         &self.definition.name
     }
 
-    /// Its fields, followed by the messages in it.
+    /// Returns its fields, followed by the messages in it.
     pub fn definition(&self) -> &str {
         &self.definition.text
     }
 
-    /// The hash by which nodes of ROS 2 compare its type.
+    /// Returns the hash by which nodes of ROS 2 compare its type.
     pub fn type_hash(&self) -> Option<String> {
         type_hash(&self.definition).ok()
     }
@@ -64,7 +66,8 @@ impl RosMessage {
         self.standard.as_ref().map_or(Ok(()), Standard::check_decodable)
     }
 
-    /// Appends the message of a value. `stamp` is its time, ns; `frame` its coordinate frame.
+    /// Appends the message of a value.
+    /// `stamp` is its time, ns; `frame` its coordinate frame.
     ///
     /// # Errors
     /// The bytes are no value of the interface.
@@ -81,7 +84,7 @@ impl RosMessage {
         }
     }
 
-    /// The value of a message.
+    /// Decodes the value of a message.
     ///
     /// # Errors
     /// It is no such message, or the interface has no room for it.

@@ -3,7 +3,7 @@ use slate_record::ros::{Definition, Schema, WireFormat, encode_json_in};
 
 use crate::type_hash::type_hash;
 
-/// The type of a message that its definition describes.
+/// Type of a message that its definition describes.
 #[derive(Clone, Debug)]
 pub struct MessageType {
     format: WireFormat,
@@ -19,7 +19,8 @@ impl PartialEq for MessageType {
 }
 
 impl MessageType {
-    /// Reads a definition. Messages in it follow, each behind a line of `=` and `MSG: package/Name`.
+    /// Parses a definition.
+    /// Messages in it follow, each after a line of `=` and `MSG: package/Name`.
     ///
     /// # Errors
     /// The definition is invalid; the reason in words.
@@ -28,27 +29,27 @@ impl MessageType {
         Ok(Self { format, name: name.into(), definition: definition.into(), schema })
     }
 
-    /// As ROS calls it, such as `std_srvs/srv/SetBool_Request`.
+    /// Returns the name in ROS, such as `std_srvs/srv/SetBool_Request`.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its fields, followed by the messages in it.
+    /// Returns its fields, followed by the messages in it.
     pub fn definition(&self) -> &str {
         &self.definition
     }
 
-    /// The hash by which nodes of ROS 2 compare it.
+    /// Returns the hash by which nodes of ROS 2 compare it.
     pub fn type_hash(&self) -> Option<String> {
         type_hash(&Definition { name: self.name.clone(), text: self.definition.clone() }).ok()
     }
 
-    /// Its fields.
+    /// Returns its fields.
     pub fn schema(&self) -> &Schema {
         &self.schema
     }
 
-    /// The bytes of a message; fields that it lacks are zero or empty.
+    /// Encodes a message; fields that it lacks are zero or empty.
     ///
     /// # Errors
     /// A value does not fit; the reason in words.
@@ -56,7 +57,7 @@ impl MessageType {
         encode_json_in(self.format, &self.schema, message).map_err(|error| error.to_string())
     }
 
-    /// The message of bytes.
+    /// Decodes a message.
     ///
     /// # Errors
     /// They are no such message; the reason in words.
@@ -65,7 +66,7 @@ impl MessageType {
         serde_json::to_value(value).map_err(|error| error.to_string())
     }
 
-    /// The message whose fields are zero or empty.
+    /// Returns the message whose fields are zero or empty.
     ///
     /// # Errors
     /// The definition has no such message; the reason in words.

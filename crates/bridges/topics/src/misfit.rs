@@ -4,37 +4,38 @@ use slate_blackboard::Property;
 use slate_runtime::Composer;
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span};
 
-/// A property that does not fit its topic.
+/// Property that does not fit its topic.
 #[derive(Debug, thiserror::Error)]
 #[error("/{property} and {topic}: {reason}")]
 pub struct TopicMisfit {
     /// Path of the property.
     pub property: String,
-    /// The topic.
+    /// Topic.
     pub topic: String,
-    /// In words.
+    /// Reason, in words.
     pub reason: String,
-    /// The advice that resolves it.
+    /// Advice.
     pub help: &'static str,
-    /// Where it is written.
+    /// Place in the configuration.
     pub place: Option<Span>,
 }
 
 impl TopicMisfit {
-    /// A misfit of a property and a topic.
+    /// Creates a misfit of a property and a topic.
     pub fn new(property: &str, topic: &str, reason: impl Into<String>, help: &'static str) -> Box<Self> {
         let (property, topic) = (property.into(), topic.into());
         Box::new(Self { property, topic, reason: reason.into(), help, place: None })
     }
 
-    /// The same, written at a place.
+    /// Sets the place in the configuration.
     #[must_use]
     pub fn at(mut self: Box<Self>, place: impl Into<Option<Span>>) -> Box<Self> {
         self.place = place.into();
         self
     }
 
-    /// The error with file, line and what to do, of the configuration that the topic came from.
+    /// Returns the error with file, line and advice.
+    /// `configuration` must be the one that the topic came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
         let help = Some(self.help.to_owned());
         Report::from(match self.place {
@@ -44,10 +45,10 @@ impl TopicMisfit {
     }
 }
 
-/// The input that a topic fills.
+/// Returns the input that a topic fills.
 ///
 /// # Errors
-/// When there is none, a link fills it, or a field of it is named.
+/// When it is missing, a link fills it, or a field of it is named.
 pub fn input(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Property>, Box<TopicMisfit>> {
     let found = composer.external_input(path);
     let (property, field) = found.map_err(|error| TopicMisfit::new(path, topic, error.reason, error.help))?;
@@ -58,10 +59,10 @@ pub fn input(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Propert
     Err(TopicMisfit::new(path, topic, reason, "name the input alone"))
 }
 
-/// The property whose values a topic has.
+/// Returns the property whose values a topic has.
 ///
 /// # Errors
-/// When there is none, it has no value, or a field of it is named.
+/// When it is missing, it has no value, or a field of it is named.
 pub fn output(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Property>, Box<TopicMisfit>> {
     let wrong = |reason: String, help| TopicMisfit::new(path, topic, reason, help);
     let found = composer.board().find(path);

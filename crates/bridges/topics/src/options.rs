@@ -4,10 +4,11 @@ use slate_runtime::configuration::{Span, Table};
 
 use crate::table_reader::TableReader;
 
-/// Access of other nodes to a feature of the node, such as the parameters of modules.
+/// Access of other nodes to a feature of the node.
+/// Such as the parameters of modules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NodeAccess {
-    /// None: the node has no services of it.
+    /// No access: the node has no services for it.
     None,
     /// List and read.
     #[default]
@@ -16,14 +17,14 @@ pub enum NodeAccess {
     Set,
 }
 
-/// An input that reads the transform of a frame.
+/// Input that reads the transform of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameInput {
     /// Path of the input.
     pub input: String,
-    /// The child frame, such as `laser`.
+    /// Child frame, such as `laser`.
     pub frame: String,
-    /// Where it is written in the configuration.
+    /// Place in the configuration.
     pub place: Option<Span>,
 }
 
@@ -32,18 +33,18 @@ pub struct FrameInput {
 pub struct NodeOptions {
     /// Access of other nodes to parameters.
     pub parameters: NodeAccess,
-    /// Whether the time of a simulation is `/clock`.
+    /// Publication of the simulation's time at `/clock`.
     pub clock: bool,
-    /// Whether the log is `/rosout`.
+    /// Publication of the log at `/rosout`.
     pub log: bool,
-    /// Whether frames of the robots are `/tf` and `/tf_static`.
+    /// Publication of the robots' frames at `/tf` and `/tf_static`.
     pub transforms: bool,
     /// Inputs that read `/tf` and `/tf_static`.
     pub frames: Vec<FrameInput>,
 }
 
 impl Default for NodeOptions {
-    /// As nodes of ROS have it: parameters that are read, and a log.
+    /// Returns the defaults of ROS nodes: readable parameters, and a log.
     fn default() -> Self {
         Self {
             parameters: NodeAccess::default(),
@@ -61,7 +62,7 @@ pub const OPTION_KEYS: [&str; 5] = ["parameters", "clock", "rosout", "tf", "fram
 const FRAMES: &str = "write frames.\"laser_frame/transform\" = \"laser\"";
 
 impl NodeOptions {
-    /// Whether any of them is said.
+    /// Returns whether a table has any of the options.
     pub fn is_said(table: &Table) -> bool {
         OPTION_KEYS.iter().any(|key| table.get(key).is_some())
     }

@@ -1,4 +1,4 @@
-//! From properties to topics.
+//! Flow of values from properties to topics.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -10,19 +10,19 @@ use slate_runtime::Composer;
 
 use crate::status::TopicStatus;
 
-/// The newest value of a property.
+/// Newest value of a property.
 #[derive(Debug)]
 pub struct OutboundValue {
-    /// As it lies in memory, with its tail.
+    /// Value as it lies in memory, with its tail.
     pub bytes: Vec<u8>,
-    /// When it was written, ns: time of the simulation in lockstep, else the date.
+    /// Time of the write, ns: of the simulation in lockstep, else the date.
     pub time: u64,
 }
 
-/// A topic that has the values of a property.
+/// Topic that has the values of a property.
 #[derive(Debug)]
 pub struct OutboundTopic {
-    /// The topic, as the others call it.
+    /// Topic's name in the middleware.
     topic: String,
     /// Type of its messages, as the others call it.
     message: String,
@@ -30,11 +30,11 @@ pub struct OutboundTopic {
     path: String,
     descriptor: &'static Descriptor,
     property: Option<Arc<Property>>,
-    /// While somebody reads it, so that debug outputs are computed.
+    /// Watch while the topic has readers, so that debug outputs are computed.
     watching: Option<Watching>,
     /// Number of the value that was taken last.
     taken: u64,
-    /// Sequence number of the newest value that [`is_written`](Self::is_written) has seen.
+    /// Sequence number of the newest value seen by [`is_written`](Self::is_written).
     noticed: u64,
     counts: Arc<OutboundCounts>,
 }
@@ -47,7 +47,7 @@ struct OutboundCounts {
     thinned: AtomicU64,
 }
 
-/// Tells how a topic stands while another thread sends it.
+/// Status of a topic that another thread sends.
 #[derive(Clone, Debug)]
 pub struct OutboundStatus {
     topic: String,
@@ -57,7 +57,7 @@ pub struct OutboundStatus {
 }
 
 impl OutboundTopic {
-    /// A topic that has the values of a property at a path.
+    /// Creates a topic with the values of a property at a path.
     pub fn new(topic: &str, message: &str, path: &str, property: Arc<Property>) -> Self {
         Self {
             topic: topic.into(),
@@ -72,17 +72,17 @@ impl OutboundTopic {
         }
     }
 
-    /// The topic, as the others call it.
+    /// Returns the topic's name in the middleware.
     pub fn topic(&self) -> &str {
         &self.topic
     }
 
-    /// Path of the property.
+    /// Returns the path of the property.
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    /// Tells how it stands, from other threads too.
+    /// Returns a handle of the status for other threads.
     pub fn status(&self) -> OutboundStatus {
         OutboundStatus {
             topic: self.topic.clone(),
@@ -92,7 +92,8 @@ impl OutboundTopic {
         }
     }
 
-    /// Turns to the property that is at the path now, which may be another one: modules come and go.
+    /// Switches to the current property at the path.
+    /// It may be another one, as modules come and go.
     pub fn follow(&mut self, composer: &Composer) {
         let found = composer.board().get(&self.path).map(|(property, _)| property);
         let is_same = match (&self.property, &found) {
@@ -106,21 +107,21 @@ impl OutboundTopic {
         }
     }
 
-    /// Leaves out what is there, as nobody reads the topic.
+    /// Skips the present values, as the topic has no readers.
     pub fn skip(&mut self) {
         self.watching = None;
         let channel = self.property.as_ref().and_then(|property| property.channel());
         self.taken = channel.map_or(0, |channel| channel.published());
     }
 
-    /// Whether the property was written since the last call.
+    /// Returns whether the property was written since the last call.
     pub(crate) fn is_written(&mut self) -> bool {
         let channel = self.property.as_ref().and_then(|property| property.channel());
         let written = channel.map_or(0, |channel| channel.published());
         std::mem::replace(&mut self.noticed, written) != written
     }
 
-    /// The newest value, unless it was taken before.
+    /// Takes the newest value, unless it was taken before.
     ///
     /// # Errors
     /// When it can't be read, in words.
@@ -148,7 +149,7 @@ impl OutboundTopic {
 }
 
 impl OutboundStatus {
-    /// How it stands; `others` are subscriptions that it is connected with.
+    /// Returns the status; `others` is the number of connected subscriptions.
     pub fn status(&self, others: Option<usize>) -> TopicStatus {
         TopicStatus {
             topic: self.topic.clone(),
@@ -164,7 +165,8 @@ impl OutboundStatus {
     }
 }
 
-/// Time of a message, ns: that of the simulation in lockstep, else the date.
+/// Returns the time of a message, ns.
+/// That of the simulation in lockstep, else the date.
 pub fn date(composer: &Composer, time: u64) -> u64 {
     if composer.is_lockstep() {
         return time;

@@ -27,29 +27,29 @@ const FIELDS: [&str; 10] = [
     "string_array_value",
 ];
 
-/// A parameter of a module.
+/// Parameter of a module.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeParameter {
-    /// As ROS calls it, such as `planner.speed`.
+    /// Name in ROS, such as `planner.speed`.
     pub name: String,
-    /// Its module.
+    /// Module.
     pub module: String,
     /// Names of its fields, from the parameters of the module on.
     pub fields: Vec<String>,
-    /// Its present value.
+    /// Present value.
     pub value: Value,
-    /// As `rcl_interfaces` numbers it.
+    /// Type number as in `rcl_interfaces`.
     pub kind: u8,
     doc: String,
     range: Option<(f64, f64)>,
 }
 
-/// All parameters of an agent, as they are now.
+/// Parameters of an agent, with their present values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParameterTable(pub Vec<NodeParameter>);
 
 impl ParameterTable {
-    /// Those of all modules, by name.
+    /// Returns the parameters of all modules, by name.
     pub fn of(composer: &Composer) -> Self {
         let mut all = Vec::new();
         for module in composer.modules() {
@@ -69,7 +69,7 @@ impl ParameterTable {
         Self(all)
     }
 
-    /// The parameter that ROS calls so.
+    /// Returns the parameter with that name in ROS.
     pub fn get(&self, name: &str) -> Option<&NodeParameter> {
         self.0.iter().find(|own| own.name == name)
     }
@@ -100,7 +100,7 @@ fn add(all: &mut Vec<NodeParameter>, of: &'static Descriptor, value: &Value, mod
     }
 }
 
-/// The type of parameters of a kind; none for what ROS has no type for.
+/// Returns the ROS type number of a parameter's kind; `NOT_SET` without one.
 fn kind(of: &Kind) -> u8 {
     match of {
         Kind::Text(_) | Kind::Enumeration(_) => STRING,
@@ -117,23 +117,23 @@ fn kind(of: &Kind) -> u8 {
 }
 
 impl NodeParameter {
-    /// Whether its numbers may have fractions.
+    /// Returns whether its numbers may have fractions.
     pub fn is_floating(&self) -> bool {
         [DOUBLE, DOUBLE + LIST].contains(&self.kind)
     }
 
-    /// Path of the setting.
+    /// Returns the path of the setting.
     pub fn path(&self) -> String {
         format!("{}/params/{}", self.module, self.fields.join("/"))
     }
 
-    /// Path of the setting in the configuration.
+    /// Returns the path of the setting in the configuration.
     pub fn setting(&self) -> String {
         let names: Vec<_> = self.fields.iter().map(|field| format!("{field:?}")).collect();
         format!("modules.{:?}.params.{}", self.module, names.join("."))
     }
 
-    /// A `rcl_interfaces/msg/ParameterValue`.
+    /// Returns it as `rcl_interfaces/msg/ParameterValue`.
     pub fn message(&self) -> Json {
         if self.value == Value::Null {
             return json!({ "type": NOT_SET });
@@ -143,7 +143,7 @@ impl NodeParameter {
         json!({ "type": self.kind, FIELDS[usize::from(self.kind)]: value })
     }
 
-    /// A `rcl_interfaces/msg/ParameterDescriptor`.
+    /// Returns it as `rcl_interfaces/msg/ParameterDescriptor`.
     pub fn describe(&self, is_settable: bool) -> Json {
         let mut descriptor = json!({
             "name": self.name,
@@ -165,7 +165,7 @@ impl NodeParameter {
     }
 }
 
-/// The value of a `rcl_interfaces/msg/ParameterValue`.
+/// Returns the value of a `rcl_interfaces/msg/ParameterValue`.
 ///
 /// # Errors
 /// In words, when it has none.

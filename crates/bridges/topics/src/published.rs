@@ -1,4 +1,4 @@
-//! The thread that sends values of properties to topics.
+//! Sending thread for properties' values of topics.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,9 +17,9 @@ const IDLE_PERIOD: Duration = Duration::from_millis(100);
 /// Period of the check whether a property is another one.
 const RENEW: Duration = Duration::from_millis(500);
 
-/// The writer of a topic in the middleware.
+/// Writer of a topic in the middleware.
 pub trait TopicSink: Send {
-    /// Whether somebody receives messages, now or later.
+    /// Returns whether messages have receivers, now or later.
     fn is_wanted(&self) -> bool;
 
     /// Sends a message.
@@ -29,9 +29,10 @@ pub trait TopicSink: Send {
     fn send(&self, message: Vec<u8>) -> Result<(), String>;
 }
 
-/// How values lie in the messages of a topic.
+/// Encoding of values as messages of a topic.
 pub trait TopicMessage: Send {
-    /// Appends the message of a value. `stamp` is its time, ns; `frame` its coordinate frame.
+    /// Appends the message of a value.
+    /// `stamp` is its time, ns; `frame` its coordinate frame.
     ///
     /// # Errors
     /// The value does not fit, in words.
@@ -44,7 +45,7 @@ impl TopicMessage for RosMessage {
     }
 }
 
-/// A topic that has the values of a property.
+/// Topic that has the values of a property.
 pub struct PublishedTopic<S, M = RosMessage> {
     topic: OutboundTopic,
     message: M,
@@ -54,22 +55,22 @@ pub struct PublishedTopic<S, M = RosMessage> {
 }
 
 impl<S: TopicSink, M: TopicMessage> PublishedTopic<S, M> {
-    /// A topic whose messages have a frame, and go to a sink.
+    /// Creates a topic whose messages have a frame, and go to a sink.
     pub fn new(topic: OutboundTopic, message: M, frame: &str, sink: S) -> Self {
         Self { topic, message, frame: frame.into(), sink, is_error_logged: false }
     }
 
-    /// The topic.
+    /// Returns the topic.
     pub fn topic(&self) -> &OutboundTopic {
         &self.topic
     }
 
-    /// Its writer.
+    /// Returns its writer.
     pub fn sink(&self) -> &S {
         &self.sink
     }
 
-    /// Sends the newest value, if it was not sent and somebody receives it.
+    /// Sends the newest value, if it was not sent and has receivers.
     fn send(&mut self, composer: &Composer) -> Result<(), String> {
         if !self.sink.is_wanted() {
             // Later subscriptions receive only values written from then on.
@@ -116,7 +117,7 @@ impl<S: TopicSink, M: TopicMessage> PublishedTopics<S, M> {
         }
     }
 
-    /// Turns to the properties that are there now.
+    /// Switches to the present properties.
     pub(crate) fn follow(&mut self, composer: &Composer) {
         self.topics.iter_mut().for_each(|own| own.topic.follow(composer));
     }
@@ -128,7 +129,8 @@ impl<S: TopicSink, M: TopicMessage> PublishedTopics<S, M> {
     }
 }
 
-/// Sends values as they are written, until the end; `scheme` names the bridge in the log.
+/// Sends values as they are written, until the end.
+/// `scheme` names the bridge in the log.
 pub fn publish<S: TopicSink, M: TopicMessage>(
     scheme: &'static str,
     topics: Vec<PublishedTopic<S, M>>,

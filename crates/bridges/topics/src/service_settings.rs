@@ -1,4 +1,4 @@
-//! The tables `serve` and `call` of a bridge.
+//! Tables `serve` and `call` of a bridge.
 
 use std::time::Duration;
 
@@ -10,42 +10,42 @@ use crate::action_type::ActionType;
 use crate::service_type::ServiceType;
 use crate::table_reader::TableReader;
 
-/// How long an answer is waited for, unless said.
+/// Default timeout for an answer.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
-/// An inbox that is a service.
+/// Inbox that is a service.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServiceOffer {
-    /// The service, from the root.
+    /// Name of the service, from the root.
     pub service: String,
-    /// Its type.
+    /// Type.
     pub of: ServiceType,
     /// Path of the inbox.
     pub inbox: String,
     /// Fields of the message that no request has.
     pub value: Json,
-    /// Where it is written in the configuration.
+    /// Place in the configuration.
     pub place: Option<Span>,
 }
 
-/// A service that an outbox calls.
+/// Service that an outbox calls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServiceCall {
-    /// The service, from the root.
+    /// Name of the service, from the root.
     pub service: String,
-    /// Its type.
+    /// Type.
     pub of: ServiceType,
     /// Path of the outbox.
     pub outbox: String,
     /// Path of the input that is set to the responses, if any is.
     pub response: Option<String>,
-    /// How long a response is waited for.
+    /// Timeout for a response.
     pub timeout: Duration,
-    /// Where it is written in the configuration.
+    /// Place in the configuration.
     pub place: Option<Span>,
 }
 
-/// Whether an entry has the type of an action.
+/// Returns whether an entry has the type of an action.
 pub(crate) fn is_action(entry: &Spanned<Value>) -> bool {
     let of = entry.as_table().and_then(|own| own.get("type")).and_then(|of| of.as_str());
     of.is_some_and(ActionType::is_name)
@@ -59,7 +59,8 @@ pub struct ServicesReader<'r, 'c> {
 }
 
 impl<'r, 'c> ServicesReader<'r, 'c> {
-    /// Reads both with the reader of a bridge, of whose types of services one is given as an example.
+    /// Creates the reader of services and calls, on the table reader of a bridge.
+    /// `example` is one of the bridge's service types.
     pub fn new(reader: &'r mut TableReader<'c>, example: &str) -> Self {
         Self {
             reader,

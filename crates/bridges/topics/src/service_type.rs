@@ -25,7 +25,7 @@ char[16] client_gid
 int64 sequence_number
 ";
 
-/// The type of a service: its request and its response.
+/// Type of a service: its request and its response.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServiceType {
     name: String,
@@ -33,13 +33,14 @@ pub struct ServiceType {
     response: MessageType,
 }
 
-/// Prefix of a standard service name in a format.
+/// Returns the prefix of a standard service name in a format.
 fn folder(format: WireFormat) -> &'static str {
     if format == WireFormat::Ros1 { "std_srvs/" } else { "std_srvs/srv/" }
 }
 
 impl ServiceType {
-    /// A service of ROS that needs no definition, such as `std_srvs/srv/SetBool`; in ROS 1 `std_srvs/SetBool`.
+    /// Returns a ROS service that needs no definition, such as `std_srvs/srv/SetBool`.
+    /// In ROS 1 `std_srvs/SetBool`.
     ///
     /// # Errors
     /// The service needs a definition; the text lists those that don't.
@@ -53,7 +54,8 @@ impl ServiceType {
         Self::parse(format, name, definition)
     }
 
-    /// Reads the text of a `.srv` file. Messages in it follow, each behind a line of `=` and `MSG: package/Name`.
+    /// Parses a `.srv` file.
+    /// Messages in it follow, each after a line of `=` and `MSG: package/Name`.
     ///
     /// # Errors
     /// The name or the text is invalid; the reason in words.
@@ -71,7 +73,7 @@ impl ServiceType {
         Self::parse_named(format, name, definition)
     }
 
-    /// As [`parse`](Self::parse), also for the services of actions.
+    /// Parses a service, including those of actions; see [`parse`](Self::parse).
     pub(crate) fn parse_named(format: WireFormat, name: &str, definition: &str) -> Result<Self, String> {
         let mut lines = definition.lines();
         let request: Vec<_> = lines.by_ref().take_while(|line| line.trim() != MIDDLE).collect();
@@ -88,22 +90,23 @@ impl ServiceType {
         Ok(Self { name: name.into(), request, response: part("Response", response.join("\n"))? })
     }
 
-    /// As ROS calls it, such as `std_srvs/srv/SetBool`.
+    /// Returns the name in ROS, such as `std_srvs/srv/SetBool`.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The request.
+    /// Returns the request.
     pub fn request(&self) -> &MessageType {
         &self.request
     }
 
-    /// The response.
+    /// Returns the response.
     pub fn response(&self) -> &MessageType {
         &self.response
     }
 
-    /// The hash by which nodes of ROS 2 compare it, which is that of a type with its request, its response and its event.
+    /// Returns the hash by which ROS 2 nodes compare it.
+    /// That of a type with its request, its response and its event.
     pub fn type_hash(&self) -> Option<String> {
         let (package, own) = (self.name.split('/').next()?, self.name.rsplit('/').next()?);
         let part = |part: &str, text: &str| format!("====\nMSG: {package}/{own}_{part}\n{text}\n");

@@ -1,15 +1,16 @@
-/// How a topic of an agent stands.
+/// Status of an agent's topic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TopicStatus {
-    /// As the others call it.
+    /// Name in the middleware.
     pub topic: String,
     /// Type of its messages, such as `sensor_msgs/msg/LaserScan`.
     pub message: String,
     /// Path of the property.
     pub property: String,
-    /// Whether the agent reads it.
+    /// Direction: true if the agent reads it.
     pub is_read: bool,
-    /// Publishers or subscriptions that it is connected with; nothing where the middleware does not say.
+    /// Number of connected publishers or subscriptions.
+    /// `None` where the middleware does not report it.
     pub others: Option<usize>,
     /// Values that were set or sent.
     pub count: u64,
@@ -17,6 +18,6 @@ pub struct TopicStatus {
     pub refused: u64,
     /// Values that were replaced by newer ones before they were set or sent.
     pub dropped: u64,
-    /// Why the last message did not fit; nothing when it did.
+    /// Reason why the last message did not fit; `None` if it did.
     pub error: Option<String>,
 }

@@ -13,10 +13,11 @@ const MAX_DEPTH: i64 = 10_000;
 const DEFINITION: &str = "write definition = \"PACKAGE/msg/NAME.msg\", a path from the folder of this file, with the files of messages in it beside it";
 const TYPE: &str = "write type = \"my_package/msg/Sample\"; in ROS 1 \"my_package/Sample\"";
 
-/// An entry of a table: its key, the place of the key, and its value.
+/// Entry of a table: its key, the place of the key, and its value.
 pub type KeyedValue = (String, Span, Spanned<Value>);
 
-/// Returns the whole name of a topic or a service, or why the middleware forbids it.
+/// Resolver of a topic's or service's whole name.
+/// The error is the reason why the middleware forbids the name.
 pub type NameResolver = Box<dyn Fn(&str) -> Result<String, String>>;
 
 /// Reads the table of a bridge, and collects its errors.
@@ -30,7 +31,8 @@ pub struct TableReader<'c> {
 }
 
 impl<'c> TableReader<'c> {
-    /// A reader of the table of that name, whose messages have a format.
+    /// Creates a reader of the table of that name.
+    /// `format` is that of the messages.
     pub fn new(
         configuration: &'c Configuration,
         scheme: &'static str,
@@ -45,22 +47,22 @@ impl<'c> TableReader<'c> {
         self.resolve = resolve;
     }
 
-    /// The configuration.
+    /// Returns the configuration.
     pub fn configuration(&self) -> &'c Configuration {
         self.configuration
     }
 
-    /// Name of the table, and scheme of links.
+    /// Returns the name of the table, and scheme of links.
     pub fn scheme(&self) -> &'static str {
         self.scheme
     }
 
-    /// Whether no error was found.
+    /// Returns whether no error was found.
     pub fn is_valid(&self) -> bool {
         self.errors.is_empty()
     }
 
-    /// The settings that were read.
+    /// Returns the settings, or the errors found.
     ///
     /// # Errors
     /// All that were found.
@@ -76,7 +78,7 @@ impl<'c> TableReader<'c> {
         });
     }
 
-    /// The table at a value of the configuration; an empty one without it.
+    /// Reads the table at a value of the configuration; an empty one without it.
     pub fn table(&mut self, root: Option<&Spanned<Value>>) -> Table {
         let Some(root) = root else { return Table::default() };
         root.as_table().cloned().unwrap_or_else(|| {
@@ -92,7 +94,7 @@ impl<'c> TableReader<'c> {
         self.errors.extend(self.configuration.unknown_keys(table, place, known));
     }
 
-    /// The entries of a table in the table.
+    /// Reads the entries of a table in the table.
     pub fn entries(&mut self, table: &Table, name: &str, help: &str) -> Vec<KeyedValue> {
         let Some(value) = table.get(name) else { return Vec::new() };
         let Some(entries) = value.as_table() else {
@@ -102,7 +104,7 @@ impl<'c> TableReader<'c> {
         entries.iter().map(|(key, entry)| (key.to_owned(), entry.key, entry.value.clone())).collect()
     }
 
-    /// A text and its place.
+    /// Reads a text and its place.
     pub fn text(&mut self, table: &Table, name: &str, help: &str) -> Option<(String, Span)> {
         let value = table.get(name)?;
         if value.as_str().is_none() {
@@ -111,7 +113,7 @@ impl<'c> TableReader<'c> {
         Some((value.as_str()?.to_owned(), value.span))
     }
 
-    /// A truth value; false without one.
+    /// Reads a truth value; false without one.
     pub fn truth(&mut self, table: &Table, name: &str) -> bool {
         let Some(value) = table.get(name) else { return false };
         if value.as_bool().is_none() {
@@ -121,7 +123,7 @@ impl<'c> TableReader<'c> {
         value.as_bool().unwrap_or(false)
     }
 
-    /// The longest wait for an answer.
+    /// Reads the timeout for an answer.
     pub fn timeout(&mut self, table: &Table, usual: Duration) -> Duration {
         let help = "write timeout = \"2s\"";
         let Some((text, span)) = self.text(table, "timeout", help) else { return usual };
@@ -134,7 +136,7 @@ impl<'c> TableReader<'c> {
         }
     }
 
-    /// The depth of a topic's history, in messages.
+    /// Reads the depth of a topic's history, in messages.
     pub fn depth(&mut self, table: &Table) -> Option<u16> {
         let value = table.get("depth")?;
         let depth = value.as_integer().filter(|depth| (1..=MAX_DEPTH).contains(depth));
@@ -145,7 +147,7 @@ impl<'c> TableReader<'c> {
         depth.map(|depth| depth as u16)
     }
 
-    /// A path in the agent.
+    /// Reads a path in the agent.
     pub fn path(&mut self, text: &str, span: Span, help: &str) -> Option<String> {
         match self.configuration.own_path(text) {
             Ok(path) => Some(path),
@@ -157,7 +159,7 @@ impl<'c> TableReader<'c> {
         }
     }
 
-    /// The whole name of a topic or a service.
+    /// Reads the whole name of a topic or a service.
     pub fn topic(&mut self, name: &str, span: Span, help: &str) -> Option<String> {
         match (self.resolve)(name) {
             Ok(topic) => Some(topic),
@@ -168,7 +170,8 @@ impl<'c> TableReader<'c> {
         }
     }
 
-    /// The definition of messages that `definition` names a file of, with `type` where the path does not tell it.
+    /// Returns the message definition in the file that `definition` names.
+    /// `type` is needed where the path does not tell it.
     pub fn message_definition(&mut self, table: &Table) -> Option<Arc<DefinitionFiles>> {
         let name = self.text(table, "type", TYPE);
         let Some((file, span)) = self.text(table, "definition", DEFINITION) else {
@@ -193,7 +196,8 @@ impl<'c> TableReader<'c> {
         self.definition_files(&file, span, name.as_ref().map(|(name, _)| name.as_str()))
     }
 
-    /// The definition of a service or an action: the file of a path that ends in `extension`, or else the text.
+    /// Returns the definition of a service or an action.
+    /// The file of a path that ends in `extension`, or else the text.
     pub fn definition_text(&mut self, text: &str, span: Span, name: &str, extension: &str) -> Option<String> {
         let is_file = Path::new(text).extension().is_some_and(|own| own == extension) && !text.contains('\n');
         match is_file {
@@ -213,7 +217,7 @@ impl<'c> TableReader<'c> {
         found.map(Arc::new).map_err(|error| self.add(span, error.to_string(), DEFINITION)).ok()
     }
 
-    /// Format of its messages.
+    /// Returns the format of its messages.
     pub fn format(&self) -> WireFormat {
         self.format
     }

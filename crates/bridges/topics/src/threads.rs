@@ -1,4 +1,4 @@
-//! The end and the wake-up of a bridge's threads.
+//! End and the wake-up of a bridge's threads.
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 
 use slate_blackboard::wake::Wake;
 
-/// How long the end of a bridge waits for its threads and for the other ends.
+/// Time that the end of a bridge waits for its threads and for the other ends.
 pub const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Waits for threads that were told to end. One that waits for a cycle which does not end is left alone.
+/// Waits for threads that were told to end.
+/// A thread that waits for a cycle which does not end is left alone.
 #[allow(clippy::disallowed_methods, reason = "threads end by the machine's clock")]
 pub fn join_threads(threads: &mut Vec<JoinHandle<()>>) {
     let began = Instant::now();

@@ -17,7 +17,7 @@ const READ: &str = "write read.\"driver/scan\" = \"/scan\", or = { topic = \"/sc
 const WRITE: &str =
     "write write.\"/cmd_vel\" = \"r2/wheels/command\", or = { from = \"r2/wheels/command\", depth = 1 }";
 
-/// Options of a topic in the middleware of a bridge, such as its quality of service.
+/// Options of a topic in a bridge's middleware, such as its quality of service.
 pub trait TopicOptions: Clone + Default {
     /// Keys of entries that read a topic.
     const READ_KEYS: &'static [&'static str];
@@ -25,37 +25,37 @@ pub trait TopicOptions: Clone + Default {
     /// Keys of entries that write a topic.
     const WRITE_KEYS: &'static [&'static str];
 
-    /// Whether files of ROS may define messages, by the keys `definition` and `type`.
+    /// Support of ROS message definitions, by the keys `definition` and `type`.
     const HAS_DEFINITION: bool = true;
 
-    /// Whether cycles can wait for messages, by the keys `wait_per`, `timeout` and `late`.
+    /// Support of cycles that wait, by the keys `wait_per`, `timeout` and `late`.
     const CAN_WAIT: bool = false;
 
     /// Reads them.
     fn of(reader: &mut TableReader<'_>, table: &Table) -> Self;
 }
 
-/// An input that reads a topic.
+/// Input that reads a topic.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TopicInput<O> {
     /// Path of the input.
     pub input: String,
-    /// The topic, from the root.
+    /// Name of the topic, from the root.
     pub topic: String,
     /// Definition of its messages, unless those of the interface.
     pub definition: Option<Arc<DefinitionFiles>>,
     /// Quality of service that it requests.
     pub quality: O,
-    /// Which messages cycles wait for, if they do.
+    /// Messages for which cycles wait, if any.
     pub wait: Option<TopicWait>,
     /// Place in the configuration.
     pub place: Span,
 }
 
-/// A topic that has the values of a property.
+/// Topic that has the values of a property.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TopicOutput<O> {
-    /// The topic, from the root.
+    /// Name of the topic, from the root.
     pub topic: String,
     /// Path of the property.
     pub property: String,
@@ -78,7 +78,7 @@ pub struct TopicSettings<O> {
     pub write: Vec<TopicOutput<O>>,
 }
 
-/// Advice for a link of a scheme.
+/// Returns advice for a link of a scheme.
 pub fn link_help(scheme: &str) -> String {
     format!(
         "write \"driver/scan\" = \"{scheme}:/scan\" or \"{scheme}:/cmd_vel\" = \"/r2/wheels/command\" in [links]"
@@ -86,7 +86,7 @@ pub fn link_help(scheme: &str) -> String {
 }
 
 impl<O> TopicSettings<O> {
-    /// Whether it has no topic.
+    /// Returns whether it has no topic.
     pub fn is_empty(&self) -> bool {
         self.read.is_empty() && self.write.is_empty()
     }
@@ -153,7 +153,7 @@ impl<O: TopicOptions> TopicSettings<O> {
         }
     }
 
-    /// An input reads one topic.
+    /// Adds an input, which may read only one topic.
     fn add_input(&mut self, reader: &mut TableReader<'_>, own: TopicInput<O>, span: Span) {
         if self.read.iter().any(|other| other.input == own.input) {
             let message = format!("/{} reads two topics", own.input);
@@ -219,7 +219,7 @@ fn definition<O: TopicOptions>(reader: &mut TableReader<'_>, table: &Table) -> O
     if O::HAS_DEFINITION { reader.message_definition(table) } else { None }
 }
 
-/// Text of an entry, or of one of its keys.
+/// Reads the text of an entry, or of one of its keys.
 fn given(
     reader: &mut TableReader<'_>,
     entry: &Spanned<Value>,

@@ -1,4 +1,4 @@
-//! Which messages an agent in lockstep waits for.
+//! Messages for which an agent in lockstep waits.
 
 use std::time::Duration;
 
@@ -10,14 +10,14 @@ use crate::table_reader::TableReader;
 /// Keys of [`TopicWait`] in the entry of an input.
 pub(crate) const WAIT_KEYS: [&str; 3] = ["wait_per", "timeout", "late"];
 
-/// How long a message is waited for by default.
+/// Default timeout for a message.
 const TIMEOUT: Duration = Duration::from_secs(10);
 
 const PER: &str =
     "write wait_per = \"/odom\", a topic that is written here, or \"/clock\", or a period such as \"20ms\"";
 const LATE: &str = "write late = \"stop\" or \"continue\"";
 
-/// What one message is waited for.
+/// Trigger of the wait for one message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum WaitPer {
     /// Each value of a topic that the agent writes, or of `/clock`.
@@ -26,21 +26,23 @@ pub enum WaitPer {
     Period(u64),
 }
 
-/// Wait of an agent in lockstep for the messages of a topic, one for each value or period.
+/// Wait of an agent in lockstep for the messages of a topic.
+/// One message for each value or period.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TopicWait {
-    /// What one message is waited for.
+    /// Trigger of the wait for one message.
     pub per: WaitPer,
-    /// Longest wait for a message, and for the node before the first, on the system's clock.
+    /// Timeout for a message, on the system's clock.
+    /// Before the first message also for the node.
     pub timeout: Duration,
-    /// Whether the run goes on without a message that does not come; else it ends.
+    /// Late policy: true to continue without the message, false to end the run.
     pub continue_when_late: bool,
-    /// Where it is written in the configuration.
+    /// Place in the configuration.
     pub place: Span,
 }
 
 impl TopicWait {
-    /// Reads it from the entry of an input; nothing when cycles don't wait for that.
+    /// Reads the wait from an input's entry; `None` when cycles don't wait for it.
     pub(crate) fn of(reader: &mut TableReader<'_>, table: &Table) -> Option<Self> {
         let continue_when_late = match reader.text(table, "late", LATE) {
             Some((text, _)) if text == "continue" => true,

@@ -6,7 +6,8 @@ use slate_record::ros::{Definition, Error, type_description};
 /// Version of hashes, which they begin with.
 const VERSION: &str = "RIHS01";
 
-/// The hash by which nodes of ROS 2 compare types (REP 2011), such as `RIHS01_df66...`.
+/// Returns the hash by which ROS 2 nodes compare types (REP 2011).
+/// Such as `RIHS01_df66...`.
 ///
 /// # Errors
 /// The definition is invalid, or lacks a message.

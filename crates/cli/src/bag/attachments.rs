@@ -1,4 +1,4 @@
-//! The files that a recording has with it.
+//! Files attached to a recording.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -52,7 +52,8 @@ pub fn attachments(file: &Path, out: Option<&Path>, force: bool, json: bool) -> 
     Ok(())
 }
 
-/// Writes them, and returns where. A configuration that names files which are attached too names those that are written.
+/// Writes the attachments, and returns their paths.
+/// A configuration that names attached files then names the written ones.
 fn take_out(
     file: &Path,
     found: &mut [Attachment],
@@ -87,7 +88,7 @@ fn take_out(
     Ok(places)
 }
 
-/// The configuration, a setting in each line, with what its files are called now.
+/// Returns the configuration, a setting in each line, with its files' new names.
 fn pointed(text: &str, moved: &[(String, String)]) -> String {
     let line = |line: &str| {
         let known = moved.iter().find_map(|(name, place)| {

@@ -100,7 +100,8 @@ pub fn info(file: &Path, info: &Info) {
     }
 }
 
-/// Prints links, each as destination and source; an outbox is recorded with the inbox that it sends to.
+/// Prints links, each as destination and source.
+/// An outbox is recorded with the inbox that it sends to.
 fn links(texts: &BTreeMap<String, String>, inboxes: &BTreeSet<&str>) {
     output::line("metadata links");
     let told = |(port, other): (&String, &String)| match inboxes.contains(other.as_str()) {

@@ -1,4 +1,4 @@
-//! Where a verb writes to.
+//! Destination of a verb's output.
 
 use std::path::{Path, PathBuf};
 

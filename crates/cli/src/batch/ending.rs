@@ -1,4 +1,4 @@
-//! How a batch ends before its last run.
+//! Early end of a batch.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,12 +20,13 @@ pub struct BatchEnding {
 #[derive(Default)]
 struct Runs {
     over: bool,
-    /// By seed.
+    /// Stoppers of the runs, by seed.
     stoppers: BTreeMap<u64, Stopper>,
 }
 
 impl BatchEnding {
-    /// One that the first Ctrl-C begins; the second one ends the process.
+    /// Creates the end on request.
+    /// The first Ctrl-C requests it; the second one ends the process.
     pub fn on_request() -> Arc<Self> {
         let ending = Arc::new(Self::default());
         let asked_of = Arc::clone(&ending);
@@ -45,17 +46,17 @@ impl BatchEnding {
         ending
     }
 
-    /// Whether a person asked for the end.
+    /// Returns whether a person asked for the end.
     pub fn is_asked(&self) -> bool {
         self.asked.load(Ordering::Acquire)
     }
 
-    /// Whether no more runs shall begin.
+    /// Returns whether no more runs may begin.
     pub fn is_over(&self) -> bool {
         self.runs().over
     }
 
-    /// Stops what runs.
+    /// Stops the runs in progress.
     pub fn end(&self) {
         let mut runs = self.runs();
         runs.over = true;
@@ -71,7 +72,7 @@ impl BatchEnding {
         runs.stoppers.insert(seed, stopper);
     }
 
-    /// A run is over by itself.
+    /// Forgets a run that is over by itself.
     pub fn forget(&self, seed: u64) {
         self.runs().stoppers.remove(&seed);
     }

@@ -1,4 +1,5 @@
-//! How far a batch is, on stderr: on a terminal a line that is renewed, elsewhere a line now and then.
+//! Progress of a batch on stderr.
+//! On a terminal a line that is renewed, elsewhere a line now and then.
 
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -10,16 +11,16 @@ use slate::record::Summary;
 
 use crate::clock::now;
 
-/// How often to look whether the line is to be shown anew.
+/// Period at which the progress line is checked for an update.
 pub const PERIOD: Duration = Duration::from_millis(500);
 
-/// How long nothing is said where lines stay.
+/// Period of lines where they stay.
 const SILENCE: Duration = Duration::from_secs(30);
 
-/// In which parts of the runs something is said where lines stay.
+/// Number of parts of the runs after each of which a line is printed.
 const PARTS: u64 = 10;
 
-/// Shows how far the runs are until it is dropped.
+/// Progress display of the runs, until dropped.
 pub struct BatchProgress {
     runs: u64,
     done: u64,
@@ -27,18 +28,18 @@ pub struct BatchProgress {
     collisions_caused: u64,
     start: Instant,
     terminal: bool,
-    /// When the last line was said.
+    /// Time of the last line.
     said: Instant,
 }
 
 impl BatchProgress {
-    /// At the beginning of so many runs.
+    /// Creates the progress of a batch at its beginning.
     pub fn new(runs: u64) -> Self {
         let (start, terminal) = (now(), std::io::stderr().is_terminal());
         Self { runs, done: 0, succeeded: 0, collisions_caused: 0, start, terminal, said: start }
     }
 
-    /// A run is done.
+    /// Counts a finished run.
     pub fn note(&mut self, summary: &Summary) {
         let part = |done: u64| u128::from(done) * u128::from(PARTS) / u128::from(self.runs);
         let is_next_part = part(self.done) < part(self.done + 1);
@@ -53,7 +54,7 @@ impl BatchProgress {
         }
     }
 
-    /// Time has passed.
+    /// Updates the line as time passes.
     pub fn show(&mut self) {
         if self.terminal || self.said.elapsed() >= SILENCE {
             self.say();
@@ -99,7 +100,7 @@ impl Drop for BatchProgress {
     }
 }
 
-/// A duration in its two greatest units.
+/// Returns a duration in its two greatest units.
 fn duration(seconds: f64) -> String {
     let seconds = seconds.round() as u64;
     let (minutes, hours) = (seconds / 60, seconds / 3600);

@@ -1,4 +1,4 @@
-//! What is wrong with the compositions of a configuration, each mistake once.
+//! Findings in the compositions of a configuration, without duplicates.
 
 use std::collections::BTreeSet;
 
@@ -14,11 +14,12 @@ pub struct Findings(Vec<VariantFinding>);
 struct VariantFinding {
     severity: &'static str,
     diagnostic: Diagnostic,
-    /// Settings of the variants in which it is wrong; none where that does not depend on a variant that is not chosen.
+    /// Settings of the variants with the finding.
+    /// None if it does not depend on a variant that is not chosen.
     variants: Vec<String>,
 }
 
-/// A finding, as JSON shows it.
+/// Finding, as JSON shows it.
 #[derive(Serialize)]
 pub struct JsonFinding {
     #[serde(flatten)]
@@ -29,7 +30,8 @@ pub struct JsonFinding {
 }
 
 impl Findings {
-    /// Adds what is new of a composition, that of a variant which is not chosen (`variant`) or that of the chosen ones.
+    /// Adds the new findings of a composition.
+    /// `variant` is a variant that is not chosen; `None` for the chosen ones.
     pub fn add(&mut self, severity: &'static str, diagnostics: &[Diagnostic], variant: Option<&str>) {
         for diagnostic in diagnostics {
             let is_same = |one: &&mut VariantFinding| place(&one.diagnostic) == place(diagnostic);
@@ -50,17 +52,17 @@ impl Findings {
         }
     }
 
-    /// How many have that severity.
+    /// Returns the number of findings with that severity.
     pub fn count(&self, severity: &str) -> usize {
         self.0.iter().filter(|one| one.severity == severity).count()
     }
 
-    /// Their codes.
+    /// Returns the codes.
     pub fn codes(&self) -> BTreeSet<&'static str> {
         self.0.iter().filter_map(|one| one.diagnostic.mistake()).map(Mistake::code).collect()
     }
 
-    /// Their text for a terminal.
+    /// Returns the text for a terminal.
     pub fn render(&self, colour: bool) -> String {
         let one = |finding: &VariantFinding| {
             let report = Report::from(finding.in_words());
@@ -72,7 +74,7 @@ impl Findings {
         self.0.iter().map(one).collect()
     }
 
-    /// They in JSON.
+    /// Returns the findings as JSON.
     pub fn json(&self) -> Vec<JsonFinding> {
         let one = |finding: &VariantFinding| JsonFinding {
             finding: ConfigurationFinding::new(finding.severity, &finding.in_words()),
@@ -83,7 +85,7 @@ impl Findings {
 }
 
 impl VariantFinding {
-    /// The diagnostic, which names the variants.
+    /// Returns the diagnostic, which names the variants.
     fn in_words(&self) -> Diagnostic {
         if self.variants.is_empty() {
             return self.diagnostic.clone();
@@ -93,7 +95,7 @@ impl VariantFinding {
     }
 }
 
-/// What makes a finding another one.
+/// Returns the key that distinguishes findings: file, line and message.
 fn place(diagnostic: &Diagnostic) -> (Option<&str>, Option<usize>, &str) {
     (diagnostic.source_name(), diagnostic.line(), diagnostic.message())
 }

@@ -9,7 +9,7 @@ pub struct Explanation {
     pub text: &'static str,
 }
 
-/// All explanations.
+/// Explanations of the codes.
 pub const EXPLANATIONS: [Explanation; 25] = [
     Explanation {
         mistake: Mistake::Syntax,

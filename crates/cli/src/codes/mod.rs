@@ -16,7 +16,7 @@ fn find(code: &str) -> Option<&'static Explanation> {
     EXPLANATIONS.iter().find(|explanation| explanation.mistake == mistake)
 }
 
-/// Returns the explanation of a code as JSON, if there is such a code.
+/// Returns the explanation of a code as JSON, if the code exists.
 #[cfg(feature = "mcp")]
 pub fn explained(code: &str) -> Option<Value> {
     find(code).map(document)

@@ -7,16 +7,17 @@ use std::time::Duration;
 use crossterm::style::{Color, Stylize};
 use serde_json::Value;
 
-/// A line that is longer comes in pieces (bytes).
+/// Length from which a line is split, bytes.
 const LONGEST: u64 = 64 << 10;
 
-/// How long the last lines of an agent that has ended are waited for: what it started may hold them open.
+/// Time to wait for the last lines of an ended agent.
+/// Processes that it started may hold the streams open.
 const LAST: Duration = Duration::from_secs(1);
 
 const COLOURS: [Color; 6] =
     [Color::Cyan, Color::Magenta, Color::Yellow, Color::Green, Color::Blue, Color::Red];
 
-/// Where lines go.
+/// Destination of the lines.
 #[derive(Clone, Copy)]
 pub enum To {
     Stdout,
@@ -46,7 +47,7 @@ impl To {
     }
 }
 
-/// A stream of lines that is passed on by a thread of its own.
+/// Stream of lines that is passed on by a thread of its own.
 pub struct Relay(Receiver<Option<Value>>);
 
 impl Relay {

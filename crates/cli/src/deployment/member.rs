@@ -1,4 +1,4 @@
-//! One of several agents, as a process.
+//! Process of one of several agents.
 
 use std::ffi::OsString;
 use std::io::{self, Read, Write};
@@ -20,19 +20,19 @@ use super::MemberEvent;
 use super::lines::{Relay, To};
 use crate::run_options::RunVerb;
 
-/// An agent, whether it runs or not.
+/// Agent of the deployment, running or not.
 pub struct TeamMember {
-    /// As the file names its table.
+    /// Name of its table in the file.
     pub name: String,
-    /// As tools find it.
+    /// Name under which tools find it.
     pub called: String,
-    /// The agent that has its mission, with which it ends.
+    /// Agent with its mission, with which it ends.
     pub mission_of: Option<String>,
-    /// Whether that one has ended.
+    /// End of the mission of that agent.
     pub is_over: bool,
     pub supervisor: Supervisor,
     pub running: Option<MemberProcess>,
-    /// How often it was started anew.
+    /// Number of restarts.
     pub restarts: u32,
     /// Exit code, once the agent has ended for good.
     pub code: Option<u8>,
@@ -40,23 +40,24 @@ pub struct TeamMember {
     pub summary: Option<Value>,
     arguments: Vec<OsString>,
     index: usize,
-    /// The length of the longest name.
+    /// Length of the longest name.
     width: usize,
     json: bool,
-    /// Whether its actuators wait for a person from the start.
+    /// Disarmed start: its actuators wait for a person.
     disarmed: bool,
 }
 
-/// The process of an agent.
+/// Process of an agent.
 pub struct MemberProcess {
     child: Child,
-    /// Its other end is the agent's standard input.
+    /// Stream whose other end is the agent's standard input.
     stream: UnixStream,
     lines: [Relay; 2],
 }
 
 impl TeamMember {
-    /// An agent that does not run yet; the one that `is_shown` has a web console for whoever watches the run.
+    /// Creates an agent that does not run yet.
+    /// The one that `is_shown` has a web console for those who watch the run.
     pub fn new(
         verb: &RunVerb,
         (index, name): (usize, &str),

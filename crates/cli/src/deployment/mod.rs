@@ -1,5 +1,5 @@
-//! The agents of one file, each in a process of its own, and the supervisor that starts them and starts again what
-//! crashes.
+//! Deployment: the agents of one file, each in its own process, and a supervisor.
+//! The supervisor starts them and restarts those that crash.
 
 mod lines;
 mod member;
@@ -24,14 +24,14 @@ use crate::{examples, output};
 use member::{MemberProcess, TeamMember, code};
 pub use tether::{Tether, end_later};
 
-/// How long an agent that was asked to end may take.
+/// Time that an agent may take to end on request.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Exit code of a process that was interrupted twice.
 const INTERRUPTED: u8 = 130;
 
-/// The codes of a run that ended by itself: well, not well, refused; or that a person broke off, by SIGHUP, SIGINT or
-/// SIGTERM before it caught them.
+/// Exit codes of a run that ended by itself, not by a crash.
+/// Success, failure or refusal; or an interruption by a person, by SIGHUP, SIGINT or SIGTERM before it caught them.
 const BY_ITSELF: [u8; 6] = [0, 1, 2, 129, INTERRUPTED, 143];
 
 /// Exit codes of a run that was asked to end.
@@ -39,14 +39,15 @@ const STOPPED: [u8; 4] = [1, 129, INTERRUPTED, 143];
 
 /// Event of the supervisor.
 pub enum MemberEvent {
-    /// An agent can start, or has ended; by its place.
+    /// Agent at this index that can start, or has ended.
     Ready(usize),
     Ended(usize),
-    /// Ctrl-C, or what else asks a process to end.
+    /// Request to end: Ctrl-C, or another signal.
     Asked,
 }
 
-/// Runs all agents of a file until they have ended; returns the worst of what they end with.
+/// Runs all agents of a file until they have ended.
+/// Returns the worst of their exit codes.
 pub fn run(verb: &RunVerb, names: &[String]) -> Result<u8, Failure> {
     let options = &verb.options;
     if options.resume.is_some() {
@@ -80,7 +81,7 @@ pub fn run(verb: &RunVerb, names: &[String]) -> Result<u8, Failure> {
     Ok(deployment.code())
 }
 
-/// The agents, if the configurations of all of them are good.
+/// Returns the agents, if all their configurations are valid.
 fn members(verb: &RunVerb, names: &[String]) -> Result<Vec<TeamMember>, Failure> {
     let width = names.iter().map(|name| name.chars().count()).max().unwrap_or_default();
     let options = &verb.options;
@@ -113,7 +114,7 @@ fn members(verb: &RunVerb, names: &[String]) -> Result<Vec<TeamMember>, Failure>
     Ok(applications.iter().enumerate().map(member).collect())
 }
 
-/// The files that an agent writes by its configuration.
+/// Returns the files that an agent writes by its configuration.
 fn written(configuration: &Configuration) -> impl Iterator<Item = &Spanned<PathBuf>> {
     let log = configuration.log().targets.file.as_ref().map(|file| &file.path);
     let snapshot = configuration.snapshot().map(|snapshot| &snapshot.file);
@@ -121,7 +122,7 @@ fn written(configuration: &Configuration) -> impl Iterator<Item = &Spanned<PathB
     log.into_iter().chain(snapshot).chain(memories)
 }
 
-/// A path as others that lead to the same file are written, too.
+/// Returns a path that is equal for all paths of one file.
 fn place(path: &Path) -> PathBuf {
     let (folder, name) = (path.parent().unwrap_or(path), path.file_name().unwrap_or_default());
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
@@ -134,15 +135,15 @@ struct Deployment {
     members: Vec<TeamMember>,
     sender: Sender<MemberEvent>,
     start: Instant,
-    /// How many can start; they do when all can.
+    /// Number of agents that are ready; they start when all are.
     ready: usize,
-    /// Since when they are to end.
+    /// Time since which they are to end.
     stopping: Option<Instant>,
     /// Exit code of an agent that could not start.
     refused: Option<u8>,
-    /// When a person asked for the end.
+    /// Time at which a person requested the end.
     asked: Option<Instant>,
-    /// Whether that was so twice.
+    /// Second request for the end.
     killed: bool,
 }
 
@@ -162,7 +163,7 @@ impl Deployment {
         Ok(())
     }
 
-    /// Deals with what happens until all have ended.
+    /// Handles events until all agents have ended.
     fn follow(&mut self, events: &Receiver<MemberEvent>) {
         while self.members.iter().any(|member| member.code.is_none()) {
             let event = match self.due() {
@@ -178,7 +179,7 @@ impl Deployment {
         }
     }
 
-    /// When something is to be done unless something happens.
+    /// Returns the time of the next action, unless an event comes before.
     fn due(&self) -> Option<Instant> {
         let waiting = self.members.iter().filter(|member| member.code.is_none());
         let restarts = waiting.filter_map(|member| member.supervisor.due());
@@ -266,7 +267,7 @@ impl Deployment {
         }
     }
 
-    /// An agent has crashed: it starts anew, unless it did too often.
+    /// Handles a crashed agent: it restarts, unless it crashed too often.
     fn fall(member: &mut TeamMember, at: u64, how: &str, code: u8) {
         let TeamMember { name, called, supervisor, code: ended, .. } = member;
         match supervisor.failed(at) {
@@ -281,7 +282,7 @@ impl Deployment {
         }
     }
 
-    /// Starts anew what is due, or ends what should have ended.
+    /// Restarts agents that are due, or ends those that should have ended.
     fn on_time(&mut self) {
         if self.stopping.is_some_and(|since| now() >= since + PATIENCE) {
             self.each_running(MemberProcess::kill);
@@ -332,14 +333,15 @@ impl Deployment {
         self.members.iter().filter_map(|member| member.running.as_ref()).for_each(act);
     }
 
-    /// The worst that any agent ended with; of agents that were not started, that of the one that could not.
+    /// Returns the worst exit code of any agent.
+    /// If agents were not started, that of the one that could not.
     fn code(&self) -> u8 {
         let interrupted = self.killed.then_some(INTERRUPTED);
         let worst = self.members.iter().filter_map(|member| member.code).max();
         interrupted.or(self.refused).or(worst).unwrap_or_default()
     }
 
-    /// How each ended, for programs.
+    /// Returns the summary of how each agent ended, as JSON.
     fn summary(&self) -> serde_json::Value {
         let agents = self.members.iter().map(|member| {
             let TeamMember { name, code, restarts, summary, .. } = member;

@@ -1,4 +1,4 @@
-//! The side of an agent that was started together with others.
+//! Supervised side of an agent that was started together with others.
 
 use std::io::{self, Read, Write};
 use std::os::fd::AsFd;

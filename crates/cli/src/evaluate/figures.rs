@@ -1,4 +1,4 @@
-//! What is measured, and its text.
+//! Measured figures and their text.
 
 use serde_json::json;
 use slate_evaluation::local_planning::LocalPlannerKind;
@@ -28,7 +28,7 @@ fn evaluate_localization(options: &LocalizationOptions) -> Result<Vec<Evaluation
     Ok(evaluations)
 }
 
-/// Prints the figures; returns what the process ends with.
+/// Prints the figures; returns the exit code.
 pub fn evaluate(verb: &EvaluateVerb) -> Result<u8, Failure> {
     let (is_json, evaluations) = match verb {
         EvaluateVerb::Planning(options) => (options.json, planning::evaluate(&options.data)?),

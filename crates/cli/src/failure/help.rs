@@ -1,4 +1,4 @@
-//! What to do about an error.
+//! Hints on errors.
 
 use miette::Diagnostic;
 use slate::blackboard::nearest_names;
@@ -14,7 +14,7 @@ const START_AN_AGENT: &str =
     "start one with `slate run`; commands find agents of the same user with the same XDG_RUNTIME_DIR";
 
 impl Failure {
-    /// Returns what to do, if there is advice.
+    /// Returns the advice, if any.
     pub(super) fn help(&self) -> Option<String> {
         self.help_with_files()
             .or_else(|| self.help_with_agents())
@@ -22,7 +22,7 @@ impl Failure {
             .or_else(|| self.help_with_values())
     }
 
-    /// Advice about arguments, configurations, recordings and folders.
+    /// Returns advice about arguments, configurations, recordings and folders.
     fn help_with_files(&self) -> Option<String> {
         Some(match self {
             Self::Words(error) => usage::help(error),
@@ -72,7 +72,7 @@ impl Failure {
         })
     }
 
-    /// Advice about reaching agents, and about their modules, plugins and links.
+    /// Returns advice about reaching agents, and about modules, plugins and links.
     fn help_with_agents(&self) -> Option<String> {
         Some(match self {
             Self::Unreachable(error) => error.help()?.to_string(),
@@ -111,7 +111,7 @@ impl Failure {
         })
     }
 
-    /// Advice about goals, actuators and teleoperation.
+    /// Returns advice about goals, actuators and teleoperation.
     fn help_with_driving(&self) -> Option<String> {
         Some(match self {
             Self::GoalOutside { .. } => {
@@ -146,7 +146,7 @@ impl Failure {
         })
     }
 
-    /// Advice about values, messages and codes.
+    /// Returns advice about values, messages and codes.
     fn help_with_values(&self) -> Option<String> {
         Some(match self {
             Self::Body { .. } => "give JSON such as '{\"enabled\": false}', @FILE, or - for stdin".into(),
@@ -167,7 +167,7 @@ impl Failure {
     }
 }
 
-/// The features that bring modules and are not built in.
+/// Returns the features with modules that are not built in.
 fn parts_not_built() -> Option<String> {
     let missing = slate_robotics_cli::FEATURES
         .iter()
@@ -188,7 +188,7 @@ fn leading(near: Option<&str>, verb: Option<&str>) -> String {
     )
 }
 
-/// The most names that advice lists.
+/// Maximum number of names in advice.
 const MOST_NAMES: usize = 24;
 
 fn nothing_below(pattern: &str, above: &str, missing: &str, names: &[String]) -> String {

@@ -1,4 +1,4 @@
-//! Why a command fails: message, exit code, and what to do.
+//! Failures of commands: message, exit code and hint.
 
 mod help;
 mod print;
@@ -87,7 +87,7 @@ pub enum Failure {
     Console(#[from] slate::console::StartError),
     #[error("{0}")]
     Play(PlayError),
-    /// An error of a run that no other verb has.
+    /// Error of a run that no other verb has.
     #[error("{0}")]
     Run(RunError),
     #[error("a batch needs a simulator: `{name}` has no time source and runs on the wall clock")]
@@ -257,7 +257,8 @@ fn no_checkout(said: Option<&Path>) -> String {
 }
 
 impl Failure {
-    /// Returns the exit code: 3 for an unreachable agent, 4 for an unknown name, 5 for a refusal, 6 for a timeout, else 2.
+    /// Returns the exit code.
+    /// 3 for an unreachable agent, 4 for an unknown name, 5 for a refusal, 6 for a timeout, else 2.
     pub fn code(&self) -> u8 {
         match self {
             Self::Agent(ClientError::Refused(_)) => match self.mistake() {

@@ -7,7 +7,7 @@ use super::{Failure, usage};
 use crate::output;
 
 impl Failure {
-    /// Prints to stderr what is wrong, where, and what to do.
+    /// Prints the failure to stderr: message, place and advice.
     pub fn print(&self) {
         match self {
             Self::Words(error) if !output::is_json() => {

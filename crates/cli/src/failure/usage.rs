@@ -7,7 +7,8 @@ pub fn message(error: &clap::Error) -> String {
     parts(error).0
 }
 
-/// Returns the hint of a usage error: the command that does what was looked for, else usage and similar names.
+/// Returns the hint of a usage error.
+/// It names the command that was meant, else usage and similar names.
 pub fn help(error: &clap::Error) -> String {
     instead(error).map_or_else(|| parts(error).1, str::to_owned)
 }
@@ -25,7 +26,7 @@ pub fn instead(error: &clap::Error) -> Option<&'static str> {
     INSTEAD.iter().find(|(names, _)| names.contains(&verb.as_str())).map(|(_, help)| *help)
 }
 
-/// Names of commands elsewhere, and what to call here.
+/// Names of commands in other tools, and their equivalents here.
 const INSTEAD: [(&[&str], &str); 6] = [
     (
         &["plot"],

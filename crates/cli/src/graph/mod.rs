@@ -1,4 +1,5 @@
-//! `slate graph`: modules, gates and links as a drawing, or as text for other programs.
+//! `slate graph`: modules, gates and links as a drawing or as text.
+//! The text is for other programs.
 
 pub mod svg;
 mod text;
@@ -102,7 +103,8 @@ pub fn graph(options: &GraphOptions) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// A drawing that is there stays until the new one is whole; a pipe or a device takes it as it comes.
+/// Writes a drawing; an existing one stays until the new one is complete.
+/// A pipe or a device takes it as it comes.
 pub fn write(path: &Path, text: &str) -> io::Result<()> {
     if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
         return std::fs::write(path, text);

@@ -1,4 +1,4 @@
-//! A graph as an SVG drawing.
+//! Graph as an SVG drawing.
 
 use std::fmt::Write;
 
@@ -43,7 +43,7 @@ const STYLE: &str = "
   }
 ";
 
-/// The graph as an SVG document.
+/// Returns the graph as an SVG document.
 pub fn draw(graph: &ModuleGraph) -> String {
     let outputs: Vec<Vec<&str>> = (0..graph.nodes.len()).map(|node| outputs(graph, node)).collect();
     let sizes: Vec<(f64, f64)> =
@@ -83,7 +83,7 @@ pub fn draw(graph: &ModuleGraph) -> String {
     text
 }
 
-/// Width and height of a node with its outputs.
+/// Returns the width and height of a node with its outputs.
 fn size(node: &GraphNode, outputs: &[&str]) -> (f64, f64) {
     let letters = |text: &str| text.chars().count() as f64;
     let widest = outputs.iter().map(|output| letters(output) * SMALL + 24.0);
@@ -126,7 +126,7 @@ fn draw_node(
     }
 }
 
-/// The outputs of a node that links read, in alphabetical order.
+/// Returns the outputs of a node that links read, in alphabetical order.
 fn outputs(graph: &ModuleGraph, node: usize) -> Vec<&str> {
     let mut outputs: Vec<&str> =
         graph.edges.iter().filter(|edge| edge.from == node).map(|edge| edge.output.as_str()).collect();
@@ -177,7 +177,7 @@ fn title(graph: &ModuleGraph, edge: &GraphEdge) -> String {
     format!("{}/{} → {}/{}{inferred}", name(edge.from), edge.output, name(edge.to), edge.input)
 }
 
-/// Text for SVG.
+/// Escapes a text for SVG.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

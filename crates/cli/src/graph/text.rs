@@ -1,11 +1,11 @@
-//! A graph as text for other programs.
+//! Graph as text for other programs.
 
 use std::fmt::Write;
 
 use serde_json::json;
 use slate::control::graph::{Flow, ModuleGraph, NodeKind};
 
-/// A Mermaid flowchart, for Markdown.
+/// Returns a Mermaid flowchart, for Markdown.
 pub fn mermaid(graph: &ModuleGraph) -> String {
     let mut text = "flowchart LR\n".to_owned();
     for (index, node) in graph.nodes.iter().enumerate() {
@@ -35,7 +35,7 @@ pub fn mermaid(graph: &ModuleGraph) -> String {
     text
 }
 
-/// A digraph of Graphviz.
+/// Returns a digraph of Graphviz.
 pub fn dot(graph: &ModuleGraph) -> String {
     let mut text = "digraph slate {\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\"];\n  edge [fontsize=10];\n".to_owned();
     let quoted = |text: &str| format!("{:?}", text);
@@ -66,7 +66,7 @@ pub fn dot(graph: &ModuleGraph) -> String {
     text
 }
 
-/// A JSON object with nodes and edges.
+/// Returns a JSON object with nodes and edges.
 pub fn json(graph: &ModuleGraph) -> String {
     let name = |index: usize| graph.nodes.get(index).map(|node| node.name.as_str());
     let edges = graph.edges.iter().map(|edge| {

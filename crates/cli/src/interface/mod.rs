@@ -50,8 +50,8 @@ pub struct NewInterface {
     /// Name, such as `BatteryState`
     name: String,
 
-    /// Field as NAME:TYPE[:UNIT[:DOC]]; types are `f64`, `Bool`, `[u8; 4]`, `Text<32>`, `Sequence<f64, 16>`, `Pose2`,
-    /// ...
+    /// Field as NAME:TYPE[:UNIT[:DOC]];
+    /// types are `f64`, `Bool`, `[u8; 4]`, `Text<32>`, `Sequence<f64, 16>`, `Pose2`, ...
     #[arg(long = "field", short, value_name = "FIELD", required = true)]
     fields: Vec<String>,
 
@@ -143,7 +143,7 @@ fn comment(indent: &str, text: &str) -> String {
     text.lines().map(|line| format!("{indent}{}\n", format!("/// {line}").trim_end())).collect()
 }
 
-/// The interfaces of a file, and how many enums there are beside them.
+/// Reads the interfaces of a file, and the number of its other enums.
 fn read(path: &Path) -> Result<(Vec<FoundInterface>, usize), Failure> {
     let source =
         std::fs::read_to_string(path).map_err(|source| Failure::File { path: path.into(), source })?;
@@ -154,7 +154,7 @@ fn at(path: &Path, line: usize, problem: String) -> Failure {
     Failure::Interface { place: format!("{}:{line}", slate::runtime::printable(path)), problem }
 }
 
-/// As [`read`], of a file that shall have one.
+/// Reads a file with [`read`]; an error if it has no interface.
 fn read_some(path: &Path) -> Result<Vec<FoundInterface>, Failure> {
     match read(path)? {
         (none, 0) if none.is_empty() => {
@@ -222,7 +222,7 @@ fn show(descriptor: &Descriptor) {
 /// Result of comparing an interface.
 struct InterfaceDifference {
     name: &'static str,
-    /// Whether readers of the old one can read the new one.
+    /// Compatibility: true if readers of the old one can read the new one.
     compatible: bool,
     changes: Vec<String>,
 }

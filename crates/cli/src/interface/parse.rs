@@ -1,4 +1,5 @@
-//! Reads the interfaces of a source file of Rust, and lays them out as the compiler does.
+//! Parser of the interfaces in a Rust source file.
+//! It lays them out as the compiler does.
 
 use std::collections::BTreeMap;
 
@@ -7,14 +8,15 @@ use super::token::{SourceToken, tokens};
 use super::word::objection;
 use slate::blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, Primitive, schema_hash};
 
-/// An interface and where it stands.
+/// Interface and its place.
 #[derive(Clone, Debug)]
 pub struct FoundInterface {
     pub line: usize,
     pub descriptor: &'static Descriptor,
 }
 
-/// The types that interfaces of a file may name: what comes with Slate, and then what stands above them.
+/// Types that interfaces of a file may name.
+/// First those that come with Slate, then those defined above them.
 type KnownTypes = BTreeMap<String, Kind>;
 
 /// Leaks a value: the program is short-lived.
@@ -31,7 +33,7 @@ pub fn interfaces(source: &str) -> Result<Vec<FoundInterface>, SyntaxError> {
     Ok(read(source)?.0)
 }
 
-/// As [`interfaces`], with how many enums there are beside them.
+/// Reads the [`interfaces`] of a source, and the number of its other enums.
 pub fn read(source: &str) -> Result<(Vec<FoundInterface>, usize), SyntaxError> {
     let mut enumerations = 0;
     let mut reader = InterfaceParser { tokens: tokens(source)?, next: 0 };
@@ -71,7 +73,8 @@ pub fn read(source: &str) -> Result<(Vec<FoundInterface>, usize), SyntaxError> {
     Ok((found, enumerations))
 }
 
-/// The numbers, and the interfaces that come with Slate and can be a field: all without a tail.
+/// Returns the numbers, and Slate's interfaces that can be a field.
+/// These are the ones without a tail.
 fn known() -> KnownTypes {
     // A truth value is the type `Bool`, as not every byte is a `bool`.
     let numbers = Primitive::ALL.map(|primitive| match primitive {
@@ -115,7 +118,7 @@ impl InterfaceParser {
         }
     }
 
-    /// A word that the compiler takes for a name.
+    /// Reads a word that is a valid Rust name.
     fn name(&mut self, expected: &str) -> Result<String, SyntaxError> {
         let line = self.line();
         let word = self.word(expected)?;
@@ -168,8 +171,8 @@ impl InterfaceParser {
         Ok(Some(words))
     }
 
-    /// Goes behind the attributes of an interface, up to its `struct` or `enum`: the integer that an enum says, or nothing
-    /// at what is no interface.
+    /// Skips the attributes of an interface, up to its `struct` or `enum`.
+    /// Returns the integer of an enum's representation; `None` at an item that is no interface.
     fn interface(&mut self) -> Result<Option<String>, SyntaxError> {
         let (begin, mut is_interface, mut representation) = (self.next, false, "u8".to_owned());
         while let Some(words) = self.attribute()? {
@@ -368,7 +371,7 @@ impl InterfaceParser {
     }
 }
 
-/// `GoalReached` as `GOAL_REACHED`, as the macro has it.
+/// Converts `GoalReached` to `GOAL_REACHED`, as the macro does.
 pub fn upper_case(name: &str) -> String {
     let (mut text, mut is_behind_small) = (String::new(), false);
     for letter in name.chars() {
@@ -388,7 +391,7 @@ mod tests {
 
     use super::*;
 
-    /// The hash of an interface of that name in a source.
+    /// Returns the hash of an interface of that name in a source.
     fn hash(source: &str, name: &str) -> u64 {
         let found = interfaces(source).unwrap();
         found.iter().find(|found| found.descriptor.name == name).unwrap().descriptor.hash

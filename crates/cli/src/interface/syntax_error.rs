@@ -1,6 +1,6 @@
 //! Errors in the source of an interface.
 
-/// An error in a source file, with its line.
+/// Error in a source file, with its line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SyntaxError {
     pub line: usize,

@@ -1,11 +1,11 @@
-//! The words and signs of a source file of Rust.
+//! Words and signs of a source file of Rust.
 //!
 //! Own code: of an unbalanced bracket or an open text, `proc-macro2` says only "cannot parse string into token stream", where a newcomer needs
 //! the line of its begin; and `syn` would be compiled a second time for the command.
 
 use super::syntax_error::SyntaxError;
 
-/// A piece of the source.
+/// Token of the source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SourceToken {
     Word(String),
@@ -15,7 +15,7 @@ pub enum SourceToken {
     Sign(char),
 }
 
-/// All of them with their lines, when each bracket is closed.
+/// Returns the tokens with their lines, if each bracket is closed.
 pub fn tokens(source: &str) -> Result<Vec<(usize, SourceToken)>, SyntaxError> {
     let mut tokens = Vec::new();
     let (mut rest, mut line) = (source, 1);
@@ -71,7 +71,7 @@ pub fn tokens(source: &str) -> Result<Vec<(usize, SourceToken)>, SyntaxError> {
     Ok(tokens)
 }
 
-/// Where a comment ends that may have others in it.
+/// Returns the end of a comment, which may be nested.
 fn comment(text: &str) -> Option<usize> {
     let (mut depth, mut at) = (0_usize, 0);
     loop {
@@ -92,7 +92,8 @@ fn comment(text: &str) -> Option<usize> {
     }
 }
 
-/// Where a raw text such as `r#"…"#` ends, if one begins here; nothing inside when it does not end.
+/// Returns the end of a raw text such as `r#"…"#`, if one begins here.
+/// The inner `None` means that it does not end.
 fn raw_text(text: &str) -> Option<Option<usize>> {
     let rest = ["r", "br", "cr"].iter().find_map(|prefix| text.strip_prefix(prefix))?;
     let inside = rest.trim_start_matches('#');
@@ -103,7 +104,7 @@ fn raw_text(text: &str) -> Option<Option<usize>> {
     Some(inside.find(&end).map(|place| begin + place + end.len()))
 }
 
-/// Where a character in quotes ends, if one begins here.
+/// Returns the end of a character in quotes, if one begins here.
 fn character(text: &str) -> Option<usize> {
     let inside = text.strip_prefix('\'')?;
     let mut chars = inside.char_indices();
@@ -119,7 +120,7 @@ fn character(text: &str) -> Option<usize> {
     (quote == '\'').then_some(1 + end + 1)
 }
 
-/// Whether each bracket is closed by its own kind.
+/// Checks that each bracket is closed by its own kind.
 fn balanced(tokens: &[(usize, SourceToken)]) -> Result<(), SyntaxError> {
     let mut open: Vec<(usize, char, char)> = Vec::new();
     for (line, token) in tokens {

@@ -1,6 +1,6 @@
 //! Valid names of fields and interfaces.
 
-/// The keywords of Rust, with those that are kept for later.
+/// Keywords of Rust, with the reserved ones.
 const KEYWORDS: [&str; 53] = [
     "Self", "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate", "do",
     "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl", "in", "let", "loop",
@@ -9,7 +9,7 @@ const KEYWORDS: [&str; 53] = [
     "where", "while", "yield", "_",
 ];
 
-/// Why the compiler takes a word for no name.
+/// Returns the reason why a word is no valid Rust name, if any.
 pub fn objection(word: &str) -> Option<String> {
     if word.starts_with(|first: char| first.is_numeric()) {
         Some(format!("`{word}` begins with a digit, and a name with a letter"))

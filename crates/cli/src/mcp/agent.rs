@@ -1,4 +1,4 @@
-//! The agent, asked for a language model in a role.
+//! Access to the agent for a language model, in a role.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -15,39 +15,39 @@ use crate::codes::explained;
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 
-/// For whom the agent is asked, as its log says it.
+/// Name under which the agent is asked, for its log.
 const CALLER: &str = "mcp";
 
-/// A command holds for 150 ms, and is given again in this time.
+/// Period at which a command is repeated; it holds for 150 ms.
 const AGAIN: Duration = Duration::from_millis(50);
 
 /// Unused connections that are kept for the next calls.
 const IDLE: usize = 4;
 
-/// The route to an agent.
+/// Route to an agent.
 enum AgentRoute {
-    /// As the command line says.
+    /// Agent as selected on the command line.
     Option(AgentOption),
     /// Over HTTP, with the token of a caller.
     Token(Access),
 }
 
-/// How an agent is reached.
+/// Access to an agent.
 pub struct Reach {
     route: AgentRoute,
     role: Role,
-    /// The name that the agent gives itself.
+    /// Name that the agent gives itself.
     name: String,
-    /// The name under which the agent is reached at this computer, if it is.
+    /// Name under which the agent is reached at this computer, if it is local.
     local: Option<String>,
     /// Connections that no tool uses at the moment.
     idle: Mutex<Vec<Client>>,
-    /// Nobody listens any more.
+    /// Closed flag: the client has gone.
     is_over: AtomicBool,
 }
 
 impl Reach {
-    /// That of an agent, which has to run.
+    /// Creates the access to a running agent.
     pub fn new(option: &AgentOption, role: Role) -> Result<Self, Failure> {
         let mut option = AgentOption { agent: option.said() };
         let (client, role) = introduce(option.connect()?, role)?;
@@ -58,7 +58,8 @@ impl Reach {
         Ok(Self::with(AgentRoute::Option(option), role, client, local))
     }
 
-    /// That of a caller over HTTP, whose token is of a role of the agent; `local` is the agent's name at this computer.
+    /// Creates the access of a caller over HTTP, by its token of an agent's role.
+    /// `local` is the agent's name at this computer.
     pub fn by_token(access: Access, limit: Role, local: Option<String>) -> Result<Self, Failure> {
         let (client, role) = introduce(Client::at(&access)?, limit)?;
         Ok(Self::with(AgentRoute::Token(access), role, client, local))
@@ -74,12 +75,12 @@ impl Reach {
         self.role
     }
 
-    /// The name of the agent.
+    /// Returns the name of the agent.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Ends what is under way.
+    /// Ends the calls in progress.
     pub fn end(&self) {
         self.is_over.store(true, Ordering::Release);
         self.idle().clear();
@@ -137,7 +138,7 @@ impl Reach {
         done.map_err(|error| self.said(error))
     }
 
-    /// Over a connection of its own, so that it waits for nothing.
+    /// Stops over a connection of its own, so that it waits for nothing.
     fn stop(&self, arguments: &Map<String, Value>) -> Result<Value, String> {
         let reason = arguments.get("reason").and_then(Value::as_str).filter(|reason| !reason.is_empty());
         let reason = reason.map_or_else(|| format!("by {CALLER}"), |reason| format!("{CALLER}: {reason}"));
@@ -156,7 +157,8 @@ impl Reach {
         }
     }
 
-    /// Drives for a while. The lease is bound to a connection of its own, so it ends in any case.
+    /// Drives for a while.
+    /// The lease is bound to a connection of its own, so it ends in any case.
     fn drive(&self, arguments: &Map<String, Value>, is_over: impl Fn() -> bool) -> Result<Value, String> {
         let actuator =
             arguments.get("actuator").and_then(Value::as_str).ok_or("`actuator` is missing, a text")?;
@@ -180,7 +182,7 @@ impl Reach {
         Ok(json!({ "actuator": actuator, "seconds": seconds, "gate": gate }))
     }
 
-    /// A problem with all that helps against it.
+    /// Returns a problem with all its advice.
     fn said(&self, error: ClientError) -> String {
         let ClientError::Refused(refusal) = error else { return error.to_string() };
         let mut text = refusal.message;
@@ -203,7 +205,8 @@ impl Reach {
     }
 }
 
-/// A connection whose calls are those of a model that may do so much at most, and the role that the agent takes it for.
+/// Marks a connection as a model's, limited to a role.
+/// Returns it with the role that the agent grants.
 fn introduce(mut client: Client, limit: Role) -> Result<(Client, Role), Failure> {
     client.on_behalf_of(CALLER);
     client.in_role(limit);

@@ -1,4 +1,4 @@
-//! The protocol over HTTP, for callers with tokens of the agent.
+//! Protocol over HTTP, for callers with tokens of the agent.
 
 use std::collections::HashMap;
 use std::convert::Infallible;
@@ -29,16 +29,16 @@ use crate::connection::AgentOption;
 use crate::failure::Failure;
 use crate::output;
 
-/// The path of the protocol.
+/// Path of the protocol.
 const PATH: &str = "/mcp";
 
 /// Connections at once; further ones wait.
 const CONNECTIONS: usize = 64;
 
-/// How long a connection may be silent before the head of a request.
+/// Time that a connection may be silent before the head of a request.
 const SILENCE: Duration = Duration::from_secs(60);
 
-/// The longest body of a request, bytes.
+/// Maximum size of a request's body, bytes.
 const BODY: usize = 1 << 20;
 
 /// Tokens whose callers are remembered.
@@ -98,7 +98,8 @@ async fn converse(stream: TcpStream, gate: Arc<TokenGate>, settings: StreamableH
     let _ = server.serve_connection(TokioIo::new(stream), service).await;
 }
 
-/// No sessions: each request has its token, and nothing is kept between two. Pages of browsers may not ask.
+/// Returns settings without sessions: each request has its token.
+/// Nothing is kept between two requests. Pages of browsers are not admitted.
 fn settings(ip: IpAddr) -> StreamableHttpServerConfig {
     let settings = StreamableHttpServerConfig::default()
         .with_legacy_session_mode(false)
@@ -140,18 +141,19 @@ fn bearer(headers: &HeaderMap) -> Option<String> {
     scheme.eq_ignore_ascii_case("bearer").then(|| token.trim().to_owned())
 }
 
-/// What helps a caller without a token of the agent.
+/// Hint for a caller without a token of the agent.
 const TOKEN: &str =
     "send `Authorization: Bearer TOKEN` with a token of the agent; `slate console` prints one with its link";
 
 /// Lets in callers whose token is of a role of the agent, which decides it.
 struct TokenGate {
-    /// The agent, without a token.
+    /// Agent, without a token.
     access: Access,
-    /// The agent's name, if it runs at this computer.
+    /// Agent's name, if it runs at this computer.
     local: Option<String>,
     limit: Role,
-    /// By tokens that the agent has taken. The keys of its hashes are random, so how long a search takes says nothing of them.
+    /// Access by token, of those that the agent has accepted.
+    /// The keys of its hashes are random, so the time of a search reveals nothing about the tokens.
     known: Mutex<HashMap<String, Arc<Reach>>>,
 }
 
@@ -161,7 +163,7 @@ impl TokenGate {
         Ok(Self { access, local, limit, known: Mutex::default() })
     }
 
-    /// The agent for a caller with that token.
+    /// Returns the agent for a caller with that token.
     fn open(&self, token: String) -> Result<Arc<Reach>, TokenRefusal> {
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(reach) = known().get(&token) {
@@ -180,7 +182,7 @@ impl TokenGate {
     }
 }
 
-/// Why a request does not reach the protocol.
+/// Reason why a request does not reach the protocol.
 struct TokenRefusal {
     status: StatusCode,
     detail: String,

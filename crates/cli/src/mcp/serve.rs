@@ -1,4 +1,4 @@
-//! The protocol, on stdin and stdout.
+//! Protocol, on stdin and stdout.
 
 use std::sync::Arc;
 
@@ -34,7 +34,7 @@ pub fn serve(reach: Reach) -> Result<bool, Failure> {
     done.map(|_| true)
 }
 
-/// The server that a model talks to.
+/// Server that a model talks to.
 pub(super) struct ModelServer(pub Arc<Reach>);
 
 impl ServerHandler for ModelServer {

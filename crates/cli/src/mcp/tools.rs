@@ -1,19 +1,20 @@
-//! The tools: each operation of the table that answers in JSON and needs no connection of its own is one, and two more are
-//! made of several.
+//! Tools: the operations that answer in JSON and need no own connection.
+//! Each such operation of the table is one tool, and two more are composed of several.
 
 use serde_json::{Map, Value, json};
 use slate::control::client::coded;
 use slate::control::operations::{DRIVE, OPERATIONS, STOP};
 use slate::control::{Operation, Parameter, Role};
 
-/// The tool that tells what codes of mistakes mean.
+/// Tool that explains the codes of mistakes.
 pub const EXPLAIN: &str = "explain";
 
-/// For how long a command may be given at most, s.
+/// Maximum duration of a command, s.
 pub const LONGEST_DRIVE: f64 = 10.0;
 
-/// The operations that are no tools: sockets, files and documents for programs, what ends with a connection, and leases, of
-/// which the tool that drives takes care.
+/// Operations that are no tools.
+/// Sockets, files and documents for programs, operations that end with a connection, and leases, which the tool that
+/// drives manages.
 const LEFT: [&str; 14] = [
     "index",
     "openapi",
@@ -31,16 +32,16 @@ const LEFT: [&str; 14] = [
     "give_back",
 ];
 
-/// The part of a path that names the agent.
+/// Part of a path that names the agent.
 const AGENT: &str = "agent";
 
-/// The argument of a body that is no object of known fields.
+/// Argument of a body that is no object of known fields.
 const BODY: &str = "body";
 
-/// The parameter that chooses the form of an answer.
+/// Parameter that chooses the form of an answer.
 const FORMAT: &str = "format";
 
-/// A tool with its JSON Schema.
+/// Tool with its JSON Schema.
 pub struct ToolEntry {
     pub name: &'static str,
     pub doc: &'static str,
@@ -48,12 +49,12 @@ pub struct ToolEntry {
     pub schema: Map<String, Value>,
 }
 
-/// The operation that a tool carries out.
+/// Returns the operation that a tool carries out.
 pub fn operation(name: &str) -> Option<&'static Operation> {
     OPERATIONS.iter().find(|operation| operation.name == name && !LEFT.contains(&name) && name != DRIVE)
 }
 
-/// The tools of a role.
+/// Returns the tools of a role.
 pub fn of(role: Role) -> Vec<ToolEntry> {
     let own = OPERATIONS.iter().filter(|operation| operation.role <= role);
     let mut tools: Vec<_> = own.filter_map(|own| operation(own.name)).map(described).collect();
@@ -120,7 +121,7 @@ fn object(properties: Map<String, Value>, required: Vec<Value>) -> Map<String, V
     schema
 }
 
-/// The names in braces of a path.
+/// Returns the names in braces of a path.
 fn parts(operation: &Operation) -> impl Iterator<Item = &'static str> {
     operation.path.split('/').filter_map(name)
 }
@@ -129,7 +130,8 @@ fn name(part: &str) -> Option<&str> {
     part.strip_prefix('{')?.strip_suffix('}')
 }
 
-/// Returns the query parameters, without the token of browsers and the format: a tool answers in JSON.
+/// Returns the query parameters, without the browsers' token and the format.
+/// A tool answers in JSON.
 fn query(operation: &Operation) -> impl Iterator<Item = &'static Parameter> {
     operation.parameters.iter().filter(|parameter| !["token", FORMAT].contains(&parameter.name))
 }
@@ -150,7 +152,7 @@ fn check_format(operation: &Operation, arguments: &Map<String, Value>) -> Result
     }
 }
 
-/// The fields of a body that are arguments by themselves.
+/// Returns the fields of a body that are arguments by themselves.
 fn fields(operation: &Operation) -> Option<(Map<String, Value>, Vec<Value>)> {
     let body = operation.body?();
     let fields = body.get("properties")?.as_object()?.clone();
@@ -163,7 +165,7 @@ fn fields(operation: &Operation) -> Option<(Map<String, Value>, Vec<Value>)> {
     Some((fields, required.unwrap_or_default()))
 }
 
-/// Whether all of the body is one argument.
+/// Returns whether the whole body is one argument.
 fn has_body(operation: &Operation) -> bool {
     operation.body.is_some() && fields(operation).is_none() && operation.name != STOP
 }

@@ -11,7 +11,7 @@ use slate_petri_net::{
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::output;
 
-/// Checks a plan and its sub-plans, and prints what is found; returns the exit code.
+/// Checks a plan and its sub-plans, and prints the findings; returns the exit code.
 pub fn check(file: &Path, actions: &[String], states: usize, json: bool) -> Result<u8, Failure> {
     let net = read_pnml(file)?;
     let joint = JointNet::new(&net).map_err(|error| error.of_file(file))?;
@@ -40,7 +40,7 @@ pub fn check(file: &Path, actions: &[String], states: usize, json: bool) -> Resu
     Ok(if is_sound { 0 } else { ASSERTION_FALSE })
 }
 
-/// The part of each robot, with its sub-plans.
+/// Returns the part of each robot, with its sub-plans.
 fn parts(joint: &JointNet, file: &Path) -> Result<Vec<PetriPlan>, NetError> {
     let parts = joint.robots().iter().filter_map(|robot| joint.robot(robot));
     parts.map(|part| PetriPlan::with_folder(part.net, file)).collect()
@@ -70,7 +70,7 @@ fn print(net: &PetriNet, report: &NetReport) {
     ));
 }
 
-/// The firings of a path, with the part that can be repeated in brackets.
+/// Returns the firings of a path, with the part that can be repeated in brackets.
 fn sequence(net: &PetriNet, path: &FiringPath) -> String {
     if path.transitions.is_empty() {
         return "nothing: it is so at the start".into();

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use crate::failure::ASSERTION_FALSE;
 use crate::output;
 
-/// A mission that was checked.
+/// Mission that was checked.
 pub struct CheckedMission<'a> {
     /// File that was checked.
     pub file: &'a Path,
@@ -15,17 +15,17 @@ pub struct CheckedMission<'a> {
     pub title: String,
     /// Numbers of its parts, such as `3 nodes, 1 actions`.
     pub counts: String,
-    /// Its parts, for JSON.
+    /// Parts, for JSON.
     pub parts: Value,
-    /// Its findings.
+    /// Findings.
     pub findings: Vec<MissionFinding>,
 }
 
-/// A defect of a mission.
+/// Defect of a mission.
 pub struct MissionFinding {
     /// Kind, such as `dead node`.
     pub kind: &'static str,
-    /// Whether the mission can't work.
+    /// Severity: true if the mission can't work.
     pub is_error: bool,
     /// Other file, which that of the mission includes.
     pub included: Option<PathBuf>,
@@ -36,7 +36,7 @@ pub struct MissionFinding {
 }
 
 impl CheckedMission<'_> {
-    /// Prints what was found; returns the exit code.
+    /// Prints the findings; returns the exit code.
     pub fn report(self, json: bool) -> u8 {
         let is_sound = !self.findings.iter().any(|finding| finding.is_error);
         if json {

@@ -9,12 +9,12 @@ use super::findings::{CheckedMission, MissionFinding};
 use super::tree_svg::{self, DrawnRow};
 use crate::failure::Failure;
 
-/// Whether a file is a theory, by its name.
+/// Returns whether a file is a theory, by its name.
 pub fn is_theory(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension == "golog")
 }
 
-/// Checks a theory, and prints what is found; returns the exit code.
+/// Checks a theory, and prints the findings; returns the exit code.
 pub fn check(file: &Path, actions: &[String], json: bool) -> Result<u8, Failure> {
     let theory = ActionTheory::read(file)?;
     let is_known = |name: &str| actions.iter().any(|action| action == name);
@@ -47,7 +47,7 @@ pub fn check(file: &Path, actions: &[String], json: bool) -> Result<u8, Failure>
     Ok(checked.report(json))
 }
 
-/// The procedures of a theory as an SVG document.
+/// Returns the procedures of a theory as an SVG document.
 pub fn draw(file: &Path) -> Result<String, Failure> {
     let theory = ActionTheory::read(file)?;
     let rows = outline(&theory).into_iter().map(|row| DrawnRow {

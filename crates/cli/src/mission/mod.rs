@@ -1,4 +1,5 @@
-//! Missions: Petri nets, behaviour trees, Golog programs and skills in Lua, checked, drawn and generated.
+//! Missions: Petri nets, behaviour trees, Golog programs and skills in Lua.
+//! They are checked, drawn and generated.
 
 #[cfg(feature = "missions")]
 mod check;
@@ -33,9 +34,11 @@ use crate::failure::Failure;
 
 #[derive(Debug, Subcommand)]
 pub enum MissionVerb {
-    /// Check a Petri Net Plan, a behaviour tree, a Golog program or skills for defects (exit code 7 for an error)
+    /// Check a Petri Net Plan, a behaviour tree, a Golog program or skills
+    /// for defects (exit code 7 for an error)
     Check {
-        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP, theory `.golog`, or skills in Lua
+        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP,
+        /// theory `.golog`, or skills in Lua
         file: PathBuf,
         /// Action of the robot; repeatable [default: every action is known]
         #[arg(long, value_name = "NAME")]
@@ -49,7 +52,8 @@ pub enum MissionVerb {
     },
     /// Draw a Petri Net Plan, a behaviour tree, a Golog program or skills as SVG
     Show {
-        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP, theory `.golog`, or skills in Lua
+        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP,
+        /// theory `.golog`, or skills in Lua
         file: PathBuf,
         /// Output file [default: stdout]
         #[arg(long, short, value_name = "FILE")]

@@ -45,7 +45,7 @@ pub fn mission(verb: &MissionVerb) -> Result<u8, Failure> {
     }
 }
 
-/// Whether a file is one of skills, by its name.
+/// Returns whether a file has skills, by its name.
 fn is_skill(file: &Path) -> bool {
     file.extension().is_some_and(|end| end == "lua")
 }
@@ -60,12 +60,13 @@ fn draw_skills(_: &Path) -> Result<String, Failure> {
     Err(Failure::NotBuilt { what: "what draws skills in Lua".into(), feature: "lua" })
 }
 
-/// Whether a file is a behaviour tree, by its content: what can't be read says why when it is read as a net.
+/// Returns whether a file is a behaviour tree, by its content.
+/// An unreadable file is no tree; reading it as a net then reports the reason.
 fn is_tree(file: &Path) -> bool {
     std::fs::read_to_string(file).is_ok_and(|text| is_tree_text(&text))
 }
 
-/// Whether the first element is that of a behaviour tree.
+/// Returns whether the first element is that of a behaviour tree.
 fn is_tree_text(text: &str) -> bool {
     let starts = text.match_indices('<').map(|(start, _)| &text[start + 1..]);
     let first = starts.into_iter().find(|rest| rest.starts_with(|c: char| c.is_alphabetic()));

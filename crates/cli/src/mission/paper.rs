@@ -1,4 +1,4 @@
-//! What the drawings of all missions have in common: colours, paper and the heads of arrows.
+//! Common parts of mission drawings: colours, paper and arrow heads.
 
 use crate::graph::svg::escaped;
 
@@ -26,7 +26,8 @@ const STYLE: &str = "
   }
 ";
 
-/// A drawing as an SVG document with that label; arrows end with the marker `arrow`.
+/// Returns a drawing as an SVG document with that label.
+/// Arrows end with the marker `arrow`.
 pub fn document((width, height): (f64, f64), label: &str, body: &str) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \

@@ -23,7 +23,7 @@ fn load(file: &Path) -> Result<BehaviorEngine, Failure> {
         .map_err(|error| error.of_file(file))?)
 }
 
-/// Checks the machines of a file, and prints what is found; returns the exit code.
+/// Checks the machines of a file, and prints the findings; returns the exit code.
 pub fn check(file: &Path, actions: &[String], json: bool) -> Result<u8, Failure> {
     let engine = load(file)?;
     let known = if actions.is_empty() { None } else { Some(actions) };

@@ -1,4 +1,4 @@
-//! State machines as an SVG drawing: states are boxes with a row for each transition.
+//! SVG drawing of state machines: a box for each state, a row for each transition.
 
 use std::fmt::Write;
 
@@ -18,7 +18,7 @@ const MARGIN: f64 = 24.0;
 /// Letters of a condition that are drawn.
 const LONGEST: usize = 48;
 
-/// The machines as an SVG document, one below the other.
+/// Returns the machines as an SVG document, one below the other.
 pub fn draw(title: &str, machines: &[SkillMachine]) -> String {
     let (mut body, mut width, mut height) = (String::new(), 2.0 * MARGIN, 0.0);
     for machine in machines {
@@ -40,7 +40,7 @@ pub fn draw(title: &str, machines: &[SkillMachine]) -> String {
     document((width, height), &format!("the skills of {title}"), &body)
 }
 
-/// The machine as a graph; transitions that lead back close a loop.
+/// Returns the machine as a graph; transitions that lead back close a loop.
 fn graph(machine: &SkillMachine) -> ModuleGraph {
     let mut graph = ModuleGraph { title: machine.name.clone(), ..ModuleGraph::default() };
     let node = |state: &MachineState| GraphNode {
@@ -63,7 +63,8 @@ fn graph(machine: &SkillMachine) -> ModuleGraph {
     graph
 }
 
-/// Transitions that lead to another state: state, row in it, and state that follows.
+/// Returns the transitions that lead to another state.
+/// Each is a state, its row in it, and the next state.
 fn transitions(machine: &SkillMachine) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
     let index_of = |name: &str| machine.states.iter().position(|state| state.name == name);
     machine.states.iter().enumerate().flat_map(move |(from, state)| {
@@ -73,7 +74,7 @@ fn transitions(machine: &SkillMachine) -> impl Iterator<Item = (usize, usize, us
     })
 }
 
-/// Number of transitions from the start to each state.
+/// Returns the number of transitions from the start to each state.
 fn depths(machine: &SkillMachine) -> Vec<usize> {
     let mut depths: Vec<usize> = vec![usize::MAX; machine.states.len()];
     let start = machine.states.iter().position(|state| state.name == machine.start);

@@ -1,4 +1,4 @@
-//! A Petri net as an SVG drawing.
+//! Petri net as an SVG drawing.
 
 use std::fmt::Write;
 
@@ -19,7 +19,7 @@ const LABEL: f64 = 16.0;
 const HEADER: f64 = 36.0;
 const MARGIN: f64 = 24.0;
 
-/// The net as an SVG document: places are circles, transitions are bars.
+/// Returns the net as an SVG document: places are circles, transitions are bars.
 pub fn draw(net: &PetriNet) -> String {
     let graph = graph(net);
     let sizes: Vec<(f64, f64)> = graph.nodes.iter().map(|node| size(&node.name)).collect();
@@ -54,7 +54,7 @@ pub fn draw(net: &PetriNet) -> String {
     document((layout.width, layout.height + HEADER), &format!("the plan {}", graph.title), &text)
 }
 
-/// The net as a graph: places, then transitions.
+/// Returns the net as a graph: places, then transitions.
 fn graph(net: &PetriNet) -> ModuleGraph {
     let mut graph = ModuleGraph { title: net.name().into(), ..ModuleGraph::default() };
     // Nodes outside of an agent belong to no robot, whatever their labels.

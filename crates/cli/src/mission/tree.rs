@@ -8,12 +8,12 @@ use slate_behavior_tree::{BehaviorTree, KnownLeaf, LeafKind, LeafModels, TreeFin
 use super::findings::{CheckedMission, MissionFinding};
 use crate::failure::Failure;
 
-/// Reads a tree whose file has the models of its actions and conditions.
+/// Reads a tree from a file with the models of its actions and conditions.
 pub fn read(file: &Path) -> Result<BehaviorTree, Failure> {
     Ok(BehaviorTree::read(file, &LeafModels::default())?)
 }
 
-/// Checks a tree, and prints what is found; returns the exit code.
+/// Checks a tree, and prints the findings; returns the exit code.
 pub fn check(file: &Path, actions: &[String], json: bool) -> Result<u8, Failure> {
     let tree = read(file)?;
     let is_known =

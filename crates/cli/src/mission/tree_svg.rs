@@ -1,4 +1,4 @@
-//! A tree as an SVG drawing: one row for each node, below its parent.
+//! Tree as an SVG drawing: one row for each node, below its parent.
 
 use std::fmt::Write;
 
@@ -38,7 +38,7 @@ impl DrawnRow {
     }
 }
 
-/// The rows of a behaviour tree.
+/// Returns the rows of a behaviour tree.
 pub fn rows(tree: &BehaviorTree) -> Vec<DrawnRow> {
     let nodes = tree.nodes();
     let mut rows: Vec<DrawnRow> = nodes
@@ -64,7 +64,7 @@ pub fn rows(tree: &BehaviorTree) -> Vec<DrawnRow> {
     rows
 }
 
-/// A tree as an SVG document; a row is below its parent.
+/// Returns a tree as an SVG document; a row is below its parent.
 pub fn draw(name: &str, rows: &[DrawnRow]) -> String {
     let right = rows.iter().map(|row| row.left() + row.width()).max_by(f64::total_cmp).unwrap_or(0.0);
     let (width_of_all, height) = (right + MARGIN, rows.len() as f64 * ROW + HEADER + MARGIN);

@@ -14,7 +14,8 @@ use crate::{examples, output};
 pub enum Template {
     /// A robot in MAPE-K: Monitor, Analyze, Plan, Execute and a reflex
     Mapek,
-    /// A module beside the blocks of a robot: it finds the nearest obstacle in the sonar ranges
+    /// A module beside the blocks of a robot:
+    /// it finds the nearest obstacle in the sonar ranges
     Module,
     /// A plugin with one module that drives a robot
     Plugin,
@@ -38,8 +39,9 @@ pub struct NewOptions {
     json: bool,
 }
 
-/// A file's name and text, with `PROJECT_NAME`, `MODULE_KIND` for the name of its module or blocks, and `SLATE_FOLDER`; a
-/// file's name has `NAME`.
+/// Name and text of a file with placeholders.
+/// They are `PROJECT_NAME`, `MODULE_KIND` for the name of its module or blocks, and `SLATE_FOLDER`; a file's name has
+/// `NAME`.
 type TemplateFile = (&'static str, &'static str);
 
 impl Template {
@@ -246,7 +248,7 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
     Ok(written)
 }
 
-/// Why a plugin can't be called so.
+/// Returns the reason why a plugin can't have that name, if any.
 fn objection(name: &str) -> Option<&'static str> {
     let small = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
     if !(name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(small)) {
@@ -263,7 +265,8 @@ fn objection(name: &str) -> Option<&'static str> {
     }
 }
 
-/// Finds Slate's sources: where they are said to be, or else around this program or the working folder.
+/// Finds Slate's sources at a given place.
+/// Without one, around this program or the working folder.
 fn checkout(said: Option<&Path>) -> Result<PathBuf, Failure> {
     let is_checkout = |folder: &Path| folder.join("crates/plugin/Cargo.toml").is_file();
     let above = |path: Option<PathBuf>| {

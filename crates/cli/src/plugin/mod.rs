@@ -66,7 +66,8 @@ pub enum PluginVerb {
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Run new code in the shadow of a plugin and compare; without a file, show the comparison
+    /// Run new code in the shadow of a plugin and compare;
+    /// without a file, show the comparison
     Shadow {
         /// Name of the plugin
         name: String,
@@ -144,7 +145,7 @@ fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// How wide a list of names gets.
+/// Maximum width of a list of names, characters.
 const WIDTH: usize = 40;
 
 /// Names with commas, in as many lines as they need.
@@ -178,7 +179,7 @@ fn load(agent: &AgentOption, plugin: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Where code comes from.
+/// Returns the origin of a plugin's code, for display.
 fn code(file: Option<&Path>) -> String {
     file.map_or_else(|| "linked in".into(), slate::runtime::printable)
 }

@@ -1,4 +1,4 @@
-//! The files that describe the world of a recorded run, as they are in its recording.
+//! World files of a recorded run, from its recording.
 
 use std::fs::DirBuilder;
 use std::os::unix::fs::DirBuilderExt;
@@ -10,7 +10,8 @@ use slate::runtime::configuration::{Configuration, Value};
 
 use crate::failure::Failure;
 
-/// Files of a recording in a folder of their own, as long as this lives, where those on the disk are other ones or gone.
+/// Files of a recording in a temporary folder, as long as this value lives.
+/// Only those that on the disk differ or are missing.
 #[derive(Default)]
 pub struct Attached {
     /// Settings that name the extracted files.

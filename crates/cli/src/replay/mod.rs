@@ -67,7 +67,8 @@ pub struct ReplayOptions {
     #[arg(long, value_name = "TOPIC=URL", value_parser = parse_map)]
     map: Vec<(String, String)>,
 
-    /// Run modules on the replayed inputs and compare their outputs with the recorded ones
+    /// Run modules on the replayed inputs
+    /// and compare their outputs with the recorded ones
     #[arg(long, value_name = "MODULE", value_delimiter = ',')]
     recompute: Vec<String>,
 
@@ -84,7 +85,7 @@ pub struct ReplayOptions {
     json: bool,
 }
 
-/// A factor; nothing for as fast as it goes.
+/// Replay rate, a factor; `None` for as fast as possible.
 #[derive(Clone, Copy, Debug)]
 pub struct ReplayRate(pub Option<f64>);
 

@@ -60,7 +60,7 @@ pub enum OrderVerb {
     },
 }
 
-/// Has the playback do it, and says how it stands then.
+/// Sends an order to the playback, and prints its status.
 pub fn order(verb: &OrderVerb) -> Result<(), Failure> {
     let mut is_json = false;
     let (order, agent) = match verb {
@@ -86,7 +86,7 @@ pub fn order(verb: &OrderVerb) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A line that says how a playback stands.
+/// Returns a line with the status of a playback.
 fn text(status: &PlaybackStatus) -> String {
     let seconds = |time: u64| format!("{:.3} s", time as f64 * 1e-9);
     let mut text = format!("{}: {}", slate::runtime::printable(&status.file), seconds(status.time));

@@ -1,4 +1,4 @@
-//! A recording that is played.
+//! Replay of a recording.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -86,7 +86,7 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
     stop
 }
 
-/// Prints what is played, and by which agent.
+/// Prints the replayed recording, and the agent that replays it.
 fn announce(server: &Server, player: &Player, is_paused: bool) {
     let (properties, time) = player.extent();
     let seconds = time as f64 * 1e-9;
@@ -132,8 +132,9 @@ fn show_played(played: &PlayedRun, recorded: Option<&Recorded>) {
     }
 }
 
-/// 0 when what was recomputed is what is recorded, 1 when it is not, and 2 when that says nothing, as the modules had not all
-/// that they had then, ran on threads, something was done that can't be made again, or nothing of them is recorded.
+/// Returns the exit code: 0 if the recomputed values match, 1 if not, else 2.
+/// Undecided: the modules lacked inputs that they had then, ran on threads, depended on an action that can't be
+/// repeated, or have no recorded values.
 pub fn code(outcome: &Recomputation, misses: &[String]) -> u8 {
     let is_all_as_then = misses.is_empty()
         && outcome.unrepeated.is_empty()
@@ -147,7 +148,7 @@ pub fn code(outcome: &Recomputation, misses: &[String]) -> u8 {
     }
 }
 
-/// Prints how the recomputed values compare.
+/// Prints the comparison of the recomputed values.
 pub fn show(outcome: &Recomputation, misses: &[String]) {
     let count = |count: u64, what: &str| if count > 0 { format!("{count} {what}") } else { String::new() };
     let rows = outcome.properties.iter().map(|own| {
@@ -203,7 +204,8 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
     }
 }
 
-/// The first difference, for JSON; `other` is what the value is called that is not recorded.
+/// Returns the first difference as JSON.
+/// `other` is the name of the value that is not recorded.
 pub fn first(first: &Difference, other: &str) -> serde_json::Value {
     let Difference { time, url, field, recorded, replayed } = first;
     json!({ "time": time, "url": url, "field": field, "recorded": recorded, other: replayed })

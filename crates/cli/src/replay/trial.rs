@@ -1,4 +1,4 @@
-//! One module, tried on a recording.
+//! Trial of one module on a recording.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -20,7 +20,8 @@ use crate::recording::parse_offset;
 
 #[derive(Debug, Args)]
 pub struct TryOptions {
-    /// Recorded module, such as `r2/planner`, or a kind of module, such as `pass_position`
+    /// Recorded module, such as `r2/planner`,
+    /// or a kind of module, such as `pass_position`
     module: String,
 
     /// Recording
@@ -31,7 +32,8 @@ pub struct TryOptions {
     #[arg(long, value_name = "FILE")]
     library: Option<PathBuf>,
 
-    /// Link an input, such as `position=/simulator/r2/position`; repeatable [default: the recorded links]
+    /// Link an input, such as `position=/simulator/r2/position`;
+    /// repeatable [default: the recorded links]
     #[arg(long, value_name = "INPUT=URL", value_parser = parse_link)]
     link: Vec<(String, String)>,
 
@@ -65,16 +67,17 @@ fn parse_link(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// A module to be tried.
+/// Module to try.
 struct Candidate {
     name: String,
     kind: String,
-    /// Whether it is one of the recorded agent.
+    /// Origin: true if it is a module of the recorded agent.
     is_recorded: bool,
 }
 
-/// Runs one module on a recording. Returns the exit code: 0 if its output equals the recorded one or none is recorded,
-/// and no tick failed; 1 if not; 2 if that can't be decided.
+/// Runs one module on a recording.
+/// Returns the exit code: 0 if its output equals the recorded one or none is recorded, and no tick failed; 1 if not; 2
+/// if that can't be decided.
 pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
     let (plugins, library) = plugins(options.library.as_deref())?;
     let own = library.as_ref().map(|library| library.plugin.clone());
@@ -121,13 +124,14 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
     Ok(trial.code())
 }
 
-/// The plugin of a library, and the setting that loads it.
+/// Plugin of a library, and the setting that loads it.
 struct TriedPlugin {
     plugin: Plugin,
     set: String,
 }
 
-/// Returns the plugins of this program that the library does not replace, and its plugin with the setting that loads it.
+/// Returns the program's plugins that the library does not replace.
+/// Also the library's plugin, with the setting that loads it.
 fn plugins(library: Option<&Path>) -> Result<(Vec<Plugin>, Option<TriedPlugin>), Failure> {
     let mut plugins = examples::plugins();
     let Some(file) = library else { return Ok((plugins, None)) };
@@ -163,7 +167,7 @@ struct ModuleTrial<'a> {
     ticks: Ticks,
     misses: &'a [String],
     outcome: Recomputation,
-    /// The last value of each property, by URL.
+    /// Last value of each property, by URL.
     values: BTreeMap<String, Value>,
 }
 
@@ -221,7 +225,7 @@ impl ModuleTrial<'_> {
     }
 }
 
-/// How its ticks went.
+/// Statistics of its ticks.
 struct Ticks {
     ticks: u64,
     panics: u64,
@@ -244,7 +248,7 @@ impl Ticks {
         Self { ticks, panics, condition, timing }
     }
 
-    /// Whether a tick has failed.
+    /// Returns whether a tick has failed.
     fn has_failed(&self) -> bool {
         self.panics > 0 || self.condition == "FAULTED"
     }
@@ -265,7 +269,7 @@ impl std::fmt::Display for Ticks {
     }
 }
 
-/// The last value of each property.
+/// Returns the last value of each property.
 fn last_values<'a>(agent: &Agent, urls: impl Iterator<Item = &'a str>) -> BTreeMap<String, Value> {
     let read = |url: &str| {
         let (value, _): (interface::Value, _) = agent.board().read(url.trim_start_matches('/')).ok()??;
@@ -274,7 +278,7 @@ fn last_values<'a>(agent: &Agent, urls: impl Iterator<Item = &'a str>) -> BTreeM
     urls.filter_map(read).collect()
 }
 
-/// The module that is meant.
+/// Returns the candidate module.
 fn candidate(options: &TryOptions, plugins: &[Plugin]) -> Result<Candidate, Failure> {
     let wanted = options.module.trim_start_matches('/');
     let recorded = recorded_modules(&options.bag)?;

@@ -12,7 +12,7 @@ use crate::examples;
 use crate::failure::Failure;
 use crate::output::{self, counted};
 
-/// Makes a run again: 0 when it is identical, 1 when it is not, and 2 when that can't be said.
+/// Repeats a run; 0 if it is identical, 1 if not, 2 if that can't be decided.
 pub fn verify(file: &Path, json: bool) -> Result<u8, Failure> {
     let (verdict, whole, attached) = made_again(file)?;
     let code = match verdict {
@@ -52,7 +52,8 @@ pub fn verify(file: &Path, json: bool) -> Result<u8, Failure> {
     Ok(code)
 }
 
-/// Repeats a run; returns the verdict, whether the recording is complete, and the files used.
+/// Repeats a run.
+/// Returns the verdict, whether the recording is complete, and the files used.
 fn made_again(file: &Path) -> Result<(Verdict, bool, Attached), Failure> {
     let comparison = Comparison::open(file)?;
     let run = comparison.run();

@@ -10,10 +10,10 @@ use crate::clock::now;
 use crate::failure::{ASSERTION_FALSE, Failure, NO_DATA, UNKNOWN};
 use crate::{duration, interrupt, output};
 
-/// The variable that programs of ROS have their domain from.
+/// Environment variable with the domain of ROS programs.
 const DOMAIN: &str = "ROS_DOMAIN_ID";
 
-/// How long one wait for a message takes at most, so that Ctrl-C ends it soon.
+/// Maximum duration of one wait for a message, so that Ctrl-C ends it soon.
 const LOOK: Duration = Duration::from_millis(100);
 
 fn failed(error: &slate_ros2::RosError) -> Failure {
@@ -40,7 +40,7 @@ fn joined(options: &RosDomain) -> Result<RosExplorer, Failure> {
     Ok(explorer)
 }
 
-/// The middleware that options name.
+/// Returns the middleware of the options.
 fn wire(options: &RosDomain) -> Result<RosWireSettings, Failure> {
     let wrong = |problem: String, help: &str| Failure::Ros { problem, help: help.to_owned(), code: 2 };
     match (options.wire, &options.router) {
@@ -56,7 +56,7 @@ fn wire(options: &RosDomain) -> Result<RosWireSettings, Failure> {
     }
 }
 
-/// Lists what is there.
+/// Lists the nodes and topics of a domain.
 pub fn list(options: &RosListOptions) -> Result<u8, Failure> {
     let explorer = joined(&options.domain)?;
     let (nodes, topics, services) = (explorer.nodes(), explorer.topics(), explorer.services());
@@ -212,7 +212,7 @@ pub fn echo(options: &RosEchoOptions) -> Result<u8, Failure> {
     Ok(0)
 }
 
-/// Measures how often messages come.
+/// Measures the rate of messages.
 pub fn rate(options: &RosRateOptions) -> Result<u8, Failure> {
     let (_explorer, stream) = subscribed(&options.domain, &options.topic)?;
     // The first may be one that was kept.

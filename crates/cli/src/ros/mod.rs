@@ -1,4 +1,4 @@
-//! What a domain of ROS 2 has.
+//! Contents of a ROS 2 domain: nodes, topics and messages.
 
 #[cfg(feature = "ros2")]
 mod domain;
@@ -19,7 +19,8 @@ pub enum RosVerb {
     List(RosListOptions),
     /// Print the messages of a topic
     Echo(RosEchoOptions),
-    /// Measure how often messages of a topic come (exit code 7 if it is outside of the limits)
+    /// Measure how often messages of a topic come
+    /// (exit code 7 if it is outside of the limits)
     Hz(RosRateOptions),
     /// Show the publishers and subscriptions of a topic, with their quality of service
     Info(RosInfoOptions),
@@ -78,7 +79,8 @@ pub struct RosRateOptions {
 pub struct RosInfoOptions {
     /// Topic, such as `/odom`
     topic: String,
-    /// File that defines the message, whose type hash is shown, of a type that is not built in
+    /// File that defines the message,
+    /// whose type hash is shown, of a type that is not built in
     #[arg(long, value_name = "FILE.msg")]
     definition: Option<PathBuf>,
     /// Print as JSON
@@ -99,15 +101,16 @@ pub struct RosDomain {
     /// Router of Zenoh [default: tcp/localhost:7447]
     #[arg(long, value_name = "ENDPOINT")]
     router: Option<String>,
-    /// Look at all networks of this machine, in clear text, and not only at this machine
+    /// Look at all networks of this machine, in clear text,
+    /// and not only at this machine
     #[arg(long)]
     trusted: bool,
-    /// How long nodes are looked for
+    /// Duration of the discovery of nodes
     #[arg(long, value_name = "TIME", default_value = "2s", value_parser = duration::parse)]
     wait: Duration,
 }
 
-/// The middleware of nodes.
+/// Middleware of nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum RosWire {
     #[default]
@@ -126,7 +129,7 @@ pub fn ros(verb: &RosVerb) -> Result<u8, Failure> {
     }
 }
 
-/// Says how to get what is missing.
+/// Explains how to get the missing feature.
 #[cfg(not(feature = "ros2"))]
 pub fn ros(_: &RosVerb) -> Result<u8, Failure> {
     Err(Failure::Ros {

@@ -5,7 +5,7 @@ use serde_json::Value as Json;
 /// Items of a list of numbers that are printed.
 const SHOWN: usize = 128;
 
-/// The lines of a message, with its fields below each other.
+/// Returns the lines of a message, with its fields below each other.
 pub fn lines(message: &Json) -> Vec<String> {
     let mut lines = Vec::new();
     fields(message, "", &mut lines);

@@ -7,18 +7,19 @@ use slate::control::{Client, ControlsEntry};
 
 use crate::failure::Failure;
 
-/// The interfaces of commands that keys are known for.
+/// Interfaces of commands that the keys support.
 const KNOWN: [&str; 3] = ["Twist2", "WheelSpeeds", "FourWheelSpeeds"];
 
-/// How often and with which pauses the description of a robot is read that is not written yet.
+/// Number of attempts to read a robot's description that is not written yet.
+/// A pause follows each.
 const ATTEMPTS: usize = 100;
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// How a robot is driven.
+/// Kinematics of a robot, which decide its commands.
 pub enum Drive {
-    /// By its motion.
+    /// Twist of the robot's body.
     Twist,
-    /// By its wheels, so many on each side.
+    /// Speeds of the wheels, so many on each side.
     Wheels { per_side: usize, radius: f64, track: f64 },
 }
 
@@ -44,7 +45,7 @@ impl Drive {
         Ok(Self::Wheels { per_side, radius, track })
     }
 
-    /// The command for a motion: m/s forward, and rad/s counter-clockwise.
+    /// Returns the command for a motion: m/s forward, and rad/s counter-clockwise.
     pub fn command(&self, forward: f64, turning: f64) -> Value {
         match self {
             Self::Twist => json!({ "linear": forward, "angular": turning }),

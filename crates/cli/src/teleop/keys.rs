@@ -1,11 +1,11 @@
 //! Keys of teleoperation.
 
-/// A key that was pressed, or is held and repeated by the terminal.
+/// Pressed key, or one that is held and repeated by the terminal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Key {
     /// Forward and to the left, each from -1 to 1.
     Drive(f64, f64),
-    /// Stand still.
+    /// Stop command.
     Halt,
     /// Stop all actuators.
     Stop,
@@ -16,7 +16,8 @@ pub enum Key {
 
 const ESCAPE: u8 = 0x1b;
 
-/// The keys in what a terminal sends at once; it says nothing of keys that are let go.
+/// Returns the keys in one read from a terminal.
+/// A terminal does not report released keys.
 pub fn parse(mut bytes: &[u8]) -> Vec<Key> {
     let mut keys = Vec::new();
     while let Some((first, rest)) = bytes.split_first() {

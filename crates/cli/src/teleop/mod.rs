@@ -50,10 +50,11 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// How long keys are waited for before the robot is told again to stand still; a command holds for three times as long.
+/// Time to wait for keys before the robot is commanded to stand still again.
+/// A command holds for three times as long.
 const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
 
-/// How long a key counts: longer than from one repetition to the next.
+/// Time that a key counts, longer than the period of its repetition.
 const KEY: Duration = Duration::from_millis(150);
 
 /// Factor by which + and - change the velocity.
@@ -62,7 +63,7 @@ const STEP: f64 = 1.25;
 const KEYS: &str = "w a s d or arrows: drive, q e z c: curves, x: halt, + -: speed,\n\
                     space: stop all actuators, Esc: quit; the robot stands still while no key is held";
 
-/// The terminal hands over keys at once and shows none of them, until this is dropped.
+/// Raw mode of the terminal until dropped: keys arrive at once, without echo.
 struct Raw;
 
 impl Raw {
@@ -78,7 +79,7 @@ impl Drop for Raw {
     }
 }
 
-/// Drives until somebody has enough.
+/// Drives until the driver quits.
 pub fn teleop(options: &TeleopOptions) -> Result<bool, Failure> {
     if !std::io::stdin().is_terminal() {
         return Err(Failure::NoTerminal);
@@ -109,7 +110,7 @@ pub fn teleop(options: &TeleopOptions) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// The only actuator.
+/// Returns the only actuator.
 fn only(client: &mut Client) -> Result<String, Failure> {
     let names: Vec<_> = client.controls()?.into_iter().map(|holder| holder.actuator).collect();
     match <[String; 1]>::try_from(names) {

@@ -30,7 +30,7 @@ impl Filter {
         Ok(Self { every: every.unwrap_or(1), when })
     }
 
-    /// Whether the value of that sequence number passes.
+    /// Returns whether the value with that sequence number passes.
     #[inline]
     pub fn passes(&self, bytes: &[u8], items: usize, sequence: u64) -> bool {
         sequence.is_multiple_of(self.every.max(1))
@@ -75,7 +75,7 @@ impl FieldCondition {
         }
     }
 
-    /// Whether the condition holds, if that is the same for all values that the field may have.
+    /// Returns the condition's result if it is the same for all values of the field.
     fn settled(&self) -> Option<bool> {
         let (low, high) = match self.place.kind {
             Kind::Primitive(Primitive::Bool) => (0.0, 1.0),

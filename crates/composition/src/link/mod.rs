@@ -1,5 +1,5 @@
-//! Conversion of a value from a property to a port of another type, or to a part of one. Inexact conversions are refused
-//! before anything runs.
+//! Conversion of a value from a property to a port of another type, or to a field.
+//! Inexact conversions are refused before anything runs.
 
 mod filter;
 mod number;

@@ -1,4 +1,4 @@
-//! Numbers of a fixed width, and which of them hold which.
+//! Numbers of a fixed width, and exact representation of one by another.
 
 use std::ops::RangeInclusive;
 
@@ -17,12 +17,12 @@ impl Number {
         }
     }
 
-    /// The least and the greatest value of an integer.
+    /// Returns the smallest and the largest value of an integer type.
     pub fn range(self) -> Option<(i128, i128)> {
         self.0.integers().map(RangeInclusive::into_inner)
     }
 
-    /// The integers that it holds without gaps.
+    /// Returns the range of integers that the type represents without gaps.
     fn whole(self) -> (i128, i128) {
         let float = |bits: u32| (-(1_i128 << bits), 1_i128 << bits);
         match self.0 {
@@ -32,7 +32,7 @@ impl Number {
         }
     }
 
-    /// Whether it holds every value of `from`, multiplied by the factor, exactly.
+    /// Returns whether `self` represents every `from` value times `factor` exactly.
     pub fn holds(self, from: Self, factor: u64) -> bool {
         let Some((low, high)) = from.range() else {
             // A product of a fraction is rounded, as a rule.

@@ -7,23 +7,24 @@ pub struct FieldPlace {
     pub(super) kind: Kind,
     pub(super) unit: &'static str,
     pub(super) offset: usize,
-    /// Lengths on the way: where one stands, and the index that it must cover.
+    /// Lengths on the path: offset of each, and the index that it must exceed.
     pub(super) guards: Vec<(usize, usize)>,
-    /// The item of the tail.
+    /// Index of an item of the tail.
     pub(super) tail: Option<usize>,
 }
 
 /// A missing field.
 #[derive(Debug, PartialEq, Eq)]
 pub struct NoField {
-    /// What is wrong.
+    /// Description of the error.
     pub message: String,
-    /// What to do about it.
+    /// Advice for the user.
     pub help: String,
 }
 
 impl FieldPlace {
-    /// The place at a path such as `pose/x` or `ranges/3`; an empty one is the whole value.
+    /// Finds the field at a path such as `pose/x` or `ranges/3`.
+    /// An empty path selects the whole value.
     pub fn find(descriptor: &'static Descriptor, path: &str) -> Result<Self, NoField> {
         let kind = Kind::Nested(descriptor);
         let mut place = Self { kind, unit: "", offset: 0, guards: Vec::new(), tail: None };
@@ -88,7 +89,7 @@ impl FieldPlace {
         Ok(self)
     }
 
-    /// Its type and unit, as messages show them.
+    /// Returns type and unit for messages.
     pub fn describe(&self) -> String {
         match self.unit {
             "" => self.kind.describe(),
@@ -96,7 +97,8 @@ impl FieldPlace {
         }
     }
 
-    /// Whether it is there in a value, whose sequences may be shorter.
+    /// Returns whether a value contains the field.
+    /// Sequences of the value may be shorter than their capacity.
     pub(super) fn is_in(&self, bytes: &[u8], items: usize) -> bool {
         let length = |at: usize| {
             bytes.get(at..at + 4).map_or(0, |bytes| {
@@ -109,7 +111,7 @@ impl FieldPlace {
             && self.tail.is_none_or(|index| index < items)
     }
 
-    /// Whether it is an item of something that may be too short for it.
+    /// Returns whether the field is an item of a sequence that may be too short for it.
     pub fn may_be_missing(&self) -> bool {
         !self.guards.is_empty() || self.tail.is_some()
     }

@@ -4,7 +4,8 @@ use super::FieldPlace;
 use super::number::Number;
 use super::unit::{Factor, factor};
 
-/// Converts a field of one value to a field of another; made when links are checked, and run without allocating.
+/// Conversion of a field of one value to a field of another.
+/// Compiled when links are checked; runs without allocation.
 #[derive(Clone, Debug)]
 pub struct Program {
     from: FieldPlace,
@@ -19,7 +20,7 @@ enum ConversionStep {
     Copy { from: usize, to: usize, size: usize },
     /// A number of another width or unit.
     Number { from: (usize, Number), to: (usize, Number), factor: u64 },
-    /// Text or a sequence with room for more: a length that may be damaged, and what it covers.
+    /// Text or a sequence with larger capacity: a possibly invalid length, and items.
     List {
         from: usize,
         to: usize,
@@ -31,20 +32,21 @@ enum ConversionStep {
 }
 
 impl Program {
-    /// Finds an exact conversion, or says why there is none.
+    /// Finds an exact conversion; the error is the reason against it.
     pub fn new(from: &FieldPlace, to: &FieldPlace) -> Result<Self, String> {
         let mut steps = Vec::new();
         convert(ValuePart::of(from), ValuePart::of(to), &mut steps)?;
         Ok(Self { from: from.clone(), steps, range: None })
     }
 
-    /// Lets only numbers of a closed interval through.
+    /// Restricts the conversion to numbers of a closed interval.
     pub fn within(mut self, range: Option<(f64, f64)>) -> Self {
         self.range = range;
         self
     }
 
-    /// Writes into `value`; false, and nothing is written, when the value has no such item or is out of range.
+    /// Writes the converted value into `value`.
+    /// Returns false and writes nothing if the source value lacks the item or is out of range.
     #[inline]
     pub fn run(&self, bytes: &[u8], items: usize, value: &mut [u8]) -> bool {
         if !self.from.is_in(bytes, items) {
@@ -116,7 +118,7 @@ impl ValuePart {
     }
 }
 
-/// Adds the steps from one part to another, or says why none are exact.
+/// Adds the steps from one part to another; the error is the reason against it.
 fn convert(from: ValuePart, to: ValuePart, steps: &mut Vec<ConversionStep>) -> Result<(), String> {
     if let (Some(source), Some(target)) = (Number::of(&from.kind), Number::of(&to.kind)) {
         steps.push(number((from, source), (to, target))?);
@@ -166,7 +168,7 @@ fn convert(from: ValuePart, to: ValuePart, steps: &mut Vec<ConversionStep>) -> R
     Ok(())
 }
 
-/// A number of another width or unit, if it holds every value exactly.
+/// Converts a number to another width or unit, if every value is exact.
 fn number(
     (from, source): (ValuePart, Number),
     (to, target): (ValuePart, Number),
@@ -197,7 +199,7 @@ fn number(
     })
 }
 
-/// Each field of the target, from the field of the same name.
+/// Converts each field of the target from the source's field of the same name.
 fn fields(
     (from, source): (ValuePart, &Descriptor),
     (to, target): (ValuePart, &Descriptor),
@@ -218,7 +220,7 @@ fn fields(
     Ok(())
 }
 
-/// Whether two enumerations have the same name, size and constants.
+/// Returns whether two enumerations have the same name, size and constants.
 fn is_same(source: &Enumeration, target: &Enumeration) -> bool {
     let named = |one: &Enumeration| -> Vec<_> {
         one.constants.iter().map(|constant| (constant.name, constant.value)).collect()

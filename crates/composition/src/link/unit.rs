@@ -1,8 +1,8 @@
-//! Units, as far as they differ by an exact factor.
+//! Units that differ by an exact factor.
 
 use std::collections::BTreeMap;
 
-/// Symbols that take a prefix.
+/// Unit symbols that take a prefix.
 const BASES: [&str; 11] = ["m", "s", "g", "A", "V", "W", "N", "J", "K", "Pa", "Hz"];
 
 /// Prefixes as powers of ten, counted from the smallest.
@@ -15,7 +15,8 @@ const ONE: u32 = 12;
 /// Units of time that are no powers of ten, in seconds.
 const TIMES: [(&str, u128); 2] = [("min", 60), ("h", 3600)];
 
-/// A unit: what it counts, each with its power, and how many of the smallest units it is, as a fraction.
+/// Unit: powers of its base symbols, and its size in the smallest units.
+/// The size is the fraction `above / below`.
 #[derive(Debug, PartialEq, Eq)]
 struct Measure {
     powers: BTreeMap<&'static str, i64>,
@@ -28,13 +29,13 @@ struct Measure {
 pub(super) enum Factor {
     /// A whole number.
     Whole(u64),
-    /// The units count the same, but the factor is no whole number.
+    /// Units of the same dimension whose factor is no whole number.
     Fraction,
-    /// The units have different bases, or are not known.
+    /// Units of different dimensions, or unknown ones.
     None,
 }
 
-/// The factor from one unit to another.
+/// Returns the conversion factor from one unit to another.
 pub(super) fn factor(from: &str, to: &str) -> Factor {
     if from == to {
         return Factor::Whole(1);
@@ -68,7 +69,7 @@ fn measure(text: &str) -> Option<Measure> {
     Some(measure)
 }
 
-/// The base of a symbol, and its size in the smallest units.
+/// Returns the base of a symbol, and its size in the smallest units.
 fn symbol(text: &str) -> Option<(&'static str, u128)> {
     if let Some((_, seconds)) = TIMES.iter().find(|(symbol, _)| *symbol == text) {
         return Some(("s", seconds * 10_u128.pow(ONE)));

@@ -1,4 +1,5 @@
-//! What moves a robot comes from its own gate, and so from its own Execute where it has blocks.
+//! Rules for links that move a robot: commands come from the robot's own gate.
+//! If the robot has blocks, they thus come from its own Execute.
 
 use slate_configuration::{Configuration, Message, Mistake};
 use slate_module::{Direction, PortDescription};
@@ -8,20 +9,23 @@ use super::names::{split_module, split_port};
 use super::origins::ValueOrigin;
 use super::{LinkSource, ResolvedLink, Survey, Wire, commander, scope};
 
-/// A port that moves a robot.
+/// Port that moves a robot.
 struct Actuated<'s> {
-    /// The robot; nothing when neither the module nor the port is named after one, so that it may be any.
+    /// Robot that the port moves.
+    /// `None` if neither the module nor the port is named after one; it may then be any robot.
     robot: Option<&'s str>,
-    /// Whether that robot, or what is of no robot and so may be its, has blocks that decide.
+    /// Existence of deciding blocks in the robot's scope or in none.
+    /// A block without a scope may belong to the robot.
     decides: bool,
-    /// Whether blocks of its name are among these.
+    /// Existence of deciding blocks in the robot's own scope.
     has_own_blocks: bool,
-    /// Whether only its gate may command it: it has blocks that decide, or a gate for such commands.
+    /// Exclusive command by the gate.
+    /// True if the robot has deciding blocks or a gate for such commands.
     is_guarded: bool,
 }
 
 impl<'s> Actuated<'s> {
-    /// Nothing for a port that moves no robot.
+    /// Describes a port that moves a robot; `None` for any other port.
     fn of(
         configuration: &'s Configuration,
         survey: &'s Survey<'_>,
@@ -47,7 +51,8 @@ impl<'s> Actuated<'s> {
         Some(Self { robot, decides, has_own_blocks, is_guarded })
     }
 
-    /// Whether a gate or an Actuator of such a robot, of none, or of another agent, may command it.
+    /// Returns whether a gate or an Actuator of `robot` may command the port.
+    /// An empty name is that of no robot, `None` that of another agent.
     fn is_moved_by(&self, robot: Option<&str>) -> bool {
         match (self.robot, robot) {
             (Some(own), Some(other)) => own == other || other.is_empty() && !self.has_own_blocks,
@@ -67,7 +72,8 @@ impl<'s> Actuated<'s> {
     }
 }
 
-/// The robot that a port moves, by the name of its module or its own.
+/// Returns the robot that a port moves.
+/// The name of its module or its own one determines it.
 fn robot_of<'s>(
     configuration: &'s Configuration,
     survey: &'s Survey<'_>,
@@ -87,7 +93,8 @@ fn robot_of<'s>(
         .or_else(|| Some(scope(&port.name)).filter(|robot| !robot.is_empty()))
 }
 
-/// The interface of the commands that a gate takes; nothing when their modules are not loaded.
+/// Returns the interface of the commands that a gate takes.
+/// `None` if the modules that send them are not loaded.
 fn gate_interface(configuration: &Configuration, survey: &Survey<'_>, gate: usize) -> Option<u64> {
     configuration.actuators()[gate].commands.iter().find_map(|command| {
         let path = command.value.path_in("");
@@ -98,7 +105,7 @@ fn gate_interface(configuration: &Configuration, survey: &Survey<'_>, gate: usiz
     })
 }
 
-/// Why nobody sets the value of a port past a gate, and what to do instead.
+/// Returns the error and the advice for a constant value that bypasses a gate.
 pub(super) fn value_refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -110,7 +117,8 @@ pub(super) fn value_refusal(
     Some((Mistake::PastGate.of(message), actuated.help()))
 }
 
-/// Why a link that moves a robot (`path` reads `name`) is against the rules, and what to do about it.
+/// Returns the error and the advice for an illegal link that moves a robot.
+/// `path` reads `name`.
 pub(super) fn refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -161,7 +169,7 @@ pub(super) fn refusal(
     })
 }
 
-/// Whether a module is a driver behind a gate of that robot.
+/// Returns whether the writer is a driver behind a gate of that robot.
 fn reads_gate(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -179,7 +187,7 @@ fn reads_gate(
     })
 }
 
-/// Whether each command passes a link, also the safe one of a stop.
+/// Returns whether a link passes every command, including the safe one of a stop.
 fn passes_all(survey: &Survey<'_>, joint: &ResolvedLink<'_>) -> bool {
     let is_input = match joint.target {
         LinkSource::Port(module, port) => {

@@ -15,7 +15,8 @@ use crate::complaints::Complaints;
 use slate_configuration::Configuration;
 use slate_configuration::Mistake;
 
-/// For each port that needs a service, the port that provides it; nothing when the host does.
+/// Resolves the provider of the service of each port.
+/// `None` stands for the host.
 pub(super) fn survey_services(
     modules: &[Surveyed<'_>],
     catalogue: &Catalogue,
@@ -74,13 +75,14 @@ pub(super) fn survey_services(
     services
 }
 
-/// Whether a module needs the service of that schema.
+/// Returns whether a module needs the service with that schema.
 pub fn needs(description: &Description, schema: u64) -> bool {
     let mut ports = description.ports.iter();
     ports.any(|port| port.direction == Direction::Aspect && port.descriptor.hash == schema)
 }
 
-/// One module has the main loop, and the one that says the time is the time source of the configuration.
+/// Checks for a single user of the main loop, and for the right time source.
+/// A module that sets the time must be the time source of the configuration.
 pub(super) fn check_single(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
@@ -106,7 +108,8 @@ pub(super) fn check_single(
     }
 }
 
-/// Reports blocks with a service by which they read or act past the rules of attachment.
+/// Reports blocks with a service that bypasses the attachment rules.
+/// By such a service they could read or act without a link.
 pub(super) fn check_blocks(survey: &Survey<'_>, complaints: &mut Complaints<'_>) {
     for ((module, port), provider) in &survey.services {
         let surveyed = &survey.modules[*module];
@@ -133,7 +136,7 @@ pub(super) fn check_blocks(survey: &Survey<'_>, complaints: &mut Complaints<'_>)
     }
 }
 
-/// Why a block can't have a service of the host, and what to do instead.
+/// Returns the reason against a service of the host for a block, and the advice.
 fn past_the_rules(block: Block, service: u64) -> Option<(&'static str, &'static str)> {
     let is = |descriptor: &Descriptor| descriptor.hash == service;
     if is(BlackBoard::DESCRIPTOR) {
@@ -154,7 +157,7 @@ fn past_the_rules(block: Block, service: u64) -> Option<(&'static str, &'static 
     ))
 }
 
-/// Where the service may come from.
+/// Returns advice on providers of a service.
 fn help(wanted: &str, modules: &[Surveyed<'_>], catalogue: &Catalogue) -> String {
     // A name ends with its version.
     let base = |name: &str| name.rsplit_once(' ').map_or(name, |(base, _)| base).to_owned();

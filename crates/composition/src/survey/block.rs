@@ -5,19 +5,20 @@
 use slate_blackboard::interface::{Descriptor, Kind};
 use slate_module::{Description, Direction, PortDescription};
 
-/// Role of ports with ground truth: those of a simulator, and of the referees that alone read them.
+/// Role of ports with ground truth.
+/// Simulators write them, and only referees read them.
 pub const TRUTH: &str = "truth";
 
-/// Role of what a Sensor measures.
+/// Role of the measurements of a Sensor.
 pub const MEASUREMENT: &str = "measurement";
 
-/// Role of what a Monitor makes of measurements.
+/// Role of the percepts that a Monitor derives from measurements.
 pub const PERCEPT: &str = "percept";
 
 /// Role of a Monitor's input whose value is its percept, without a copy.
 pub const HANDED_ON: &str = "handed_on";
 
-/// Role of what an Analyze tells the Plan.
+/// Role of the changes that an Analyze reports to the Plan.
 pub const CHANGE: &str = "change";
 
 /// Role of a driver's inputs that move a robot.
@@ -32,7 +33,7 @@ pub const REFLEX: &str = "reflex";
 /// Role of a fact: an input of Knowledge that all blocks read.
 pub const FACT: &str = "fact";
 
-/// Advice for a fact that would take what all blocks may not read.
+/// Advice for a fact with a source that not all blocks may read.
 pub const FACT_HELP: &str =
     "a Plan reads facts: link it to an Analyze that interprets that, or make it an `Input` of Knowledge";
 
@@ -42,22 +43,22 @@ pub const RULE: &str = "rule";
 /// Name of the interface of a robot's model.
 const ROBOT_MODEL: &str = "RobotModel";
 
-/// Part of the architecture that writes what has passed a gate.
+/// Name of the part that writes commands which passed a gate.
 pub const GATE: &str = "gate";
 
 /// Role of an Actuator's input for the state of its gate.
 pub const GATE_STATE: &str = "gate_state";
 
-/// Role of what an Actuator reports, for Knowledge.
+/// Role of an Actuator's status, for Knowledge.
 pub const ACTUATOR_STATUS: &str = "actuator_status";
 
-/// Role of what a driver reports, for the Actuators in front of it.
+/// Role of a driver's status, for the Actuators in front of it.
 pub const DRIVER_STATUS: &str = "driver_status";
 
 /// Role of commands that have passed the gate.
 pub const COMMAND: &str = "command";
 
-/// A block, as its ports show.
+/// Block, as the ports of a module indicate it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Block {
     /// Source of measurements.
@@ -90,7 +91,8 @@ impl Block {
         Self::Actuator,
     ];
 
-    /// Blocks that the ports of a module indicate: at most one, unless they contradict each other.
+    /// Returns the blocks that a module's ports indicate.
+    /// More than one contradict each other.
     pub fn all(description: &Description) -> Vec<Self> {
         let has = |direction, role: &str| {
             description.ports.iter().any(|port| port.direction == direction && port.role == role)
@@ -108,12 +110,12 @@ impl Block {
         is.into_iter().filter(|(_, is)| *is).map(|(block, _)| block).collect()
     }
 
-    /// The block that a module is.
+    /// Returns the block that a module implements.
     pub fn of(description: &Description) -> Option<Self> {
         Self::all(description).first().copied()
     }
 
-    /// Its name in text that other agents read.
+    /// Returns its name in text for other agents.
     pub fn part(self) -> &'static str {
         match self {
             Self::Sensor => "sensor",
@@ -127,12 +129,12 @@ impl Block {
         }
     }
 
-    /// The block of such a name.
+    /// Returns the block with such a name.
     fn of_part(part: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|block| block.part() == part)
     }
 
-    /// With its article.
+    /// Returns its name with an article.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sensor => "a Sensor",
@@ -146,7 +148,7 @@ impl Block {
         }
     }
 
-    /// Permitted sources of the block, for messages.
+    /// Returns the permitted sources of the block, for messages.
     pub fn reads(self) -> &'static str {
         match self {
             Self::Sensor => "a Sensor reads devices, other Sensors and what Actuators report",
@@ -164,7 +166,8 @@ impl Block {
         }
     }
 
-    /// Whether it may read a value from there, of a module of its own robot (`is_own`) or from elsewhere.
+    /// Returns whether the block may read a value of that origin.
+    /// `is_own` is true for a module of the block's own robot.
     pub fn may_read(self, origin: Provenance, is_own: bool) -> bool {
         use Block::{Actuator, Analyze, Execute, Knowledge, Monitor, Plan, Reactive, Sensor};
         match (self, origin) {
@@ -186,7 +189,8 @@ impl Block {
         }
     }
 
-    /// Whether it may read a value from there that a block of another robot writes, as far as [`Self::may_read`] permits.
+    /// Returns whether the block may read a value that another robot's block writes.
+    /// [`Self::may_read`] must permit it, too.
     pub fn may_read_abroad(self, origin: Provenance) -> bool {
         match (self, origin) {
             // To a Sensor, another robot is a part of the world; robots tell each other facts through Knowledge.
@@ -197,7 +201,7 @@ impl Block {
         }
     }
 
-    /// Advice for a value that the block may not read.
+    /// Returns advice for a value that the block may not read.
     pub fn advice(self, origin: Provenance) -> &'static str {
         match (self, origin) {
             (Self::Sensor, _) => {
@@ -254,7 +258,8 @@ pub enum Provenance {
 }
 
 impl Provenance {
-    /// The origin of a value that a port writes. All that a referee writes comes from the truth that it reads.
+    /// Returns the origin of a value that a port writes.
+    /// All outputs of a referee count as truth, which it reads.
     pub fn of_port(description: &Description, port: &PortDescription) -> Self {
         if port.role == TRUTH {
             return Self::Truth;
@@ -267,7 +272,7 @@ impl Provenance {
         }
     }
 
-    /// The text by which other agents know it; none for [`Provenance::Module`].
+    /// Returns its name for other agents; empty for [`Provenance::Module`].
     pub fn part(self) -> &'static str {
         match self {
             Self::Truth => TRUTH,
@@ -278,7 +283,7 @@ impl Provenance {
         }
     }
 
-    /// The origin with such a text, in another agent.
+    /// Returns the origin of such a name in another agent.
     pub fn of_part(part: &str) -> Self {
         match part {
             "" => Self::Module,
@@ -289,7 +294,7 @@ impl Provenance {
         }
     }
 
-    /// In words.
+    /// Returns its description in words.
     pub fn name(self) -> String {
         match self {
             Self::Block(block) => format!("of {}", block.name()),
@@ -304,7 +309,7 @@ impl Provenance {
     }
 }
 
-/// Whether a module is no block and reads ground truth.
+/// Returns whether a module is a referee: it is no block and reads ground truth.
 pub fn is_referee(description: &Description) -> bool {
     let reads_truth = |port: &PortDescription| {
         matches!(port.direction, Direction::Input | Direction::Queue | Direction::Inbox) && port.role == TRUTH
@@ -312,38 +317,41 @@ pub fn is_referee(description: &Description) -> bool {
     description.ports.iter().any(reads_truth) && Block::of(description).is_none()
 }
 
-/// Whether a port is a fact: reading it is reading Knowledge, wherever its link leads.
+/// Returns whether a port is a fact.
+/// Reading a fact counts as reading Knowledge, regardless of the source of its link.
 pub fn is_fact(port: &PortDescription) -> bool {
     port.direction == Direction::Input && port.role == FACT
 }
 
-/// Whether an input is the percept of a Monitor: reading it is reading the Monitor, wherever its link leads.
+/// Returns whether an input is the percept of a Monitor.
+/// Reading it counts as reading the Monitor, regardless of the source of its link.
 pub fn is_handed_on(port: &PortDescription) -> bool {
     port.direction == Direction::Input && port.role == HANDED_ON
 }
 
-/// Whether a port has the percept of a Monitor.
+/// Returns whether a port carries the percept of a Monitor.
 pub fn is_percept(port: &PortDescription) -> bool {
     port.direction == Direction::Output && port.role == PERCEPT || is_handed_on(port)
 }
 
-/// Whether a port of a role reads Sensors alone.
+/// Returns whether ports of a role read only Sensors.
 pub fn is_sensed(role: &str) -> bool {
     matches!(role, MEASUREMENT | HANDED_ON)
 }
 
-/// Whether an output of Knowledge is one that reflexes may read.
+/// Returns whether reflexes may read an output of Knowledge.
 pub fn is_for_reflexes(port: &PortDescription) -> bool {
     port.direction == Direction::Output && (port.role == RULE || has_robot_model(port.descriptor))
 }
 
-/// Whether an interface is the model of a robot, or has it as a field.
+/// Returns whether an interface is a RobotModel or has one as a field.
 pub fn has_robot_model(descriptor: &Descriptor) -> bool {
     let is_model = |kind: &Kind| matches!(kind, Kind::Nested(nested) if nested.name == ROBOT_MODEL);
     descriptor.name == ROBOT_MODEL || descriptor.fields.iter().any(|field| is_model(&field.kind))
 }
 
-/// Whether a port of a role may read a value from there, whatever its block may read.
+/// Returns whether a port of a role may read a value of that origin.
+/// The rules of its block apply separately.
 pub fn role_permits(role: &str, origin: Provenance) -> bool {
     match role {
         COMMAND => matches!(origin, Provenance::Gate | Provenance::Unknown),
@@ -361,7 +369,8 @@ pub fn role_permits(role: &str, origin: Provenance) -> bool {
     }
 }
 
-/// Whether a role says which ports it may be linked to: that of a block's own traffic, or one that is not Slate's.
+/// Returns whether a role restricts the ports that may be linked to it.
+/// True for roles of traffic between blocks, and for roles that Slate does not define.
 pub fn binds(role: &str) -> bool {
     !matches!(
         role,
@@ -378,7 +387,7 @@ pub fn binds(role: &str) -> bool {
     )
 }
 
-/// The only block that sends to an inbox of a role.
+/// Returns the only block that sends to inboxes of a role.
 fn sender_of(role: &str) -> Option<Block> {
     match role {
         PLAN => Some(Block::Plan),
@@ -387,7 +396,8 @@ fn sender_of(role: &str) -> Option<Block> {
     }
 }
 
-/// The only block that sends messages of an interface to other agents, which say nothing of their inboxes.
+/// Returns the only block that sends messages of an interface to other agents.
+/// Other agents do not announce the roles of their inboxes.
 pub fn sender_abroad(descriptor: &Descriptor) -> Option<Block> {
     match descriptor.name {
         "Planned" => Some(Block::Plan),
@@ -396,12 +406,14 @@ pub fn sender_abroad(descriptor: &Descriptor) -> Option<Block> {
     }
 }
 
-/// Text by which tools know the block that alone sends to an inbox, by that or by an outbox for it; empty for any sender.
+/// Returns the name of the only block that sends to an inbox; empty for any sender.
+/// Tools know the block by it, also that of an outbox with the same role.
 pub fn inbox_part(port: &PortDescription) -> &'static str {
     sender_of(&port.role).map_or("", Block::part)
 }
 
-/// Text by which other agents know what writes a port; empty for a module that is no block.
+/// Returns the name of the block that writes a port, for other agents.
+/// Empty for a module that is no block.
 pub fn part(description: &Description, port: &PortDescription) -> &'static str {
     Provenance::of_port(description, port).part()
 }

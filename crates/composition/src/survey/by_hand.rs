@@ -1,4 +1,5 @@
-//! Values that a person, the configuration or a bridge sets, and the inputs that are not theirs to set.
+//! Manual values of inputs, and inputs that reject them.
+//! A person, the configuration or a bridge sets them.
 
 use slate_configuration::{Configuration, Message};
 
@@ -6,7 +7,7 @@ use super::names::port_at;
 use super::{Survey, actuation, known};
 use crate::complaints::Complaints;
 
-/// Reports values of inputs that nobody sets.
+/// Reports configured values of inputs that reject manual values.
 pub(super) fn check_values<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
@@ -22,7 +23,7 @@ pub(super) fn check_values<'a>(
     }
 }
 
-/// Why nobody sets the value of an input, and what to do instead.
+/// Returns the error and the advice for a manual value that an input rejects.
 fn refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -32,7 +33,7 @@ fn refusal(
         .or_else(|| known::value_refusal(configuration, survey, port))
 }
 
-/// Why nobody sets the value of the input at a path, and what to do instead.
+/// Returns the error and the advice if the input at a path rejects manual values.
 pub fn hand_refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,

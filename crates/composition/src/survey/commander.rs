@@ -6,20 +6,20 @@ use super::block::Block;
 use super::{Survey, scope};
 use slate_configuration::Configuration;
 
-/// Whether an actuator takes its command from that port.
+/// Returns whether an actuator takes its command from that port.
 pub fn is_of_actuator(configuration: &Configuration, path: &str) -> bool {
     let mut commands = configuration.actuators().iter().flat_map(|actuator| &actuator.commands);
     commands.any(|command| command.value.path_in("") == path)
 }
 
-/// Whether a module commands an actuator.
+/// Returns whether a module commands an actuator.
 pub fn commands_actuator(configuration: &Configuration, survey: &Survey<'_>, module: usize) -> bool {
     let surveyed = &survey.modules[module];
     let mut ports = surveyed.description.ports.iter().filter(|port| port.direction == Direction::Command);
     ports.any(|port| is_of_actuator(configuration, &format!("{}/{}", surveyed.module.name.value, port.name)))
 }
 
-/// Whether a robot has blocks that decide about its motion.
+/// Returns whether a robot has blocks that decide about its motion.
 pub fn decides(survey: &Survey<'_>, robot: &str) -> bool {
     survey.modules.iter().any(|surveyed| {
         scope(&surveyed.module.name.value) == robot

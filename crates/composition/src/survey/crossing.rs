@@ -1,4 +1,4 @@
-//! Links by which a block of one robot drives another robot, or measures in its place.
+//! Links by which a block of one robot drives another, or measures for it.
 //!
 //! Driving is warned of, as one program may have two robots; a measurement of another robot is refused.
 
@@ -9,14 +9,14 @@ use super::commander::commands_actuator;
 use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic};
 
-/// Warnings of commands that cross from one robot to another.
+/// Warns of commands that cross from one robot to another.
 pub fn crossing(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let mut found = sent(configuration, survey);
     found.extend(commanded(configuration));
     found
 }
 
-/// Messages to the Execute of another robot, and commands of an actuator to the driver of another robot.
+/// Warns of messages to another robot's Execute, and of commands to its driver.
 fn sent(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let name = |module: usize| survey.modules[module].module.name.value.as_str();
     let warn = |joint: &super::ResolvedLink<'_>| {
@@ -48,7 +48,8 @@ fn sent(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     survey.joints.iter().filter_map(warn).collect()
 }
 
-/// The robot that an input of a driver moves: its own, or the one that the port of a simulator is named after.
+/// Returns the robot that an input of a driver moves.
+/// It is the driver's own robot, or the one in the name of a simulator's port.
 fn driven_robot<'a>(survey: &'a Survey<'_>, module: usize, port: usize) -> &'a str {
     let surveyed = &survey.modules[module];
     let own = scope(&surveyed.module.name.value);
@@ -57,7 +58,7 @@ fn driven_robot<'a>(survey: &'a Survey<'_>, module: usize, port: usize) -> &'a s
     if own.is_empty() && is_robot { named } else { own }
 }
 
-/// Actuators whose commands are of a block of another robot.
+/// Warns of actuators whose commands come from a block of another robot.
 fn commanded(configuration: &Configuration) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for actuator in configuration.actuators() {
@@ -81,8 +82,8 @@ fn help(from: &str, to: &str) -> String {
     format!("link a block of `{to}`, unless `{from}` is to drive both")
 }
 
-/// Why a Sensor may not read a device (`name`) at a port (`path`), and what to do about it: it is that of another robot, and its
-/// own robot has the same one.
+/// Returns the error and the advice for a Sensor that reads another robot's device.
+/// `name` is the device and `path` the port. Refused only if the Sensor's own robot has the same device.
 pub fn refusal(
     survey: &Survey<'_>,
     joint: &super::ResolvedLink<'_>,

@@ -1,4 +1,4 @@
-//! The RobotModel of a robot is that of the robot: its devices are as described, and it has what its blocks want.
+//! Consistency of a RobotModel with the robot's devices and its blocks' needs.
 
 use std::fmt::Write;
 
@@ -10,13 +10,13 @@ use super::{LinkSource, Survey, Wire, scope};
 use crate::complaints::Complaints;
 use slate_configuration::{Configuration, Mistake, Span};
 
-/// Share by which a calibrated drive may differ from that of its driver.
+/// Tolerance of a calibrated drive, relative to that of its driver.
 const CALIBRATION: f64 = 0.05;
 
-/// Distance or angle of mounts that count as equal, metres and radians.
+/// Tolerance of equal mounts, m and rad.
 const MOUNT_TOLERANCE: f64 = 1e-6;
 
-/// Reports RobotModels of another robot, and what blocks want and their RobotModel lacks.
+/// Reports RobotModels of another robot, or without devices that blocks need.
 ///
 /// Robots with modules whose plugins are not loaded (`dormant`) are skipped.
 pub(super) fn check_hardware<'a>(
@@ -40,18 +40,18 @@ pub(super) fn check_hardware<'a>(
     }
 }
 
-/// RobotModel of a robot.
+/// Check of a robot's RobotModel.
 struct Checked<'s, 'a> {
     configuration: &'a Configuration,
     survey: &'s Survey<'a>,
-    /// Module that has it.
+    /// Module that has the RobotModel.
     knowledge: usize,
     robot: &'s str,
     model: &'s Hardware,
 }
 
 impl<'s> Checked<'s, '_> {
-    /// The setting that names the description of a module's hardware, or else the module.
+    /// Returns the setting that names a module's hardware, or else the module's name.
     fn place(&self, module: usize, hardware: &Hardware) -> Span {
         let module = self.survey.modules[module].module;
         let complaint = format!("{}: ", hardware.setting);
@@ -63,7 +63,7 @@ impl<'s> Checked<'s, '_> {
         &self.survey.modules[module].module.name.value
     }
 
-    /// Whether a module is of the robot.
+    /// Returns whether a module belongs to the robot.
     fn is_own(&self, module: usize) -> bool {
         scope(self.name(module)) == self.robot
     }
@@ -72,7 +72,7 @@ impl<'s> Checked<'s, '_> {
         Block::of(&self.survey.modules[module].description)
     }
 
-    /// The hardware that a port of a simulator or driver is of.
+    /// Returns the hardware that a port of a simulator or driver belongs to.
     fn hardware_of(&self, module: usize, port: usize) -> Option<&'s Hardware> {
         if self.block(module) == Some(Block::Knowledge) {
             return None;
@@ -82,7 +82,8 @@ impl<'s> Checked<'s, '_> {
         description.hardware.iter().find(|hardware| name.starts_with(&hardware.ports))
     }
 
-    /// Simulators and drivers that the robot moves, and others that its Sensors read, with what they are.
+    /// Returns the simulators and drivers of the robot, with their hardware.
+    /// These are the ones that the robot moves, and others that its Sensors read.
     fn own_hardware(&self) -> Vec<(usize, &'s Hardware)> {
         let (mut moved, mut read): (Vec<(usize, &Hardware)>, Vec<_>) = (Vec::new(), Vec::new());
         for joint in &self.survey.joints {
@@ -119,7 +120,8 @@ impl<'s> Checked<'s, '_> {
         own
     }
 
-    /// What of the robot's devices is otherwise than its RobotModel says.
+    /// Compares the robot's devices with its RobotModel.
+    /// Returns the error and the advice if they differ.
     fn devices(&self, complaints: &Complaints<'_>) -> Option<(String, String)> {
         self.own_hardware().into_iter().find_map(|(module, hardware)| {
             let found = differences(self.model, hardware);
@@ -141,7 +143,7 @@ impl<'s> Checked<'s, '_> {
         })
     }
 
-    /// A command of the robot's Execute to an actuator that its RobotModel lists with another one.
+    /// Finds a command of Execute whose interface differs from that in the RobotModel.
     fn commands(&self) -> Option<(String, String)> {
         let gates = self.configuration.actuators().iter();
         gates.filter(|gate| scope(&gate.name.value) == self.robot).find_map(|gate| {
@@ -164,7 +166,8 @@ impl<'s> Checked<'s, '_> {
         })
     }
 
-    /// A Monitor, ReactiveModel or Execute that reads a device which the RobotModel could list and does not have.
+    /// Finds a block that reads a device which the RobotModel lacks but could list.
+    /// The block is a Monitor, a ReactiveModel or an Execute.
     fn sensors(&self) -> Option<(String, String)> {
         let modules = &self.survey.modules;
         self.survey.joints.iter().find_map(|joint| {
@@ -200,7 +203,7 @@ impl<'s> Checked<'s, '_> {
         })
     }
 
-    /// Whether a Sensor makes its measurements of those of others.
+    /// Returns whether a Sensor derives its measurements from other Sensors.
     fn is_derived(&self, sensor: usize) -> bool {
         self.survey.joints.iter().any(|joint| {
             matches!(joint.target, LinkSource::Port(source, _)
@@ -214,7 +217,7 @@ impl<'s> Checked<'s, '_> {
     }
 }
 
-/// The setting that names the description of a module's hardware, in words.
+/// Returns the setting that names a module's hardware description, in words.
 fn setting(module: &str, hardware: &Hardware) -> String {
     match hardware.setting.as_str() {
         "" => format!("`{module}`"),
@@ -231,14 +234,15 @@ fn noun(block: Block) -> &'static str {
     }
 }
 
-/// Names of devices with their interfaces.
+/// Returns the names of devices with their interfaces.
 fn list(devices: &[HardwareDevice]) -> String {
     let names: Vec<_> =
         devices.iter().map(|device| format!("`{}` ({})", device.name, device.interface)).collect();
     if names.is_empty() { "no sensor".into() } else { names.join(", ") }
 }
 
-/// What a device has otherwise than a RobotModel says; nothing of what only one of them knows.
+/// Lists the differences between a device and a RobotModel.
+/// Properties that only one of them specifies are skipped.
 fn differences(model: &Hardware, device: &Hardware) -> Vec<String> {
     let mut found = Vec::new();
     if let (Some(said), Some(is)) = (model.drive, device.drive) {

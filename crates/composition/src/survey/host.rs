@@ -1,4 +1,4 @@
-//! Properties of the agent itself, which can be linked like any output.
+//! Properties of the agent itself, which can be linked like outputs.
 
 use slate_blackboard::interface::{Descriptor, Interface};
 
@@ -11,7 +11,7 @@ use crate::own::{LogCounts, LogLine};
 pub enum Host {
     /// The state of the main loop.
     Loop,
-    /// How long its cycles took.
+    /// Histogram of the cycle times.
     LoopHistogram,
     /// The last lines of the log.
     LogTail,
@@ -23,7 +23,7 @@ impl Host {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Loop, Self::LoopHistogram, Self::LogTail, Self::LogCounts];
 
-    /// Where it is.
+    /// Returns the path of the property.
     pub fn path(self) -> &'static str {
         match self {
             Self::Loop => "loop/state",
@@ -33,7 +33,7 @@ impl Host {
         }
     }
 
-    /// Its interface.
+    /// Returns the interface of the property.
     pub fn descriptor(self) -> &'static Descriptor {
         match self {
             Self::Loop => LoopState::DESCRIPTOR,

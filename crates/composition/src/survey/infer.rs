@@ -1,8 +1,8 @@
-//! Links that need not be written: types and roles of a robot's blocks determine them.
+//! Inference of links from the types and roles of a robot's blocks.
 //!
-//! An input of a block looks for outputs of its own robot's scope, and a block that meets the world also for those that a
-//! simulator or driver outside offers for the robot of that name, whose type and role are its own. One is linked, several are an
-//! error, and without one there is no link.
+//! An input of a block is linked to an output of the same type and role in its own robot's scope. A block with access
+//! to the world also considers outputs that a simulator or driver outside offers for the robot of that name. A single
+//! candidate is linked, several are an error, and without one no link is made.
 
 use std::collections::BTreeSet;
 
@@ -18,16 +18,18 @@ use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
 use slate_configuration::{Configuration, Link, Mistake};
 
-/// Modules and ports that keep their links, also the absence of one.
+/// Selection of modules and ports that keep their links, or the lack of one.
 pub struct LinkKeeping<'s> {
-    /// Whether a module is there already.
+    /// Predicate for modules that are already loaded.
     pub stays: &'s dyn Fn(&str) -> bool,
-    /// The configuration until now. A port of which it said something, and now nothing is said, gets a link again.
+    /// Previous configuration.
+    /// A port that it configured and the new one does not gets an inferred link again.
     pub before: Option<&'s Configuration>,
 }
 
 impl LinkKeeping<'_> {
-    /// Whether a port of a module without an inferred link stays without it, though these others fit.
+    /// Returns whether a port without an inferred link stays unlinked despite `found`.
+    /// `found` are the ports that fit it.
     fn stays_open(&self, module: &str, (path, port): (&str, &PortDescription), found: &[String]) -> bool {
         let is_free = |before: &Configuration| {
             says_of(before, path, port) || found.iter().any(|other| before.is_left_out(other))
@@ -40,12 +42,12 @@ impl LinkKeeping<'_> {
 pub struct Inferred {
     /// The configuration.
     pub configuration: Configuration,
-    /// Ports that several links are possible for.
+    /// Ports with several possible links.
     pub undecided: BTreeSet<String>,
 }
 
-/// A configuration with the links that are inferred for modules that arrive, and for ports of which nothing is said any
-/// more; others keep what they have.
+/// Adds inferred links for new modules and for ports that are no longer configured.
+/// Other links stay unchanged.
 pub fn infer<'a>(
     configuration: &'a Configuration,
     catalogue: &Catalogue,
@@ -100,7 +102,7 @@ pub fn infer<'a>(
     Inferred { configuration: fresh.with_inferred(links), undecided }
 }
 
-/// Whether a configuration says something of a port.
+/// Returns whether a configuration mentions a port.
 fn says_of(configuration: &Configuration, path: &str, port: &PortDescription) -> bool {
     match port.direction {
         Direction::Outbox => configuration.says_of_outbox(path),
@@ -108,7 +110,7 @@ fn says_of(configuration: &Configuration, path: &str, port: &PortDescription) ->
     }
 }
 
-/// The module that a port is of: the longest name.
+/// Returns the module of a port: the longest matching name.
 fn of_any<'c>(configuration: &'c Configuration, port: &str) -> Option<&'c str> {
     let names = configuration.modules().iter().map(|module| module.name.value.as_str());
     names
@@ -131,7 +133,7 @@ fn link(path: &str, other: &str, port: &PortDescription, surveyed: &Surveyed<'_>
     }
 }
 
-/// The ports that one could be linked to by type and role.
+/// Returns the ports that match a port by type and role.
 fn candidates(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
@@ -203,20 +205,21 @@ fn candidates(
     found.into_iter().map(|candidate| candidate.path).collect()
 }
 
-/// A port that another one could be linked to.
+/// Candidate for a link of a port.
 struct LinkCandidate {
     path: String,
-    /// Whether it is of the same robot.
+    /// Membership of the same robot.
     is_own: bool,
-    /// Whether a Sensor writes it.
+    /// Flag of an output of a Sensor.
     is_sensor: bool,
-    /// Whether a module that is no block writes it.
+    /// Flag of an output of a module that is no block.
     is_device: bool,
-    /// Whether it is a fact of Knowledge, which is second to what is written for all.
+    /// Flag of a fact of Knowledge.
+    /// Outputs that all may read take precedence over it.
     is_fact: bool,
 }
 
-/// Whether a port is one of those that an input of a block looks for.
+/// Returns whether a port is a candidate for an input of a block.
 fn readable(
     configuration: &Configuration,
     (path, is_own): (&str, bool),
@@ -247,12 +250,12 @@ fn readable(
         }
 }
 
-/// Whether an inbox is one of those that an outbox looks for.
+/// Returns whether an inbox is a candidate for an outbox.
 fn takes(port: &PortDescription, offered: &PortDescription) -> bool {
     offered.direction == Direction::Inbox && offered.role == port.role
 }
 
-/// The commands of a robot's gates that an Actuator could take.
+/// Returns the commands of a robot's gates that an Actuator could take.
 fn commands(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
@@ -275,7 +278,7 @@ fn commands(
     fitting.map(|actuator| format!("{}/command", actuator.name.value)).collect()
 }
 
-/// The gate whose command an Actuator takes, or would take.
+/// Returns the gate whose command an Actuator takes, or would take.
 fn gate_of(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
@@ -297,7 +300,7 @@ fn gate_of(
     configuration.actuators().iter().any(|actuator| actuator.name.value == gate).then(|| gate.to_owned())
 }
 
-/// What the drivers say that read an output of an Actuator.
+/// Returns the status outputs of the drivers that read an output of an Actuator.
 fn driver_status(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
@@ -327,7 +330,8 @@ fn driver_status(
     found
 }
 
-/// What the Actuator reports whose gate has the name of a port of Knowledge.
+/// Returns the status outputs of the Actuator behind the gate named like the port.
+/// The port is one of Knowledge.
 fn actuator_status(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
@@ -351,7 +355,7 @@ fn actuator_status(
     found
 }
 
-/// A port that several links are possible for.
+/// Port with several possible links.
 struct LinkChoice<'s, 'a> {
     surveyed: &'s Surveyed<'a>,
     path: String,
@@ -361,7 +365,7 @@ struct LinkChoice<'s, 'a> {
 }
 
 impl LinkChoice<'_, '_> {
-    /// The line of the link to one of them.
+    /// Returns the configuration line of the link to one of them.
     fn line(&self, other: &str) -> String {
         match self.direction {
             Direction::Outbox => format!("\"/{other}\" = \"/{}\"", self.path),
@@ -370,7 +374,7 @@ impl LinkChoice<'_, '_> {
     }
 }
 
-/// Refuses to choose: one complaint for all ports with the same choice.
+/// Reports ambiguous ports: one complaint for all ports with the same candidates.
 fn refuse_choices(
     modules: &[Surveyed<'_>],
     mut choices: Vec<LinkChoice<'_, '_>>,
@@ -398,7 +402,8 @@ fn refuse_choices(
     }
 }
 
-/// Refuses to choose for several ports: what they could be linked to, with its places, is what there is too much of.
+/// Reports an ambiguity that several ports share.
+/// The report names the possible ends and their places, as these are the surplus.
 fn refuse_group(modules: &[Surveyed<'_>], same: &[LinkChoice<'_, '_>], complaints: &mut Complaints<'_>) {
     let [first, ..] = same else { return };
     let owner = |path: &str| split_module(modules, path).map(|(module, _)| modules[module].module.name.span);

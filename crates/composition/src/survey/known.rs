@@ -1,4 +1,4 @@
-//! Inputs that Knowledge alone fills: what it has for a reflex, such as its rules, and the RobotModel.
+//! Inputs that only Knowledge may fill: rules of reflexes, and the RobotModel.
 
 use slate_blackboard::interface::Descriptor;
 use slate_configuration::{Configuration, Message, Mistake};
@@ -8,7 +8,8 @@ use super::block::{Block, Provenance, has_robot_model, is_for_reflexes};
 use super::origins::ValueOrigin;
 use super::{LinkSource, ResolvedLink, Survey, Wire, scope};
 
-/// The output of its robot's Knowledge that an input of a block is for, as its type says.
+/// Returns the output of the robot's Knowledge that matches an input of a block.
+/// Their types determine it.
 pub(super) fn known_output(survey: &Survey<'_>, (module, port): (usize, usize)) -> Option<String> {
     let surveyed = &survey.modules[module];
     let own = &surveyed.description.ports[port];
@@ -41,7 +42,8 @@ fn help(path: &str, output: &str) -> String {
     )
 }
 
-/// Why nobody sets the value of an input that Knowledge fills, and what to do instead.
+/// Returns the error and the advice for a manual value of an input of Knowledge's.
+/// Only Knowledge may fill that input.
 pub(super) fn value_refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -53,7 +55,8 @@ pub(super) fn value_refusal(
     Some((Mistake::Attachment.of(message), help(&path, &output)))
 }
 
-/// Why an input that Knowledge fills (`path`) can't read `name`, and what to do about it.
+/// Returns the error and the advice if the input `path` must not read `name`.
+/// The input is one that only Knowledge may fill.
 pub(super) fn refusal(
     survey: &Survey<'_>,
     joint: &ResolvedLink<'_>,

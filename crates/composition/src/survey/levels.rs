@@ -1,11 +1,11 @@
-//! The order of modules inside a stage: writers before their readers, by name where links leave it open.
+//! Order of modules in a stage: writers before readers, otherwise by name.
 
-/// Modules that depend on each other in a circle.
+/// Cycle of modules that depend on each other.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct CycleFound(pub Vec<usize>);
 
-/// Sorts `count` modules into levels, so that each comes after those it depends on; `edges` are (before, after).
-/// Inside a level the given order stays.
+/// Sorts `count` modules topologically into levels; `edges` are (before, after).
+/// Each module comes after those that it depends on. Inside a level the given order stays.
 pub(super) fn levels(count: usize, edges: &[(usize, usize)]) -> Result<Vec<Vec<usize>>, CycleFound> {
     let mut level = vec![0_usize; count];
     // In a graph without cycles no path has more than count - 1 edges, so that many passes settle it.
@@ -30,7 +30,7 @@ pub(super) fn levels(count: usize, edges: &[(usize, usize)]) -> Result<Vec<Vec<u
     Ok(result)
 }
 
-/// A circle that is reached by going back from `module`, in the order of the edges.
+/// Returns a cycle found backwards from `module`, in the order of the edges.
 fn circle(module: usize, count: usize, edges: &[(usize, usize)]) -> Vec<usize> {
     // Only modules in or behind a circle still rise after `count` passes, so each has a predecessor; walking back
     // `count` times ends inside a circle.

@@ -1,5 +1,6 @@
-//! Limits of gates: those that are written, and of other numbers of the command those that the RobotModel has of the actuator,
-//! where Execute finds its settings (RoCS, 4.2).
+//! Limits of gates, written or from the RobotModel.
+//! Numbers of a command without a written limit have that of the actuator in the RobotModel, where Execute finds its
+//! settings (RoCS, 4.2).
 
 use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 use slate_configuration::{Actuator, Configuration, Diagnostic, Limit, Spanned};
@@ -15,14 +16,15 @@ pub struct DescribedLimits<'s> {
     pub robot: &'s str,
     /// Interface of the command.
     pub command: &'static Descriptor,
-    /// A limit of each number of the first one's unit without a written one.
+    /// Limits of the numbers that share the first one's unit and have no written limit.
     pub limits: Vec<Limit>,
 }
 
-/// Share by which a written limit may be wider than that of the RobotModel.
+/// Tolerance of a written limit, relative to the width of the RobotModel's limits.
 const ROUNDING: f64 = 1e-3;
 
-/// The limits of a gate that are not written: those of the actuator of its name in the RobotModel of its robot.
+/// Returns the limits of a gate that the configuration does not write.
+/// They come from the actuator of the same name in the robot's RobotModel.
 pub fn described_limits<'s>(survey: &'s Survey<'_>, actuator: &Actuator) -> Option<DescribedLimits<'s>> {
     let (model, command, [low, high]) = described(survey, actuator)?;
     let is_written = |name: &str| actuator.limits.iter().any(|limit| limit.field.value == name);
@@ -35,7 +37,7 @@ pub fn described_limits<'s>(survey: &'s Survey<'_>, actuator: &Actuator) -> Opti
     (!limits.is_empty()).then_some(DescribedLimits { robot: &model.robot, command, limits })
 }
 
-/// The RobotModel with the device of a gate, and the interface and the limits of its command.
+/// Returns the RobotModel with a gate's device, the command and its limits.
 fn described<'s>(
     survey: &'s Survey<'_>,
     actuator: &Actuator,
@@ -54,7 +56,8 @@ fn described<'s>(
     Some((model, command.descriptor, device.limits?))
 }
 
-/// The numbers of a command that an actuator's limits bind: its first one, and those of the same unit.
+/// Returns the numbers of a command that an actuator's limits bind.
+/// These are the first one, and those of the same unit.
 fn numbers(command: &Descriptor) -> impl Iterator<Item = &'static str> {
     let is_number = |kind: &Kind| matches!(kind, Kind::Primitive(primitive) if *primitive != Primitive::Bool);
     let mut fields = command.fields.iter().filter(move |field| is_number(&field.kind)).peekable();
@@ -62,7 +65,7 @@ fn numbers(command: &Descriptor) -> impl Iterator<Item = &'static str> {
     fields.filter(move |field| field.unit == unit).map(|field| field.name)
 }
 
-/// Warnings of written limits that are wider than those of the RobotModel.
+/// Warns of written limits that are wider than those of the RobotModel.
 pub(super) fn wide_limits(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for actuator in configuration.actuators() {

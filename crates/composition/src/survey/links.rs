@@ -1,4 +1,4 @@
-//! Joins ports as the links say, and finds the conversion of each value.
+//! Resolution of links between ports, and the conversion of their values.
 
 mod ends;
 mod external;
@@ -50,7 +50,7 @@ pub(super) fn survey_links<'a>(
     survey.joints = joints;
 }
 
-/// Of the links that fill parts of one port, none may fill what another one fills.
+/// Reports links that fill the same part of a port, or share an outbox.
 fn check_overlaps<'a>(
     configuration: &'a Configuration,
     sinks: &[Option<LinkSink>],
@@ -78,7 +78,7 @@ fn check_overlaps<'a>(
     }
 }
 
-/// How a port is called in messages.
+/// Returns the name of a port in messages.
 fn wire_name<'s>(survey: &'s Survey<'_>, module: usize, wire: Wire) -> &'s str {
     match wire {
         Wire::Port(port) => &survey.modules[module].description.ports[port].name,
@@ -88,14 +88,14 @@ fn wire_name<'s>(survey: &'s Survey<'_>, module: usize, wire: Wire) -> &'s str {
 }
 
 impl Survey<'_> {
-    /// The path of a port, or of what is linked like one.
+    /// Returns the path of a port, a switch or the parameters.
     pub fn wire_path(&self, module: usize, wire: Wire) -> String {
         join(&self.modules[module].module.name.value, wire_name(self, module, wire))
     }
 }
 
 impl ResolvedLink<'_> {
-    /// Whether the port is linked as a whole to a value of its own type.
+    /// Returns whether the port is linked as a whole to a value of its own type.
     pub fn is_plain(&self) -> bool {
         matches!(self.way, super::LinkConversion::Plain)
     }

@@ -1,4 +1,5 @@
-//! Ports that should lead somewhere and do not: the agent runs, and its robot stands still.
+//! Warnings of unlinked ports, for lack of which the robot stands still.
+//! The agent runs nevertheless.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +18,7 @@ use super::switched_off::switched_off;
 use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic, empty_robots};
 
-/// Warnings of ports and actuators that lead nowhere.
+/// Warns of ports and actuators without a counterpart.
 pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     // A module that is switched off does nothing, with or without a link.
@@ -114,7 +115,8 @@ fn loose_port(
     }
 }
 
-/// An outbox without a receiver; none where all inboxes for it are left out.
+/// Warns of an outbox without a receiver.
+/// Not if all inboxes for it are left out.
 fn unreceived(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -134,7 +136,7 @@ fn unreceived(
     Some((format!("outbox `{path}` has no receiver"), help))
 }
 
-/// An inbox of commands without a sender.
+/// Warns of an inbox of commands without a sender.
 fn unsent(survey: &Survey<'_>, module: usize, own: &PortDescription, path: &str) -> (String, String) {
     let fits = |other: &PortDescription| other.direction == Direction::Outbox && other.role == own.role;
     let help = match &in_scope(survey, module, fits)[..] {
@@ -147,7 +149,8 @@ fn unsent(survey: &Survey<'_>, module: usize, own: &PortDescription, path: &str)
     (format!("inbox `{path}` has no sender, and commands an actuator"), help)
 }
 
-/// An input of a Plan without an Analyze, of what its robot has a percept or a measurement of.
+/// Warns of an input of a Plan that no Analyze fills.
+/// The robot has a percept or a measurement of that type.
 fn unnoticed(
     survey: &Survey<'_>,
     module: usize,
@@ -168,14 +171,16 @@ fn unnoticed(
     Some((message, help))
 }
 
-/// Whether messages reach an inbox, also those of modules that are not loaded.
+/// Returns whether an inbox has senders.
+/// Modules that are not loaded count, too.
 fn has_sender(configuration: &Configuration, survey: &Survey<'_>, module: usize, port: usize) -> bool {
     let path = survey.path(configuration, LinkSource::Port(module, port));
     let is_target = survey.joints.iter().any(|joint| joint.target == LinkSource::Port(module, port));
     is_target || configuration.links().iter().any(|link| link.to.value == path)
 }
 
-/// Whether an Execute gets its actions from that inbox alone: one of plans, or of reflexes where none is of plans.
+/// Returns whether an unlinked inbox is the only source of an Execute's actions.
+/// It is the inbox of plans, or that of reflexes if none is for plans.
 fn awaits_commands(configuration: &Configuration, survey: &Survey<'_>, module: usize, port: usize) -> bool {
     let surveyed = &survey.modules[module];
     let robot = scope(&surveyed.module.name.value);
@@ -192,8 +197,8 @@ fn awaits_commands(configuration: &Configuration, survey: &Survey<'_>, module: u
     (role == "plan" || role == "reflex" && !takes_plans) && commands_actuator(configuration, survey, module)
 }
 
-/// Whether it is the first input of a module that nothing feeds: a sensor's reader (Monitor or ReactiveModel), or one that
-/// commands an actuator.
+/// Returns whether the port is the first input of a module without any source.
+/// The module reads sensors (a Monitor or a ReactiveModel) or commands an actuator.
 fn is_idle(configuration: &Configuration, survey: &Survey<'_>, module: usize, port: usize) -> bool {
     let surveyed = &survey.modules[module];
     let ports = &surveyed.description.ports;
@@ -215,12 +220,12 @@ fn is_idle(configuration: &Configuration, survey: &Survey<'_>, module: usize, po
         && !ports.iter().enumerate().any(is_fed)
 }
 
-/// Whether a port is an input.
+/// Returns whether a port is an input.
 fn reads(port: &PortDescription) -> bool {
     matches!(port.direction, Direction::Input | Direction::Queue)
 }
 
-/// Whether the mission's outcome is of that module.
+/// Returns whether a module provides the mission's outcome.
 fn judges(configuration: &Configuration, module: &str) -> bool {
     configuration.mission().is_some_and(|mission| {
         let outcome = &mission.outcome.value;
@@ -229,12 +234,12 @@ fn judges(configuration: &Configuration, module: &str) -> bool {
     })
 }
 
-/// The block that sends messages of a role.
+/// Returns the block that sends messages of a role.
 fn block_that_sends(role: &str) -> &'static str {
     if role == "plan" { "Plan" } else { "ReactiveModel" }
 }
 
-/// What to do about an input without a source.
+/// Returns advice for an input without a source.
 fn source_help(survey: &Survey<'_>, module: usize, own: &PortDescription, path: &str) -> String {
     let fits = |other: &PortDescription| {
         let writes = matches!(other.direction, Direction::Output | Direction::Debug);
@@ -258,8 +263,9 @@ fn source_help(survey: &Survey<'_>, module: usize, own: &PortDescription, path: 
     }
 }
 
-/// Whether a module does nothing without it: it is required, an Analyze is without a Monitor, or a Plan notices nothing at all.
-/// Which sensors a Monitor needs is checked at load, and Knowledge knows also robots with fewer sensors.
+/// Returns whether a module is useless without a link of the port.
+/// The port is required, an Analyze lacks its Monitor, or a Plan notices no change. The sensors that a Monitor needs
+/// are checked at load, and Knowledge also describes robots with fewer sensors.
 fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool {
     if !binds(&port.role) && !port.role.is_empty() {
         return port.required;
@@ -276,7 +282,7 @@ fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool
     port.required || is_traffic && (port.direction == Direction::Input || !notices())
 }
 
-/// Actuators whose commands pass the gate and reach nothing.
+/// Warns of actuators whose commands pass the gate and reach no driver.
 fn loose_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for (index, actuator) in configuration.actuators().iter().enumerate() {
@@ -304,7 +310,8 @@ fn loose_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagno
     found
 }
 
-/// An Actuator's output that no driver reads, and the line that would link it.
+/// Warns of an Actuator's output that no driver reads.
+/// The advice is the line that would link it.
 fn unread_output(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -330,7 +337,8 @@ fn unread_output(
     Some((format!("`{path}` reaches nothing: no link reads it"), help))
 }
 
-/// Drivers that a robot's Actuators and gates move by inputs that anything else could be linked to as well.
+/// Warns of driver inputs that lack the role that protects them.
+/// Actuators and gates of a robot drive them, and any other output could be linked to them as well.
 fn unguarded(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     // By Actuator, of which some outputs may report, or by gate.
     let mut readers: BTreeMap<String, Vec<(usize, usize)>> = BTreeMap::new();
@@ -376,7 +384,8 @@ fn unguarded(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
     found
 }
 
-/// An input without a link that takes such commands and is called like the actuator, or the only one.
+/// Finds an unlinked input for an actuator's commands.
+/// It has the actuator's name, or is the only one of its interface.
 fn driver(configuration: &Configuration, survey: &Survey<'_>, actuator: &str) -> Option<String> {
     let wanted = configuration.actuators().iter().find(|own| own.name.value == actuator)?;
     let interface = wanted.commands.iter().find_map(|command| {
@@ -389,7 +398,8 @@ fn driver(configuration: &Configuration, survey: &Survey<'_>, actuator: &str) ->
     free_input(survey, interface, actuator)
 }
 
-/// An input without a link of an interface that is called so with its robot, or without it, or the only one.
+/// Finds an unlinked input of an interface for a robot's port.
+/// It has that name with its robot, that name alone, or is the only one.
 fn free_input(survey: &Survey<'_>, interface: u64, name: &str) -> Option<String> {
     let mut free = Vec::new();
     for (module, surveyed) in survey.modules.iter().enumerate() {

@@ -6,7 +6,8 @@ use super::block::{MEASUREMENT, REFLEX};
 use super::names::{in_scope, line};
 use super::{LinkSource, ResolvedLink, Survey, Wire, scope};
 
-/// Reflexes that reach no Execute of their robot, also where the link is left out: nothing stops the robot then.
+/// Warns of a reflex that reaches no Execute of its robot.
+/// Also when the link is left out on purpose: nothing stops the robot then.
 pub(super) fn astray(
     survey: &Survey<'_>,
     (module, port): (usize, usize),
@@ -34,7 +35,8 @@ fn is_inbox(port: &PortDescription) -> bool {
     port.direction == Direction::Inbox && port.role == REFLEX
 }
 
-/// An input of a reflex that reads no Sensor, though its robot has one for it. If the sensor has a rule, the robot stands.
+/// Warns of a reflex input without a Sensor, though the robot has one that fits.
+/// If the sensor has a rule, the robot stands.
 pub(super) fn unmeasured(
     survey: &Survey<'_>,
     module: usize,

@@ -1,4 +1,4 @@
-//! The configuration checked against the kinds of the catalogue; creates nothing.
+//! Validation of a configuration against the catalogue's kinds; creates nothing.
 
 mod actuation;
 mod aspects;
@@ -48,65 +48,66 @@ pub use links::{bridge_refusal, elsewhere, past_gate, remote_path};
 pub use loose::loose;
 use slate_configuration::{Configuration, Link, Mistake, Module};
 
-/// Ports that every module has beside its own.
+/// Names of the ports that every module has in addition to its own.
 pub const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
 
-/// Another one that isolated modules have.
+/// Name of the additional port of isolated modules.
 const RESERVED_WHEN_ISOLATED: &str = "process";
 
 /// A module of the composition.
 pub struct Surveyed<'a> {
-    /// As configured.
+    /// Module as configured.
     pub module: &'a Module,
-    /// Its kind.
+    /// Kind of the module.
     pub kind: ModuleKind,
     /// Ports and parameters.
     pub description: Description,
-    /// The stage that runs it.
+    /// Stage that runs it.
     pub stage: Stage,
-    /// Its trigger.
+    /// Trigger of the module.
     pub trigger: Trigger,
-    /// How long a tick may take, nanoseconds.
+    /// Longest duration of a tick, ns.
     pub deadline: Option<u64>,
     /// The bytes of its parameters.
     pub params: Vec<u8>,
-    /// Its setup.
+    /// Setup of the module.
     pub setup: OwnSetup,
     /// Values of unlinked inputs, by port.
     pub inputs: BTreeMap<usize, Vec<u8>>,
 }
 
-/// A link between two ports, with its source.
+/// Link between two ports, with its resolved source.
 #[derive(Clone, Debug)]
 pub struct ResolvedLink<'a> {
-    /// As configured.
+    /// Link as configured.
     pub link: &'a Link,
     /// The module and the port that the link belongs to.
     pub port: (usize, Wire),
-    /// Its source, through the links of other inputs.
+    /// Source of the link, traced through the links of other inputs.
     pub target: LinkSource,
-    /// The field of the source that it reads; empty for the whole.
+    /// Field of the source; empty for the whole value.
     pub from: String,
-    /// The field of the port that it fills; empty for the whole.
+    /// Field of the port; empty for the whole value.
     pub field: String,
     /// Conversion of the value.
     pub way: LinkConversion,
-    /// The values that it lets pass; all without one.
+    /// Filter of values; all pass without one.
     pub filter: Option<Arc<Filter>>,
-    /// Whether last cycle's value is meant, by this link or that of an input on the way.
+    /// Selection of last cycle's value, by this link or by that of an input between.
     pub previous: bool,
-    /// Whether last cycle's value is meant of what is written earlier in a cycle.
+    /// Delay by one cycle of a value that is written earlier in the same cycle.
     pub delayed: bool,
 }
 
 /// Conversion of a link's value.
 #[derive(Clone, Debug)]
 pub enum LinkConversion {
-    /// The port reads the property itself.
+    /// Direct reading of the property, without conversion.
     Plain,
-    /// The port has a property of its own, which this writes.
+    /// Conversion into a property of the port's own.
     Converted(Arc<Program>),
-    /// As above, into this place; how is only known when what it leads to is there.
+    /// Conversion into this place that is not resolved yet.
+    /// It is resolved when the source of the link is loaded.
     Pending(Arc<FieldPlace>),
 }
 
@@ -121,7 +122,7 @@ pub enum LinkSource {
     Command(usize),
     /// The state of an actuator's gate.
     Gate(usize),
-    /// A property of a module whose plugin is not loaded; an index of [`Survey::absent`].
+    /// Property of a module whose plugin is not loaded; an index of [`Survey::absent`].
     Absent(usize),
     /// A property of another agent; an index of [`Survey::remote`].
     Remote(usize),
@@ -136,12 +137,12 @@ pub enum LinkSource {
 pub struct Remote {
     /// The path in the other agent.
     pub path: RemotePath,
-    /// Its mirror on the board, if there is one.
+    /// Mirror on the board, if it exists.
     pub property: Option<RemoteProperty>,
 }
 
 impl Remote {
-    /// The path on the board.
+    /// Returns the path of the mirror on the board.
     pub fn place(&self) -> String {
         match &self.property {
             Some(found) => RemotePath { path: found.path.clone(), ..self.path.clone() }.place(),
@@ -150,23 +151,23 @@ impl Remote {
     }
 }
 
-/// A link to another agent that does not fit what is there.
+/// Mismatch between a link to another agent and its source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Misfit {
-    /// What is wrong.
+    /// Description of the error.
     pub message: String,
-    /// What to do about it.
+    /// Advice for the user.
     pub help: String,
 }
 
-/// A property that every module has beside its ports.
+/// Property that every module has in addition to its ports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Implied {
-    /// Its parameters.
+    /// Parameters of the module.
     Params,
-    /// Its switch.
+    /// Switch of the module.
     Enabled,
-    /// Its condition.
+    /// Condition of the module.
     State,
     /// Durations of its last ticks.
     Timing,
@@ -175,14 +176,14 @@ pub enum Implied {
 }
 
 impl Implied {
-    /// The one of that name.
+    /// Returns the property with that name.
     pub fn of(name: &str) -> Option<Self> {
         [Self::Params, Self::Enabled, Self::State, Self::Timing, Self::Histogram]
             .into_iter()
             .find(|implied| implied.name() == name)
     }
 
-    /// Its name.
+    /// Returns the name of the property.
     pub fn name(self) -> &'static str {
         match self {
             Self::Params => "params",
@@ -194,7 +195,7 @@ impl Implied {
     }
 }
 
-/// A property that will be written, or read, when a plugin is loaded.
+/// Property of a module whose plugin is not loaded yet.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Absent {
     /// Path of the property.
@@ -217,41 +218,43 @@ pub struct Survey<'a> {
     pub played: Arc<[Played]>,
     /// Carriers of values of other agents; any carrier when this is empty.
     pub carriers: BTreeSet<String>,
-    /// Whether they can be compressed as JPEG.
+    /// Support for JPEG compression of these values.
     pub has_jpeg: bool,
-    /// The links to other agents that don't fit what is there, by what they fill; they wait until it is another.
+    /// Links to other agents that do not fit their source, by the port that they fill.
+    /// Each waits until the source changes.
     pub misfits: BTreeMap<String, Misfit>,
     /// The provider of the service of each port: a port of another module, or the host.
     pub services: BTreeMap<(usize, usize), Option<(usize, usize)>>,
     /// Per stage, levels of modules.
     pub order: Vec<Vec<Vec<usize>>>,
-    /// The modules with links to a path, also those that are not there yet; one stands there for each link.
+    /// Modules with links to a path, once per link, also those that are not loaded yet.
     pub listeners: BTreeMap<String, Vec<&'a str>>,
 }
 
-/// A resolved link; a port whose links resolve to the same stays untouched when links change.
+/// Resolved link.
+/// A port whose links resolve to the same stays untouched when links change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lead {
-    /// The path of the property, and the field of it that is read.
+    /// Path of the property; the field that is read follows.
     pub path: String,
     from: String,
     field: String,
-    /// Whether the port has a property of its own, and whether it waits for what the link leads to.
+    /// Kind of the link: the port has its own property; the link waits for its source.
     kind: (bool, bool),
-    /// Which property it is that stands for one of another agent.
+    /// Epoch of the mirror of another agent's property.
     epoch: u64,
-    /// Whether what it leads to is itself written by links.
+    /// Flag of a source that links write.
     is_written: bool,
     previous: bool,
     delayed: bool,
     stale: Option<u64>,
     said: [Option<String>; 4],
-    /// Value of the rest of the port, if links fill parts of it.
+    /// Value of the unlinked part of the port, if links fill parts of it.
     value: Option<Vec<u8>>,
 }
 
 impl<'a> Survey<'a> {
-    /// The path of what a link leads to.
+    /// Returns the path of a link's source.
     pub fn path(&self, configuration: &Configuration, target: LinkSource) -> String {
         match target {
             LinkSource::Port(module, port) => {
@@ -274,7 +277,7 @@ impl<'a> Survey<'a> {
         }
     }
 
-    /// The links of a module.
+    /// Returns the links of a module, by port.
     pub fn leads(&self, configuration: &Configuration, module: usize) -> BTreeMap<Wire, Vec<Lead>> {
         let mut leads: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for joint in self.joints.iter().filter(|joint| joint.port.0 == module) {
@@ -311,7 +314,7 @@ impl<'a> Survey<'a> {
         leads
     }
 
-    /// Whether what a link leads to is a port, or a switch, that links fill.
+    /// Returns whether the source of a link is a port or a switch that links fill.
     fn is_written(&self, target: LinkSource) -> bool {
         let port = match target {
             LinkSource::Port(module, port) => (module, Wire::Port(port)),
@@ -353,7 +356,8 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// Checks a configuration against the kinds of a catalogue; complaints get all that is wrong.
+/// Checks a configuration against the kinds of a catalogue.
+/// All mistakes are added to `complaints`.
 pub fn survey<'a>(
     configuration: &'a Configuration,
     catalogue: &Catalogue,
@@ -406,7 +410,7 @@ pub fn survey<'a>(
     survey
 }
 
-/// The time source is one of the modules.
+/// Checks that the time source is one of the modules.
 fn check_time_source(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
@@ -429,12 +433,12 @@ fn check_time_source(
     }
 }
 
-/// The robot that a module belongs to.
+/// Returns the robot that a module belongs to; empty for none.
 pub fn scope(name: &str) -> &str {
     name.rsplit_once('/').map_or("", |(scope, _)| scope)
 }
 
-/// One Plan, one Execute, one Knowledge per robot (RoCS, 5.1).
+/// Checks for at most one Plan, Execute and Knowledge per robot (RoCS, 5.1).
 fn check_unique(configuration: &Configuration, modules: &[Surveyed<'_>], complaints: &mut Complaints<'_>) {
     for (first, second) in seconds(configuration, modules) {
         let (first, second) = (&modules[first], &modules[second]);
@@ -447,7 +451,8 @@ fn check_unique(configuration: &Configuration, modules: &[Surveyed<'_>], complai
     }
 }
 
-/// Modules that are a part of which their robot has one already, each behind the one that it has; what an included file says is first.
+/// Finds duplicates of parts that a robot has only once.
+/// Each follows the part that its robot already has. Modules of an included file come first.
 fn seconds(configuration: &Configuration, modules: &[Surveyed<'_>]) -> Vec<(usize, usize)> {
     let (mut firsts, mut seconds) = (BTreeMap::new(), Vec::new());
     let mut as_written: Vec<_> = modules.iter().enumerate().collect();

@@ -1,4 +1,4 @@
-//! A module of the configuration and the kind that it is of.
+//! Resolution of a configured module with its kind.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -17,7 +17,7 @@ use slate_configuration::{Configuration, Mistake, Module};
 /// Names of the agent's own properties.
 const OWN: [(&str, &str); 3] = [("loop", "the main loop"), ("log", "the log"), ("record", "the recording")];
 
-/// A module of the configuration with its kind; nothing after a complaint.
+/// Resolves a module of the configuration with its kind; `None` after a complaint.
 pub(super) fn survey_module<'a>(
     configuration: &'a Configuration,
     module: &'a Module,
@@ -68,7 +68,7 @@ pub(super) fn survey_module<'a>(
     })
 }
 
-/// The setup of a module, and its ports and parameters.
+/// Returns the setup of a module, and its ports and parameters.
 fn described<'a>(
     configuration: &'a Configuration,
     module: &'a Module,
@@ -97,7 +97,8 @@ fn described<'a>(
     Some((setup, description))
 }
 
-/// What a kind says of itself under a setup, with the settings that parameters follow; its refusal is a complaint.
+/// Describes a kind under a setup, with the settings that its parameters follow.
+/// A refusal by the kind becomes a complaint.
 fn describe<'a>(
     configuration: &'a Configuration,
     module: &'a Module,
@@ -123,7 +124,7 @@ fn describe<'a>(
     None
 }
 
-/// The values of inputs that the configuration has, by port.
+/// Returns the configured values of inputs, by port.
 fn inputs<'a>(
     module: &'a Module,
     description: &Description,
@@ -151,7 +152,7 @@ fn inputs<'a>(
     inputs
 }
 
-/// The configured trigger of a module, or its own.
+/// Returns the configured trigger of a module, or that of its kind.
 fn trigger<'a>(
     module: &'a Module,
     description: &Description,

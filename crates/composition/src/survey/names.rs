@@ -5,13 +5,13 @@ use slate_module::{Direction, PortDescription};
 
 use super::{Survey, Surveyed, scope};
 
-/// The module whose name begins the path: the longest.
+/// Returns the module with the longest name that begins the path.
 pub(super) fn owner<'n>(names: &[&'n str], path: &str) -> Option<&'n str> {
     let owns = |name: &&&str| path.strip_prefix(**name).is_some_and(|rest| rest.starts_with('/'));
     names.iter().filter(owns).max_by_key(|name| name.len()).copied()
 }
 
-/// The module whose name begins the path, and the rest of the path: the longest name wins.
+/// Splits a path into the module with the longest matching name and the rest.
 pub(super) fn split_module<'p>(modules: &[Surveyed<'_>], path: &'p str) -> Option<(usize, &'p str)> {
     let mut end = path.len();
     while let Some(slash) = path[..end].rfind('/') {
@@ -23,8 +23,9 @@ pub(super) fn split_module<'p>(modules: &[Surveyed<'_>], path: &'p str) -> Optio
     None
 }
 
-/// The port whose name begins a path in a module, and the rest, which is a field: the longest name wins, as names of ports
-/// may have slashes. Without one, the first name of the path.
+/// Splits a path in a module into the name of a port and a field.
+/// The longest matching name wins, as names of ports may have slashes. If no port matches, the name is that before the
+/// first slash.
 pub(super) fn split_port<'p>(ports: &[PortDescription], path: &'p str) -> (&'p str, &'p str) {
     let names = ports.iter().map(|port| port.name.as_str());
     let longest = names.filter(|name| is_within(path, name)).map(str::len).max();
@@ -34,7 +35,7 @@ pub(super) fn split_port<'p>(ports: &[PortDescription], path: &'p str) -> (&'p s
     }
 }
 
-/// The module and the port of it that a path is of.
+/// Returns the module and the port that a path belongs to.
 pub(super) fn port_at(survey: &Survey<'_>, path: &str) -> Option<(usize, usize)> {
     let (module, rest) = split_module(&survey.modules, path)?;
     let ports = &survey.modules[module].description.ports;
@@ -42,18 +43,19 @@ pub(super) fn port_at(survey: &Survey<'_>, path: &str) -> Option<(usize, usize)>
     Some((module, ports.iter().position(|port| port.name == name)?))
 }
 
-/// The name of a missing port in messages: the whole path, where names of ports begin like it.
+/// Returns the name of a missing port for messages.
+/// It is the whole path if names of ports begin with its first part.
 pub(super) fn deep_name<'p>(ports: &[PortDescription], first: &'p str, rest: &'p str) -> &'p str {
     let is_deep = ports.iter().any(|port| port.name != first && is_within(&port.name, first));
     if is_deep { rest } else { first }
 }
 
-/// A path and the path of a field below it.
+/// Joins a path and the path of a field below it.
 pub(super) fn join(path: &str, field: &str) -> String {
     if field.is_empty() { path.to_owned() } else { format!("{path}/{field}") }
 }
 
-/// Whether a port is about a service, and not about values.
+/// Returns whether a port is one of services and not of values.
 pub(super) fn is_service(port: &PortDescription) -> bool {
     matches!(port.direction, Direction::Aspect | Direction::Provider)
 }
@@ -61,7 +63,7 @@ pub(super) fn is_service(port: &PortDescription) -> bool {
 /// Help for a link to a service.
 pub(super) const SERVICE: &str = "leave the link out: who needs a service finds the one that provides it";
 
-/// The ports of the modules of the same robot that fit.
+/// Returns the matching ports of modules of the same robot.
 pub(super) fn in_scope(
     survey: &Survey<'_>,
     module: usize,
@@ -76,7 +78,7 @@ pub(super) fn in_scope(
     .collect()
 }
 
-/// The line of a link that would do.
+/// Returns the configuration line of a suitable link.
 pub(super) fn line(to: &str, from: &str) -> String {
     format!("write \"/{to}\" = \"/{from}\"")
 }

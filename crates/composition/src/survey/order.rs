@@ -9,7 +9,7 @@ use crate::complaints::Complaints;
 use slate_configuration::Configuration;
 use slate_configuration::Mistake;
 
-/// The levels of modules in each stage; what reads itself in a circle is reported.
+/// Returns the levels of modules in each stage; reports cycles.
 pub(super) fn survey_order(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],

@@ -1,4 +1,4 @@
-//! Where the value of a link comes from, through the inputs of other modules.
+//! Provenance of a link's value, traced through the inputs of other modules.
 
 use std::collections::BTreeSet;
 
@@ -13,9 +13,10 @@ use super::{Implied, LinkSource, ResolvedLink, Survey, Wire, scope};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ValueOrigin<'s> {
     pub provenance: Provenance,
-    /// The module that writes it, if one of this agent does.
+    /// Module of this agent that writes it, if any.
     pub writer: Option<usize>,
-    /// The robot of that module or of the gate, empty for none; nothing in another agent.
+    /// Robot of that module or of the gate.
+    /// Empty for no robot, `None` in another agent.
     pub robot: Option<&'s str>,
 }
 
@@ -30,7 +31,7 @@ impl<'s> ValueOrigin<'s> {
     }
 }
 
-/// Origins of a link's value.
+/// Returns the origins of a link's value.
 pub(super) fn origins<'s>(
     configuration: &'s Configuration,
     survey: &'s Survey<'_>,
@@ -45,7 +46,8 @@ pub(super) fn origins<'s>(
     found
 }
 
-/// Adds what writes a source: the sources of its own links, for an input, a parameter or a switch.
+/// Adds the origins of a source.
+/// For an input, a parameter or a switch these are the sources of its own links.
 fn collect<'s>(
     configuration: &'s Configuration,
     survey: &'s Survey<'_>,
@@ -115,8 +117,9 @@ fn collect<'s>(
     }
 }
 
-/// The block whose input has what a link reads: Knowledge with a fact, or a Monitor that hands on a measurement. Wherever that
-/// input's own link leads, it is theirs.
+/// Returns the block that owns the input which a link reads.
+/// It is Knowledge with a fact, or a Monitor that hands on a measurement. Both own it regardless of the source of the
+/// input's link.
 pub(super) fn passed_by(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -137,12 +140,12 @@ pub(super) fn passed_by(
     Some((module, block))
 }
 
-/// Whether one field is in the other.
+/// Returns whether one field is inside the other.
 fn meets(one: &str, other: &str) -> bool {
     slate_blackboard::is_within(one, other) || slate_blackboard::is_within(other, one) || other.is_empty()
 }
 
-/// Provenance of a property of another agent.
+/// Returns the provenance of a property of another agent.
 fn remote_origin(survey: &Survey<'_>, remote: usize) -> Provenance {
     let remote = &survey.remote[remote];
     if remote.path.agent == slate_configuration::TEAM {

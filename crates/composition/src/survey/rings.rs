@@ -7,7 +7,8 @@ use super::{LinkSource, ResolvedLink, Surveyed, Wire};
 use crate::complaints::Complaints;
 use slate_configuration::Mistake;
 
-/// Complains of required inputs that only modules of their own ring fill: none of these ever runs.
+/// Reports rings of required inputs that only modules of the ring fill.
+/// None of these modules would ever run.
 ///
 /// A value of the configuration fills an input first, and so does an output's safe value. A link marked `previous` does
 /// not: there is no value of a cycle before the first.
@@ -34,7 +35,7 @@ pub(super) fn check_rings(
     );
 }
 
-/// The writer and the reader of a link, when the reader does not run before the writer has.
+/// Returns writer and reader of a link if the reader must wait for the writer.
 fn waits_for(modules: &[Surveyed<'_>], joint: &ResolvedLink<'_>) -> Option<(usize, usize)> {
     let (reader, Wire::Port(input)) = joint.port else { return None };
     let LinkSource::Port(writer, output) = joint.target else { return None };

@@ -1,5 +1,5 @@
-//! The RobotModel of a robot lists the Sensors that its Knowledge reads; other blocks find their sensors there
-//! (RoCS, 4.2).
+//! RobotModel of a robot: it lists the Sensors that the robot's Knowledge reads.
+//! Other blocks find their sensors there (RoCS, 4.2).
 
 use slate_module::{Direction, PortDescription};
 
@@ -8,7 +8,8 @@ use super::{LinkSource, Survey, Wire, scope};
 use crate::complaints::Complaints;
 use slate_configuration::{Configuration, Mistake};
 
-/// Reports Monitors without a sensor that they need, and ReactiveModels and Executes that read an unlisted one.
+/// Reports missing sensors of Monitors, and unlisted ones of other blocks.
+/// The other blocks are ReactiveModels and Executes.
 ///
 /// Robots with modules whose plugins are not loaded (`dormant`) are skipped.
 pub(super) fn check_robot_models<'a>(
@@ -35,15 +36,16 @@ pub(super) fn check_robot_models<'a>(
     }
 }
 
-/// The Knowledge of a robot, and the Sensors that its RobotModel lists.
+/// Knowledge of a robot, and the Sensors that its RobotModel lists.
 struct ListedSensors {
     knowledge: usize,
-    /// The inputs of the Knowledge, whose names are those of the sensors, and the outputs that they read.
+    /// Inputs of the Knowledge, named like the sensors, with their sources.
+    /// The sources are outputs, as indices of module and port.
     sensors: Vec<(usize, (usize, usize))>,
 }
 
 impl ListedSensors {
-    /// Those of a robot whose Knowledge takes measurements.
+    /// Returns those of a robot whose Knowledge takes measurements.
     fn of(survey: &Survey<'_>, robot: &str) -> Option<Self> {
         let knowledge = survey.modules.iter().position(|surveyed| {
             scope(&surveyed.module.name.value) == robot
@@ -57,7 +59,7 @@ impl ListedSensors {
         self.sensors.iter().any(|(_, listed)| *listed == sensor)
     }
 
-    /// What it lists, in words.
+    /// Returns the listed sensors as text for messages.
     fn list(&self, survey: &Survey<'_>) -> String {
         let names = self.sensors.iter().map(|(input, (sensor, port))| {
             let surveyed = &survey.modules[*sensor];
@@ -79,7 +81,8 @@ fn takes_measurements(port: &PortDescription) -> bool {
     is_sensed(&port.role) && matches!(port.direction, Direction::Input | Direction::Queue)
 }
 
-/// Items of a Knowledge's parameters that name a `sensor`, such as the rules of a reflex, name one that its robot has.
+/// Checks that each `sensor` in a Knowledge's parameters exists on its robot.
+/// Items such as the rules of a reflex name it.
 fn check_named_sensors<'a>(survey: &Survey<'a>, module: usize, complaints: &mut Complaints<'a>) {
     let surveyed = &survey.modules[module];
     let items = surveyed.module.params.iter().flat_map(|(name, entry)| {
@@ -120,7 +123,7 @@ fn check_named_sensors<'a>(survey: &Survey<'a>, module: usize, complaints: &mut 
     }
 }
 
-/// The ports of a module that read Sensors, with what they read.
+/// Returns the ports of a module that read Sensors, with their sources.
 fn sensors_of<'s>(
     survey: &'s Survey<'_>,
     module: usize,
@@ -135,7 +138,7 @@ fn sensors_of<'s>(
     })
 }
 
-/// A Monitor has each sensor that it needs.
+/// Checks that a Monitor has each sensor that it needs.
 fn check_required_sensors<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
@@ -168,7 +171,7 @@ fn check_required_sensors<'a>(
     }
 }
 
-/// A ReactiveModel or Execute reads only Sensors that the RobotModel lists.
+/// Checks that a ReactiveModel or an Execute reads only listed Sensors.
 fn check_listed<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,

@@ -1,4 +1,5 @@
-//! The rules of attachment, for links of every kind: whole values and fields, queues and messages, parameters and switches.
+//! Attachment rules for all links: values, fields, queues, parameters and switches.
+//! They hold for messages, too.
 
 use std::collections::BTreeMap;
 
@@ -41,7 +42,7 @@ pub(super) fn check_rules<'a>(
     check_gates(configuration, survey, complaints);
 }
 
-/// How messages call the source of a link.
+/// Returns the name of the source of a link in messages.
 fn target_name(configuration: &Configuration, survey: &Survey<'_>, target: LinkSource) -> String {
     match target {
         LinkSource::Remote(remote) => survey.remote[remote].name(),
@@ -49,7 +50,7 @@ fn target_name(configuration: &Configuration, survey: &Survey<'_>, target: LinkS
     }
 }
 
-/// A module is one block.
+/// Checks that a module is one block only.
 fn check_block<'a>(surveyed: &Surveyed<'a>, complaints: &mut Complaints<'a>) {
     let blocks = Block::all(&surveyed.description);
     if let [first, second, ..] = blocks[..] {
@@ -59,14 +60,14 @@ fn check_block<'a>(surveyed: &Surveyed<'a>, complaints: &mut Complaints<'a>) {
     }
 }
 
-/// Whether messages go over a link.
+/// Returns whether a link carries messages.
 fn sends(survey: &Survey<'_>, joint: &ResolvedLink<'_>) -> bool {
     let (module, wire) = joint.port;
     matches!(wire, Wire::Port(port)
         if survey.modules[module].description.ports[port].direction == Direction::Outbox)
 }
 
-/// Why a link is against the rules, and what to do about it.
+/// Returns the error and the advice for a link against the rules.
 pub(super) fn refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -106,7 +107,8 @@ pub(super) fn refusal(
     refused.map(|(message, help)| (span, message, help))
 }
 
-/// Why a block may not read these values (`name`) at a port (`path`), and what to do about it.
+/// Returns the error and the advice for a block that may not read these values.
+/// `name` is the source and `path` the port.
 fn read(
     survey: &Survey<'_>,
     (module, block, role): (usize, Block, &str),
@@ -148,7 +150,8 @@ fn read(
     }
 }
 
-/// Whether a port of a block may read a value of an origin that the block `may_read`.
+/// Returns whether a port of a block accepts a value of an origin.
+/// `may_read` is the verdict of [`Block::may_read`].
 fn permits(block: Block, role: &str, origin: &ValueOrigin<'_>, may_read: bool) -> bool {
     let is_status =
         block == Block::Actuator && role == DRIVER_STATUS && origin.provenance == Provenance::Module;
@@ -158,14 +161,14 @@ fn permits(block: Block, role: &str, origin: &ValueOrigin<'_>, may_read: bool) -
 /// Rule of links between blocks of two robots.
 const OWN_ROBOT: &str = "a block reads blocks of its own robot";
 
-/// The robots of two modules, if both are of one and of different ones.
+/// Returns the robots of two modules if both have one and they differ.
 fn two_robots<'n>(one: &'n str, other: &'n str) -> Option<(&'n str, &'n str)> {
     let robot = |name: &'n str| name.split_once('/').map(|(robot, _)| robot);
     let (one, other) = (robot(one)?, robot(other)?);
     (one != other).then_some((one, other))
 }
 
-/// What to do instead of a link from a robot's block to one of another robot.
+/// Returns the advice in place of a link between blocks of two robots.
 fn abroad_help(origin: Provenance, own: &str, other: &str) -> String {
     match origin {
         Provenance::Block(Block::Knowledge) | Provenance::Rule => format!(
@@ -177,7 +180,8 @@ fn abroad_help(origin: Provenance, own: &str, other: &str) -> String {
     }
 }
 
-/// A link to ground truth, or to what a referee (`writer`) makes of it.
+/// Returns the error and the advice for a link to ground truth.
+/// Also for one to a value that a referee (`writer`) derives from it.
 fn truth(survey: &Survey<'_>, path: &str, (name, writer): (&str, Option<usize>)) -> (String, String) {
     let relays = writer.is_some_and(|writer| is_referee(&survey.modules[writer].description));
     let what = if relays { ", which a referee makes of it" } else { "" };
@@ -189,7 +193,7 @@ fn truth(survey: &Survey<'_>, path: &str, (name, writer): (&str, Option<usize>))
     (message, help.into())
 }
 
-/// Why a message is against the rules.
+/// Returns the error and the advice for messages against the rules.
 fn sent(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -267,7 +271,7 @@ fn sent(
     }
 }
 
-/// An Execute takes the actions of one Plan.
+/// Checks that an Execute takes the actions of one Plan only.
 fn check_single_plan<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
@@ -297,7 +301,7 @@ fn check_single_plan<'a>(
     }
 }
 
-/// Execute alone commands the actuators of a robot that has blocks which decide.
+/// Checks that only Execute commands the actuators of a robot with deciding blocks.
 fn check_gates<'a>(configuration: &'a Configuration, survey: &Survey<'a>, complaints: &mut Complaints<'a>) {
     for actuator in configuration.actuators() {
         let robot = scope(&actuator.name.value);

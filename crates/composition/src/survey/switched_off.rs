@@ -1,4 +1,4 @@
-//! Blocks that are switched off although their robot does nothing without them.
+//! Warnings of blocks that are switched off although their robot needs them.
 
 use slate_configuration::{Configuration, Diagnostic};
 use slate_module::Direction;
@@ -7,7 +7,7 @@ use super::block::{ACTUATOR_STATUS, Block, MEASUREMENT, PLAN};
 use super::commander::commands_actuator;
 use super::{LinkSource, Survey, Wire, scope};
 
-/// Warnings of blocks that the configuration switches off and that nothing switches on.
+/// Warns of blocks that the configuration switches off and no link switches on.
 pub fn switched_off(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for (module, surveyed) in survey.modules.iter().enumerate() {
@@ -23,12 +23,13 @@ pub fn switched_off(configuration: &Configuration, survey: &Survey<'_>) -> Vec<D
     found
 }
 
-/// Whether a link switches a module on and off.
+/// Returns whether a link controls a module's switch.
 fn is_switched(survey: &Survey<'_>, module: usize) -> bool {
     survey.joints.iter().any(|joint| joint.port == (module, Wire::Enabled))
 }
 
-/// What a robot lacks without a module; nothing for those that it may go without.
+/// Returns the function that a robot lacks without a module.
+/// `None` if the robot can do without it.
 fn lack(configuration: &Configuration, survey: &Survey<'_>, module: usize) -> Option<String> {
     let surveyed = &survey.modules[module];
     let robot = scope(&surveyed.module.name.value);
@@ -61,7 +62,7 @@ fn lack(configuration: &Configuration, survey: &Survey<'_>, module: usize) -> Op
     }
 }
 
-/// Inputs of enabled modules that read a module.
+/// Returns the inputs of enabled modules that read a module.
 fn readers<'s>(survey: &'s Survey<'_>, module: usize) -> impl Iterator<Item = String> + 's {
     let reads = survey.joints.iter().filter(move |joint| {
         let own = &survey.modules[module].description;
@@ -76,7 +77,7 @@ fn readers<'s>(survey: &'s Survey<'_>, module: usize) -> impl Iterator<Item = St
         .map(|joint| survey.wire_path(joint.port.0, joint.port.1))
 }
 
-/// Modules that take the plans of a Plan.
+/// Returns the modules that take the plans of a Plan.
 fn receivers<'s>(survey: &'s Survey<'_>, plan: usize) -> impl Iterator<Item = usize> + 's {
     let own = survey.joints.iter().filter(move |joint| joint.port.0 == plan);
     own.filter_map(|joint| match joint.target {
@@ -89,7 +90,7 @@ fn receivers<'s>(survey: &'s Survey<'_>, plan: usize) -> impl Iterator<Item = us
     })
 }
 
-/// Modules that send plans to an Execute.
+/// Returns the modules that send plans to an Execute.
 fn senders<'s>(survey: &'s Survey<'_>, execute: usize) -> impl Iterator<Item = usize> + 's {
     survey.joints.iter().filter_map(move |joint| {
         let (sender, Wire::Port(port)) = joint.port else { return None };

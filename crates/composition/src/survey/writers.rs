@@ -5,7 +5,7 @@ use slate_configuration::Configuration;
 use super::names::split_module;
 use super::{LinkSource, Surveyed};
 
-/// The modules that write the target of a link.
+/// Returns the modules that write the target of a link.
 pub(super) fn writers(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],

@@ -4,7 +4,7 @@ use std::net::{IpAddr, SocketAddr, TcpListener};
 use super::StartError;
 use crate::settings::Settings;
 
-/// Where it listens when nothing else is said and nobody else does.
+/// Default port, if it is free.
 const PORT: u16 = 7878;
 
 /// Listens at all addresses, with one port.
@@ -49,10 +49,11 @@ fn bind(address: SocketAddr) -> io::Result<TcpListener> {
     Ok(listener)
 }
 
-/// Names of this computer by which nobody else calls it.
+/// Local names of this computer.
 const HERE: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
 
-/// By which names it is called, each with the port; first that which is shown unless a certificate holds another.
+/// Returns the host names of the console, each with the port.
+/// The first is displayed unless a certificate holds another.
 pub(super) fn hosts(addresses: &[SocketAddr], names: &[String]) -> Vec<String> {
     let mut hosts = Vec::new();
     for address in addresses {
@@ -72,8 +73,8 @@ pub(super) fn hosts(addresses: &[SocketAddr], names: &[String]) -> Vec<String> {
     hosts
 }
 
-/// That of the names which a certificate holds and a browser is given: where nobody else reaches it, one of this computer if there
-/// is one.
+/// Returns the host name for browsers, among those that a certificate holds.
+/// If only this computer reaches the console, one of its local names if there is one.
 pub(super) fn shown(
     addresses: &[SocketAddr],
     hosts: &[String],

@@ -1,4 +1,4 @@
-//! One request and its answer.
+//! Request and its answer.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -19,12 +19,12 @@ use slate_control::{
 use super::ConsoleHost;
 use crate::socket;
 
-/// What whoever asks says by `Prefer` to be told of a refusal as of anything else that comes of a request: with status 200, and
-/// the real one in the problem. A browser writes each other status into its log as a failure of the page, and to be refused is
+/// Value of the header `Prefer` that requests refusals with status 200.
+/// The problem then has the real status. A browser logs every other status as a failure of the page, and a refusal is
 /// none.
 const VERDICT: &str = "refusal=200";
 
-/// What is understood, and refused.
+/// Statuses of requests that are understood and refused.
 const VERDICTS: [StatusCode; 3] =
     [StatusCode::CONFLICT, StatusCode::PRECONDITION_FAILED, StatusCode::UNPROCESSABLE_ENTITY];
 
@@ -90,7 +90,7 @@ async fn answer(
     host.dispatcher.answer(found, caller, (path, &head.headers), query, body).await
 }
 
-/// What is shown without a token: pages, and where the rest is.
+/// Returns content that needs no token: pages, and the directory of the rest.
 fn page(
     host: &ConsoleHost,
     method: &Method,
@@ -129,7 +129,7 @@ fn page(
     Some(answer)
 }
 
-/// Whether whoever asks can read gzip.
+/// Returns whether a client accepts gzip.
 fn takes_gzip(headers: &HeaderMap) -> bool {
     let accepted = text(headers, ACCEPT_ENCODING.as_str()).unwrap_or_default();
     accepted.split(',').any(|coding| {

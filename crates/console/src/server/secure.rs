@@ -26,7 +26,7 @@ mod with {
     #[derive(Clone)]
     pub struct Acceptor {
         acceptor: TlsAcceptor,
-        /// That of the agent itself.
+        /// Certificate of the agent itself.
         own: CertificateDer<'static>,
     }
 
@@ -95,7 +95,7 @@ mod with {
     }
 }
 
-/// What the agent shows who connects.
+/// TLS acceptor with the agent's certificate.
 #[derive(Clone)]
 pub(super) struct Tls(with::Acceptor);
 
@@ -109,17 +109,19 @@ impl Tls {
         acceptor.map(Self)
     }
 
-    /// The names of computers that the certificate has; of those with a star it can't be said which there are.
+    /// Returns the host names in the certificate.
+    /// Wildcard names are left out, as their hosts are unknown.
     pub fn names(&self) -> Vec<String> {
         self.0.names()
     }
 
-    /// Whether a browser that trusts the certificate trusts it for a host: a name or an address, without a port.
+    /// Returns whether the certificate is valid for a host, without a port.
+    /// The host is a name or an address.
     pub fn holds(&self, host: &str) -> bool {
         self.0.holds(host)
     }
 
-    /// The stream behind a handshake; nothing when that fails.
+    /// Returns the stream after a handshake; `None` if that fails.
     pub async fn accept(&self, stream: TcpStream) -> Option<with::Stream> {
         self.0.accept(stream).await
     }

@@ -21,16 +21,16 @@ use slate_control::Problem;
 use slate_control::Selection;
 use slate_control::{Sample, Watcher, apart};
 
-/// How often it is looked for news at most.
+/// Minimum polling period for new values.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// How many subscriptions a client may have.
+/// Maximum number of subscriptions of a client.
 const MOST: usize = 512;
 
-/// From this size on values are encoded in another thread, bytes.
+/// Size from which values are encoded in another thread, bytes.
 const LARGE: usize = 4096;
 
-/// The first byte of a value.
+/// First byte of a value.
 const VALUE: u8 = 1;
 
 #[derive(Deserialize)]
@@ -50,7 +50,7 @@ struct Wish {
     rate: f64,
     #[serde(default)]
     form: LiveForm,
-    /// Whether each value that is kept is wanted, and not only the newest.
+    /// Delivery of every kept value, instead of the newest only.
     #[serde(default)]
     every: bool,
     #[serde(default)]
@@ -122,7 +122,7 @@ async fn say_all(sink: &mut Sink, texts: Vec<Json>) -> bool {
     true
 }
 
-/// Does what is asked; what is to be said of it.
+/// Handles a request; returns its answer.
 fn take(
     surface: &Arc<ControlSurface>,
     subscriptions: &mut BTreeMap<u32, LiveSubscription>,
@@ -192,7 +192,7 @@ fn subscribe(surface: &Arc<ControlSurface>, wish: Wish) -> Result<(LiveSubscript
     Ok((LiveSubscription { watcher, period, due: Instant::now(), form, every, selection }, told))
 }
 
-/// Tells what is new and due; false when the client is gone.
+/// Sends the new values that are due; false when the client is gone.
 async fn tell(
     surface: &Arc<ControlSurface>,
     subscriptions: &mut BTreeMap<u32, LiveSubscription>,

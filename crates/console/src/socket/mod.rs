@@ -29,36 +29,36 @@ use slate_control::{
     with_caller_name,
 };
 
-/// The longest message of a client, bytes.
+/// Maximum size of a client's message, bytes.
 const MESSAGE: usize = 64 << 10;
 
-/// How many messages a second a client may send.
+/// Maximum message rate of a client, Hz.
 const MESSAGES: f64 = 256.0;
 
-/// How long somebody may say nothing, not even that he is still there.
+/// Timeout of a silent client, which does not even answer pings.
 const SILENCE: Duration = Duration::from_secs(30);
 
-/// How often he is asked.
+/// Period of pings.
 const PING: Duration = Duration::from_secs(10);
 
-/// What one end of a socket sends to.
+/// Sink of one end of a socket.
 type Sink = SplitSink<WebSocketStream<TokioIo<Upgraded>>, Message>;
 
-/// What it hears of a client.
+/// Source of a client's messages.
 struct Listener {
     stream: SplitStream<WebSocketStream<TokioIo<Upgraded>>>,
     /// Messages, and since when they are counted.
     count: (f64, Instant),
 }
 
-/// What a client says.
+/// Message of a client.
 enum Said {
     Text(String),
     Binary(Bytes),
 }
 
 impl Said {
-    /// Size in memory, bytes, about.
+    /// Returns the approximate size in memory, bytes.
     fn size(&self) -> u32 {
         let length = match self {
             Self::Text(text) => text.len(),
@@ -69,7 +69,8 @@ impl Said {
 }
 
 impl Listener {
-    /// The next message; nothing when the client is gone, silent for too long, or says too much.
+    /// Returns the next message.
+    /// `None` if the client is gone, silent for too long, or sends too many.
     async fn next(&mut self) -> Option<Said> {
         loop {
             let message = tokio::time::timeout(SILENCE, self.stream.next()).await.ok()??.ok()?;
@@ -91,7 +92,7 @@ impl Listener {
     }
 }
 
-/// Which socket it is.
+/// Kind of a socket.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum SocketKind {
     Live,
@@ -99,11 +100,11 @@ enum SocketKind {
     Foxglove,
 }
 
-/// The subprotocol of our own sockets.
+/// Subprotocol of our own sockets.
 const SLATE: &str = "slate.v1";
 
 impl SocketKind {
-    /// Which socket is at a path, for who speaks these protocols.
+    /// Returns the kind of socket at a path for a client with these subprotocols.
     fn of(path: &str, offered: &[String]) -> Option<Self> {
         let speaks_foxglove = offered.iter().any(|protocol| foxglove::PROTOCOLS.contains(&protocol.as_str()));
         match path.strip_prefix(BASE).unwrap_or(path) {
@@ -124,19 +125,19 @@ impl SocketKind {
     }
 }
 
-/// Somebody at a socket.
+/// Client at a socket.
 struct Visitor {
     surface: Arc<ControlSurface>,
     dispatcher: Arc<Dispatcher>,
     role: Role,
-    /// Who it is, for the log.
+    /// Identity of the client, for the log.
     who: String,
-    /// It counts as long as this lives.
+    /// Slot of the connection, which counts as long as this lives.
     place: Arc<ConnectionSlot>,
 }
 
 impl Visitor {
-    /// Who asks for operations.
+    /// Returns the caller of operations.
     fn caller(&self) -> Caller {
         let place = Arc::clone(&self.place);
         Caller { role: self.role, who: self.who.clone(), local: None, is_told: false, place }
@@ -208,7 +209,7 @@ pub(crate) fn open<B>(
     Ok(answer)
 }
 
-/// What the other side's key is.
+/// Returns the WebSocket key of the client.
 fn key<'h>(method: &Method, headers: &'h HeaderMap) -> Result<&'h str, Problem> {
     let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default();
     let is_upgrade = text("connection").split(',').any(|part| part.trim().eq_ignore_ascii_case("upgrade"));
@@ -269,7 +270,7 @@ async fn hand(sink: &mut Sink, bytes: Vec<u8>) -> bool {
     sink.send(Message::Binary(bytes.into())).await.is_ok()
 }
 
-/// Asks whether the client is there, now and then; false when it is gone.
+/// Pings the client periodically; false when it is gone.
 async fn ping(sink: &mut Sink, last: &mut Instant) -> bool {
     if last.elapsed() < PING {
         return true;

@@ -1,4 +1,5 @@
-//! A person who drives: a socket of its own, so that nothing he says waits behind what others are told.
+//! Teleoperation over a socket of its own.
+//! Commands of the operator never wait behind other messages.
 //!
 //! The client says `{"take": "r2/wheels"}`, then `{"command": {"left": 1, "right": 1}, "sequence": 7}` at 20 Hz as long as a key
 //! is held, and `{"release": true}` when it is let go. It is answered how the gate stands. A command holds for 150 ms
@@ -26,7 +27,7 @@ struct DriveRequest {
     release: Option<bool>,
     #[serde(default)]
     leave: Option<bool>,
-    /// Comes back with the answer, so that the client can tell how long that took.
+    /// Sequence number, returned with the answer to measure the round-trip time.
     #[serde(default)]
     sequence: Option<u64>,
 }
@@ -115,8 +116,8 @@ fn take(
     Ok(json!({ "gate": gate(surface, controls.actuator()), "time": surface.now(), "sequence": sequence }))
 }
 
-/// Whether this is a stop, and why. Whatever is said with it or instead of a reason is no reason not to stop; that there is none,
-/// beside something else that is to be done, says that there shall be none.
+/// Takes the stop out of a message, with its reason; `None` if it is no stop.
+/// Invalid reasons or other content never prevent a stop; a null or false one beside another action means no stop.
 fn stop(said: &mut Json) -> Option<Option<String>> {
     let said = said.as_object_mut()?;
     let reason = said.remove("stop")?;

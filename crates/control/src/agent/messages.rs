@@ -13,23 +13,24 @@ use super::refusal::{Done, KNOWN, refusal, result};
 use crate::entries::Refusal;
 use slate_runtime::{Message, Mistake};
 
-/// How long it is waited for what becomes of a message.
+/// Timeout for the outcome of a message.
 const ANSWER: Duration = Duration::from_secs(1);
 
-/// How often it is looked.
+/// Polling period.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// Where the last lines of the log are.
+/// Path of the last lines of the log.
 const TAIL: &str = "log/tail";
 
-/// How long lines of the log may take until they are there.
+/// Time until lines of the log are visible, at most.
 const WRITTEN: Duration = Duration::from_millis(500);
 
-/// What a person does instead of sending actions to Execute.
+/// Alternative to sending actions to Execute, for people.
 const SENDER_HELP: &str =
     "drive by `slate teleop`, or set what the Plan and Knowledge take: its goal, and the rules of reflexes";
 
-/// The block that alone sends to an inbox whose messages such a part of the architecture writes.
+/// Returns the block that alone sends to an inbox written by such a part.
+/// The part is one of the architecture.
 fn only_sender(part: &str) -> Option<&'static str> {
     match part {
         "plan" => Some("the Plan"),
@@ -38,7 +39,7 @@ fn only_sender(part: &str) -> Option<&'static str> {
     }
 }
 
-/// The fields of an interface that a value lacks, after what it `names`.
+/// Returns the fields of an interface that a value lacks, given what it `names`.
 pub fn lacking(descriptor: &Descriptor, names: impl Fn(&str) -> bool) -> Vec<&'static str> {
     let fields = descriptor.fields.iter().map(|field| field.name);
     fields.filter(|name| *name != "reserved" && !names(name)).collect()
@@ -56,14 +57,14 @@ impl MessageSender {
         Self { properties: properties.clone() }
     }
 
-    /// The number of the newest line of the log.
+    /// Returns the number of the newest line of the log.
     fn log_end(&self) -> u64 {
         let tail = self.properties.board().find(TAIL).ok();
         tail.and_then(|(property, _)| Some(property.channel()?.published())).unwrap_or(0)
     }
 
-    /// Why a module has refused a message: in its own words, what it has warned of since the log had `log_end` lines, as a
-    /// code says little.
+    /// Returns the reason why a module has refused a message, in its own words.
+    /// These are its warnings since the log had `log_end` lines, as a code says little.
     fn refused_message(&self, property: &Property, code: u16, log_end: u64) -> Refusal {
         let path = property.path();
         let modules = self.properties.composer().modules().into_iter().map(|module| module.name);
@@ -79,7 +80,7 @@ impl MessageSender {
         }
     }
 
-    /// The last line after that number in which a module warns.
+    /// Returns the last line after that number in which a module warns.
     fn warning(&self, module: &str, after: u64) -> Option<String> {
         // What it says in a step is still on its way.
         self.properties.composer().flush_log(WRITTEN);
@@ -93,8 +94,8 @@ impl MessageSender {
         new.rfind(warns).and_then(|line| text(&line, "text"))
     }
 
-    /// Sends a message to a property that takes them, and tells what becomes of it within a second: `done` or `accepted`; when
-    /// it is only found out whether it would be taken, `fits`.
+    /// Sends a message to an inbox and returns its outcome within a second.
+    /// The outcome is `done` or `accepted`; in a dry run `fits`.
     pub fn send(&self, url: &str, value: &Json, dry_run: bool) -> Done {
         if self.properties.remote.of(url).is_some() {
             let message = Mistake::OtherAgent.of(format!("{url} is of another agent"));

@@ -1,4 +1,4 @@
-//! The agent as its operations see it.
+//! Control of an agent for its operations.
 
 mod messages;
 mod own;
@@ -42,28 +42,28 @@ use values::ValueWatch;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordingWish {
-    /// Which properties, such as `/r2/**`; all unless given.
+    /// Patterns of the properties, such as `/r2/**`; empty for all.
     #[serde(default)]
     pub select: Vec<String>,
-    /// Which of them not.
+    /// Patterns of properties to leave out.
     #[serde(default)]
     pub exclude: Vec<String>,
-    /// At most so many values a second of each.
+    /// Maximum rate of each property, Hz.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
-    /// Only values that differ from the last one recorded.
+    /// Recording of a value only if it differs from the last one recorded.
     #[serde(default)]
     pub on_change: bool,
 }
 
-/// The agent as its operations see it: what can be looked at and changed while it runs. Calls may come from several threads at
-/// once; those that change what the agent is made of wait for each other.
+/// Control of an agent: the part of it that can be read and changed while it runs.
+/// Calls may come from several threads at once; those that change the agent's composition wait for each other.
 #[derive(Clone)]
 pub struct AgentControl {
     composer: Composer,
-    /// Its configuration.
+    /// Configuration.
     pub(crate) settings: ConfigurationControl,
-    /// Its properties, and those of other agents.
+    /// Properties, and those of other agents.
     pub(crate) properties: PropertyDirectory,
     /// Messages to its mailboxes.
     pub(crate) messages: MessageSender,
@@ -96,7 +96,7 @@ impl AgentControl {
         &self.composer
     }
 
-    /// Waits until all changes so far are in the recording, whatever becomes of this process.
+    /// Waits until all changes so far are recorded, even if this process dies.
     pub fn settle(&self) {
         self.composer.settle_changes();
     }
@@ -108,7 +108,8 @@ impl AgentControl {
         result(unloaded.collect::<Vec<_>>())
     }
 
-    /// Runs new code beside that of a plugin; the modules, each with the path of the comparison.
+    /// Runs trial code beside that of a plugin.
+    /// Returns the modules, each with the path of the comparison.
     pub(crate) fn shadow(&self, name: &str, file: &Path) -> Done {
         let modules = self.composer.shadow(name, absolute(file)?)?.into_iter();
         result(modules.map(|module| (module.clone(), format!("/{module}/shadow"))).collect::<Vec<_>>())
@@ -157,7 +158,7 @@ impl AgentControl {
         result(self.settings.changed(changes))
     }
 
-    /// The links.
+    /// Returns the links.
     pub(crate) fn links(&self) -> Done {
         let entry = |link: slate_runtime::LinkStatus| LinkEntry {
             to: link.to,
@@ -173,7 +174,7 @@ impl AgentControl {
         result(self.composer.links().into_iter().map(entry).collect::<Vec<_>>())
     }
 
-    /// The other agents that are known.
+    /// Returns the other agents that are known.
     pub(crate) fn peers(&self) -> Done {
         result(peers::peers(&self.composer))
     }
@@ -212,7 +213,7 @@ impl AgentControl {
         result(self.recordings()?.save(&self.composer, absolute(file)?)?)
     }
 
-    /// Actuators, and who holds the control lease of each.
+    /// Returns the actuators, and the holder of each control lease.
     pub(crate) fn holders(&self) -> Done {
         let entry = |ControlsHolder { actuator, holder }: ControlsHolder| {
             let (holder, since) = holder.unzip();
@@ -227,7 +228,8 @@ impl AgentControl {
         result(control.order(order).map_err(|(message, help)| refusal(message, &help))?)
     }
 
-    /// Stops all actuators until [`reset`](AgentControl::reset) and [`arm`](AgentControl::arm). It waits for nothing.
+    /// Stops all actuators until they are reset and armed; never blocks.
+    /// See [`reset`](AgentControl::reset) and [`arm`](AgentControl::arm).
     pub fn stop(&self, reason: &str) {
         self.composer.stop_actuators(if reason.is_empty() { "by a tool" } else { reason });
     }
@@ -249,7 +251,7 @@ impl AgentControl {
         is_other.then(|| format!("{} of {}, field by field", input.name, source.name))
     }
 
-    /// The plugins.
+    /// Returns the plugins.
     pub(crate) fn plugins(&self) -> Done {
         let entry = |plugin: slate_runtime::PluginStatus| PluginEntry {
             name: plugin.name,
@@ -284,7 +286,7 @@ impl AgentControl {
     /// Arms all actuators, or one.
     ///
     /// # Errors
-    /// When one of them is stopped, or there is none of that name.
+    /// When one of them is stopped, or none has that name.
     pub fn arm(&self, actuator: Option<&str>) -> Result<(), Refusal> {
         let actuators = self.composer.actuators();
         let armed = match actuator {
@@ -305,7 +307,7 @@ impl AgentControl {
         Err(refusal(message, "end the stop first: `slate reset`, then `slate arm`"))
     }
 
-    /// The modules.
+    /// Returns the modules.
     pub(crate) fn modules(&self) -> Done {
         let entry = |module: slate_runtime::ModuleStatus| ModuleEntry {
             name: module.name,
@@ -372,7 +374,7 @@ impl AgentControl {
     }
 }
 
-/// The setting that switches a module.
+/// Returns the setting that switches a module.
 pub(crate) fn enabled(module: &str) -> String {
     format!("modules.{}.enabled", toml_edit::Key::new(module).display_repr())
 }

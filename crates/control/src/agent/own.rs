@@ -1,7 +1,8 @@
 //! URLs that name the agent as it is reached.
 
-/// The path of a URL that names the agent by the name under which it is reached, such as `slate://exp1-2/loop/state` of the
-/// second `exp1`, which calls itself by the name of the first; any other URL unchanged.
+/// Returns the path of a URL that names the agent as it is reached.
+/// Such as `slate://exp1-2/loop/state` of the second `exp1`, which calls itself by the name of the first; any other URL
+/// unchanged.
 pub(crate) fn own_url(url: &str, name: &str) -> String {
     match url.strip_prefix("slate://").and_then(|rest| rest.strip_prefix(name)) {
         // All of it, as for another agent.

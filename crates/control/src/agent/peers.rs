@@ -1,4 +1,4 @@
-//! What an agent's board says of other agents.
+//! Other agents as an agent's board describes them.
 
 use serde::{Deserialize, Serialize};
 use slate_blackboard::Board;
@@ -11,37 +11,38 @@ use slate_runtime::Composer;
 pub struct PeerList {
     /// Known peers, by their names.
     pub peers: Vec<PeerEntry>,
-    /// The last rejected peers.
+    /// Last rejected peers.
     pub rejected: Vec<RejectedEntry>,
 }
 
-/// Somebody who was not let in.
+/// Agent that was not admitted.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RejectedEntry {
     /// Address or name, as far as known.
     pub from: String,
-    /// Why.
+    /// Reason of the rejection.
     pub reason: String,
-    /// How often.
+    /// Number of rejections.
     pub count: u64,
-    /// How long ago that was last, nanoseconds.
+    /// Time since the last rejection, ns.
     pub ago: u64,
 }
 
-/// Another agent, as an agent sees it.
+/// Another agent, as seen by an agent.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PeerEntry {
-    /// Its name.
+    /// Name.
     pub agent: String,
-    /// Where this agent dials it, or has dialled it; nothing when the other one did.
+    /// Address at which this agent dials it, or has dialled it.
+    /// `None` if the other one did.
     pub endpoint: Option<String>,
-    /// For how long it is connected, nanoseconds; nothing when it is not.
+    /// Duration of the connection, ns; `None` when not connected.
     pub connected: Option<u64>,
-    /// How long a packet takes there and back, nanoseconds.
+    /// Round-trip time, ns.
     pub round_trip: u64,
     /// Offset of its clock, nanoseconds.
     pub offset: i64,
-    /// Why it is not there, where that is known.
+    /// Reason why it is unreachable, where known.
     pub reason: String,
     /// Properties that are read of it.
     pub reads: Vec<ReadEntry>,
@@ -49,29 +50,29 @@ pub struct PeerEntry {
     pub serves: Vec<ServedEntry>,
 }
 
-/// A property of another agent that is read.
+/// Property of another agent that is read.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ReadEntry {
-    /// Its path in the other agent.
+    /// Path in the other agent.
     pub path: String,
-    /// Whether its values come.
+    /// Delivery: true if its values arrive.
     pub served: bool,
-    /// How many came.
+    /// Number of values received.
     pub received: u64,
-    /// How many of a queue will not.
+    /// Number of values lost from a queue.
     pub lost: u64,
-    /// Why they don't, where that is known.
+    /// Reason why no values arrive, where known.
     pub reason: String,
 }
 
-/// A property that another agent reads.
+/// Property that another agent reads.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ServedEntry {
-    /// Its path in this agent.
+    /// Path in this agent.
     pub path: String,
-    /// How many values were sent.
+    /// Number of values sent.
     pub sent: u64,
-    /// How many of a queue wait.
+    /// Number of values that wait in a queue.
     pub lag: u64,
 }
 
@@ -141,7 +142,7 @@ pub(super) fn peers(composer: &Composer) -> PeerList {
     PeerList { peers, rejected: rejected.collect() }
 }
 
-/// The newest value; an empty one when it has just left.
+/// Returns the newest value; an empty one when the property has just left.
 fn read(board: &Board, path: &str) -> Value {
     board.read(path).ok().flatten().map_or(Value::Table(Vec::new()), |(value, _)| value)
 }

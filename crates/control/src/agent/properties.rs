@@ -1,4 +1,4 @@
-//! What tools ask of properties.
+//! Properties, as tools query them.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use slate_runtime::Composer;
 use slate_runtime::sharing::{RemotePath, TEAM};
 use slate_runtime::{Message, Mistake};
 
-/// The properties of an agent, and through it those of others.
+/// Properties of an agent, and through it those of others.
 #[derive(Clone)]
 pub(crate) struct PropertyDirectory {
     composer: Composer,
@@ -26,17 +26,18 @@ impl PropertyDirectory {
         Self { composer: composer.clone(), remote: RemoteAgents::new(composer) }
     }
 
-    /// The agent.
+    /// Returns the agent.
     pub fn composer(&self) -> &Composer {
         &self.composer
     }
 
-    /// The blackboard.
+    /// Returns the blackboard.
     pub fn board(&self) -> &Board {
         self.composer.board()
     }
 
-    /// The properties that a pattern matches, of this agent or another one; all of this one without it.
+    /// Returns the properties that match a pattern, of this agent or another one.
+    /// Without a pattern, all of this agent.
     pub fn list(&self, pattern: Option<&str>) -> Result<Vec<PropertyEntry>, Refusal> {
         if let Some((agent, pattern)) = pattern.and_then(|pattern| self.remote.of(pattern)) {
             return self.remote.list(agent, pattern);
@@ -79,7 +80,7 @@ impl PropertyDirectory {
         }
     }
 
-    /// Whether an input takes every value of what it is linked to, and nothing else.
+    /// Returns whether an input is a queue, which takes every value of its link.
     fn is_queue(&self, path: &str) -> bool {
         self.composer.port(path).is_some_and(|port| port.direction == Direction::Queue)
     }
@@ -99,7 +100,7 @@ impl PropertyDirectory {
         unknown.map_or(Ok(()), |error| Err(refusal(Message::from(&error), KNOWN)))
     }
 
-    /// The path here of a URL, which leads to something.
+    /// Returns the local path of a URL, which must exist.
     fn path(&self, url: &Url) -> Result<String, Refusal> {
         let unknown = |error: BoardError| refusal(Message::from(&error), KNOWN);
         let path = url.path_in("");
@@ -119,12 +120,12 @@ impl PropertyDirectory {
         result(read.map_err(|error| refusal(Message::from(&error), KNOWN))?.map(reading))
     }
 
-    /// The path here of a URL, which leads to something.
+    /// Returns the local path of a URL, which must exist.
     pub fn path_of(&self, url: &str) -> Result<String, Refusal> {
         self.path(&parse(url)?)
     }
 
-    /// The path here of a URL, which leads to what has values.
+    /// Returns the local path of a URL that leads to a property with values.
     pub fn value_path(&self, url: &str) -> Result<String, Refusal> {
         let path = self.path_of(url)?;
         if let Some((property, _)) = self.board().get(&path)
@@ -142,7 +143,7 @@ fn parse(url: &str) -> Result<Url, Refusal> {
     Url::parse(url).map_err(|error| refusal(Mistake::Value.of(error.to_string()), "such as /module/property"))
 }
 
-/// The path on the board.
+/// Returns the path on the board.
 fn place(agent: &str, path: &str) -> String {
     RemotePath { agent: agent.into(), path: path.into() }.place()
 }

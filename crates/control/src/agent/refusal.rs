@@ -14,7 +14,7 @@ use crate::entries::{Reading, Refusal};
 /// Result of a call.
 pub type Done = Result<serde_json::Value, Refusal>;
 
-/// Where a name that nothing has may be found.
+/// Hint on where to find the names that are known.
 pub(crate) const KNOWN: &str = "`slate list` shows the properties; ports, params, enabled, state and timing of modules are below their names";
 
 pub(super) fn result(value: impl Serialize) -> Done {
@@ -22,6 +22,7 @@ pub(super) fn result(value: impl Serialize) -> Done {
         .map_err(|error| refusal(format!("the answer can't be written: {error}"), "ask for less of it"))
 }
 
+/// Returns an absolute path, or refuses a relative one.
 /// The agent's own folder is not that of the tool.
 pub(crate) fn absolute(file: &Path) -> Result<&Path, Refusal> {
     if file.is_absolute() {
@@ -48,7 +49,8 @@ fn code(mistake: Option<Mistake>) -> Option<String> {
     mistake.map(|mistake| mistake.code().to_owned())
 }
 
-/// There is nothing of that name; `help` is for when there is nothing like it either.
+/// Creates the refusal of an unknown name.
+/// `help` applies if no known name is similar either.
 pub(super) fn unknown(what: &str, name: &str, names: &[String], help: &str) -> Refusal {
     let near = slate_blackboard::nearest_names(name, names.iter().map(String::as_str)).join(" or ");
     let help = if near.is_empty() { help.into() } else { format!("did you mean {near}?") };

@@ -1,4 +1,4 @@
-//! What tools ask of another agent, through one that knows it.
+//! Queries of tools to another agent, through one that knows it.
 
 use std::collections::BTreeSet;
 use std::io::{BufWriter, Write};
@@ -16,10 +16,10 @@ use slate_runtime::sharing::{Newest, RemotePath, RemoteProperty, TEAM, Unread};
 use slate_runtime::{Composer, NewLink, RemoteEnd};
 use slate_runtime::{Message, Mistake};
 
-/// How long the other agent may take for an answer.
+/// Timeout for an answer of the other agent.
 const LIMIT: Duration = Duration::from_secs(1);
 
-/// The agent and the path or pattern of a whole URL.
+/// Returns the agent and the path or pattern of a whole URL.
 pub(super) fn split(url: &str) -> Option<(&str, &str)> {
     let rest = url.strip_prefix("slate://")?;
     Some(rest.split_once('/').unwrap_or((rest, "**")))
@@ -37,12 +37,13 @@ impl RemoteAgents {
         Self { composer: composer.clone() }
     }
 
-    /// The agent and what is asked of it, when that is another one than this; what the team knows is known here.
+    /// Splits a URL of another agent into that agent and the path in it.
+    /// `None` for this agent; the team's own state is known here.
     pub fn of<'u>(&self, url: &'u str) -> Option<(&'u str, &'u str)> {
         split(url).filter(|(agent, _)| *agent != TEAM && *agent != self.composer.board().agent())
     }
 
-    /// The properties of another agent that a pattern matches, at least one.
+    /// Returns the properties of another agent that a pattern matches, at least one.
     pub fn list(&self, agent: &str, pattern: &str) -> Result<Vec<PropertyEntry>, Refusal> {
         let entry = |property: RemoteProperty| PropertyEntry {
             path: property.path,
@@ -54,7 +55,7 @@ impl RemoteAgents {
         Ok(properties.into_iter().map(entry).collect())
     }
 
-    /// The newest value of a property of another agent.
+    /// Returns the newest value of a property of another agent.
     pub fn read(&self, agent: &str, path: &str) -> Done {
         let Some((property, field)) = self.property(agent, path, true)? else {
             return Err(self.nothing_at(agent, path));
@@ -68,8 +69,8 @@ impl RemoteAgents {
         result(value.map(reading))
     }
 
-    /// The property that a path of another agent leads to, and the field of it. What stands behind the property is a field;
-    /// only the other agent knows where that begins.
+    /// Returns the property that a path of another agent leads to, and the field.
+    /// The rest of the path behind the property is the field; only the other agent knows where it begins.
     fn property<'p>(
         &self,
         agent: &str,
@@ -86,8 +87,8 @@ impl RemoteAgents {
         Ok(None)
     }
 
-    /// Whether a link to another agent would bring something as far as that agent is there; one that is not is no reason
-    /// against it.
+    /// Checks that a link to another agent would deliver values.
+    /// An absent agent is no reason against the link.
     pub fn check_link(&self, link: &NewLink) -> Result<(), Refusal> {
         let board = self.composer.board();
         let ends = [link.from.as_str(), link.to.as_str()].into_iter().filter_map(split);
@@ -129,7 +130,7 @@ impl RemoteAgents {
         }
     }
 
-    /// Which agents may be meant by a name that is none.
+    /// Returns the known agents with names similar to an unknown one.
     fn nearest_agents(&self, agent: &str) -> Vec<String> {
         let peers = super::peers::peers(&self.composer).peers.into_iter().map(|peer| peer.agent);
         let known: BTreeSet<String> =
@@ -141,7 +142,7 @@ impl RemoteAgents {
         nearest_names(agent, known.iter().map(String::as_str).filter(|known| *known != own))
     }
 
-    /// Writes the newest values of properties into a file, which is there as a whole or not at all.
+    /// Writes the newest values of properties into a file, completely or not at all.
     pub fn snapshot(&self, url: &str, file: &Path) -> Done {
         let Some((agent, pattern)) = self.of(url) else {
             let message = format!("`{url}` names no other agent");
@@ -162,7 +163,7 @@ impl RemoteAgents {
         result(entry)
     }
 
-    /// At least one property.
+    /// Returns the properties that match a pattern, at least one.
     fn some_of(&self, agent: &str, pattern: &str, values: bool) -> Result<Vec<RemoteProperty>, Refusal> {
         let found = self.ask(agent, pattern, values)?;
         if !found.is_empty() {
@@ -185,7 +186,7 @@ impl RemoteAgents {
         inspection.list(agent, pattern, values, LIMIT).map_err(|reason| refusal(reason, known))
     }
 
-    /// There is no such property.
+    /// Creates the refusal of an unknown property.
     fn nothing_at(&self, agent: &str, path: &str) -> Refusal {
         let all = self.ask(agent, "**", false).unwrap_or_default();
         let near = nearest_paths(path, '/', all.iter().map(|property| property.path.as_str()));
@@ -205,7 +206,8 @@ fn seen(agent: &str) -> String {
     format!("`slate list slate://{agent}/**` shows the properties")
 }
 
-/// One property after the other, as the text of a value takes far more memory than the value.
+/// Writes one property after the other.
+/// The text of a value takes far more memory than the value.
 fn write(agent: &str, properties: &[RemoteProperty], file: &Path) -> std::io::Result<()> {
     let mut out = BufWriter::new(Replacement::create(file)?);
     write!(out, "{{\"agent\":{},\"properties\":[", json!(agent))?;

@@ -1,4 +1,4 @@
-//! What tools ask and change of the configuration.
+//! Configuration, as tools query and change it.
 
 use slate_blackboard::{interface, nearest_paths};
 
@@ -7,11 +7,11 @@ use crate::entries::{Changed, Different, Refusal, Saved, SettingEntry};
 use slate_runtime::configuration::{Change, Database, Proposal, SaveTo, Value};
 use slate_runtime::{Composer, Mistake};
 
-/// The configuration of an agent, which may change while it runs.
+/// Configuration of an agent, which may change while it runs.
 #[derive(Clone)]
 pub(crate) struct ConfigurationControl {
     composer: Composer,
-    /// None when the agent was loaded without one.
+    /// Database; `None` when the agent was loaded without one.
     pub database: Option<Database>,
 }
 
@@ -21,8 +21,8 @@ impl ConfigurationControl {
         Self { composer: composer.clone(), database }
     }
 
-    /// Changes settings if `holds` still says so right before; it is asked again when somebody
-    /// else was faster.
+    /// Applies changes of settings if `holds` still succeeds right before.
+    /// `holds` is evaluated again when another change came first.
     ///
     /// # Errors
     /// The error of `holds`, or that the changes don't fit.
@@ -48,7 +48,7 @@ impl ConfigurationControl {
         })
     }
 
-    /// The settings at a path and below it.
+    /// Returns the settings at a path and below it.
     pub fn at(&self, path: &str) -> Done {
         let entry = |setting: slate_runtime::configuration::Setting| {
             let value = serde_json::to_value(interface::Value::from(&setting.value)).unwrap_or_default();
@@ -85,7 +85,7 @@ impl ConfigurationControl {
         })
     }
 
-    /// Takes back what was changed at run time, at a path and below it.
+    /// Reverts the changes made at run time, at a path and below it.
     pub fn revert(&self, path: &str) -> Done {
         let database = self.database()?;
         let is_known = !database.get(path)?.is_empty();
@@ -97,7 +97,7 @@ impl ConfigurationControl {
         result(self.changed(changed))
     }
 
-    /// Changes as tools are told of them.
+    /// Converts changes for tools.
     pub fn changed(&self, changes: Vec<Change>) -> Vec<Changed> {
         let changed = |change: Change| Changed {
             default: self.composer.default_at(&change.path),
@@ -110,7 +110,7 @@ impl ConfigurationControl {
         changes.into_iter().map(changed).collect()
     }
 
-    /// A module among those to change that the agent has, but not its configuration.
+    /// Returns a module to change that the agent has, but not its configuration.
     fn loaded_by_hand(&self, database: &Database, changes: &[(String, String)]) -> Option<String> {
         let configuration = database.current();
         let is_known = |name: &str| configuration.modules().iter().any(|module| module.name.value == name);
@@ -127,8 +127,8 @@ impl ConfigurationControl {
         result(self.database()?.refused_edit().map(Refusal::from))
     }
 
-    /// Lists the settings that differ from the files. The same value in other words, such as a module's default, is no
-    /// difference.
+    /// Lists the settings that differ from the files.
+    /// The same value in another notation, such as a module's default, is no difference.
     pub fn differences(&self) -> Done {
         let different = self.database()?.diff().into_iter().map(|difference| Different {
             default: self.composer.default_at(&difference.path),
@@ -144,7 +144,7 @@ impl ConfigurationControl {
         result(different.filter(differs).collect::<Vec<_>>())
     }
 
-    /// Writes what was changed at run time into the files.
+    /// Writes the changes made at run time into the files.
     pub fn save(&self, to: SaveTo, dry_run: bool) -> Done {
         if dry_run {
             return result(Saved { files: self.database()?.saved_files(to)? });
@@ -162,13 +162,13 @@ fn text(value: Option<Value>) -> Option<String> {
     value.map(|value| value.to_string())
 }
 
-/// Whether two texts are the same value, as 1 and 1.0 are.
+/// Returns whether two texts denote the same value, as 1 and 1.0 do.
 fn is_same(a: Option<String>, b: Option<String>) -> bool {
     let number = |text: &Option<String>| text.as_deref()?.parse::<f64>().ok();
     a == b || number(&a).zip(number(&b)).is_some_and(|(a, b)| a == b)
 }
 
-/// Nothing stands there.
+/// Creates the refusal of a path without a setting.
 fn no_setting(database: &Database, path: &str) -> Refusal {
     let settings = database.get("").unwrap_or_default();
     let near = nearest_paths(path.trim(), '.', settings.iter().map(|setting| setting.path.as_str()));

@@ -11,10 +11,10 @@ use slate_runtime::Composer;
 use slate_runtime::replacement::Replacement;
 use slate_runtime::timing::{Recorded, Recording};
 
-/// The trace that a tool records; it is thrown away when it is dropped before its end.
+/// Trace that a tool records; it is discarded when dropped before its end.
 #[derive(Default)]
 pub(crate) enum ToolTrace {
-    /// None.
+    /// No trace.
     #[default]
     Nothing,
     UnderWay {
@@ -27,7 +27,7 @@ pub(crate) enum ToolTrace {
 }
 
 impl ToolTrace {
-    /// Whether it records.
+    /// Returns whether a recording is in progress.
     pub fn is_under_way(&self) -> bool {
         matches!(self, Self::UnderWay { .. })
     }
@@ -46,7 +46,7 @@ impl ToolTrace {
         Ok(())
     }
 
-    /// How it goes.
+    /// Returns the progress.
     pub fn progress(&mut self) -> Result<TraceEntry, Refusal> {
         match self {
             Self::Nothing => Err(nothing()),
@@ -70,7 +70,8 @@ impl ToolTrace {
         }
     }
 
-    /// The tool is gone: its trace is thrown away, unless it is the agent that ends.
+    /// Handles the loss of the tool.
+    /// Its trace is discarded, unless the agent itself ends.
     pub fn leave(mut self, agent_ends: bool) {
         if agent_ends {
             self.finish();
@@ -82,7 +83,7 @@ impl ToolTrace {
         }
     }
 
-    /// Ends it, and keeps for the tool what it has come to.
+    /// Ends the trace, and keeps its result for the tool.
     pub fn finish(&mut self) {
         match std::mem::take(self) {
             Self::UnderWay { recording, file, composer } => {

@@ -1,4 +1,4 @@
-//! What tools ask of values that come: the new ones, how often they come, and another one in their place.
+//! Live values for tools: new values, their rate, and replacing one.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,16 +12,19 @@ use super::refusal::{Done, KNOWN, reading, refusal, result};
 use crate::entries::{Measured, News, Reading, Refusal, Spread, Watched};
 use slate_runtime::{Message, Mistake};
 
-/// The longest that a call may look for values: less than tools wait for an answer.
+/// Maximum duration of a call that looks for values.
+/// It is less than tools wait for an answer.
 pub const LONGEST: Duration = Duration::from_secs(50);
 
-/// How often it is looked for new values; nobody who writes is asked to tell, so nobody waits for a tool.
+/// Period at which new values are polled.
+/// Writers do not notify tools, so no writer waits for one.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// How often while it is measured: each value that is missed is one interval less that is known.
+/// Polling period while measuring.
+/// Each value that is missed is one interval less that is known.
 const MEASURE: Duration = Duration::from_micros(250);
 
-/// How often another agent is asked.
+/// Polling period of another agent.
 const ELSEWHERE: Duration = Duration::from_millis(100);
 
 /// Target of a watch.
@@ -55,7 +58,8 @@ impl ValueWatch {
         Ok(WatchTarget::Here { _watching: property.watch(), property, path })
     }
 
-    /// The values that are newer than what the tool has seen, waiting for the first of them.
+    /// Returns the values newer than those the tool has seen.
+    /// It waits for the first of them.
     #[allow(clippy::disallowed_methods, reason = "a tool waits on the wall clock")]
     pub fn watch(&self, of: &[Watched], within: Duration) -> Done {
         let targets = of.iter().map(|one| self.watched(&one.url)).collect::<Result<Vec<_>, _>>()?;
@@ -105,7 +109,7 @@ impl ValueWatch {
         Ok(board.read(path).map_err(unknown)?.map(reading).into_iter().collect())
     }
 
-    /// How often values come, for a while.
+    /// Measures the rate of values for a while.
     #[allow(clippy::disallowed_methods, reason = "a tool waits on the wall clock")]
     pub fn measure(&self, urls: &[String], time: Duration) -> Done {
         let mut watched = Vec::new();
@@ -158,13 +162,13 @@ fn unknown(error: BoardError) -> Refusal {
     refusal(Message::from(&error), KNOWN)
 }
 
-/// The values of a property, one after the other.
+/// Consecutive values of a property.
 struct Series {
     property: Arc<Property>,
     first: Option<(u64, u64)>,
     /// Sequence and time of the last one that was seen.
     last: Option<(u64, u64)>,
-    /// From a value to the next, where both were seen.
+    /// Intervals between consecutive values that were both seen.
     intervals: Vec<u64>,
     seen: u64,
     bytes: u64,
@@ -221,7 +225,7 @@ impl Series {
     }
 }
 
-/// How sorted durations are spread.
+/// Returns the distribution of sorted durations.
 fn spread(sorted: &[u64]) -> Option<Spread> {
     let (min, max) = (*sorted.first()?, *sorted.last()?);
     let count = sorted.len();

@@ -1,31 +1,31 @@
-//! Where an agent is reached over the network.
+//! Network addresses of agents.
 
 use std::fmt;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::str::FromStr;
 
-/// Such as `https://robot.local:7878`.
+/// Network address of an agent, such as `https://robot.local:7878`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Address {
-    /// Whether it speaks TLS.
+    /// Use of TLS.
     pub is_secure: bool,
-    /// In brackets when it is an address of IPv6.
+    /// Host; in brackets when it is an IPv6 address.
     host: String,
     port: u16,
 }
 
 impl Address {
-    /// Host and port, as requests name them.
+    /// Returns the host and port, as requests name them.
     pub fn authority(&self) -> String {
         format!("{}:{}", self.host, self.port)
     }
 
-    /// The host as certificates name it.
+    /// Returns the host as certificates name it.
     pub fn host(&self) -> &str {
         self.host.trim_start_matches('[').trim_end_matches(']')
     }
 
-    /// The addresses that the name stands for, at least one.
+    /// Resolves the name to at least one address.
     ///
     /// # Errors
     /// When it stands for none.
@@ -37,7 +37,8 @@ impl Address {
         }
     }
 
-    /// Whether two addresses lead to one agent: this computer has several names.
+    /// Returns whether two addresses lead to one agent.
+    /// This computer has several names.
     pub fn is_same(&self, other: &Self) -> bool {
         let is_here = |address: &Self| matches!(address.host(), "127.0.0.1" | "::1" | "localhost");
         (self.is_secure, self.port) == (other.is_secure, other.port)
@@ -142,7 +143,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is taken has nothing in it that would end a line of a request.
+        /// Property: an accepted address has no characters that end a line of a request.
         #[test]
         fn what_is_no_address_is_refused(text in "(http|https)://[ -~\\r\\n]{0,20}") {
             if let Ok(address) = text.parse::<Address>() {

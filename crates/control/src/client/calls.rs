@@ -1,4 +1,4 @@
-//! The operations as a client carries them out.
+//! Operations as calls of a client.
 
 use std::path::Path;
 use std::time::Duration;
@@ -18,7 +18,7 @@ use crate::entries::{
 };
 use crate::graph::DrawnGraph;
 
-/// A result of a call.
+/// Result of a call.
 type Done<T> = Result<T, ClientError>;
 
 fn millis(time: Duration) -> u64 {
@@ -33,7 +33,7 @@ fn dry(dry_run: bool) -> &'static str {
     if dry_run { "?dry_run=true" } else { "" }
 }
 
-/// The agent and the path of a URL, as paths of the API have them.
+/// Returns the agent and the path of a URL, as in paths of the API.
 fn place(own: &str, url: &str) -> String {
     let (agent, path) = match url.strip_prefix("slate://") {
         Some(rest) => rest.split_once('/').unwrap_or((rest, "")),
@@ -45,7 +45,7 @@ fn place(own: &str, url: &str) -> String {
 /// Their errors are those of [`call`](Client::call).
 #[allow(clippy::missing_errors_doc, reason = "said above for all of them")]
 impl Client {
-    /// The plugins.
+    /// Returns the plugins.
     pub fn plugins(&mut self) -> Done<Vec<PluginEntry>> {
         self.call("GET", "/plugins", None)
     }
@@ -65,14 +65,15 @@ impl Client {
         self.call("DELETE", &format!("/plugins/{}", coded(name)), None)
     }
 
-    /// Exchanges the code of a plugin, by the library that it came from or that at an absolute path.
+    /// Exchanges the code of a plugin.
+    /// The library is the one that it came from, or the one at an absolute path.
     pub fn reload(&mut self, name: &str, file: Option<&Path>) -> Done<Reloaded> {
         let body = file.map(|file| json!({ "file": file }));
         self.call("POST", &format!("/plugins/{}/reload", coded(name)), body.as_ref())
     }
 
-    /// Runs the code of the library at an absolute path beside that of a plugin; the modules, each with the path of the
-    /// property that compares them.
+    /// Runs the library at an absolute path as trial code beside a plugin.
+    /// Returns the modules, each with the path of the property that compares them.
     pub fn shadow(&mut self, name: &str, file: &Path) -> Done<Vec<(String, String)>> {
         self.call("PUT", &format!("/plugins/{}/shadow", coded(name)), Some(&json!({ "file": file })))
     }
@@ -87,7 +88,8 @@ impl Client {
         self.call("POST", &format!("/plugins/{}/promote", coded(name)), None)
     }
 
-    /// Begins to record a trace into a file at an absolute path. It exists after [`end_trace`](Client::end_trace).
+    /// Begins to record a trace into a file at an absolute path.
+    /// The file exists after [`end_trace`](Client::end_trace).
     pub fn record_trace(&mut self, file: &Path) -> Done<()> {
         self.call::<Json>("POST", "/trace", Some(&json!({ "file": file }))).map(drop)
     }
@@ -102,7 +104,7 @@ impl Client {
         self.call("DELETE", "/trace", None)
     }
 
-    /// Sends a message, or only finds out whether it would be taken; what becomes of it.
+    /// Sends a message, or checks whether it would be taken; returns the outcome.
     pub fn send(&mut self, url: &str, value: Json, dry_run: bool) -> Done<String> {
         #[derive(Deserialize)]
         struct Sent {
@@ -118,7 +120,7 @@ impl Client {
         self.call::<Json>("POST", &format!("/stop?reason={}", coded(reason)), None).map(drop)
     }
 
-    /// Controls the playback of a recording, and says how it stands then.
+    /// Controls the playback of a recording, and returns its status.
     pub fn replay(&mut self, order: Order) -> Done<PlaybackStatus> {
         let (method, what, body) = match order {
             Order::Status => ("GET", "", None),
@@ -155,7 +157,7 @@ impl Client {
         Ok(ControlsEntry { actuator: lease.actuator, interface: lease.interface.title, hold: lease.hold_ms })
     }
 
-    /// Commands what it has the controls of, for a short while; the state of the gate.
+    /// Commands the held actuators for a short while; returns the state of the gate.
     pub fn command(&mut self, command: Json) -> Done<Json> {
         self.drive(&json!({ "command": command }))
     }
@@ -184,7 +186,7 @@ impl Client {
         }
     }
 
-    /// Actuators, and who holds the control lease of each.
+    /// Returns the actuators, and the holder of each control lease.
     pub fn controls(&mut self) -> Done<Vec<HolderEntry>> {
         self.call("GET", "/leases", None)
     }
@@ -203,7 +205,7 @@ impl Client {
         self.call::<Json>("POST", "/arm", Some(&json!({ "actuator": actuator }))).map(drop)
     }
 
-    /// The modules.
+    /// Returns the modules.
     pub fn modules(&mut self) -> Done<Vec<ModuleEntry>> {
         self.call("GET", "/modules", None)
     }
@@ -213,7 +215,7 @@ impl Client {
         self.call("PUT", &format!("/modules/{}", coded(name)), Some(&json!({ "enabled": on })))
     }
 
-    /// The links.
+    /// Returns the links.
     pub fn links(&mut self) -> Done<Vec<LinkEntry>> {
         self.call("GET", "/links", None)
     }
@@ -223,12 +225,13 @@ impl Client {
         self.call("GET", "/graph", None)
     }
 
-    /// The other agents that are known.
+    /// Returns the other agents that are known.
     pub fn peers(&mut self) -> Done<PeerList> {
         self.call("GET", "/peers", None)
     }
 
-    /// Links an input, or only finds out whether that can be done; options are keys and values of the link's table.
+    /// Links an input, or checks whether that is possible.
+    /// Options are keys and values of the link's table.
     pub fn link(
         &mut self,
         to: &str,
@@ -240,7 +243,7 @@ impl Client {
         self.call("PUT", &path, Some(&json!({ "from": from, "options": options })))
     }
 
-    /// Removes the links of an input or inbox, or only finds out whether that can be done.
+    /// Removes the links of an input or inbox, or checks whether that is possible.
     pub fn unlink(&mut self, to: &str, dry_run: bool) -> Done<Vec<Changed>> {
         self.unlink_from(to, None, dry_run)
     }
@@ -251,7 +254,7 @@ impl Client {
         self.call("DELETE", &format!("/links/{}?dry_run={dry_run}{from}", coded(to)), None)
     }
 
-    /// The settings at a path and below it; an empty path is everything.
+    /// Returns the settings at a path and below it; an empty path is everything.
     pub fn settings(&mut self, path: &str) -> Done<Vec<SettingEntry>> {
         self.call("GET", &format!("/settings?path={}", coded(path)), None)
     }
@@ -261,12 +264,13 @@ impl Client {
         self.call("PATCH", "/settings", Some(&json!(changes)))
     }
 
-    /// Reverts changes made at run time that are not saved, at a path and below it; an empty path is all of it.
+    /// Reverts unsaved run-time changes at a path and below it.
+    /// An empty path stands for all of them.
     pub fn revert(&mut self, path: &str) -> Done<Vec<Changed>> {
         self.call("DELETE", &format!("/settings?path={}", coded(path)), None)
     }
 
-    /// The settings that differ from those of the files.
+    /// Returns the settings that differ from those of the files.
     pub fn differences(&mut self) -> Done<Vec<Different>> {
         self.call("GET", "/settings/differences", None)
     }
@@ -276,12 +280,13 @@ impl Client {
         self.call("GET", "/settings/refused", None)
     }
 
-    /// Writes what was changed at run time into the files.
+    /// Writes the changes made at run time into the files.
     pub fn save(&mut self, to: SaveTo) -> Done<Saved> {
         self.call("POST", "/settings/save", Some(&json!({ "to": to })))
     }
 
-    /// The properties that a pattern such as `/**/timing` matches; all without one.
+    /// Returns the properties that match a pattern such as `/**/timing`.
+    /// All of them without a pattern.
     pub fn properties(&mut self, pattern: Option<&str>) -> Done<Vec<PropertyEntry>> {
         let query = pattern.map_or_else(String::new, |pattern| format!("?pattern={}", coded(pattern)));
         self.call("GET", &format!("/properties{query}"), None)
@@ -297,14 +302,16 @@ impl Client {
         self.call("POST", &format!("/snapshots/{}/load", file_part(file)), None)
     }
 
-    /// Writes the newest values of another agent's properties, such as `slate://robot/**`, into a file at an absolute path.
+    /// Writes the newest values of another agent's properties into a file.
+    /// The properties are given such as `slate://robot/**`, the file by an absolute path.
     pub fn save_remote(&mut self, url: &str, file: &Path) -> Done<RemoteSnapshotEntry> {
         let path = format!("/snapshots/{}/values", file_part(file));
         self.call("POST", &path, Some(&json!({ "url": url })))
     }
 
-    /// Begins to record into a file at an absolute path, which does not exist yet: properties such as `/r2/**`, all without
-    /// any, at most so many values a second of each, or only those that change.
+    /// Begins to record into a file at an absolute path, which must not exist yet.
+    /// Properties are given such as `/r2/**`, all without any; of each at most so many values per second, or only
+    /// changed ones.
     pub fn start_recording(
         &mut self,
         file: &Path,
@@ -339,35 +346,38 @@ impl Client {
         }
     }
 
-    /// Saves the last seconds into a file at an absolute path, which does not exist yet.
+    /// Saves the last seconds into a file at an absolute path.
+    /// The file must not exist yet.
     pub fn save_flight(&mut self, file: &Path) -> Done<SavedFlight> {
         self.call("POST", &format!("/recordings/{}/snapshot", file_part(file)), None)
     }
 
-    /// The newest value of a property or a field; nothing before the first write.
+    /// Returns the newest value of a property or field; `None` before the first write.
     pub fn read(&mut self, url: &str) -> Done<Option<Reading>> {
         let reading: Reading = self.call("GET", &format!("/slate/{}", place(&self.agent, url)), None)?;
         Ok(Some(reading).filter(|reading| reading.sequence > 0))
     }
 
-    /// The values that came since they were looked at last; the first one is waited for, 50 s at most.
+    /// Returns the values that came since the last call.
+    /// It waits for the first one, 50 s at most.
     pub fn watch(&mut self, of: &[Watched], within: Duration) -> Done<Vec<News>> {
         self.call("POST", "/watch", Some(&json!({ "of": of, "within": millis(within) })))
     }
 
-    /// How often values of properties come in that time, 50 s at most.
+    /// Measures the rate of properties' values over a time of 50 s at most.
     pub fn measure(&mut self, urls: &[String], time: Duration) -> Done<Vec<Measured>> {
         self.call("POST", "/measure", Some(&json!({ "urls": urls, "time": millis(time) })))
     }
 
-    /// Sets a parameter, an input without a link, or a field of one, or whether a module is on. Fields that an object does not
-    /// name stay as they are.
+    /// Sets a parameter, an unlinked input, a field, or a module's enabled state.
+    /// Fields that an object does not name keep their values.
     pub fn set_property(&mut self, url: &str, value: &Json) -> Done<Vec<Changed>> {
         let method = if value.is_object() { "PATCH" } else { "PUT" };
         self.call(method, &format!("/slate/{}", place(&self.agent, url)), Some(value))
     }
 
-    /// All values that a property keeps, or a field of them, the oldest first: of a queue the last ones.
+    /// Returns all values that a property or a field keeps, the oldest first.
+    /// Of a queue, the last ones.
     pub fn history(&mut self, url: &str) -> Done<Vec<Reading>> {
         #[derive(Deserialize)]
         struct Kept {

@@ -1,4 +1,4 @@
-//! One connection of HTTP/1.1, asked from a thread that waits.
+//! Connection of HTTP/1.1 for a blocking thread.
 
 use std::error::Error as _;
 use std::io::{Error, ErrorKind, Result};
@@ -21,16 +21,17 @@ use super::{Access, Request, Trouble};
 use crate::Role;
 use crate::server::{CALLER, ROLE};
 
-/// How long one of the addresses of a name may take.
+/// Timeout for connecting to one of the addresses of a name.
 const CONNECT: Duration = Duration::from_secs(5);
 
-/// The longest answer to a call, bytes: a client trusts its agent more than the agent its clients.
+/// Maximum size of an answer to a call, bytes.
+/// A client trusts its agent more than the agent its clients.
 const LONGEST: usize = 1 << 28;
 
-/// The first byte of a TLS alert.
+/// First byte of a TLS alert.
 const ALERT: u8 = 0x15;
 
-/// A connection and the thread's own runtime, which runs while an answer is waited for.
+/// Connection with the thread's own runtime, which runs during requests.
 pub(super) struct ClientLink {
     runtime: Runtime,
     sender: SendRequest<Full<Bytes>>,
@@ -47,12 +48,12 @@ impl std::fmt::Debug for ClientLink {
     }
 }
 
-/// Why there is no answer.
+/// Reason why an answer is missing.
 #[derive(Debug)]
 pub(super) enum Broken {
-    /// It is no HTTP.
+    /// Other side without HTTP.
     Nonsense(String),
-    /// It did not come in time.
+    /// Timeout of the answer.
     Late,
     /// The connection was closed before the request was sent.
     Unsent,
@@ -61,7 +62,7 @@ pub(super) enum Broken {
 }
 
 impl ClientLink {
-    /// Over the socket of an agent.
+    /// Creates the link over the socket of an agent.
     pub fn unix(stream: std::os::unix::net::UnixStream) -> Result<Self> {
         stream.set_nonblocking(true)?;
         let runtime = runtime()?;
@@ -82,7 +83,7 @@ impl ClientLink {
         })
     }
 
-    /// Over TCP, with TLS or to this computer.
+    /// Creates the link over TCP, with TLS or to this computer.
     pub fn tcp(access: &Access) -> std::result::Result<Self, Trouble> {
         let address = &access.address;
         let unreached = |error: &dyn std::fmt::Display| Trouble::Unreached {
@@ -118,13 +119,13 @@ impl ClientLink {
         Ok(Self { runtime, sender, host, authorization: Some(bearer), caller: None, role: None, first })
     }
 
-    /// Says for whom it asks.
+    /// Sets the party for which it asks.
     pub fn set_caller(&mut self, who: &str) {
         let plain: String = who.chars().map(|c| if c.is_ascii_graphic() { c } else { ' ' }).collect();
         self.caller = HeaderValue::from_str(&plain).ok();
     }
 
-    /// Asks as one who may do no more than that role.
+    /// Limits the requests to the rights of a role.
     pub fn set_role(&mut self, role: Role) {
         self.role = Some(role);
     }
@@ -135,7 +136,7 @@ impl ClientLink {
         self.role = other.role;
     }
 
-    /// Sends a request, and returns when the head of the answer is there.
+    /// Sends a request, and returns when the head of the answer has arrived.
     pub fn ask(
         &mut self,
         request: &Request<'_>,
@@ -153,7 +154,7 @@ impl ClientLink {
         answered.map_err(|_| Broken::Late)?.map_err(|error| self.broken(&error))
     }
 
-    /// As [`ask`](ClientLink::ask), with all of the answer, as JSON.
+    /// Sends a request like [`ask`](ClientLink::ask) and returns the whole JSON answer.
     pub fn whole(
         &mut self,
         request: &Request<'_>,
@@ -177,7 +178,7 @@ impl ClientLink {
         Ok((status, value))
     }
 
-    /// The next piece of a body, which may come slowly.
+    /// Returns the next piece of a body, which may come slowly.
     pub fn next_piece(&mut self, body: &mut Incoming) -> Result<Option<Bytes>> {
         loop {
             match self.runtime.block_on(body.frame()) {
@@ -284,10 +285,10 @@ where
     Ok(sender)
 }
 
-/// As much of what the other side says first as is kept, bytes.
+/// Size of the kept beginning of the other side's first words, bytes.
 const BEGINNING: usize = 80;
 
-/// A stream that keeps the first bytes of the other side.
+/// Stream that keeps the first bytes of the other side.
 struct Noted<S> {
     stream: S,
     first: Arc<Mutex<Vec<u8>>>,

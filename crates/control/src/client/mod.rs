@@ -1,4 +1,4 @@
-//! The client of an agent: over its Unix socket, or over TCP with TLS.
+//! Client of an agent: over its Unix socket, or over TCP with TLS.
 
 mod address;
 mod calls;
@@ -25,36 +25,38 @@ pub use address::Address;
 use link::{Broken, ClientLink, closed};
 pub use trouble::Trouble;
 
-/// How long an agent may take for its first answer.
+/// Timeout for the first answer of an agent.
 const GREETING: Duration = Duration::from_secs(5);
 
-/// How long it may take for an answer: a module may be slow to let itself be exchanged.
+/// Timeout for an answer.
+/// A module may be slow to let itself be exchanged.
 const ANSWER: Duration = Duration::from_secs(60);
 
-/// How long an agent may take to confirm a stop over its stop line; then it is asked as in other requests.
+/// Timeout for the confirmation of a stop over the stop line.
+/// After it, the agent is asked as in other requests.
 const STOP_LINE: Duration = Duration::from_secs(2);
 
-/// An agent over TCP, and the secret that it is asked with.
+/// Address of an agent over TCP, with the secret for its requests.
 #[derive(Clone, Debug)]
 pub struct Access {
-    /// Where it is.
+    /// Address of the agent.
     pub address: Address,
-    /// The address for a browser, which demands more of a certificate.
+    /// Address for a browser, which demands more of a certificate.
     pub browser: String,
-    /// The secret of a role.
+    /// Secret of a role.
     pub token: String,
-    /// The file of the certificates to trust, instead of those that the system trusts.
+    /// File of the certificates to trust, instead of those that the system trusts.
     pub certificate: Option<PathBuf>,
 }
 
 /// Request to an agent.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Request<'r> {
-    /// The method, such as `GET`.
+    /// Method, such as `GET`.
     pub method: &'r str,
-    /// The path and the query.
+    /// Path and the query.
     pub path: &'r str,
-    /// The wanted kind of answer.
+    /// Wanted kind of answer.
     pub accept: Option<&'r str>,
     /// JSON.
     pub body: Option<&'r str>,
@@ -63,13 +65,13 @@ pub struct Request<'r> {
 /// Response of an agent.
 #[derive(Debug)]
 pub struct Response {
-    /// The status of HTTP.
+    /// Status of HTTP.
     pub status: u16,
-    /// The body, as it comes.
+    /// Body, read as it arrives.
     pub body: BodyReader,
 }
 
-/// The body of an answer.
+/// Body of an answer.
 pub struct BodyReader {
     link: ClientLink,
     incoming: hyper::body::Incoming,
@@ -96,17 +98,17 @@ impl Read for BodyReader {
     }
 }
 
-/// An agent does not do what it was asked over HTTP.
+/// Refusal of an agent over HTTP.
 #[derive(Debug, thiserror::Error)]
 #[error("{detail}")]
 pub struct Denied {
-    /// The status of HTTP.
+    /// Status of HTTP.
     pub status: u16,
     /// Message.
     pub detail: String,
     /// Advice.
     pub help: String,
-    /// The code of its kind.
+    /// Code of its kind.
     pub code: Option<String>,
     /// File, line and caret of mistakes in a configuration.
     pub report: Option<String>,
@@ -136,19 +138,19 @@ impl Denied {
     }
 }
 
-/// Why an agent elsewhere was not asked, or does not do it.
+/// Reason why a remote agent was not asked, or refuses.
 #[derive(Debug, thiserror::Error)]
 pub enum RequestError {
-    /// It is not reached.
+    /// Unreachable agent.
     #[error(transparent)]
     Trouble(#[from] Trouble),
-    /// It does not do it.
+    /// Refusal.
     #[error(transparent)]
     Denied(#[from] Denied),
 }
 
 impl Access {
-    /// Asks, and returns when the head of the answer is there.
+    /// Sends a request, and returns when the head of the answer has arrived.
     ///
     /// # Errors
     /// When the agent is not reached.
@@ -162,7 +164,7 @@ impl Access {
         })
     }
 
-    /// As [`ask`](Access::ask), and returns all of the answer, which is JSON.
+    /// Sends a request like [`ask`](Access::ask) and returns the whole JSON answer.
     ///
     /// # Errors
     /// When the agent is not reached, or refuses.
@@ -188,7 +190,7 @@ impl Access {
 }
 
 impl Response {
-    /// The answer, unless the agent does not do it.
+    /// Returns the answer, or the refusal of the agent.
     ///
     /// # Errors
     /// Why it does not.
@@ -203,57 +205,57 @@ impl Response {
     }
 }
 
-/// Why an agent was not asked, or does not do it.
+/// Reason why an agent was not asked, or refuses.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
-    /// There is no such agent.
+    /// No agent of that name runs.
     #[error("no agent `{name}` runs here")]
     NoAgent {
         /// Name that was given.
         name: String,
-        /// The agents that run.
+        /// Agents that run.
         running: Vec<String>,
     },
-    /// The agent refuses.
+    /// Agent refuses.
     #[error("{}", .0.message)]
     Refused(Refusal),
-    /// It has another version of the operations.
+    /// Other version of the operations.
     #[error("agent `{name}` speaks version {found} of the protocol, this program version {API}")]
     Version {
-        /// The agent.
+        /// Agent.
         name: String,
-        /// Its version.
+        /// Version.
         found: u64,
     },
-    /// Its answer makes no sense.
+    /// Answer that makes no sense.
     #[error("agent `{name}` sent what can't be understood: {problem}")]
     Nonsense {
-        /// The agent.
+        /// Agent.
         name: String,
-        /// The mistake in it.
+        /// Mistake in it.
         problem: String,
     },
-    /// The connection broke, or the agent does not answer.
+    /// Broken connection, or an agent that does not answer.
     #[error("agent `{name}` does not answer: {error}")]
     Lost {
-        /// The agent.
+        /// Agent.
         name: String,
-        /// The error.
+        /// Error.
         error: std::io::Error,
     },
 }
 
-/// A connection to an agent.
+/// Connection to an agent.
 #[derive(Debug)]
 pub struct Client {
     name: String,
-    /// The name that the agent gives itself.
+    /// Name that the agent gives itself.
     agent: String,
     is_local: bool,
     link: ClientLink,
-    /// How it is reached again when an idle connection was closed.
+    /// Access for reconnecting when an idle connection was closed.
     access: Option<Access>,
-    /// The controls that it has.
+    /// Controls that it has.
     lease: Option<String>,
 }
 
@@ -261,7 +263,7 @@ impl Client {
     /// Connects to the agent that is reached by that name.
     ///
     /// # Errors
-    /// When there is none, or it does not answer as it should.
+    /// When no agent runs, or it does not answer as expected.
     pub fn connect(name: &str) -> Result<Self, ClientError> {
         let mut client = Self::to_socket(name)?;
         client.greet()?;
@@ -292,11 +294,12 @@ impl Client {
         Ok(client)
     }
 
-    /// Stops all actuators of the agent that is reached by that name, until `reset` and `arm`. The request is sent before anything
-    /// is heard, so that an agent that hangs finds it when it goes on, also when nobody waits for it any more.
+    /// Stops all actuators of the named agent until `reset` and `arm`.
+    /// The request is sent before any reply is read, so that an agent that hangs finds it when it continues, even if
+    /// the caller waits no longer.
     ///
     /// # Errors
-    /// When there is no such agent, or it does not answer.
+    /// When no such agent runs, or it does not answer.
     pub fn stop_at_once(name: &str, reason: &str) -> Result<(), ClientError> {
         // It works also when the agent has no descriptor, thread or place for one more caller.
         let socket = directory::socket(name);
@@ -320,7 +323,7 @@ impl Client {
         Ok(Self { name: name.into(), agent: name.into(), is_local: true, link, access: None, lease: None })
     }
 
-    /// Finds out whether the agent is there and has the same operations.
+    /// Checks that the agent runs and has the same operations.
     fn greet(&mut self) -> Result<(), ClientError> {
         let agent: Json = self.ask("GET", "/agent", None, GREETING)?;
         if let Some(name) = agent.get("name").and_then(Json::as_str) {
@@ -332,27 +335,28 @@ impl Client {
         }
     }
 
-    /// The name under which the agent is reached, or that it has said.
+    /// Returns the name under which the agent is reached, or that it has said.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Whether it is reached by a socket of this computer.
+    /// Returns whether it is reached by a socket of this computer.
     pub fn is_local(&self) -> bool {
         self.is_local
     }
 
-    /// Says for whom it asks, such as a language model; the log of the agent then has each of its operations.
+    /// Sets the party for which it asks, such as a language model.
+    /// The agent's log then has each of its operations.
     pub fn on_behalf_of(&mut self, who: &str) {
         self.link.set_caller(who);
     }
 
-    /// Asks as one who may do no more than that role, whatever else this client may.
+    /// Limits the requests to the rights of a role, whatever else this client may do.
     pub fn in_role(&mut self, role: Role) {
         self.link.set_role(role);
     }
 
-    /// Carries out an operation: `path` stands behind `/api/v1`.
+    /// Carries out an operation at a `path` after `/api/v1`.
     ///
     /// # Errors
     /// When the agent refuses, or the connection is lost.
@@ -410,7 +414,7 @@ impl Client {
     }
 }
 
-/// A part of a path, with all that separates parts coded.
+/// Percent-encodes a part of a path, including separators.
 pub fn coded(text: &str) -> String {
     let coded = |byte: u8| match byte {
         byte if byte.is_ascii_alphanumeric() || b"-_.~".contains(&byte) => char::from(byte).to_string(),

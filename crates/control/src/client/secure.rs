@@ -1,4 +1,4 @@
-//! TLS, and whose certificates are trusted.
+//! TLS, and the trusted certificates.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -36,10 +36,10 @@ pub async fn begin(
     }
 }
 
-/// How long a handshake may take.
+/// Timeout for a handshake.
 const HANDSHAKE: Duration = Duration::from_secs(60);
 
-/// Why a handshake has failed.
+/// Returns the reason why a handshake has failed.
 fn trouble(address: &Address, error: &std::io::Error) -> Trouble {
     use rustls::Error;
     let address = address.to_string();
@@ -97,7 +97,7 @@ fn read(path: &Path) -> Result<Vec<CertificateDer<'static>>, Trouble> {
     found.map_err(|error| Trouble::Certificate { path: path.into(), reason: error.to_string() })
 }
 
-/// Where systems have the certificates of those whom they trust.
+/// Paths of the trusted root certificates on common systems.
 const SYSTEM: [&str; 4] = [
     "/etc/ssl/certs/ca-certificates.crt",
     "/etc/pki/tls/certs/ca-bundle.crt",
@@ -105,7 +105,7 @@ const SYSTEM: [&str; 4] = [
     "/etc/ssl/cert.pem",
 ];
 
-/// Whom the system trusts.
+/// Returns the certificates that the system trusts, with their file.
 fn system() -> Result<(PathBuf, Vec<CertificateDer<'static>>), Trouble> {
     let said = std::env::var_os("SSL_CERT_FILE").map(PathBuf::from);
     let usual = || SYSTEM.iter().map(PathBuf::from).find(|path| path.is_file());

@@ -1,4 +1,4 @@
-//! Why an agent is not reached over the network.
+//! Reasons why an agent is unreachable over the network.
 
 use std::path::{Path, PathBuf};
 
@@ -11,90 +11,90 @@ pub enum Trouble {
     /// A text is no address.
     #[error("`{text}` is no address of an agent: {reason}")]
     NoAddress {
-        /// The text.
+        /// Text.
         text: String,
-        /// Why.
+        /// Reason.
         reason: &'static str,
     },
-    /// Nobody answers.
+    /// The address does not respond.
     #[error("{address} is not reached: {reason}")]
     Unreached {
-        /// The address.
+        /// Address.
         address: String,
-        /// Why.
+        /// Reason.
         reason: String,
     },
     /// The secret would go over a network in the open.
     #[error("{address} is at another computer, and without TLS everybody on the way reads the secret")]
     Open {
-        /// The address.
+        /// Address.
         address: String,
     },
-    /// It is no HTTP.
+    /// Other side without HTTP.
     #[error("{address} does not answer in HTTP: {reason}")]
     NoHttp {
-        /// The address.
+        /// Address.
         address: String,
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// It is no TLS.
+    /// Other side without TLS.
     #[error("{address} does not speak TLS")]
     NoTls {
-        /// The address.
+        /// Address.
         address: String,
     },
-    /// Its certificate is not trusted.
+    /// Untrusted certificate.
     #[error("the certificate of {address} is not trusted: {reason}")]
     Untrusted {
-        /// The address.
+        /// Address.
         address: String,
-        /// Why.
+        /// Reason.
         reason: String,
     },
     /// The file of trusted certificates is of no use.
     #[error("{} can't be used to know agents by: {reason}", printable(.path))]
     Certificate {
-        /// The file.
+        /// File.
         path: PathBuf,
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// This program has no TLS.
+    /// Program without TLS.
     #[cfg(not(feature = "tls"))]
     #[error("{address} is asked over TLS, which this program is built without")]
     WithoutTls {
-        /// The address.
+        /// Address.
         address: String,
     },
     /// No secret is known.
     #[error("there is no secret for {address}")]
     NoToken {
-        /// The address.
+        /// Address.
         address: String,
     },
     /// The secret is of no use.
     #[error("the secret in {place} can't be used: {reason}")]
     Token {
-        /// Where it stands.
+        /// Place of the secret.
         place: String,
-        /// Why.
+        /// Reason.
         reason: String,
     },
     /// A file of this computer is named for an agent elsewhere.
     #[error("{} would be a file of this computer, and the agent runs elsewhere", printable(.path))]
     FileHere {
-        /// The file.
+        /// File.
         path: PathBuf,
     },
 }
 
-/// How others' certificates are known.
+/// Hint on how to trust other certificates.
 const GIVE: &str =
     "let SLATE_CERTIFICATE be the file of its certificate, or of the authority that signed it, in PEM";
 
 impl Trouble {
-    /// Whether the mistake is the caller's, not that the agent is not reached.
+    /// Returns whether the mistake is the caller's, not an unreachable agent.
     pub fn is_callers(&self) -> bool {
         matches!(
             self,
@@ -102,7 +102,7 @@ impl Trouble {
         )
     }
 
-    /// Advice on the failure.
+    /// Returns advice on the failure.
     pub fn help(&self) -> String {
         match self {
             Self::NoAddress { .. } => "such as http://127.0.0.1:7878 or https://robot.local:7878".into(),

@@ -1,10 +1,11 @@
-//! The columns of a graph's nodes.
+//! Columns of a graph's nodes.
 
 use std::collections::BTreeSet;
 
 use super::model::ModuleGraph;
 
-/// The column of each node: right of all that flows into it, except along an edge that closes a loop.
+/// Returns the column of each node.
+/// It is right of all that flows into the node, except along an edge that closes a loop.
 ///
 /// Depth-first search from the nodes that read least and are read most finds the edges that close loops.
 pub(super) fn columns(graph: &ModuleGraph) -> Vec<usize> {

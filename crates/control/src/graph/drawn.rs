@@ -1,4 +1,4 @@
-//! A drawing of a graph as other programs receive it.
+//! Drawing of a graph as other programs receive it.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use super::route::EdgeRoute;
 /// Width and height of a node, pixels.
 const NODE: (f64, f64) = (150.0, 38.0);
 
-/// Where an edge that closes a loop starts and ends, as a part of a node's height.
+/// Height at which a loop-closing edge starts and ends, as a fraction of a node's.
 const BACK: f64 = 0.75;
 
 /// Distance of a label from the side of a node, pixels.
@@ -18,10 +18,11 @@ const LABEL: f64 = 16.0;
 /// Distance of the tip of an arrow from the node that it points to, pixels.
 const TIP: f64 = 2.0;
 
-/// A graph with the positions of its nodes and one edge for all links of a pair of nodes; in pixels.
+/// Graph with positions of its nodes, and one edge for all links of a pair.
+/// Positions are in pixels.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DrawnGraph {
-    /// The name of the agent.
+    /// Name of the agent.
     pub title: String,
     /// Width of the drawing.
     pub width: f64,
@@ -31,7 +32,7 @@ pub struct DrawnGraph {
     pub node_width: f64,
     /// Height of a node.
     pub node_height: f64,
-    /// Modules, gates, and what links lead to beyond them.
+    /// Nodes: modules, gates and the other ends of links.
     pub nodes: Vec<DrawnNode>,
     /// Edges.
     pub edges: Vec<DrawnEdge>,
@@ -39,16 +40,16 @@ pub struct DrawnGraph {
     pub groups: Vec<GroupBox>,
 }
 
-/// A node with its position.
+/// Node with its position.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DrawnNode {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Kind of the node.
     pub kind: NodeKind,
-    /// The condition of a module; of others, what they are.
+    /// Note: condition of a module, or the kind of another node.
     pub note: String,
-    /// The robot that it belongs to; empty without one.
+    /// Robot that it belongs to; empty without one.
     pub group: String,
     /// Left border.
     pub x: f64,
@@ -56,35 +57,35 @@ pub struct DrawnNode {
     pub y: f64,
 }
 
-/// All links from one node to another.
+/// Links from one node to another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DrawnEdge {
-    /// The name of the node of the sources.
+    /// Name of the node of the sources.
     pub from: String,
-    /// The name of the node of the destinations.
+    /// Name of the node of the destinations.
     pub to: String,
-    /// Whether it closes a loop and runs back to the left.
+    /// Loop-closing edge, which runs back to the left.
     pub back: bool,
-    /// The line, as the attribute `d` of SVG.
+    /// Line, as the attribute `d` of SVG.
     pub path: String,
-    /// Where a label at the source has its place: x and y.
+    /// Position of a label at the source: x and y.
     pub start: (f64, f64),
-    /// Where a label at the destination has its place: x and y.
+    /// Position of a label at the destination: x and y.
     pub end: (f64, f64),
-    /// The links.
+    /// Links.
     pub links: Vec<DrawnLink>,
 }
 
-/// A link of an edge.
+/// Link of an edge.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DrawnLink {
-    /// The source without the name of its node: a property, or an outbox.
+    /// Source without the name of its node: a property, or an outbox.
     pub output: String,
-    /// The destination without the name of its node: an input, or an inbox.
+    /// Destination without the name of its node: an input, or an inbox.
     pub input: String,
     /// Data of the link.
     pub flow: Flow,
-    /// Whether types and roles imply it and no file has it.
+    /// Implied link: from types and roles, in no file.
     pub inferred: bool,
 }
 
@@ -121,7 +122,7 @@ impl DrawnGraph {
         }
     }
 
-    /// The graph without its positions.
+    /// Returns the graph without its positions.
     pub fn graph(self) -> ModuleGraph {
         let index = |name: &String| self.nodes.iter().position(|node| node.name == *name);
         let mut edges = Vec::new();

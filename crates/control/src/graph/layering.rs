@@ -1,4 +1,4 @@
-//! The order of nodes and edges in columns and lanes.
+//! Order of nodes and edges in columns and lanes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,7 +11,7 @@ use super::model::{GraphEdge, ModuleGraph};
 const PASS: f64 = 4.0;
 const PASS_GAP: f64 = 10.0;
 
-/// Sweeps that order the nodes of the columns, and that move them toward their neighbours.
+/// Number of sweeps that order the columns and that move nodes to their neighbours.
 const ORDER_SWEEPS: usize = 12;
 const MOVE_SWEEPS: usize = 8;
 
@@ -22,7 +22,7 @@ pub(super) const TITLE: f64 = 20.0;
 /// Distance of edges that run back below a group.
 pub(super) const TRACK: f64 = 9.0;
 
-/// A node, or the place where an edge passes a column.
+/// Node, or the place where an edge passes a column.
 pub(super) struct Slot {
     pub column: usize,
     pub height: f64,
@@ -42,7 +42,7 @@ impl Slot {
     }
 }
 
-/// The slots of a group of nodes, by their columns.
+/// Slots of a group of nodes, by their columns.
 #[derive(Default)]
 pub(super) struct Lane {
     pub name: String,
@@ -61,7 +61,7 @@ impl Lane {
         self.columns[column].push(slot);
     }
 
-    /// Height of its columns with a gap between nodes.
+    /// Returns the height of its columns with a gap between nodes.
     pub fn needed_height(&self, slots: &[Slot], gap: f64) -> f64 {
         let height = |slot: &usize| slots[*slot].height + slots[*slot].gap(gap);
         let heights = self.columns.iter().map(|column| column.iter().map(height).sum::<f64>());
@@ -76,23 +76,23 @@ impl Lane {
         if self.name.is_empty() { 0.0 } else { TITLE }
     }
 
-    /// Space below it.
+    /// Returns the space below it.
     pub fn margin(&self) -> f64 {
         if self.name.is_empty() { 0.0 } else { MARGIN }
     }
 }
 
-/// A layout that is being made.
+/// Layout that is being made.
 pub(super) struct Layering<'a> {
     pub graph: &'a ModuleGraph,
     pub sizes: &'a [(f64, f64)],
     pub columns: Vec<usize>,
-    /// The nodes, then the passes.
+    /// Nodes, then the passes.
     pub slots: Vec<Slot>,
     pub lanes: Vec<Lane>,
-    /// The lane of each node.
+    /// Lane of each node.
     pub lane_of: Vec<usize>,
-    /// The passes of each edge.
+    /// Passes of each edge.
     pub passes: Vec<Vec<usize>>,
 }
 
@@ -119,13 +119,13 @@ impl<'a> Layering<'a> {
         self.columns[edge.from] >= self.columns[edge.to]
     }
 
-    /// The lane that an edge runs in.
+    /// Returns the lane that an edge runs in.
     pub fn lane(&self, edge: &GraphEdge) -> usize {
         let is_in_group = !self.graph.group(edge.to).is_empty();
         self.lane_of[if is_in_group { edge.to } else { edge.from }]
     }
 
-    /// Whether an edge leaves the lane of its source at once.
+    /// Returns whether an edge leaves the lane of its source at once.
     pub fn is_across(&self, edge: &GraphEdge) -> bool {
         self.lane_of[edge.from] != self.lane(edge)
     }
@@ -168,7 +168,8 @@ impl<'a> Layering<'a> {
         }
     }
 
-    /// Orders each column by the barycenters of the neighbours, left and right in turn, so that fewer edges cross.
+    /// Orders each column by the barycenters of its neighbours to reduce crossings.
+    /// It takes the left and the right neighbours in turn.
     pub fn order(&mut self) {
         let mut rank = vec![0.0; self.slots.len()];
         let number = |rank: &mut [f64], lane: usize, column: &[usize]| {
@@ -205,7 +206,7 @@ impl<'a> Layering<'a> {
         }
     }
 
-    /// Moves slots up and down toward their neighbours, as far as the order of their column permits.
+    /// Moves slots up and down toward their neighbours, keeping the columns' order.
     pub fn settle(&mut self, gap: f64) {
         for Lane { columns, top, height, .. } in &self.lanes {
             for column in columns {
@@ -229,8 +230,9 @@ impl<'a> Layering<'a> {
         }
     }
 
-    /// Y of each slot of a column, as near to the mean of its neighbours as the order and two borders permit: halfway between
-    /// the placement that gives way downward first and the one that gives way upward first.
+    /// Returns the y of each slot of a column, near the mean of its neighbours.
+    /// As near as the order and two borders permit: halfway between the placement that gives way downward first and the
+    /// one that gives way upward first.
     pub fn spread(&self, column: &[usize], gap: f64, (top, bottom): (f64, f64)) -> Vec<f64> {
         let slot = |row: usize| &self.slots[column[row]];
         let count = column.len();

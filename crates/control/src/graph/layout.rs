@@ -1,4 +1,5 @@
-//! Layered layout of a module graph (Sugiyama): columns along the data flow, a lane for each robot.
+//! Layered layout of a module graph (Sugiyama).
+//! Columns follow the data flow; each robot has a lane.
 //!
 //! Own code: `rust-sugiyama` returns positions of nodes alone, and knows neither lanes nor the place of an edge that passes a
 //! column.
@@ -16,28 +17,28 @@ use super::route::EdgeRoute;
 const COLUMN_GAP: (f64, f64) = (36.0, 120.0);
 const NODE_GAP: (f64, f64) = (9.0, 50.0);
 
-/// The same without a limit on the size of the drawing.
+/// Gap of free columns, without a limit on the size of the drawing.
 const FREE_COLUMN_GAP: f64 = 96.0;
 const FREE_NODE_GAP: f64 = 18.0;
 
 /// Around the nodes of a group.
 const PADDING: f64 = 30.0;
 
-/// The upper left corner of a node.
+/// Upper left corner of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NodePosition {
     /// Pixels from the left.
     pub x: f64,
     /// Pixels from the top.
     pub y: f64,
-    /// The column, from the left.
+    /// Column, from the left.
     pub column: usize,
 }
 
-/// The box around the nodes of a robot.
+/// Box around the nodes of a robot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroupBox {
-    /// The name of the robot.
+    /// Name of the robot.
     pub name: String,
     /// Left border.
     pub x: f64,
@@ -68,7 +69,8 @@ pub struct GraphLayout {
 }
 
 impl GraphLayout {
-    /// Lays out nodes of these widths and heights, as widely as fits into a drawing of the given width and height.
+    /// Lays out nodes of these widths and heights.
+    /// As widely as fits into a drawing of the given width and height.
     pub fn new(graph: &ModuleGraph, sizes: &[(f64, f64)], available: Option<(f64, f64)>) -> Self {
         if graph.nodes.is_empty() {
             return Self { width: 2.0 * MARGIN, height: 2.0 * MARGIN, ..Self::default() };
@@ -89,7 +91,7 @@ impl GraphLayout {
 }
 
 impl Layering<'_> {
-    /// The distance between nodes at which the drawing is as high as it may be.
+    /// Returns the gap between nodes at which the drawing has the permitted height.
     fn node_gap(&self, available: Option<(f64, f64)>) -> f64 {
         let Some((_, height)) = available else { return FREE_NODE_GAP };
         let needed = |gap: f64| {

@@ -1,4 +1,4 @@
-//! The graph of an agent's modules, gates and links, and its layout.
+//! Graph of an agent's modules, gates and links, and its layout.
 //!
 //! `slate graph` draws a configuration or an agent with it, and the console's page draws what `GET /graph` returns.
 

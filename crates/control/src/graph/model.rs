@@ -8,22 +8,22 @@ use slate_runtime::configuration::ExternalUrl;
 /// Modules, gates and links of an agent.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ModuleGraph {
-    /// The name of the agent or of its configuration.
+    /// Name of the agent or of its configuration.
     pub title: String,
-    /// Modules, gates, and what links lead to beyond them.
+    /// Nodes: modules, gates and the other ends of links.
     pub nodes: Vec<GraphNode>,
     /// Links.
     pub edges: Vec<GraphEdge>,
 }
 
-/// A module, a gate, or another end of links.
+/// Module, a gate, or another end of links.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GraphNode {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Kind of the node.
     pub kind: NodeKind,
-    /// The stage or the condition of a module; of others, what they are.
+    /// Note: stage or condition of a module, or the kind of another node.
     pub note: String,
 }
 
@@ -31,28 +31,28 @@ pub struct GraphNode {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NodeKind {
-    /// A module.
+    /// Module.
     Module,
-    /// The gate of an actuator.
+    /// Gate of an actuator.
     Gate,
     /// Another agent, programs behind a bridge, or the host.
     Outside,
 }
 
-/// A link, by the indices of its two nodes.
+/// Link, by the indices of its two nodes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GraphEdge {
-    /// The node of the source.
+    /// Node of the source.
     pub from: usize,
-    /// The node of the destination.
+    /// Node of the destination.
     pub to: usize,
-    /// The source without the name of its node: a property, or an outbox.
+    /// Source without the name of its node: a property, or an outbox.
     pub output: String,
-    /// The destination without the name of its node: an input, or an inbox.
+    /// Destination without the name of its node: an input, or an inbox.
     pub input: String,
     /// Data of the link.
     pub flow: Flow,
-    /// Whether types and roles imply it and no file has it.
+    /// Implied link: from types and roles, in no file.
     pub inferred: bool,
 }
 
@@ -68,21 +68,22 @@ pub enum Flow {
     Previous,
 }
 
-/// A link, by the URLs of its two ends.
+/// Link, by the URLs of its two ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GraphLink {
-    /// The destination: an input or an inbox.
+    /// Destination: an input or an inbox.
     pub to: String,
-    /// The source: a property or an outbox.
+    /// Source: a property or an outbox.
     pub from: String,
     /// Data of the line.
     pub flow: Flow,
-    /// Whether types and roles imply it and no file has it.
+    /// Implied link: from types and roles, in no file.
     pub inferred: bool,
 }
 
 impl GraphLink {
-    /// A link with these keys and values of its table; `sends` marks one of messages.
+    /// Creates a link with the keys and values of its table.
+    /// `sends` marks a link of messages.
     pub fn new(to: String, from: String, options: &[(String, String)], sends: bool, inferred: bool) -> Self {
         let is_previous = options.iter().any(|(name, value)| name == "previous" && value == "true");
         let flow = match (sends, is_previous) {
@@ -95,7 +96,8 @@ impl GraphLink {
 }
 
 impl ModuleGraph {
-    /// The graph of modules with their notes, of links, and of actuators with the properties that command them.
+    /// Creates the graph of modules, links, actuators and command properties.
+    /// Modules come with their notes.
     pub fn new(
         title: String,
         modules: Vec<(String, String)>,
@@ -127,7 +129,7 @@ impl ModuleGraph {
         graph
     }
 
-    /// The robot of a node, by its name; empty without one.
+    /// Returns the robot of a node, by its name; empty without one.
     pub fn group(&self, node: usize) -> &str {
         match &self.nodes[node] {
             GraphNode { kind: NodeKind::Outside, .. } => "",
@@ -154,8 +156,9 @@ impl ModuleGraph {
         });
     }
 
-    /// Pairs of nodes along the data flow. A sender comes before the receiver of its messages, whose answer closes a loop, as
-    /// does a value of the last cycle.
+    /// Returns the pairs of nodes along the data flow.
+    /// A sender comes before the receiver of its messages, whose answer closes a loop, as does a value of the last
+    /// cycle.
     pub(super) fn forward_pairs(&self) -> BTreeSet<(usize, usize)> {
         let pairs = |flow| {
             let edges = self.edges.iter().filter(move |edge| edge.flow == flow);
@@ -168,7 +171,7 @@ impl ModuleGraph {
         values.chain(sent.iter().copied()).filter(|(from, to)| from != to).collect()
     }
 
-    /// The node that a URL leads to, and the rest of the URL behind the name of that node.
+    /// Returns the node that a URL leads to, and the rest of the URL after its name.
     fn end(&mut self, url: &str) -> (usize, String) {
         let path = match url.strip_prefix("slate://") {
             Some(rest) => {

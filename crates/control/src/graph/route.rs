@@ -1,11 +1,11 @@
-//! The path of an edge in a drawing.
+//! Path of an edge in a drawing.
 
 use std::fmt::Write;
 
 /// Radius of the corners of a line.
 const RADIUS: f64 = 7.0;
 
-/// Where an edge runs between its two ends.
+/// Route of an edge between its two ends.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EdgeRoute {
     /// Stretches through the columns between the two ends: left, right, and y.
@@ -14,27 +14,28 @@ pub struct EdgeRoute {
     pub(super) border: f64,
     /// X of the vertical line that edges of one source into another group share.
     pub(super) trunk: Option<f64>,
-    /// Right, left and y of an edge that closes a loop, which runs back below its group.
+    /// Right x, left x and y of a loop-closing edge, which runs back below its group.
     pub(super) detour: Option<(f64, f64, f64)>,
 }
 
 impl EdgeRoute {
-    /// Whether the edge closes a loop.
+    /// Returns whether the edge closes a loop.
     pub fn is_back(&self) -> bool {
         self.detour.is_some()
     }
 
-    /// The middle of the line below the group, of an edge that closes a loop.
+    /// Returns the middle of the line below the group, of an edge that closes a loop.
     pub fn turn(&self) -> Option<(f64, f64)> {
         self.detour.map(|(right, left, low)| ((right + left) / 2.0, low))
     }
 
-    /// The height at which the edge reaches the column of its destination; none without a column in between.
+    /// Returns the height at which the edge reaches its destination's column.
+    /// `None` without a column in between.
     pub fn arrival(&self) -> Option<f64> {
         self.passes.last().map(|(.., y)| *y)
     }
 
-    /// The path as SVG writes it, from a point at the right side of the source to one at the left side of the destination.
+    /// Returns the SVG path from the source's right side to the destination's left.
     pub fn path(&self, start: (f64, f64), end: (f64, f64)) -> String {
         let mut path = format!("M{:.1} {:.1}", start.0, start.1);
         if let Some((right, left, low)) = self.detour {
@@ -64,7 +65,7 @@ impl EdgeRoute {
     }
 }
 
-/// A line through points with round corners, from the first one on.
+/// Appends a line through points with round corners, from the first point on.
 fn rounded(points: &[(f64, f64)], path: &mut String) {
     let toward = |point: (f64, f64), other: (f64, f64)| {
         let (x, y) = (other.0 - point.0, other.1 - point.1);

@@ -1,4 +1,4 @@
-//! The graph of modules and links, with the positions of a drawing.
+//! Graph of modules and links, with the positions of a drawing.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::operation::{Operation, OperationRequest, Parameter};
 use crate::problem::Problem;
 use crate::surface::ControlSurface;
 
-/// The largest drawing, pixels.
+/// Maximum size of a drawing, pixels.
 const MOST: f64 = 20_000.0;
 
 pub(super) const READ: Operation = Operation::get(

@@ -1,4 +1,4 @@
-//! The past: what was written to a property between two times.
+//! Past values of a property between two times.
 
 use std::sync::Arc;
 
@@ -18,11 +18,11 @@ use crate::problem::Problem;
 use crate::select::Selection;
 use crate::surface::ControlSurface;
 
-/// How many values are told at once when nothing else is said, and at most.
+/// Default and maximum number of values in one answer.
 const LIMIT: u64 = 1000;
 const MOST: u64 = 10_000;
 
-/// An answer has no more bytes of values than this, unless a single one has.
+/// Maximum size of an answer's values, bytes, unless a single one is larger.
 const LARGEST: usize = 8 << 20;
 
 pub(super) const READ: Operation = Operation::get(
@@ -58,12 +58,13 @@ pub(super) const READ: Operation = Operation::get(
         ])
     }, read);
 
-/// A time, and where several values may have it the sequence number of the first of them that is meant.
+/// Returns the schema of a position: a time, and optionally a sequence number.
+/// Where several values have that time, the sequence number is that of the first one meant.
 fn place() -> Json {
     json!({ "type": "string", "pattern": "^[0-9]+(:[0-9]+)?$" })
 }
 
-/// The time and the sequence number of a place.
+/// Returns the time and the sequence number of a place.
 fn parse_place(text: &str) -> Result<(u64, u64), Problem> {
     let (time, sequence) = text.split_once(':').unwrap_or((text, "0"));
     let number = |text: &str| {
@@ -133,13 +134,13 @@ fn read(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<Operati
     Ok(OperationAnswer::Bytes("application/json", body))
 }
 
-/// Why a value can't be told.
+/// Reason why a value can't be returned.
 enum Wrong {
     Field(AccessError),
     Selection(Problem),
 }
 
-/// Returns a value as JSON; nothing for a value that is not of its interface.
+/// Returns a value as JSON; `None` for a value that is not of its interface.
 fn text(
     descriptor: &'static Descriptor,
     field: &str,

@@ -1,4 +1,5 @@
-//! Layouts of the console's page, which a project keeps beside its configuration: which panels stand where.
+//! Layouts of the console's page: positions of the panels.
+//! A project keeps them beside its configuration.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -15,10 +16,10 @@ use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 use crate::surface::ControlSurface;
 
-/// The folder of a project with what belongs to the console's page.
+/// Folder of a project with the files of the console's page.
 pub const PROJECT: &str = "console";
 
-/// Whether a name is one of a file, in no other folder and not hidden.
+/// Returns whether a name is a plain file name, in no other folder and not hidden.
 pub fn is_plain(name: &str) -> bool {
     let known = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_' | b'.');
     !name.is_empty() && !name.starts_with('.') && name.bytes().all(known)
@@ -53,10 +54,10 @@ pub(super) const REMOVE: Operation = Operation::delete(
 )
 .answers(|| json!({ "type": "object", "maxProperties": 0 }), remove);
 
-/// The longest layout, bytes; nobody has as many panels.
+/// Maximum size of a layout, bytes; larger than any number of panels needs.
 const LONGEST: u64 = 64 << 10;
 
-/// How many of them are shown.
+/// Maximum number of layouts in a list.
 const MOST: usize = 64;
 
 fn folder() -> PathBuf {
@@ -83,7 +84,7 @@ pub(super) fn list(_: &Arc<ControlSurface>, _: &OperationRequest) -> Result<Oper
     Ok(OperationAnswer::json(Json::Object(layouts)))
 }
 
-/// The file of a layout.
+/// Returns the file of a layout.
 fn file(ask: &OperationRequest) -> Result<PathBuf, Problem> {
     let name = ask.part("layout");
     if !is_plain(name) || name.len() > 64 || name.contains('.') {

@@ -1,4 +1,4 @@
-//! Who has the controls of what, and controls over plain requests.
+//! Holders of actuators, and control over plain requests.
 
 use std::sync::Arc;
 
@@ -71,7 +71,7 @@ struct Take {
     bound: bool,
 }
 
-/// The longest name of who drives, letters.
+/// Maximum length of the driver's name, letters.
 const NAME: usize = 80;
 
 /// Returns the holder of the controls, for people.

@@ -1,4 +1,4 @@
-//! The links, and the other agents that they may lead to.
+//! Links, and the other agents of their ends.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The log.
+//! Log.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -56,10 +56,10 @@ pub(super) const NOTE: Operation = Operation::post(
 .body(|| shape::object(&[("text", json!({ "type": "string", "minLength": 1, "maxLength": 256 }))]))
 .answers(|| json!({ "type": "object", "maxProperties": 0 }), note);
 
-/// Where the last lines are.
+/// Path of the last lines of the log.
 const TAIL: &str = "log/tail";
 
-/// The levels, the most important one first.
+/// Levels, the most important one first.
 const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
 
 pub(super) fn lines(
@@ -103,7 +103,7 @@ pub(super) fn lines(
     Ok(OperationAnswer::json(kept.map(line).filter(is_wanted).collect()))
 }
 
-/// The longest text that somebody may write, bytes.
+/// Maximum length of a text that is written to the log, bytes.
 const LONGEST: usize = 256;
 
 #[derive(Deserialize)]

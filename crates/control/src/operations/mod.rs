@@ -1,4 +1,5 @@
-//! The operations: each subject has a file, with what can be asked of it and how that is answered.
+//! Operations on an agent, one file for each subject.
+//! A file has the requests and how they are answered.
 
 mod graph;
 mod history;
@@ -42,19 +43,19 @@ use crate::problem::Problem;
 use crate::query::Query;
 use crate::surface::ControlSurface;
 
-/// The version of the operations; another one is another language.
+/// Version of the operations; different versions are incompatible.
 pub const API: u64 = 1;
 
-/// The name of the operation that waits for nobody.
+/// Name of the stop, the operation that never waits.
 pub const STOP: &str = "stop";
 
-/// The name of the operation that somebody who drives calls again and again.
+/// Name of the operation that a driver calls repeatedly.
 pub const DRIVE: &str = "drive";
 
 const DRY_RUN: Parameter =
     Parameter { name: "dry_run", doc: "Checks the request without carrying it out.", schema: shape::flag };
 
-/// All of them. What is more special stands before what is more general.
+/// Operations; more special paths come before more general ones.
 pub const OPERATIONS: &[Operation] = &[
     openapi::INDEX,
     openapi::DOCUMENT,
@@ -134,29 +135,29 @@ pub const OPERATIONS: &[Operation] = &[
     tree::DOCUMENT,
 ];
 
-/// The operation of a request.
+/// Returns the operation of a request.
 ///
 /// # Errors
-/// When there is none of that method and path.
+/// When no operation has that method and path.
 pub fn of_request(method: &str, path: &str) -> Result<MatchedOperation, Problem> {
     MatchedOperation::find(OPERATIONS, method, path)
 }
 
-/// Whether an operation is the stop, which waits for nothing.
+/// Returns whether an operation is the stop, which waits for nothing.
 pub fn is_stop(found: &MatchedOperation) -> bool {
     found.operation.name == STOP
 }
 
-/// The operation of that name.
+/// Returns the operation of that name.
 pub fn by_name(name: &str) -> Option<&'static Operation> {
     OPERATIONS.iter().find(|operation| operation.name == name)
 }
 
-/// Carries out an operation for a caller that speaks another protocol; `path` is of a property of this agent, for operations on
-/// one.
+/// Carries out an operation for a caller that speaks another protocol.
+/// `path` is of a property of this agent, for operations on one.
 ///
 /// # Errors
-/// When there is none of that name, the caller may not do it, or it can't be done.
+/// When none has that name, the caller may not do it, or it can't be done.
 pub fn carry_out(
     surface: &Arc<ControlSurface>,
     caller: &Caller,
@@ -183,7 +184,7 @@ pub fn carry_out(
     answer
 }
 
-/// The state of a gate.
+/// Returns the state of a gate.
 pub fn gate(surface: &ControlSurface, actuator: &str) -> Json {
     let newest = surface.board().read(&format!("{actuator}/gate")).ok().flatten();
     newest.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
@@ -194,7 +195,8 @@ fn told(done: Done) -> Result<OperationAnswer, Problem> {
     Ok(OperationAnswer::json(done?))
 }
 
-/// As [`told`], where a refusal says that it can't be done now, or that there is nothing of that name.
+/// Converts a result like [`told`]; a refusal is a conflict.
+/// It means that the operation is impossible now, or that the name is unknown.
 fn conflict(done: Done) -> Result<OperationAnswer, Problem> {
     done.map(OperationAnswer::json).map_err(in_conflict)
 }
@@ -203,7 +205,7 @@ fn in_conflict(refusal: Refusal) -> Problem {
     Problem::refused(StatusCode::CONFLICT, refusal)
 }
 
-/// As [`conflict`], of what the path names: there may be nothing of that name.
+/// Converts a result like [`conflict`]; an unknown name in the path is not found.
 fn named(done: Done) -> Result<OperationAnswer, Problem> {
     let is_unknown = |refusal: &Refusal| refusal.code.as_deref() == Some(Mistake::Name.code());
     done.map(OperationAnswer::json).map_err(|refusal| match is_unknown(&refusal) {
@@ -212,13 +214,13 @@ fn named(done: Done) -> Result<OperationAnswer, Problem> {
     })
 }
 
-/// A file that a caller at this computer names by its path; none over the network, as whoever may name any file may overwrite
-/// any.
+/// Returns a file that a caller on this computer names by its path.
+/// `None` over the network: a caller that may name any file may overwrite any.
 fn local_file(ask: &OperationRequest, name: &str) -> Option<PathBuf> {
     ask.caller.local.as_ref().map(|_| PathBuf::from(name)).filter(|path| path.is_absolute())
 }
 
-/// A body that names a file at this computer.
+/// Body that names a file at this computer.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Named {

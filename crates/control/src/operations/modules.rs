@@ -1,4 +1,4 @@
-//! The modules, and their parameters.
+//! Modules, and their parameters.
 
 use std::sync::Arc;
 

@@ -81,7 +81,7 @@ struct StopRequest {
     reason: String,
 }
 
-/// Stops at once, for a reason that may stand in the query or in the body.
+/// Stops at once, for a reason in the query or in the body.
 pub(crate) fn stop(
     surface: &Arc<ControlSurface>,
     asked: &OperationRequest,

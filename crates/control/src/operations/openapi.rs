@@ -1,4 +1,4 @@
-//! What the API is, for programs.
+//! OpenAPI document of the operations.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ pub(super) const DOCUMENT: Operation =
     Operation::get("/openapi.json", "openapi", Role::Viewer, "This document")
         .answers(shape::anything, |surface, _| Ok(OperationAnswer::json(document(OPERATIONS, surface))));
 
-/// The paths, each with what can be done there.
+/// Returns the paths, each with its operations.
 pub(super) fn index(operations: &[Operation]) -> Json {
     let entry = |operation: &Operation| {
         json!({
@@ -31,7 +31,7 @@ pub(super) fn index(operations: &[Operation]) -> Json {
     json!({ "openapi": format!("{BASE}/openapi.json"), "operations": operations.iter().map(entry).collect::<Vec<_>>() })
 }
 
-/// The document, of OpenAPI 3.1.
+/// Returns the OpenAPI 3.1 document.
 pub(super) fn document(operations: &[Operation], surface: &ControlSurface) -> Json {
     let mut paths = Map::new();
     for operation in operations {
@@ -55,7 +55,8 @@ pub(super) fn document(operations: &[Operation], surface: &ControlSurface) -> Js
     })
 }
 
-/// Something that is there, as an example of a part of a path. A stream has no end, so of what may be one there is none.
+/// Returns an existing value as an example of a part of a path.
+/// A stream has no end, so an operation that may be one has no example.
 fn example(operation: &Operation, part: &str, surface: &ControlSurface) -> Option<String> {
     let properties = surface.board().properties();
     let is_settable = |property: &&Arc<Property>| {
@@ -75,7 +76,7 @@ fn example(operation: &Operation, part: &str, surface: &ControlSurface) -> Optio
     }
 }
 
-/// Why an operation is not done, whichever it is.
+/// Responses of refused operations, common to all.
 const PROBLEMS: [(&str, &str); 5] = [
     ("401", "Missing or unknown token."),
     ("403", "The role is not sufficient, or the request comes from a foreign page."),

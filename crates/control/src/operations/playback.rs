@@ -1,4 +1,4 @@
-//! A recording that is played in the agent.
+//! Recording that is played in the agent.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 use crate::surface::ControlSurface;
 
-/// The most cycles that are made at once.
+/// Maximum number of cycles in one request.
 const STEPS: u64 = 1_000_000;
 
 pub(super) const STATUS: Operation = Operation::get(

@@ -1,4 +1,4 @@
-//! The plugins.
+//! Plugins.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -111,7 +111,8 @@ fn reloaded() -> Json {
     ])
 }
 
-/// The library that is named. None can be over the network, as whoever may load any file may do anything.
+/// Returns the named library, or an error for a caller over the network.
+/// A caller that may load any file may do anything.
 fn library(ask: &OperationRequest) -> Result<PathBuf, Problem> {
     let Named { file } = ask.body()?;
     check_local(ask, file)

@@ -1,4 +1,5 @@
-//! Recordings, by names: whoever may name any file may overwrite any.
+//! Recordings by name.
+//! Files can't be named freely: a caller that may name any file may overwrite any.
 
 use std::fs::{DirEntry, File, read_dir};
 use std::path::{Path, PathBuf};
@@ -137,10 +138,10 @@ fn recorded(surface: &ControlSurface) -> RecordingStatus {
     recorder(surface).unwrap_or_default()
 }
 
-/// How the files of recordings end.
+/// File extension of recordings.
 const KIND: &str = "mcap";
 
-/// The file of a recording, or another one that is made beside them.
+/// Returns the file of a recording, or of one that is made beside it.
 fn file(
     surface: &ControlSurface,
     ask: &OperationRequest,
@@ -165,7 +166,7 @@ fn file(
     Ok(recorded(surface).folder.ok_or_else(nothing)?.join(format!("{name}.{kind}")))
 }
 
-/// A file that is not there yet, in a folder that is.
+/// Returns a file that does not exist yet, in an existing folder.
 pub(super) fn new_file(
     surface: &ControlSurface,
     ask: &OperationRequest,

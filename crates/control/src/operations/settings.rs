@@ -1,4 +1,4 @@
-//! The configuration while the agent runs.
+//! Configuration while the agent runs.
 
 use std::sync::Arc;
 

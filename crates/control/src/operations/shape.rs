@@ -1,4 +1,4 @@
-//! What bodies and answers look like, as JSON Schema.
+//! Shapes of bodies and answers, as JSON Schema.
 
 use serde_json::{Map, Value as Json, json};
 
@@ -26,7 +26,7 @@ pub(super) fn optional(of: Json) -> Json {
     json!({ "anyOf": [of, { "type": "null" }] })
 }
 
-/// An object with these fields and no others.
+/// Returns an object with these fields and no others.
 pub(super) fn object(fields: &[(&str, Json)]) -> Json {
     let properties: Map<_, _> = fields.iter().map(|(name, of)| ((*name).to_owned(), of.clone())).collect();
     let required: Vec<_> = fields.iter().map(|(name, _)| *name).collect();

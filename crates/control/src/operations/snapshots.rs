@@ -1,4 +1,5 @@
-//! Snapshots, by names: whoever may name any file may overwrite any.
+//! Snapshots by name.
+//! Files can't be named freely: a caller that may name any file may overwrite any.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -54,10 +55,11 @@ pub(super) const VALUES: Operation = Operation::post(
     values,
 );
 
-/// How the files of snapshots end.
+/// File extension of snapshots.
 const KIND: &str = "snapshot";
 
-/// The file of a snapshot: of a name in the folder of snapshots, and for a caller at this computer any absolute path.
+/// Returns the file of a snapshot: a name in the folder of snapshots.
+/// For a caller on this computer also any absolute path.
 fn file(ask: &OperationRequest, kind: &str) -> Result<PathBuf, Problem> {
     let name = ask.part("snapshot");
     if let Some(path) = local_file(ask, name) {

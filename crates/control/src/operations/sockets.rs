@@ -1,4 +1,4 @@
-//! The WebSockets, which the document names as far as it can.
+//! WebSockets, documented as far as OpenAPI can.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ fn explain(_: &Arc<ControlSurface>, _: &OperationRequest) -> Result<OperationAns
     Err(Problem::new(StatusCode::UPGRADE_REQUIRED, "this is a WebSocket", help).with("upgrade", "websocket"))
 }
 
-/// Whether an operation opens one.
+/// Returns whether an operation opens a WebSocket.
 pub(super) fn is_socket(operation: &Operation) -> bool {
     [LIVE.name, TELEOPERATION.name].contains(&operation.name)
 }

@@ -1,4 +1,4 @@
-//! How the agent fares.
+//! Statistics of the agent.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -39,7 +39,7 @@ pub(super) const RECORDING: Operation =
     Operation::get("/recording", "recording", Role::Viewer, "State of the agent's own recording")
         .answers(shape::anything, recording);
 
-/// A value on the blackboard; null when there is none.
+/// Returns a value on the blackboard; null without one.
 fn newest(surface: &ControlSurface, path: &str) -> Json {
     let read = surface.board().read(path).ok().flatten();
     read.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()

@@ -1,4 +1,4 @@
-//! What the threads of the agent take of the processors, as Linux counts it.
+//! Processor use of the agent's threads, as Linux counts it.
 
 use std::fs;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::operation::{Operation, OperationRequest};
 use crate::problem::Problem;
 use crate::surface::ControlSurface;
 
-/// Where the threads of this process are.
+/// Directory of the threads of this process.
 const THREADS: &str = "/proc/self/task";
 
 pub(super) const READ: Operation = Operation::get(
@@ -46,7 +46,7 @@ fn read(_: &Arc<ControlSurface>, _: &OperationRequest) -> Result<OperationAnswer
     Ok(OperationAnswer::json(threads.into_iter().map(|(_, thread)| thread).collect()))
 }
 
-/// Describes a thread; nothing for one that has just ended.
+/// Describes a thread; `None` if it has just ended.
 fn thread(folder: &Path) -> Option<(u64, Json)> {
     let read = |file: &str| fs::read_to_string(folder.join(file)).ok();
     let id = folder.file_name()?.to_str()?.parse().ok()?;

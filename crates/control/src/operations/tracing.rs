@@ -1,5 +1,5 @@
-//! Traces of what runs when, for Perfetto. A trace belongs to the connection that records it, and is discarded when that closes
-//! before its end.
+//! Execution traces for Perfetto.
+//! A trace belongs to the connection that records it, and is discarded when that closes before its end.
 
 use std::sync::Arc;
 
@@ -42,7 +42,7 @@ pub(super) const END: Operation = Operation::delete(
 )
 .answers(entry, |_, ask| answer(ask.caller.place.with_trace(|trace| trace.end()).map_err(in_conflict)?));
 
-/// How many connections may record at once.
+/// Maximum number of connections that record at once.
 const MOST: usize = 32;
 
 fn entry() -> Json {

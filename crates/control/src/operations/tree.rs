@@ -1,4 +1,4 @@
-//! What there is.
+//! Listings: the agent, its properties, interfaces and documents.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -57,7 +57,7 @@ pub(super) const DOCUMENT: Operation =
     Operation::get("/documents/{document}", "document", Role::Viewer, "One of these")
         .answers(shape::anything, document);
 
-/// The largest value that a list has, bytes.
+/// Maximum size of a value in a list, bytes.
 const SMALL: usize = 4096;
 
 pub(super) fn agent(
@@ -117,7 +117,8 @@ fn entry(surface: &ControlSurface, property: &Property, values: bool) -> Json {
     entry
 }
 
-/// The interfaces of all properties, by name; of two of one name, that of the first property.
+/// Returns the interfaces of all properties, by name.
+/// Of two with one name, that of the first property.
 fn known(surface: &ControlSurface) -> BTreeMap<&'static str, &'static Descriptor> {
     let mut known = BTreeMap::new();
     for property in surface.board().properties() {

@@ -88,10 +88,10 @@ pub(super) const QUEUE: Operation = Operation::get(
     queue,
 );
 
-/// How often a stream looks for news when nothing else is said, Hz.
+/// Default polling rate of a stream, Hz.
 const RATE: f64 = 10.0;
 
-/// How many values of a queue are told at once when nothing else is said, and at most.
+/// Default and maximum number of a queue's values in one answer.
 const LIMIT: u64 = 1000;
 const MOST: u64 = 100_000;
 
@@ -116,7 +116,8 @@ impl ValueForm {
         (Self::Events, "events", "text/event-stream"),
     ];
 
-    /// Returns the form that `format` or `Accept` name, of a property that is a picture or none.
+    /// Returns the form that `format` or `Accept` name.
+    /// `picture` is true if the property is an image.
     fn of(ask: &OperationRequest, picture: bool) -> Result<Self, Problem> {
         if let Some(name) = ask.query.get("format") {
             let found = Self::ALL.iter().find(|(_, known, _)| *known == name).map(|(form, _, _)| *form);
@@ -142,7 +143,7 @@ impl ValueForm {
     }
 }
 
-/// The URL that a path means.
+/// Returns the URL of a path.
 pub(super) fn url(ask: &OperationRequest) -> Result<Url, Problem> {
     let text = format!("slate://{}/{}", ask.part("agent"), ask.board_path("path"));
     Url::parse(&ask.own_url(&text)).map_err(|error| {
@@ -155,12 +156,12 @@ pub(super) fn url(ask: &OperationRequest) -> Result<Url, Problem> {
     })
 }
 
-/// The path on the board, when the URL is of this agent.
+/// Returns the path on the board, when the URL is of this agent.
 pub(super) fn own_path(surface: &ControlSurface, url: &Url) -> Option<String> {
     url.agent().is_none_or(|agent| agent == surface.name()).then(|| url.path_in(""))
 }
 
-/// There is nothing to read at a path.
+/// Converts the error of a path without a readable value.
 fn unknown(error: BoardError) -> Problem {
     let status = match error {
         BoardError::Unknown { .. } | BoardError::OtherAgent { .. } => StatusCode::NOT_FOUND,
@@ -234,7 +235,7 @@ pub(super) fn read(
     }
 }
 
-/// A value of another agent, or of what the team knows.
+/// Returns a value of another agent, or of the team's knowledge.
 fn elsewhere(
     surface: &ControlSurface,
     ask: &OperationRequest,

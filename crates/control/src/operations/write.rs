@@ -1,4 +1,4 @@
-//! Setting what the host sets, and sending messages.
+//! Setting of properties, and sending of messages.
 
 use std::sync::Arc;
 
@@ -56,7 +56,7 @@ pub(super) const SEND: Operation = Operation::post(
 /// Role of inboxes whose messages only developers send.
 const OF_DEVELOPERS: &str = "developer";
 
-/// A setting that can be written.
+/// Setting that can be written.
 struct WriteTarget {
     property: Arc<Property>,
     module: String,
@@ -65,7 +65,7 @@ struct WriteTarget {
 
 enum WriteKind {
     Enabled,
-    /// The setting of the whole, and the fields behind it.
+    /// Setting of the whole, and the fields behind it.
     Setting {
         path: String,
         fields: Vec<String>,
@@ -105,7 +105,7 @@ pub(super) fn patch(
     set(surface, ask, &target, &body)
 }
 
-/// What to do instead of setting a linked input.
+/// Returns the alternative to setting a linked input.
 fn help_of_linked(surface: &ControlSurface, path: &str) -> String {
     let port = surface.agent.composer().port(path);
     // Without the link nobody may set it either.
@@ -191,7 +191,7 @@ fn target(surface: &ControlSurface, ask: &OperationRequest, body: &Json) -> Resu
     Ok(WriteTarget { property, module, what })
 }
 
-/// The module that has a property.
+/// Returns the module that has a property.
 fn module_of(surface: &ControlSurface, path: &str) -> Option<String> {
     let modules = surface.agent.composer().modules().into_iter().map(|module| module.name);
     modules.filter(|module| path.starts_with(&format!("{module}/"))).max_by_key(String::len)
@@ -248,7 +248,7 @@ fn set(
     Ok(OperationAnswer::json(serde_json::to_value(changed).unwrap_or_default()))
 }
 
-/// Refuses what is no value of the interface, in words of the interface.
+/// Refuses an invalid value of the interface, in words of the interface.
 fn check_value(target: &WriteTarget, fields: &[String], body: &Json) -> Result<(), Problem> {
     let descriptor = target.property.descriptor();
     let (mut bytes, items) = present(&target.property)?;
@@ -257,7 +257,7 @@ fn check_value(target: &WriteTarget, fields: &[String], body: &Json) -> Result<(
     Ok(())
 }
 
-/// The value as it would be, as JSON.
+/// Returns the resulting value as JSON.
 fn whole(target: &WriteTarget, fields: &[String], body: &Json) -> Result<Json, Problem> {
     let descriptor = target.property.descriptor();
     let (mut bytes, items) = present(&target.property)?;
@@ -281,7 +281,8 @@ fn without_nothing(value: &mut Json) {
     }
 }
 
-/// The present bytes, with room for the longest tail, and how many items of that there are.
+/// Returns the current bytes and the item count of the tail.
+/// The bytes have room for the longest tail.
 fn present(property: &Property) -> Result<(Vec<u8>, usize), Problem> {
     let shape = property.channel().map(|channel| channel.shape());
     let room = shape.map_or(0, |shape| shape.bytes(shape.capacity));
@@ -294,7 +295,7 @@ fn value(body: &Json) -> Result<Value, Problem> {
     serde_json::from_value(body.clone()).map_err(|error| Problem::unfit(error.to_string(), "send a value"))
 }
 
-/// Refuses a change of what is not what the caller has seen.
+/// Refuses a change of a value that is not the one the caller has seen.
 fn check_version(ask: &OperationRequest, property: &Property) -> Result<(), Problem> {
     let Some(wanted) = &ask.if_match else { return Ok(()) };
     let newest = property.newest()?.map_or(0, |(_, _, stamp)| stamp.sequence);

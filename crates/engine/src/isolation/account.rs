@@ -6,32 +6,34 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use slate_module::{Text, interface};
 
-/// The process of an isolated module: `/module/process`, written when it begins and ends, and once a second of the
-/// agent's time. No part of what a run can repeat.
+/// State of an isolated module's process, as the property `/module/process`.
+/// Written when the process begins and ends, and once a second of the agent's time. It is not part of the reproducible
+/// results of a run.
 #[interface]
 pub struct ModuleProcess {
     /// Memory that it has in use.
     #[unit("B")]
     pub memory: u64,
-    /// The system's number of it; 0 while there is none.
+    /// Process id; 0 while no process exists.
     pub id: u32,
-    /// How often it was started anew.
+    /// Number of restarts.
     pub restarts: u32,
-    /// How the last one ended that ended by itself, or was ended because it did not return; empty before that.
+    /// End of the last process that failed: by itself, or killed as it did not return.
+    /// Empty before the first.
     pub last_end: Text<124>,
 }
 
-/// What is known of the processes of a module.
+/// Account of the processes of a module: id, memory and last failure.
 #[derive(Debug, Default)]
 pub struct Account(Mutex<AccountState>);
 
 #[derive(Debug, Default)]
 struct AccountState {
     id: u32,
-    /// Where the system says how much memory it uses.
+    /// File of `/proc` with the memory in use.
     sizes: Option<File>,
     last_end: String,
-    /// The host's end of the connection to it.
+    /// Host's end of the connection to it.
     stream: Option<Arc<UnixStream>>,
 }
 
@@ -40,7 +42,7 @@ impl Account {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A process has begun, with this connection to it.
+    /// Records the begin of a process, with the connection to it.
     pub fn began(&self, id: u32, stream: Arc<UnixStream>) {
         let mut inner = self.locked();
         inner.id = id;
@@ -49,7 +51,7 @@ impl Account {
         inner.sizes = File::open(format!("/proc/{id}/statm")).ok();
     }
 
-    /// The process of that number has ended; `fault` says how, if it was one.
+    /// Records the end of a process; `fault` describes a failure.
     pub fn ended(&self, id: u32, fault: Option<&str>) {
         let mut inner = self.locked();
         if inner.id == id {
@@ -62,7 +64,7 @@ impl Account {
         }
     }
 
-    /// Ends the connection to it: a call that waits for it returns, and the process is ended.
+    /// Closes the connection, which ends the process; a waiting call returns.
     pub fn disconnect(&self) {
         if let Some(stream) = &self.locked().stream {
             // It fails when the process has just ended.
@@ -70,12 +72,12 @@ impl Account {
         }
     }
 
-    /// How the last one ended by its own fault, in words; empty when none has.
+    /// Returns a description of the last failure; empty if none.
     pub fn last_end(&self) -> String {
         self.locked().last_end.clone()
     }
 
-    /// As others see it. Allocates nothing.
+    /// Returns the published state of the process. Allocates nothing.
     pub fn process(&self, restarts: u32) -> ModuleProcess {
         let inner = self.locked();
         ModuleProcess {

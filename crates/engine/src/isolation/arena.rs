@@ -10,11 +10,12 @@ use slate_blackboard::channel::ValueMemory;
 
 use super::spans::Spans;
 
-/// Address space of an arena, bytes. Memory is taken page by page when something is written there.
+/// Address space of an arena, bytes.
+/// Memory is allocated page by page at the first write.
 const LENGTH: usize = 16 << 30;
 
-/// Memory that other processes see too: values, and the frames of isolated modules. It has no name in the file
-/// system, so nothing is left of it when the last process that has it ends.
+/// Shared memory for values and for the frames of isolated modules.
+/// It has no name in the file system, so nothing is left of it when the last process that maps it ends.
 #[derive(Debug)]
 pub struct Arena {
     file: OwnedFd,
@@ -28,7 +29,7 @@ unsafe impl Send for Arena {}
 unsafe impl Sync for Arena {}
 
 impl Arena {
-    /// An empty one.
+    /// Returns an empty arena.
     ///
     /// # Errors
     /// When the system has no address space left, or the process may not have that much of it.
@@ -41,18 +42,18 @@ impl Arena {
         Ok(Arc::new(Self { file, base, spans: Mutex::new(Spans::new(LENGTH)) }))
     }
 
-    /// What another process maps.
+    /// Returns the file that another process maps.
     pub fn file(&self) -> BorrowedFd<'_> {
         self.file.as_fd()
     }
 
-    /// How far an address is from the beginning, if it is inside.
+    /// Returns the offset of an address from the beginning, bytes; `None` if outside.
     pub fn offset(&self, address: *const u8) -> Option<usize> {
         let offset = (address as usize).wrapping_sub(self.base.as_ptr() as usize);
         (offset < LENGTH).then_some(offset)
     }
 
-    /// Memory for a value of that many bytes, all zero.
+    /// Allocates zeroed memory for a value of that many bytes.
     pub(super) fn block(self: &Arc<Self>, bytes: usize) -> Option<Block> {
         let layout = Layout::from_size_align(bytes.max(1), super::spans::GRAIN).ok()?;
         let memory = self.allocate(layout)?;
@@ -95,12 +96,12 @@ pub(super) fn map(file: BorrowedFd<'_>, length: usize, writable: bool) -> io::Re
     NonNull::new(address.cast()).ok_or_else(|| io::Error::other("mapped at address 0"))
 }
 
-/// The length of every arena.
+/// Returns the length of every arena.
 pub(super) fn length() -> usize {
     LENGTH
 }
 
-/// A part of an arena.
+/// Part of an arena.
 #[derive(Debug)]
 pub(super) struct Block {
     arena: Arc<Arena>,
@@ -112,12 +113,12 @@ pub(super) struct Block {
 unsafe impl Send for Block {}
 
 impl Block {
-    /// Where it is in this process.
+    /// Returns the address in this process.
     pub fn as_ptr(&self) -> *mut u8 {
         self.memory.as_ptr()
     }
 
-    /// How many bytes it has.
+    /// Returns the size, bytes.
     pub fn size(&self) -> usize {
         self.layout.size()
     }

@@ -5,23 +5,24 @@ use std::sync::{Arc, Weak};
 
 use super::Arena;
 
-/// The shared memory of an agent: one arena for what isolated modules read, which the host writes, and one for what
-/// each of them writes. A module can spoil its own only.
+/// Shared memory of an agent: the host's arena, and one for each isolated module.
+/// The host writes its arena and isolated modules read it; each module writes its own, and can corrupt no other.
 #[derive(Debug, Default)]
 pub struct Arenas {
-    /// What is started to run a module; this program if it is nothing.
+    /// Program that runs an isolated module; this program if `None`.
     pub program: Option<PathBuf>,
     host: Weak<Arena>,
     own: BTreeMap<String, Weak<Arena>>,
 }
 
 impl Arenas {
-    /// None so far; modules run in processes of that program, or of this one.
+    /// Returns arenas without memory yet.
+    /// Modules run in processes of `program`, or of this one.
     pub fn new(program: Option<PathBuf>) -> Self {
         Self { program, ..Self::default() }
     }
 
-    /// What the host writes and isolated modules read.
+    /// Returns the arena that the host writes and isolated modules read.
     ///
     /// # Errors
     /// As [`Arena::new`].
@@ -29,7 +30,7 @@ impl Arenas {
         present(&mut self.host)
     }
 
-    /// What that module writes.
+    /// Returns the arena that this module writes.
     ///
     /// # Errors
     /// As [`Arena::new`].
@@ -41,7 +42,7 @@ impl Arenas {
     }
 }
 
-/// The arena, made anew if nobody has had it any more.
+/// Returns the arena, or a new one if no user is left.
 fn present(arena: &mut Weak<Arena>) -> io::Result<Arc<Arena>> {
     if let Some(arena) = arena.upgrade() {
         return Ok(arena);

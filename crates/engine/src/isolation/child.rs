@@ -1,4 +1,4 @@
-//! The life of a process that runs one module for its host.
+//! Process that runs one module for its host.
 
 use std::ffi::CString;
 use std::io::{self, IoSliceMut};
@@ -17,7 +17,7 @@ use super::arena::map;
 use super::wire::{Asked, Begin, Code, KindText, Topic, receive, send};
 use crate::library;
 
-/// What the program is started with to run a module.
+/// First argument of a process that runs a module.
 pub(super) const ARGUMENT: &str = "--slate-isolated-module";
 
 /// More arenas than this are not passed on; values in others are copied.
@@ -25,13 +25,14 @@ pub(super) const ARENAS: usize = 64;
 
 static ENTERED: AtomicBool = AtomicBool::new(false);
 
-/// Whether this program can be started again to run a module.
+/// Returns true if this program can be started again to run a module.
 pub(super) fn is_entered() -> bool {
     ENTERED.load(Ordering::Relaxed)
 }
 
-/// Makes a program able to run modules in processes of their own, which are the same program: started as one of those it
-/// runs its module and never returns. To be called first in `main`, with the plugins that are linked in.
+/// Enables a program to run modules in child processes of the same program.
+/// Started as a child, it runs the module and never returns. Call it first in `main`, with the plugins that are linked
+/// in.
 ///
 /// ```no_run
 /// use slate_engine::isolation;
@@ -95,7 +96,7 @@ fn close_inherited(stream: &UnixStream) {
     }
 }
 
-/// The files of the arenas, which come with the first byte.
+/// Receives the files of the arenas, which come with the first byte.
 fn receive_files(stream: &UnixStream) -> io::Result<Vec<OwnedFd>> {
     let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(ARENAS))];
     let mut control = RecvAncillaryBuffer::new(&mut space);
@@ -113,7 +114,7 @@ fn receive_files(stream: &UnixStream) -> io::Result<Vec<OwnedFd>> {
 
 type Started = (Vec<ModuleKind>, Vec<NonNull<u8>>);
 
-/// Maps the arenas, opens the code, and limits what comes after that.
+/// Maps the arenas, opens the code, and then limits the memory.
 fn start(begin: &Begin, files: Vec<OwnedFd>, plugins: &[Plugin]) -> Result<Started, Refusal> {
     let failed = |what: &str, error: io::Error| Refusal(format!("its process can't {what}: {error}"));
     let title: Vec<u8> = begin.name.bytes().filter(|byte| *byte != 0).take(15).collect();
@@ -168,7 +169,7 @@ struct Module<'k> {
     running: Option<Running>,
 }
 
-/// An instance at work.
+/// Running instance.
 struct Running {
     kind: ModuleKind,
     instance: *mut (),
@@ -176,7 +177,7 @@ struct Running {
 }
 
 impl Module<'_> {
-    /// Does what the host asks for, until it asks for the end or is gone.
+    /// Serves the host's requests until one ends it or the host has ended.
     fn serve(mut self, body: &mut Vec<u8>) -> io::Result<()> {
         loop {
             let (topic, _) = receive(&self.stream, body)?;

@@ -11,11 +11,13 @@ use super::child::{ARGUMENT, is_entered};
 
 type LaunchRequest = (Command, SyncSender<io::Result<Child>>);
 
-/// What the thread is asked with that starts all processes. It lives as long as the program: the system takes its
-/// end for the end of the host, and a module's thread may end before the module.
+/// Requests to the thread that starts all processes.
+/// It lives as long as the program: the system takes its end for the end of the host, and a module's thread may end
+/// before the module.
 static LAUNCHER: Mutex<Option<std::sync::mpsc::Sender<LaunchRequest>>> = Mutex::new(None);
 
-/// Starts `program`, or this one again, to run a module. Its standard input is the socket to it.
+/// Starts `program`, or this one again, to run a module.
+/// Its standard input is the socket to it.
 pub(super) fn launch(program: Option<&Path>) -> io::Result<(Child, UnixStream)> {
     if program.is_none() && !is_entered() {
         return Err(io::Error::other(

@@ -1,4 +1,5 @@
-//! Libraries that the host does not open: a panic in one that was built with `panic = "abort"` ends its process.
+//! Plugin libraries that the host must not open, run in other processes.
+//! A panic in one that was built with `panic = "abort"` ends its process.
 
 use std::any::Any;
 use std::path::{Path, PathBuf};
@@ -11,14 +12,15 @@ use super::process::{Process, STARTING, WELL};
 use super::proxy::TABLE;
 use super::wire::{Asked, Begin, Code, KindText, Topic};
 
-/// A kind of such a library, for isolated modules. Processes that end at once describe it.
+/// Kind of such a library, for isolated modules.
+/// Short-lived processes describe it.
 struct Outside {
     program: Option<PathBuf>,
     file: PathBuf,
     kind: String,
 }
 
-/// The kinds of the library in `file`, which `library` keeps there.
+/// Returns the kinds of the library in `file`, which `library` keeps there.
 ///
 /// # Errors
 /// Why another process can't open it.
@@ -40,11 +42,12 @@ pub fn kinds(
     Ok(texts.into_iter().map(kind).collect())
 }
 
-/// Lets a process that is made for this open a library, have its kinds described and close it, before the host opens it: what is
-/// damaged where no header shows it ends that process only. What the library refuses in words is no matter of this.
+/// Probes a library in a process of its own, before the host opens it.
+/// The process opens it, describes its kinds and closes it: damage that no header shows ends that process only. A
+/// refusal that the library returns is ignored here.
 ///
 /// # Errors
-/// How the process ended.
+/// Description of the process's end.
 pub fn probe(program: Option<&Path>, file: &Path) -> Result<(), String> {
     // Where no process can be started, there is nothing to be found out.
     let Ok(mut process) = Process::launch(program) else { return Ok(()) };

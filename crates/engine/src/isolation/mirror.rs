@@ -1,4 +1,5 @@
-//! The frame of a tick as another process sees it: in memory that both map, with that process's addresses.
+//! Frame of a tick for another process, in memory that both map.
+//! Its addresses are that process's.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -8,22 +9,23 @@ use slate_module::{Direction, Entry, Flags, Frame, PortDescription, PortSlot, Ra
 
 use super::arena::{Arena, Block};
 
-/// No memory is left in the arena of a module.
+/// Lack of memory in the arena of a module.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spent;
 
-/// An arena, and where the other process has it.
+/// Arena, with its address in the other process.
 #[derive(Debug)]
 pub(super) struct Mapped {
     pub arena: Arc<Arena>,
     pub address: usize,
 }
 
-/// What both see of a module's frame. It is filled from the host's frame before a tick, and what the tick wrote is
-/// checked and taken over afterwards: the host follows no pointer that the other process could have changed.
+/// Shared copy of a module's frame.
+/// It is filled from the host's frame before a tick, and the results of the tick are checked and copied back: the host
+/// follows no pointer that the other process could have changed.
 #[derive(Debug)]
 pub(super) struct Mirror {
-    /// The arena that is written to, first, and those that are only read there.
+    /// Arenas: first the one for writing, then those for reading.
     arenas: Vec<Mapped>,
     frame: Block,
     slots: Block,
@@ -35,14 +37,14 @@ pub(super) struct Mirror {
 #[derive(Debug)]
 struct PortMirror {
     direction: Direction,
-    /// Of a value; its capacity does not count.
+    /// Shape of a value; its capacity does not count.
     shape: Shape,
     entries: Room,
     /// Values that are not in shared memory, or messages.
     values: Vec<Room>,
 }
 
-/// Memory that grows when it must; not any more once the largest value has been there.
+/// Memory that grows on demand, up to the size of the largest value so far.
 #[derive(Debug, Default)]
 struct Room(Option<Block>);
 
@@ -77,22 +79,22 @@ impl Mirror {
         })
     }
 
-    /// Where the frame is in the other process.
+    /// Returns the address of the frame in the other process.
     pub fn frame_address(&self) -> usize {
         self.place(self.frame.as_ptr()).unwrap_or_default()
     }
 
-    /// Where the other process has what is at this address, if it has.
+    /// Converts an address to that of the other process; `None` if not mapped.
     fn place(&self, data: *const u8) -> Option<usize> {
         self.arenas.iter().find_map(|mapped| Some(mapped.address + mapped.arena.offset(data)?))
     }
 
-    /// The address in the other process of a part of the own arena.
+    /// Converts an address in the own arena to that of the other process.
     fn there<T>(&self, here: *mut T) -> *mut T {
         self.place(here.cast()).unwrap_or_default() as *mut T
     }
 
-    /// Fills it for a tick.
+    /// Fills the copy for a tick.
     ///
     /// # Safety
     /// The frame is ready for a tick of a module with these ports.
@@ -196,7 +198,7 @@ impl Mirror {
         Ok(self.there(entries))
     }
 
-    /// A value where the other process can read it: where it is, or else a copy.
+    /// Returns the other process's address of a value: its own, or that of a copy.
     ///
     /// # Safety
     /// It is a value of the port's interface with so many items.
@@ -217,7 +219,7 @@ impl Mirror {
         Ok(self.there(copy))
     }
 
-    /// Where the other process can write what goes to `data`.
+    /// Returns the address at which the other process writes the value for `data`.
     fn room(&self, port: &mut PortMirror, at: usize, data: *mut u8, bytes: usize) -> Result<*mut u8, Spent> {
         match self.arenas.first().and_then(|own| Some(own.address + own.arena.offset(data)?)) {
             Some(address) => Ok(address as *mut u8),
@@ -232,7 +234,7 @@ impl Mirror {
         port.values[at].of(&self.arenas.first().ok_or(Spent)?.arena, bytes)
     }
 
-    /// Takes over what a tick wrote.
+    /// Copies the results of a tick to the host's frame.
     ///
     /// # Safety
     /// The frame is the one that this was filled from.

@@ -1,9 +1,9 @@
-//! Modules in processes of their own, which a fault of their code can't leave.
+//! Isolation of modules in processes of their own, which a fault can't leave.
 //!
 //! The process is the same program, started once more. The host alone pins inputs, commits outputs and keeps
 //! everything that others trust; the other process reads the values of a tick and writes drafts in memory that both
-//! map. So a module that is isolated has the same code, ports, links, log and place in lockstep, and whatever it does
-//! to itself spoils nothing but what it writes.
+//! map. So an isolated module has the same code, ports, links, log and place in lockstep, and a fault of its code
+//! corrupts nothing but its outputs.
 
 mod account;
 mod arena;

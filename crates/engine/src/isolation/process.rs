@@ -17,28 +17,28 @@ use super::child::ARENAS;
 use super::launcher::launch;
 use super::wire::{Begin, Topic, receive, send};
 
-/// How long a process may take to come up, and to set a module up.
+/// Timeout of the start of a process, and of the setup of a module.
 pub(super) const STARTING: Duration = Duration::from_secs(10);
 
-/// How long one that shall end may take to do so.
+/// Timeout of a requested exit.
 const ENDING: Duration = Duration::from_millis(500);
 
-/// How one ends that was asked to.
+/// Description of a regular end, on request.
 pub(super) const WELL: &str = "ended with exit code 0";
 
-/// What takes lines of the log: level and text.
+/// Sink for lines of the log: level and text.
 pub(super) type Log<'a> = &'a mut dyn FnMut(i32, &[u8]);
 
-/// The host's end of a process that runs a module.
+/// Host's end of a process that runs a module.
 #[derive(Debug)]
 pub(super) struct Process {
     child: Child,
     stream: Arc<UnixStream>,
-    /// What the stream waits for at most.
+    /// Present timeout of the stream.
     timeout: Duration,
-    /// What came with the last answer.
+    /// Payload of the last answer.
     body: Vec<u8>,
-    /// How it ended.
+    /// Description of the end; `None` while the process runs.
     end: Option<String>,
 }
 
@@ -54,7 +54,7 @@ impl Process {
         Ok((process, addresses))
     }
 
-    /// Starts one that does nothing yet.
+    /// Starts an idle process.
     pub fn launch(program: Option<&Path>) -> Result<Self, Refusal> {
         let (child, stream) =
             launch(program).map_err(|error| Refusal(format!("its process can't be started: {error}")))?;
@@ -62,7 +62,7 @@ impl Process {
         Ok(Self { child, stream, timeout: Duration::ZERO, body: Vec::new(), end: None })
     }
 
-    /// Lets it open its code and map those arenas; returns where it has them.
+    /// Requests to open the code and to map the arenas; returns their addresses there.
     pub fn begin(&mut self, begin: &Begin, arenas: &[BorrowedFd<'_>]) -> Result<Vec<usize>, Refusal> {
         // It fails when the process has ended already, and then the first question says how.
         let passed = self.pass(arenas);
@@ -93,22 +93,22 @@ impl Process {
         Ok(())
     }
 
-    /// The connection to it.
+    /// Returns the connection to the process.
     pub fn stream(&self) -> Arc<UnixStream> {
         Arc::clone(&self.stream)
     }
 
-    /// The system's number of it.
+    /// Returns the process id.
     pub fn id(&self) -> u32 {
         self.child.id()
     }
 
-    /// How it ended, if it has.
+    /// Returns the description of the end; `None` while the process runs.
     pub fn end(&self) -> Option<&str> {
         self.end.as_deref()
     }
 
-    /// Asks for something and waits; what comes with the answer, or the reason of a refusal.
+    /// Sends a request and waits; returns the payload, or the reason of a refusal.
     pub fn ask(&mut self, topic: Topic, body: &[u8], patience: Duration) -> Result<&[u8], Refusal> {
         match self.call(topic, body, patience, &mut |_, _| {}) {
             Some(DONE) => Ok(&self.body),
@@ -117,8 +117,8 @@ impl Process {
         }
     }
 
-    /// Asks for something and waits; the code of the answer, or nothing when the process has ended: by itself, or
-    /// because it did not answer in time.
+    /// Sends a request and waits; returns the code of the answer.
+    /// `None` if the process has ended: by itself, or because it did not answer in time.
     pub fn call(&mut self, topic: Topic, body: &[u8], patience: Duration, log: Log<'_>) -> Option<i32> {
         if self.end.is_some() {
             return None;
@@ -159,7 +159,7 @@ impl Process {
         }
     }
 
-    /// Whether it runs; a look costs a system call.
+    /// Returns true while the process runs; the check costs a system call.
     pub fn is_alive(&mut self) -> bool {
         if self.end.is_some() {
             return false;
@@ -172,7 +172,7 @@ impl Process {
         self.end.is_none()
     }
 
-    /// Ends it, for that reason.
+    /// Kills the process; `reason` describes its end.
     pub fn kill(&mut self, reason: &str) {
         if self.end.is_none() {
             // It fails when the process has just ended by itself.
@@ -182,14 +182,14 @@ impl Process {
         }
     }
 
-    /// Waits until it has ended, which it was asked to; ends it if it does not.
+    /// Waits for a requested end of the process; kills it after the timeout.
     pub fn finish(&mut self) {
         if self.end.is_none() {
             self.gone();
         }
     }
 
-    /// Its stream is closed, so it is about to end, or does what no module does.
+    /// Handles a closed stream: the process is about to end, or misbehaves.
     #[allow(clippy::disallowed_methods, reason = "what ends in the system is a matter of wall-clock time")]
     fn gone(&mut self) {
         let start = Instant::now();
@@ -213,7 +213,8 @@ impl Drop for Process {
     }
 }
 
-/// How a process ended, in words: `ended with exit code 0`, `ended by signal 9 (killed)`.
+/// Describes the end of a process.
+/// Such as `ended with exit code 0` or `ended by signal 9 (killed)`.
 pub fn describe(status: ExitStatus) -> String {
     let Some(signal) = status.signal() else {
         return format!("ended with exit code {}", status.code().unwrap_or_default());

@@ -1,4 +1,5 @@
-//! The calls of a module whose instance is in another process: the host drives it like any other.
+//! Calls of a module whose instance is in another process.
+//! The host drives it as any other.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,33 +16,33 @@ use super::wire::{Asked, Begin, Code, Topic};
 use super::{Arena, length};
 use crate::library;
 
-/// How and with what a module runs apart.
+/// Settings and resources of an isolated module.
 #[derive(Debug)]
 pub struct Isolation {
-    /// The module.
+    /// Name of the module.
     pub name: Arc<str>,
-    /// What is started; this program if it is nothing.
+    /// Program that is started; this program if `None`.
     pub program: Option<PathBuf>,
-    /// Bytes that it may allocate; 0 for as many as there are.
+    /// Limit of its memory, bytes; 0 for none.
     pub memory: u64,
-    /// How long a step may take.
+    /// Timeout of a step.
     pub patience: Duration,
-    /// How long any other call may take.
+    /// Timeout of any other call.
     pub hang: Duration,
-    /// What it writes.
+    /// Arena that the module writes.
     pub own: Arc<Arena>,
-    /// What it reads of others; values elsewhere are copied.
+    /// Arenas that the module reads; values elsewhere are copied.
     pub readable: Vec<Arc<Arena>>,
-    /// Its ports.
+    /// Ports.
     pub ports: Vec<PortDescription>,
-    /// Bytes of its parameters.
+    /// Size of its parameters, bytes.
     pub params_size: usize,
-    /// What is counted of it.
+    /// Account of its processes.
     pub account: Account,
 }
 
 impl Isolation {
-    /// The kind with instances in processes of their own.
+    /// Returns a kind whose instances are in processes of their own.
     pub fn kind(self: &Arc<Self>, kind: &ModuleKind) -> ModuleKind {
         let maker = Apart { isolation: Arc::clone(self), kind: kind.clone() };
         // SAFETY: the calls are for what `Apart` makes.
@@ -67,17 +68,17 @@ impl Maker for Apart {
     }
 }
 
-/// Where the code of a kind is.
+/// Returns the location of a kind's code.
 pub(super) fn code_of(kind: &ModuleKind) -> Code {
     library::file_of(kind).map_or(Code::Linked, |file| Code::Library(file.into()))
 }
 
-/// An instance in another process.
+/// Instance in another process.
 pub struct Proxy {
     process: Process,
     mirror: Mirror,
     isolation: Arc<Isolation>,
-    /// Whether how it ended was noted.
+    /// True once the end of the process was recorded.
     noted: bool,
 }
 
@@ -117,7 +118,7 @@ impl Proxy {
         }
     }
 
-    /// Whether the process runs.
+    /// Returns true while the process runs.
     pub fn is_alive(&mut self) -> bool {
         let alive = self.process.is_alive();
         if !alive {
@@ -163,7 +164,7 @@ impl Proxy {
         code
     }
 
-    /// Makes a call outside of a tick, and writes what comes of it.
+    /// Makes a call outside of a tick, and writes its result.
     ///
     /// # Safety
     /// The sink is as the host made it.
@@ -189,7 +190,7 @@ impl Drop for Proxy {
     }
 }
 
-/// The calls of a proxy; [`Apart`] describes and makes them.
+/// Calls of a proxy; [`Apart`] describes and creates instances.
 pub(super) const TABLE: ModuleTable = ModuleTable {
     name: Bytes::NONE,
     doc: Bytes::NONE,

@@ -1,10 +1,11 @@
 use std::collections::BTreeMap;
 
-/// Which parts of an arena are free: by where they begin, how long they are. Neighbours are one.
+/// Free spans of an arena: offset to length, bytes; adjacent ones are merged.
 #[derive(Debug)]
 pub(super) struct Spans(BTreeMap<usize, usize>);
 
-/// Nothing shares a cache line, so that one process does not slow another down.
+/// Granularity of allocation, bytes: a cache line, against false sharing.
+/// So one process does not slow another down.
 pub(super) const GRAIN: usize = 64;
 
 fn rounded(size: usize) -> Option<usize> {
@@ -12,12 +13,12 @@ fn rounded(size: usize) -> Option<usize> {
 }
 
 impl Spans {
-    /// All of that length is free.
+    /// Returns spans with `length` free bytes.
     pub fn new(length: usize) -> Self {
         Self(BTreeMap::from([(0, length)]))
     }
 
-    /// The first place where that fits; `align` is a power of two.
+    /// Allocates the first span that fits; `align` is a power of two.
     pub fn take(&mut self, size: usize, align: usize) -> Option<usize> {
         let (size, align) = (rounded(size)?, align.max(GRAIN));
         let (start, length, at) = self.0.iter().find_map(|(&start, &length)| {
@@ -35,7 +36,7 @@ impl Spans {
         Some(at)
     }
 
-    /// Takes back what [`take`](Spans::take) gave for that size.
+    /// Frees a span that [`take`](Spans::take) returned for that size.
     pub fn give_back(&mut self, at: usize, size: usize) {
         let Some(mut size) = rounded(size) else { return };
         let mut start = at;

@@ -1,7 +1,7 @@
 use std::collections::VecDeque;
 
-/// When a process that failed, that of an isolated module or of an agent, starts anew: after a delay that doubles with
-/// each failure, and not too often.
+/// Restart policy of a process that failed: exponential backoff with a limit.
+/// For the process of an isolated module, or of an agent. The delay doubles with each failure.
 ///
 /// ```
 /// use slate_engine::isolation::Supervisor;
@@ -13,11 +13,11 @@ use std::collections::VecDeque;
 /// ```
 #[derive(Debug, Default)]
 pub struct Supervisor {
-    /// Times of the last restarts, nanoseconds.
+    /// Times of the last restarts, ns.
     restarts: VecDeque<u64>,
-    /// The last delay, nanoseconds; 0 before the first failure.
+    /// Last delay, ns; 0 before the first failure.
     delay: u64,
-    /// When the next restart is due.
+    /// Time of the next restart, ns.
     due: Option<u64>,
 }
 
@@ -25,14 +25,14 @@ const MILLISECOND: u64 = 1_000_000;
 const SECOND: u64 = 1000 * MILLISECOND;
 const FIRST_DELAY: u64 = 100 * MILLISECOND;
 const LONGEST_DELAY: u64 = 10 * SECOND;
-/// After so long without a failure the delay begins anew.
+/// Time without a failure after which the delay begins again, ns.
 const HEALTHY: u64 = 30 * SECOND;
 const LIMIT: usize = 5;
 const SPAN: u64 = 60 * SECOND;
 
 impl Supervisor {
-    /// It failed at `now` (nanoseconds, from whenever): the delay in nanoseconds until it starts anew, or nothing when it
-    /// has failed too often.
+    /// Registers a failure at `now`; returns the delay until the restart, ns.
+    /// `now` is in ns from any origin. `None` after too many failures.
     pub fn failed(&mut self, now: u64) -> Option<u64> {
         while self.restarts.front().is_some_and(|restart| now.saturating_sub(*restart) > SPAN) {
             self.restarts.pop_front();
@@ -47,18 +47,18 @@ impl Supervisor {
         Some(self.delay)
     }
 
-    /// Forgets all failures, as its code is another one now. A restart that is waited for is still made.
+    /// Clears all failures, for new code; a pending restart is kept.
     pub fn forget(&mut self) {
         self.restarts.clear();
         self.delay = 0;
     }
 
-    /// Whether a restart is waited for.
+    /// Returns true while a restart is pending.
     pub fn is_waiting(&self) -> bool {
         self.due.is_some()
     }
 
-    /// Whether a restart is due; it then counts as made.
+    /// Returns true if a restart is due, and counts it as done.
     pub fn take_due(&mut self, now: u64) -> bool {
         let due = self.due.is_some_and(|due| now >= due);
         if due {
@@ -68,17 +68,17 @@ impl Supervisor {
         due
     }
 
-    /// When the next restart is due, if one is.
+    /// Returns the time of the next restart, ns; `None` if none is pending.
     pub fn due(&self) -> Option<u64> {
         self.due
     }
 
-    /// How often is too often, in words, for who reads that it was given up.
+    /// Describes the limit of restarts, for the message that it was reached.
     pub fn too_often() -> String {
         format!("it was started anew {LIMIT} times within {} s and stays off", SPAN / SECOND)
     }
 
-    /// The same of an isolated module.
+    /// Describes the limit of restarts for an isolated module.
     pub fn limit() -> String {
         format!("{} until its plugin is reloaded", Self::too_often())
     }

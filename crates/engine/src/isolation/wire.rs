@@ -1,5 +1,5 @@
-//! What the host and an isolated module's process say to each other, over a pair of sockets. Values are not part of
-//! it: they are in shared memory.
+//! Protocol between the host and an isolated module's process, over a socket pair.
+//! Values are not part of it: they are in shared memory.
 
 use std::io::{self, IoSlice, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -9,29 +9,29 @@ use serde::{Deserialize, Serialize};
 use slate_module::Setup;
 use slate_module::blackboard::interface::Value;
 
-/// What a message is about.
+/// Topic of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub(super) enum Topic {
     /// [`Begin`]; the answer is a list of the addresses of its arenas.
     Begin = 1,
-    /// The answer is a list of [`KindText`].
+    /// Request for the kinds; the answer is a list of [`KindText`].
     Kinds,
     /// [`Asked`]; the answer is a portable description.
     Describe,
     /// [`Asked`].
     Create,
-    /// One step over the frame; the answer's code is its outcome.
+    /// Step over the frame; the answer's code is its outcome.
     Tick,
-    /// The answer is the state.
+    /// Request for the state, which is the answer.
     Save,
-    /// A state.
+    /// Restored state.
     Restore,
     MayUnload,
     Destroy,
-    /// The end of what was asked for, with the code of a module's table.
+    /// Answer to a request, with the code of a module's table.
     Answer,
-    /// A line of the log, with its level as code; any number of them come before an answer.
+    /// Line of the log, with its level as code; any number of them precede an answer.
     Log,
 }
 
@@ -49,29 +49,29 @@ const TOPICS: [Topic; 11] = [
     Topic::Log,
 ];
 
-/// Where the code of a module is.
+/// Location of a module's code.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) enum Code {
     /// Linked into the program.
     Linked,
-    /// In a library.
+    /// Library file.
     Library(PathBuf),
 }
 
-/// What a process begins with.
+/// First request to a process.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Begin {
-    /// The module's name in the agent.
+    /// Name of the module in the agent.
     pub name: String,
     pub code: Code,
-    /// Bytes that it may allocate; 0 for as many as there are.
+    /// Limit of its memory, bytes; 0 for none.
     pub memory: u64,
     /// For each arena, whose file came first, whether it may be written to.
     pub arenas: Vec<bool>,
     pub arena_length: usize,
 }
 
-/// A kind of module.
+/// Kind of module.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct KindText {
     pub name: String,
@@ -79,7 +79,7 @@ pub(super) struct KindText {
     pub section: String,
 }
 
-/// A description or an instance that is asked for.
+/// Request for a description or an instance.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Asked {
     pub kind: String,
@@ -88,7 +88,7 @@ pub(super) struct Asked {
     pub period: u64,
     pub section: Option<Value>,
     pub params: Vec<u8>,
-    /// Where the frame is in the process that is asked.
+    /// Address of the frame in the receiving process.
     pub frame: usize,
 }
 
@@ -133,7 +133,7 @@ pub(super) fn send(mut stream: &UnixStream, topic: Topic, code: i32, body: &[u8]
     stream.write_all(&body[sent.saturating_sub(HEADER).min(body.len())..])
 }
 
-/// Receives a message: topic and code; what follows is in `body`.
+/// Receives a message: topic and code; its payload is in `body`.
 pub(super) fn receive(mut stream: &UnixStream, body: &mut Vec<u8>) -> io::Result<(Topic, i32)> {
     let mut header = [0; HEADER];
     stream.read_exact(&mut header)?;

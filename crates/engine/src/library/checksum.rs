@@ -1,20 +1,21 @@
-//! A checksum behind a library, so that one that was damaged on its way to the robot is not opened.
+//! Checksum appended to a library, against damage on its way to the robot.
+//! A damaged library is not opened.
 //!
-//! The system's loader believes what a file says, and a changed byte in a table of its own ends the process later, where nobody
-//! finds out why. What stands behind the last section of a library is read by no loader.
+//! The system's loader trusts a file, and a changed byte in a table of its own ends the process later, where the cause
+//! is hard to find. No loader reads data behind the last section of a library.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
 use xxhash_rust::xxh3::Xxh3Default;
 
-/// With what a seal begins; behind it is the hash over all before it, little endian.
+/// Magic bytes of a seal; the hash of all bytes before it follows, little endian.
 pub(super) const MARK: &[u8; 8] = b"SLATESUM";
 
-/// Bytes of a seal.
+/// Size of a seal, bytes.
 const LENGTH: u64 = 16;
 
-/// The hash over so many bytes.
+/// Returns the hash of the first `length` bytes.
 pub(super) fn hash(file: &mut impl Read, length: u64) -> io::Result<u64> {
     let (mut hash, mut part) = (Xxh3Default::new(), vec![0; 1 << 18]);
     let mut rest = file.take(length);
@@ -26,7 +27,8 @@ pub(super) fn hash(file: &mut impl Read, length: u64) -> io::Result<u64> {
     }
 }
 
-/// The hash that a library's seal says, if it has one, and how many bytes are before it.
+/// Returns the hash in a library's seal and the number of bytes before the seal.
+/// `None` if it has no seal.
 pub(super) fn seal_of(file: &mut File) -> io::Result<Option<(u64, u64)>> {
     let Some(before) = file.metadata()?.len().checked_sub(LENGTH) else { return Ok(None) };
     let mut seal = [0; LENGTH as usize];
@@ -37,7 +39,7 @@ pub(super) fn seal_of(file: &mut File) -> io::Result<Option<(u64, u64)>> {
     Ok(said.map(|said| (u64::from_le_bytes(said), before)))
 }
 
-/// Whether a library is as it was sealed; also if it has no seal.
+/// Verifies a library against its seal; true if it has none.
 pub(super) fn holds(file: &mut File) -> io::Result<bool> {
     let Some((said, before)) = seal_of(file)? else { return Ok(true) };
     let found = hash(file, before)?;

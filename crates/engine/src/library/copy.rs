@@ -1,4 +1,4 @@
-//! Copies of libraries, and what is left of those whose process was killed.
+//! Copies of libraries, and removal of those of killed processes.
 
 use std::fs::{self, DirBuilder, File, Metadata};
 use std::io::{self, BufRead, BufReader, ErrorKind};
@@ -9,19 +9,20 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use xxhash_rust::xxh3::Xxh3Default;
 
-/// A copy of a file in a folder of its own, so that debuggers find it under its name. It goes when this is dropped.
+/// Copy of a file in a folder of its own, so that debuggers find its name.
+/// It is removed on drop.
 #[derive(Debug)]
 pub(super) struct PrivateCopy {
     folder: PathBuf,
     file: PathBuf,
-    /// The folder, locked: it is not swept as long as this process lives.
+    /// Locked folder, so that it is not removed while this process lives.
     _lock: File,
 }
 
 /// Counts copies.
 static COPIES: AtomicU64 = AtomicU64::new(1);
 
-/// Before the first copy, what is left of others is swept.
+/// Removal of old copies, once before the first copy.
 static SWEEP: Once = Once::new();
 
 impl PrivateCopy {
@@ -56,12 +57,12 @@ impl PrivateCopy {
         }
     }
 
-    /// The copy.
+    /// Returns the path of the copy.
     pub fn file(&self) -> &Path {
         &self.file
     }
 
-    /// A hash over it.
+    /// Returns a hash of the copy.
     ///
     /// # Errors
     /// When it can't be read.
@@ -88,14 +89,15 @@ impl Drop for PrivateCopy {
     }
 }
 
-/// Whether a folder that is open is still at that path.
+/// Returns true if an open folder is still at that path.
 fn is_at(open: &File, path: &Path) -> bool {
     let same = |own: Metadata, found: Metadata| own.dev() == found.dev() && own.ino() == found.ino();
     open.metadata().ok().zip(fs::symlink_metadata(path).ok()).is_some_and(|(own, found)| same(own, found))
 }
 
-/// Removes the copies of this user's processes that were killed: nobody has their folders locked, which also holds for
-/// processes in containers, and no process has their number, as agents of older versions lock nothing.
+/// Removes the copies of this user's processes that were killed.
+/// Nobody has their folders locked, which also holds for processes in containers, and no process has their number, as
+/// agents of older versions lock nothing.
 fn sweep(place: &Path) {
     let Ok(entries) = fs::read_dir(place) else { return };
     let user = rustix::process::geteuid().as_raw();
@@ -111,7 +113,8 @@ fn sweep(place: &Path) {
     }
 }
 
-/// The number of the process whose copy is in a folder of that name; nothing for other folders.
+/// Returns the id of the process that owns a folder, from the folder's name.
+/// `None` for other folders.
 fn process_of(name: &str) -> Option<&str> {
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let (process, number) = name.strip_prefix("slate-")?.split_once('-')?;

@@ -1,4 +1,4 @@
-//! What libraries were when they were loaded last, so that one that has changed is told of before it is opened.
+//! Checksums of libraries at their last load, to detect changes before opening.
 
 use std::fs::{self, DirBuilder, File, Metadata};
 use std::io::{self, Write};
@@ -10,13 +10,13 @@ use slate_configuration::replacement::Replacement;
 
 use super::{LibraryError, checksum};
 
-/// How many libraries are known at most; the one that was loaded the longest ago goes first.
+/// Maximum number of known libraries; the least recently loaded is dropped first.
 const MOST: usize = 256;
 
-/// The largest file that is read, bytes.
+/// Largest file that is read, bytes.
 const LARGEST: u64 = 1 << 20;
 
-/// The libraries of a user's agents by their checksums, in a file.
+/// Libraries of a user's agents by their checksums, in a file.
 ///
 /// One that was written since is another one. One that was not, and has other bytes nevertheless, is damaged: so does a disk
 /// that fails.
@@ -25,7 +25,7 @@ pub struct KnownLibraries {
     file: PathBuf,
 }
 
-/// What is known of a library.
+/// Record of a library at its last load.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 struct KnownLibrary {
     path: PathBuf,
@@ -56,12 +56,12 @@ impl FileStamp {
 }
 
 impl KnownLibraries {
-    /// Those in that file, which is made when the first one is loaded.
+    /// Returns the records in that file, which the first load creates.
     pub fn at(file: PathBuf) -> Self {
         Self { file }
     }
 
-    /// Whether a library was written since it was looked at last. From now on it is known as it is.
+    /// Returns true if a library was rewritten since its record; updates the record.
     ///
     /// # Errors
     /// It is damaged. It stays known as it was.

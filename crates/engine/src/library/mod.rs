@@ -1,4 +1,4 @@
-//! The libraries of plugins: what a file says of itself before it is opened, and opening it.
+//! Libraries of plugins: reading the outline of a file, and opening it.
 
 mod checksum;
 mod copy;
@@ -16,15 +16,15 @@ pub use open::{Residence, code_of, file_of, open_as_it_is};
 pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};
 pub use seal::seal;
 
-/// Why a file can't be used as a plugin.
+/// Reason why a file can't be used as a plugin.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 #[error("{}: {problem}", slate_configuration::printable(.file))]
 #[diagnostic(help("{help}"))]
 pub struct LibraryError {
-    /// The file.
+    /// Path of the file.
     pub file: PathBuf,
-    /// What was found, and what was expected.
+    /// Problem found, and the expected state.
     pub problem: String,
-    /// What to do.
+    /// Remedy.
     pub help: String,
 }

@@ -13,20 +13,21 @@ use slate_module::{ModuleKind, ModuleTable, Plugin, PluginTable, read_robot};
 use super::copy::PrivateCopy;
 use super::{LibraryError, LibraryOutline};
 
-/// A library that is open. It is a copy under a name of its own, as the system takes a file of a known name for the
-/// one that it has already, and as the original may be built anew while the copy is in use.
+/// Open library, a copy under a name of its own.
+/// The system takes a file of a known name for the one that it has already, and the original may be built anew while
+/// the copy is in use.
 pub(crate) struct Library {
     handle: Option<unix::Library>,
     copy: PathBuf,
-    /// A hash over the file; none when the copy belongs to another process.
+    /// Hash of the file; `None` if the copy belongs to another process.
     code: Option<u64>,
-    /// Goes after the library; none when the copy belongs to another process.
+    /// Private copy, dropped after the library; `None` if another process owns it.
     _own: Option<PrivateCopy>,
     residence: Arc<AtomicU8>,
 }
 
 impl Library {
-    /// A library that is not open yet, in a copy of its own.
+    /// Copies a library without opening it.
     ///
     /// # Errors
     /// When there is no room for the copy, or the file can't be read.
@@ -37,23 +38,23 @@ impl Library {
         Ok(Self { handle: None, copy: copy.file().into(), code, _own: Some(copy), residence })
     }
 
-    /// The file that is opened.
+    /// Returns the file that is opened.
     pub(crate) fn copy(&self) -> &Path {
         &self.copy
     }
 }
 
-/// What became of a library's memory.
+/// State of a library's memory after it was closed.
 #[derive(Clone, Debug, Default)]
 pub struct Residence(Arc<AtomicU8>);
 
-/// Until then it is open.
+/// State after unmapping; before, the library is open.
 const UNMAPPED: u8 = 1;
 const RESIDENT: u8 = 2;
 
 impl Residence {
-    /// In words. That a library stays resident is no fault: the system keeps one that gave a thread something to
-    /// clean up.
+    /// Describes the state in words.
+    /// A library that stays resident is no fault: the system keeps one that gave a thread something to clean up.
     pub fn describe(&self) -> &'static str {
         match self.0.load(Ordering::Acquire) {
             UNMAPPED => "unmapped",
@@ -74,7 +75,7 @@ impl Drop for Library {
     }
 }
 
-/// Opens only what is open already (Linux and others).
+/// Flag to open only a library that is open already (Linux and others).
 const RTLD_NOLOAD: i32 = 4;
 
 /// Opens a copy that another process made, and leaves it where it is.
@@ -87,20 +88,20 @@ pub fn open_as_it_is(copy: &Path) -> Result<Plugin, LibraryError> {
     open(copy, Library { handle: None, copy: copy.into(), code: None, _own: None, residence }, &outline)
 }
 
-/// A hash over the file of a kind's library, if it is of one.
+/// Returns the hash of a kind's library; `None` for linked code.
 pub fn code_of(kind: &ModuleKind) -> Option<u64> {
     kind.library()?.downcast_ref::<Library>()?.code
 }
 
-/// The file that a kind's library was opened from, if it is of one.
+/// Returns the file of a kind's library; `None` for linked code.
 pub fn file_of(kind: &ModuleKind) -> Option<&Path> {
     Some(kind.library()?.downcast_ref::<Library>()?.copy.as_path())
 }
 
-/// Opens a library, and makes a plugin of what it brings.
+/// Opens a library, and makes a plugin of its modules.
 ///
 /// # Errors
-/// What does not fit, with what was expected.
+/// A library that does not fit, with the expected state.
 pub(crate) fn open(
     file: &Path,
     mut library: Library,
@@ -156,7 +157,7 @@ pub(crate) fn open(
     make(file, kinds, outline)
 }
 
-/// A plugin of what a library brings, which must be what it says.
+/// Makes a plugin of a library's modules, which must agree with its outline.
 pub(crate) fn make(
     file: &Path,
     kinds: Vec<ModuleKind>,
@@ -175,7 +176,7 @@ pub(crate) fn make(
     Ok(Plugin::new(&outline.name, kinds).version(&outline.version).depends(&depends))
 }
 
-/// The configuration of the robot that a library brings, if it does.
+/// Returns the robot configuration in a library, if any.
 ///
 /// # Errors
 /// The robot is invalid.
@@ -198,7 +199,8 @@ pub(crate) fn robot_text(
     })
 }
 
-/// The first call of a module that is null, which no function of Rust may be.
+/// Returns the first call of a module that is null.
+/// No function of Rust may be null.
 ///
 /// # Safety
 /// There is a table, but for its calls.
@@ -217,7 +219,8 @@ unsafe fn missing_call(module: *const ModuleTable) -> Option<&'static str> {
     calls.into_iter().find(|(_, offset)| is_null(*offset)).map(|(name, _)| name)
 }
 
-/// What the system says, which is the source of the error; the name of the copy helps nobody.
+/// Returns the system's message, which is the source of the error.
+/// The copy's name is removed, as it helps nobody.
 fn in_full(error: &libloading::Error, copy: &Path) -> String {
     let text = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
     text.replace(&format!("{}: ", copy.display()), "")

@@ -1,4 +1,5 @@
-//! What a library offers and needs, read from a section of its file without running any of its code.
+//! Outline of a library: its modules and requirements, without running its code.
+//! It is read from a section of the file.
 
 use std::fs::File;
 use std::path::Path;
@@ -11,73 +12,73 @@ use slate_module::table::ABI;
 
 use super::{LibraryError, checksum, whole};
 
-/// What a plugin's file says of itself.
+/// Outline of a plugin, from its file.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct LibraryOutline {
-    /// The version of the plugin interface that it was built for.
+    /// Version of the plugin interface for which it was built.
     pub abi: u32,
-    /// The symbol of its table.
+    /// Symbol of its table.
     pub symbol: String,
-    /// The plugin's name.
+    /// Name of the plugin.
     pub name: String,
-    /// The plugin's version.
+    /// Version of the plugin.
     #[serde(default)]
     pub version: String,
-    /// What a panic does: `unwind`, `abort`, or nothing for languages that have none.
+    /// Effect of a panic: `unwind`, `abort`, or empty for languages without panics.
     #[serde(default)]
     pub panic: String,
-    /// The plugins that must be there before it.
+    /// Plugins that must be loaded before it.
     #[serde(default)]
     pub depends: Vec<String>,
-    /// The kinds of modules that it brings.
+    /// Kinds of modules.
     pub modules: Vec<ModuleOutline>,
 }
 
-/// What a plugin's file says of a kind of module.
+/// Outline of a kind of module.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ModuleOutline {
-    /// The name by which configuration finds it.
+    /// Name by which configuration finds it.
     pub name: String,
-    /// What it does.
+    /// Description of the module.
     #[serde(default)]
     pub doc: String,
-    /// The step of the main loop that it belongs to.
+    /// Stage of the main loop.
     #[serde(default)]
     pub stage: String,
-    /// Its parameters.
+    /// Parameters.
     #[serde(default)]
     pub params: Option<InterfaceOutline>,
-    /// Its ports, as far as they do not depend on its configuration.
+    /// Ports, as far as they do not depend on its configuration.
     #[serde(default)]
     pub ports: Vec<PortOutline>,
 }
 
-/// An interface by name and schema.
+/// Interface by name and schema.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct InterfaceOutline {
     /// Name of the interface.
     pub interface: String,
-    /// Its schema hash, hexadecimal; empty when the author didn't write it down.
+    /// Schema hash, hexadecimal; empty if the author omitted it.
     #[serde(default)]
     pub schema: String,
 }
 
-/// What a plugin's file says of a port.
+/// Outline of a port.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct PortOutline {
     /// Name.
     pub name: String,
-    /// Which way.
+    /// Direction.
     pub direction: String,
-    /// What it carries.
+    /// Interface.
     #[serde(flatten)]
     pub carries: InterfaceOutline,
 }
 
-/// The section that has the outline.
+/// Section with the outline.
 const SECTION: &str = ".slate";
 
-/// What to do about a library that is not there.
+/// Returns the remedy for a missing library.
 fn build_it(file: &Path) -> String {
     let built = file.components().any(|part| part.as_os_str() == "target");
     match std::env::var_os("CARGO_TARGET_DIR").filter(|folder| built && !folder.is_empty()) {
@@ -92,7 +93,7 @@ fn build_it(file: &Path) -> String {
 }
 
 impl LibraryOutline {
-    /// Reads what the library says of itself; it is not opened.
+    /// Reads the outline of a library without opening it.
     ///
     /// # Errors
     /// When the file can't be read, is no whole library for this machine, or is no plugin.
@@ -195,7 +196,7 @@ impl LibraryOutline {
     }
 }
 
-/// The machine that this program was built for, as ELF counts them.
+/// Returns the ELF code of the machine for which this program was built.
 fn machine() -> elf::Machine {
     match std::env::consts::ARCH {
         "x86_64" => elf::EM_X86_64,

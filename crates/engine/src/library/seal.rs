@@ -9,7 +9,8 @@ use slate_configuration::replacement::Replacement;
 use super::checksum::{MARK, hash, seal_of};
 use super::{LibraryError, LibraryOutline};
 
-/// Seals a plugin's library, which is then refused when a byte of it changes; false if it was sealed already.
+/// Seals a plugin's library, so that a change of any byte is detected.
+/// False if it was sealed already.
 ///
 /// # Errors
 /// When the file is no plugin, is damaged, or can't be written; it is as it was then.

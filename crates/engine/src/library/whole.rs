@@ -1,5 +1,6 @@
-//! Whether a file is as its headers say. The system's loader maps what they say without a look at the rest, and ends
-//! the process when it is wrong; so what they say twice must agree.
+//! Consistency check of an ELF file's headers.
+//! The system's loader maps a file by its headers without a further check, and ends the process when they are wrong; so
+//! redundant entries must agree.
 
 use object::elf::{self, FileHeader64, ProgramHeader64, SectionHeader64};
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, SectionTable};
@@ -8,7 +9,7 @@ use object::{Endianness, ReadRef};
 type Segment = ProgramHeader64<Endianness>;
 type Section = SectionHeader64<Endianness>;
 
-/// What is wrong with the file's headers, in words.
+/// Checks the file's headers; the error describes the defect.
 pub(super) fn check<'d>(header: &FileHeader64<Endianness>, bytes: impl ReadRef<'d>) -> Result<(), String> {
     let damaged = |error: object::Error| format!("is damaged: {error}");
     let endian = header.endian().map_err(damaged)?;
@@ -43,7 +44,7 @@ fn in_file((start, length): (u64, u64), size: u64) -> Result<(), &'static str> {
     if fits { Ok(()) } else { Err("is not in the file") }
 }
 
-/// The smallest page of any machine.
+/// Smallest page of any machine.
 const PAGE: u64 = 4096;
 
 struct View<'a> {
@@ -56,13 +57,14 @@ impl View<'_> {
         self.segments.iter().filter(move |segment| segment.p_type(self.endian) == kind)
     }
 
-    /// The part of memory that a segment is, from the library's beginning.
+    /// Returns a segment's range of memory, relative to the library's beginning.
     fn memory(&self, segment: &Segment) -> Option<(u64, u64)> {
         let start = segment.p_vaddr(self.endian);
         Some((start, start.checked_add(segment.p_memsz(self.endian))?))
     }
 
-    /// What is mapped is in order, and in the file where it is in memory but for whole pages.
+    /// Checks that loadable segments are ordered and lie in the file as in memory.
+    /// Up to whole pages.
     fn loads(&self) -> Result<(), String> {
         let mut last = 0;
         for segment in self.of_type(elf::PT_LOAD) {
@@ -80,7 +82,7 @@ impl View<'_> {
         if last == 0 { Err("is damaged: it has no segment to load".into()) } else { Ok(()) }
     }
 
-    /// The mapped segment that has that part of memory, and of the file.
+    /// Returns the mapped segment that contains that range of memory, and of the file.
     fn mapped(&self, address: u64, size: u64, offset: Option<u64>) -> Option<&Segment> {
         let end = address.checked_add(size)?;
         self.of_type(elf::PT_LOAD).find(|load| {
@@ -95,7 +97,7 @@ impl View<'_> {
         })
     }
 
-    /// What the loader reads is mapped.
+    /// Checks that a segment which the loader reads is mapped.
     fn segment(&self, segment: &Segment) -> Result<(), &'static str> {
         let kind = segment.p_type(self.endian);
         if matches!(kind, elf::PT_LOAD | elf::PT_NULL | elf::PT_GNU_STACK) {
@@ -109,7 +111,7 @@ impl View<'_> {
         if is_whole { Ok(()) } else { Err("is not in what is loaded") }
     }
 
-    /// A section that is used at run time is in a segment that allows what is done with it.
+    /// Checks that a section in use is mapped with suitable permissions.
     fn section(&self, section: &Section) -> Result<(), &'static str> {
         let flags = section.sh_flags(self.endian);
         let is_empty = section.sh_type(self.endian) == elf::SHT_NOBITS;
@@ -128,7 +130,7 @@ impl View<'_> {
         if fits { Ok(()) } else { Err("is loaded so that it can't be used") }
     }
 
-    /// The loader finds its instructions by a segment.
+    /// Checks that the dynamic segment and section agree; the loader reads the segment.
     fn dynamic<'d, R: ReadRef<'d>>(
         &self,
         sections: &SectionTable<'d, FileHeader64<Endianness>, R>,
@@ -149,7 +151,7 @@ impl View<'_> {
         }
     }
 
-    /// What is made read-only after loading is not what the library writes to later.
+    /// Checks that no section is written that becomes read-only after loading (RELRO).
     fn read_only_later<'d, R: ReadRef<'d>>(
         &self,
         sections: &SectionTable<'d, FileHeader64<Endianness>, R>,

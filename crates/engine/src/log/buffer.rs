@@ -1,5 +1,5 @@
-//! The buffer between those who log and the logger's thread. Who sends takes no lock, so that a thread that is
-//! preempted while it logs or writes holds no tick up.
+//! Buffer between the threads that log and the logger's thread.
+//! A sender takes no lock, so that a thread that is preempted while it logs or writes delays no tick.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -14,14 +14,14 @@ struct Buffer<M> {
     /// Notified when half of the places are free again.
     emptied: Wake,
     senders: AtomicUsize,
-    /// Whether nobody receives any more.
+    /// True once the receiver was dropped.
     closed: AtomicBool,
 }
 
-/// How long a sender waits before it looks again whether there is room.
+/// Interval at which a waiting sender checks for room.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// A buffer with that many places.
+/// Returns the ends of a buffer with that many places.
 pub(super) fn buffer<M>(places: usize) -> (Sender<M>, Receiver<M>) {
     let buffer = Arc::new(Buffer {
         messages: ArrayQueue::new(places),
@@ -46,7 +46,7 @@ impl<M> Sender<M> {
         Ok(())
     }
 
-    /// Sends, and waits for room. False when nobody receives any more.
+    /// Sends, and waits for room; false if the receiver was dropped.
     pub fn send(&self, mut message: M) -> bool {
         loop {
             match self.try_send(message) {
@@ -77,7 +77,7 @@ impl<M> Drop for Sender<M> {
 
 pub(super) struct Receiver<M>(Arc<Buffer<M>>);
 
-/// Why there is no message.
+/// Reason why no message was received.
 pub(super) enum Nothing {
     /// None came in time.
     Yet,
@@ -86,7 +86,7 @@ pub(super) enum Nothing {
 }
 
 impl<M> Receiver<M> {
-    /// The next message, waited for at most so long.
+    /// Returns the next message, within `patience`.
     ///
     /// # Errors
     /// When there is none.

@@ -1,12 +1,12 @@
-//! One logger with several targets and a level per module.
+//! Logger with several targets and a level per module.
 //!
 //! A tick formats into memory of its own; a thread of the logger writes to the targets, so no module ever waits for a
 //! terminal or a disk. In lockstep nothing is lost and lines stand in the order of the modules; on the wall clock a
 //! full buffer drops lines and counts them, and a module that floods it leaves room for the others.
 //!
-//! Where lines go is said by the configuration (`[log.targets]`), by the application
-//! (when it loads an agent), or at run time ([`Logger::add_target`]). The last lines are always on the
-//! blackboard, at `/log/tail`, and what became of all lines at `/log/counts`.
+//! The targets are set by the configuration (`[log.targets]`), by the application (when it loads an agent), or at run
+//! time ([`Logger::add_target`]). The last lines are always on the blackboard, at `/log/tail`, and the numbers of
+//! written, dropped and suppressed lines at `/log/counts`.
 
 mod buffer;
 mod record;
@@ -43,23 +43,24 @@ use source::{COMMON, LogMessage, LogSource, OWN};
 use tail::Tail;
 use thread::Thread;
 
-/// How an agent logs.
+/// Settings of an agent's log.
 #[derive(Clone, Debug)]
 pub struct LogSettings {
-    /// Which lines of which module.
+    /// Log levels by module.
     pub levels: Levels,
-    /// How many lines of one text a module may write in a second of the agent's time; what is beyond is summed up in
-    /// one line. 0 for all.
+    /// Maximum number of lines of one text that a module writes in a second.
+    /// In the agent's time; the rest is summed up in one line. 0 for no limit.
     pub repeat: u64,
-    /// Whether to wait for a full buffer rather than drop lines, and to keep their order the same in every run.
+    /// True to wait for a full buffer rather than drop lines, and to keep their order.
+    /// The order is then the same in every run.
     pub lockstep: bool,
-    /// How many modules are sure of a place in the buffer.
+    /// Number of modules with reserved places in the buffer.
     pub modules: usize,
 }
 
-/// What an agent logs with.
+/// Logger of an agent.
 pub struct Logger {
-    /// The log of the agent itself; nothing only at the end.
+    /// Log of the agent itself; `None` only at the end.
     agent: Option<ModuleLog>,
     thread: Option<JoinHandle<()>>,
     messages: Option<Sender<LogMessage>>,
@@ -77,7 +78,7 @@ struct Counts {
     common: AtomicU32,
 }
 
-/// What a change of levels goes through; no tick does.
+/// Levels and sources of all modules; locked to change levels, never in a tick.
 struct Modules {
     levels: Levels,
     sources: BTreeMap<Arc<str>, Arc<LogSource>>,
@@ -90,7 +91,7 @@ impl fmt::Debug for Logger {
 }
 
 impl Logger {
-    /// A logger with those targets.
+    /// Returns a logger with those targets.
     ///
     /// # Errors
     /// When its thread can't be started.
@@ -120,20 +121,21 @@ impl Logger {
         })
     }
 
-    /// The level of a module.
+    /// Returns the level of a module.
     pub fn level(&self, module: &str) -> Level {
         self.modules().levels.of(module)
     }
 
-    /// Changes the level of a module and of all whose names go on from that one, such as `r2` for `r2/planner`; or,
-    /// without a name, of all modules that no level names. Running modules follow with their next line.
+    /// Changes the log level of a module and of all below its name.
+    /// `r2` also sets `r2/planner`. Without a name, it sets all modules that no level names. Running modules follow
+    /// with their next line.
     pub fn set_level(&self, module: Option<&str>, level: Level) {
         let mut modules = self.modules();
         modules.levels.set(module, level);
         modules.sources.values().for_each(|source| source.set_level(modules.levels.of(&source.name)));
     }
 
-    /// All levels.
+    /// Returns all levels.
     pub fn levels(&self) -> Levels {
         self.modules().levels.clone()
     }
@@ -150,7 +152,8 @@ impl Logger {
         self.send(LogMessage::Target(target));
     }
 
-    /// Logs a line of the agent itself; it is dropped and counted when the targets are too slow.
+    /// Logs a line of the agent itself.
+    /// It is dropped and counted if the targets are too slow.
     pub fn log(&self, time: u64, level: Level, text: &str) {
         if let Some(agent) = &self.agent {
             agent.write_at(time, level, text.as_bytes());
@@ -170,8 +173,8 @@ impl Logger {
         log.write_at(time, level, text.as_bytes());
     }
 
-    /// Waits until the targets have what was logged so far, but not longer than `limit`. Repetitions and dropped
-    /// lines are summed up.
+    /// Waits until the targets have all lines logged so far, at most `limit`.
+    /// Repetitions and dropped lines are summed up.
     pub fn flush(&self, limit: Duration) {
         let Some(messages) = &self.messages else { return };
         let has_ended = || self.thread.as_ref().is_none_or(JoinHandle::is_finished);
@@ -190,17 +193,17 @@ impl Logger {
         while self.counts.written.load(Ordering::Acquire) < sent && wait() {}
     }
 
-    /// How many lines were dropped because the targets were too slow.
+    /// Returns the number of lines dropped because the targets were too slow.
     pub fn dropped(&self) -> u64 {
         self.counts.dropped.load(Ordering::Relaxed)
     }
 
-    /// How many lines of a module, or of `agent`, were dropped.
+    /// Returns the number of dropped lines of a module, or of `agent`.
     pub fn dropped_of(&self, module: &str) -> u64 {
         self.modules().sources.get(module).map_or(0, |source| source.dropped())
     }
 
-    /// Shows the last lines and the counts on a blackboard, at `/log/tail` and `/log/counts`.
+    /// Publishes the last lines and the counts at `/log/tail` and `/log/counts`.
     ///
     /// # Errors
     /// When a module has a property of that name.
@@ -209,8 +212,8 @@ impl Logger {
         Ok(())
     }
 
-    /// The log of a module, whose lines carry the time of that clock; `lossless` waits for a full buffer rather than drop
-    /// a line.
+    /// Returns the log of a module; its lines carry the time of `clock`.
+    /// A `lossless` one waits for a full buffer rather than drop a line.
     pub fn module(&self, name: &Arc<str>, lossless: bool, clock: &Arc<Clock>) -> Option<Box<ModuleLog>> {
         let messages = self.messages.clone()?;
         let mut modules = self.modules();
@@ -236,7 +239,7 @@ impl Logger {
     }
 }
 
-/// How often a flush looks whether it is done.
+/// Interval at which a flush checks for its end.
 const LOOK: Duration = Duration::from_micros(500);
 
 impl Drop for Logger {

@@ -6,37 +6,38 @@ use slate_module::Level;
 
 use slate_configuration::printable_text;
 
-/// What stands before each field of a message that a module logs: the unit separator of ASCII.
+/// Separator before each field of a message: ASCII's unit separator.
 const SEPARATOR: char = '\u{1f}';
 
-/// A line of the log.
+/// Line of the log.
 ///
 /// Its [`Display`](fmt::Display) is one line for people. As JSON it is an object of `time` (nanoseconds), `level`,
 /// `module` and `text`, with `fields` and `dropped` where there are any.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Record {
-    /// The agent's time, nanoseconds.
+    /// Agent's time, ns.
     pub time: u64,
-    /// How important.
+    /// Severity.
     pub level: Level,
-    /// Which module, or `agent`.
+    /// Module that logs, or `agent`.
     pub module: Arc<str>,
-    /// What happened.
+    /// Message.
     pub text: String,
     /// Values that belong to it, by key, in the order of the message.
     pub fields: Vec<(String, String)>,
-    /// How many lines of the same module were dropped right before this one.
+    /// Number of lines of the same module dropped right before this one.
     pub dropped: u64,
 }
 
 impl Record {
-    /// A line without fields.
+    /// Returns a line without fields.
     pub fn new(time: u64, level: Level, module: &Arc<str>, text: impl Into<String>) -> Self {
         let module = Arc::clone(module);
         Self { time, level, module, text: text.into(), fields: Vec::new(), dropped: 0 }
     }
 
-    /// A line out of what a module logs: the text, and a part `key=value` after each unit separator (0x1f).
+    /// Parses a module's message: the text, then `key=value` after each separator.
+    /// The separator is the unit separator (0x1f).
     pub fn from_message(time: u64, level: Level, module: &Arc<str>, message: &str) -> Self {
         let mut parts = message.split(SEPARATOR);
         let mut record = Self::new(time, level, module, parts.next().unwrap_or_default());
@@ -48,7 +49,7 @@ impl Record {
         record
     }
 
-    /// The text with its fields, without time, level and module: one line, whatever the module wrote.
+    /// Formats the text with its fields, without time, level and module, on one line.
     pub fn message(&self) -> String {
         let mut message = printable_text(&self.text).into_owned();
         for (key, value) in &self.fields {
@@ -90,7 +91,7 @@ impl Serialize for Record {
     }
 }
 
-/// An object, in the order of the message.
+/// Fields as a JSON object, in the order of the message.
 struct Fields<'a>(&'a [(String, String)]);
 
 impl Serialize for Fields<'_> {
@@ -99,7 +100,7 @@ impl Serialize for Fields<'_> {
     }
 }
 
-/// A level as it is written in a configuration.
+/// Returns the name of a level in a configuration.
 pub(super) fn level_name(level: Level) -> &'static str {
     match level {
         Level::Error => "error",

@@ -5,27 +5,28 @@ use slate_module::Level;
 
 use super::Record;
 
-/// How long repetitions of a message are counted together, nanoseconds of the agent's time.
+/// Window in which repetitions of a message are counted, ns of the agent's time.
 pub(super) const WINDOW: u64 = 1_000_000_000;
 
-/// How many different messages are remembered; beyond that, the oldest is forgotten before its window ends.
+/// Maximum number of different messages remembered.
+/// Beyond that, the oldest is dropped before its window ends.
 const REMEMBERED: usize = 4096;
 
 /// Sums up messages that are repeated too often.
 ///
 /// It looks at the times of the lines alone, so that in lockstep the same lines come out in every run.
 pub(super) struct Repeats {
-    /// How many lines of one text are written in a window; 0 for all.
+    /// Maximum number of lines of one text in a window; 0 for no limit.
     limit: u64,
     seen: BTreeMap<Arc<Text>, Seen>,
     /// All that was seen, by the beginning of the window.
     windows: VecDeque<Arc<Text>>,
-    /// What was suppressed, by module, and not told yet in this window.
+    /// Suppressed texts by module that were not summed up yet in this window.
     untold: BTreeSet<Arc<Text>>,
     pub suppressed: u64,
 }
 
-/// What makes two lines the same.
+/// Key of repetition: lines with an equal key count as the same.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Text {
     module: Arc<str>,
@@ -40,8 +41,8 @@ struct Seen {
     /// Lines that were dropped before suppressed ones.
     dropped: u64,
     last: u64,
-    /// Whether another message of the module brought a sum. That happens once in a window, as else messages that
-    /// alternate would make as many sums as there are lines.
+    /// True once another message of the module brought a summary.
+    /// That happens once in a window, as otherwise alternating messages would make as many summaries as lines.
     told: bool,
 }
 
@@ -56,7 +57,7 @@ impl Repeats {
         }
     }
 
-    /// Writes a line, unless it is suppressed, and before it what is to be told by then.
+    /// Writes a line unless it is suppressed, after the summaries that are due.
     pub fn pass(&mut self, record: Record, write: &mut dyn FnMut(&Record)) {
         if self.limit == 0 {
             return write(&record);
@@ -90,7 +91,7 @@ impl Repeats {
         write(&record);
     }
 
-    /// Tells of all that is suppressed and not told yet.
+    /// Writes the pending summaries of suppressed lines.
     pub fn settle(&mut self, write: &mut dyn FnMut(&Record)) {
         for at in 0..self.windows.len() {
             let text = Arc::clone(&self.windows[at]);

@@ -1,4 +1,4 @@
-//! The way of a line from a module to the logger's thread.
+//! Path of a line from a module to the logger's thread.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,16 +10,16 @@ use super::tail::Tail;
 use super::{Counts, LogTarget, Record};
 use crate::clock::Clock;
 
-/// How many lines all modules together may have in the buffer beside their own.
+/// Number of shared places in the buffer, for all modules beside their own.
 pub(super) const COMMON: u32 = 1024;
 
-/// How much of that one module may take.
+/// Maximum number of shared places that one module may take.
 const LARGEST: u32 = COMMON / 2;
 
-/// How many lines each module may have in the buffer whatever others do.
+/// Number of reserved places in the buffer for each module.
 pub(super) const OWN: u32 = 8;
 
-/// What goes to the logger's thread.
+/// Message to the logger's thread.
 #[allow(clippy::large_enum_variant, reason = "a line in a box would be an allocation of the tick")]
 pub(super) enum LogMessage {
     Line(SentLine),
@@ -29,7 +29,7 @@ pub(super) enum LogMessage {
     Settle,
 }
 
-/// A line on its way; text in place, so that sending it allocates nothing.
+/// Line in the buffer; its text is in place, so that sending it allocates nothing.
 pub(super) struct SentLine {
     time: u64,
     level: Level,
@@ -40,7 +40,7 @@ pub(super) struct SentLine {
     text: [u8; 512],
 }
 
-/// Which place of the buffer a line takes.
+/// Kind of the place that a line takes in the buffer.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum BufferPlace {
     /// Any: the module waits for one.
@@ -49,7 +49,7 @@ enum BufferPlace {
     Common,
 }
 
-/// A module as the log knows it, shared with the logger's thread.
+/// Module as a source of lines, shared with the logger's thread.
 pub(super) struct LogSource {
     pub name: Arc<str>,
     level: AtomicU32,
@@ -75,12 +75,12 @@ impl LogSource {
         self.level.store(level as u32, Ordering::Relaxed);
     }
 
-    /// How many of its lines were dropped.
+    /// Returns the number of dropped lines.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }
 
-    /// The dropped lines that no line has told of yet.
+    /// Takes the number of dropped lines that no line has reported yet.
     pub fn take_untold(&self) -> u64 {
         self.untold.swap(0, Ordering::Relaxed)
     }
@@ -89,7 +89,8 @@ impl LogSource {
         level as u32 <= self.level.load(Ordering::Relaxed)
     }
 
-    /// A place in the buffer: one of its own, else one of the common ones unless those are all taken.
+    /// Takes a place in the buffer: a reserved one, else a shared one.
+    /// `None` if those are all taken.
     fn place(&self, counts: &Counts) -> Option<BufferPlace> {
         let waiting = self.waiting.fetch_add(1, Ordering::Relaxed);
         if waiting < OWN {
@@ -122,7 +123,7 @@ impl LogSource {
 }
 
 impl SentLine {
-    /// What the targets get. Its place in the buffer is free again.
+    /// Converts the line to a record for the targets; frees its place in the buffer.
     pub fn into_record(self, counts: &Counts) -> (Arc<LogSource>, Record) {
         self.source.leave(self.place, counts);
         let text = String::from_utf8_lossy(&self.text[..self.length]);
@@ -132,29 +133,32 @@ impl SentLine {
     }
 }
 
-/// No time that a line carries.
+/// Value for no time stamp.
 const NOW: u64 = u64::MAX;
 
-/// The log of one module, as its frame's host knows it.
+/// Log of one module, to which its frame's host points.
 pub struct ModuleLog {
     lines: Sender<LogMessage>,
     counts: Arc<Counts>,
     source: Arc<LogSource>,
     lossless: bool,
-    /// Says when a line was written; nothing for those who say it themselves.
+    /// Clock of the time stamps; `None` for callers that set them.
     clock: Option<Arc<Clock>>,
-    /// What lines carry in place of the present time; [`NOW`] for nothing.
+    /// Time stamp of the lines in place of the present time, ns; [`NOW`] for none.
     time: AtomicU64,
-    /// Whether lines are kept, as the step is made beside others; they follow when it is committed.
+    /// True while lines are held, as the step runs beside others.
+    /// They follow when it is committed.
     holding: AtomicBool,
     held: Mutex<Vec<SentLine>>,
 }
 
-/// At the end of a line that was longer; half a character before it is shown as an unknown one.
+/// Suffix of a truncated line.
+/// A character that is cut before it is shown as an unknown one.
 const CUT: &[u8] = b" ...";
 
 impl ModuleLog {
-    /// The log of that module; `lossless` waits for a full buffer rather than drop a line.
+    /// Returns the log of a module.
+    /// A `lossless` one waits for a full buffer rather than drop a line.
     pub(super) fn new(
         lines: Sender<LogMessage>,
         counts: Arc<Counts>,
@@ -174,12 +178,12 @@ impl ModuleLog {
         }
     }
 
-    /// What a frame points to.
+    /// Returns the host to which a frame points.
     pub fn host(&self) -> Host {
         Host { context: std::ptr::from_ref(self).cast(), log: take }
     }
 
-    /// The time that the next lines carry, for steps that are made later than they would have been.
+    /// Sets the time stamp of the next lines, ns, for steps run later than planned.
     pub fn set_time(&self, time: u64) {
         self.time.store(time, Ordering::Relaxed);
     }
@@ -197,8 +201,8 @@ impl ModuleLog {
         self.write_at(time, level, bytes);
     }
 
-    /// Before a step that is made beside others: in lockstep, keeps lines until [`release`](ModuleLog::release), so
-    /// that they stand in the order of the modules.
+    /// Begins a step that runs beside others.
+    /// In lockstep, keeps lines until [`release`](ModuleLog::release), so that they follow the order of the modules.
     pub fn hold(&self) {
         self.holding.store(true, Ordering::Relaxed);
     }

@@ -6,12 +6,12 @@ use slate_module::{Interface, Level, Text};
 
 use super::Record;
 
-/// How many lines a late reader still sees.
+/// Number of lines kept for a late reader.
 const DEPTH: usize = 256;
 
-/// The log as properties, written by the logger's thread.
+/// Properties of the log, written by the logger's thread.
 ///
-/// What a module reads must not depend on how fast that thread is, so nothing can be linked to them.
+/// Nothing can be linked to them, as a module's inputs must not depend on the speed of that thread.
 pub(super) struct Tail {
     lines: Writer,
     counts: Writer,
@@ -32,7 +32,7 @@ impl Tail {
         };
         Ok(Self {
             lines: writer("log/tail", "The last lines of the log.", LogLine::DESCRIPTOR, DEPTH)?,
-            counts: writer("log/counts", "What became of the lines of the log.", LogCounts::DESCRIPTOR, 1)?,
+            counts: writer("log/counts", "Written, dropped and suppressed lines.", LogCounts::DESCRIPTOR, 1)?,
             last: LogCounts { written: 0, dropped: 0, suppressed: 0 },
         })
     }

@@ -13,22 +13,22 @@ use super::source::{LogMessage, LogSource, SentLine};
 use super::tail::Tail;
 use super::{Counts, LogTarget, Record};
 
-/// How long the thread waits for a line before it looks after the targets, if one of them has something left to do.
+/// Wait for a line while a target still has work, before the target is called.
 const SOON: Duration = Duration::from_millis(20);
 
-/// The same if none has: the window in which repetitions are counted, so that on the wall clock they are summed up
-/// when it is over.
+/// Wait for a line while no target has work: the window of repetitions.
+/// So on the wall clock they are summed up at its end.
 const LATER: Duration = Duration::from_nanos(WINDOW);
 
-/// The thread that writes to the targets.
+/// Thread that writes to the targets.
 pub(super) struct Thread {
     output: Output,
     repeats: Repeats,
     counts: Arc<Counts>,
     lockstep: bool,
-    /// The modules that have logged, to ask them for lines dropped since.
+    /// Modules that have logged, for reports of lines dropped since.
     sources: BTreeMap<Arc<str>, Arc<LogSource>>,
-    /// The time of the newest line, nanoseconds.
+    /// Time of the newest line, ns.
     time: u64,
 }
 
@@ -43,7 +43,7 @@ impl Thread {
         Self { output, repeats, counts, lockstep, sources: BTreeMap::new(), time: 0 }
     }
 
-    /// Takes what comes until nobody can send any more.
+    /// Handles messages until all senders were dropped.
     pub fn run(mut self, messages: &Receiver<LogMessage>) {
         let mut quiet = Duration::ZERO;
         let mut busy = false;
@@ -90,7 +90,7 @@ impl Thread {
         self.repeats.pass(record, &mut |record| self.output.write(record));
     }
 
-    /// Writes what would come with the next lines.
+    /// Writes the reports that would come with the next lines.
     fn settle(&mut self) {
         self.repeats.settle(&mut |record| self.output.write(record));
         for source in self.sources.values() {
@@ -113,7 +113,7 @@ impl Thread {
     }
 }
 
-/// Where records go.
+/// Targets of the records.
 struct Output {
     targets: Vec<Box<dyn LogTarget>>,
     tail: Option<Box<Tail>>,
@@ -149,15 +149,15 @@ impl Output {
         }
     }
 
-    /// Whether a target has something left to do.
+    /// Calls the targets' `idle`; true if one has work left.
     fn idle(&mut self) -> bool {
         let mut busy = false;
         self.each(&mut |target| busy |= target.idle());
         busy
     }
 
-    /// Calls all targets. A target of the application that panics must not take the others with it: it is removed.
-    /// Returns how many that were.
+    /// Calls all targets, and removes those that panic; returns their number.
+    /// A target of the application that panics must not stop the others.
     fn each(&mut self, call: &mut dyn FnMut(&mut dyn LogTarget)) -> usize {
         let before = self.targets.len();
         self.targets.retain_mut(|target| catch_unwind(AssertUnwindSafe(|| call(target.as_mut()))).is_ok());

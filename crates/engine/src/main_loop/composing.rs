@@ -1,4 +1,4 @@
-//! What the loop runs is made beside it, and exchanged between two cycles.
+//! Plans of the loop, prepared beside it and exchanged between two cycles.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
 
@@ -15,12 +15,12 @@ use crate::clock::TimeSource;
 /// Plans that are ready for the loop.
 pub(super) struct Prepared {
     program: Plan,
-    /// That of a module's stages, and their number.
+    /// Plan of a module's stages, with their number.
     module: Option<(u64, Plan)>,
     watched: Arc<[WatchedModule]>,
 }
 
-/// What the loop needs no longer, to be dropped by somebody else.
+/// Parts that the loop no longer needs, dropped by another thread.
 #[allow(dead_code, reason = "it is only dropped")]
 pub(super) struct Replaced {
     plans: [Plan; 2],
@@ -30,45 +30,45 @@ pub(super) struct Replaced {
     returned: Vec<Absent>,
 }
 
-/// What the loop runs, for those who change it.
+/// Members of the loop: modules, gates and threads, for changes.
 #[derive(Default)]
 pub(super) struct LoopMembers {
-    /// Whoever makes plans has it until they are exchanged.
+    /// Lock of those who make plans, held until the plans are exchanged.
     planning: Mutex<()>,
     parts: Mutex<PlanParts>,
     watched: Mutex<Arc<[WatchedModule]>>,
-    /// For a stop, which waits for nothing else.
+    /// Gates, for a stop, which waits for nothing else.
     gates: Mutex<Arc<[Arc<Actuator>]>>,
     threads: Mutex<ModuleThreads>,
 }
 
 impl LoopMembers {
-    /// None yet, on a loop with those stages.
+    /// Returns no members yet, on a loop with those stages.
     pub fn new(schedule: Schedule) -> Self {
         Self { parts: Mutex::new(PlanParts { schedule, ..PlanParts::default() }), ..Self::default() }
     }
 
-    /// What plans are made from.
+    /// Locks the parts from which plans are made.
     pub fn parts(&self) -> MutexGuard<'_, PlanParts> {
         lock(&self.parts)
     }
 
-    /// The modules that the watchdog watches.
+    /// Locks the modules that the watchdog watches.
     pub fn watched(&self) -> MutexGuard<'_, Arc<[WatchedModule]>> {
         lock(&self.watched)
     }
 
-    /// The gates.
+    /// Locks the gates.
     pub fn gates(&self) -> MutexGuard<'_, Arc<[Arc<Actuator>]>> {
         lock(&self.gates)
     }
 
-    /// The threads of modules.
+    /// Locks the threads of modules.
     pub fn threads(&self) -> MutexGuard<'_, ModuleThreads> {
         lock(&self.threads)
     }
 
-    /// Who has it makes plans, and nobody else does.
+    /// Locks planning: only the holder makes plans.
     fn planning(&self) -> MutexGuard<'_, ()> {
         lock(&self.planning)
     }
@@ -88,14 +88,16 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl SharedLoop {
-    /// From the next cycle on the loop runs these modules, by their stages, and ends stale commands of these actuators;
-    /// `threaded` are watched beside them. A module that is not among them says neither the order nor the time any more.
+    /// Sets the modules and actuators of the loop, from its next cycle on.
+    /// `levels` holds the modules by their stages, and `threaded` those watched beside them; stale commands of
+    /// `actuators` expire in the loop. A module that is no longer among them loses its policy of the loop and its time
+    /// source.
     pub fn compose(&self, levels: Vec<Levels>, threaded: Vec<Arc<Seat>>, actuators: Vec<Arc<Actuator>>) {
         self.compose_with(levels, threaded, actuators, || Ok::<(), ()>(()));
     }
 
-    /// As [`compose`](SharedLoop::compose), and does `work` in the same moment, before it: when that fails, all stays as it
-    /// is. Nothing when the loop was lost.
+    /// Acts as [`compose`](SharedLoop::compose), after `work` at the same moment.
+    /// If `work` fails, nothing is changed. `None` if the loop was lost.
     pub fn compose_with<R: Send + 'static, E: Send + 'static>(
         &self,
         levels: Vec<Levels>,
@@ -121,15 +123,15 @@ impl SharedLoop {
         result
     }
 
-    /// From the next cycle on these are the program's stages, which the loop has while no module has taken it with
-    /// others.
+    /// Sets the program's stages, from the next cycle on.
+    /// The loop runs them while no module has taken it with others.
     pub fn set_schedule(&self, schedule: Schedule) {
         let planning = self.members.planning();
         self.members.parts().schedule = schedule;
         self.rebuild(&planning, None, || Ok::<(), ()>(()));
     }
 
-    /// Makes the plans anew and exchanges them between two cycles, after `work`.
+    /// Makes new plans and exchanges them between two cycles, after `work`.
     pub(super) fn rebuild<R: Send + 'static, E: Send + 'static>(
         &self,
         planning: &MutexGuard<'_, ()>,
@@ -182,7 +184,7 @@ impl SharedLoop {
         Prepared { program, module, watched }
     }
 
-    /// Lets the watchdog watch the modules that are there.
+    /// Lets the watchdog watch the present modules.
     fn watch(&self, parts: &PlanParts) -> Arc<[WatchedModule]> {
         let watched: Arc<[WatchedModule]> =
             parts.watched().map(|(seat, stage)| WatchedModule { seat, stage }).collect();
@@ -192,7 +194,7 @@ impl SharedLoop {
         watched
     }
 
-    /// Gives the loop its plans; whoever has the token does, between two cycles.
+    /// Installs plans in the loop between two cycles; the caller has the token.
     pub(super) fn install(
         &self,
         core: &mut Core,
@@ -253,7 +255,7 @@ impl SharedLoop {
         }
     }
 
-    /// Makes plans for what the module wants now, and has the loop run them.
+    /// Makes plans for the requested stages of a module, and lets the loop run them.
     fn follow(&self, takeover: &Arc<Takeover>) {
         takeover.clear_pending();
         takeover.sweep();
@@ -267,7 +269,8 @@ impl SharedLoop {
         }
     }
 
-    /// The same in lockstep, at the end of a cycle: it may take its time, and must not depend on that of others.
+    /// Exchanges the plans in lockstep, at the end of a cycle.
+    /// It may take its time, and must not depend on the timing of other threads.
     pub(super) fn follow_here(&self) {
         // SAFETY: whoever calls it has the token; the reference ends before a module's code may run.
         let takeover = unsafe { self.core() }.takeover.as_ref();
@@ -285,7 +288,8 @@ impl SharedLoop {
     }
 }
 
-/// The life of the thread that makes plans for a module's stages, as the loop has no time for that.
+/// Runs the thread that makes plans for a module's stages.
+/// The loop has no time for that.
 fn make_plans(shared: &Weak<SharedLoop>, takeover: &Arc<Takeover>) {
     while takeover.wait() {
         let Some(shared) = shared.upgrade() else { return };

@@ -1,4 +1,4 @@
-//! A cycle: the stages one after the other, and in each the steps of its modules.
+//! Cycle: the stages in order, and in each the steps of its modules.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -12,50 +12,51 @@ use crate::clock::monotonic;
 use crate::runner::StepCall;
 use crate::timing::Span;
 
-/// Where the loop stands, for the thread that takes the token over.
+/// Position of the loop in its cycle, for the thread that takes the token over.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Position {
-    /// Whether the cycle has begun.
+    /// True once the cycle has begun.
     pub inside: bool,
-    /// When it began, monotonic; 0 when it is not timed.
+    /// Monotonic time of its begin, ns; 0 if it is not timed.
     began: u64,
-    /// The time of the cycle on the grid of the period, which periods of modules are counted in: the agent's time, but
-    /// for what the thread woke up late.
+    /// Nominal time of the cycle on the grid of the period, ns.
+    /// Periods of modules are counted in it. It is the agent's time without the lateness of the thread's wake-up.
     nominal: u64,
-    /// The present stage, and whether it has not been ended yet.
+    /// Present stage; `open` is true until it has been ended.
     stage: Option<usize>,
     open: bool,
     stage_began: u64,
-    /// When its time is up, monotonic; 0 for never.
+    /// Deadline of the stage, monotonic, ns; 0 for none.
     deadline: u64,
-    /// Stages of this cycle so far.
+    /// Number of stages of this cycle so far.
     stages: u32,
-    /// The next seat, and where those of the stage end.
+    /// Index of the next seat, and end of the stage's seats.
     seat: usize,
     end: usize,
-    /// Whether workers were given steps that are not committed yet.
+    /// True while workers have steps that are not committed yet.
     helped: bool,
-    /// Set while a guest is asked.
+    /// Removal of the guest that is being called.
     pub asking: Option<PutAway>,
 }
 
-/// What this thread knows of the cycle.
+/// State of the cycle in this thread.
 struct Turn {
-    /// The agent's time.
+    /// Agent's time, ns.
     now: u64,
-    /// As in the position.
+    /// Nominal time, as in [`Position`], ns.
     nominal: u64,
     number: u64,
-    /// Whether all steps are timed, and whether short ones count for those of other cycles.
+    /// True if all steps of the cycle are timed.
+    /// `sampled` says that short ones also count for those of other cycles.
     timed: bool,
     sampled: bool,
     traced: bool,
-    /// The end of the step before, monotonic; 0 when it is not known.
+    /// End of the last step, monotonic, ns; 0 if unknown.
     mark: u64,
 }
 
 impl Turn {
-    /// How many steps one of that duration stands for in its histogram.
+    /// Returns the weight of a step of that duration in its histogram.
     fn stands_for(&self, shared: &SharedLoop, has_deadline: bool, duration: u64) -> u32 {
         match () {
             () if has_deadline || self.traced || duration >= LONG && !shared.lockstep => 1,
@@ -64,17 +65,17 @@ impl Turn {
         }
     }
 
-    /// How many cycles this one stands for.
+    /// Returns the weight of this cycle in the histogram.
     fn stands_for_cycles(&self, shared: &SharedLoop) -> u32 {
         if shared.lockstep && !self.traced { SAMPLED as u32 } else { 1 }
     }
 
-    /// The number of a cycle whose steps are recorded.
+    /// Returns the number of the cycle if its steps are recorded.
     fn traced(&self) -> Option<u64> {
         self.traced.then_some(self.number)
     }
 
-    /// A moment that is at most a step ago.
+    /// Returns a monotonic time at most a step ago, ns.
     fn mark(&mut self) -> u64 {
         if self.mark == 0 {
             self.mark = monotonic();
@@ -83,13 +84,13 @@ impl Turn {
     }
 }
 
-/// Short steps are counted in one cycle of so many, and then for all of them; in lockstep, which shall be fast, only
-/// these cycles are timed. Steps with a deadline are always timed and counted.
+/// Sampling interval of short steps, cycles; a sampled step counts for all of them.
+/// In lockstep, which must be fast, only these cycles are timed. Steps with a deadline are always timed and counted.
 const SAMPLED: u64 = 16;
-/// Steps from this length on are always counted on the wall clock, nanoseconds.
+/// Least duration of a step that is always counted on the wall clock, ns.
 const LONG: u64 = 50_000;
 
-/// One cycle, or the rest of one that another thread began.
+/// Makes a cycle, or the rest of one that another thread began.
 pub fn cycle(shared: &SharedLoop) -> Flow {
     let Some(mut turn) = begin(shared) else { return Flow::Lost };
     loop {
@@ -136,7 +137,8 @@ pub fn cycle(shared: &SharedLoop) -> Flow {
     end(shared, &mut turn)
 }
 
-/// Waits for the beginning of a cycle, unless it has begun; nothing when the time source did not return.
+/// Waits for the beginning of a cycle, unless it has begun.
+/// `None` if the time source did not return.
 fn begin(shared: &SharedLoop) -> Option<Turn> {
     let (inside, last) = {
         // SAFETY: this thread holds the token; the reference ends before the time source is asked.
@@ -172,7 +174,7 @@ fn begin(shared: &SharedLoop) -> Option<Turn> {
     Some(turn)
 }
 
-/// The time of the next cycle; nothing when the time source did not return.
+/// Returns the next cycle's time, ns; `None` if the time source did not return.
 fn time_of_next(shared: &SharedLoop, last: Option<u64>) -> Option<u64> {
     let planned = last.map_or(0, |last| last + shared.period);
     if !shared.clock.is_driven() {
@@ -217,12 +219,12 @@ fn begin_cycle(shared: &SharedLoop, core: &mut Core, time: u64) {
     shared.measures.emit_start();
 }
 
-/// What follows a stage.
+/// Continuation after a stage.
 enum Stages {
     Next,
-    /// The cycle is at its end.
+    /// End of the cycle.
     Over,
-    /// The policy did not return.
+    /// Policy that did not return.
     Lost,
 }
 
@@ -329,11 +331,12 @@ fn end_stage(shared: &SharedLoop, core: &mut Core, turn: &mut Turn) {
     }
 }
 
-/// What the loop does next in a stage.
+/// Next action of the loop in a stage.
 enum Next {
-    /// A step that is prepared. The core keeps the seat alive, and seats are never removed while the loop runs.
+    /// Prepared step.
+    /// The core keeps the seat alive, and seats are never removed while the loop runs.
     Step(*const Seat, StepCall),
-    /// The module is not due.
+    /// Module that is not due.
     Nothing,
     /// All have had their turn, or the time is up.
     StageOver,
@@ -373,14 +376,15 @@ fn next_step(shared: &SharedLoop, core: &mut Core, turn: &mut Turn) -> Next {
     }
 }
 
-/// What was recorded of who came before that module. Few loops play a recording, and no other pays for it.
+/// Writes the recorded values of modules before this one in the cycle.
+/// Few loops play a recording, and no other pays for it.
 #[cold]
 fn write_before(playback: &mut Playing, now: u64, module: &str) {
     playback.write(now, Some(module));
 }
 
 impl Core {
-    /// The modules of the present stage that have not had their turn don't get it.
+    /// Skips the modules of the stage that have not had their turn.
     fn leave_out(&mut self, shared: &SharedLoop) {
         let Self { plan, position, .. } = self;
         let seats = &plan.seats[position.seat..position.end];
@@ -392,7 +396,7 @@ impl Core {
         }
     }
 
-    /// Says that cycles had to be left out.
+    /// Reports that cycles had to be left out.
     fn report_overrun(&mut self, shared: &SharedLoop, late: u64) {
         // Of the cycle before, which is at its end.
         let began = self.position.began;
@@ -400,7 +404,7 @@ impl Core {
     }
 }
 
-/// What follows the last stage.
+/// Ends a cycle after its last stage.
 fn end(shared: &SharedLoop, turn: &mut Turn) -> Flow {
     // SAFETY: this thread holds the token, and no step is left in this cycle.
     let core = unsafe { shared.core() };

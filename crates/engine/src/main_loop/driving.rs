@@ -1,11 +1,12 @@
-//! The threads that have the loop: one at a time, and spare ones for when a step does not return.
+//! Threads that drive the loop: one at a time, and spare ones for a late step.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::{End, Flow, SharedLoop, cycle};
 
-/// Drives the loop until the run ends. When a step that this thread made was given up, another thread has the loop, and
-/// this one waits for it to be lost in turn.
+/// Drives the loop until the run ends.
+/// When a step of this thread was given up, another thread has the loop, and this one waits as a spare until that is
+/// lost in turn.
 pub fn drive(shared: &SharedLoop) {
     let cycles = || {
         while shared.run.is_running() {

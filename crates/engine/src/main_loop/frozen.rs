@@ -1,4 +1,4 @@
-//! The main loop between two cycles, for a snapshot.
+//! Snapshot of the main loop between two cycles.
 
 use std::sync::atomic::Ordering;
 
@@ -9,26 +9,26 @@ use super::cycle::Position;
 use super::{Core, SharedLoop};
 use crate::digest::Digest;
 
-/// How far the loop was.
+/// State of the loop in a snapshot.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FrozenLoop {
     /// Cycles begun.
     pub cycle: u64,
-    /// The time of the last cycle.
+    /// Time of the last cycle.
     pub time: Option<u64>,
-    /// Of what modules wrote so far; nothing on the wall clock.
+    /// Digest of all written values; `None` on the wall clock.
     pub digest: Option<Digest>,
     /// Cycles that were left out, and times of the time source that were refused.
     pub overruns: u64,
     /// Times of the time source that were refused.
     pub refused_times: u64,
-    /// What the application's time source needs to go on.
+    /// State of the application's time source.
     #[serde(with = "bytes")]
     pub time_source: Vec<u8>,
 }
 
 impl FrozenLoop {
-    /// The loop between two cycles, as who has the token sees it.
+    /// Returns the state of the loop between two cycles; the caller has the token.
     pub fn of(shared: &SharedLoop, core: &Core) -> Self {
         let own = core.time_source.as_ref().filter(|guest| guest.seat.is_none());
         let gauges = &shared.measures.gauges;
@@ -42,7 +42,7 @@ impl FrozenLoop {
         }
     }
 
-    /// Whether the application's time source goes on from there; if so, it does.
+    /// Restores the application's time source; false if the state does not fit.
     pub fn thaw_time_source(&self, core: &mut Core) -> bool {
         let own = core.time_source.as_mut().filter(|guest| guest.seat.is_none());
         own.is_none_or(|guest| guest.code.restore(&self.time_source))

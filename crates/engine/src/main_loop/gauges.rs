@@ -1,4 +1,4 @@
-//! What is measured of the loop and its stages, and the properties that show it.
+//! Measurements of the loop and its stages, and the properties that show them.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,7 +11,7 @@ use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::interface::{Descriptor, Interface, View};
 use slate_blackboard::{Access, Board, Store};
 
-/// What is measured of the loop.
+/// Measurements of the loop.
 #[derive(Debug, Default)]
 pub(super) struct LoopGauges {
     pub cycles: AtomicU64,
@@ -34,14 +34,14 @@ impl LoopGauges {
     }
 }
 
-/// What is measured of a stage, and who is told of it.
+/// Measurements of a stage, and its events.
 pub(super) struct StageGauge {
     pub name: Arc<str>,
     pub histogram: LiveHistogram,
     pub publication: Publication,
     pub start: Option<Emitter>,
     pub end: Option<Emitter>,
-    /// Its name in the trace.
+    /// Name in the trace.
     pub label: Option<Label>,
 }
 
@@ -62,17 +62,18 @@ impl StageGauge {
         self.start.iter().chain(&self.end)
     }
 
-    /// The loop has this stage: its property is on the board, and who waits for all that the loop emits waits for it.
+    /// Publishes the stage as one of the loop's.
+    /// Its property is on the board, and waits for all events of the loop include its own.
     pub fn show(&self, board: &Board) {
         self.emitters().for_each(Emitter::enter);
         let mut shown = self.publication.locked();
         if shown.0.is_none() {
-            let doc = format!("How long the stage {} takes.", self.name);
+            let doc = format!("Duration of the stage {}.", self.name);
             *shown = (add(board, &path(&self.name), &doc, TimingHistogram::DESCRIPTOR), 0);
         }
     }
 
-    /// The loop does not have it for now; what was measured stays.
+    /// Hides a stage that is not the loop's for now; its measurements stay.
     pub fn hide(&self, board: &Board) {
         self.emitters().for_each(Emitter::leave);
         if self.publication.locked().0.take().is_some() {
@@ -86,7 +87,8 @@ fn path(stage: &str) -> String {
     format!("loop/{stage}/histogram")
 }
 
-/// The writer of a property of the loop. No module can be named `loop`, so the place is free.
+/// Adds a property of the loop and returns its writer.
+/// No module can be named `loop`, so the path is free.
 fn add(board: &Board, path: &str, doc: &str, descriptor: &'static Descriptor) -> Option<Writer> {
     let budget = Budget { latest: 16, queues: 4, window: 16 };
     let store = Store { capacity: 0, depth: 1, budget };
@@ -94,7 +96,7 @@ fn add(board: &Board, path: &str, doc: &str, descriptor: &'static Descriptor) ->
     property.channel()?.writer().ok()
 }
 
-/// A property that shows a histogram.
+/// Property that shows a histogram.
 #[derive(Debug)]
 pub struct Publication(Mutex<(Option<Writer>, u64)>);
 
@@ -122,20 +124,20 @@ impl Publication {
     }
 }
 
-/// Writes what is measured to the properties.
+/// Publisher of the measurements.
 pub(super) struct Publisher {
     state: Option<Writer>,
     histogram: Publication,
     copy: Histogram,
-    /// When it was done last, the agent's time.
+    /// Time of the last publication, ns of the agent's time.
     shown: u64,
 }
 
 impl Publisher {
     pub fn new(board: &Board) -> Self {
-        let histogram = add(board, "loop/histogram", "How long a cycle takes.", TimingHistogram::DESCRIPTOR);
+        let histogram = add(board, "loop/histogram", "Duration of a cycle.", TimingHistogram::DESCRIPTOR);
         Self {
-            state: add(board, "loop/state", "How the main loop does.", LoopState::DESCRIPTOR),
+            state: add(board, "loop/state", "State of the main loop.", LoopState::DESCRIPTOR),
             histogram: Publication::new(histogram),
             copy: Histogram::default(),
             shown: 0,
@@ -146,12 +148,12 @@ impl Publisher {
 /// Timing is shown this often, of the agent's time and of the wall clock's.
 pub(super) const INTERVAL: Duration = Duration::from_millis(100);
 
-/// Whether timing was not shown for so long.
+/// Returns true if the timing was last shown an interval ago or more.
 fn is_old(shown: u64, now: u64) -> bool {
     now.saturating_sub(shown) >= INTERVAL.as_nanos() as u64
 }
 
-/// What is measured and told of the loop.
+/// Measurements and events of the loop.
 pub(super) struct LoopMeasures {
     pub gauges: LoopGauges,
     publisher: Mutex<Publisher>,
@@ -170,14 +172,14 @@ impl LoopMeasures {
         }
     }
 
-    /// Tells those who wait for it that a cycle begins.
+    /// Emits the begin of a cycle, if somebody waits for it.
     pub fn emit_start(&self) {
         if let Some(start) = self.cycle_start.as_ref().filter(|start| start.is_wanted()) {
             start.emit();
         }
     }
 
-    /// Tells those who wait for it that a cycle has ended.
+    /// Emits the end of a cycle, if somebody waits for it.
     pub fn emit_end(&self) {
         if let Some(end) = self.cycle_end.as_ref().filter(|end| end.is_wanted()) {
             end.emit();
@@ -188,12 +190,13 @@ impl LoopMeasures {
         self.publisher.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether it is time to show what was measured.
+    /// Returns true if the measurements are due for publication.
     pub fn are_old(&self, now: u64) -> bool {
         is_old(self.publisher().shown, now)
     }
 
-    /// Shows what was measured of the loop, its stages and its modules, from any thread.
+    /// Publishes the measurements of the loop, its stages and its modules.
+    /// From any thread.
     pub fn publish<'s>(
         &self,
         now: u64,

@@ -1,4 +1,4 @@
-//! Code that decides something for the loop: which stage comes next, what time it is.
+//! Guest code that decides for the loop: the next stage, or the time.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -9,29 +9,29 @@ use slate_module::Level;
 use super::{Core, LoopLog, Seat, SharedLoop, WatchedModule};
 use crate::clock::monotonic;
 
-/// Such code, and whose it is.
+/// Guest code, with the module to which it belongs.
 pub(super) struct Guest<T: ?Sized> {
-    /// What the log calls it.
+    /// Name in the log.
     pub what: &'static str,
-    /// The module, when it is one's: calls are then watched like its steps.
+    /// Module of the guest, if any; calls are then watched like its steps.
     pub seat: Option<Arc<Seat>>,
     pub code: Box<T>,
 }
 
 impl<T: ?Sized> Guest<T> {
-    /// Whether its module is not among those.
+    /// Returns true if its module is no longer among `watched`.
     pub fn has_left(&self, watched: &[WatchedModule]) -> bool {
         let is_there =
             |seat| watched.iter().any(|watch| watch.stage.is_some() && Arc::ptr_eq(&watch.seat, seat));
         self.seat.as_ref().is_some_and(|seat| !is_there(seat))
     }
 
-    /// Whether a thread is in it that was given up.
+    /// Returns true while a given-up thread is in its code.
     pub fn is_late(&self) -> bool {
         self.seat.as_ref().is_some_and(|seat| seat.is_late())
     }
 
-    /// To be kept until it has returned.
+    /// Returns the guest to be kept until it has returned.
     pub fn into_absent(self) -> Absent
     where
         Self: Send + 'static,
@@ -40,22 +40,22 @@ impl<T: ?Sized> Guest<T> {
     }
 }
 
-/// What came of asking.
+/// Result of a call of a guest.
 pub(super) enum Asked<R> {
-    /// An answer.
+    /// Answer.
     Answer(R),
-    /// Nobody is there to ask, or nobody who answers now.
+    /// No guest, or none that answers now.
     Nobody,
-    /// It did not return in time: another thread has the loop.
+    /// Late guest: it did not return in time, and another thread has the loop.
     Lost,
 }
 
-/// Where the core keeps a guest.
+/// Role of a guest: its slot in the core.
 pub(super) trait Role {
     type Code: ?Sized;
     fn guest(core: &mut Core) -> &mut Option<Guest<Self::Code>>;
 
-    /// Does what is to be done with one that did not return; says what it was.
+    /// Removes a guest that did not return; returns its name.
     fn put_away(core: &mut Core) -> &'static str
     where
         Guest<Self::Code>: Send + 'static,
@@ -67,14 +67,15 @@ pub(super) trait Role {
     }
 }
 
-/// Removes a guest that does not do what it should.
+/// Removes a guest that panicked or returned an invalid result.
 pub(super) fn dismiss<R: Role>(core: &mut Core, log: &LoopLog, why: &str) {
     if let Some(guest) = R::guest(core).take() {
         log.write(Level::Error, &format!("{} {why}; it was removed, and the default holds", guest.what));
     }
 }
 
-/// A guest that did not return. Its thread is in it as long as its seat is late.
+/// Guest that did not return.
+/// Its thread is in it as long as its seat is late.
 pub(super) struct Absent {
     seat: Option<Arc<Seat>>,
     #[allow(dead_code, reason = "it is kept, not used")]
@@ -82,17 +83,18 @@ pub(super) struct Absent {
 }
 
 impl Absent {
-    /// Whether it has returned meanwhile, and can be dropped.
+    /// Returns true once the guest has returned and can be dropped.
     pub fn has_returned(&self) -> bool {
         self.seat.as_ref().is_some_and(|seat| !seat.is_late())
     }
 }
 
-/// How the thread that takes the loop over gets rid of a guest that did not return; says what it was.
+/// Removal of a guest that did not return, by the thread that takes the loop over.
+/// Returns the guest's name.
 pub(super) type PutAway = fn(&mut Core) -> &'static str;
 
-/// Asks a guest. The caller holds the loop's token and no reference to the core, and looks at nothing of the loop after
-/// [`Asked::Lost`].
+/// Calls a guest.
+/// The caller holds the loop's token and no reference to the core, and does not access the loop after [`Asked::Lost`].
 pub(super) fn ask<R: Role, A>(shared: &SharedLoop, question: impl FnOnce(&mut R::Code) -> A) -> Asked<A>
 where
     Guest<R::Code>: Send + 'static,

@@ -1,4 +1,4 @@
-//! How the loop goes from the program's stages and policy to a module's, and back.
+//! Handover of the loop between the program's stages and policy and a module's.
 
 use std::sync::Arc;
 
@@ -7,28 +7,28 @@ use slate_module::Level;
 use super::guest::Guest;
 use super::{Core, LoopLog, Takeover};
 
-/// By what the loop goes.
+/// Course of the loop: its own plan, or that of a takeover.
 #[derive(Default)]
 pub(super) struct LoopCourse {
-    /// The number of what a module has taken it with; 0 for the program's.
+    /// Number of the active takeover; 0 for the program's policy.
     pub number: u64,
-    /// The number of the stages for which there is a plan beside the program's.
+    /// Number of the takeover for whose stages there is a plan beside the program's.
     planned: u64,
-    /// Whether that plan is the one that the loop runs.
+    /// True while the loop runs that plan.
     swapped: bool,
-    /// The module that has it.
+    /// Module that has the loop.
     module: Option<Arc<str>>,
 }
 
 impl LoopCourse {
-    /// The program's plan is in its place, and one for the stages of that number beside it.
+    /// Registers new plans: the program's is active, `planned` names the one beside it.
     pub fn replan(&mut self, planned: u64) {
         (self.planned, self.swapped) = (planned, false);
     }
 }
 
 impl Core {
-    /// The guest, to be dropped, unless a thread has not returned from it.
+    /// Releases a guest for dropping; `None` if a thread has not returned from it.
     pub(super) fn let_go(&mut self, guest: Guest<Arc<Takeover>>) -> Option<Guest<Arc<Takeover>>> {
         if guest.is_late() {
             self.absent.push(guest.into_absent());
@@ -37,7 +37,7 @@ impl Core {
         Some(guest)
     }
 
-    /// Before a cycle: lets the loop go by what holds now.
+    /// Prepares a cycle: selects the active policy and plan.
     pub(super) fn settle(&mut self, log: &LoopLog) {
         let Self { takeover, course, plan, aside, .. } = self;
         let number = takeover.as_ref().map_or(0, |guest| {
@@ -74,7 +74,7 @@ impl Core {
         log.write(Level::Info, &text);
     }
 
-    /// Ends what a module has taken the loop with, as its policy does not do what it should.
+    /// Ends a module's takeover of the loop because its policy failed.
     pub(super) fn take_back(&self, log: &LoopLog, why: &str) {
         let Some(guest) = &self.takeover else { return };
         guest.code.end(self.course.number);

@@ -2,20 +2,23 @@ use std::sync::{Arc, OnceLock};
 
 use super::{Flow, SharedLoop};
 
-/// What is called between two cycles with the agent's time; [`Flow::Lost`] when it lost the token.
+/// Callback between two cycles, with the agent's time, ns.
+/// Returns [`Flow::Lost`] if it lost the token.
 pub type AfterCycle = Box<dyn Fn(&SharedLoop, u64) -> Flow + Send + Sync>;
 
-/// What the loop waits for in lockstep at the end of each cycle. It gets the agent's time, ns, and whether the run goes on, and
-/// returns when it does not. A reason in words ends the run.
+/// Wait of the loop in lockstep at the end of each cycle.
+/// It receives the agent's time, ns, and a check whether the run goes on, and returns once it does not. An error ends
+/// the run with its reason.
 pub type CycleWait = Box<dyn FnMut(u64, &dyn Fn() -> bool) -> Result<(), String> + Send>;
 
-/// What sends to other agents what was written; it is called after each tick that wrote something.
+/// Callback after each tick that wrote, which sends the values to other agents.
 pub type AfterTick = Box<dyn Fn() + Send + Sync>;
 
-/// How many listeners an agent has room for.
+/// Maximum number of listeners of an agent.
 const LISTENERS: usize = 4;
 
-/// What is called after each tick that wrote something. A listener stays as long as the agent.
+/// Callbacks after each tick that wrote.
+/// A listener stays as long as the agent.
 #[derive(Default)]
 pub struct WriteListeners([OnceLock<AfterTick>; LISTENERS]);
 
@@ -37,50 +40,52 @@ impl WriteListeners {
     }
 }
 
-/// Changes of the configuration that modules ask for in their ticks.
+/// Changes of the configuration that modules request in their ticks.
 pub trait AskedChanges: Send + Sync {
-    /// Whether something is to be changed; a look costs a load.
+    /// Returns true if changes are pending; the check costs a load.
     fn is_asked(&self) -> bool;
 
-    /// Makes the changes that were asked for. The loop's token must be free.
+    /// Applies the requested changes; the loop's token must be free.
     fn carry_out(&self);
 }
 
-/// What others have called at certain moments; the first one of each stays, but for listeners.
+/// Callbacks of others at certain moments.
+/// The first one of each stays, except for listeners, of which there may be several.
 #[derive(Default)]
 pub struct Hooks {
-    /// Looks at the end of each cycle whether there is something to do between two of them.
+    /// Callback at the end of each cycle, which checks for work between two cycles.
     after_cycle: OnceLock<AfterCycle>,
-    /// What changes the configuration for modules.
+    /// Executor of the configuration changes that modules request.
     changes: OnceLock<Arc<dyn AskedChanges>>,
-    /// What sends to other agents what was written.
+    /// Senders of written values to other agents.
     pub after_tick: Arc<WriteListeners>,
 }
 
 impl Hooks {
-    /// Has this called at the end of each cycle with the agent's time, by who has the token.
+    /// Sets the callback at the end of each cycle, with the agent's time, ns.
+    /// The holder of the token calls it.
     pub fn watch_cycles(&self, look: AfterCycle) {
         // An agent sets it when it is loaded.
         let _ = self.after_cycle.set(look);
     }
 
-    /// Has the changes made here that modules ask for.
+    /// Sets the executor of the changes that modules request.
     pub fn change_with(&self, changes: Arc<dyn AskedChanges>) {
         // An agent sets it when it is loaded.
         let _ = self.changes.set(changes);
     }
 
-    /// Says that values were written.
+    /// Calls the listeners after a write.
     pub fn wrote(&self) {
         self.after_tick.call();
     }
 
-    /// What modules have asked for, if there is something to be changed.
+    /// Returns the executor of requested changes, if any are pending.
     pub(super) fn asked(&self) -> Option<&dyn AskedChanges> {
         self.changes.get().map(|changes| &**changes).filter(|changes| changes.is_asked())
     }
 
-    /// What looks at the end of each cycle.
+    /// Returns the callback at the end of each cycle.
     pub(super) fn after_cycle(&self) -> Option<&AfterCycle> {
         self.after_cycle.get()
     }

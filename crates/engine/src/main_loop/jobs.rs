@@ -1,4 +1,5 @@
-//! Work between two cycles: whoever has the loop's token does it there, so that nothing changes under a step.
+//! Work between two cycles, by the holder of the loop's token.
+//! So nothing changes during a step.
 
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,15 +9,16 @@ use std::time::Duration;
 
 use super::{Flow, Seat, SharedLoop};
 
-/// What is done between two cycles; nothing of the core may be held when a module's code is called.
+/// Job between two cycles.
+/// It must hold no reference to the core when it calls a module's code.
 pub(super) type Job = Box<dyn FnOnce(&SharedLoop) -> Flow + Send>;
 
-/// The job that waits.
+/// Slot of the waiting job.
 #[derive(Default)]
 pub(super) struct Jobs {
     waiting: AtomicBool,
     job: Mutex<Option<Job>>,
-    /// Whoever waits for a job has it.
+    /// Lock of the thread that waits for a job.
     turn: Mutex<()>,
 }
 
@@ -31,25 +33,26 @@ impl Jobs {
         self.job.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// The job that waits, if one does; a look costs a load.
+    /// Returns the waiting job, if any; the check costs a load.
     pub fn next(&self) -> Option<Job> {
         if self.waiting.load(Ordering::Acquire) { self.take() } else { None }
     }
 }
 
-/// The module's code did not return.
+/// Module whose code did not return.
 #[derive(Debug)]
 pub struct NotReturned;
 
-/// How often is looked whether the loop has ended meanwhile, or a module hangs.
+/// Poll interval of a waiting thread, for the end of the loop and late modules.
 const LOOK: Duration = Duration::from_millis(2);
 
 thread_local! {
-    /// What takes the jobs of this thread, while it has the loop stand still.
+    /// Sender of this thread's jobs, while it holds the loop between two cycles.
     static HELD: RefCell<Option<Sender<Job>>> = const { RefCell::new(None) };
 }
 
-/// Lets the loop go on when the work between two cycles ends, also by a panic; has what held it before.
+/// Hold of the loop between two cycles; on drop, also by a panic, the loop goes on.
+/// Contains the previous hold.
 struct LoopHold(Option<Sender<Job>>);
 
 impl LoopHold {
@@ -65,8 +68,9 @@ impl Drop for LoopHold {
 }
 
 impl SharedLoop {
-    /// Does `work` between two cycles and waits for it: in the loop's thread, or here when no loop runs. It returns
-    /// nothing when it lost the token, because a module of `seats` did not return in time.
+    /// Does `work` between two cycles and waits for its result.
+    /// It runs in the loop's thread, or here when no loop runs. `NotReturned` if it lost the token, as a module of
+    /// `seats` did not return in time.
     pub fn between_cycles<R: Send + 'static>(
         &self,
         seats: &[Arc<Seat>],
@@ -107,8 +111,9 @@ impl SharedLoop {
         }
     }
 
-    /// Does `work` in this thread between two cycles, with all that is to be done between cycles for it, and says after
-    /// which. Nothing is said when no cycle has ended for so long, as this thread may be one that the loop waits for.
+    /// Does `work` in this thread between two cycles; returns the last cycle's number.
+    /// All other work between cycles that it requires is done there too. The number is `None` if no cycle has ended
+    /// within `patience`, as this thread may be one that the loop waits for.
     pub fn between_two<R>(
         self: &Arc<Self>,
         patience: Duration,
@@ -137,9 +142,9 @@ impl SharedLoop {
         (cycle, work())
     }
 
-    /// Does `work` while the seat is in no step: in the loop's thread, or for a module with a thread of its own in one
-    /// that is made for it, so that nobody else waits for that module. Nothing when a module has not returned, from its
-    /// step or from this.
+    /// Does `work` while none of the seats is in a step.
+    /// It runs in the loop's thread, or for a module with a thread of its own in one made for it, so that nobody else
+    /// waits for that module. `None` if a module has not returned, from its step or from this work.
     pub fn with_seats<R: Send + 'static>(
         &self,
         seats: &[Arc<Seat>],
@@ -176,15 +181,16 @@ impl SharedLoop {
         }
     }
 
-    /// Makes the changes that modules have asked for in the last cycle, if they are to be made here; nobody has the token
-    /// meanwhile.
+    /// Applies the changes that modules have requested in the last cycle, in lockstep.
+    /// Nobody has the token meanwhile.
     pub fn change(&self) {
         if let Some(changes) = self.hooks.asked().filter(|_| self.lockstep) {
             changes.carry_out();
         }
     }
 
-    /// The same for who has the token, and has it again then.
+    /// Acts as [`change`](SharedLoop::change) for the holder of the token.
+    /// It has the token again afterwards.
     pub fn change_here(&self) {
         if self.lockstep && self.hooks.asked().is_some() {
             self.give_token_back();

@@ -1,4 +1,4 @@
-//! The main loop: stages in order, and in each stage the modules in the order of their links.
+//! Main loop: stages in order, and in each stage the modules in link order.
 //!
 //! The loop is a token, not a thread: when a step hangs on the wall clock, the watchdog moves the loop to another
 //! thread and goes on without the late module. Under a time source the loop is in lockstep: everything depends on the
@@ -75,96 +75,96 @@ use timeouts::StageTimeouts;
 use token::LoopToken;
 use tracing::Tracing;
 
-/// What the application sees at the end of a cycle.
+/// View of the application at the end of a cycle.
 #[derive(Debug)]
 pub struct Cycle<'a> {
-    /// The agent's time, nanoseconds.
+    /// Agent's time, ns.
     pub now: u64,
     /// Counts cycles from 1.
     pub number: u64,
-    /// Everything that the robot knows.
+    /// Blackboard with all properties of the robot.
     pub board: &'a Board,
 }
 
-/// What the application wants after a cycle.
+/// Decision of the application after a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Control {
-    /// The next cycle.
+    /// Begin of the next cycle.
     Continue,
-    /// The end of the run.
+    /// End of the run.
     Stop,
 }
 
-/// What is called at the end of each cycle, on the loop's thread.
+/// Callback at the end of each cycle, on the loop's thread.
 pub type Observer = Box<dyn FnMut(&Cycle<'_>) -> Control + Send>;
 
-/// Why a run ended.
+/// Reason for the end of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum End {
-    /// The observer, or somebody else, asked for it.
+    /// Requested by the observer or another caller.
     Stopped,
-    /// A step did not return, and in lockstep nothing can go on without it.
+    /// Hanging step, without which nothing can go on in lockstep.
     Hung {
-        /// The module.
+        /// Name of the module.
         module: String,
     },
-    /// Too many threads were lost to steps that did not return.
+    /// Hanging steps that cost too many threads.
     TooManyHung {
-        /// The modules.
+        /// Names of the modules.
         modules: Vec<String>,
     },
-    /// What the loop waits for between two cycles did not come.
+    /// Wait between two cycles that failed.
     Unanswered {
-        /// In words.
+        /// Description.
         reason: String,
     },
 }
 
-/// How a cycle ended.
+/// Result of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flow {
-    /// The next cycle may begin.
+    /// Next cycle.
     Next,
-    /// The run ends.
+    /// End of the run.
     Stop,
-    /// The step that this thread made was given up: another thread has the loop.
+    /// Lost token: this thread's step was given up, and another thread has the loop.
     Lost,
 }
 
-/// What the loop works on. Whoever holds the token has it alone.
+/// Core of the loop, used only by the holder of the token.
 pub struct Core {
-    /// What the loop runs.
+    /// Active plan.
     plan: Plan,
-    /// The program's plan while it runs the stages of a module, and theirs while it does not.
+    /// Inactive plan: the program's while the loop runs a module's stages, else theirs.
     aside: Plan,
     course: LoopCourse,
-    /// The gates.
+    /// Gates.
     pub actuators: Vec<Arc<Actuator>>,
-    /// The fingerprint of what was written; none on the wall clock.
+    /// Digest of the written values; `None` on the wall clock.
     pub digest: Option<Digest>,
     pace: Pace,
-    /// What the application does at the end of a cycle.
+    /// Application's callback at the end of a cycle.
     pub observer: Option<Observer>,
-    /// What the loop waits for between two cycles.
+    /// Wait between two cycles.
     wait: Option<CycleWait>,
     workers: Workers,
     cycle: u64,
-    /// The time of the last cycle, on the grid of the period or as the time source said.
+    /// Time of the last cycle, ns: on the grid of the period, or of the time source.
     time: Option<u64>,
     policy: Option<Guest<dyn LoopPolicy>>,
     takeover: Option<Guest<Arc<Takeover>>>,
     time_source: Option<Guest<dyn TimeSource>>,
-    /// What plays a recording, if anything does.
+    /// Replay of a recording, if any.
     playback: Option<Playing>,
-    /// Those of them that did not return.
+    /// Guests that did not return.
     absent: Vec<Absent>,
-    /// Where the loop stands, for the thread that takes the token over.
+    /// Position of the loop, for the thread that takes the token over.
     position: Position,
     notices: Notices,
 }
 
 impl Core {
-    /// A loop without modules, which `time_source` may tell the time.
+    /// Returns the core of a loop without modules.
     fn new(pace: Pace, workers: Workers, lockstep: bool, time_source: Option<Box<dyn TimeSource>>) -> Self {
         Self {
             plan: Plan::default(),
@@ -188,7 +188,7 @@ impl Core {
         }
     }
 
-    /// Goes on from another time.
+    /// Jumps to another time, ns.
     pub fn jump(&mut self, time: u64) {
         self.time = Some(time);
         self.pace.restart();
@@ -200,36 +200,36 @@ impl Core {
     }
 }
 
-/// The loop as all threads see it.
+/// Main loop, shared by all threads.
 pub struct SharedLoop {
-    /// The properties.
+    /// Blackboard with the properties.
     pub board: Arc<Board>,
-    /// The agent's time.
+    /// Clock of the agent.
     pub clock: Arc<Clock>,
-    /// The log.
+    /// Log.
     pub logger: Arc<Logger>,
-    /// Where other threads fall in with the loop.
+    /// Synchronization points at which other threads join the loop.
     pub synchronization: Arc<Synchronization>,
-    /// What ran when.
+    /// Trace of the steps and cycles.
     pub tracing: Tracing,
-    /// From one cycle to the next, nanoseconds.
+    /// Period of the cycles, ns.
     pub period: u64,
-    /// Whether a time source sets the time and all runs on the loop.
+    /// True if a time source sets the time and all modules run on the loop.
     pub lockstep: bool,
-    /// The run that goes on.
+    /// Present run.
     pub run: LoopRun,
-    /// What is called at certain moments.
+    /// Callbacks at certain moments.
     pub hooks: Hooks,
     core: LoopToken,
     jobs: Jobs,
     members: LoopMembers,
     timeouts: StageTimeouts,
     measures: LoopMeasures,
-    /// Whether a recording is played.
+    /// True while a recording is replayed.
     is_playing: AtomicBool,
 }
 
-/// Where the loop says what it does.
+/// Log of the loop.
 #[derive(Clone, Copy)]
 pub(super) struct LoopLog<'a> {
     clock: &'a Clock,
@@ -246,30 +246,30 @@ impl LoopLog<'_> {
 // SAFETY: the core is used only by the thread that holds the token, and the track of the loop too.
 unsafe impl Sync for SharedLoop {}
 
-/// What a loop is made with.
+/// Parameters of a new loop.
 pub struct Parameters {
-    /// The properties.
+    /// Blackboard with the properties.
     pub board: Arc<Board>,
-    /// The agent's time.
+    /// Clock of the agent.
     pub clock: Arc<Clock>,
-    /// The log.
+    /// Log.
     pub logger: Arc<Logger>,
-    /// From one cycle to the next, nanoseconds.
+    /// Period of the cycles, ns.
     pub period: u64,
-    /// Whether a time source sets the time and all runs on the loop.
+    /// True if a time source sets the time and all modules run on the loop.
     pub lockstep: bool,
-    /// The stages.
+    /// Stages.
     pub schedule: Schedule,
     /// Threads that help with independent modules.
     pub workers: Workers,
-    /// How fast it goes.
+    /// Pace of the cycles.
     pub pace: Pace,
-    /// What says the time.
+    /// Source of the time.
     pub time_source: Option<Box<dyn TimeSource>>,
 }
 
 impl SharedLoop {
-    /// A loop without modules.
+    /// Returns a loop without modules.
     pub fn new(parameters: Parameters) -> Self {
         let Parameters { board, clock, logger, period, lockstep, schedule, workers, pace, time_source } =
             parameters;
@@ -294,12 +294,12 @@ impl SharedLoop {
         }
     }
 
-    /// Where it says what it does.
+    /// Returns the log of the loop.
     pub(super) fn log(&self) -> LoopLog<'_> {
         LoopLog { clock: &self.clock, logger: &self.logger }
     }
 
-    /// The core.
+    /// Returns the core.
     ///
     /// # Safety
     /// The caller holds the token, or nobody does.
@@ -309,17 +309,17 @@ impl SharedLoop {
         unsafe { self.core.core() }
     }
 
-    /// The modules that the watchdog watches.
+    /// Returns the modules that the watchdog watches.
     pub fn watched(&self) -> Arc<[WatchedModule]> {
         Arc::clone(&self.members.watched())
     }
 
-    /// The gates.
+    /// Returns the gates.
     pub fn actuators(&self) -> Arc<[Arc<Actuator>]> {
         Arc::clone(&self.members.gates())
     }
 
-    /// The threads of modules.
+    /// Locks the threads of modules.
     pub fn threads(&self) -> MutexGuard<'_, ModuleThreads> {
         self.members.threads()
     }
@@ -329,12 +329,12 @@ impl SharedLoop {
         self.measures.gauges.cycles.load(Ordering::Relaxed)
     }
 
-    /// The stages and the modules of each.
+    /// Returns the stages with the modules of each.
     pub fn order(&self) -> Vec<(String, Vec<String>)> {
         self.members.parts().order()
     }
 
-    /// Shows what was measured, from any thread.
+    /// Publishes the measurements, from any thread.
     pub fn publish_timing(&self) {
         let parts = self.members.parts();
         let watched = self.watched();
@@ -342,8 +342,8 @@ impl SharedLoop {
         self.measures.publish(self.clock.now(), parts.gauges.values(), modules);
     }
 
-    /// Shows what is measured until the run is over: the life of a thread beside the loop, as to sum histograms up takes
-    /// some microseconds each.
+    /// Publishes the measurements until the run is over.
+    /// It runs in a thread beside the loop, as a summary of a histogram takes some microseconds.
     pub fn publish_until_over(&self) {
         while !self.run.is_over_within(INTERVAL) {
             if self.measures.are_old(self.clock.now()) {
@@ -353,7 +353,7 @@ impl SharedLoop {
         self.publish_timing();
     }
 
-    /// Before a run.
+    /// Begins a run.
     pub fn begin(&self) {
         self.take_token();
         // SAFETY: the token was taken.
@@ -361,13 +361,13 @@ impl SharedLoop {
         self.run.begin();
     }
 
-    /// After the end of a run: says that no thread works on the core any more.
+    /// Records at the end of a run that no thread works on the core any more.
     pub fn put_token_down(&self) {
         self.give_token_back();
         self.run.put_token_down();
     }
 
-    /// Gives the loop, which is with a step that does not return, to a spare thread or a new one.
+    /// Moves the loop away from a step that does not return, to a spare or new thread.
     pub fn move_token(self: &Arc<Self>) {
         match self.run.pass_token() {
             Successor::Spare => return,
@@ -393,7 +393,7 @@ impl SharedLoop {
         self.give_token_back();
     }
 
-    /// What came of a module's request when the recording was made that is played, if it has that request.
+    /// Returns the recorded answer to a module's request; `None` if not recorded.
     pub fn recorded_answer(&self, module: &str, lines: &str) -> Option<Result<String, String>> {
         if !self.is_playing.load(Ordering::Relaxed) {
             return None;
@@ -411,26 +411,28 @@ impl SharedLoop {
         self.core.take();
     }
 
-    /// Gives it back.
+    /// Releases the token.
     pub fn give_token_back(&self) {
         self.core.give_back();
     }
 
-    /// Sets the program's policy, which says which stage comes next while no module has the loop; without one, the stages
-    /// follow one another.
+    /// Sets the program's policy, which selects the next stage while no module does.
+    /// Without one, the stages follow one another.
     pub fn set_policy(&self, code: Option<Box<dyn LoopPolicy>>) {
         let guest = code.map(|code| Guest { what: POLICY, seat: None, code });
         self.exchange::<PolicyRole>(guest);
     }
 
-    /// Sets who says what time it is, on a clock that is driven; without anybody, time goes on by the period. A module of
-    /// `seat` is on the loop, and each call is watched like a step of its.
+    /// Sets the time source of a driven clock.
+    /// Without one, time advances by the period. A module of `seat` is on the loop, and each call is watched like a
+    /// step of it.
     pub fn set_time_source(&self, code: Option<Box<dyn TimeSource>>, seat: Option<Arc<Seat>>) {
         let guest = code.map(|code| Guest { what: TIME_SOURCE, seat, code });
         self.exchange::<TimeRole>(guest);
     }
 
-    /// Sets what the loop waits for in lockstep at the end of each cycle; without it, cycles follow one another.
+    /// Sets the wait in lockstep at the end of each cycle.
+    /// Without one, cycles follow one another.
     pub fn set_wait(&self, wait: Option<CycleWait>) {
         let before = self.between_cycles(&[], move |shared| {
             // SAFETY: jobs are done by who has the token.

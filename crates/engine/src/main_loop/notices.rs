@@ -1,4 +1,4 @@
-//! What the log is told of a loop that is late, not more than once a second of each kind.
+//! Log messages about a late loop, at most one of each kind per second.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -9,9 +9,9 @@ use super::plan::PlannedStage;
 use super::{Seat, SharedLoop};
 use crate::clock::monotonic;
 
-/// At least so much between two notices of a kind, nanoseconds.
+/// Minimum interval of messages of a kind, ns.
 const SECOND: u64 = 1_000_000_000;
-/// How many modules a notice names.
+/// Maximum number of modules in a message.
 const NAMED: usize = 3;
 
 /// Lets one notice a second through and counts the others.
@@ -22,7 +22,7 @@ pub(super) struct Limit {
 }
 
 impl Limit {
-    /// How many were kept back since the last one, when another one may be given now.
+    /// Returns the number of messages suppressed since the last one, if one is due.
     pub fn pass(&mut self, now: u64) -> Option<u64> {
         if self.last.is_some_and(|last| now.saturating_sub(last) < SECOND) {
             self.unsaid += 1;
@@ -33,7 +33,7 @@ impl Limit {
     }
 }
 
-/// What is said of those that were kept back.
+/// Describes the number of suppressed messages.
 pub(super) fn repeated(unsaid: u64) -> String {
     match unsaid {
         0 => String::new(),
@@ -41,7 +41,7 @@ pub(super) fn repeated(unsaid: u64) -> String {
     }
 }
 
-/// The notices of the loop's thread.
+/// Messages of the loop's thread.
 #[derive(Debug, Default)]
 pub(super) struct Notices {
     overruns: Limit,
@@ -49,7 +49,8 @@ pub(super) struct Notices {
 }
 
 impl Notices {
-    /// A cycle began late by `late` nanoseconds, as the one before, which began at `began`, took too long.
+    /// Reports a cycle that began late by `late` ns.
+    /// The cycle before, which began at `began`, took too long.
     pub fn report_overrun(&mut self, shared: &SharedLoop, late: u64, began: u64, seats: &[Arc<Seat>]) {
         let Some(unsaid) = self.overruns.pass(monotonic()) else { return };
         let mut took: Vec<_> = seats
@@ -75,7 +76,7 @@ impl Notices {
         shared.logger.log(shared.clock.now(), Level::Warn, &text);
     }
 
-    /// The time of a stage was up before those modules had their turn.
+    /// Reports modules that had no turn before the timeout of their stage.
     pub fn report_time_up<'s>(
         &mut self,
         shared: &SharedLoop,
@@ -100,7 +101,7 @@ impl Notices {
     }
 }
 
-/// Nanoseconds as milliseconds, with what is of interest behind the point.
+/// Formats nanoseconds as milliseconds, with the relevant decimals.
 pub(super) fn milliseconds(nanoseconds: u64) -> String {
     let value = nanoseconds as f64 * 1e-6;
     if nanoseconds.is_multiple_of(1_000_000) || value >= 100.0 {

@@ -3,17 +3,17 @@ use std::time::Duration;
 use super::SharedLoop;
 use crate::clock::monotonic;
 
-/// How fast virtual time goes.
+/// Rate of virtual time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rate {
-    /// As fast as the machine can.
+    /// Maximum rate that the machine reaches.
     Max,
-    /// That many seconds of the agent per second of the wall clock.
+    /// Seconds of the agent's time per second of the wall clock.
     Times(f64),
 }
 
 impl Rate {
-    /// As fast as the wall clock.
+    /// Rate of the wall clock.
     pub const REALTIME: Self = Self::Times(1.0);
 }
 
@@ -21,30 +21,31 @@ impl Rate {
 #[derive(Debug)]
 pub struct Pace {
     rate: Rate,
-    /// From one beginning to the next at least, wall-clock nanoseconds; 0 for nothing.
+    /// Minimum interval of the beginnings, wall-clock ns; 0 for none.
     minimum: u64,
-    /// A monotonic and a virtual time that are the same moment. It moves on by the cycles that are left out.
+    /// Monotonic and virtual time of the same moment, ns.
+    /// It moves on by the cycles that are left out.
     origin: Option<(u64, u64)>,
-    /// When the last cycle began, monotonic.
+    /// Monotonic time of the last cycle's begin, ns.
     begun: u64,
 }
 
-/// When a cycle begins.
+/// Beginning of a cycle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beginning {
-    /// When it was meant to, monotonic.
+    /// Nominal begin, monotonic, ns.
     pub nominal: u64,
-    /// By how much it is late, wall-clock nanoseconds, when others had to be left out for that; else 0.
+    /// Lateness if cycles had to be left out for it, wall-clock ns; else 0.
     pub late: u64,
 }
 
 impl Pace {
-    /// `minimum` is the least time of a cycle, wall-clock nanoseconds.
+    /// Returns a pace with a minimum time of a cycle, wall-clock ns.
     pub fn new(rate: Rate, minimum: u64) -> Self {
         Self { rate, minimum, origin: None, begun: 0 }
     }
 
-    /// Begins afresh: what passed since the last cycle was no lateness.
+    /// Restarts: the time since the last cycle is no lateness.
     pub fn restart(&mut self) {
         self.origin = None;
     }
@@ -57,7 +58,7 @@ impl Pace {
 
     /// Sleeps until the cycle of that virtual time begins.
     ///
-    /// Beginnings lie on a fixed grid, so that periods do not drift; what was missed is left out, not caught up.
+    /// Beginnings lie on a fixed grid, so that periods do not drift; missed cycles are left out, not caught up.
     pub(super) fn wait(&mut self, shared: &SharedLoop, time: u64) -> Beginning {
         // Where nothing depends on the wall clock nobody asks for it: that takes as long as a short module.
         if self.rate == Rate::Max && self.minimum == 0 && shared.clock.is_driven() {

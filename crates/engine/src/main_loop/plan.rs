@@ -1,4 +1,4 @@
-//! What the loop runs: the stages of its schedule, with the modules that are there.
+//! Plan of the loop: the stages of its schedule, with their modules.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,53 +9,54 @@ use super::gauges::StageGauge;
 use super::takeover::{Takeover, Wish};
 use super::{Schedule, Seat};
 
-/// The modules of a stage: levels, of which each depends on those before it.
+/// Modules of a stage in levels, each of which depends on those before it.
 pub type Levels = Vec<Vec<Arc<Seat>>>;
 
-/// What a plan is made from.
+/// Parts from which plans are made.
 #[derive(Default)]
 pub(super) struct PlanParts {
-    /// The program's stages.
+    /// Program's stages.
     pub schedule: Schedule,
-    /// The module that may take the loop.
+    /// Module that may take the loop.
     pub takeover: Option<Arc<Takeover>>,
-    /// The stages that it has taken the loop with, or is about to.
+    /// Requested stages: those of the active takeover, or of the next.
     pub wish: Option<Wish>,
-    /// The modules on the loop, by their own stage.
+    /// Modules on the loop, by their own stage.
     pub levels: Vec<Levels>,
     /// Modules with threads of their own.
     pub threaded: Vec<Arc<Seat>>,
-    /// What is measured of the stages of all plans, by name.
+    /// Measurements of the stages of all plans, by name.
     pub gauges: BTreeMap<Arc<str>, Arc<StageGauge>>,
 }
 
-/// The stages of the loop and their modules in the order in which they run.
+/// Stages of the loop and their modules in execution order.
 #[derive(Default)]
 pub(super) struct Plan {
     pub stages: Vec<PlannedStage>,
     pub names: Arc<[Arc<str>]>,
     pub seats: Vec<Arc<Seat>>,
-    /// For each seat, where its level ends: modules up to there do not depend on each other.
+    /// End of each seat's level, as an index into the seats.
+    /// Modules of a level do not depend on each other.
     pub ends: Vec<usize>,
-    /// Those that want values of the last cycle, of what is written before their turn in this one.
+    /// Modules that read values of the last cycle that are written before their turn.
     pub early: Vec<Arc<Seat>>,
 }
 
-/// A stage of the loop.
+/// Stage of the loop.
 pub(super) struct PlannedStage {
     pub gauge: Arc<StageGauge>,
-    /// Its seats.
+    /// Range of its seats.
     pub first: usize,
     pub end: usize,
-    /// Wall-clock nanoseconds; 0 for none.
+    /// Timeout, wall-clock ns; 0 for none.
     pub timeout: u64,
 }
 
-/// A longer time-out is one without an end, nanoseconds.
+/// Longest timeout, ns; a longer one has no end.
 const LONGEST: u128 = 1 << 62;
 
 impl PlannedStage {
-    /// Whether it has no modules.
+    /// Returns true if the stage has no modules.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.first == self.end
@@ -63,7 +64,7 @@ impl PlannedStage {
 }
 
 impl PlanParts {
-    /// Takes note of the stages that a module wants now; whether they are other ones than before.
+    /// Updates the stages that a module requests; true if they have changed.
     pub fn look_at_takeover(&mut self) -> bool {
         let before = self.wish.as_ref().map(|(number, _)| *number);
         let wish = self.takeover.as_ref().and_then(|takeover| {
@@ -74,12 +75,12 @@ impl PlanParts {
         before != self.wish.as_ref().map(|(number, _)| *number)
     }
 
-    /// The stages that the loop has, or is about to have.
+    /// Returns the stages that the loop has, or is about to have.
     pub fn stages(&self) -> &Schedule {
         self.wish.as_ref().map_or(&self.schedule, |(_, schedule)| schedule)
     }
 
-    /// The plan of a schedule; the gauges of all its stages are there.
+    /// Returns the plan of a schedule; the gauges of all its stages must exist.
     pub fn plan(&self, schedule: &Schedule) -> Plan {
         let mut plan = Plan::default();
         for stage in schedule.stages() {
@@ -106,7 +107,7 @@ impl PlanParts {
         self.levels.get(stage as usize).map_or(&[], Vec::as_slice)
     }
 
-    /// The stages, each with the names of its modules in their order.
+    /// Returns the stages, each with the names of its modules in order.
     pub fn order(&self) -> Vec<(String, Vec<String>)> {
         let stages = self.stages().stages().iter().map(|stage| {
             let seats = stage.members.iter().flat_map(|member| self.levels_of(*member).iter().flatten());
@@ -115,7 +116,7 @@ impl PlanParts {
         stages.collect()
     }
 
-    /// All modules, each with its stage in the loop if it is on the loop.
+    /// Returns all modules, each with its stage if it is on the loop.
     pub fn watched(&self) -> impl Iterator<Item = (Arc<Seat>, Option<Arc<str>>)> {
         let staged = self.stages().stages().iter().flat_map(|stage| {
             let name: Arc<str> = stage.name.as_str().into();

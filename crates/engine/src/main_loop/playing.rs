@@ -1,4 +1,4 @@
-//! What a recording is played by, and the modules of it that do not run.
+//! Replay of a recording in the loop, with the modules that do not run.
 
 use std::sync::Arc;
 
@@ -7,24 +7,24 @@ use slate_blackboard::channel::Latest;
 use crate::Playback;
 use crate::runner::{Health, ModuleCondition, ModuleState};
 
-/// What plays a recording in the loop.
+/// Replay of a recording in the loop.
 pub struct Playing {
-    /// What says the time and writes.
+    /// Player that sets the time and writes the values.
     pub playback: Box<dyn Playback>,
-    /// How the modules are that are played.
+    /// Conditions of the replayed modules.
     pub conditions: Vec<PlayedCondition>,
 }
 
-/// How a module was when it was recorded.
+/// Recorded condition of a module.
 pub struct PlayedCondition {
-    /// Its state, which is played.
+    /// Recorded state.
     pub state: Latest,
-    /// What others see of it.
+    /// Condition that others see.
     pub health: Arc<Health>,
 }
 
 impl Playing {
-    /// As [`Playback::write`].
+    /// Acts as [`Playback::write`], and shows the conditions of the modules.
     pub fn write(&mut self, now: u64, before: Option<&str>) {
         self.playback.write(now, before);
         for PlayedCondition { state, health } in &mut self.conditions {

@@ -6,7 +6,7 @@ use super::guest::{Guest, Role};
 use super::{Core, LoopPolicy, Takeover};
 use crate::clock::TimeSource;
 
-/// Who says which stage comes next, of the program.
+/// Role of the program's policy, which selects the next stage.
 pub(super) struct PolicyRole;
 
 impl Role for PolicyRole {
@@ -17,7 +17,7 @@ impl Role for PolicyRole {
     }
 }
 
-/// The module that may take the loop.
+/// Module that may take the loop.
 pub(super) struct TakeoverRole;
 
 impl Role for TakeoverRole {
@@ -27,13 +27,14 @@ impl Role for TakeoverRole {
         &mut core.takeover
     }
 
-    /// It stays: while its module is late it is not asked, and that ends what it has taken.
+    /// Keeps the guest: while its module is late it is not called.
+    /// That ends the module's takeover.
     fn put_away(_: &mut Core) -> &'static str {
         TAKEOVER
     }
 }
 
-/// Who says what time it is.
+/// Role of the time source.
 pub(super) struct TimeRole;
 
 impl Role for TimeRole {
@@ -44,7 +45,7 @@ impl Role for TimeRole {
     }
 }
 
-/// What the log calls them.
+/// Names of the guests in the log.
 pub(super) const POLICY: &str = "the policy of the main loop";
 pub(super) const TAKEOVER: &str = "the policy of a module";
 pub(super) const TIME_SOURCE: &str = "the time source";

@@ -1,4 +1,4 @@
-//! A run of the loop: how it ends, and which threads wait for the loop meanwhile.
+//! Run of the loop: its end, and the threads that wait for the loop.
 
 use std::any::Any;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -10,40 +10,40 @@ use super::End;
 /// More threads than this don't wait for the loop.
 const SPARES: usize = 2;
 
-/// The run that goes on, and how it ends.
+/// Present run and its end.
 #[derive(Default)]
 pub struct LoopRun {
-    /// Its number; 0 for none.
+    /// Number of the run; 0 for none.
     running: AtomicU64,
     ending: Mutex<Ending>,
     changed: Condvar,
 }
 
-/// How far the end of a run is, and which threads wait for the loop.
+/// Progress of a run's end, and the threads that wait for the loop.
 #[derive(Default)]
 struct Ending {
     runs: u64,
     end: Option<End>,
-    /// Whether no thread holds the token any more.
+    /// True once no thread holds the token.
     token_down: bool,
-    /// Whether all threads of the run are gone, or lost.
+    /// True once all threads of the run are gone, or lost.
     over: bool,
-    /// What the observer panicked with.
+    /// Panic of the observer.
     panic: Option<Box<dyn Any + Send>>,
-    /// Whether it was stopped before the first run.
+    /// True if the loop was stopped before its first run.
     stopped_before: bool,
     /// Threads that wait for the token, and tokens that wait for one of them.
     spares: usize,
     tokens: usize,
 }
 
-/// Who gets the loop when it is with a step that does not return.
+/// Receiver of the loop when a step does not return.
 pub(super) enum Successor {
-    /// A spare thread, which has been told.
+    /// Spare thread, which was notified.
     Spare,
-    /// A thread that is still to be started.
+    /// Thread to be started.
     NewThread,
-    /// Nobody, as the run has ended.
+    /// No thread, as the run has ended.
     Nobody,
 }
 
@@ -52,7 +52,7 @@ impl LoopRun {
         self.ending.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins the next run; who calls it has the token.
+    /// Begins the next run; the caller has the token.
     pub(super) fn begin(&self) {
         let mut ending = self.ending();
         let runs = ending.runs + 1;
@@ -61,17 +61,17 @@ impl LoopRun {
         self.running.store(if ending.end.is_none() { runs } else { 0 }, Ordering::Release);
     }
 
-    /// The number of the run that goes on; 0 for none.
+    /// Returns the number of the present run; 0 for none.
     pub fn number(&self) -> u64 {
         self.running.load(Ordering::Acquire)
     }
 
-    /// Whether that run goes on.
+    /// Returns true while that run goes on.
     pub fn is_in(&self, run: u64) -> bool {
         self.number() == run
     }
 
-    /// Whether a run goes on.
+    /// Returns true while a run goes on.
     pub fn is_running(&self) -> bool {
         self.number() != 0
     }
@@ -85,7 +85,8 @@ impl LoopRun {
         self.changed.notify_all();
     }
 
-    /// Ends the run, or the first one when it begins: whoever stops an agent that has just been made means that one.
+    /// Ends the run, or the first one as soon as it begins.
+    /// A stop of an agent that has just been made is meant for that one.
     pub fn stop(&self) {
         let mut ending = self.ending();
         ending.stopped_before = ending.runs == 0;
@@ -93,7 +94,7 @@ impl LoopRun {
         self.finish(End::Stopped);
     }
 
-    /// After the end: says that no thread holds the token any more.
+    /// Records after the end that no thread holds the token any more.
     pub(super) fn put_token_down(&self) {
         self.ending().token_down = true;
         self.changed.notify_all();
@@ -121,12 +122,13 @@ impl LoopRun {
         waited.unwrap_or_else(PoisonError::into_inner).0.over
     }
 
-    /// Keeps what the application's observer panicked with.
+    /// Keeps the panic of the application's observer.
     pub(super) fn keep_panic(&self, panic: Box<dyn Any + Send>) {
         self.ending().panic = Some(panic);
     }
 
-    /// Says that all threads of the run are gone, or lost. Returns what its observer panicked with.
+    /// Ends the run's bookkeeping once all its threads are gone, or lost.
+    /// Returns the panic of its observer.
     pub fn close(&self) -> Option<Box<dyn Any + Send>> {
         let mut ending = self.ending();
         ending.over = true;
@@ -134,7 +136,7 @@ impl LoopRun {
         ending.panic.take()
     }
 
-    /// Gives the token, which is with a step that does not return, to a spare thread if one waits.
+    /// Passes the token of a late step to a spare thread if one waits.
     pub(super) fn pass_token(&self) -> Successor {
         let mut ending = self.ending();
         if !self.is_running() {
@@ -148,7 +150,8 @@ impl LoopRun {
         Successor::Spare
     }
 
-    /// Waits for the loop as a spare thread; false when the run has ended, or enough others wait.
+    /// Waits for the loop as a spare thread.
+    /// False if the run has ended, or enough others wait.
     pub(super) fn wait_for_token(&self) -> bool {
         let mut ending = self.ending();
         if ending.spares >= SPARES || !self.is_running() {

@@ -15,19 +15,21 @@ use crate::timing::{Label, Span, Trace, TraceTrack};
 
 const IDLE: u64 = 0;
 const RUNNING: u64 = 1;
-/// The watchdog gives the module's outputs their safe values, or a late module is being taken back.
+/// State while the watchdog writes safe outputs, or a late module is taken back.
 const CLAIMED: u64 = 2;
 const LATE: u64 = 3;
 const RETURNED: u64 = 4;
 
-/// The bits of a seat's word that say one of these.
+/// Bits of a seat's word with its state.
 const STATE: u64 = 7;
-/// Whether a worker makes the step, so that the loop goes on without it.
+/// Bit of a step made by a worker, so that the loop goes on without it.
 const HELPED: u64 = 8;
-/// What the word grows by with each step or other call, so that the watchdog tells a long one from many short ones.
+/// Increment of the word by each step or other call.
+/// It lets the watchdog tell a long one from many short ones.
 const CALL: u64 = 16;
 
-/// A module's place: who may touch its runner is settled here, also when a step does not return.
+/// Seat of a module: decides which thread may use its runner.
+/// Also when a step does not return.
 ///
 /// While a step runs, the runner belongs to the thread that makes it. When the watchdog gives the step up, the runner
 /// belongs to the host again, and the late thread touches nothing once it returns.
@@ -35,50 +37,52 @@ const CALL: u64 = 16;
 /// In this order, as for [`Runner`].
 #[repr(C, align(64))]
 pub struct Seat {
-    /// The number of the last step or other call, whether a worker makes it, and the state: all in one word, as it is
-    /// changed before and after each step.
+    /// Number of the last call, whether a worker makes it, and the state.
+    /// A call is a step or another call. All are in one word, as it is changed before and after each step.
     word: AtomicU64,
-    /// Whether the module's own thread ends.
+    /// True if the module's own thread must end.
     retired: AtomicBool,
-    /// Whether every step is timed.
+    /// True if every step is timed.
     pub has_deadline: bool,
-    /// Whether it runs in a process of its own.
+    /// True if the module runs in a process of its own.
     pub is_isolated: bool,
-    /// That process.
+    /// Process of the module.
     isolation: Option<Arc<Isolation>>,
-    /// Whether its steps reach beyond its ports, so that they are never made beside others.
+    /// True if its steps reach beyond its ports, so that they never run beside others.
     pub alone: bool,
-    /// Whether it has a turn in every cycle.
+    /// True if it has a turn in every cycle.
     in_every_cycle: bool,
-    /// Whether the loop says when it is the module's turn, which its own thread waits for.
+    /// True if its own thread waits for its turn in the loop.
     is_kicked: bool,
     /// Steps begun.
     ticks: AtomicU64,
-    /// When the last step or other call began, monotonic; 0 when it was not timed.
+    /// Monotonic time of the last call's begin, ns; 0 if it was not timed.
+    /// A call is a step or another call.
     started: AtomicU64,
-    /// Wall-clock nanoseconds of the last step that was timed.
+    /// Duration of the last timed step, wall-clock ns.
     duration: AtomicU64,
-    /// When the last step that was given up returned, monotonic.
+    /// Monotonic time of the return of the last late step, ns.
     returned: AtomicU64,
-    /// What it returned.
+    /// Return code of the late step.
     late_code: AtomicI32,
-    /// How often the loop has said that it is the module's turn.
+    /// Number of turns that the loop has signalled.
     kicks: AtomicU64,
-    /// It is there until the seat is dropped.
+    /// Runner, valid until the seat is dropped.
     runner: UnsafeCell<ManuallyDrop<Runner>>,
-    /// Whether it wants values of the last cycle when a cycle begins.
+    /// True if it reads values of the last cycle at the beginning of a cycle.
     early: AtomicBool,
-    /// The module's name.
+    /// Name of the module.
     pub name: Arc<str>,
-    /// How the module is.
+    /// Condition of the module.
     pub health: Arc<Health>,
     /// Shows how long its steps take.
     pub publication: Publication,
-    /// Where its steps are recorded, from when a trace was first asked for. Written by whoever drives the seat.
+    /// Trace of its steps, from the first start of tracing on.
+    /// Written by the thread that drives the seat.
     track: OnceLock<(TraceTrack, Label)>,
     /// Wakes the module's own thread, if it has one.
     pub wake: Arc<Wake>,
-    /// Who gets the runner when nobody has the seat any more.
+    /// Receiver of the runner when the last owner drops the seat.
     heir: OnceLock<Sender<Runner>>,
 }
 
@@ -97,7 +101,7 @@ impl Drop for Seat {
 unsafe impl Sync for Seat {}
 
 impl Seat {
-    /// A place for that module.
+    /// Returns a seat for that module.
     pub fn new(mut runner: Runner) -> Self {
         runner.update_shortcuts();
         Self {
@@ -126,14 +130,14 @@ impl Seat {
         }
     }
 
-    /// Ends the connection to the module's process, so that a step which waits for it returns.
+    /// Closes the connection to the module's process, so that a waiting step returns.
     pub fn disconnect(&self) {
         if let Some(isolation) = &self.isolation {
             isolation.account.disconnect();
         }
     }
 
-    /// The runner.
+    /// Returns the runner.
     ///
     /// # Safety
     /// The caller drives this seat (the holder of the loop's token, or the module's own thread) and the seat is idle;
@@ -144,8 +148,9 @@ impl Seat {
         unsafe { &mut *self.runner.get() }
     }
 
-    /// Whether the module writes in turn with the steps of the loop: it does from when the loop has it, and until that gives
-    /// up a step of it. One with a thread or a process of its own does not.
+    /// Sets whether the module writes in turn with the steps of the loop.
+    /// It does from the time when the loop has it, and until the loop gives up a step of it. A module with a thread or
+    /// a process of its own does not.
     ///
     /// # Safety
     /// The caller has the loop's token between two cycles, and the loop has the module from then on, or not.
@@ -157,15 +162,15 @@ impl Seat {
         }
     }
 
-    /// Before a step, which a worker makes (`helped`) or whoever drives the seat; `started` is the monotonic time, or 0
-    /// when the step is not timed.
+    /// Begins a step, made by a worker (`helped`) or the driver of the seat.
+    /// `started` is the monotonic time, ns, or 0 if the step is not timed.
     #[inline]
     pub fn begin(&self, helped: bool, started: u64) {
         count(&self.ticks);
         self.begin_call(helped, started);
     }
 
-    /// Before another call of the module, which is watched like a step and counts as none.
+    /// Begins another call of the module, watched like a step and not counted as one.
     #[inline]
     pub fn begin_call(&self, helped: bool, started: u64) {
         self.started.store(started, Ordering::Relaxed);
@@ -179,26 +184,27 @@ impl Seat {
         self.word.load(Ordering::Acquire) & STATE
     }
 
-    /// Goes from one state to another; false when it is in none such.
+    /// Changes from one state to another; false if the state is another one.
     #[inline]
     fn pass(&self, from: u64, to: u64) -> bool {
         let word = self.word.load(Ordering::Relaxed);
         word & STATE == from && self.exchange(word, to)
     }
 
-    /// Goes to a state from that word; false when it has another one now.
+    /// Changes the state from that word; false if the word has changed.
     #[inline]
     fn exchange(&self, word: u64, to: u64) -> bool {
         let next = word & !STATE | to;
         self.word.compare_exchange(word, next, Ordering::AcqRel, Ordering::Relaxed).is_ok()
     }
 
-    /// Goes to a state from one that nobody else ends.
+    /// Changes a state that no other thread ends.
     fn settle(&self, to: u64) {
         self.word.store(self.word.load(Ordering::Relaxed) & !STATE | to, Ordering::Release);
     }
 
-    /// Keeps others out between two steps: the module's own thread, or who exchanges its code.
+    /// Claims the seat between two steps; false if it is not idle.
+    /// It excludes the module's own thread, or a thread that exchanges its code.
     pub fn claim(&self) -> bool {
         self.pass(IDLE, CLAIMED)
     }
@@ -222,8 +228,8 @@ impl Seat {
         let _ = self.pass(CLAIMED, IDLE);
     }
 
-    /// Makes a call of the module outside its step, watched like one; nothing when it was given up. The seat is claimed
-    /// (and stays so) or belongs to the loop.
+    /// Makes a call of the module outside its step, watched like one.
+    /// `None` if it was given up. The seat is claimed (and stays so) or belongs to the loop.
     pub fn call<R>(&self, claimed: bool, call: impl FnOnce() -> R) -> Option<R> {
         self.begin_call(false, monotonic());
         let result = call();
@@ -231,22 +237,23 @@ impl Seat {
         ended.then_some(result)
     }
 
-    /// Whether it wants values of the last cycle when a cycle begins; the plan is made anew when that changes.
+    /// Returns true if it reads values of the last cycle at the beginning of a cycle.
+    /// The plan is made anew when that changes.
     pub fn is_early(&self) -> bool {
         self.early.load(Ordering::Relaxed)
     }
 
-    /// Says whether it does.
+    /// Sets whether it reads values of the last cycle.
     pub fn set_early(&self, early: bool) {
         self.early.store(early, Ordering::Relaxed);
     }
 
-    /// Whether the loop says when the module runs, which it does in a thread of its own.
+    /// Returns true if the loop signals the turns of the module's own thread.
     pub fn is_kicked(&self) -> bool {
         self.is_kicked
     }
 
-    /// Says that it is the turn of a module that waits for that; false for all others.
+    /// Signals the turn of a module that waits for it; false for all others.
     #[inline]
     pub fn kick(&self) -> bool {
         if self.is_kicked {
@@ -256,7 +263,7 @@ impl Seat {
         self.is_kicked
     }
 
-    /// How often it has been the module's turn; nothing when the loop does not say.
+    /// Returns the number of turns signalled; `None` if the loop does not signal them.
     pub fn kicks(&self) -> Option<u64> {
         self.is_kicked.then(|| self.kicks.load(Ordering::Acquire))
     }
@@ -267,13 +274,13 @@ impl Seat {
         self.wake.notify(1);
     }
 
-    /// Whether the module's own thread shall end.
+    /// Returns true if the module's own thread must end.
     pub fn is_retired(&self) -> bool {
         self.retired.load(Ordering::Acquire)
     }
 
-    /// Lets go of the seat, and returns its runner when nobody else has the seat any more, such as the watchdog; nothing
-    /// when that takes longer than `limit`.
+    /// Releases the seat and returns its runner once no other owner is left.
+    /// Other owners are such as the watchdog. `None` if that takes longer than `limit`.
     pub fn into_runner(self: Arc<Self>, limit: Duration) -> Option<Runner> {
         let (heir, left) = channel();
         // There is no other: who lets go of a module does so once.
@@ -282,14 +289,14 @@ impl Seat {
         left.recv_timeout(limit).ok()
     }
 
-    /// After a step that returned that code: true when the runner still belongs to the caller, false when the step was given
-    /// up.
+    /// Ends a step with its return code; false if the step was given up.
+    /// If true, the runner still belongs to the caller.
     #[inline]
     pub fn end(&self, code: i32) -> bool {
         self.end_as(IDLE, code)
     }
 
-    /// As [`end`](Seat::end), and the seat stays claimed.
+    /// Acts as [`end`](Seat::end), and the seat stays claimed.
     pub fn end_claimed(&self, code: i32) -> bool {
         self.end_as(CLAIMED, code)
     }
@@ -327,34 +334,35 @@ impl Seat {
         true
     }
 
-    /// Whether nobody is in the step, so that it may begin.
+    /// Returns true if no step runs, so that one may begin.
     #[inline]
     pub fn is_idle(&self) -> bool {
         self.state() == IDLE
     }
 
-    /// Whether the step that runs was given up.
+    /// Returns true if the running step was given up.
     pub fn is_given_up(&self) -> bool {
         matches!(self.state(), LATE | RETURNED)
     }
 
-    /// Whether a step was given up and has not returned.
+    /// Returns true if a step was given up and has not returned.
     pub fn is_late(&self) -> bool {
         self.state() == LATE
     }
 
-    /// Whether the step that runs, or was given up, is made by a worker.
+    /// Returns true if a worker makes the step that runs, or was given up.
     pub fn is_helped(&self) -> bool {
         self.word.load(Ordering::Relaxed) & HELPED != 0
     }
 
-    /// The step that runs now, if one does.
+    /// Returns the number of the running step; `None` if none runs.
     pub fn running(&self) -> Option<u64> {
         let word = self.word.load(Ordering::Acquire);
         (word & STATE == RUNNING).then_some(word / CALL)
     }
 
-    /// Gives up that step if it still runs: its outputs become safe, and what it writes later is dropped.
+    /// Gives up a step if it still runs; true if it did.
+    /// Its outputs become safe, and its later writes are dropped.
     pub fn give_up(&self, step: u64, now: u64) -> bool {
         let word = self.word.load(Ordering::Relaxed);
         // Else it has ended; the next one is none of this call.
@@ -367,7 +375,7 @@ impl Seat {
         true
     }
 
-    /// Goes on with another number of steps. Only for who has the seat.
+    /// Sets the number of steps; only for the owner of the seat.
     pub fn set_ticks(&self, ticks: u64) {
         self.ticks.store(ticks, Ordering::Relaxed);
     }
@@ -377,7 +385,7 @@ impl Seat {
         self.ticks.load(Ordering::Relaxed)
     }
 
-    /// After a step, as [`Runner::time`] does.
+    /// Counts a step, as [`Runner::time`] does.
     #[inline]
     pub fn time(&self, runner: &mut Runner, duration: Option<u64>, stands_for: u32) {
         if let Some(duration) = duration {
@@ -386,22 +394,22 @@ impl Seat {
         runner.time(duration, stands_for);
     }
 
-    /// Wall-clock nanoseconds of the last step that was timed.
+    /// Returns the duration of the last timed step, wall-clock ns.
     pub fn duration(&self) -> u64 {
         self.duration.load(Ordering::Relaxed)
     }
 
-    /// When the last step began, monotonic; 0 when it was not timed.
+    /// Returns the monotonic time of the last step's begin, ns; 0 if not timed.
     pub fn started(&self) -> u64 {
         self.started.load(Ordering::Relaxed)
     }
 
-    /// When the last step that was given up returned, monotonic.
+    /// Returns the monotonic time of the return of the last late step, ns.
     pub fn returned(&self) -> u64 {
         self.returned.load(Ordering::Relaxed)
     }
 
-    /// Whether a cycle in which it has no turn is one too few.
+    /// Returns true if a cycle without a turn counts as a miss.
     pub fn misses_its_turn(&self) -> bool {
         self.in_every_cycle && self.is_idle() && self.health.condition() != ModuleCondition::INACTIVE
     }
@@ -411,7 +419,7 @@ impl Seat {
         count(&self.health.misses);
     }
 
-    /// From now on its steps can be recorded.
+    /// Enables recording of its steps.
     pub fn add_track(&self, trace: &Trace) {
         if self.track.get().is_none()
             // A seat that this one takes the place of is still there.
@@ -422,7 +430,7 @@ impl Seat {
         }
     }
 
-    /// Records a step, from a monotonic time on; whoever drives the seat does.
+    /// Records a step from a monotonic time on, ns; for the driver of the seat.
     pub fn record(&self, shared: &SharedLoop, start: u64, duration: u64, cycle: u64) {
         if let Some((track, label)) = self.track.get() {
             track.record(Span { label: *label, start: shared.clock.at(start), duration, cycle });

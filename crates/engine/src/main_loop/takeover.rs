@@ -1,4 +1,4 @@
-//! A module that takes the loop: where it says with what, and the loop finds that.
+//! Takeover of the loop by a module: request and execution.
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -10,57 +10,57 @@ use slate_blackboard::wake::Wake;
 
 use super::{LoopPolicy, LoopPosition, Schedule};
 
-/// What a module has taken the loop with.
+/// Takeover of the loop by a module: its policy.
 struct Taken {
-    /// Tells it from all others of the agent.
+    /// Number that is unique in the agent.
     number: u64,
     policy: Box<dyn LoopPolicy>,
 }
 
 #[derive(Default)]
 struct HeldPolicies {
-    /// What the loop goes by.
+    /// Active takeover.
     present: Option<Taken>,
-    /// What it goes by as soon as there is a plan for its stages.
+    /// Pending takeover, active as soon as there is a plan for its stages.
     coming: Option<Taken>,
 }
 
-/// A module's place: what it takes the loop with stands here.
+/// Takeover slot of a module: policies and stages with which it takes the loop.
 ///
-/// Numbers say what holds, so that nobody but the loop, which also runs the module, needs the lock: a policy that hangs
-/// has it.
+/// Numbers identify the active takeover, so that only the loop, which also runs the module, needs the lock: a hanging
+/// policy holds it.
 pub struct Takeover {
-    /// Who asks.
+    /// Module that takes the loop.
     pub module: Arc<str>,
     numbers: Arc<AtomicU64>,
-    /// What was taken last; 0 for nothing.
+    /// Number of the last takeover; 0 for none.
     last: AtomicU64,
-    /// What was taken up to this one holds no more.
+    /// Number up to which all takeovers have ended.
     over: AtomicU64,
     present: AtomicU64,
     coming: AtomicU64,
     held: Mutex<HeldPolicies>,
-    /// The stages that were asked for last, until somebody makes a plan for them.
+    /// Last requested stages, until a plan is made for them.
     wishes: ArrayQueue<Wish>,
-    /// Policies that were replaced, until somebody has the time to end them.
+    /// Replaced policies, until the planning thread ends them.
     past: ArrayQueue<Taken>,
-    /// Whether there may be a plan to be made, or a policy to be ended.
+    /// True if a plan may have to be made, or a policy ended.
     stirred: AtomicBool,
     closed: AtomicBool,
-    /// Wakes who does that.
+    /// Wakes the planning thread.
     wake: Wake,
 }
 
-/// What a policy said.
+/// Choice of a policy.
 pub(super) enum Choice {
-    /// There is no policy that could be asked.
+    /// No policy that can be called: the stages follow one another.
     InOrder,
-    /// The next stage, or the end of the cycle.
+    /// Next stage, or the end of the cycle.
     Stage(Option<usize>),
     Panicked,
 }
 
-/// Stages that a module wants, and their number.
+/// Requested stages of a module, and their number.
 pub(super) type Wish = (u64, Schedule);
 
 impl Takeover {
@@ -68,8 +68,8 @@ impl Takeover {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes the loop: the loop goes by it from its next cycle on, or, with other stages, as soon as there is a plan for
-    /// them.
+    /// Takes the loop from its next cycle on.
+    /// With other stages, as soon as there is a plan for them.
     pub fn take(&self, policy: Box<dyn LoopPolicy>, stages: Option<Schedule>) {
         let number = self.numbers.fetch_add(1, Ordering::Relaxed) + 1;
         let mut held = self.held();
@@ -94,7 +94,7 @@ impl Takeover {
         self.stir();
     }
 
-    /// Ends what was taken, and the policies with it.
+    /// Ends the takeover, and its policies.
     pub fn give_back(&self) {
         if self.last.load(Ordering::Acquire) == 0 {
             return;
@@ -106,25 +106,25 @@ impl Takeover {
         self.sweep();
     }
 
-    /// Ends what was taken; the policies stay, as one of them may just hang.
+    /// Ends the takeover; its policies stay, as one of them may just hang.
     pub fn suspend(&self) {
         self.end(self.last.load(Ordering::Acquire));
     }
 
-    /// Ends what was taken up to that number.
+    /// Ends all takeovers up to that number.
     pub(super) fn end(&self, number: u64) {
         if self.over.fetch_max(number, Ordering::AcqRel) < number {
             self.stir();
         }
     }
 
-    /// Whether the module has the loop, or will have it.
+    /// Returns true while the module has the loop, or will have it.
     pub fn is_held(&self) -> bool {
         self.last.load(Ordering::Acquire) > self.over.load(Ordering::Acquire)
     }
 
-    /// The number of what the loop goes by from now on, 0 for the program's; `planned` is that of the stages for which
-    /// there is a plan.
+    /// Returns the number of the takeover active from now on; 0 for the program's.
+    /// `planned` is the number of the stages for which there is a plan.
     pub(super) fn settle(&self, planned: u64) -> u64 {
         if planned != 0 && planned == self.coming.load(Ordering::Acquire) && self.holds(planned) {
             self.admit(planned);
@@ -136,7 +136,7 @@ impl Takeover {
         number > self.over.load(Ordering::Acquire)
     }
 
-    /// Lets what comes be what the loop goes by, or leaves it for the next cycle.
+    /// Makes the pending takeover the active one, or leaves it for the next cycle.
     fn admit(&self, number: u64) {
         let Some(mut held) = self.try_held() else { return };
         if held.coming.is_none() || self.past.is_full() {
@@ -161,7 +161,8 @@ impl Takeover {
         }
     }
 
-    /// Asks the policy of that number, unless it holds no more. The module's code runs here.
+    /// Calls the policy of that takeover, unless it has ended.
+    /// The module's code runs here.
     pub(super) fn choose(&self, number: u64, place: &LoopPosition<'_>) -> Choice {
         let Some(mut held) = self.try_held().filter(|_| self.holds(number)) else { return Choice::InOrder };
         let Some(taken) = held.present.as_mut().filter(|taken| taken.number == number) else {
@@ -173,12 +174,12 @@ impl Takeover {
         }
     }
 
-    /// The stages that were asked for since the last call.
+    /// Returns the stages requested since the last call.
     pub(super) fn wish(&self) -> Option<Wish> {
         self.wishes.pop()
     }
 
-    /// Whether there should be a plan for the stages of that number.
+    /// Returns true if a plan is needed for the stages of that takeover.
     pub(super) fn wants(&self, number: u64) -> bool {
         let is_named = |of: &AtomicU64| of.load(Ordering::Acquire) == number;
         // In this order, as what comes becomes what is present.
@@ -192,7 +193,7 @@ impl Takeover {
         }
     }
 
-    /// Whether there may be something to do.
+    /// Returns true if work may be pending.
     pub(super) fn is_stirred(&self) -> bool {
         self.stirred.load(Ordering::Acquire)
     }
@@ -202,7 +203,7 @@ impl Takeover {
         self.stirred.store(false, Ordering::Release);
     }
 
-    /// Says that there may be something to do.
+    /// Signals that work may be pending.
     fn stir(&self) {
         self.stirred.store(true, Ordering::Release);
         self.wake.notify(1);
@@ -214,14 +215,14 @@ impl Takeover {
         !self.closed.load(Ordering::Acquire)
     }
 
-    /// Nobody looks here any more.
+    /// Ends the thread that makes plans.
     pub fn close(&self) {
         self.closed.store(true, Ordering::Release);
         self.wake.notify(1);
     }
 }
 
-/// The places of an agent's modules.
+/// Takeover slots of an agent's modules.
 #[derive(Default)]
 pub struct Takeovers {
     numbers: Arc<AtomicU64>,
@@ -233,7 +234,7 @@ impl Takeovers {
         self.places.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A place for a module that begins.
+    /// Adds a slot for a module that begins.
     pub fn add(&self, module: &Arc<str>) -> Arc<Takeover> {
         let takeover = Arc::new(Takeover {
             module: Arc::clone(module),
@@ -253,12 +254,12 @@ impl Takeovers {
         takeover
     }
 
-    /// The place of a module.
+    /// Returns the slot of a module.
     pub fn get(&self, module: &str) -> Option<Arc<Takeover>> {
         self.places().get(module).cloned()
     }
 
-    /// The module is gone.
+    /// Removes the slot of a module that has ended.
     pub fn remove(&self, takeover: &Arc<Takeover>) {
         takeover.close();
         self.places().retain(|_, other| !Arc::ptr_eq(other, takeover));

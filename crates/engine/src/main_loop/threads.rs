@@ -11,7 +11,7 @@ use crate::background::thread_name;
 use crate::clock::monotonic;
 use crate::runner::{ModuleCondition, Runner, StepCall};
 
-/// Modules that run on threads of their own, woken by what they wait for.
+/// Modules on threads of their own, woken by their triggers.
 #[derive(Default)]
 pub struct ModuleThreads {
     threads: Vec<(Arc<Seat>, JoinHandle<()>)>,
@@ -32,7 +32,8 @@ impl ModuleThreads {
         Ok(())
     }
 
-    /// Waits for the thread of a module that nobody watches any more. A step that takes longer than `limit` is given up.
+    /// Joins the thread of a module that is no longer watched.
+    /// A step that takes longer than `limit` is given up.
     pub fn join_one(&mut self, seat: &Arc<Seat>, limit: Duration, now: u64) {
         let Some(at) = self.threads.iter().position(|(other, _)| Arc::ptr_eq(other, seat)) else { return };
         let (seat, thread) = self.threads.swap_remove(at);
@@ -54,7 +55,7 @@ impl ModuleThreads {
     }
 }
 
-/// How often is looked whether a thread has ended.
+/// Interval at which the end of a thread is polled.
 const JOINING: Duration = Duration::from_micros(200);
 
 fn join(seat: &Seat, thread: JoinHandle<()>) {
@@ -67,7 +68,7 @@ fn join(seat: &Seat, thread: JoinHandle<()>) {
     }
 }
 
-/// The life of a module's own thread in that run.
+/// Runs a module's own thread in that run.
 fn work(shared: &SharedLoop, run: u64, seat: &Seat) {
     let wake = &seat.wake;
     let mut kicks = seat.kicks().unwrap_or(0);
@@ -103,14 +104,15 @@ fn work(shared: &SharedLoop, run: u64, seat: &Seat) {
     }
 }
 
-/// Ends what actuators were commanded for too long, so that a step sees no such command, however late the watchdog is.
+/// Expires stale commands, so that no step reads one, however late the watchdog is.
 fn expire(shared: &SharedLoop) {
     for actuator in shared.actuators().iter() {
         actuator.expire_before_read();
     }
 }
 
-/// Whether a module may look at its trigger. Turns of the loop that it was too late for are left out, and counted.
+/// Returns true if a module may check its trigger in this turn.
+/// Turns of the loop that it was too late for are left out, and counted.
 fn is_its_turn(seat: &Seat, kicks: &mut u64) -> bool {
     let Some(now) = seat.kicks() else { return true };
     let new = now - std::mem::replace(kicks, now);
@@ -121,10 +123,12 @@ fn is_its_turn(seat: &Seat, kicks: &mut u64) -> bool {
     new > 0
 }
 
-/// How often a thread looks for what nobody wakes it for: a switch, a value that a tool has set, virtual time.
+/// Interval at which a thread polls for changes without a wake-up.
+/// Such as a switch, a value that a tool has set, or virtual time.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// How long a thread may sleep before its time has come. Virtual time may pass faster, hence the upper bound.
+/// Returns the longest sleep of a thread before its next step.
+/// Virtual time may pass faster, hence the upper bound.
 fn patience(runner: &Runner, now: u64) -> Duration {
     if matches!(
         runner.condition(),
@@ -148,7 +152,7 @@ fn patience(runner: &Runner, now: u64) -> Duration {
     Duration::from_nanos(left).clamp(Duration::from_micros(50), LOOK)
 }
 
-/// A step of a seat that is claimed; nothing comes of it when it was given up.
+/// Makes a step of a claimed seat; a step that was given up has no effect.
 fn step(shared: &SharedLoop, seat: &Seat, call: StepCall) {
     let start = monotonic();
     seat.begin(false, start);

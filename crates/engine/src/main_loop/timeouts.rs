@@ -1,37 +1,37 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// How long stages may take.
+/// Timeouts of stages.
 pub(super) struct StageTimeouts {
-    /// When the time of the present stage is up, monotonic; 0 for never.
+    /// Deadline of the present stage, monotonic, ns; 0 for none.
     deadline: AtomicU64,
-    /// The shortest time-out of a stage, nanoseconds.
+    /// Shortest timeout of a stage, ns.
     shortest: AtomicU64,
 }
 
 impl Default for StageTimeouts {
-    /// Of stages that may take any time.
+    /// Returns no timeouts.
     fn default() -> Self {
         Self { deadline: AtomicU64::new(0), shortest: AtomicU64::new(u64::MAX) }
     }
 }
 
 impl StageTimeouts {
-    /// When the time of the present stage is up, monotonic; 0 for never.
+    /// Returns the deadline of the present stage, monotonic, ns; 0 for none.
     pub fn deadline(&self) -> u64 {
         self.deadline.load(Ordering::Acquire)
     }
 
-    /// Says when the time of the present stage is up, monotonic; 0 for never.
+    /// Sets the deadline of the present stage, monotonic, ns; 0 for none.
     pub fn set_deadline(&self, deadline: u64) {
         self.deadline.store(deadline, Ordering::Release);
     }
 
-    /// The shortest time-out of a stage, nanoseconds.
+    /// Returns the shortest timeout of a stage, ns.
     pub fn shortest(&self) -> u64 {
         self.shortest.load(Ordering::Relaxed)
     }
 
-    /// Says what the shortest one is, if a stage has one.
+    /// Sets the shortest timeout of a stage, if any has one.
     pub fn set_shortest(&self, shortest: Option<u64>) {
         self.shortest.store(shortest.unwrap_or(u64::MAX), Ordering::Relaxed);
     }

@@ -3,7 +3,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::Core;
 
-/// What the loop works on, and who has it: one thread at a time has the token.
+/// Core of the loop and its token, which one thread at a time holds.
 pub(super) struct LoopToken {
     core: UnsafeCell<Core>,
     /// [`FREE`] or [`TAKEN`].
@@ -17,12 +17,12 @@ const TAKEN: u32 = 1;
 unsafe impl Sync for LoopToken {}
 
 impl LoopToken {
-    /// A token that is free.
+    /// Returns a free token.
     pub fn new(core: Core) -> Self {
         Self { core: UnsafeCell::new(core), state: AtomicU32::new(FREE) }
     }
 
-    /// The core.
+    /// Returns the core.
     ///
     /// # Safety
     /// The caller holds the token, or nobody does.
@@ -37,7 +37,8 @@ impl LoopToken {
         self.state.compare_exchange(FREE, TAKEN, Ordering::AcqRel, Ordering::Relaxed).is_ok()
     }
 
-    /// Takes it as soon as nobody has it, which is soon: a run of the loop is never waited for here.
+    /// Takes the token as soon as it is free.
+    /// That is soon: a run of the loop is never waited for here.
     pub fn take(&self) {
         while !self.try_take() {
             std::thread::yield_now();

@@ -1,4 +1,4 @@
-//! A trace of what the loop and its modules did when.
+//! Trace of the loop and its modules.
 
 use std::io::{self, Write};
 use std::sync::{Arc, OnceLock};
@@ -9,14 +9,14 @@ use crate::timing::{Exported, Label, Recorder, Recording, Span, Switch, Trace, T
 
 /// Spans kept of each module.
 const SPANS: usize = 4096;
-/// Those of the loop with its stages, which are a dozen a cycle.
+/// Number of spans kept of the loop with its stages, about a dozen a cycle.
 const LOOP_SPANS: usize = 16 * SPANS;
 
-/// The trace of an agent; off, and then free, until somebody starts it.
+/// Trace of an agent; off, and then free, until it is started.
 pub struct Tracing {
     switch: Arc<Switch>,
     trace: Arc<Trace>,
-    /// The spans of cycles and stages. Written by who has the loop's token.
+    /// Track of cycles and stages, written by the holder of the loop's token.
     track: OnceLock<Option<TraceTrack>>,
     pub(super) cycle: Option<Label>,
 }
@@ -47,7 +47,7 @@ impl Tracing {
         }
     }
 
-    /// Records what the loop did; whoever has its token does.
+    /// Records a span of the loop, for the holder of its token.
     pub(super) fn record(&self, span: Span) {
         if let Some(Some(track)) = self.track.get() {
             track.record(span);
@@ -55,12 +55,12 @@ impl Tracing {
     }
 }
 
-/// What the modules of an agent and its main loop did when, from `Agent::trace`. It is off at
-/// first, and then costs nothing.
+/// Trace of an agent's modules and main loop, from `Agent::trace`.
+/// It is off at first, and then costs nothing.
 ///
 /// Each module is a track, and so is the main loop, with its cycles and the stages in them. Times are wall-clock
-/// nanoseconds since the start of the agent: on the system's clock they are its time, and under a time source they tell
-/// apart what happens at the same virtual time.
+/// nanoseconds since the start of the agent: on the system's clock they are its time, and under a time source they
+/// distinguish events at the same virtual time.
 ///
 /// [`record`](AgentTrace::record) writes all that happens from then on, however long. [`start`](AgentTrace::start) keeps
 /// the last 4096 ticks of each module (65536 cycles and stages), of which [`export`](AgentTrace::export) writes a part when
@@ -77,26 +77,27 @@ impl std::fmt::Debug for AgentTrace {
 }
 
 impl AgentTrace {
-    /// Of that loop.
+    /// Returns the trace of that loop.
     pub fn new(shared: Arc<SharedLoop>) -> Self {
         Self { shared }
     }
 
-    /// Begins to keep what happens. Every step is then timed. Each start is ended by a [`stop`](AgentTrace::stop) of its
-    /// own.
+    /// Starts recording; every step is then timed.
+    /// Each start is ended by a [`stop`](AgentTrace::stop) of its own.
     pub fn start(&self) {
         self.switch_on(|switch| switch.start());
     }
 
-    /// Takes a [`start`](AgentTrace::start) back; recording goes on for who else wants it. What was kept can still be
-    /// exported.
+    /// Ends a [`start`](AgentTrace::start).
+    /// Recording goes on for other users. The recorded spans can still be exported.
     pub fn stop(&self) {
         self.shared.tracing.switch.stop();
     }
 
-    /// Writes everything from now on until the [`Recording`] is ended, by a thread of its own, as a file that
-    /// <https://ui.perfetto.dev> and Chrome's `about:tracing` open. There may be several at a time. What comes faster than
-    /// the writer takes it is counted as missing, here and in the file, and nobody who is recorded waits.
+    /// Writes all spans from now on until the [`Recording`] is ended.
+    /// A thread of its own writes a file that <https://ui.perfetto.dev> and Chrome's `about:tracing` open. There may be
+    /// several at a time. Spans that come faster than the writer takes them are counted as missing, here and in the
+    /// file, and the recorded threads never wait.
     ///
     /// ```
     /// # fn work(trace: &slate_engine::main_loop::AgentTrace, run_cycles: impl FnOnce()) -> std::io::Result<()> {
@@ -127,19 +128,19 @@ impl AgentTrace {
         result
     }
 
-    /// Whether it records.
+    /// Returns true while it records.
     pub fn is_on(&self) -> bool {
         self.shared.tracing.is_on()
     }
 
-    /// The present time as spans have it, nanoseconds.
+    /// Returns the present time in the time base of spans, ns.
     pub fn now(&self) -> u64 {
         self.shared.clock.at(monotonic())
     }
 
-    /// Writes what was kept and was under way at any time from `from` to `to` (nanoseconds), as a file like that of
-    /// [`record`](AgentTrace::record). It disturbs nobody who is recorded. [`Exported::complete_from`] says whether it goes
-    /// back as far as was asked.
+    /// Writes the recorded spans that overlap `from` to `to`, ns.
+    /// The file is like that of [`record`](AgentTrace::record). It disturbs no recorded thread.
+    /// [`Exported::complete_from`] says whether it goes back as far as was requested.
     ///
     /// # Errors
     /// Those of the writer.

@@ -8,47 +8,47 @@ use super::{End, Seat, SharedLoop};
 use crate::background::take_precedence;
 use crate::clock::monotonic;
 
-/// With so many threads lost at a time the run stops in order.
+/// Number of simultaneously lost threads at which the run stops in order.
 const LOST_LIMIT: usize = 4;
-/// How often it looks, nanoseconds: at least and at most.
+/// Interval of the watchdog's checks, ns: lower and upper bound.
 const SHORTEST: u64 = 1_000_000;
 const LONGEST: u64 = 50_000_000;
-/// How much later than its time to live a command ends at most because nobody looked, nanoseconds.
+/// Maximum delay of a command's expiry by the interval of the checks, ns.
 const LATENESS: u64 = 5_000_000;
 
-/// How long a run that has ended waits for steps in processes of their own, nanoseconds.
+/// Maximum wait at the end of a run for steps in processes of their own, ns.
 const ENDING: u64 = 1_000_000_000;
 
-/// Sees steps that do not return, and moves the loop past them; and ends commands that are not renewed, whatever the loop
-/// does.
+/// Watchdog of late steps, past which it moves the loop, and of stale commands.
+/// It expires commands that are not renewed, independently of the loop.
 pub struct Watchdog {
     shared: Arc<SharedLoop>,
-    /// Nanoseconds.
+    /// Time after which a step hangs, ns.
     hang: u64,
 }
 
-/// A module that is watched.
+/// Watched module.
 pub struct WatchedModule {
-    /// The module.
+    /// Seat of the module.
     pub seat: Arc<Seat>,
-    /// The stage of the loop that runs it, unless it has a thread of its own.
+    /// Stage of the loop; `None` for a module with a thread of its own.
     pub stage: Option<Arc<str>>,
 }
 
-/// What was seen of a module.
+/// Watchdog's state of a module.
 #[derive(Clone, Copy, Default)]
 struct Seen {
-    /// The step that runs, and a monotonic time at which it did.
+    /// Number of the running step, and a monotonic time at which it ran, ns.
     step: u64,
     since: u64,
-    /// Whether the step was given up and has not returned, and whether that was said.
+    /// True while the step is given up and has not returned; and if that was reported.
     late: bool,
     said: bool,
     notices: Limit,
 }
 
 impl Watchdog {
-    /// Watches that loop, whose steps may take so long.
+    /// Returns a watchdog of that loop; `hang` is the longest time of a step.
     pub fn new(shared: Arc<SharedLoop>, hang: Duration) -> Self {
         Self { shared, hang: hang.as_nanos() as u64 }
     }
@@ -77,7 +77,7 @@ impl Watchdog {
         }
     }
 
-    /// Looks at all modules; says when to look again, monotonic.
+    /// Checks all modules; returns the monotonic time of the next check, ns.
     fn look(&self, watched: &[WatchedModule], seen: &mut [Seen], now: u64) -> u64 {
         let shared = &self.shared;
         // A stage that begins before the next look is not over by then.
@@ -132,8 +132,8 @@ impl Watchdog {
         next
     }
 
-    /// Gives the actuators whose commands have ended their safe ones; says when to look again, monotonic. In lockstep time
-    /// stands still while a step does not return.
+    /// Applies the safe commands of actuators whose commands have expired.
+    /// Returns the monotonic time of the next check, ns. In lockstep time stands still while a step does not return.
     fn expire(&self, now: u64) -> u64 {
         let shared = &self.shared;
         if shared.clock.is_driven() {
@@ -200,7 +200,7 @@ fn leave_processes(watched: &[WatchedModule]) {
     busy.for_each(|watch| watch.seat.disconnect());
 }
 
-/// What was seen of the modules that are still there.
+/// Returns the state of the modules that are still present.
 fn carried(watched: &[WatchedModule], seen: &[Seen], present: &[WatchedModule]) -> Vec<Seen> {
     let known = |watch: &WatchedModule| {
         let place = watched.iter().position(|other| Arc::ptr_eq(&other.seat, &watch.seat));

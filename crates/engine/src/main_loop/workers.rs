@@ -11,11 +11,11 @@ use crate::clock::monotonic;
 use crate::digest::Digest;
 use crate::runner::StepCall;
 
-/// A wake-up costs that much, so less work than this is done in line.
+/// Least work of a level that is given to workers, ns: the cost of a wake-up.
 const WORTH_WAKING: u64 = 25_000;
 
-/// Threads that help with the modules of one level. Inputs are pinned before and outputs committed after, in order,
-/// by the loop, so that the result does not depend on who does what.
+/// Threads that run modules of one level in parallel.
+/// The loop pins inputs before and commits outputs after, in order, so that the result does not depend on the threads.
 pub struct Workers {
     workers: Vec<Arc<Worker>>,
     always: bool,
@@ -25,7 +25,7 @@ const FREE: u32 = 0;
 const GIVEN: u32 = 1;
 const DONE: u32 = 2;
 
-/// What a step returned, when it began, and how many wall-clock nanoseconds it took.
+/// Return code, beginning (monotonic, ns) and duration (wall-clock ns) of a step.
 type Ended = (i32, u64, u64);
 
 struct Worker {
@@ -35,7 +35,7 @@ struct Worker {
     stop: AtomicBool,
     /// [`FREE`], [`GIVEN`] or [`DONE`].
     state: AtomicU32,
-    /// The seat of a step that was not committed yet.
+    /// Seat of a step that was not committed yet.
     given: UnsafeCell<Option<Arc<Seat>>>,
     job: UnsafeCell<Option<(StepCall, Arc<Seat>)>>,
     result: UnsafeCell<Option<Ended>>,
@@ -47,7 +47,7 @@ unsafe impl Sync for Worker {}
 unsafe impl Send for Worker {}
 
 impl Workers {
-    /// That many threads; `always` uses them also for work that is not worth it, for tests.
+    /// Starts `count` threads; `always` uses them also for small work, for tests.
     ///
     /// # Errors
     /// When a thread can't be started.
@@ -74,13 +74,13 @@ impl Workers {
         Ok(Self { workers, always })
     }
 
-    /// Whether there are any.
+    /// Returns true if there are worker threads.
     #[inline]
     pub fn are_there(&self) -> bool {
         !self.workers.is_empty()
     }
 
-    /// Whether helping with these modules is worth a wake-up.
+    /// Returns true if running these modules in parallel is worth a wake-up.
     pub fn pay(&self, modules: &[Arc<Seat>]) -> bool {
         if modules.len() < 2 || modules.iter().any(|seat| seat.alone) {
             return false;
@@ -89,8 +89,9 @@ impl Workers {
         self.always || work > 2 * WORTH_WAKING
     }
 
-    /// Prepares the first of those modules, one for each worker that is free and one more, and gives the workers
-    /// theirs. Says how many modules that were; the last of them is for the loop, if it is due, with its call.
+    /// Prepares the first of the modules, and gives one to each free worker.
+    /// One more is for the loop. Returns the number of modules; the last of them is the loop's, with its call if it is
+    /// due.
     pub fn give(&self, modules: &[Arc<Seat>], now: u64, nominal: u64) -> (usize, Option<StepCall>) {
         let mut taken = 0;
         for worker in &self.workers {
@@ -106,8 +107,8 @@ impl Workers {
         (taken + 1, ready(&modules[taken], now, nominal, true))
     }
 
-    /// Waits for the workers and commits what they did, in the order in which it was given to them. Their steps are
-    /// recorded when the number of the `traced` cycle is given.
+    /// Waits for the workers and commits their steps, in the order of dispatch.
+    /// Their steps are recorded if the number of the `traced` cycle is given.
     pub fn commit(
         &self,
         shared: &SharedLoop,
@@ -132,8 +133,9 @@ impl Workers {
     }
 }
 
-/// Prepares a module that is due, for a step alone or beside others. Periods are counted in the `nominal` time of the cycle,
-/// so that a module is not a cycle late because its thread woke up a little later the cycle before.
+/// Prepares a module that is due, for a step alone or beside others.
+/// Periods are counted in the `nominal` time of the cycle, so that a module is not a cycle late because its thread woke
+/// up a little later the cycle before.
 #[inline]
 pub(super) fn ready(seat: &Seat, now: u64, nominal: u64, beside: bool) -> Option<StepCall> {
     if seat.kick() || !seat.is_idle() && !seat.readmit() {
@@ -167,7 +169,8 @@ impl Drop for Workers {
 }
 
 impl Worker {
-    /// Whether it can take a job; one that was lost to a late step comes back when that returns.
+    /// Returns true if it can take a job.
+    /// A worker that was lost to a late step is free again when that returns.
     fn is_free(&self) -> bool {
         self.state.compare_exchange(DONE, FREE, Ordering::AcqRel, Ordering::Relaxed).is_ok()
             || self.state.load(Ordering::Acquire) == FREE
@@ -183,7 +186,7 @@ impl Worker {
         self.wake.notify(1);
     }
 
-    /// Waits for the step of that seat; nothing when it was given up.
+    /// Waits for the step of that seat; `None` if it was given up.
     fn finish(&self, seat: &Seat) -> Option<Ended> {
         loop {
             match self.state.load(Ordering::Acquire) {

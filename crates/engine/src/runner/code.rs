@@ -2,62 +2,62 @@ use slate_module::{Frame, ModuleKind, Refusal};
 
 use super::{CallTimeout, OwnSetup, Retired};
 
-/// The code of a step.
+/// Code of a step.
 pub type StepCode = unsafe extern "C" fn(*mut (), *const Frame) -> i32;
 
-/// The code of a module and its instance.
+/// Code of a module and its instance.
 #[repr(C)]
 pub struct ModuleCode {
-    /// The step of the kind.
+    /// Step of the kind.
     tick: StepCode,
-    /// The state, in memory of its own; null while there is none.
+    /// Instance with the state, in memory of its own; null if none exists.
     instance: *mut (),
     origin: Box<InstanceOrigin>,
 }
 
-/// What the instance is made with, also anew after a panic.
+/// Kind, setup and parameters for making the instance, also anew after a panic.
 struct InstanceOrigin {
     kind: ModuleKind,
     setup: OwnSetup,
-    /// How long its end is waited for.
+    /// Timeout of the instance's end.
     patience: CallTimeout,
 }
 
 impl ModuleCode {
-    /// The code of that kind, without an instance.
+    /// Returns the code of that kind, without an instance.
     pub fn new(kind: ModuleKind, setup: OwnSetup, patience: CallTimeout) -> Self {
         let tick = kind.table().tick;
         let origin = Box::new(InstanceOrigin { kind, setup, patience });
         Self { tick, instance: std::ptr::null_mut(), origin }
     }
 
-    /// The code.
+    /// Returns the kind.
     pub fn kind(&self) -> &ModuleKind {
         &self.origin.kind
     }
 
-    /// The instance; null while there is none.
+    /// Returns the instance; null if none exists.
     #[inline]
     pub fn instance(&self) -> *mut () {
         self.instance
     }
 
-    /// Code and instance, for a call in another thread.
+    /// Returns code and instance, for a call in another thread.
     pub fn parts(&self) -> (ModuleKind, *mut ()) {
         (self.origin.kind.clone(), self.instance)
     }
 
-    /// Whether there is an instance.
+    /// Returns true if an instance exists.
     pub fn has_instance(&self) -> bool {
         !self.instance.is_null()
     }
 
-    /// Goes on with that instance, where there is none.
+    /// Sets the instance, if none exists.
     pub fn set_instance(&mut self, instance: *mut ()) {
         self.instance = instance;
     }
 
-    /// The call of a step on that frame.
+    /// Returns the call of a step on that frame.
     #[inline]
     pub fn call(&self, frame: *const Frame) -> StepCall {
         StepCall { tick: self.tick, instance: self.instance, frame }
@@ -71,7 +71,7 @@ impl ModuleCode {
         self.origin.setup.with(|setup| self.origin.kind.create(setup, params))
     }
 
-    /// As [`create`](ModuleCode::create), in a thread that is not waited for without end.
+    /// Acts as [`create`](ModuleCode::create), in a thread with a timeout.
     ///
     /// # Errors
     /// The module's refusal, or that the call does not return.
@@ -80,7 +80,7 @@ impl ModuleCode {
         patience.create(kind, setup, params)
     }
 
-    /// Goes on with other code and its instance; returns what was before.
+    /// Exchanges code and instance; returns the old ones.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
         self.tick = kind.table().tick;
         let kind = std::mem::replace(&mut self.origin.kind, kind);
@@ -94,10 +94,11 @@ impl ModuleCode {
         Retired::new(self.origin.kind.clone(), instance, self.origin.patience.clone())
     }
 
-    /// Gives the instance the state that another one has saved. There is none afterwards if the call does not return.
+    /// Restores the saved state of another instance.
+    /// If the call does not return, no instance is left.
     ///
     /// # Errors
-    /// What doesn't fit, or that the call does not return.
+    /// A state that doesn't fit, or that the call does not return.
     pub fn restore(&mut self, state: &[u8]) -> Result<(), String> {
         let (retired, fits) = self.retire().restored(state.to_vec());
         self.instance = retired.into_parts().1;
@@ -105,7 +106,7 @@ impl ModuleCode {
     }
 }
 
-/// A step that is ready to be made.
+/// Prepared call of a step.
 #[derive(Clone, Copy)]
 pub struct StepCall {
     tick: StepCode,

@@ -10,52 +10,53 @@ use slate_composition::link::{Filter, Program};
 use super::{AlignedMemory, Health, ParameterReader, Slots};
 use crate::log::ModuleLog;
 
-/// What a link fills that does not fit as it is: a property of the module's own, which its runner writes before a step
-/// when a source is new. So tools, logs and replay see what the module saw.
+/// Conversion of linked values that do not fit the port directly.
+/// The result is a property of the module's own, which its runner writes before a step when a source is new. So tools,
+/// logs and replay see the value that the module saw.
 pub struct Conversion {
-    /// What it fills.
+    /// Target of the conversion.
     pub wire: Wire,
-    /// The property that it writes.
+    /// Property that it writes.
     pub property: Arc<Property>,
-    /// None for the parameters, which tools write too.
+    /// Writer; `None` for the parameters, which tools write too.
     pub writer: Option<Writer>,
-    /// The value: what is set for it, and over that what came.
+    /// Value: the set one, overwritten by the parts of the sources.
     pub value: AlignedMemory,
-    /// Bytes of the value.
+    /// Size of the value, bytes.
     pub bytes: usize,
-    /// Items of its tail.
+    /// Number of tail items.
     pub items: usize,
-    /// Whether a value is set for it, over which links write.
+    /// True if a value is set for it, over which links write.
     pub is_set: bool,
-    /// What it is made of.
+    /// Sources of its parts.
     pub sources: Vec<ConvertedSource>,
-    /// The place of its own reader.
+    /// Index of its own reader.
     pub reader: usize,
-    /// Whether news of it trigger a step.
+    /// True if new values of it trigger a step.
     pub triggers: bool,
-    /// Whether it waits for a module that is not loaded.
+    /// True if it waits for a module that is not loaded.
     pub is_pending: bool,
-    /// Whether something came that is not written yet.
+    /// True if a new value has not been written yet.
     pub unwritten: bool,
 }
 
-/// A property that fills a part of it.
+/// Property that fills a part of the target.
 pub struct ConvertedSource {
-    /// The place of its reader.
+    /// Index of its reader.
     pub reader: usize,
-    /// How the value becomes what the port takes.
+    /// Program that converts the value to that of the port.
     pub program: Arc<Program>,
-    /// Which values pass, if not all.
+    /// Filter of the values; `None` if all pass.
     pub filter: Option<Arc<Filter>>,
-    /// The module that writes it, if one does.
+    /// Module that writes it, if any.
     pub writer: Option<Arc<Health>>,
-    /// The age from which the source counts as stale, nanoseconds.
+    /// Age from which the source counts as stale, ns.
     pub stale_after: Option<u64>,
     /// Sequence and generation of the value that was looked at last.
     pub seen: (u64, u64),
-    /// When the value that is in use was written; nothing before the first.
+    /// Time stamp of the value in use, ns; `None` before the first.
     pub time: Option<u64>,
-    /// Whether the newest value has no such part, or one that is not allowed.
+    /// True if the newest value has no such part, or one that is not allowed.
     pub is_missing: bool,
 }
 
@@ -76,7 +77,8 @@ impl ConvertedSource {
 }
 
 impl Conversion {
-    /// Takes over what is new of its sources; says whether one of them is not allowed any more.
+    /// Converts new values of its sources.
+    /// True if one of them is newly rejected as not allowed.
     fn take(&mut self, readers: &[Latest]) -> bool {
         let value = self.value.bytes_mut(self.bytes);
         let mut refused = false;
@@ -102,17 +104,18 @@ impl Conversion {
         refused
     }
 
-    /// The value is as old as the oldest that is in it.
+    /// Returns the time of the value: that of its oldest part, ns.
     fn time(&self) -> u64 {
         self.sources.iter().filter_map(|source| source.time).min().unwrap_or(0)
     }
 
-    /// Whether every part has a value, so that no zeros stand for one that has not come yet.
+    /// Returns true if every part has a value.
+    /// So no zeros stand for one that has not come yet.
     fn is_whole(&self) -> bool {
         self.is_set || !self.is_pending && self.sources.iter().all(|source| source.time.is_some())
     }
 
-    /// Publishes what came, once it is whole.
+    /// Publishes the value, once it is complete.
     fn write(&mut self) {
         if !self.is_whole() {
             return;
@@ -125,7 +128,7 @@ impl Conversion {
         }
     }
 
-    /// Writes what came into the parameters, over what tools have set.
+    /// Writes new values into the parameters, over those set by tools.
     fn write_params(&mut self, sources: &[Latest], params: &mut ParameterReader) {
         if !self.unwritten {
             return;
@@ -150,18 +153,19 @@ impl Conversion {
 /// All that links fill that do not fit as they are.
 #[derive(Default)]
 pub struct Conversions {
-    /// The readers of what is converted.
+    /// Readers of the sources.
     pub(super) sources: Vec<Latest>,
     pub(super) all: Vec<Conversion>,
 }
 
 impl Conversions {
-    /// Whether there are none.
+    /// Returns true if it has no conversions.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
 
-    /// Brings what is new of the sources of links to the ports that they fill, which `readers` read, and to the parameters.
+    /// Converts new values of the linked sources to ports and parameters.
+    /// The ports are those that `readers` read.
     pub(super) fn convert(&mut self, readers: &mut [Latest], params: &mut ParameterReader, log: &ModuleLog) {
         let Self { sources, all } = self;
         for conversion in all.iter_mut().filter(|conversion| conversion.wire != Wire::Enabled) {
@@ -183,7 +187,7 @@ impl Conversions {
         }
     }
 
-    /// As [`convert`](Conversions::convert), for what switches the module.
+    /// Acts as [`convert`](Conversions::convert), for the module's switch.
     pub(super) fn convert_switch(&mut self) {
         let Self { sources, all } = self;
         for conversion in all.iter_mut().filter(|conversion| conversion.wire == Wire::Enabled) {
@@ -197,7 +201,7 @@ impl Conversions {
         }
     }
 
-    /// Inputs that links fill are as stale and alive as what fills them.
+    /// Marks linked inputs as stale or alive, as their sources are.
     pub(super) fn mark(&self, slots: &Slots, now: u64) {
         for conversion in &self.all {
             let Wire::Port(slot) = conversion.wire else { continue };
@@ -216,7 +220,7 @@ impl Conversions {
         }
     }
 
-    /// Whether a link that fills a part of a port that triggers has something new.
+    /// Returns true if a link that fills a part of a triggering port has a new value.
     pub(super) fn have_news(&self) -> bool {
         let triggers = self.all.iter().filter(|conversion| conversion.triggers);
         triggers

@@ -9,7 +9,7 @@ use super::{InboxPort, OutboxPort, QueuePort, Slots};
 use crate::digest::Digest;
 use crate::log::ModuleLog;
 
-/// The ports of a module that have several values in a step: queues, inboxes and outboxes.
+/// Ports with several values in a step: queues, inboxes and outboxes.
 #[derive(Default)]
 pub struct EntryPorts {
     /// Queue inputs.
@@ -21,28 +21,28 @@ pub struct EntryPorts {
 }
 
 impl EntryPorts {
-    /// Whether there are none.
+    /// Returns true if it has no ports.
     pub fn is_empty(&self) -> bool {
         self.queues.is_empty() && self.inboxes.is_empty() && self.outboxes.is_empty()
     }
 
-    /// Whether values of some are taken when a cycle begins.
+    /// Returns true if some values are taken at the beginning of a cycle.
     pub fn are_early(&self) -> bool {
         self.queues.iter().any(|queue| queue.is_early)
     }
 
-    /// Whether one that triggers has something new.
+    /// Returns true if a triggering port has new values.
     pub(super) fn have_news(&self) -> bool {
         self.queues.iter().any(|queue| queue.triggers && !queue.is_early && queue.reader.waiting() > 0)
             || self.inboxes.iter().any(|inbox| inbox.triggers && inbox.receiver.has_messages())
     }
 
-    /// Whether what was taken when the cycle began has not been seen by a step.
+    /// Returns true if values taken at the cycle's beginning were not in a step yet.
     pub(super) fn have_early_news(&self) -> bool {
         self.queues.iter().any(|queue| queue.is_early && queue.triggers && !queue.reader.is_empty())
     }
 
-    /// Takes what is to be of the last cycle, before the steps of this one.
+    /// Takes the early values, those of the last cycle, before the steps of this one.
     pub(super) fn pull_early(&mut self) {
         for queue in self.queues.iter_mut().filter(|queue| queue.is_early) {
             // As before a step.
@@ -50,7 +50,7 @@ impl EntryPorts {
         }
     }
 
-    /// Shows the next step what came.
+    /// Fills the slots of the next step with the received entries.
     pub(super) fn prepare(&mut self, slots: &mut Slots, log: &ModuleLog, now: u64) {
         self.queues.iter_mut().for_each(|queue| queue.prepare(slots, log));
         self.inboxes.iter_mut().for_each(|inbox| inbox.prepare(slots, now));
@@ -77,7 +77,8 @@ impl EntryPorts {
         }
     }
 
-    /// Counts the messages of a step whose state stays, but which nobody gets: their numbers are not given again.
+    /// Counts the messages of a step that are never sent.
+    /// Its state stays, so their numbers must not be given again.
     pub(super) fn lose_messages(&mut self, slots: &Slots) {
         for outbox in &mut self.outboxes {
             let count = slots[outbox.slot].count.get().min(outbox.memory.len());
@@ -143,7 +144,7 @@ impl InboxPort {
 }
 
 impl OutboxPort {
-    /// Sends the first so many messages of its memory.
+    /// Sends the first `count` messages of its memory.
     fn send(&mut self, count: usize, now: u64, mut digest: Option<&mut Digest>) {
         for i in 0..count {
             let Some(sender) = &mut self.sender else {

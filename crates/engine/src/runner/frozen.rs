@@ -1,4 +1,5 @@
-//! A module between two ticks, for a snapshot: all that its runner knows beside the instance.
+//! State of a module's runner between two ticks, for a snapshot.
+//! It has all that the runner knows beside the instance.
 
 use std::collections::BTreeMap;
 
@@ -10,36 +11,36 @@ use slate_module::{PortDescription, Random};
 use super::{Conversions, EntryPorts, Inputs, Measured, Runner, Wire};
 use crate::{FrozenMailbox, FrozenProperty};
 
-/// A runner; ports by their names.
+/// State of a runner; its ports are named.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FrozenRunner {
-    /// How the module is, as a number.
+    /// Condition of the module, as a number.
     pub condition: Option<u8>,
-    /// What its switch said last.
+    /// Last value of its switch.
     pub on: bool,
-    /// The time of the last tick.
+    /// Time of the last tick.
     pub last_tick: u64,
-    /// The time of the next, if it has a period.
+    /// Time of the next tick, ns, if it has a period.
     pub due: u64,
     /// Ticks made, and those that began.
     pub number: u64,
     /// Ticks that were made.
     pub ticks: u64,
-    /// How often its parameters have changed.
+    /// Number of changes of its parameters.
     pub params_version: u64,
-    /// The value of the parameters, and of `enabled`, that was seen last.
+    /// Cursor of the parameters.
     pub params: u64,
-    /// The value of `enabled` that was seen last.
+    /// Cursor of `enabled`.
     pub enabled: u64,
-    /// Its random stream.
+    /// Random stream.
     pub random: Random,
-    /// What was measured.
+    /// Measurements.
     pub measured: Measured,
     /// Panics so far.
     pub panics: u32,
     /// Panics without many ticks between them.
     pub panics_in_a_row: u32,
-    /// The tick of the last one.
+    /// Tick of the last panic.
     pub last_panic: u64,
     /// Missed deadlines.
     pub misses: u64,
@@ -49,27 +50,27 @@ pub struct FrozenRunner {
     pub queues: BTreeMap<String, Cursor>,
     /// Messages that wait, by port.
     pub inboxes: BTreeMap<String, FrozenMailbox>,
-    /// The places of outputs in the order of all, for the digest.
+    /// Indices of outputs in the order of all, for the digest.
     pub outputs: BTreeMap<String, u32>,
     /// Outboxes by port.
     pub outboxes: BTreeMap<String, FrozenOutbox>,
-    /// Whether links have changed since the last step.
+    /// True if links have changed since the last step.
     pub rewired: bool,
-    /// What links fill that do not fit as they are.
+    /// Conversions of links that do not fit the port directly.
     pub conversions: BTreeMap<String, FrozenConversion>,
 }
 
-/// How far an input is.
+/// State of an input.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct FrozenInput {
-    /// The value that was pinned last.
+    /// Cursor of the pinned value.
     pub cursor: u64,
     /// Sequence and generation of the value that the last tick saw.
     pub seen: (u64, u64),
     pub missed: u64,
 }
 
-/// How far a conversion is.
+/// State of a conversion.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FrozenConversion {
     #[serde(with = "bytes")]
@@ -78,7 +79,7 @@ pub struct FrozenConversion {
     pub sources: Vec<FrozenSource>,
 }
 
-/// How far a source of a conversion is.
+/// State of a source of a conversion.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct FrozenSource {
     pub cursor: u64,
@@ -87,23 +88,23 @@ pub struct FrozenSource {
     pub is_missing: bool,
 }
 
-/// How far an outbox is.
+/// State of an outbox.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FrozenOutbox {
     pub index: u32,
     pub refused: u64,
-    /// How many messages it has sent.
+    /// Number of messages sent.
     #[serde(default)]
     pub sent: u64,
-    /// How those fare that are remembered, by their numbers.
+    /// Delivery states of the remembered messages, by their numbers.
     #[serde(default)]
     pub deliveries: Vec<(u64, u32)>,
-    /// As whom it sends.
+    /// Number under which it sends.
     pub sender: Option<u32>,
 }
 
 impl Runner {
-    /// The runner while the module is in no step.
+    /// Returns the state of the runner while the module is in no step.
     pub fn freeze(&self, ports: &[PortDescription]) -> FrozenRunner {
         let (on, enabled) = self.switch.freeze();
         let (last_tick, due, rewired) = self.schedule.freeze();
@@ -137,7 +138,7 @@ impl Runner {
         frozen
     }
 
-    /// The paths of the properties that this runner writes.
+    /// Returns the paths of the properties that this runner writes.
     pub fn written(&self) -> impl Iterator<Item = String> {
         let own = ["state", "timing"].into_iter().chain(self.supervised.as_ref().map(|_| "process"));
         let outputs = self.outputs.ports.iter().map(|output| output.property.path().to_owned());
@@ -147,10 +148,10 @@ impl Runner {
         own.map(|own| format!("{}/{own}", self.name)).chain(outputs).chain(converted)
     }
 
-    /// Writes what stood in the properties that it writes.
+    /// Restores the values of the properties that it writes.
     ///
     /// # Errors
-    /// What does not fit, which was looked at before.
+    /// A value that does not fit, which was excluded before.
     pub fn thaw_written(
         &mut self,
         board: &Board,
@@ -179,7 +180,7 @@ impl Runner {
         Ok(())
     }
 
-    /// Goes on as that runner, when all properties are as they were.
+    /// Restores the runner; all properties must have been restored.
     pub fn thaw(&mut self, ports: &[PortDescription], frozen: &FrozenRunner) {
         self.status.thaw(frozen);
         self.switch.thaw(frozen.on, frozen.enabled);
@@ -292,7 +293,7 @@ impl EntryPorts {
     }
 }
 
-/// What a snapshot calls what a link ends at.
+/// Returns the name of a link's target in a snapshot.
 fn wire_name(wire: Wire, ports: &[PortDescription]) -> String {
     match wire {
         Wire::Port(slot) => ports[slot].name.clone(),

@@ -4,7 +4,7 @@ use slate_composition::own::ModuleCondition;
 
 use crate::timing::LiveHistogram;
 
-/// How a module is, as the host sees it.
+/// Health of a module, as the host sees it.
 #[derive(Debug)]
 pub struct Health {
     condition: AtomicU8,
@@ -17,7 +17,7 @@ pub struct Health {
 }
 
 impl Default for Health {
-    /// Of a module that is not loaded.
+    /// Returns the health of a module that is not loaded.
     fn default() -> Self {
         Self {
             condition: AtomicU8::new(ModuleCondition::UNLOADED.0),
@@ -29,7 +29,7 @@ impl Default for Health {
 }
 
 impl Health {
-    /// A module begins, with everything at zero.
+    /// Resets all to zero for a module that begins.
     pub fn begin(&self) {
         for counter in [&self.misses, &self.panics] {
             counter.store(0, Ordering::Relaxed);
@@ -38,12 +38,12 @@ impl Health {
         self.set(ModuleCondition::WORKING);
     }
 
-    /// The condition.
+    /// Returns the condition.
     pub fn condition(&self) -> ModuleCondition {
         ModuleCondition(self.condition.load(Ordering::Relaxed))
     }
 
-    /// Whether its outputs are what the module means.
+    /// Returns true if its outputs are the module's, and not safe values.
     #[inline]
     pub fn is_working(&self) -> bool {
         self.condition().is_working()
@@ -55,7 +55,8 @@ impl Health {
     }
 }
 
-/// Adds one to a counter that only one thread at a time writes: cheaper than a read-modify-write.
+/// Increments a counter that only one thread at a time writes.
+/// It is cheaper than an atomic read-modify-write.
 pub fn count(counter: &AtomicU64) {
     counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
 }

@@ -5,41 +5,42 @@ use slate_module::Flags;
 
 use super::{AlignedMemory, Conversions, InputPort, Requirements, Slots};
 
-/// How often a group of inputs is pinned again when its writer is just committing.
+/// Number of further attempts to pin a group while its writer commits.
 const PIN_TRIES: u32 = 4;
 
-/// Inputs `first..end` that are written by one module and so are pinned together, and with them what it writes of the
-/// sources of others.
+/// Group of inputs `first..end` with one writer, pinned together.
+/// The sources of conversions with the same writer are pinned with them.
 #[derive(Debug)]
 pub struct Group {
-    /// What the module's commits count.
+    /// Counter of the writer's commits.
     pub word: CommitWord,
-    /// Its first input.
+    /// Index of the first input.
     pub first: u32,
-    /// Behind its last input.
+    /// Index behind the last input.
     pub end: u32,
-    /// Its first source.
+    /// Index of the first source.
     pub first_source: u32,
-    /// Behind its last source.
+    /// Index behind the last source.
     pub end_source: u32,
 }
 
-/// The inputs of a module, and what fills them.
+/// Inputs of a module, and the conversions that fill them.
 #[repr(C)]
 pub struct Inputs {
-    /// In the order of the groups.
+    /// Ports in the order of the groups.
     pub ports: Vec<InputPort>,
-    /// The readers of `ports`, apart from them so that a group can be pinned in one go.
+    /// Readers of `ports`, apart from them so that a group can be pinned in one go.
     pub(super) readers: Vec<Latest>,
-    /// Which inputs are pinned together.
+    /// Groups of inputs that are pinned together.
     pub(super) groups: Vec<Group>,
-    /// What links fill that do not fit as they are.
+    /// Conversions of links that do not fit the port directly.
     pub(super) conversions: Conversions,
-    /// Whether each input is of another writer and pinned before the step, so that the groups say nothing more.
+    /// True if each input has another writer and is pinned before the step.
+    /// The groups then contain no further information.
     pub(super) reads_apart: bool,
-    /// What is pinned when a cycle begins, and not before the step.
+    /// Groups pinned at the beginning of a cycle instead of before the step.
     pub(super) early: Vec<Group>,
-    /// The inputs without whose value the module does not run.
+    /// Inputs that must have a value before the module runs.
     pub(super) requirements: Requirements,
 }
 
@@ -57,22 +58,22 @@ impl Inputs {
         }
     }
 
-    /// Whether some of them are pinned when a cycle begins.
+    /// Returns true if some are pinned at the beginning of a cycle.
     pub fn are_early(&self) -> bool {
         !self.early.is_empty()
     }
 
-    /// Looks whether each of them is pinned by itself.
+    /// Updates the flag that each input is pinned by itself.
     pub(super) fn look_at_groups(&mut self) {
         self.reads_apart = self.early.is_empty() && self.groups.iter().all(Group::is_one_reader);
     }
 
-    /// Whether one that triggers has something new.
+    /// Returns true if a triggering input has a new value.
     pub(super) fn have_news(&self) -> bool {
         self.ports.iter().zip(&self.readers).any(|(input, reader)| input.wakes && reader.has_news())
     }
 
-    /// Whether what was pinned when the cycle began has not been seen by a step.
+    /// Returns true if a value pinned at the cycle's beginning was not in a step yet.
     pub(super) fn have_early_news(&self) -> bool {
         let readers = self.early.iter().flat_map(|group| group.first as usize..group.end as usize);
         let mut inputs =
@@ -80,7 +81,7 @@ impl Inputs {
         inputs.any(|(input, stamp)| input.triggers && input.seen != (stamp.sequence, stamp.generation))
     }
 
-    /// Pins what is to be of the last cycle, before the steps of this one.
+    /// Pins the early values, those of the last cycle, before the steps of this one.
     pub(super) fn pin_early(&mut self) {
         for group in &self.early {
             group.pin(&mut self.readers, &mut self.conversions.sources, PIN_TRIES);
@@ -94,7 +95,7 @@ impl Inputs {
         }
     }
 
-    /// As [`pin`](Inputs::pin), for a step that is the loop's only one while it lasts.
+    /// Acts as [`pin`](Inputs::pin), for the loop's only step at that time.
     ///
     /// # Safety
     /// As for [`Latest::refresh_in_turn`].
@@ -124,18 +125,18 @@ impl Inputs {
         }
     }
 
-    /// Pins what was read in turn, as it may be written in any step from now on.
+    /// Pins values read in turn, as any step may write them from now on.
     pub(super) fn hold(&mut self) {
         self.readers.iter_mut().for_each(Latest::hold);
     }
 
-    /// The first required input without a value.
+    /// Returns the first required input without a value.
     pub(super) fn missing(&mut self) -> Option<PortName> {
         self.requirements.missing(&self.ports, &self.readers)
     }
 
-    /// Takes what fills inputs over from the sources of links, which else happens only before the step that the module
-    /// waits for.
+    /// Refreshes the sources of conversions.
+    /// Otherwise that happens only before the step for which the module waits.
     pub(super) fn refresh_sources(&mut self) {
         for group in &self.groups {
             let sources = group.first_source as usize..group.end_source as usize;
@@ -180,7 +181,7 @@ impl Inputs {
         }
     }
 
-    /// Says for others how old the values of the last step are.
+    /// Publishes the ages of the last step's values.
     pub(super) fn show_ages(&self, slots: &Slots, now: u64) {
         for input in &self.ports {
             let written = slots[input.slot as usize].stamp.time;
@@ -194,13 +195,13 @@ impl Group {
         self.end - self.first + self.end_source - self.first_source
     }
 
-    /// Whether it is an input alone.
+    /// Returns true if it is a single input.
     pub fn is_one_reader(&self) -> bool {
         self.end - self.first == 1 && self.first_source == self.end_source
     }
 
-    /// As [`pin`](Group::pin), for a step in whose time no other module of the loop is at work: what one of them writes is
-    /// not pinned. Their last commit is whole.
+    /// Acts as [`pin`](Group::pin), while no other module of the loop is in a step.
+    /// Values written by one of them are not pinned, as their last commit is complete.
     ///
     /// # Safety
     /// As for [`Latest::refresh_in_turn`].
@@ -217,8 +218,8 @@ impl Group {
         }
     }
 
-    /// Takes over the newest values, together if there are several. What can't be pinned together stays at the previous
-    /// snapshot, which is consistent too.
+    /// Pins the newest values, together if there are several.
+    /// Values that can't be pinned together stay at the previous snapshot, which is consistent too.
     pub fn pin(&self, readers: &mut [Latest], sources: &mut [Latest], tries: u32) {
         let readers = &mut readers[self.first as usize..self.end as usize];
         let sources = &mut sources[self.first_source as usize..self.end_source as usize];

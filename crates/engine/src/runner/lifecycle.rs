@@ -1,4 +1,4 @@
-//! Beginning, end and exchange of a module's instance, and what follows a step that went wrong.
+//! Lifecycle of a module's instance: begin, end, exchange, recovery from failures.
 
 use slate_module::{Level, ModuleKind, Refusal};
 
@@ -8,7 +8,8 @@ use super::{ModuleCondition, Retired, Runner, Shadow, Unwired, Wiring};
 use crate::isolation::Proxy;
 
 impl Runner {
-    /// Goes on with other ports' readers, from the next step on. The module is in no step.
+    /// Replaces the readers of the ports, from the next step on.
+    /// The module must be in no step.
     pub fn rewire(&mut self, wiring: Wiring) -> Unwired {
         let Wiring { inputs, sources, groups, early, queues, outboxes, conversions, switch } = wiring;
         let mut unwired = Unwired::default();
@@ -23,7 +24,7 @@ impl Runner {
         unwired
     }
 
-    /// A fresh instance with the present parameters.
+    /// Creates an instance with the present parameters.
     ///
     /// # Errors
     /// The module's refusal.
@@ -31,7 +32,7 @@ impl Runner {
         self.code.create(self.params.newest())
     }
 
-    /// As [`create`](Runner::create), in a thread that is not waited for without end.
+    /// Acts as [`create`](Runner::create), in a thread with a timeout.
     ///
     /// # Errors
     /// The module's refusal, or that the call does not return.
@@ -39,8 +40,8 @@ impl Runner {
         self.code.create_patiently(self.params.newest())
     }
 
-    /// Goes on with other code and its instance; returns the old code and instance. What the old code did wrong is
-    /// forgotten.
+    /// Exchanges code and instance; returns the old ones.
+    /// Failures of the old code are cleared.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
         self.status.forget_panics();
         let mut comes_again = false;
@@ -62,7 +63,7 @@ impl Runner {
         old
     }
 
-    /// Gives a module that has not begun yet the state that another instance has saved.
+    /// Restores the saved state of another instance in a module that has not begun yet.
     ///
     /// # Errors
     /// Why it begins afresh: the state doesn't fit, or the call does not return.
@@ -80,14 +81,14 @@ impl Runner {
         fits
     }
 
-    /// From the next step on runs new code beside this one.
+    /// Starts a shadow with new code, from the next step on.
     pub fn begin_shadow(&mut self, shadow: Shadow) {
         self.shadow = Some(shadow);
         self.update_shortcuts();
     }
 
-    /// A step was given up: its outputs become safe, and nobody calls its services. The step may still look at its inputs,
-    /// so they are held before the loop goes on.
+    /// Gives up a running step: outputs become safe, and its services are withheld.
+    /// The step may still read its inputs, so they are pinned before the loop goes on.
     pub fn give_up(&mut self, now: u64) {
         // SAFETY: the loop is in this step, or in one that has pinned what it reads; both are over before it goes on.
         unsafe { self.set_in_turn(false) };
@@ -96,7 +97,8 @@ impl Runner {
         self.services.suspend(true);
     }
 
-    /// A late step has returned that code: what it wrote is dropped, and it may run again; with a fresh state if it panicked.
+    /// Takes back a late step that has returned `code`; the module may run again.
+    /// Its outputs are dropped. After a panic the module begins with a fresh state.
     pub fn take_back(&mut self, code: i32) {
         self.services.suspend(false);
         self.outputs.take_back();
@@ -110,8 +112,9 @@ impl Runner {
         self.set_condition(ModuleCondition::DEGRADED, last_tick);
     }
 
-    /// After a panic: safe values, and an instance made anew. That knows of no message, so none is counted; an isolated one
-    /// may also have ended long after its last step was committed.
+    /// Recovers from a panic: publishes safe values and makes a new instance.
+    /// The new one knows of no message, so none is counted; an isolated one may also have ended long after its last
+    /// step was committed.
     pub(super) fn recover(&mut self, now: u64) {
         self.services.abandon();
         // Before anything else, the actuators of an isolated one wait for somebody to arm them.
@@ -142,7 +145,8 @@ impl Runner {
         }
     }
 
-    /// Takes the instance out, so that it ends apart from the ports. Nobody runs it: a late module is never retired.
+    /// Takes the instance out, so that it ends apart from the ports.
+    /// Nobody runs it: a late module is never retired.
     pub fn retire(&mut self) -> Retired {
         let retired = self.code.retire();
         self.services.withdraw(self.code.kind());
@@ -150,7 +154,8 @@ impl Runner {
         retired
     }
 
-    /// Whether there is an instance: an isolated one may have ended between two ticks, or may have to be made anew.
+    /// Returns true if an instance exists; makes a due one of an isolated module.
+    /// An isolated instance may have ended between two ticks.
     pub(super) fn is_up(&mut self, now: u64) -> bool {
         let Some(supervised) = &mut self.supervised else { return true };
         if !self.code.has_instance() {
@@ -164,7 +169,7 @@ impl Runner {
         alive
     }
 
-    /// After the end of an isolated instance: says how it ended and when there will be another one.
+    /// Reports the end of an isolated instance, and the time of its restart.
     fn fall(&mut self, now: u64) {
         let Some(supervised) = &mut self.supervised else { return };
         let (text, comes_again) = supervised.fall(now);

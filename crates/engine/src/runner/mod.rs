@@ -1,5 +1,6 @@
-//! A module at work: before a tick its inputs are pinned and its frame is filled, afterwards its outputs are
-//! checked and committed. The step in between touches nothing but the frame and its own state.
+//! Runner of a module: prepares its inputs, makes a step and commits its outputs.
+//! Before a tick it pins the inputs and fills the frame; afterwards it checks and commits the outputs. The step in
+//! between touches nothing but the frame and its own state.
 
 mod code;
 mod conversion;
@@ -55,41 +56,41 @@ pub use switch::ModuleSwitch;
 pub use timing::{Measured, StepTiming};
 pub use wiring::{ConversionWiring, OutboxWiring, QueueWiring, SourceWiring, Unwired, Wiring};
 
-/// A module, its state, its ports and its frame.
+/// Runner: a module with its state, ports and frame.
 ///
-/// In this order, so that what every step of a module with few ports looks at shares few cache lines: the time of a
-/// loop with many short modules is the time that their lines take to come. What is needed seldom is behind a pointer.
+/// The fields are in this order so that all data of a step of a module with few ports share few cache lines: the time
+/// of a loop with many short modules is the time of fetching their lines. Seldom needed data are behind a pointer.
 #[repr(C)]
 pub struct Runner {
-    /// What its turns may leave out.
+    /// Work that its turns may skip.
     pub shortcuts: Shortcuts,
-    /// How it is.
+    /// Condition of the module.
     pub status: RunnerStatus,
-    /// Whether it is switched on.
+    /// Switch of the module.
     pub switch: ModuleSwitch,
-    /// What it reads its parameters from.
+    /// Reader of its parameters.
     pub params: ParameterReader,
-    /// Its code and its instance.
+    /// Code and instance.
     pub code: ModuleCode,
-    /// What the next step sees.
+    /// Frame of the next step.
     pub frame: StepFrame,
-    /// When it has its turn.
+    /// Schedule of its ticks.
     pub schedule: TickSchedule,
-    /// How long its steps take.
+    /// Timing of its steps.
     pub timing: StepTiming,
-    /// Its inputs.
+    /// Inputs.
     pub inputs: Inputs,
-    /// Its outputs.
+    /// Outputs.
     pub outputs: Outputs,
-    /// What watches over it when it is isolated.
+    /// Supervision of an isolated module.
     pub supervised: Option<Box<Supervised>>,
-    /// The module's name.
+    /// Name of the module.
     pub name: Arc<str>,
-    /// Its log.
+    /// Log.
     pub log: Box<ModuleLog>,
-    /// Its queues, inboxes and outboxes.
+    /// Queues, inboxes and outboxes.
     pub entries: EntryPorts,
-    /// The services that it uses and provides.
+    /// Services that it uses and provides.
     pub services: ModuleServices,
     /// New code beside this one.
     pub shadow: Option<Shadow>,
@@ -97,16 +98,17 @@ pub struct Runner {
     pub wake: Arc<Wake>,
 }
 
-/// What most turns of most modules may leave out.
+/// Work that most turns of most modules may skip.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Shortcuts {
-    /// Whether it was found to run, and does so until something is set, or its condition changes.
+    /// True if the module was found to run.
+    /// It does so until something is set, or its condition changes.
     is_steady: bool,
-    /// Whether it has ports, services or new code beside it.
+    /// True if it has entry ports, services or new code beside it.
     has_company: bool,
-    /// Whether its ports are inputs and outputs alone, and nothing else comes with its steps.
+    /// True if it has only inputs and outputs, and its steps need nothing else.
     has_only_values: bool,
-    /// Whether there are links that do not fit as they are, or are pinned when a cycle begins.
+    /// True if it has conversions, or inputs pinned at the beginning of a cycle.
     has_conversions: bool,
 }
 
@@ -115,13 +117,14 @@ pub struct Shortcuts {
 unsafe impl Send for Runner {}
 
 impl Runner {
-    /// The call of a step, to be made without holding a reference to the runner: a hung step keeps it for ever. The runner
-    /// stays where it is until the step has ended.
+    /// Returns the call of a step, to be made without a reference to the runner.
+    /// A hung step keeps it for ever. The runner stays at its address until the step has ended.
     pub fn call(&self) -> StepCall {
         self.code.call(&raw const self.frame.frame)
     }
 
-    /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
+    /// Returns true if a step is due at `now`, ns.
+    /// It takes no new values; [`prepare`](Runner::prepare) does.
     #[inline]
     pub fn is_due(&mut self, now: u64) -> bool {
         let is_up = self.is_as_before() || self.look_whether_enabled(now) && self.is_up(now);
@@ -142,7 +145,7 @@ impl Runner {
         schedule.is_due(now, frame.number(), has_news)
     }
 
-    /// Whether the module may run at `now`: `enabled` is enforced here.
+    /// Returns true if the module may run at `now`, ns: `enabled` is enforced here.
     #[inline]
     pub fn is_enabled(&mut self, now: u64) -> bool {
         self.is_as_before() || self.look_whether_enabled(now)
@@ -197,7 +200,7 @@ impl Runner {
         is_enabled
     }
 
-    /// The first required input without a value.
+    /// Returns the first required input without a value.
     fn missing_input(&mut self) -> Option<PortName> {
         let missing = self.inputs.missing()?;
         if self.inputs.conversions.is_empty() {
@@ -213,7 +216,7 @@ impl Runner {
         self.inputs.missing()
     }
 
-    /// How the module is.
+    /// Returns the condition of the module.
     pub fn condition(&self) -> ModuleCondition {
         self.status.condition()
     }
@@ -242,7 +245,7 @@ impl Runner {
         self.inputs.look_at_groups();
     }
 
-    /// Pins what is to be of the last cycle, before the steps of this one.
+    /// Pins the early values, those of the last cycle, before the steps of this one.
     pub fn pin_early(&mut self) {
         self.inputs.pin_early();
         self.entries.pull_early();
@@ -256,7 +259,7 @@ impl Runner {
         self.prepare_pinned(now);
     }
 
-    /// As [`prepare`](Runner::prepare), for a step that is the loop's only one while it lasts.
+    /// Acts as [`prepare`](Runner::prepare), for the loop's only step at that time.
     ///
     /// # Safety
     /// The seats of the loop that write [in turn](slate_blackboard::channel::Writer::set_in_turn) are in no step until that
@@ -301,12 +304,12 @@ impl Runner {
         }
     }
 
-    /// Brings what is new of the sources of links to the ports that they fill.
+    /// Converts new values of linked sources.
     fn convert(&mut self) {
         self.inputs.conversions.convert(&mut self.inputs.readers, &mut self.params, &self.log);
     }
 
-    /// Checks and commits what a step wrote. `code` is what the step returned.
+    /// Checks and commits the results of a step; `code` is its return code.
     #[inline(always)] // Part of every step. Left to the compiler it is a call or not, for a tenth of the step.
     pub fn commit(&mut self, now: u64, code: i32, digest: Option<&mut Digest>) {
         if !self.shortcuts.has_only_values {
@@ -340,14 +343,14 @@ impl Runner {
         }
     }
 
-    /// Gives every output its safe value, and ends its commands.
+    /// Publishes the safe values of all outputs, and ends their commands.
     pub fn publish_safe(&mut self, now: u64) {
         self.outputs.publish_safe(self.condition() == ModuleCondition::LATE, now);
         self.services.rest(now);
     }
 
-    /// Counts a step, and how many wall-clock nanoseconds it took if that was measured; it stands for so many steps in the
-    /// histogram.
+    /// Counts a step, with its duration in wall-clock ns if measured.
+    /// It has the weight `stands_for` in the histogram.
     #[inline]
     pub fn time(&mut self, duration: Option<u64>, stands_for: u32) {
         if self.timing.count(&self.frame.frame, self.status.health(), duration, stands_for) {
@@ -363,11 +366,11 @@ impl Runner {
         self.show_process(now, false);
     }
 
-    /// Whether what this module writes is written in turn with the steps of the loop.
+    /// Sets whether the outputs are written in turn with the steps of the loop.
     ///
     /// # Safety
     /// As for [`Writer::set_in_turn`](slate_blackboard::channel::Writer::set_in_turn): from then on its steps, and all else
-    /// that writes its outputs, are made by who has the loop's token, and in no other module's step.
+    /// that writes its outputs, are made by the holder of the loop's token, and in no other module's step.
     pub unsafe fn set_in_turn(&mut self, in_turn: bool) {
         // SAFETY: passed on to the caller.
         unsafe { self.outputs.set_in_turn(in_turn) };

@@ -5,17 +5,17 @@ use super::{OutputPort, Slots, StepFrame};
 use crate::digest::Digest;
 use crate::log::ModuleLog;
 
-/// The outputs of a module.
+/// Outputs of a module.
 #[repr(C)]
 pub struct Outputs {
-    /// One for each port.
+    /// Ports, one for each output.
     pub ports: Vec<OutputPort>,
-    /// Makes what a step wrote visible at once.
+    /// Counter of commits, which makes the results of a step visible at once.
     commit: CommitWord,
 }
 
 impl Outputs {
-    /// None yet; `commit` counts the commits of the module.
+    /// Returns no outputs yet; `commit` counts the commits of the module.
     pub fn new(commit: CommitWord) -> Self {
         Self { ports: Vec::new(), commit }
     }
@@ -33,7 +33,8 @@ impl Outputs {
         }
     }
 
-    /// Publishes what a step wrote, at the agent's time `now`. A command is as old as its step, which may have taken long.
+    /// Publishes the outputs of a step, at the agent's time `now`, ns.
+    /// A command is as old as its step, which may have taken long.
     #[inline(always)] // Part of every step.
     pub(super) fn publish(&mut self, step: &StepFrame, now: u64, mut digest: Option<&mut Digest>) {
         let slots = &step.slots;
@@ -76,7 +77,8 @@ impl Outputs {
         }
     }
 
-    /// Gives each its safe value, and ends its commands; of a late step, which may still write, with other drafts.
+    /// Publishes the safe values of all outputs, and ends their commands.
+    /// For a late step, which may still write to its drafts, it uses other drafts.
     pub(super) fn publish_safe(&mut self, is_late: bool, now: u64) {
         self.commit.begin();
         for output in &mut self.ports {
@@ -100,7 +102,7 @@ impl Outputs {
         self.ports.iter_mut().for_each(|output| output.aside = None);
     }
 
-    /// Whether they are written in turn with the steps of the loop.
+    /// Sets whether the outputs are written in turn with the steps of the loop.
     ///
     /// # Safety
     /// As for [`Writer::set_in_turn`](slate_blackboard::channel::Writer::set_in_turn).
@@ -111,7 +113,7 @@ impl Outputs {
         }
     }
 
-    /// Lets the actuators wait for somebody to arm them.
+    /// Disarms the actuators until somebody arms them.
     pub(super) fn disarm(&self, log: &ModuleLog, now: u64) {
         for (actuator, _) in self.ports.iter().filter_map(|output| output.actuator.as_ref()) {
             actuator.disarm(now);
@@ -121,7 +123,7 @@ impl Outputs {
     }
 }
 
-/// A priority as it comes from a module.
+/// Converts a module's number of a priority.
 pub fn priority(number: u32) -> Priority {
     match number {
         3 => Priority::Reflex,

@@ -1,7 +1,7 @@
 use slate_blackboard::channel::Latest;
 use slate_module::Frame;
 
-/// What a module reads its parameters from.
+/// Reader of a module's parameters.
 #[repr(C)]
 pub struct ParameterReader {
     may_have_changed: bool,
@@ -14,7 +14,7 @@ impl ParameterReader {
         Self { may_have_changed: true, reader: Box::new(reader) }
     }
 
-    /// Says that they may have changed.
+    /// Signals that they may have changed.
     pub fn expect_change(&mut self) {
         self.may_have_changed = true;
     }
@@ -32,24 +32,24 @@ impl ParameterReader {
         }
     }
 
-    /// The newest ones, for a new instance; the next step is shown them too.
+    /// Returns the newest parameters, for a new instance; the next step reads them too.
     pub fn newest(&mut self) -> &[u8] {
         self.may_have_changed = true;
         self.present().unwrap_or_default()
     }
 
-    /// The newest ones, if there are any.
+    /// Returns the newest parameters; `None` before the first write.
     pub fn present(&mut self) -> Option<&[u8]> {
         self.reader.refresh();
         self.reader.value().map(|loan| loan.bytes())
     }
 
-    /// The value that was seen last.
+    /// Returns the cursor of the last value read.
     pub fn cursor(&self) -> u64 {
         self.reader.cursor()
     }
 
-    /// Goes on from that value.
+    /// Resumes at that cursor.
     pub fn resume(&mut self, cursor: u64) {
         self.may_have_changed = true;
         self.reader.resume(cursor);

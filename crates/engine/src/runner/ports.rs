@@ -13,32 +13,34 @@ use crate::actuators::Actuator;
 use crate::aligned_memory::AlignedMemory;
 use slate_composition::link::Filter;
 
-/// An input; its reader stands at the same index in [`Inputs`](super::Inputs)' readers. It fills a cache line.
+/// Input port of the size of a cache line.
+/// Its reader has the same index in [`Inputs`](super::Inputs)' readers.
 #[repr(align(64))]
 pub struct InputPort {
-    /// Its slot in the frame.
+    /// Slot in the frame.
     pub slot: u32,
-    /// The age from which a value counts as stale, nanoseconds.
+    /// Age from which a value counts as stale, ns.
     pub stale_after: Option<u64>,
-    /// Whether news trigger a step.
+    /// True if new values trigger a step.
     pub triggers: bool,
-    /// Whether it triggers as soon as it is written: what is taken when a cycle begins is news then, and not before.
+    /// True if a write triggers a step at once.
+    /// A value pinned at the beginning of a cycle is new then, and not before.
     pub wakes: bool,
-    /// Whether it is pinned when a cycle begins.
+    /// True if it is pinned at the beginning of a cycle.
     pub is_early: bool,
-    /// Whether something writes it: links do, and not a person alone.
+    /// True if a link writes it, and not a person alone.
     pub is_written: bool,
-    /// The module that writes it, if one does.
+    /// Module that writes it, if one does.
     pub writer: Option<Arc<Health>>,
     /// Sequence and generation of the value that the last tick saw.
     pub seen: (u64, u64),
     /// Values that it never saw.
     pub missed: u64,
-    /// How old the value was in the step that was measured last, for others to look at.
+    /// Age of the value in the last measured step, for other threads.
     pub age: Arc<InputAge>,
 }
 
-/// How old a value is when its reader has it, ns of the agent's time.
+/// Age of a value when its reader receives it, ns of the agent's time.
 #[derive(Debug)]
 pub struct InputAge(AtomicU64);
 
@@ -56,110 +58,111 @@ impl InputAge {
         self.0.store(age.unwrap_or(Self::UNKNOWN), Ordering::Relaxed);
     }
 
-    /// The age; none before there was a value in a step.
+    /// Returns the age, ns; `None` before the first value in a step.
     pub fn get(&self) -> Option<u64> {
         Some(self.0.load(Ordering::Relaxed)).filter(|age| *age != Self::UNKNOWN)
     }
 }
 
-/// How a queue input keeps up; others may look at any time.
+/// Backlog of a queue input; other threads may read it at any time.
 #[derive(Debug, Default)]
 pub struct QueueGauge {
     /// Values that waited when the last step had taken its own.
     pub lag: AtomicU64,
     /// Values that it never saw.
     pub lost: AtomicU64,
-    /// Whether it reads no more.
+    /// True if the reader was evicted.
     pub evicted: AtomicBool,
 }
 
-/// A queue input.
+/// Queue input.
 pub struct QueuePort {
-    /// Its slot in the frame.
+    /// Slot in the frame.
     pub slot: usize,
-    /// Whether news trigger a step.
+    /// True if new values trigger a step.
     pub triggers: bool,
-    /// Its cursor.
+    /// Reader with its cursor.
     pub reader: QueueReader,
-    /// What the frame points to.
+    /// Entries to which the frame points.
     pub entries: Vec<Entry>,
-    /// Which values it gets, if not all.
+    /// Filter of the values; `None` if all pass.
     pub filter: Option<Arc<Filter>>,
-    /// Whether its values are taken when a cycle begins, and not before the step.
+    /// True if its values are taken at the cycle's beginning, not before the step.
     pub is_early: bool,
-    /// How it keeps up.
+    /// Backlog.
     pub gauge: Arc<QueueGauge>,
-    /// What is logged when it reads no more, as nothing is made in a step.
+    /// Log message of the eviction, prepared as a step allocates nothing.
     pub farewell: Box<str>,
-    /// Whether that was said.
+    /// True once the eviction was logged.
     pub is_evicted: bool,
 }
 
-/// An inbox.
+/// Inbox.
 pub struct InboxPort {
-    /// Its slot in the frame.
+    /// Slot in the frame.
     pub slot: usize,
-    /// Whether messages trigger a step.
+    /// True if messages trigger a step.
     pub triggers: bool,
-    /// Where messages wait.
+    /// Receiver with the waiting messages.
     pub receiver: Receiver,
-    /// What the frame points to.
+    /// Entries to which the frame points.
     pub entries: Vec<Entry>,
 }
 
-/// An output; in this order, as for [`Runner`](super::Runner): what a step needs is in the first three lines.
+/// Output port.
+/// In this order, as for [`Runner`](super::Runner): the first three cache lines have all that a step needs.
 #[repr(C, align(64))]
 pub struct OutputPort {
-    /// Its slot in the frame.
+    /// Slot in the frame.
     pub slot: usize,
-    /// The place of the property in the order of all, for the digest.
+    /// Index of the property in the order of all, for the digest.
     pub index: u32,
-    /// Computed only while somebody watches, and outside the digest.
+    /// True for a debug output: computed only if read, and outside the digest.
     pub debug: bool,
-    /// The gate that a command passes, and as whom.
+    /// Gate that a command passes, and the number of the commander.
     pub actuator: Option<(Arc<Actuator>, u32)>,
-    /// The threads that wait for it.
+    /// Threads that wait for it.
     pub wakes: Vec<Arc<Wake>>,
     /// Writes the property.
     pub writer: Writer,
-    /// Where its bytes may differ though it is the same.
+    /// Bytes in which equal values may differ.
     pub form: CanonicalForm,
-    /// The property.
+    /// Property.
     pub property: Arc<Property>,
-    /// What it shows while the module does not work; nothing for zeros.
+    /// Safe value while the module does not work; `None` for zeros.
     pub safe: Option<Box<[u8]>>,
-    /// The slot that a late step may still write to.
+    /// Draft to which a late step may still write.
     pub aside: Option<SetAside>,
 }
 
-/// An outbox.
+/// Outbox.
 pub struct OutboxPort {
-    /// Its slot in the frame.
+    /// Slot in the frame.
     pub slot: usize,
-    /// Where messages go; nothing for an outbox without a link.
+    /// Sender of the messages; `None` for an outbox without a link.
     pub sender: Option<Sender>,
     /// Room for the messages of a step.
     pub memory: Vec<AlignedMemory>,
-    /// What the frame points to.
+    /// Entries to which the frame points.
     pub entries: Vec<Entry>,
-    /// Bytes of a message.
+    /// Size of a message, bytes.
     pub size: usize,
-    /// Where bytes of messages may differ though they are the same.
+    /// Bytes in which equal messages may differ.
     pub form: CanonicalForm,
-    /// Its place in the order of all outputs, for the digest.
+    /// Index in the order of all outputs, for the digest.
     pub index: u32,
     /// Wakes the receiver.
     pub wake: Option<Arc<Wake>>,
-    /// Messages that were refused.
+    /// Number of refused messages.
     pub refused: u64,
-    /// Counts the messages.
+    /// Number of messages.
     pub sent: u64,
-    /// Those without an answer, each at the place of its number.
+    /// Tickets of messages without an answer, at the index of their number.
     pub open: Vec<Option<Ticket>>,
 }
 
 impl OutboxPort {
-    /// Counts a message that nobody answers unless there is a ticket.
+    /// Counts a message; without a ticket it is lost, as nobody answers it.
     pub fn note(&mut self, ticket: Option<Ticket>) {
         let place = (self.sent % self.entries.len().max(1) as u64) as usize;
         self.sent += 1;
@@ -171,7 +174,7 @@ impl OutboxPort {
         }
     }
 
-    /// Looks how the messages fare that have no answer.
+    /// Updates the delivery states of messages without an answer.
     pub fn settle(&mut self) {
         let Some(sender) = &self.sender else { return };
         for (entry, open) in self.entries.iter().zip(&mut self.open) {
@@ -183,7 +186,7 @@ impl OutboxPort {
         }
     }
 
-    /// How the messages fare that are remembered, by their numbers.
+    /// Returns the delivery states of the remembered messages, by their numbers.
     pub fn deliveries(&self) -> Vec<(u64, u32)> {
         let fares = |(entry, open): (&Entry, &Option<Ticket>)| {
             let now = self.sender.as_ref().zip(*open).map(|(sender, ticket)| delivery(sender, ticket).code());
@@ -193,7 +196,7 @@ impl OutboxPort {
         all.filter(|(number, _)| *number > 0).collect()
     }
 
-    /// Goes on after so many messages, of which these are remembered.
+    /// Resumes after `sent` messages, with the remembered deliveries.
     pub fn resume(&mut self, sent: u64, deliveries: &[(u64, u32)]) {
         self.sent = sent;
         // What was sent until now is another life's.
@@ -208,8 +211,8 @@ impl OutboxPort {
         }
     }
 
-    /// Sends a message again that waited, before so many `later` ones. The oldest first: those without an answer that are not
-    /// remembered any more come before all that are.
+    /// Sends a waiting message again, before `later` others that are sent again.
+    /// The oldest is sent first: unanswered messages that are no longer remembered come before all others.
     pub fn send_again(&mut self, bytes: &[u8], items: usize, time: u64, later: usize) {
         // As many fit as fitted then.
         let ticket = self.sender.as_mut().and_then(|sender| sender.send(bytes, items, time).ok());
@@ -220,7 +223,8 @@ impl OutboxPort {
         *waiting[place].1 = ticket;
     }
 
-    /// What waits and was not sent again, as its mailbox is another agent's, is lost: nobody will answer.
+    /// Marks waiting messages that were not sent again as lost.
+    /// Their mailbox is another agent's, so that nobody will answer.
     pub fn give_up(&mut self) {
         for (entry, open) in self.entries.iter().zip(&self.open) {
             if waits(entry, *open) {
@@ -229,7 +233,8 @@ impl OutboxPort {
         }
     }
 
-    /// Sends to another receiver from now on: what the former one has not answered is lost.
+    /// Sets the sender, and returns the former one.
+    /// Messages to the former receiver without an answer are lost.
     pub fn turn_to(&mut self, sender: Option<Sender>) -> Option<Sender> {
         self.settle();
         for (entry, open) in self.entries.iter().zip(&mut self.open) {
@@ -241,7 +246,7 @@ impl OutboxPort {
     }
 }
 
-/// Whether a message waits for an answer that nobody has promised.
+/// Returns true if a message waits for an answer and has no ticket.
 fn waits(entry: &Entry, open: Option<Ticket>) -> bool {
     open.is_none() && entry.stamp.sequence > 0 && entry.answer.get() == Delivery::Waiting.code()
 }

@@ -1,4 +1,4 @@
-//! The inputs without whose value a module does not run.
+//! Required inputs of a module, which must have a value before it runs.
 
 use slate_blackboard::channel::Latest;
 use slate_blackboard::interface::Text;
@@ -7,17 +7,18 @@ pub use slate_composition::own::PortName;
 
 use super::InputPort;
 
-/// The required inputs of a module, and whether one of them may be without a value.
+/// Required inputs of a module, with a flag that one of them may lack a value.
 #[derive(Default)]
 pub struct Requirements {
     /// By their slots, in the order of the description.
     ports: Box<[(u32, PortName)]>,
-    /// Whether a value may be missing; settled when all were found, until links change.
+    /// True if a required value may be missing.
+    /// It is false once all were found, until links change.
     is_open: bool,
 }
 
 impl Requirements {
-    /// Those of a description: the slots and names of its required inputs.
+    /// Returns the slots and names of a description's required inputs.
     pub fn new<'n>(ports: impl Iterator<Item = (usize, &'n str)>) -> Self {
         let ports = ports.map(|(slot, name)| (slot as u32, Text::new(name))).collect();
         Self { ports, is_open: true }
@@ -28,13 +29,14 @@ impl Requirements {
         self.is_open = true;
     }
 
-    /// Whether a value may be missing.
+    /// Returns true if a required value may be missing.
     #[inline]
     pub fn is_open(&self) -> bool {
         self.is_open
     }
 
-    /// The first required input without a value. Only looks: what is new is taken before the step.
+    /// Returns the first required input without a value.
+    /// It takes no new values; that happens before the step.
     pub fn missing(&mut self, inputs: &[InputPort], readers: &[Latest]) -> Option<PortName> {
         let all = inputs.iter().zip(readers);
         let has_value = |slot: u32| {

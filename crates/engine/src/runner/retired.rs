@@ -1,4 +1,4 @@
-//! The end of instances: code that does not return from it holds nobody up.
+//! End of instances: code that does not return from it delays nobody.
 
 use std::sync::Arc;
 use std::sync::mpsc::channel;
@@ -14,21 +14,21 @@ use crate::log::Logger;
 /// Timeout of lifecycle calls, and the logger of its expiry.
 #[derive(Clone)]
 pub struct CallTimeout {
-    /// The module.
+    /// Name of the module.
     pub module: Arc<str>,
     /// None for a module whose calls end by themselves, as its process is ended.
     pub limit: Option<Duration>,
-    /// Where it is said when its end does not return.
+    /// Logger of an expired timeout.
     pub logger: Arc<Logger>,
-    /// The agent's time.
+    /// Agent's time.
     pub clock: Arc<Clock>,
 }
 
-/// How many times as long a module may take to be described or made as for its other calls: it may load what it needs.
+/// Factor of the timeout of `describe` and `create`: a module may load data there.
 const CREATION: u32 = 10;
 
-/// Describes a kind, in a thread that is waited for `CREATION` times `hang`. What is linked in is the program's own
-/// code, which is not watched.
+/// Describes a kind, in a thread with a timeout of `CREATION` times `hang`.
+/// A kind that is linked in is the program's own code, and has no timeout.
 ///
 /// # Errors
 /// The module's refusal, or that the call does not return.
@@ -44,7 +44,7 @@ pub fn describe(kind: &ModuleKind, setup: &OwnSetup, hang: Duration) -> Result<D
     }
 }
 
-/// Why there is no result of a call.
+/// Reason why a call has no result.
 enum Lost {
     Late,
     NoThread(std::io::Error),
@@ -95,7 +95,7 @@ impl CallTimeout {
         Ok(std::mem::replace(&mut owned.instance, std::ptr::null_mut()))
     }
 
-    /// Says what went wrong at the end of an instance.
+    /// Logs an error at the end of an instance.
     fn told(&self, ended: Result<(), Refusal>) {
         if let Err(refusal) = ended {
             let text = format!("{} has ended, but {refusal}", self.module);
@@ -103,8 +103,8 @@ impl CallTimeout {
         }
     }
 
-    /// Does `work` in a thread of its own, and waits for it; nothing when it has not returned by then. The thread keeps
-    /// all that `work` has, the library too.
+    /// Does `work` in a thread of its own, and waits for it; `None` after the timeout.
+    /// The thread keeps all that `work` has, the library too.
     fn wait<R: Send + 'static>(&self, call: &str, work: impl FnOnce() -> R + Send + 'static) -> Option<R> {
         let Some(limit) = self.limit else { return Some(work()) };
         let why = match within(thread_name(&self.module), limit, work) {
@@ -117,7 +117,7 @@ impl CallTimeout {
     }
 }
 
-/// An instance, which ends when this is dropped; null for one that is gone.
+/// Instance that ends on drop; null if it has ended.
 struct Owned {
     kind: ModuleKind,
     instance: *mut (),
@@ -130,7 +130,7 @@ impl Owned {
     /// Ends the instance.
     ///
     /// # Errors
-    /// What went wrong; it is gone all the same.
+    /// An error at its end; it has ended all the same.
     fn end(&mut self) -> Result<(), Refusal> {
         let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
         if instance.is_null() {
@@ -148,20 +148,20 @@ impl Drop for Owned {
     }
 }
 
-/// An instance that is no longer used, with its code. It ends when this is dropped, in a thread that is waited for no
-/// longer than the time after which a module hangs.
+/// Instance that is no longer used, with its code.
+/// On drop it ends in a thread, with the timeout after which a module hangs.
 pub struct Retired {
     owned: Owned,
     patience: CallTimeout,
 }
 
 impl Retired {
-    /// An instance that nobody else uses; null when it is gone.
+    /// Returns an unused instance for its end; null if it has ended.
     pub fn new(kind: ModuleKind, instance: *mut (), patience: CallTimeout) -> Self {
         Self { owned: Owned { kind, instance }, patience }
     }
 
-    /// The code, and the instance for as long as this is kept.
+    /// Returns the code, and the instance, which lives as long as this.
     pub fn parts(&self) -> (&ModuleKind, *mut ()) {
         (&self.owned.kind, self.owned.instance)
     }
@@ -175,19 +175,19 @@ impl Retired {
         unsafe { (self.owned.kind.table().tick)(self.owned.instance, frame) }
     }
 
-    /// Gives the instance a saved state.
+    /// Restores a saved state in the instance.
     ///
     /// # Errors
-    /// What doesn't fit.
+    /// A state that doesn't fit.
     pub fn restore(&self, state: &[u8]) -> Result<(), Refusal> {
         // SAFETY: the kind made this instance, and nobody else uses it.
         unsafe { self.owned.kind.restore(self.owned.instance, state) }
     }
 
-    /// The last state of the instance, which ends with this.
+    /// Saves the last state of the instance, and ends it.
     ///
     /// # Errors
-    /// What can't be saved, or that the call does not return.
+    /// A state that can't be saved, or that the call does not return.
     pub fn save(mut self) -> Result<Vec<u8>, String> {
         let owned = self.take();
         if owned.instance.is_null() {
@@ -203,11 +203,11 @@ impl Retired {
         state.map_err(|refusal| refusal.0)
     }
 
-    /// Gives the instance a saved state, in a thread that is waited for as for its end. The instance is null afterwards if
-    /// the call has not returned.
+    /// Restores a saved state, in a thread with the timeout of its end.
+    /// The instance is null afterwards if the call has not returned.
     ///
     /// # Errors
-    /// What doesn't fit, or that the call does not return.
+    /// A state that doesn't fit, or that the call does not return.
     pub fn restored(mut self, state: Vec<u8>) -> (Self, Result<(), String>) {
         let owned = self.take();
         let restored = self.patience.wait("restore", move || {

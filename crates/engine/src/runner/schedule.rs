@@ -1,61 +1,62 @@
 use slate_module::Trigger;
 
-/// When a module has its turn.
+/// Schedule of a module's ticks.
 #[repr(C)]
 pub struct TickSchedule {
-    /// The time of the last tick, nanoseconds.
+    /// Time of the last tick, ns.
     last_tick: u64,
-    /// Whether it has a turn in every cycle, whatever else it waits for.
+    /// True if it has a turn in every cycle, whatever else it waits for.
     in_every_cycle: bool,
-    /// Whether its links have changed since its last step: what they lead to is news.
+    /// True if its links have changed since its last step.
+    /// Values of the new links are news.
     rewired: bool,
-    /// When the next tick of a periodic module is due.
+    /// Time of the next tick of a periodic module, ns.
     due: u64,
-    /// What makes it tick.
+    /// Trigger of its ticks.
     trigger: Trigger,
 }
 
 impl TickSchedule {
-    /// That of a trigger.
+    /// Returns the schedule of a trigger.
     pub fn new(trigger: Trigger) -> Self {
         let in_every_cycle = trigger == Trigger::Stage;
         Self { last_tick: 0, in_every_cycle, rewired: false, due: 0, trigger }
     }
 
-    /// What makes the module tick.
+    /// Returns the trigger of the module's ticks.
     pub fn trigger(&self) -> &Trigger {
         &self.trigger
     }
 
-    /// Whether it has a turn in every cycle.
+    /// Returns true if the module has a turn in every cycle.
     #[inline]
     pub fn is_in_every_cycle(&self) -> bool {
         self.in_every_cycle
     }
 
-    /// The time of the last tick, nanoseconds.
+    /// Returns the time of the last tick, ns.
     #[inline]
     pub fn last_tick(&self) -> u64 {
         self.last_tick
     }
 
-    /// The time of the next tick of a periodic module, nanoseconds.
+    /// Returns the time of the next tick of a periodic module, ns.
     pub fn due(&self) -> u64 {
         self.due
     }
 
-    /// Takes note of a tick.
+    /// Records a tick.
     #[inline]
     pub fn tick(&mut self, now: u64) {
         self.last_tick = now;
     }
 
-    /// Says that the links have changed, or that this is no news.
+    /// Sets whether the links have changed.
     pub fn set_rewired(&mut self, rewired: bool) {
         self.rewired = rewired;
     }
 
-    /// Whether a tick is due after so many.
+    /// Returns true if a tick is due at `now`, ns, after `ticks` earlier ones.
     pub fn is_due(&mut self, now: u64, ticks: u64, has_news: impl FnOnce() -> bool) -> bool {
         match &self.trigger {
             Trigger::Stage => true,
@@ -79,12 +80,13 @@ impl TickSchedule {
         }
     }
 
-    /// The times of the last and the next tick, and whether links have changed since the last one.
+    /// Returns the times of the last and the next tick, ns, and the `rewired` flag.
+    /// The flag is true if links have changed since the last tick.
     pub fn freeze(&self) -> (u64, u64, bool) {
         (self.last_tick, self.due, self.rewired)
     }
 
-    /// Goes on from there.
+    /// Resumes from a snapshot.
     pub fn thaw(&mut self, last_tick: u64, due: u64, rewired: bool) {
         (self.last_tick, self.due, self.rewired) = (last_tick, due, rewired);
     }

@@ -5,7 +5,7 @@ use super::Slots;
 use crate::digest::Digest;
 use crate::service::{AspectPort, HostService, ProviderPort};
 
-/// The services that a module uses and provides.
+/// Services that a module uses and provides.
 #[derive(Default)]
 pub struct ModuleServices {
     /// Services of other modules.
@@ -17,12 +17,12 @@ pub struct ModuleServices {
 }
 
 impl ModuleServices {
-    /// Whether it needs services of others or of the host.
+    /// Returns true if the module uses services of others or of the host.
     pub fn are_needed(&self) -> bool {
         !self.host.is_empty() || !self.aspects.is_empty()
     }
 
-    /// The first service of another module that it needs and that is not provided.
+    /// Returns the first required service of another module that is not provided.
     pub fn missing(&mut self, slots: &mut Slots) -> Option<PortName> {
         let mut missing = None;
         for aspect in &mut self.aspects {
@@ -34,7 +34,7 @@ impl ModuleServices {
         missing
     }
 
-    /// Before a step.
+    /// Prepares a step.
     pub fn prepare(&mut self, slots: &Slots, now: u64) {
         for provider in &self.providers {
             slots[provider.slot].flags.set(if provider.is_provided() { Flags::SET } else { 0 });
@@ -42,29 +42,29 @@ impl ModuleServices {
         self.host.iter_mut().for_each(|service| service.prepare(now));
     }
 
-    /// After a step that went as it should.
+    /// Commits a successful step.
     pub fn commit(&mut self, now: u64, mut digest: Option<&mut Digest>) {
         for service in &mut self.host {
             service.commit(now, digest.as_deref_mut());
         }
     }
 
-    /// After a step that failed: what it asked for does not happen.
+    /// Abandons a failed step: its requests are dropped.
     pub fn abandon(&mut self) {
         self.host.iter_mut().for_each(|service| service.abandon());
     }
 
-    /// The module does not work: what it holds of the robot is let go.
+    /// Releases the module's claims on the robot while it is off or late.
     pub fn rest(&self, now: u64) {
         self.host.iter().for_each(|service| service.rest(now));
     }
 
-    /// The module begins with that code, or goes on with it.
+    /// Begins with the code of the module, or continues with other code.
     pub fn begin(&mut self, kind: &ModuleKind) {
         self.host.iter_mut().for_each(|service| service.begin(kind));
     }
 
-    /// The module's instance is gone.
+    /// Ends the module's instance.
     pub fn end(&mut self) {
         self.host.iter_mut().for_each(|service| service.end());
     }
@@ -74,7 +74,7 @@ impl ModuleServices {
         self.providers.iter_mut().for_each(|provider| provider.withdraw(kind));
     }
 
-    /// Keeps the services that it provides from others while it is late, or gives them to them again.
+    /// Withholds its provided services while it is late, or restores them.
     pub fn suspend(&self, is_suspended: bool) {
         self.providers.iter().for_each(|provider| provider.suspend(is_suspended));
     }

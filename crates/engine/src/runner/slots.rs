@@ -2,8 +2,8 @@ use std::ops::{Deref, DerefMut};
 
 use slate_module::PortSlot;
 
-/// The slots of a frame, one after the other from the beginning of a cache line on: so those of an input and an output share
-/// three lines, and not four. Behind an odd number of them comes one that no port has.
+/// Slots of a frame, contiguous from the beginning of a cache line on.
+/// So the slots of an input and an output share three lines, and not four. An odd number is padded with an unused slot.
 pub struct Slots(Box<[Pair]>);
 
 /// Two slots fill whole lines.
@@ -14,7 +14,7 @@ struct Pair([PortSlot; 2]);
 const _: () = assert!(size_of::<Pair>() == 2 * size_of::<PortSlot>());
 
 impl Slots {
-    /// Those of that many ports, each as `slot` says.
+    /// Returns the slots of `count` ports, each made by `slot`.
     pub fn new(count: usize, slot: impl Fn(usize) -> PortSlot) -> Self {
         let pair = |pair: usize| Pair([slot(2 * pair), slot((2 * pair + 1).min(count - 1))]);
         Self((0..count.div_ceil(2)).map(pair).collect())

@@ -7,26 +7,27 @@ use slate_composition::own::{ModuleCondition, ModuleState, PortName};
 
 use super::{FrozenRunner, Health};
 
-/// After that many panics in a row a module stays off, as starting it again does not help.
+/// Number of panics in a row after which a module stays off.
+/// A further start would not help.
 pub(super) const PANIC_LIMIT: u32 = 5;
-/// After that many ticks a panic is no longer of the same row.
+/// Number of ticks after which a panic begins a new row.
 const PANIC_ROW: u64 = 100;
 
-/// The condition of a module, and where it is told.
+/// Condition of a module, with its publication.
 #[repr(C)]
 pub struct RunnerStatus {
-    /// Nothing before it was said for the first time.
+    /// Condition; `None` before it was first published.
     condition: Option<ModuleCondition>,
-    /// How the module is, for others.
+    /// Health of the module, for others.
     health: Arc<Health>,
-    /// What is needed when the condition changes.
+    /// Data that is needed when the condition changes.
     report: Box<StatusReport>,
 }
 
 struct StatusReport {
     /// Writes `/module/state`.
     writer: Writer,
-    /// What the module waits for while its condition is `Waiting`.
+    /// Input for which the module waits while its condition is `Waiting`.
     waiting_for: PortName,
     panics: PanicCounts,
 }
@@ -34,38 +35,38 @@ struct StatusReport {
 #[derive(Clone, Copy, Default)]
 struct PanicCounts {
     total: u32,
-    /// Those without many ticks between them.
+    /// Number of panics without many ticks between them.
     in_a_row: u32,
-    /// The tick of the last one.
+    /// Tick of the last panic.
     last: u64,
 }
 
 impl RunnerStatus {
-    /// The status of a module that begins; `writer` is that of `/module/state`.
+    /// Returns the status of a module that begins; `writer` is of `/module/state`.
     pub fn new(health: Arc<Health>, writer: Writer) -> Self {
         let (waiting_for, panics) = (PortName::default(), PanicCounts::default());
         Self { condition: None, health, report: Box::new(StatusReport { writer, waiting_for, panics }) }
     }
 
-    /// How the module is, for others.
+    /// Returns the health of the module, for others.
     #[inline]
     pub fn health(&self) -> &Arc<Health> {
         &self.health
     }
 
-    /// The condition.
+    /// Returns the condition.
     #[inline]
     pub fn condition(&self) -> ModuleCondition {
         self.condition.unwrap_or(ModuleCondition::WORKING)
     }
 
-    /// Whether that condition was told.
+    /// Returns true if that condition was published.
     #[inline]
     pub fn is_told(&self, condition: ModuleCondition) -> bool {
         self.condition == Some(condition)
     }
 
-    /// Changes the condition, and shows it after so many ticks.
+    /// Changes the condition, and publishes it with the number of ticks.
     pub fn change(&mut self, condition: ModuleCondition, ticks: u64, now: u64) {
         self.condition = Some(condition);
         self.health.set(condition);
@@ -81,7 +82,8 @@ impl RunnerStatus {
         let _ = writer.write(View::of(&mut state).bytes(), 0, now);
     }
 
-    /// Says what the module waits for; its condition is told anew when that is another port.
+    /// Sets the input for which the module waits.
+    /// Its condition is published anew if that is another port.
     pub fn wait_for(&mut self, port: PortName) {
         if port != self.report.waiting_for {
             self.report.waiting_for = port;
@@ -101,7 +103,7 @@ impl RunnerStatus {
         panics.last = tick;
     }
 
-    /// Whether the module has panicked so often in a row that it stays off.
+    /// Returns true if the module has panicked so often in a row that it stays off.
     pub fn panics_too_often(&self) -> bool {
         self.report.panics.in_a_row >= PANIC_LIMIT
     }
@@ -111,7 +113,7 @@ impl RunnerStatus {
         self.report.panics.in_a_row = 0;
     }
 
-    /// Writes it into a snapshot.
+    /// Writes the status to a snapshot.
     pub(super) fn freeze(&self, frozen: &mut FrozenRunner) {
         let PanicCounts { total, in_a_row, last } = self.report.panics;
         frozen.condition = self.condition.map(|condition| condition.0);
@@ -119,7 +121,7 @@ impl RunnerStatus {
         frozen.misses = self.health.misses.load(Ordering::Relaxed);
     }
 
-    /// Goes on from a snapshot.
+    /// Resumes from a snapshot.
     pub(super) fn thaw(&mut self, frozen: &FrozenRunner) {
         self.condition = frozen.condition.map(ModuleCondition);
         self.health.set(self.condition());
@@ -129,7 +131,7 @@ impl RunnerStatus {
         self.health.misses.store(frozen.misses, Ordering::Relaxed);
     }
 
-    /// The writer of `/module/state`.
+    /// Returns the writer of `/module/state`.
     pub(super) fn writer(&mut self) -> &mut Writer {
         &mut self.report.writer
     }

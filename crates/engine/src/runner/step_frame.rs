@@ -6,24 +6,24 @@ use slate_module::{Description, Frame, Host, PortDescription, PortSlot, Random};
 
 use super::{AlignedMemory, Slots};
 
-/// What a step sees: a frame, the slots of its ports, and what both point to.
+/// Frame of a step, with the slots of its ports and all to which both point.
 #[repr(C)]
 pub struct StepFrame {
-    /// What the next step is called with.
+    /// Argument of the next step.
     pub(super) frame: Frame,
-    /// The slots of the ports in the frame.
+    /// Slots of the ports in the frame.
     pub slots: Slots,
-    /// A value of all zeros behind inputs that were never written.
+    /// Value of all zeros for inputs that were never written.
     pub(super) zeros: Arc<AlignedMemory>,
-    /// Behind `frame.random`.
+    /// Random stream to which `frame.random` points.
     random: Box<Cell<Random>>,
-    /// Behind `frame.host`.
+    /// Host to which `frame.host` points.
     #[allow(dead_code, reason = "the frame points to it")]
     host: Box<Host>,
 }
 
 impl StepFrame {
-    /// That of a module before its first step.
+    /// Returns the frame of a module before its first step.
     pub fn new(description: &Description, zeros: &Arc<AlignedMemory>, random: Random, host: Host) -> Self {
         let (random, host) = (Box::new(Cell::new(random)), Box::new(host));
         let ports = &description.ports;
@@ -43,18 +43,18 @@ impl StepFrame {
         Self { frame, slots, zeros: Arc::clone(zeros), random, host }
     }
 
-    /// How many steps were begun.
+    /// Returns the number of steps begun.
     #[inline]
     pub fn number(&self) -> u64 {
         self.frame.number
     }
 
-    /// The state of the random stream.
+    /// Returns the state of the random stream.
     pub fn random(&self) -> Random {
         self.random.get()
     }
 
-    /// Sets time and number for the step after that of `last_tick`.
+    /// Sets time and number of the next step, which follows that of `last_tick`.
     #[inline(always)] // Part of every step.
     pub(super) fn begin(&mut self, now: u64, last_tick: u64) {
         self.frame.now = now;
@@ -62,7 +62,7 @@ impl StepFrame {
         self.frame.number += 1;
     }
 
-    /// Goes on after so many steps.
+    /// Resumes after `number` steps.
     pub(super) fn thaw(&mut self, number: u64, params_version: u64, random: Random) {
         (self.frame.number, self.frame.params_version) = (number, params_version);
         self.random.set(random);

@@ -4,25 +4,26 @@ use crate::isolation::{Isolation, Supervisor};
 use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::View;
 
-/// What belongs to a module whose instance is in a process of its own.
+/// Supervision of a module whose instance is in a process of its own.
 pub struct Supervised {
-    /// What the process is started with.
+    /// Settings of its process.
     pub isolation: Arc<Isolation>,
-    /// What says when it is started again.
+    /// Restart policy.
     pub supervisor: Supervisor,
-    /// Whether its actuators stay armed when it fails.
+    /// True if its actuators stay armed when it fails.
     pub rearm: bool,
-    /// Whether the main loop says when it runs, without waiting for it.
+    /// True if the main loop signals its turns, without waiting for it.
     pub is_kicked: bool,
     /// Writes `/module/process`.
     pub process: Writer,
-    /// How often it was started again.
+    /// Number of restarts.
     pub restarts: u32,
-    /// When that was written last.
+    /// Time of the last write of `/module/process`, ns.
     pub shown: u64,
 }
 
-/// `/module/process` is written this often, nanoseconds: looking takes some microseconds.
+/// Period of writing `/module/process`, ns.
+/// Reading the values takes some microseconds.
 const SHOWING_PERIOD: u64 = 1_000_000_000;
 
 impl Supervised {
@@ -36,7 +37,7 @@ impl Supervised {
         }
     }
 
-    /// After the end of the process: how it ended and when there will be another one, in words, and whether there will.
+    /// Describes the end of the process and its restart; false if it stays off.
     pub(super) fn fall(&mut self, now: u64) -> (String, bool) {
         let reason = self.isolation.account.last_end();
         match self.supervisor.failed(now) {

@@ -1,41 +1,42 @@
 use slate_blackboard::SettingsCounter;
 use slate_blackboard::channel::Latest;
 
-/// The switch of a module: its property `enabled`.
+/// Switch of a module: its property `enabled`.
 #[repr(C)]
 pub struct ModuleSwitch {
-    /// What the host has set in all modules.
+    /// Counter of settings by the host, in all modules.
     settings: SettingsCounter,
-    /// How many settings had been made at the last look.
+    /// Count of settings at the last read.
     seen: Option<u64>,
-    /// What `enabled` said last.
+    /// Last value of `enabled`.
     is_on: bool,
-    /// Whether another module switches this one.
+    /// True if another module switches this one.
     is_linked: bool,
     /// Reads `enabled`.
     reader: Box<Latest>,
 }
 
 impl ModuleSwitch {
-    /// A switch that is on, which `reader` reads; `settings` counts what is set in all modules.
+    /// Returns a switch that is on; `reader` reads `enabled`.
+    /// `settings` counts the settings in all modules.
     pub fn new(settings: SettingsCounter, reader: Latest, is_linked: bool) -> Self {
         Self { settings, seen: None, is_on: true, is_linked, reader: Box::new(reader) }
     }
 
-    /// Whether nothing was set in any module since the last look.
+    /// Returns true if nothing was set in any module since the last read.
     #[inline]
     pub fn is_unchanged(&self) -> bool {
         self.seen == Some(self.settings.count())
     }
 
-    /// Takes note of what was set; whether something was since the last look.
+    /// Reads the count of settings; true if something was set since the last read.
     pub fn take_note(&mut self) -> bool {
         // One look, so that what is set meanwhile is seen with the next one.
         let count = Some(self.settings.count());
         count != std::mem::replace(&mut self.seen, count)
     }
 
-    /// Reads the switch, and says whether it is on.
+    /// Reads the switch; true if it is on.
     pub fn read(&mut self) -> bool {
         if self.reader.refresh() {
             let value = self.reader.value();
@@ -44,12 +45,12 @@ impl ModuleSwitch {
         self.is_on
     }
 
-    /// Whether it was on at the last look.
+    /// Returns true if it was on at the last read.
     pub fn is_on(&self) -> bool {
         self.is_on
     }
 
-    /// Whether another module switches this one.
+    /// Returns true if another module switches this one.
     pub fn is_linked(&self) -> bool {
         self.is_linked
     }
@@ -60,12 +61,13 @@ impl ModuleSwitch {
         std::mem::replace(&mut *self.reader, reader)
     }
 
-    /// What it said last, and the value that said so.
+    /// Returns the last value, and the cursor of its reader.
     pub fn freeze(&self) -> (bool, u64) {
         (self.is_on, self.reader.cursor())
     }
 
-    /// Goes on from there. It is looked at once more, which finds the same unless something was set meanwhile.
+    /// Resumes from a snapshot.
+    /// The next read finds the same value unless it was set meanwhile.
     pub fn thaw(&mut self, is_on: bool, cursor: u64) {
         (self.is_on, self.seen) = (is_on, None);
         self.reader.resume(cursor);

@@ -8,22 +8,22 @@ use slate_module::Frame;
 
 use super::{Health, count};
 
-/// `/module/timing` is written this often, nanoseconds.
+/// Period of writing `/module/timing`, ns.
 const TIMING_PERIOD: u64 = 100_000_000;
 
-/// How long the steps of a module take.
+/// Timing of a module's steps.
 #[repr(C)]
 pub struct StepTiming {
     measured: Measured,
-    /// How long a step may take, nanoseconds.
+    /// Deadline of a step, ns.
     deadline: Option<u64>,
     /// Writes `/module/timing`.
     writer: Box<Writer>,
-    /// Writes `/module/histogram`; taken by who shows it.
+    /// Writer of `/module/histogram`, until the publisher takes it.
     histogram: Option<Box<Writer>>,
 }
 
-/// What was measured since `/module/timing` was written last.
+/// Measurements since the last write of `/module/timing`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Measured {
     written: u64,
@@ -33,25 +33,25 @@ pub struct Measured {
 }
 
 impl StepTiming {
-    /// Measures steps that may take so long, and shows it through the writers of `/module/timing` and
-    /// `/module/histogram`.
+    /// Measures steps with a deadline, ns.
+    /// Results are written to `/module/timing` and `/module/histogram`.
     pub fn new(deadline: Option<u64>, writer: Writer, histogram: Writer) -> Self {
         let (writer, histogram) = (Box::new(writer), Some(Box::new(histogram)));
         Self { measured: Measured::default(), deadline, writer, histogram }
     }
 
-    /// Whether every step is timed.
+    /// Returns true if every step is timed.
     pub fn has_deadline(&self) -> bool {
         self.deadline.is_some()
     }
 
-    /// The writer of `/module/histogram`, for who shows it.
+    /// Takes the writer of `/module/histogram`, for the publisher.
     pub fn take_histogram(&mut self) -> Option<Writer> {
         self.histogram.take().map(|writer| *writer)
     }
 
-    /// Counts a step, and how many wall-clock nanoseconds it took if that was measured; it stands for so many steps in the
-    /// histogram. Says whether it is time to [show](StepTiming::show) it.
+    /// Counts a step, with its duration in wall-clock ns if measured.
+    /// It has the weight `stands_for` in the histogram. True if it is time to [show](StepTiming::show) the timing.
     #[inline]
     pub(super) fn count(
         &mut self,
@@ -93,17 +93,17 @@ impl StepTiming {
         let _ = self.writer.write(View::of(&mut timing).bytes(), 0, now);
     }
 
-    /// What was measured.
+    /// Returns the measurements.
     pub(super) fn freeze(&self) -> Measured {
         self.measured.clone()
     }
 
-    /// Goes on from there.
+    /// Resumes from a snapshot.
     pub(super) fn thaw(&mut self, measured: &Measured) {
         self.measured = measured.clone();
     }
 
-    /// The writer of `/module/timing`.
+    /// Returns the writer of `/module/timing`.
     pub(super) fn writer(&mut self) -> &mut Writer {
         &mut self.writer
     }

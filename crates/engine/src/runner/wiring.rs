@@ -12,83 +12,87 @@ use super::{
     Wire,
 };
 
-/// What a module's ports read and send to. It is exchanged between two steps, so a step sees all of a change or nothing.
+/// Links of a module's ports: readers and senders.
+/// It is exchanged between two steps, so a step sees all of a change or nothing.
 #[derive(Default)]
 pub struct Wiring {
-    /// In the order of the groups, each with its reader; none where the port goes on with the one that it has.
+    /// Inputs in the order of the groups, each with its reader.
+    /// `None` keeps the port's present reader.
     pub inputs: Vec<(InputPort, Option<Latest>)>,
-    /// In the order of the groups.
+    /// Sources in the order of the groups.
     pub sources: Vec<SourceWiring>,
-    /// Which inputs are pinned together.
+    /// Groups of inputs that are pinned together.
     pub groups: Vec<Group>,
-    /// What is pinned when a cycle begins.
+    /// Groups pinned at the beginning of a cycle.
     pub early: Vec<Group>,
     /// Queue inputs.
     pub queues: Vec<QueueWiring>,
     /// Outboxes.
     pub outboxes: Vec<OutboxWiring>,
-    /// What links fill that do not fit as they are.
+    /// Conversions of links that do not fit the port directly.
     pub conversions: Vec<ConversionWiring>,
-    /// The reader of `enabled`, if it is another one, and whether another module switches this one.
+    /// New reader of `enabled`, and true if another module switches this one.
+    /// `None` keeps the present reader.
     pub switch: Option<(Latest, bool)>,
 }
 
 impl Wiring {
-    /// Whether something of it is pinned when a cycle begins.
+    /// Returns true if some values are taken at the beginning of a cycle.
     pub fn is_early(&self) -> bool {
         !self.early.is_empty() || self.queues.iter().any(|queue| queue.is_early)
     }
 }
 
-/// What a queue input reads.
+/// Link of a queue input.
 pub struct QueueWiring {
-    /// Its slot in the frame.
+    /// Slot in the frame.
     pub slot: usize,
-    /// Whether news trigger a step.
+    /// True if new values trigger a step.
     pub triggers: bool,
-    /// None where the port goes on with the one that it has, and its cursor.
+    /// New reader; `None` keeps the port's present reader, and its cursor.
     pub reader: Option<QueueReader>,
-    /// How many entries there may be.
+    /// Maximum number of entries in a step.
     pub window: usize,
-    /// Which values it gets, if not all.
+    /// Filter of the values; `None` if all pass.
     pub filter: Option<Arc<Filter>>,
-    /// Whether its values are taken when a cycle begins.
+    /// True if its values are taken at the beginning of a cycle.
     pub is_early: bool,
-    /// How it keeps up.
+    /// Backlog.
     pub gauge: Arc<QueueGauge>,
-    /// What is logged when it reads no more.
+    /// Log message of the eviction.
     pub farewell: Box<str>,
 }
 
-/// What an outbox sends to.
+/// Link of an outbox.
 pub struct OutboxWiring {
-    /// Its slot in the frame.
+    /// Slot in the frame.
     pub slot: usize,
-    /// Where messages go.
+    /// Sender of the messages.
     pub sender: Option<Sender>,
     /// Wakes the receiver.
     pub wake: Option<Arc<Wake>>,
 }
 
-/// What links fill that do not fit as they are.
+/// Conversion of a link that does not fit the port directly.
 pub enum ConversionWiring {
-    /// As it is.
+    /// Unchanged conversion.
     Same(Wire),
-    /// Another one; without a writer, it goes on with the one that it has.
+    /// New conversion; without a writer, it keeps the present one.
     New(Conversion),
 }
 
-/// A source of a conversion.
+/// Source of a conversion.
 pub struct SourceWiring {
-    /// What it fills.
+    /// Target.
     pub wire: Wire,
-    /// Its reader and what it comes to; none where the conversion is the same.
+    /// Reader and conversion of the source; `None` if the conversion is unchanged.
     pub source: Option<(Latest, ConvertedSource)>,
-    /// Its place in the conversion that it has.
+    /// Index in the present conversion.
     pub ordinal: usize,
 }
 
-/// Handles that are no longer used; dropping them takes locks, and so is not for the loop.
+/// Handles that are no longer used.
+/// Dropping them takes locks, so the loop does not do it.
 #[derive(Default)]
 pub struct Unwired {
     #[allow(dead_code, reason = "it is there to be dropped")]
@@ -104,10 +108,11 @@ pub struct Unwired {
 // SAFETY: the entries of a queue point into values that its reader pins, and go with it.
 unsafe impl Send for Unwired {}
 
-/// How often inputs that belong together are pinned when they are linked: a commit of their writer takes microseconds.
+/// Number of attempts to pin a group of inputs when it is linked.
+/// A commit of their writer takes microseconds.
 const FIRST_PIN_TRIES: u32 = 10_000;
 
-/// What of a [`Wiring`] fills inputs.
+/// Part of a [`Wiring`] that fills inputs.
 pub(super) struct InputWiring {
     pub inputs: Vec<(InputPort, Option<Latest>)>,
     pub sources: Vec<SourceWiring>,
@@ -117,7 +122,7 @@ pub(super) struct InputWiring {
 }
 
 impl Inputs {
-    /// Goes on with other readers.
+    /// Replaces the readers.
     pub(super) fn rewire(&mut self, wiring: InputWiring, unwired: &mut Unwired) {
         let InputWiring { inputs, sources, groups, early, conversions } = wiring;
         let ports = std::mem::take(&mut self.ports);
@@ -204,7 +209,7 @@ impl Conversions {
 }
 
 impl EntryPorts {
-    /// Goes on with other readers and senders.
+    /// Replaces the readers and senders.
     pub(super) fn rewire(
         &mut self,
         queues: Vec<QueueWiring>,

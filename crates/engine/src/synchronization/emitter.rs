@@ -3,7 +3,7 @@ use std::sync::Arc;
 use super::Point;
 use super::member::Member;
 
-/// Emits a point. Dropping it says that nobody needs to wait for it any more.
+/// Emitter of a point; dropped, nobody waits for it any more.
 #[derive(Debug)]
 pub struct Emitter {
     point: Arc<Point>,
@@ -17,13 +17,14 @@ impl Emitter {
         emitter
     }
 
-    /// The point that it emits.
+    /// Returns the point that it emits.
     pub fn point(&self) -> &Arc<Point> {
         &self.point
     }
 
-    /// Whether somebody has ever asked for the point, or one above it, by [`Synchronization::point`]. Who emits often need
-    /// not do it before; the point's count then begins with the first emit that somebody could wait for.
+    /// Returns true if the point, or one above it, was ever requested.
+    /// Requested by [`Synchronization::point`]. A frequent emitter may skip its emits before that; the point's count
+    /// then begins with the first emit for which somebody could wait.
     ///
     /// [`Synchronization::point`]: super::Synchronization::point
     #[inline]
@@ -38,12 +39,12 @@ impl Emitter {
         self.point.with_ancestors().for_each(|point| point.notify(1));
     }
 
-    /// Says that somebody may wait for it to emit, as from its beginning.
+    /// Registers the emitter, so that waits include it, as at its beginning.
     pub fn enter(&self) {
         self.point.with_ancestors().for_each(|point| point.enter(&self.member));
     }
 
-    /// Says that nobody needs to wait for it for now.
+    /// Unregisters the emitter, so that waits exclude it for now.
     pub fn leave(&self) {
         self.point.with_ancestors().for_each(|point| point.leave(&self.member));
     }

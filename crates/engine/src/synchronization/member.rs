@@ -3,9 +3,9 @@ use std::sync::Arc;
 
 use super::sync::{AtomicU64, Ordering};
 
-/// Someone who emits a point.
+/// Registered emitter of a point.
 pub(super) struct Member {
-    /// Tells it from all others.
+    /// Unique number.
     pub number: u64,
     pub name: Arc<str>,
     emitted: AtomicU64,
@@ -22,7 +22,7 @@ impl Member {
         self.emitted.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// How often it emitted.
+    /// Returns the number of its emits.
     pub fn emitted(&self) -> u64 {
         self.emitted.load(Ordering::Relaxed)
     }

@@ -1,8 +1,8 @@
-//! Named points at which threads outside the main loop fall in with it, and with one another.
+//! Synchronization points at which other threads join the main loop and each other.
 //!
-//! A point has a hierarchical name such as `/stage/act/start`. Who [emits](Emitter::emit) it wakes all who
-//! [wait](Point::wait) for it or for a point above it: `/stage/act`, `/stage`, `/`. An emit is counted, and a waiter says
-//! which count it saw last; so one that comes too late finds that it happened, and no wake-up is lost. To emit allocates
+//! A point has a hierarchical name such as `/stage/act/start`. An [emit](Emitter::emit) wakes all threads that
+//! [wait](Point::wait) for it or for a point above it: `/stage/act`, `/stage`, `/`. Emits are counted, and a waiter
+//! passes the last count that it saw; so a late waiter detects the emit, and no wake-up is lost. An emit allocates
 //! nothing, locks nothing, and makes a system call only for threads that sleep.
 //!
 //! ```
@@ -35,7 +35,7 @@ pub use point::{Count, Late, Mark, Point, TimedOut};
 use member::Member;
 use sync::{AtomicBool, Mutex, Ordering};
 
-/// The atomics and locks of the standard library, or those of a checker.
+/// Atomics and locks of the standard library, or those of a checker.
 mod sync {
     #[cfg(feature = "shuttle")]
     pub(super) use shuttle::sync::{
@@ -49,29 +49,30 @@ mod sync {
     };
 }
 
-/// How long a name may be, bytes.
+/// Maximum length of a name, bytes.
 const NAME_LIMIT: usize = 128;
-/// How many parts a name may have. An emit touches a point for each.
+/// Maximum number of parts of a name.
+/// An emit touches a point for each.
 const DEPTH_LIMIT: usize = 8;
-/// How many points there may be; they stay as long as the agent.
+/// Maximum number of points; they stay as long as the agent.
 const POINT_LIMIT: usize = 4096;
 
-/// Why there is no such point.
+/// Reason why a point does not exist.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PointError {
-    /// The name is not one of a point.
+    /// Invalid name of a point.
     #[error(
         "`{name}` is no name of a synchronisation point: expected up to {DEPTH_LIMIT} parts of letters, digits, `_`, `-` \
          and `.`, each after a `/`, such as `/stage/act/start`"
     )]
     Name {
-        /// The name.
+        /// Name.
         name: String,
     },
-    /// There are as many as there may be.
+    /// Limit of the number of points.
     #[error("no room for the synchronisation point `{name}`: there are {POINT_LIMIT}, which is the limit")]
     TooMany {
-        /// The name.
+        /// Name.
         name: String,
     },
 }
@@ -80,7 +81,7 @@ pub enum PointError {
 #[derive(Debug, Default)]
 pub struct Synchronization {
     points: Mutex<Points>,
-    /// Whether somebody has ever asked for a point: who has many need not look at each.
+    /// True once any point was requested: a frequent emitter then need not check each.
     wanted: AtomicBool,
 }
 
@@ -92,7 +93,7 @@ struct Points {
 }
 
 impl Synchronization {
-    /// The point of that name, which is made if need be, and those above it too.
+    /// Returns the point of that name; makes it and those above it on demand.
     ///
     /// # Errors
     /// When it is no name of a point, or there are too many.
@@ -107,14 +108,14 @@ impl Synchronization {
         Ok(point)
     }
 
-    /// Whether somebody has ever asked for a point.
+    /// Returns true if any point was ever requested.
     #[inline]
     pub fn is_wanted(&self) -> bool {
         self.wanted.load(Ordering::Relaxed)
     }
 
-    /// Registers someone who emits a point. [`Point::wait_all`] waits for them, there and above, until they are
-    /// dropped, and calls them by the name `who`.
+    /// Registers an emitter of a point, with the name `who` in messages.
+    /// [`Point::wait_all`] waits for it, there and above, until it is dropped.
     ///
     /// # Errors
     /// As for [`point`](Synchronization::point).
@@ -125,7 +126,7 @@ impl Synchronization {
         Ok(Emitter::new(point, Member::new(points.emitters, who)))
     }
 
-    /// The names of all points, in alphabetical order.
+    /// Returns the names of all points, in alphabetical order.
     pub fn names(&self) -> Vec<Arc<str>> {
         let points = self.points.lock().unwrap_or_else(PoisonError::into_inner);
         points.by_name.keys().cloned().collect()

@@ -6,7 +6,7 @@ use super::member::Member;
 use super::seats::Seats;
 use super::sync::{AtomicBool, AtomicU64, Mutex, MutexGuard, Ordering};
 
-/// How often a point was emitted, since it was made.
+/// Number of emits of a point, since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Count(u64);
 
@@ -14,18 +14,18 @@ impl Count {
     /// Never.
     pub const ZERO: Self = Self(0);
 
-    /// So often.
+    /// Returns a count of that number.
     pub fn new(count: u64) -> Self {
         Self(count)
     }
 
-    /// The number.
+    /// Returns the number.
     pub fn get(self) -> u64 {
         self.0
     }
 }
 
-/// How often each emitter of a point had emitted at one time.
+/// Numbers of emits of all emitters of a point at one time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Mark(BTreeMap<u64, u64>);
 
@@ -35,13 +35,13 @@ impl Mark {
     }
 }
 
-/// The point was not emitted in time.
+/// Timeout of a wait for a point.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("nothing was emitted at `{point}` within {limit:?}")]
 pub struct TimedOut {
-    /// Which one.
+    /// Name of the point.
     pub point: Arc<str>,
-    /// How long was waited.
+    /// Timeout of the wait.
     pub limit: Duration,
 }
 
@@ -49,11 +49,11 @@ pub struct TimedOut {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{point}` was not emitted within {limit:?} by {}", names(.late))]
 pub struct Late {
-    /// Which one.
+    /// Name of the point.
     pub point: Arc<str>,
-    /// How long was waited.
+    /// Timeout of the wait.
     pub limit: Duration,
-    /// Who is late, in the order of their registration.
+    /// Names of the late emitters, in the order of their registration.
     pub late: Vec<Arc<str>>,
 }
 
@@ -61,18 +61,19 @@ fn names(late: &[Arc<str>]) -> String {
     late.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// A synchronisation point.
+/// Synchronisation point.
 #[derive(Debug)]
 pub struct Point {
     name: Arc<str>,
     parent: Option<Arc<Point>>,
-    /// Emits here and below. Emitters and waiters only ever exchange it, and so each learns what those before it did:
-    /// whoever emits after a waiter has looked sees that one's seat, and before, the waiter sees the emit.
+    /// Number of emits here and below.
+    /// Emitters and waiters only ever exchange it, and so each learns what those before it did: an emitter after a
+    /// waiter's look sees the waiter's seat, and the waiter sees an earlier emit.
     count: AtomicU64,
     seats: Seats,
-    /// Whether somebody asked for it, or for a point above it.
+    /// True once the point, or one above it, was requested.
     wanted: AtomicBool,
-    /// Who emits here and below. Not used when they emit.
+    /// Emitters here and below; not used by an emit.
     members: Mutex<BTreeMap<u64, Arc<Member>>>,
 }
 
@@ -89,18 +90,18 @@ impl Point {
         }
     }
 
-    /// Its name, such as `/stage/act/start`.
+    /// Returns the name, such as `/stage/act/start`.
     pub fn name(&self) -> &Arc<str> {
         &self.name
     }
 
-    /// How often it was emitted, or one below it.
+    /// Returns the number of emits here and below.
     pub fn count(&self) -> Count {
         Count(self.count.load(Ordering::Acquire))
     }
 
-    /// Waits until it was emitted more often than `since`, and says how often. With the count that it returned last, a
-    /// waiter misses nothing; several emits that it was too slow for come as one.
+    /// Waits for more than `since` emits; returns their number.
+    /// A waiter that passes the last returned count misses nothing; several emits that it was too slow for come as one.
     ///
     /// # Errors
     /// When that does not happen within `limit` of wall-clock time.
@@ -109,14 +110,14 @@ impl Point {
         self.wait_until(limit, |count| (count > since).then_some(count)).ok_or_else(timed_out)
     }
 
-    /// How often each of its emitters has emitted until now.
+    /// Returns the present number of emits of each of its emitters.
     pub fn mark(&self) -> Mark {
         Mark::of(&self.members())
     }
 
-    /// Waits until each emitter that was registered at the mark `since`, here or below, has emitted after it; returns
-    /// the next mark, which has those in it that came since. One that leaves holds nobody up; when none is left there
-    /// is nothing to wait for.
+    /// Waits until each emitter of the mark `since`, here or below, has emitted again.
+    /// Returns the next mark, which includes later emitters. One that leaves delays nobody; without any left, it
+    /// returns at once.
     ///
     /// # Errors
     /// When some have not within `limit` of wall-clock time; it names them.
@@ -132,24 +133,24 @@ impl Point {
         everybody.ok_or_else(|| Late { point: Arc::clone(&self.name), limit, late })
     }
 
-    /// Whether somebody asked for it, or for a point above it.
+    /// Returns true if the point, or one above it, was requested.
     #[inline]
     pub(super) fn is_wanted(&self) -> bool {
         self.wanted.load(Ordering::Relaxed)
     }
 
-    /// Says that somebody asks for it.
+    /// Marks the point as requested.
     pub(super) fn want(&self) {
         self.wanted.store(true, Ordering::Relaxed);
     }
 
-    /// It, its parent, and so on.
+    /// Returns the point, its parent, and so on.
     #[inline]
     pub(super) fn with_ancestors(&self) -> impl Iterator<Item = &Point> {
         std::iter::successors(Some(self), |point| point.parent.as_deref())
     }
 
-    /// Counts so many emits, and wakes who waits.
+    /// Counts emits, and wakes the waiting threads.
     #[inline]
     pub(super) fn notify(&self, emits: u64) {
         self.count.fetch_add(emits, Ordering::AcqRel);
@@ -170,7 +171,7 @@ impl Point {
         self.members.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Looks whenever something has happened, and sleeps in between; none when the time is up.
+    /// Calls `look` after each event until it succeeds; `None` after the timeout.
     #[allow(clippy::disallowed_methods, reason = "threads outside the loop wait on the wall clock")]
     fn wait_until<T>(&self, limit: Duration, mut look: impl FnMut(Count) -> Option<T>) -> Option<T> {
         let start = Instant::now();

@@ -4,8 +4,8 @@ use slate_blackboard::wake::Wake;
 
 use super::sync::{AtomicBool, Ordering};
 
-/// Where threads sleep, one in each seat. There are as many as there ever were sleepers at a time; none is taken away, so
-/// whoever wakes them needs no lock.
+/// Seats for sleeping threads, one each.
+/// Their number is the maximum of simultaneous sleepers so far; none is removed, so a wake-up needs no lock.
 #[derive(Debug, Default)]
 pub(super) struct Seats {
     first: OnceLock<Box<Seat>>,
@@ -18,7 +18,7 @@ struct Seat {
     next: OnceLock<Box<Seat>>,
 }
 
-/// A seat of this thread's, until it is dropped.
+/// Seat taken by this thread, until it is dropped.
 pub(super) struct Taken<'a>(&'a Seat);
 
 impl Seats {
@@ -31,7 +31,7 @@ impl Seats {
         Taken(seat)
     }
 
-    /// Wakes all who sit.
+    /// Wakes all sleeping threads.
     #[inline]
     pub fn wake(&self) {
         let mut next = self.first.get();

@@ -1,4 +1,4 @@
-//! The file that Perfetto opens: Chrome's JSON trace events.
+//! File for Perfetto: Chrome's JSON trace events.
 
 use std::io::{self, Write};
 
@@ -9,7 +9,7 @@ use super::span::Span;
 #[derive(Debug)]
 pub(super) struct Events<W> {
     writer: W,
-    /// An event, so that the writer is called once for it.
+    /// Buffer of one event, so that the writer is called once for it.
     line: Vec<u8>,
 }
 
@@ -24,7 +24,7 @@ impl<W: Write> Events<W> {
         Ok(Self { writer, line: Vec::with_capacity(256) })
     }
 
-    /// Gives a track its name.
+    /// Writes the name of a track.
     pub fn track(&mut self, track: usize, name: &str) -> io::Result<()> {
         write!(
             self.writer,
@@ -33,7 +33,7 @@ impl<W: Write> Events<W> {
         )
     }
 
-    /// A span; its label is a JSON string.
+    /// Writes a span; its label is a JSON string.
     pub fn span(&mut self, track: usize, label: &str, span: &Span) -> io::Result<()> {
         self.line.clear();
         write!(
@@ -46,7 +46,7 @@ impl<W: Write> Events<W> {
         self.writer.write_all(&self.line)
     }
 
-    /// Says that spans are missing until a time, nanoseconds, and how many if that is known.
+    /// Records that spans are missing until a time, ns, with their number if known.
     pub fn gap(&mut self, track: usize, until: u64, missing: Option<u64>) -> io::Result<()> {
         let count = missing.map_or(String::new(), |missing| format!("{missing} "));
         write!(
@@ -56,7 +56,7 @@ impl<W: Write> Events<W> {
         )
     }
 
-    /// Lets the writer pass on what it holds.
+    /// Flushes the writer.
     pub fn flush(&mut self) -> io::Result<()> {
         self.writer.flush()
     }

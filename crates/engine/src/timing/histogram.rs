@@ -1,14 +1,15 @@
 use slate_composition::own::TimingHistogram;
 
-/// Each power of two has so many buckets, as a power of two: 32 make them at most 3.1 % wide.
+/// Base-2 logarithm of the buckets per power of two.
+/// 32 buckets are at most 3.1 % wide.
 const BITS: u32 = 5;
 const PART: usize = 1 << BITS;
-/// The first value that counts as the greatest: 2^37 ns, some 137 s.
+/// Base-2 logarithm of the limit: 2^37 ns, some 137 s, counts as the greatest.
 const LIMIT_BITS: u32 = 37;
 pub(super) const BUCKETS: usize = (LIMIT_BITS - BITS + 1) as usize * PART;
 
-/// Counts durations in nanoseconds by their size: exact up to 63 ns, and from there to 137 s in buckets that are at most
-/// 3.1 % wide. Takes 4 KiB, whatever is counted.
+/// Histogram of durations in ns, in buckets of at most 3.1 %.
+/// It is exact up to 63 ns, and has these buckets from there to 137 s. It takes 4 KiB, whatever is counted.
 ///
 /// ```
 /// use slate_engine::timing::Histogram;
@@ -41,7 +42,7 @@ impl std::fmt::Debug for Histogram {
 }
 
 impl Histogram {
-    /// Counts a duration, nanoseconds.
+    /// Counts a duration, ns.
     #[inline]
     pub fn record(&mut self, duration: u64) {
         let bucket = bucket(duration);
@@ -55,35 +56,36 @@ impl Histogram {
         self.max = self.max.max(duration);
     }
 
-    /// Makes room in all counters: what was counted until now weighs half in the quantiles, once in thousands of
-    /// millions of times.
+    /// Halves all counters to make room.
+    /// Earlier durations then have half the weight in the quantiles, once in thousands of millions of times.
     #[cold]
     fn halve(&mut self) {
         self.buckets.iter_mut().for_each(|count| *count /= 2);
     }
 
-    /// How many durations were counted.
+    /// Returns the number of durations counted.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The mean, nanoseconds; 0 when nothing was counted.
+    /// Returns the mean, ns; 0 when nothing was counted.
     pub fn mean(&self) -> u64 {
         self.sum.checked_div(self.count).unwrap_or(0)
     }
 
-    /// The longest, nanoseconds, exactly; 0 when nothing was counted.
+    /// Returns the longest duration, ns, exactly; 0 when nothing was counted.
     pub fn max(&self) -> u64 {
         self.max
     }
 
-    /// The duration that a part (0 to 1) of all did not exceed, nanoseconds, to 1.6 %; 0 when nothing was counted.
+    /// Returns a quantile of the durations, ns, to 1.6 %; 0 when nothing was counted.
+    /// `part` is in 0 to 1.
     pub fn quantile(&self, part: f64) -> u64 {
         let [quantile] = self.quantiles([part]);
         quantile
     }
 
-    /// Several quantiles in one go; the parts ascend.
+    /// Returns several quantiles in one pass; `parts` ascend.
     fn quantiles<const N: usize>(&self, parts: [f64; N]) -> [u64; N] {
         let total: u64 = self.buckets.iter().map(|count| u64::from(*count)).sum();
         let mut below = 0;
@@ -104,7 +106,7 @@ impl Histogram {
         })
     }
 
-    /// Adds what another one has counted.
+    /// Adds the counts of another histogram.
     pub fn merge(&mut self, other: &Self) {
         let mut halvings = 0;
         for (own, others) in self.buckets.iter().zip(other.buckets.iter()) {
@@ -125,14 +127,15 @@ impl Histogram {
         (self.count, self.sum, self.min, self.max) = (0, 0, u64::MAX, 0);
     }
 
-    /// What a property shows of it.
+    /// Returns the summary that a property shows.
     pub fn summary(&self) -> TimingHistogram {
         let [p50, p90, p99, p999] = self.quantiles([0.5, 0.9, 0.99, 0.999]);
         TimingHistogram { count: self.count, mean: self.mean(), p50, p90, p99, p999, max: self.max }
     }
 }
 
-/// Where a duration is counted: the power of two, and as many of the bits below it as tell its buckets apart.
+/// Returns the index of a duration's bucket.
+/// It consists of the power of two, and the next lower bits, as many as tell its buckets apart.
 #[inline]
 pub(super) fn bucket(duration: u64) -> usize {
     let duration = duration.min((1 << LIMIT_BITS) - 1);
@@ -143,7 +146,7 @@ pub(super) fn bucket(duration: u64) -> usize {
     (shift as usize) * PART + (duration >> shift) as usize
 }
 
-/// The duration in the middle of a bucket.
+/// Returns the duration in the middle of a bucket.
 fn middle(bucket: usize) -> u64 {
     if bucket < PART {
         return bucket as u64;

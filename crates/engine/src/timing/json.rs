@@ -17,7 +17,7 @@ impl fmt::Display for Quoted<'_> {
     }
 }
 
-/// Nanoseconds as microseconds, exactly.
+/// Time in ns, written as microseconds, exactly.
 pub(super) struct Microseconds(pub u64);
 
 impl fmt::Display for Microseconds {

@@ -3,8 +3,8 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use super::Histogram;
 use super::histogram::{BUCKETS, bucket};
 
-/// A histogram that one thread at a time fills while others read it. What they read may lack the duration that is just
-/// being counted, and nothing else.
+/// Histogram that one thread at a time fills while others read it.
+/// A reader may miss the duration that is just being counted, and nothing else.
 #[derive(Debug)]
 pub struct LiveHistogram {
     buckets: Box<[AtomicU32; BUCKETS]>,
@@ -27,7 +27,7 @@ impl Default for LiveHistogram {
 }
 
 impl LiveHistogram {
-    /// Counts a duration, nanoseconds, so many times. Only one thread at a time does.
+    /// Counts a duration, ns, `times` times; only one thread at a time may call it.
     #[inline]
     pub fn record(&self, duration: u64, times: u32) {
         let bucket = &self.buckets[bucket(duration)];
@@ -45,17 +45,17 @@ impl LiveHistogram {
         self.count.store(self.count.load(Ordering::Relaxed) + u64::from(times), Ordering::Release);
     }
 
-    /// How many durations were counted.
+    /// Returns the number of durations counted.
     pub fn count(&self) -> u64 {
         self.count.load(Ordering::Acquire)
     }
 
-    /// The longest, nanoseconds.
+    /// Returns the longest duration, ns.
     pub fn max(&self) -> u64 {
         self.max.load(Ordering::Relaxed)
     }
 
-    /// Copies it.
+    /// Copies the counts to `histogram`.
     pub fn copy_to(&self, histogram: &mut Histogram) {
         let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         histogram.count = self.count();
@@ -65,7 +65,7 @@ impl LiveHistogram {
         (histogram.sum, histogram.min, histogram.max) = (load(&self.sum), load(&self.min), load(&self.max));
     }
 
-    /// Forgets everything; nobody records meanwhile.
+    /// Clears all counts; nobody may record meanwhile.
     pub fn clear(&self) {
         self.buckets.iter().for_each(|bucket| bucket.store(0, Ordering::Relaxed));
         self.sum.store(0, Ordering::Relaxed);

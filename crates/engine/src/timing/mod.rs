@@ -1,7 +1,7 @@
-//! Where the time goes: [`Histogram`]s of how long steps take, and a [`Trace`] of what ran when.
+//! Timing: [`Histogram`]s of step durations, and a [`Trace`] of spans.
 //!
-//! Both cost the measured thread some nanoseconds and no allocation. What is measured is wall-clock time, so it stays
-//! outside of what a run can repeat.
+//! Both cost the measured thread some nanoseconds and no allocation. They measure wall-clock time, so they are not part
+//! of the reproducible results of a run.
 
 mod events;
 mod histogram;

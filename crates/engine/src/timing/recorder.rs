@@ -6,42 +6,43 @@ use super::events::Events;
 use super::span::Span;
 use super::trace::{Labels, Lane, Trace};
 
-/// What a recording holds.
+/// Summary of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recorded {
-    /// When it began, nanoseconds.
+    /// Begin, ns.
     pub from: u64,
-    /// When it ended, or until when it goes so far, nanoseconds.
+    /// End, or present end of a recording in progress, ns.
     pub to: u64,
-    /// The tracks that have spans, by when they first had one.
+    /// Tracks with spans, in the order of their first span.
     pub tracks: Vec<RecordedTrack>,
 }
 
-/// What a recording holds of a track.
+/// Summary of a track in a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordedTrack {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// The spans that were recorded.
+    /// Number of recorded spans.
     pub spans: u64,
-    /// Those that were overwritten before they could be recorded.
+    /// Number of spans overwritten before they could be recorded.
     pub missing: u64,
 }
 
 impl Recorded {
-    /// The spans that were recorded.
+    /// Returns the number of recorded spans.
     pub fn spans(&self) -> u64 {
         self.tracks.iter().map(|track| track.spans).sum()
     }
 
-    /// The spans that were overwritten before they could be recorded.
+    /// Returns the number of spans overwritten before they could be recorded.
     pub fn missing(&self) -> u64 {
         self.tracks.iter().map(|track| track.missing).sum()
     }
 }
 
-/// Writes all spans of a trace from its beginning on, whatever its length, if it is drained often enough: before any track
-/// has recorded more spans than its ring holds. What it misses it counts, and says so in the file where it is missing.
+/// Recorder of all spans of a trace from its beginning on, whatever its length.
+/// It must be drained often enough: before any track has recorded more spans than its ring holds. Missed spans are
+/// counted and marked in the file.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -66,32 +67,32 @@ pub struct Recorder<W: Write> {
     events: Events<BufWriter<W>>,
     labels: Labels,
     lanes: Vec<Followed>,
-    /// Where in `recorded` the track of a number is.
+    /// Index in `recorded` by the number of the track.
     places: BTreeMap<usize, usize>,
     recorded: Recorded,
 }
 
-/// A ring, and how far it was read.
+/// Ring, with the position of the reader.
 #[derive(Debug)]
 struct Followed {
     lane: Lane,
-    /// The number of the next entry.
+    /// Number of the next entry.
     next: u64,
     /// Read and not written yet.
     held: Vec<Span>,
-    /// Those that are missing after the last one that was read.
+    /// Number of spans missing after the last one read.
     missing: u64,
 }
 
-/// From so many spans of a cycle on they are written without their order.
+/// Maximum number of spans of a cycle that are sorted; more are written unordered.
 const HELD: usize = 1 << 16;
 
-/// How much is given to the writer at once, bytes.
+/// Size of a write, bytes.
 const CHUNK: usize = 1 << 18;
 
 impl<W: Write> Recorder<W> {
-    /// Begins with what is recorded from now on, which is that time in nanoseconds. The beginning of the file is written at
-    /// once, so that a writer that can't write is known.
+    /// Begins with the spans recorded from `from` on, which is the present time, ns.
+    /// The beginning of the file is written at once, so that an error of the writer shows early.
     ///
     /// # Errors
     /// Those of the writer.
@@ -115,12 +116,12 @@ impl<W: Write> Recorder<W> {
         })
     }
 
-    /// What is recorded so far. Its end is not known yet, and is given as its beginning.
+    /// Returns the summary so far; its end is not known yet, and equals its beginning.
     pub fn recorded(&self) -> &Recorded {
         &self.recorded
     }
 
-    /// Writes what was recorded since the last time.
+    /// Writes the spans recorded since the last call.
     ///
     /// # Errors
     /// Those of the writer.
@@ -128,8 +129,8 @@ impl<W: Write> Recorder<W> {
         self.pass(false)
     }
 
-    /// Ends it at that time, nanoseconds, with what was recorded since the last time. What began later is left out, so that
-    /// all tracks end together.
+    /// Ends the recording at `to`, ns, after a last drain.
+    /// Spans that began later are left out, so that all tracks end together.
     ///
     /// # Errors
     /// Those of the writer.
@@ -179,7 +180,8 @@ impl Followed {
         Self { lane, next, held: Vec::new(), missing: 0 }
     }
 
-    /// Takes over what is new and began before a time: how many spans, and until when how many are missing.
+    /// Reads new spans that began before `to`, ns.
+    /// Returns their number, and the gaps: the time until which spans are missing, and their number.
     fn read(&mut self, to: u64) -> (u64, Vec<(u64, u64)>) {
         let Self { lane, next, held, missing } = self;
         let (before, mut gaps) = (held.len(), Vec::new());
@@ -200,7 +202,8 @@ impl Followed {
         ((held.len() - before) as u64, gaps)
     }
 
-    /// Writes the spans in their order. Those of the newest cycle wait: the cycle itself ends after all that is in it.
+    /// Writes the spans in order.
+    /// Those of the newest cycle wait: the cycle itself ends after all its spans.
     fn write(&mut self, last: bool, mut write: impl FnMut(usize, &Span) -> io::Result<()>) -> io::Result<()> {
         self.held.sort_unstable_by_key(Span::order);
         let newest = self.held.iter().map(|span| span.cycle).max();

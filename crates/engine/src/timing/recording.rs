@@ -8,15 +8,20 @@ use super::recorder::{Recorded, Recorder};
 use super::switch::Lease;
 use crate::clock::{Clock, monotonic};
 
-/// How often the rings are drained. One of a module holds 4096 spans, which at a step in 5 us, faster than any robot's, are
-/// 20 ms: a thread that the system lets wait for some of them still loses nothing.
+/// Period of draining the rings.
+/// The ring of a module holds 4096 spans, which at a step in 5 us, faster than any robot's, are 20 ms: a thread that
+/// the system lets wait for some of them still loses nothing.
 const PERIOD: Duration = Duration::from_millis(5);
 
-/// Even when the writer is slower than that, whoever asks how it goes gets a turn.
+/// Minimum pause between two drains, also with a slow writer.
+/// So a thread that requests the summary gets the lock.
 const BREATH: Duration = Duration::from_millis(1);
 
-/// A recording that is under way, from [`AgentTrace::record`](crate::main_loop::AgentTrace::record): a thread of its own writes what
-/// modules and main loop do, which never wait for it. Dropped, it ends without an end of the file.
+/// Recording in progress, from [`AgentTrace::record`].
+/// A thread of its own writes the spans of modules and main loop, which never wait for it. Dropped, it ends without an
+/// end of the file.
+///
+/// [`AgentTrace::record`]: crate::main_loop::AgentTrace::record
 #[derive(Debug)]
 pub struct Recording<W: Write> {
     clock: Arc<Clock>,
@@ -33,7 +38,7 @@ enum RecordingState<W: Write> {
 }
 
 impl<W: Write + Send + 'static> Recording<W> {
-    /// Begins to write what the recorder takes.
+    /// Starts the thread that drains the recorder.
     pub fn begin(recorder: Recorder<W>, lease: Lease, clock: Arc<Clock>) -> io::Result<Self> {
         let state = Arc::new(Mutex::new(RecordingState::Records { recorder, _lease: lease }));
         let is_over = Arc::new(AtomicBool::new(false));
@@ -53,7 +58,7 @@ impl<W: Write + Send + 'static> Recording<W> {
 }
 
 impl<W: Write> Recording<W> {
-    /// What is recorded so far.
+    /// Returns the summary so far.
     ///
     /// # Errors
     /// When the writer has failed, which has ended the recording.
@@ -67,7 +72,7 @@ impl<W: Write> Recording<W> {
         }
     }
 
-    /// Ends it: what is recorded, and the writer, which was flushed.
+    /// Ends the recording; returns its summary, and the flushed writer.
     ///
     /// # Errors
     /// Those of the writer, also from before.
@@ -104,7 +109,7 @@ impl<W: Write> Drop for Recording<W> {
 }
 
 impl<W: Write> RecordingState<W> {
-    /// False when there is nothing more to do.
+    /// Drains the recorder; false once the recording has ended.
     fn drain(&mut self) -> bool {
         let Self::Records { recorder, .. } = self else { return false };
         match recorder.drain() {

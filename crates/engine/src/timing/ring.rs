@@ -1,28 +1,29 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering, fence};
 
-/// The words of an entry.
+/// Number of words of an entry.
 pub(super) const WORDS: usize = 4;
 
-/// The last entries that one thread wrote. It never waits for readers, and they see when it overtook them.
+/// Ring of the last entries of one thread.
+/// It never waits for readers, and they detect when it overtook them.
 #[derive(Debug)]
 pub(super) struct Ring {
     slots: Box<[Slot]>,
-    /// How many entries were written.
+    /// Number of entries written.
     written: AtomicU64,
-    /// Whether somebody may write.
+    /// True while it has a writer.
     has_writer: AtomicBool,
 }
 
 #[derive(Debug, Default)]
 struct Slot {
-    /// The number of the entry in it, from 1; 0 while it is written.
+    /// Number of its entry, from 1; 0 while it is written.
     number: AtomicU64,
     words: [AtomicU64; WORDS],
 }
 
 impl Ring {
-    /// A ring of at least one entry, that has its writer.
+    /// Returns a ring of at least one entry, with its writer.
     pub fn new(capacity: usize) -> Self {
         Self {
             slots: (0..capacity.max(1)).map(|_| Slot::default()).collect(),
@@ -36,7 +37,7 @@ impl Ring {
         !self.has_writer.swap(true, Ordering::Acquire)
     }
 
-    /// The writer is gone.
+    /// Releases the writer's claim.
     pub fn release(&self) {
         self.has_writer.store(false, Ordering::Release);
     }
@@ -56,13 +57,14 @@ impl Ring {
         self.written.store(written + 1, Ordering::Release);
     }
 
-    /// How many entries were written.
+    /// Returns the number of entries written.
     pub fn written(&self) -> u64 {
         self.written.load(Ordering::Acquire)
     }
 
-    /// Hands over the entries that there are, from that number on (they are counted from 0), oldest first; which numbers
-    /// it has looked at. Those before them and those that are left out were overwritten.
+    /// Passes the entries from number `from` on to `take`, oldest first.
+    /// Numbers count from 0. Returns the range of examined numbers: those before it and those left out were
+    /// overwritten.
     pub fn read(&self, from: u64, mut take: impl FnMut(u64, [u64; WORDS])) -> Range<u64> {
         let written = self.written();
         let first = from.max(written.saturating_sub(self.slots.len() as u64));

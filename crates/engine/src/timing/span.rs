@@ -1,19 +1,20 @@
 use std::cmp::Reverse;
 
-/// What a span is called: a module or a stage. Made once, so that recording copies a number.
+/// Label of a span, such as a module or a stage.
+/// Made once, so that recording copies a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Label(pub(super) u32);
 
-/// Something that took some time.
+/// Span of time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span {
-    /// What.
+    /// Name.
     pub label: Label,
-    /// When it began, the agent's time in nanoseconds.
+    /// Begin, ns of the agent's time.
     pub start: u64,
-    /// How long it took, nanoseconds.
+    /// Duration, ns.
     pub duration: u64,
-    /// The number of the main loop's cycle.
+    /// Number of the main loop's cycle.
     pub cycle: u64,
 }
 
@@ -31,7 +32,7 @@ impl Span {
         self.start.saturating_add(self.duration)
     }
 
-    /// What began first stands first, and around what began with it.
+    /// Returns the sort key: by beginning; of equal ones the longest first.
     pub(super) fn order(&self) -> (u64, Reverse<u64>) {
         (self.start, Reverse(self.duration))
     }

@@ -1,7 +1,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Whether anybody wants spans to be recorded.
+/// Switch of the recording of spans, on while anybody needs them.
 #[derive(Debug, Default)]
 pub struct Switch {
     on: AtomicBool,
@@ -21,13 +21,14 @@ struct Wanted {
 pub struct Lease(Arc<Switch>);
 
 impl Switch {
-    /// Whoever sees that it is on also sees what was done before.
+    /// Returns true if it is on.
+    /// A reader of true also sees the writes before it was switched on.
     #[inline]
     pub fn is_on(&self) -> bool {
         self.on.load(Ordering::Acquire)
     }
 
-    /// The program wants them once more.
+    /// Switches on for the program, once more.
     pub fn start(&self) {
         self.change(|wanted| wanted.starts += 1);
     }
@@ -37,7 +38,7 @@ impl Switch {
         self.change(|wanted| wanted.starts = wanted.starts.saturating_sub(1));
     }
 
-    /// A recording wants them.
+    /// Switches on for a recording, as long as the lease lives.
     pub fn lease(self: &Arc<Self>) -> Lease {
         self.change(|wanted| wanted.leases += 1);
         Lease(Arc::clone(self))

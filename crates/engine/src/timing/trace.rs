@@ -8,12 +8,12 @@ use super::json::Quoted;
 use super::ring::Ring;
 use super::span::{Label, Span};
 
-/// How many labels there may be.
+/// Maximum number of labels.
 const LABEL_LIMIT: usize = 65_536;
-/// How many tracks there may be.
+/// Maximum number of tracks.
 const TRACK_LIMIT: usize = 4096;
 
-/// What an export has written, and what it could not.
+/// Summary of an export: written and missing spans.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Exported {
     /// Spans written.
@@ -22,31 +22,31 @@ pub struct Exported {
     pub torn: u64,
     /// Spans of all times that had been overwritten before.
     pub overwritten: u64,
-    /// From when on no span is missing, nanoseconds: later than was asked for when older ones were overwritten. The file
-    /// says so too.
+    /// Time from which no span is missing, ns.
+    /// Later than requested if older spans were overwritten. The file says so too.
     pub complete_from: u64,
 }
 
-/// Why there is no such track or label.
+/// Reason why a track or label does not exist.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TraceError {
-    /// A track has one writer.
+    /// Track with a writer already.
     #[error("the track `{name}` has a writer already")]
     Taken {
-        /// Its name.
+        /// Name.
         name: String,
     },
-    /// There are as many as there may be.
+    /// Limit of the number of tracks or labels.
     #[error("no room in the trace for `{name}`: there are {limit}, which is the limit")]
     TooMany {
-        /// The name.
+        /// Name.
         name: String,
-        /// How many there may be.
+        /// Maximum number.
         limit: usize,
     },
 }
 
-/// What ran when, of the last while: a ring of spans per thread.
+/// Trace of the recent past: a ring of spans per thread.
 ///
 /// ```
 /// use slate_engine::timing::{Span, Trace};
@@ -68,16 +68,18 @@ pub struct Trace {
     labels: Mutex<Vec<Arc<str>>>,
 }
 
-/// A ring of a track. It has more than one when a writer came before the one that it follows was gone.
+/// Ring of a track.
+/// A track has several if a writer came before its predecessor was gone.
 #[derive(Clone, Debug)]
 pub(super) struct Lane {
     pub name: Arc<str>,
-    /// The number of the track, from 1.
+    /// Number of the track, from 1.
     pub track: usize,
     pub ring: Arc<Ring>,
 }
 
-/// The spans of one thread, or of a role that one thread after the other has. It has one writer, this.
+/// Writer of a track: spans of a thread, or of a role that threads share in turn.
+/// A track has one writer.
 #[derive(Debug)]
 pub struct TraceTrack {
     ring: Arc<Ring>,
@@ -86,12 +88,12 @@ pub struct TraceTrack {
 }
 
 impl Trace {
-    /// A trace that keeps so many spans per track, at least one; 40 bytes each.
+    /// Returns a trace of `capacity` spans per track, at least one; 40 bytes each.
     pub fn new(capacity: usize) -> Self {
         Self { capacity, lanes: Mutex::default(), labels: Mutex::default() }
     }
 
-    /// The label of that name; the same one each time.
+    /// Returns the label of that name; the same one each time.
     ///
     /// # Errors
     /// When there are too many.
@@ -110,7 +112,8 @@ impl Trace {
         Ok(Label(index as u32))
     }
 
-    /// The track of that name, to write to. Its spans stay when the writer is dropped, and the next one goes on.
+    /// Returns the writer of that track.
+    /// Its spans stay when the writer is dropped, and the next one continues the track.
     ///
     /// # Errors
     /// When it has a writer, or there are too many.
@@ -118,7 +121,8 @@ impl Trace {
         self.track_with(name, self.capacity)
     }
 
-    /// As [`track`](Trace::track), for one that keeps another number of spans; when it is there already, it stays as it is.
+    /// Acts as [`track`](Trace::track), for a track of another capacity in spans.
+    /// A track that exists already stays unchanged.
     ///
     /// # Errors
     /// As for [`track`](Trace::track).
@@ -126,7 +130,8 @@ impl Trace {
         self.lane(name, capacity, false)
     }
 
-    /// As [`track`](Trace::track), also when it has a writer that is about to go: both write to it meanwhile.
+    /// Acts as [`track`](Trace::track), also if it has a writer that is about to end.
+    /// Both write to it meanwhile.
     ///
     /// # Errors
     /// When there are too many.
@@ -153,14 +158,15 @@ impl Trace {
         Ok(TraceTrack::new(ring))
     }
 
-    /// The rings but the first ones. They stay, so that what was seen once need not be looked at again.
+    /// Returns the rings from index `first` on.
+    /// They stay, so that a ring seen once need not be searched again.
     pub(super) fn lanes_from(&self, first: usize) -> Vec<Lane> {
         lock(&self.lanes).get(first..).map_or(Vec::new(), <[_]>::to_vec)
     }
 
-    /// Writes the spans that were under way at any time from `from` to `to` (nanoseconds, without that one itself) as
-    /// Chrome's JSON trace events, one track per thread. No writer of a track is disturbed: what it overwrites meanwhile
-    /// is left out and counted.
+    /// Writes the spans that overlap `from` to `to` (ns, exclusive) as a trace file.
+    /// The format is Chrome's JSON trace events, one track per thread. No writer of a track is disturbed: spans that it
+    /// overwrites meanwhile are left out and counted.
     ///
     /// # Errors
     /// Those of the writer.
@@ -222,12 +228,13 @@ impl Drop for TraceTrack {
     }
 }
 
-/// The labels as JSON strings.
+/// Labels as JSON strings.
 #[derive(Debug, Default)]
 pub(super) struct Labels(Vec<String>);
 
 impl Labels {
-    /// That of a span. It was made before the span was recorded, so it is there.
+    /// Returns the label of a span.
+    /// It exists, as it was made before the span was recorded.
     pub fn of(&mut self, trace: &Trace, label: Label) -> &str {
         let index = label.0 as usize;
         if index >= self.0.len() {

@@ -79,8 +79,8 @@ tuple!(A 0, B 1, C 2, D 3);
 tuple!(A 0, B 1, C 2, D 3, E 4);
 tuple!(A 0, B 1, C 2, D 3, E 4, F 5);
 
-/// Makes a struct whose fields are [`Arguments`](crate::Arguments), such as `f64`, arguments of an action:
-/// `arguments!(Goal { x, y });`
+/// Defines a struct of arguments of an action: `arguments!(Goal { x, y });`.
+/// Its fields are [`Arguments`](crate::Arguments), such as `f64`.
 #[macro_export]
 macro_rules! arguments {
     ($name:ident { $($field:ident: $kind:ty),+ $(,)? }) => {

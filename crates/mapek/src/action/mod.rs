@@ -18,7 +18,7 @@ pub use tree::{ActionTree, Beside};
 use crate::ActionRequest;
 use crate::message::{ARGUMENTS, KIND_LENGTH};
 
-/// A kind of action: its name, its arguments, and how one begins.
+/// Kind of action: its name, its arguments, and its start.
 ///
 /// The value is the action's state while it runs. It must not allocate, and is saved with the robot.
 pub trait ActionKind: Sized {
@@ -27,10 +27,11 @@ pub trait ActionKind: Sized {
     /// Arguments at the start.
     type Arguments: Arguments;
 
-    /// The action before its first step.
+    /// Returns the action before its first step.
     fn start(arguments: Self::Arguments) -> Self;
 
-    /// Renews the arguments while it is queued or runs, as the reflex was sent again. Restarts by default.
+    /// Renews the arguments while the action is queued or runs.
+    /// Called when the reflex was sent again. Restarts by default.
     fn renew(&mut self, arguments: Self::Arguments) {
         *self = Self::start(arguments);
     }
@@ -59,7 +60,8 @@ pub trait ActionKind: Sized {
     }
 }
 
-/// Behaviour of a kind of action on a body `B`: the `#[ports]` struct of the commands and inputs of the robot's actions.
+/// Behaviour of a kind of action on a body `B`.
+/// `B` is the `#[ports]` struct of the commands and inputs of the robot's actions.
 ///
 /// A macro-action has others as fields and calls their [`act`](Action::act) in its own.
 pub trait Action<B>: ActionKind {

@@ -2,16 +2,17 @@ use serde::{Deserialize, Serialize};
 
 use super::{Acting, Action, ActionKind, ActionTree, Step};
 
-/// Actions beside each other: done when all are; when one fails, the others are cancelled and all have failed.
+/// Actions in parallel: done when all are.
+/// When one fails, the others are cancelled and all have failed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InParallel<T> {
     actions: T,
-    /// A bit for each that is done.
+    /// Bit mask of the completed actions.
     done: u8,
 }
 
 impl<T> InParallel<T> {
-    /// The tuple of actions.
+    /// Returns the tuple of actions.
     pub fn new(actions: T) -> Self {
         Self { actions, done: 0 }
     }

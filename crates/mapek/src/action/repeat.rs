@@ -11,7 +11,7 @@ pub struct Repeat<A> {
     action: A,
     /// Remaining rounds; `None` for no limit.
     left: Option<u32>,
-    /// Whether the round has begun in an earlier cycle.
+    /// Set if the round has begun in an earlier cycle.
     begun: bool,
 }
 

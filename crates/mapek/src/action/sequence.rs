@@ -2,7 +2,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Acting, Action, ActionKind, ActionTree, Step};
 
-/// Actions one after the other; the next begins in the same cycle in which one is done, and a failure ends all.
+/// Actions in sequence.
+/// The next one begins in the same cycle in which one is done, and a failure ends all.
 ///
 /// A renewal keeps the position, and passes the arguments to the remaining actions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -13,7 +14,7 @@ pub struct InSequence<T> {
 }
 
 impl<T> InSequence<T> {
-    /// The tuple of actions in that order.
+    /// Returns the tuple of actions in that order.
     pub fn new(actions: T) -> Self {
         Self { actions, at: 0 }
     }

@@ -3,8 +3,9 @@ use slate_module::{Delivery, Interface, Outbox, Tick};
 
 use super::Step;
 
-/// A message to another robot, as a part of an action: it is done when the other robot has taken it, and has failed when that
-/// refused it, is not there, or does not answer in time.
+/// Message to another robot, as a part of an action.
+/// It is done when the other robot has taken it, and has failed when that refused it, is absent, or does not answer in
+/// time.
 ///
 /// The outbox is one of the body's ports; which robot it leads to is the configuration's matter, as is whether that is another
 /// agent: `"slate://r2/planner/orders" = "execute/go"`.
@@ -57,7 +58,7 @@ pub struct Transmission {
 }
 
 impl Transmission {
-    /// Makes a message with a timeout of `seconds`, for room and answer.
+    /// Creates a message with a timeout of `seconds`, for room and answer.
     pub fn within(seconds: f64) -> Self {
         // The cast cuts off what is below a nanosecond, and takes the nearest number for what is out of range.
         Self { timeout: (seconds * 1e9) as u64, since: None, sent: None }

@@ -2,12 +2,13 @@ use slate_module::Text;
 
 use crate::ActionKind;
 
-/// Writes the running action with the actions inside it, such as `GoToOrigin > TurnToOrigin > TurnAngle`.
+/// Writer of the running action with its nested actions.
+/// An example is `GoToOrigin > TurnToOrigin > TurnAngle`.
 #[derive(Debug)]
 pub struct ActionTree {
     bytes: [u8; 252],
     length: usize,
-    /// Whether the next name stands below another.
+    /// Set if the next name is below another.
     below: bool,
 }
 
@@ -32,7 +33,7 @@ impl ActionTree {
         action.describe(self);
     }
 
-    /// Writes actions that run beside each other: `(A | B)`.
+    /// Writes actions that run in parallel: `(A | B)`.
     pub fn beside(&mut self, each: impl FnOnce(&mut Beside<'_>)) {
         if self.below {
             self.push(" > ");
@@ -59,7 +60,7 @@ impl ActionTree {
     }
 }
 
-/// Writes actions beside each other; made by [`ActionTree::beside`].
+/// Writer of parallel actions; made by [`ActionTree::beside`].
 #[derive(Debug)]
 pub struct Beside<'a> {
     tree: &'a mut ActionTree,

@@ -18,10 +18,10 @@ pub struct Execution<R> {
     endings: Endings,
     /// The last route that was not idle.
     last_route: Route,
-    /// Whether the status was written before.
+    /// Set once the status was written.
     published: bool,
-    /// Planned action with a logged failure, until one of its kind proceeds or completes: a Plan that retries in each cycle must not fill
-    /// the log.
+    /// Planned action with a logged failure.
+    /// Kept until an action of its kind proceeds or completes. A Plan that retries in each cycle must not fill the log.
     #[serde(default, alias = "told")]
     logged_failure: Option<ActionRequest>,
 }
@@ -190,8 +190,8 @@ impl<R: Repertoire> Execution<R> {
         }
     }
 
-    /// Steps the running action; while actions are done, the next one too. Each step but the last ends an action, and
-    /// none is added meanwhile, so this ends.
+    /// Steps the running action; while actions are done, the next one too.
+    /// Each step but the last ends an action, and none is added meanwhile, so this ends.
     pub(super) fn perform(&mut self, body: &R::Body, now: &Tick) {
         while let Some(entry) = self.pipeline.advance() {
             self.enter(entry.route());
@@ -261,12 +261,12 @@ impl<R: Repertoire> Execution<R> {
         }
     }
 
-    /// Whether the status was published.
+    /// Returns true if the status was published.
     pub(super) fn is_published(&self) -> bool {
         self.published
     }
 
-    /// Whether the status is news; true once at the start.
+    /// Returns true if the status has changed; true once at the start.
     pub(super) fn must_publish(&mut self, before: &Summary) -> bool {
         !std::mem::replace(&mut self.published, true) || self.summary() != *before
     }

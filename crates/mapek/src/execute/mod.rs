@@ -25,7 +25,8 @@ pub struct ExecutePorts {
     waiting: Output<WaitingActions>,
 }
 
-/// Executes the actions of Plan and ReactiveModels in sequence (RoCS, 5.1). A robot has one.
+/// Execution of the actions of Plan and ReactiveModels in sequence (RoCS, 5.1).
+/// A robot has one.
 ///
 /// Each cycle steps the action that the [`Pipeline`](crate::Pipeline) has chosen, which renews its commands; when an action is done, the next
 /// begins in the same cycle. A failed planned action cancels the rest of the plan, and the Plan replans. Without an action no command is

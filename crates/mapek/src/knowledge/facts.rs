@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-/// Version of a statement: the epoch rises with each restart of its origin, the number with each statement.
+/// Version of a statement.
+/// The epoch rises with each restart of its origin, the number with each statement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Version {
     /// Life of the origin.
@@ -66,7 +67,7 @@ pub trait Merge {
     /// Type of the view.
     type View<'a, T: 'a>;
 
-    /// Makes the view from statements, which are ordered by origin.
+    /// Merges statements, ordered by origin, into the view.
     fn merge<T>(facts: &[Fact<T>]) -> Self::View<'_, T>;
 }
 

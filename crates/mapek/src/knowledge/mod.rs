@@ -23,7 +23,8 @@ pub use world::WorldModel;
 
 use crate::block::{BlockState, distinct};
 
-/// Knowledge of the world, the robot and its strategies (RoCS, 4.2), as properties for all blocks. A robot has one.
+/// Knowledge of the world, the robot and its strategies (RoCS, 4.2).
+/// It consists of properties for all blocks. A robot has one.
 ///
 /// Blocks write to it by links: each input is an origin of facts with a single writer, and each output is a view of
 /// them. Its parts are [`WorldModel`], [`RobotModel`] and [`StrategyModel`].
@@ -38,10 +39,11 @@ pub trait Knowledge: 'static {
     type Params: Params;
     /// State.
     type State: BlockState;
-    /// Whether its RobotModel describes a robot that the parameters name.
+    /// True if its RobotModel describes a robot that the parameters name.
     const DESCRIBES_HARDWARE: bool = false;
 
-    /// Returns the hardware of that robot, which must have what its Monitors and Execute want and be that of its devices.
+    /// Returns the hardware of that robot.
+    /// It must have everything that its Monitors and Execute need, and be that of its devices.
     ///
     /// # Errors
     /// A refusal when there is no such robot: `params.NAME: ` and what was expected.
@@ -61,7 +63,7 @@ pub trait Knowledge: 'static {
     fn update(state: &mut Self::State, models: &Self::Models, params: &Self::Params, now: &Tick);
 }
 
-/// A [`Knowledge`] as a module: run in every cycle, after the sensors were interpreted.
+/// Module of a [`Knowledge`], run in every cycle after the sensors' interpretation.
 pub struct KnowledgeBlock<K>(PhantomData<fn() -> K>);
 
 impl<K: Knowledge> Module for KnowledgeBlock<K> {

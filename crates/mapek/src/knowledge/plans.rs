@@ -36,10 +36,10 @@ pub struct PlanOutcome {
     /// Duration.
     #[unit("s")]
     pub seconds: f64,
-    /// Its name.
+    /// Name of the plan.
     pub name: Text<28>,
     /// Role of the plan.
     pub role: Text<28>,
-    /// Whether it succeeded.
+    /// Success of the plan.
     pub success: Bool,
 }

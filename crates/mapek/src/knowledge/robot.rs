@@ -8,11 +8,13 @@ use crate::port::Sensed;
 pub enum DeviceHealth {
     /// No measurement and no status yet.
     Unknown,
-    /// It measures as expected.
+    /// The sensor measures as expected.
     Fresh,
-    /// Its newest measurement is older than [`Device::late_after`], or it has not yet measured twice in time since.
+    /// The newest measurement is older than [`Device::late_after`].
+    /// The state ends when the sensor has measured twice in time since.
     Late,
-    /// It has stopped: its newest measurement is older than [`Device::silent_after`].
+    /// The sensor has stopped.
+    /// Its newest measurement is older than [`Device::silent_after`].
     Silent,
     /// An actuator obeys a command that has passed its gate.
     Ready,
@@ -22,7 +24,8 @@ pub enum DeviceHealth {
     Disarmed,
     /// The gate of an actuator is stopped, until it is reset and armed.
     Stopped,
-    /// An actuator does not obey: its driver reports a fault, or its driver or its block hangs or has failed.
+    /// An actuator does not obey.
+    /// Its driver reports a fault, or its driver or its block hangs or has failed.
     Failed,
 }
 
@@ -39,7 +42,8 @@ impl ActuatorStatus {
     pub const FAILED: Self = Self { health: DeviceHealth::FAILED };
 }
 
-/// Periods without a measurement after which a device is late; several, as devices lose single measurements.
+/// Periods without a measurement after which a device is late.
+/// Several, because devices lose single measurements.
 const LATE_PERIODS: f64 = 5.0;
 /// Periods between two measurements of a device that is no longer late.
 const FRESH_PERIODS: f64 = 3.0;
@@ -51,18 +55,20 @@ const LEAST_SILENT: f64 = 1.0;
 #[interface]
 #[derive(PartialEq)]
 pub struct Device {
-    /// Mount: pose of the frame of its measurements in the robot's frame (`base_link`). It is zero for a device that measures
-    /// in the robot's frame: odometry, a positioning system and a compass, bumpers, wheels, and a ring of sonars, whose scan has
-    /// the mount of each.
+    /// Mount: pose of the frame of its measurements in the robot's frame (`base_link`).
+    /// It is zero for a device that measures in the robot's frame: odometry, a positioning system and a compass,
+    /// bumpers, wheels, and a ring of sonars, whose scan has the mount of each.
     pub mount: Pose2,
-    /// Least value, such as a range or a wheel speed, in the unit of what it measures or does.
+    /// Minimum, such as of a range or a wheel speed, in the unit of the device.
     pub minimum: f64,
     /// Greatest value; zero, as the least one, without limits.
     pub maximum: f64,
-    /// Rate of its measurements; zero for a device that measures in each cycle, or as often as its driver reports.
+    /// Rate of its measurements.
+    /// Zero for a device that measures in each cycle, or as often as its driver reports.
     #[unit("Hz")]
     pub rate: f64,
-    /// Time of its newest measurement, or of an actuator's newest change of health; zero before the first.
+    /// Time of its newest measurement; zero before the first.
+    /// For an actuator, the time of its newest change of health.
     #[unit("ns")]
     pub measured: u64,
     /// Health.
@@ -72,7 +78,8 @@ pub struct Device {
 }
 
 impl Device {
-    /// Updates health and time of measurement from the sensor's input. Keep the device from update to update.
+    /// Updates health and time of measurement from the sensor's input.
+    /// Keep the device from update to update.
     ///
     /// Health has hysteresis: a late device is fresh again when two measurements follow each other within three periods.
     pub fn watch<T: Interface + ?Sized>(&mut self, input: &Sensed<T>, now: &Tick) {
@@ -97,7 +104,7 @@ impl Device {
         };
     }
 
-    /// Updates the health of an actuator from what its Actuator reports.
+    /// Updates the health of an actuator from the status of its Actuator.
     pub fn report(&mut self, status: &Input<ActuatorStatus>) {
         let Some(reported) = status.get() else { return };
         self.measured = status.stamp().time;
@@ -105,17 +112,20 @@ impl Device {
         self.health = if status.is_stale() { DeviceHealth::FAILED } else { reported.health };
     }
 
-    /// Returns whether the device can measure or do a value: it is within the limits, if there are any.
+    /// Returns true if a value is within the device's limits, or it has no limits.
+    /// The device can then measure or do the value.
     pub fn permits(&self, value: f64) -> bool {
         (self.minimum == 0.0 && self.maximum == 0.0) || (self.minimum..=self.maximum).contains(&value)
     }
 
-    /// Returns the age of the newest measurement above which the device is late: five periods, at least 0.2 s; in seconds.
+    /// Returns the age of the newest measurement above which the device is late, s.
+    /// It is five periods, at least 0.2 s.
     pub fn late_after(&self) -> f64 {
         math::max(self.periods(LATE_PERIODS), LEAST_LATE)
     }
 
-    /// Returns the age of the newest measurement above which the device has stopped: five periods, at least 1 s; in seconds.
+    /// Returns the age of the newest measurement above which the device has stopped, s.
+    /// It is five periods, at least 1 s.
     pub fn silent_after(&self) -> f64 {
         math::max(self.periods(LATE_PERIODS), LEAST_SILENT)
     }
@@ -125,7 +135,7 @@ impl Device {
     }
 }
 
-/// How a wheeled drive steers.
+/// Steering of a wheeled drive.
 #[interface]
 pub enum Steering {
     /// No drive is known.
@@ -143,10 +153,11 @@ pub struct Kinematics {
     /// Radius of the wheels.
     #[unit("m")]
     pub wheel_radius: f64,
-    /// Distance of the wheels. For skid steer, the effective track: that of a differential drive that turns as fast.
+    /// Distance of the wheels.
+    /// For skid steer, the effective track: that of a differential drive that turns as fast.
     #[unit("m")]
     pub track: f64,
-    /// How it steers.
+    /// Steering.
     pub steering: Steering,
 }
 
@@ -157,7 +168,8 @@ impl Kinematics {
         self.steering != Steering::UNKNOWN && self.wheel_radius > 0.0 && self.track > 0.0
     }
 
-    /// Inverse kinematics: speeds of the wheels of each side; zero while the drive is unknown.
+    /// Inverse kinematics: returns the speeds of the wheels of each side.
+    /// Zero while the drive is unknown.
     pub fn wheels_for(&self, twist: Twist2) -> WheelSpeeds {
         if !self.is_known() {
             return WheelSpeeds::ZERO;
@@ -166,7 +178,8 @@ impl Kinematics {
         WheelSpeeds { left: (twist.linear - turn) / radius, right: (twist.linear + turn) / radius }
     }
 
-    /// Forward kinematics: the twist of wheels of these speeds; zero while the drive is unknown.
+    /// Forward kinematics: returns the twist of wheels of these speeds.
+    /// Zero while the drive is unknown.
     pub fn twist_of(&self, wheels: WheelSpeeds) -> Twist2 {
         if !self.is_known() {
             return Twist2::ZERO;

@@ -10,7 +10,8 @@ use super::table::FactTable;
 /// Bytes of a key.
 const KEY: usize = 124;
 
-/// Period of full writes, nanoseconds: the host drops the outputs of a failed or late step.
+/// Period of full writes, nanoseconds.
+/// The host drops the outputs of a failed or late step.
 const AGAIN: u64 = 1_000_000_000;
 
 /// Duration for which a retraction is written, nanoseconds.
@@ -19,7 +20,8 @@ const KEPT: u64 = 10_000_000_000;
 /// Maximum number of retractions of unknown keys.
 const RETRACTIONS: usize = 1024;
 
-/// Statements of a robot about a topic. Keep it in the state of a block, and write it to an output in each tick.
+/// Statements of a robot about a topic.
+/// Keep it in the state of a block, and write it to an output in each tick.
 ///
 /// The output holds present statements, and retractions of the last 10 s. A block with an empty state states less, but retracts
 /// nothing. Allocates only for a new key.
@@ -47,7 +49,8 @@ impl<T> Default for Statements<T> {
 }
 
 impl<T: Plain + PartialEq> Statements<T> {
-    /// States a value of a key, with a certainty from 0 to 1, at a time of this agent, nanoseconds. The same statement again has no effect.
+    /// States a value of a key, with a certainty from 0 to 1.
+    /// `now` is a time of this agent, nanoseconds. The same statement again has no effect.
     ///
     /// Returns false if the key is empty or longer than 124 bytes, or the certainty is invalid.
     pub fn state(&mut self, now: u64, key: &str, certainty: f64, value: T) -> bool {
@@ -64,7 +67,8 @@ impl<T: Plain + PartialEq> Statements<T> {
         true
     }
 
-    /// Retracts this robot's statement about a key, also one of an earlier life. Statements of other robots stay.
+    /// Retracts this robot's statement about a key, also one of an earlier life.
+    /// Statements of other robots stay.
     ///
     /// Returns false if the key is empty or longer than 124 bytes, or if the key is unknown and 1024 keys were retracted in the last 10 s: then
     /// try again later.
@@ -99,7 +103,8 @@ impl<T: Plain + PartialEq> Statements<T> {
         self.entries.iter().filter_map(|(key, known)| Some((key.as_str(), known.value.as_ref()?)))
     }
 
-    /// Writes the table at a time of this agent, nanoseconds, after a change or a second.
+    /// Writes the table after a change or a second.
+    /// `now` is a time of this agent, nanoseconds.
     ///
     /// Returns false, without writing, if the table is full: retractions keep their place for a second at least, and those without one wait.
     pub fn write(&mut self, now: u64, output: &Output<FactTable<T>>) -> bool {

@@ -7,11 +7,11 @@ use crate::ActionRequest;
 /// Strategy: a plan with its outcomes so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StoredPlan {
-    /// Its name.
+    /// Name of the plan.
     pub name: String,
     /// Role, such as `defender`.
     pub role: String,
-    /// Its actions.
+    /// Actions of the plan.
     pub actions: Vec<ActionRequest>,
     /// Number of trials.
     pub tried: u64,
@@ -22,7 +22,8 @@ pub struct StoredPlan {
 }
 
 impl StoredPlan {
-    /// Returns the expected success rate by Laplace's rule of succession: one half without trials.
+    /// Returns the expected success rate by Laplace's rule of succession.
+    /// It is one half without trials.
     pub fn promise(&self) -> f64 {
         (self.succeeded as f64 + 1.0) / (self.tried as f64 + 2.0)
     }
@@ -37,7 +38,8 @@ impl StoredPlan {
     }
 }
 
-/// The strategies from which the Plan can choose (RoCS, 4.2): plans by role, with their past outcomes.
+/// Strategies from which the Plan can choose (RoCS, 4.2).
+/// They are plans by role, with their past outcomes.
 ///
 /// Keep it as the state of the robot's Knowledge and call [`update`](StrategyModel::update) in its own: from there it is saved
 /// with the robot, kept from run to run if the configuration names a file for that, and shown by a [`StrategyReport`].
@@ -48,7 +50,7 @@ pub struct StrategyModel {
 }
 
 impl StrategyModel {
-    /// The robot's role; empty for none.
+    /// Returns the robot's role; empty for none.
     pub fn role(&self) -> &str {
         &self.role
     }
@@ -58,7 +60,8 @@ impl StrategyModel {
         role.clone_into(&mut self.role);
     }
 
-    /// Adds a plan; returns false if it is known. Other actions under the same name and role make a new plan, without outcomes.
+    /// Adds a plan; returns false if it is known.
+    /// Other actions under the same name and role make a new plan, without outcomes.
     pub fn add_plan(&mut self, name: &str, role: &str, actions: &[ActionRequest]) -> bool {
         let plan = StoredPlan {
             name: name.into(),
@@ -76,8 +79,8 @@ impl StrategyModel {
         true
     }
 
-    /// Returns the most promising plan of the role in the library; of equal ones the first. Plans of other libraries are kept, but not
-    /// chosen.
+    /// Returns the most promising plan of the role in the library.
+    /// Of equal ones it is the first. Plans of other libraries are kept, but not chosen.
     pub fn best(&self, library: &PlanLibrary) -> Option<&StoredPlan> {
         let present = library.plans.iter().filter(|plan| plan.role.as_str() == self.role);
         let plans = present.filter_map(|present| {
@@ -87,13 +90,15 @@ impl StrategyModel {
         plans.reduce(|best, plan| if plan.promise() > best.promise() { plan } else { best })
     }
 
-    /// Records an outcome of a plan of the role, with its duration, seconds; returns false if it is unknown.
+    /// Records an outcome of a plan of the role; returns false if the plan is unknown.
+    /// Its duration in seconds.
     pub fn record(&mut self, name: &str, success: bool, seconds: f64) -> bool {
         let index = self.plans.iter().position(|plan| plan.name == name && plan.role == self.role);
         index.map(|index| self.plans[index].record(success, seconds)).is_some()
     }
 
-    /// As [`record`](StrategyModel::record), for a plan of any role, as the role may have changed.
+    /// Records as [`record`](StrategyModel::record), for a plan of any role.
+    /// The role may have changed.
     pub fn record_for(&mut self, role: &str, name: &str, success: bool, seconds: f64) -> bool {
         let mut plans = self.plans.iter_mut();
         let plan = plans.find(|plan| plan.name == name && plan.role == role);
@@ -134,7 +139,7 @@ pub struct StrategyRecord {
     /// Total duration of its successes.
     #[unit("s")]
     pub seconds: f64,
-    /// Its name.
+    /// Name of the plan.
     pub name: Text<28>,
     /// Role of the plan.
     pub role: Text<28>,
@@ -145,6 +150,6 @@ pub struct StrategyRecord {
 pub struct StrategyReport {
     /// The robot's role; empty for none.
     pub role: Text<28>,
-    /// Its plans.
+    /// Plans of the model.
     pub records: Sequence<StrategyRecord, 16>,
 }

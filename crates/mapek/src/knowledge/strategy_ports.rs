@@ -15,8 +15,8 @@ pub struct StrategyPorts {
     /// Outcomes of plans, from the Plan.
     #[window(16)]
     outcomes: Queue<PlanOutcome>,
-    /// Most promising plan of the role. Written initially, after a change of role or library, and after a failure: each time the Plan may
-    /// begin with it.
+    /// Most promising plan of the role.
+    /// Written initially, after a change of role or library, and after a failure: each time the Plan may begin with it.
     strategy: Output<PlanDescription>,
     /// Outcomes of all plans.
     report: Output<StrategyReport>,

@@ -34,7 +34,7 @@ pub struct FactTable<T> {
     pub facts: [Stated<T>],
 }
 
-/// Its facts.
+/// Access to the facts.
 impl<T> Deref for FactTable<T> {
     type Target = [Stated<T>];
 
@@ -43,7 +43,7 @@ impl<T> Deref for FactTable<T> {
     }
 }
 
-/// A field at the same place as in another descriptor.
+/// Returns a field at the offset of a field of another descriptor.
 const fn same(descriptor: &'static Descriptor, i: usize) -> Field {
     let Field { name, doc, unit, offset, kind } = &descriptor.fields[i];
     Field { name, doc, unit, offset: *offset, kind: *kind }
@@ -82,7 +82,7 @@ impl<T: Plain> Stated<T> {
 const _: () = assert!(HEAD.fields.len() == 10 && TABLE.fields.len() == 3, "all fields are listed");
 
 impl<T: Plain> FactTable<T> {
-    /// A hash of its facts.
+    /// Returns a hash of the facts.
     pub(super) fn hash(&mut self) -> u64 {
         let (first, size) = (self.facts.as_mut_ptr().cast::<u8>(), size_of_val(&self.facts));
         for i in 0..self.facts.len() {

@@ -6,7 +6,8 @@ use slate_module::blackboard::interface::Plain;
 
 use super::{Fact, FactTable, Facts, Merge, Version};
 
-/// World model: facts by key, such as the positions of other robots by their numbers.
+/// World model: facts by key.
+/// Examples are the positions of other robots by their numbers.
 ///
 /// Keep it in the state of a [`Knowledge`](super::Knowledge), with a key and a value that fit the application.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,7 +30,7 @@ impl<K: Ord, T> Default for WorldModel<K, T> {
 }
 
 impl<K: Ord, T> WorldModel<K, T> {
-    /// Adds a statement about the key if it is its origin's newest; returns whether it was.
+    /// Adds a statement about the key; false if its origin has made a newer one.
     pub fn tell(&mut self, key: K, fact: Fact<T>) -> bool {
         self.facts.entry(key).or_default().tell(fact)
     }

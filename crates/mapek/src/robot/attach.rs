@@ -1,4 +1,5 @@
-//! Attachments that the compiler checks: Sensor to Monitor and ReactiveModel, Monitor to Analyze, Analyze to Plan.
+//! Attachments that the compiler checks.
+//! They are Sensor to Monitor and ReactiveModel, Monitor to Analyze, Analyze to Plan.
 
 use std::panic::Location;
 
@@ -14,7 +15,8 @@ use crate::{
 
 type PublishedInterface<V> = <V as Published>::Interface;
 
-/// A block that a Monitor of `T` can be attached to: an Analyze with one port `Observed<T>`.
+/// Block that a Monitor of `T` can be attached to.
+/// It is an Analyze with one port `Observed<T>`.
 #[diagnostic::on_unimplemented(
     message = "a Monitor of `{T}` can't be attached to `{Self}`",
     label = "this is no Analyze with one port `Observed<{T}>`",
@@ -34,7 +36,8 @@ where
     const OBSERVED: &'static str = <A::Observed as HasPort<Observed<T>>>::PORT;
 }
 
-/// A block that an Analyze of `T` can be attached to: a Plan with one port `Noticed<T>`.
+/// Block that an Analyze of `T` can be attached to.
+/// It is a Plan with one port `Noticed<T>`.
 #[diagnostic::on_unimplemented(
     message = "an Analyze of `{T}` can't be attached to `{Self}`",
     label = "this is no Plan with one port `Noticed<{T}>`",
@@ -54,7 +57,8 @@ where
     const NOTICED: &'static str = <P::Noticed as HasPort<Noticed<T>>>::PORT;
 }
 
-/// A block that can read a Sensor of `T`: a Monitor or ReactiveModel with one port `Input<T>`.
+/// Block that can read a Sensor of `T`.
+/// It is a Monitor or ReactiveModel with one port `Input<T>`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` can't read a Sensor of `{T}`",
     label = "this is no Monitor or ReactiveModel with one port `Input<{T}>`",
@@ -83,7 +87,8 @@ where
 }
 
 impl<M: Monitor> Robot<MonitorBlock<M>> {
-    /// Attaches this Monitor to the Analyze of that name, which observes its percept (RoCS, 5.1).
+    /// Attaches this Monitor to the Analyze that observes its percept (RoCS, 5.1).
+    /// `analyze` is the name of the Analyze.
     #[track_caller]
     pub fn attach<A: Observes<PublishedInterface<M::Value>>>(self, analyze: &str) -> Self {
         self.attach_to::<AnalyzeBlock<A>>(analyze, A::OBSERVED, "percept", Location::caller())
@@ -91,7 +96,8 @@ impl<M: Monitor> Robot<MonitorBlock<M>> {
 }
 
 impl<A: Analyze> Robot<AnalyzeBlock<A>> {
-    /// Attaches this Analyze to the Plan of that name, which notices its changes (RoCS, 5.1).
+    /// Attaches this Analyze to the Plan that notices its changes (RoCS, 5.1).
+    /// `plan` is the name of the Plan.
     #[track_caller]
     pub fn attach<P: Notices<PublishedInterface<A::Value>>>(self, plan: &str) -> Self {
         self.attach_to::<PlanBlock<P>>(plan, P::NOTICED, "change", Location::caller())
@@ -113,7 +119,7 @@ impl<B: Module> Robot<B> {
         self
     }
 
-    /// Lets this Monitor or ReactiveModel read the Sensor of that name.
+    /// Attaches the Sensor of that name to this Monitor or ReactiveModel.
     #[track_caller]
     pub fn sense<S: Sensor>(mut self, sensor: &str) -> Self
     where

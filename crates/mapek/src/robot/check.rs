@@ -29,7 +29,7 @@ pub fn check(content: &RobotProgram) -> Result<(), RobotErrors> {
     if errors.is_empty() { Ok(()) } else { Err(RobotErrors(errors)) }
 }
 
-/// A kind has one code.
+/// Checks that each kind has one code.
 fn kinds(content: &RobotProgram, errors: &mut Vec<RobotError>) {
     let mut codes: BTreeMap<&str, &RobotModule> = BTreeMap::new();
     for robot in &content.robots {
@@ -161,7 +161,7 @@ impl<'a> FoundProblems<'a> {
         port
     }
 
-    /// The module of that name, which must be there.
+    /// Returns the module of that name, which must exist.
     fn module(&mut self, name: &str, place: Place) -> Option<&'a RobotModule> {
         let module = self.robot.module(name);
         if module.is_none() {
@@ -195,7 +195,8 @@ impl<'a> FoundProblems<'a> {
         }
     }
 
-    /// A source in this robot must be there; its property is checked when the robot is loaded.
+    /// Checks that a source in this robot exists.
+    /// Its property is checked when the robot is loaded.
     fn source(&mut self, link: &AttachedLink) {
         let Some(url) = link.source.url() else { return };
         let name = url.split('/').next().unwrap_or_default();
@@ -252,7 +253,7 @@ impl<'a> FoundProblems<'a> {
         }
     }
 
-    /// The safe value of a field that is a number.
+    /// Returns the safe value of a field that is a number.
     fn field(&mut self, entry: &GateEntry, field: &str) -> Option<f64> {
         let Value::Table(fields) = &entry.gate.safe else { return None };
         let number = entry.gate.safe.get(field).and_then(Value::as_f64);
@@ -265,7 +266,7 @@ impl<'a> FoundProblems<'a> {
     }
 }
 
-/// The most similar names, or a few of them if none is similar.
+/// Returns the most similar names, or a few of them if none is similar.
 fn nearest<'n>(name: &str, names: impl Iterator<Item = &'n str> + Clone) -> Vec<String> {
     match nearest_names(name, names.clone()) {
         near if near.is_empty() => names.take(5).map(str::to_owned).collect(),

@@ -9,10 +9,10 @@ use super::Gate;
 /// Line of a program.
 pub type Place = &'static Location<'static>;
 
-/// Robots of an agent, and what surrounds them.
+/// Robots of an agent, and their surroundings.
 #[derive(Clone, Debug, Default)]
 pub struct RobotProgram {
-    /// At least one.
+    /// Robots, at least one.
     pub robots: Vec<RobotContent>,
     pub world: String,
     pub plugins: Vec<Plugin>,
@@ -42,7 +42,7 @@ pub struct RobotModule {
 #[derive(Clone, Debug)]
 pub struct ModuleSettings {
     pub parameters: Vec<Parameter>,
-    /// All parameters, or nothing.
+    /// Table of all parameters, or `Null`.
     pub params: Value,
     /// Port, interface and value.
     pub inputs: Vec<(String, &'static Descriptor, Value)>,
@@ -61,7 +61,7 @@ pub struct AttachedLink {
     pub module: String,
     pub port: String,
     pub source: Source,
-    /// Whether it reads the value of the cycle before.
+    /// Set if the link reads the value of the previous cycle.
     pub is_previous: bool,
     /// Name and kind of the block that was named with its type.
     pub expected: Option<(String, &'static str)>,
@@ -94,7 +94,7 @@ impl AttachedLink {
 }
 
 impl Source {
-    /// The source as a configuration says it.
+    /// Returns the source in the form of a configuration.
     pub fn url(&self) -> Option<String> {
         match self {
             Self::Url(url) => Some(url.clone()),
@@ -105,13 +105,14 @@ impl Source {
 }
 
 impl RobotModule {
-    /// Ports and parameters; the reason if the block refuses to be set up without its configuration.
+    /// Returns the ports and parameters.
+    /// The error is the reason if the block refuses to be set up without its configuration.
     pub fn description(&self) -> Result<Description, String> {
         let setup = Setup { name: &self.name, seed: 0, period: 20_000_000, section: None, params: None };
         self.kind.describe(&setup).map_err(|refusal| refusal.0)
     }
 
-    /// Whether its ports depend on a table of the configuration.
+    /// Returns true if the ports depend on a table of the configuration.
     pub fn is_configured(&self) -> bool {
         !self.kind.section().is_empty()
     }
@@ -135,7 +136,7 @@ impl RobotContent {
         Self { name: name.into(), modules: Vec::new(), links: Vec::new(), gates: Vec::new(), place }
     }
 
-    /// The ports by which the commander of a gate sends its command.
+    /// Returns the ports by which the commander of a gate sends its command.
     pub fn command_ports(&self, entry: &GateEntry) -> Vec<String> {
         let commands = |port: &PortDescription| {
             port.direction == Direction::Command && port.descriptor.hash == entry.gate.interface.hash

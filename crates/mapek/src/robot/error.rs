@@ -1,7 +1,7 @@
 use std::fmt;
 use std::panic::Location;
 
-/// Everything that is wrong with a robot.
+/// All errors of a robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RobotErrors(pub Vec<RobotError>);
 
@@ -10,16 +10,16 @@ pub struct RobotErrors(pub Vec<RobotError>);
 pub struct RobotError {
     /// Name of the robot.
     pub robot: String,
-    /// What is wrong.
+    /// Problem.
     pub problem: RobotProblem,
     /// Line of the program.
     pub place: &'static Location<'static>,
 }
 
-/// What is wrong with a robot.
+/// Problem of a robot.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RobotProblem {
-    /// A robot has one Plan, one Execute, one Knowledge.
+    /// Second Plan, Execute or Knowledge of a robot, which has one of each.
     #[error("a robot has one {part}, and `{first}` in line {line} is it; remove `{second}`")]
     Second {
         /// Block that a robot has once.
@@ -39,7 +39,7 @@ pub enum RobotProblem {
         /// Line of the first one.
         line: u32,
     },
-    /// A name can't be part of a URL.
+    /// Name that can't be part of a URL.
     #[error("`{name}` is no name: expected letters, digits and `_`, such as `range_monitor`")]
     Name {
         /// The name.
@@ -55,7 +55,7 @@ pub enum RobotProblem {
         /// Name of both kinds.
         kind: String,
     },
-    /// An input reads one property.
+    /// Second source of an input, which reads one property.
     #[error("`{port}` reads `{first}` by line {line} and can't read `{second}` too")]
     TwoSources {
         /// The input.
@@ -67,7 +67,7 @@ pub enum RobotProblem {
         /// Second source.
         second: String,
     },
-    /// A Plan or a ReactiveModel needs an Execute.
+    /// Plan or ReactiveModel without an Execute.
     #[error("it has no Execute, which `{block}` needs; add one: .execute::<Actions>(\"execute\")")]
     NoExecute {
         /// Block that sends actions.
@@ -86,7 +86,7 @@ pub enum RobotProblem {
     OtherKind {
         /// The name.
         name: String,
-        /// Its kind.
+        /// Kind of the block.
         found: String,
         /// Kind that was named with it.
         expected: &'static str,
@@ -101,7 +101,7 @@ pub enum RobotProblem {
         /// Similar names, or all.
         near: Vec<String>,
     },
-    /// A value of an input has another interface.
+    /// Value of an input with another interface.
     #[error("the input `{port}` expects {expected}, found {found}")]
     InputType {
         /// The input.
@@ -118,7 +118,7 @@ pub enum RobotProblem {
         module: String,
         /// The parameter.
         parameter: String,
-        /// Its value.
+        /// Value of the parameter.
         value: String,
         /// Least value.
         low: String,
@@ -184,7 +184,7 @@ pub enum RobotProblem {
     Refused {
         /// The module.
         module: String,
-        /// Its reason.
+        /// Reason of the refusal.
         reason: String,
     },
 }

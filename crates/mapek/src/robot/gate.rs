@@ -21,7 +21,7 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// A gate with the safe command, which applies without another one.
+    /// Creates a gate with the safe command, which applies without another one.
     pub fn new<T: Interface + Copy>(safe: T) -> Self {
         let mut safe = safe;
         Self {
@@ -34,7 +34,7 @@ impl Gate {
         }
     }
 
-    /// Keeps a field of the command in an interval, in the field's unit.
+    /// Limits a field of the command to an interval, in the field's unit.
     #[must_use]
     pub fn limit(mut self, field: &str, range: RangeInclusive<f64>) -> Self {
         self.limits.push((field.into(), [*range.start(), *range.end()]));
@@ -55,7 +55,7 @@ impl Gate {
         self
     }
 
-    /// Takes the commands of another port too, such as `teleoperation/wheels`.
+    /// Accepts the commands of another port too, such as `teleoperation/wheels`.
     #[must_use]
     pub fn also(mut self, command: &str) -> Self {
         self.commanders.push(command.into());

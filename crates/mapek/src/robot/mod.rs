@@ -1,4 +1,5 @@
-//! A robot as a program: its blocks, attachments and gates, which are also a configuration.
+//! Robot as a program: its blocks, attachments and gates.
+//! They are also a configuration.
 
 mod attach;
 mod check;
@@ -23,7 +24,8 @@ use crate::{
 };
 use content::{AttachedLink, GateEntry, ModuleSettings, RobotContent, RobotModule, RobotProgram, Source};
 
-/// Builder of a robot: its blocks, their attachments, and the gates of its actuators.
+/// Builder of a robot.
+/// It has the robot's blocks, their attachments, and the gates of its actuators.
 ///
 /// Types and roles wire what has one possibility, as in a configuration, so only other attachments must be written. Those
 /// that the architecture does not permit do not compile. Settings such as [`params`](Robot::params) and
@@ -37,7 +39,7 @@ pub struct Robot<B = ()> {
 }
 
 impl Robot {
-    /// A robot without blocks.
+    /// Creates a robot without blocks.
     #[track_caller]
     pub fn new(name: &str) -> Self {
         let robot = RobotContent::new(name, Location::caller());
@@ -50,7 +52,7 @@ impl<B> Robot<B> {
         Self { content, block: PhantomData }
     }
 
-    /// The robot whose blocks are added.
+    /// Returns the robot whose blocks are added.
     fn own(&mut self) -> &mut RobotContent {
         // The first one of several; `new` makes it.
         &mut self.content.robots[0]
@@ -131,7 +133,8 @@ impl<B> Robot<B> {
         Robot::of(self.content)
     }
 
-    /// Adds what surrounds the robots: configuration in TOML with world, simulator, referee, report, loop and mission.
+    /// Adds the surroundings of the robots: configuration in TOML.
+    /// It has world, simulator, referee, report, loop and mission.
     ///
     /// It goes in front of the robots in [`to_toml`](Robot::to_toml). Relative paths in it start at the working directory.
     pub fn world(mut self, toml: &str) -> Robot {
@@ -142,8 +145,8 @@ impl<B> Robot<B> {
         Robot::of(self.content)
     }
 
-    /// Adds the [world](Robot::world) of a configuration: all in front of its first robot but `include`, as the program adds
-    /// the robots.
+    /// Adds the [world](Robot::world) of a configuration.
+    /// It is all in front of its first robot but `include`, because the program adds the robots.
     pub fn world_of(self, configuration: &str) -> Robot {
         // A table of a robot begins a line, and so does `include`.
         let end = configuration.find("\n[robots.").map_or(configuration.len(), |end| end + 1);
@@ -159,18 +162,19 @@ impl<B> Robot<B> {
         self.world(&world.collect::<String>())
     }
 
-    /// Adds the kinds of modules that the world names, beside those of the robot's blocks and of the simulator.
+    /// Adds the kinds of modules that the world names.
+    /// They come besides those of the robot's blocks and of the simulator.
     pub fn plugin(mut self, plugin: Plugin) -> Robot {
         self.content.plugins.push(plugin);
         Robot::of(self.content)
     }
 
-    /// The robot without a last block, such as for the result of a function.
+    /// Returns the robot without a last block, such as for the result of a function.
     pub fn finish(self) -> Robot {
         Robot::of(self.content)
     }
 
-    /// Name of the robot; of several, that of the first.
+    /// Returns the name of the robot; of several, that of the first.
     pub fn name(&self) -> &str {
         &self.content.robots[0].name
     }
@@ -183,7 +187,7 @@ impl<B> Robot<B> {
         check::check(&self.content)
     }
 
-    /// The configuration of the robot in TOML, as a person would write it.
+    /// Returns the configuration of the robot in readable TOML.
     ///
     /// It leaves out attachments whose port has a role and one possible source, and parameters with their default.
     ///
@@ -194,7 +198,8 @@ impl<B> Robot<B> {
         Ok(toml::print(&self.content, false))
     }
 
-    /// The same configuration with the line of the program behind each entry, for messages about it.
+    /// Returns the same configuration with the line of the program for each entry.
+    /// The lines are for messages about it.
     ///
     /// # Errors
     /// As for [`to_toml`](Robot::to_toml).
@@ -203,8 +208,8 @@ impl<B> Robot<B> {
         Ok(toml::print(&self.content, true))
     }
 
-    /// The plugins that bring the robot's kinds of modules: those that were added, and one with the kinds that neither they
-    /// nor `others` bring.
+    /// Returns the plugins that bring the robot's kinds of modules.
+    /// They are those that were added, and one with the kinds that neither they nor `others` bring.
     pub fn plugins(&self, others: &[Plugin]) -> Vec<Plugin> {
         self.content.plugins(self.name(), others)
     }
@@ -224,7 +229,8 @@ impl<B: Module> Robot<B> {
         self
     }
 
-    /// Sets parameters of the block: `.params(|params| params.max_linear_velocity = 0.3)`.
+    /// Sets parameters of the block.
+    /// `.params(|params| params.max_linear_velocity = 0.3)`.
     pub fn params(self, set: impl FnOnce(&mut B::Params)) -> Self {
         let mut params = B::Params::default();
         set(&mut params);
@@ -259,7 +265,7 @@ impl<B: Module> Robot<B> {
         self.settings(|settings| settings.others.push(("deadline", Value::Text(duration.into()))))
     }
 
-    /// Keeps the state of the block from run to run in a file.
+    /// Stores the state of the block in a file, from run to run.
     pub fn memory(self, file: &str) -> Self {
         self.settings(|settings| settings.others.push(("memory", Value::Text(file.into()))))
     }
@@ -271,7 +277,8 @@ impl<B: Module> Robot<B> {
         self.settings(|settings| settings.inputs.push(value))
     }
 
-    /// Links a port of the block to a property, such as `knowledge/goal` of this robot or `/simulator/r2/sonar`.
+    /// Links a port of the block to a property.
+    /// Examples are `knowledge/goal` of this robot or `/simulator/r2/sonar`.
     #[track_caller]
     pub fn link(mut self, port: &str, source: &str) -> Self {
         let link = AttachedLink::new(&self.last().name, port, Source::Url(source.into()), Location::caller());
@@ -279,7 +286,8 @@ impl<B: Module> Robot<B> {
         self
     }
 
-    /// As [`link`](Robot::link), to the value of the cycle before: for a block that its source reads.
+    /// Links as [`link`](Robot::link), to the value of the previous cycle.
+    /// It is for a block that its source reads.
     #[track_caller]
     pub fn link_previous(mut self, port: &str, source: &str) -> Self {
         let mut link =
@@ -289,7 +297,8 @@ impl<B: Module> Robot<B> {
         self
     }
 
-    /// Leaves a port of the block without a link, though types and roles would determine one.
+    /// Leaves a port of the block without a link.
+    /// Types and roles would otherwise determine one.
     #[track_caller]
     pub fn unlinked(mut self, port: &str) -> Self {
         let link = AttachedLink::new(&self.last().name, port, Source::None, Location::caller());

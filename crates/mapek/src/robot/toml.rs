@@ -1,4 +1,4 @@
-//! A robot as configuration.
+//! Configuration of a robot.
 
 use std::fmt::Write;
 
@@ -12,7 +12,7 @@ use super::content::{AttachedLink, GateEntry, Place, RobotContent, RobotModule, 
 /// Widest line of a table that is written in one line, characters.
 const WIDTH: usize = 100;
 
-/// Writes everything; with the lines of the program if they are asked for.
+/// Writes the whole configuration, on request with the lines of the program.
 pub fn print(content: &RobotProgram, with_places: bool) -> String {
     let mut text = content.world.trim_end().to_owned();
     let place = |place: Place| match with_places {
@@ -60,7 +60,7 @@ fn put(text: &mut String, line: &str) {
     text.push('\n');
 }
 
-/// A module in a line, such as `planner = { kind = "go_to_origin_planner" }`.
+/// Formats a module as a line: `planner = { kind = "go_to_origin_planner" }`.
 fn entry(module: &RobotModule) -> String {
     let mut fields = Vec::new();
     if module.kind.name() != module.name {
@@ -88,7 +88,8 @@ fn line(link: &AttachedLink) -> String {
     format!("{} = {}", key(&port), inline(&source))
 }
 
-/// Whether the port's role and type determine an attachment: it has one possible source in the robot.
+/// Returns true if the port's role and type determine an attachment.
+/// It then has one possible source in the robot.
 fn is_determined(robot: &RobotContent, link: &AttachedLink) -> bool {
     let Source::Block { module: source, port: output } = &link.source else { return false };
     let ports = |module: &RobotModule| module.description().map_or(Vec::new(), |it| it.ports);
@@ -150,12 +151,12 @@ fn write_gate(text: &mut String, robot: &RobotContent, entry: &GateEntry, place:
     }
 }
 
-/// A number as TOML writes it.
+/// Formats a number for TOML.
 pub fn number(number: f64) -> String {
     format!("{number:?}")
 }
 
-/// A key, in quotes where TOML wants them.
+/// Returns a key, in quotes if TOML requires them.
 fn key(name: &str) -> String {
     let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if !name.is_empty() && name.chars().all(is_bare) { name.into() } else { quoted(name) }
@@ -177,7 +178,7 @@ fn quoted(text: &str) -> String {
     quoted
 }
 
-/// A value in one line.
+/// Formats a value in one line.
 fn inline(value: &Value) -> String {
     match value {
         // TOML has no value for nothing; optional fields are left out of their table.

@@ -1,8 +1,8 @@
-//! What the macros read from attributes.
+//! Attributes that the macros read.
 
 use syn::{Attribute, Expr, ExprLit, Lit, LitStr, Meta};
 
-/// The text of the documentation comments, one line after the other.
+/// Returns the text of the documentation comments, one line after the other.
 pub fn documentation(attributes: &[Attribute]) -> String {
     let mut lines = Vec::new();
     for attribute in attributes {
@@ -27,7 +27,7 @@ pub fn take_unit(attributes: &mut Vec<Attribute>) -> syn::Result<String> {
     take(attributes, "unit").map_or(Ok(String::new()), |unit| Ok(unit.parse_args::<LitStr>()?.value()))
 }
 
-/// `FollowPath` as `follow_path`.
+/// Converts to snake case: `FollowPath` to `follow_path`.
 pub fn snake_case(name: &str) -> String {
     let mut result = String::new();
     let mut before_lower = false;

@@ -71,7 +71,7 @@ fn enumeration(mut input: DeriveInput) -> Result<Tokens> {
         impl #name {
             #(#constants)*
 
-            /// The constant's name; empty for a value without one.
+            /// Returns the constant's name; empty for a value without one.
             pub const fn name(self) -> &'static str {
                 match self { #(#arms,)* _ => "" }
             }

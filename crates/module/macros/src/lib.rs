@@ -1,4 +1,4 @@
-//! The macros of slate-module; they are documented there, where they are exported.
+//! Macros of slate-module, documented there, where they are exported.
 
 use proc_macro::TokenStream;
 use proc_macro_crate::{FoundCrate, crate_name};
@@ -12,7 +12,8 @@ mod params;
 mod ports;
 mod structure;
 
-/// Makes a struct of plain fields an interface, with a descriptor; or an enum an integer type with named constants.
+/// Makes a struct of plain fields an interface, or an enum a coded integer.
+/// A struct gets a descriptor; an enum becomes an integer type with named constants.
 ///
 /// The last field of a struct may be a slice, `data: [u8]`: the tail, whose capacity is set by configuration.
 /// A field's `#[unit("m/s")]` names its unit. `#[interface(ros = "geometry_msgs/msg/Pose2D")]` names the message of
@@ -24,9 +25,10 @@ pub fn interface(arguments: TokenStream, item: TokenStream) -> TokenStream {
 
 /// Makes a struct the parameters of a module.
 ///
-/// Each field says `#[param(default = 0.8, range = 0.0..=5.0, unit = "1/s", doc = "heading gain")]`; what is left out
-/// is zero, unbounded, without unit. With `follows = ["world.robots.{robot}.profile", "world.profile"]` it takes the value of the
-/// first of these settings that is there, unless the configuration gives it one.
+/// Each field says `#[param(default = 0.8, range = 0.0..=5.0, unit = "1/s", doc = "heading gain")]`; an omitted
+/// default is zero, an omitted range unbounded, an omitted unit none. With
+/// `follows = ["world.robots.{robot}.profile", "world.profile"]` it takes the value of the first of these settings that
+/// exists, unless the configuration gives it one.
 #[proc_macro_attribute]
 pub fn params(_: TokenStream, item: TokenStream) -> TokenStream {
     expand(params::expand(item.into()))
@@ -43,8 +45,9 @@ pub fn ports(_: TokenStream, item: TokenStream) -> TokenStream {
     expand(ports::expand(item.into()))
 }
 
-/// Completes an implementation of `Module`: `#[module(stage = Act)]`, with `every = "10ms"` or `on = port` (or
-/// `on = [a, b]`, `timeout = "1s"`), `deadline = "5ms"`, `name = "follower"`.
+/// Completes an implementation of `Module`, as in `#[module(stage = Act)]`.
+/// Options: `every = "10ms"` or `on = port` (or `on = [a, b]`, `timeout = "1s"`), `deadline = "5ms"`,
+/// `name = "follower"`.
 #[proc_macro_attribute]
 pub fn module(arguments: TokenStream, item: TokenStream) -> TokenStream {
     expand(module::expand(arguments.into(), item.into()))
@@ -54,7 +57,8 @@ fn expand(result: syn::Result<Tokens>) -> TokenStream {
     result.unwrap_or_else(|error| error.to_compile_error()).into()
 }
 
-/// The path of slate-module in the crate that uses the macro, which may know it only through a facade.
+/// Returns the path of slate-module in the crate that uses the macro.
+/// That crate may know it only through a facade.
 fn root() -> Tokens {
     let path = |name: &str| Ident::new(name, Span::call_site());
     if let Ok(found) = crate_name("slate-module") {

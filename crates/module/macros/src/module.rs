@@ -7,11 +7,11 @@ use crate::attributes::{documentation, snake_case};
 use crate::ports::nanoseconds;
 use crate::root;
 
-/// What the attribute says of a module.
+/// Arguments of the attribute `#[module]`.
 #[derive(Default)]
 struct ModuleArguments {
     stage: Option<Ident>,
-    /// Nanoseconds.
+    /// Period, ns.
     every: Option<u64>,
     on: Option<Vec<String>>,
     timeout: Option<u64>,
@@ -51,7 +51,7 @@ impl ModuleArguments {
         Ok(())
     }
 
-    /// The trigger as an expression.
+    /// Returns the trigger as an expression.
     fn trigger(&self, module: &syn::Type) -> Result<Tokens> {
         let root = root();
         let timeout = option(self.timeout);
@@ -67,7 +67,7 @@ impl ModuleArguments {
     }
 }
 
-/// An optional number as an expression.
+/// Returns an optional number as an expression.
 fn option(value: Option<u64>) -> Tokens {
     match value {
         Some(value) => quote!(::core::option::Option::Some(#value)),

@@ -70,7 +70,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
     })
 }
 
-/// What the attribute `#[param]` of a field says.
+/// Arguments of a field's attribute `#[param]`.
 #[derive(Default)]
 struct ParamAttribute {
     default: Option<Expr>,
@@ -79,7 +79,8 @@ struct ParamAttribute {
 }
 
 impl ParamAttribute {
-    /// Takes it from a field, which gets unit and description as attributes of their own.
+    /// Takes the attribute from a field.
+    /// The field gets unit and description as attributes of their own.
     fn take(field: &mut Field) -> Result<Self> {
         let mut read = Self::default();
         let Some(attribute) = take(&mut field.attrs, "param") else { return Ok(read) };
@@ -107,7 +108,8 @@ impl ParamAttribute {
     }
 }
 
-/// Makes a field as public as its struct: configurations and programs set what users may tune.
+/// Gives a private field the visibility of its struct.
+/// Configurations and programs set parameters, which are for users.
 fn publish(field: &mut Field, visibility: &Visibility) {
     if matches!(field.vis, Visibility::Inherited) {
         field.vis = visibility.clone();

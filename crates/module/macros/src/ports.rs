@@ -84,7 +84,8 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
     })
 }
 
-/// The type by which blocks are attached to the port: that of an input also for a required one, and for one of a Sensor.
+/// Returns the type by which blocks are attached to the port.
+/// It is that of an input also for a required input, and for an input of a Sensor.
 fn attached(kind: &Type) -> Tokens {
     let root = root();
     match kind {
@@ -102,7 +103,8 @@ fn is_named(path: &syn::TypePath, name: &str) -> bool {
     path.path.segments.last().is_some_and(|last| last.ident == name)
 }
 
-/// The statements that apply a field's attributes to `port`, and the age from which it is stale, nanoseconds.
+/// Returns the statements that apply a field's attributes to `port`.
+/// Also returns the age from which its value is stale, ns.
 fn options(field: &mut Field) -> Result<(Tokens, Option<u64>)> {
     let root = root();
     let mut statements = Tokens::new();
@@ -147,7 +149,7 @@ fn options(field: &mut Field) -> Result<(Tokens, Option<u64>)> {
     Ok((statements, stale_after))
 }
 
-/// `T` of `Output<T>`.
+/// Returns `T` of `Output<T>`.
 fn argument(kind: &Type) -> Result<Type> {
     if let Type::Path(path) = kind
         && let Some(last) = path.path.segments.last()
@@ -159,7 +161,7 @@ fn argument(kind: &Type) -> Result<Type> {
     Err(Error::new_spanned(kind, "expected a port such as `Output<Twist2>`"))
 }
 
-/// A duration such as `20ms`, in nanoseconds.
+/// Parses a duration such as `20ms`, ns.
 pub fn nanoseconds(text: &LitStr) -> Result<u64> {
     let value = text.value();
     let wrong = || Error::new(text.span(), "expected a duration such as \"20ms\" (ns, us, ms, s, min)");

@@ -1,4 +1,4 @@
-//! A struct as an interface: its descriptor, and how its memory is read.
+//! Struct as an interface: its descriptor, and the access to its memory.
 
 use proc_macro2::TokenStream as Tokens;
 use quote::{format_ident, quote};
@@ -9,7 +9,7 @@ use syn::{Data, DeriveInput, Error, Field, Fields, Ident, Result, Type};
 use crate::attributes::{documentation, take_unit};
 use crate::root;
 
-/// A struct with its descriptor; `default` says whether all zero is its default.
+/// Generates a struct with its descriptor; `default` if all zero is its default.
 pub fn structure(mut input: DeriveInput, ros: &str, default: bool) -> Result<Tokens> {
     let root = root();
     let name = input.ident.clone();
@@ -55,30 +55,30 @@ pub fn structure(mut input: DeriveInput, ros: &str, default: bool) -> Result<Tok
     })
 }
 
-/// The struct of all fields but the tail.
+/// Returns the name of the struct of all fields but the tail.
 fn head() -> Ident {
     format_ident!("Head")
 }
 
-/// The fields of an interface.
+/// Fields of an interface.
 struct FieldLayout {
     /// Names of all fields but the tail.
     names: Vec<Ident>,
     /// Their types.
     types: Vec<Type>,
-    /// What the descriptor says of each field.
+    /// Entries of the descriptor, one for each field.
     entries: Vec<Tokens>,
     tail: Option<TailField>,
 }
 
-/// The last field, when it is a slice.
+/// Tail: the last field, if it is a slice.
 struct TailField {
     name: Ident,
     item: Type,
 }
 
 impl FieldLayout {
-    /// Takes the fields of a struct, and what only this macro reads of them out of it.
+    /// Takes the fields of a struct, and removes the attributes for this macro alone.
     fn take(input: &mut DeriveInput, root: &Tokens) -> Result<Self> {
         let name = input.ident.clone();
         let Data::Struct(data) = &mut input.data else {
@@ -128,7 +128,7 @@ impl FieldLayout {
         Ok(())
     }
 
-    /// How the memory of an interface with a tail is read.
+    /// Generates the memory access of an interface with a tail.
     fn tailed_access(&self, name: &Ident, tail: &TailField) -> Tokens {
         let (names, tail_field, name_text) = (&self.names, &tail.name, name.to_string());
         let tail_name = tail_field.unraw().to_string();
@@ -160,7 +160,7 @@ impl FieldLayout {
     }
 }
 
-/// How the memory of an interface without a tail is read.
+/// Generates the memory access of an interface without a tail.
 fn plain_access(name: &Ident) -> Tokens {
     quote! {
         // SAFETY: `repr(C)` with plain fields, the same as of the head.
@@ -197,8 +197,9 @@ fn zero_default(name: &Ident) -> Tokens {
     }
 }
 
-/// Lets the tail begin where the head ends, its padding included: fields of a struct with a tail are written in place, so
-/// that nobody names this one.
+/// Adds a hidden field so that the tail begins at the end of the head.
+/// The end includes the head's padding. Fields of a struct with a tail are written in place, so that nobody names the
+/// hidden one.
 fn align_tail(fields: &mut syn::FieldsNamed, types: &[Type], item: &Type, root: &Tokens) {
     let Some(tail) = fields.named.pop() else { return };
     let gap: syn::Field = syn::parse_quote! {

@@ -5,8 +5,9 @@ use super::{Service, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Priority, Refusal};
 
-/// The actuators of the agent, by name: how their gates stand, their stop, and commands to those whose configuration
-/// names this module, `modules = ["behaviour"]`. In a robot `r2` the name `wheels` means `r2/wheels`, if that is there.
+/// Actuators of the agent by name: gate states, stops and commands.
+/// It commands those whose configuration names this module, `modules = ["behaviour"]`. In a robot `r2` the name
+/// `wheels` means `r2/wheels`, if that exists.
 ///
 /// For a module that always commands the same actuators a [`Command`](crate::Command) port is better. A command is
 /// offered to the gate when the tick has ended well, and must be renewed in each tick, else it ends with the first tick
@@ -56,11 +57,11 @@ use crate::{Priority, Refusal};
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Actuators {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
     /// Lists the actuators, a line each.
     pub names: unsafe extern "C" fn(*mut (), *const Sink) -> i32,
-    /// How the gate of an actuator stands; the sink gets who has the lease.
+    /// Returns the state of an actuator's gate; the sink gets the lease's holder.
     pub state: unsafe extern "C" fn(*mut (), Bytes, *mut ActuatorState, *const Sink) -> i32,
     /// Stops an actuator, or all for an empty name, with that reason.
     pub stop: unsafe extern "C" fn(*mut (), Bytes, Bytes, *const Sink) -> i32,
@@ -76,59 +77,61 @@ unsafe impl Service for Actuators {
     );
 }
 
-/// How the gate of an actuator stands.
+/// State of an actuator's gate.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ActuatorState {
-    /// One of [`ActuatorState::DISARMED`] and the others.
+    /// Mode: [`ActuatorState::DISARMED`] or another one.
     pub mode: u32,
-    /// How urgent the last command of the lease's holder was, as in [`Priority`]; 0 when nobody has a lease.
+    /// Priority of the last command of the lease's holder, as in [`Priority`].
+    /// 0 while nobody has a lease.
     pub priority: u32,
-    /// Whether this module has the lease.
+    /// 1 if this module has the lease.
     pub is_mine: u32,
-    /// Not used.
+    /// Reserved.
     pub reserved: u32,
 }
 
 impl ActuatorState {
-    /// No command passes until the gate is armed.
+    /// Mode in which no command passes until the gate is armed.
     pub const DISARMED: u32 = 0;
-    /// Commands pass.
+    /// Mode in which commands pass.
     pub const ARMED: u32 = 1;
-    /// No command passes until the stop is reset and the gate is armed.
+    /// Mode in which no command passes until the stop is reset and the gate is armed.
     pub const STOPPED: u32 = 2;
 
-    /// Whether commands pass.
+    /// Returns true if commands pass.
     pub fn is_armed(&self) -> bool {
         self.mode == Self::ARMED
     }
 
-    /// Whether it is stopped.
+    /// Returns true if it is stopped.
     pub fn is_stopped(&self) -> bool {
         self.mode == Self::STOPPED
     }
 
-    /// Whether somebody has the lease.
+    /// Returns true if the lease is taken.
     pub fn is_leased(&self) -> bool {
         self.priority != 0
     }
 
-    /// Whether this module has the lease.
+    /// Returns true if this module has the lease.
     pub fn is_mine(&self) -> bool {
         self.is_mine != 0
     }
 }
 
 impl Actuators {
-    /// The names of all actuators, in alphabetical order.
+    /// Returns the names of all actuators, in alphabetical order.
     pub fn names(&self) -> Vec<String> {
         // SAFETY: everything lives during the call.
         let (_, text) = answered(|sink| unsafe { (self.names)(self.context, sink) });
         text.lines().map(str::to_owned).collect()
     }
 
-    /// How the gate of an actuator stands now, and who has the lease: the path of a command, such as
-    /// `execute/wheels`, or of a module with this aspect; empty when nobody has it.
+    /// Returns the present state of an actuator's gate, and the lease's holder.
+    /// The holder is the path of a command, such as `execute/wheels`, or of a module with this aspect; empty without
+    /// one.
     ///
     /// # Errors
     /// When there is no such actuator.
@@ -140,8 +143,9 @@ impl Actuators {
         if code == DONE { Ok((state, text)) } else { Err(Refusal(text)) }
     }
 
-    /// Stops an actuator at once, and not only when the tick has ended: it gets its safe command until somebody resets
-    /// and arms it, which no module can. It stays stopped also when this tick then fails.
+    /// Stops an actuator at once, and not only at the end of the tick.
+    /// It gets its safe command until somebody resets and arms it, which no module can. It stays stopped also when this
+    /// tick then fails.
     ///
     /// # Errors
     /// When there is no such actuator.
@@ -159,8 +163,8 @@ impl Actuators {
         answered(|sink| unsafe { (self.stop)(self.context, Bytes::NONE, Bytes::of(reason), sink) });
     }
 
-    /// Offers a command to an actuator at the end of this tick; of several to one actuator the last one counts. Whether
-    /// it passes is the gate's matter, and seen in its [`state`](Actuators::state) from the next tick on.
+    /// Offers a command to an actuator at the end of this tick; the last one counts.
+    /// The gate decides if it passes; its [`state`](Actuators::state) shows that from the next tick on.
     ///
     /// # Errors
     /// When there is no such actuator, its configuration does not name this module, or it has another interface.

@@ -1,24 +1,25 @@
 use crate::table::DONE;
 
-/// It is not done yet.
+/// Code of a request that is not done yet.
 pub const PENDING: i32 = 5;
 
-/// What came of a request to the host.
+/// Answer of the host to a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RequestAnswer {
-    /// Not done yet.
+    /// Pending request.
     Pending,
-    /// Done; the text says what happened.
+    /// Done; the text describes the result.
     Done(String),
-    /// Nothing was changed, for that reason.
+    /// Refused for that reason; nothing was changed.
     Refused(String),
-    /// There was no such request: it was one of a tick that failed, of an earlier instance of the module, or one of so
-    /// long ago that its answer was given up.
+    /// Unknown request.
+    /// It was one of a tick that failed, of an earlier instance of the module, or so long ago that its answer was
+    /// dropped.
     Unknown,
 }
 
 impl RequestAnswer {
-    /// From the code that a service returned, and the text with it.
+    /// Converts the code and the text of a service.
     pub(super) fn from_code(code: i32, text: String) -> Self {
         match code {
             DONE => Self::Done(text),

@@ -7,30 +7,33 @@ use super::{Service, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Refusal, portable};
 
-/// Properties that are chosen at run time, by path and interface; for everything that configuration can say, links are
-/// better.
+/// Access to properties chosen at run time, by path and interface.
+/// Links are better for everything that configuration can say.
 ///
-/// What is read is the same during a whole tick, and what is written is seen after it. The handles belong to the host:
-/// a path is opened when it is used first, and closed with the module.
+/// Values read are the same during a whole tick, and values written are visible after it. The handles belong to the
+/// host: a path is opened at its first use, and closed with the module.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BlackBoard {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
-    /// Looks at the newest value of a path, which must have that schema; [`ABSENT`] when nothing is there.
+    /// Reads the newest value of a path of that schema; [`ABSENT`] if none exists.
     pub read: unsafe extern "C" fn(*mut (), Bytes, u64, *mut Seen, *const Sink) -> i32,
-    /// Writes a path. The interface is only looked at when the path is opened, and may be left out before that, for
-    /// which the answer is [`DESCRIBE`].
+    /// Writes a path.
+    /// The interface is only read when the path is opened, and may be left out before that, for which the answer is
+    /// [`DESCRIBE`].
     pub write: unsafe extern "C" fn(*mut (), Bytes, u64, Bytes, Bytes, usize, *const Sink) -> i32,
-    /// Lists the paths that a pattern means, a line each; of that schema, or of any for 0.
+    /// Lists the paths that match a pattern, a line each.
+    /// Only those of that schema, or all for 0.
     pub matching: unsafe extern "C" fn(*mut (), Bytes, u64, *const Sink) -> i32,
-    /// The next event of the properties that a pattern means, from its first use on.
+    /// Returns the next event of the properties that match a pattern.
+    /// Events count from its first use on.
     pub event: unsafe extern "C" fn(*mut (), Bytes, *mut BoardEvent, *const Sink) -> i32,
 }
 
-/// Nothing is there, or nothing happened.
+/// Absence of a property, or of an event.
 pub const ABSENT: i32 = 2;
-/// The interface must be described.
+/// Request to describe the interface.
 pub const DESCRIBE: i32 = 3;
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
@@ -39,52 +42,52 @@ unsafe impl Service for BlackBoard {
         &service("blackboard 1", "Opens properties at run time, by path and interface.");
 }
 
-/// A value as the host shows it.
+/// Value as the host shows it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
-    /// The value; null before the first write.
+    /// Value; null before the first write.
     pub data: *const u8,
-    /// Its tail items.
+    /// Number of tail items.
     pub items: usize,
-    /// When it was written.
+    /// Stamp of the write.
     pub stamp: Stamp,
-    /// Whether an earlier tick did not see it.
+    /// 1 if no earlier tick has read it.
     pub new: u32,
-    /// Whether it has a writer now.
+    /// 1 if it has a writer now.
     pub alive: u32,
 }
 
-/// What happened to a property.
+/// Event of a property.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BoardEvent {
-    /// Which of [`BoardEvent::APPEARED`] and the others.
+    /// Kind of the event: [`BoardEvent::APPEARED`] or another one.
     pub what: u32,
-    /// Not used.
+    /// Reserved.
     pub reserved: u32,
-    /// The generation of a writer.
+    /// Generation of a writer.
     pub generation: u64,
     /// Events that were lost before this one.
     pub missed: u64,
 }
 
 impl BoardEvent {
-    /// The property is there.
+    /// Property added.
     pub const APPEARED: u32 = 1;
-    /// The property is gone.
+    /// Property removed.
     pub const VANISHED: u32 = 2;
-    /// It has a writer.
+    /// Writer added.
     pub const WRITER_CAME: u32 = 3;
-    /// It has no writer any more.
+    /// Writer removed.
     pub const WRITER_LEFT: u32 = 4;
-    /// Somebody reads it.
+    /// Reader added.
     pub const READER_CAME: u32 = 5;
-    /// Somebody no longer reads it.
+    /// Reader removed.
     pub const READER_LEFT: u32 = 6;
 }
 
-/// A value of a property, the same during a whole tick.
+/// Value of a property, the same during a whole tick.
 #[derive(Debug)]
 pub struct Sample<'a, T: Interface + ?Sized> {
     seen: Seen,
@@ -92,17 +95,17 @@ pub struct Sample<'a, T: Interface + ?Sized> {
 }
 
 impl<T: Interface + ?Sized> Sample<'_, T> {
-    /// When it was written.
+    /// Returns the stamp of the write.
     pub fn stamp(&self) -> Stamp {
         self.seen.stamp
     }
 
-    /// Whether this module's last tick did not see it.
+    /// Returns true if this module's last tick did not read it.
     pub fn is_new(&self) -> bool {
         self.seen.new != 0
     }
 
-    /// Whether the property has a writer now.
+    /// Returns true if the property has a writer now.
     pub fn has_writer(&self) -> bool {
         self.seen.alive != 0
     }
@@ -118,8 +121,8 @@ impl<T: Interface + ?Sized> std::ops::Deref for Sample<'_, T> {
 }
 
 impl BlackBoard {
-    /// The newest value at a path of this agent, such as `/localizer/pose`; nothing when no property is there, or it
-    /// was never written.
+    /// Returns the newest value at a path of this agent, such as `/localizer/pose`.
+    /// `None` if no property exists there, or it was never written.
     ///
     /// # Errors
     /// When the property is of another interface, or serves no more readers.
@@ -138,8 +141,9 @@ impl BlackBoard {
         }
     }
 
-    /// Writes a property, which readers see after this tick. A path without a slash at its beginning lies below the
-    /// module's own, such as `/tracker/object-1`; another one must not lie below another module's.
+    /// Writes a property, which readers see after this tick.
+    /// A path without a leading slash lies below the module's own, such as `/tracker/object-1`; another one must not
+    /// lie below another module's.
     ///
     /// # Errors
     /// When the path has another writer or interface, or belongs to another module.
@@ -162,8 +166,8 @@ impl BlackBoard {
         if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
     }
 
-    /// The paths of properties of an interface that a pattern means: `*` stands for one part of a path, `**` for any
-    /// number of parts.
+    /// Returns the paths of properties of an interface that match a pattern.
+    /// `*` stands for one part of a path, `**` for any number of parts.
     ///
     /// # Errors
     /// When it is no pattern.
@@ -175,7 +179,8 @@ impl BlackBoard {
         if code == DONE { Ok(text.lines().map(str::to_owned).collect()) } else { Err(Refusal(text)) }
     }
 
-    /// The next thing that happened to the properties that a pattern means, with the path; from the first call on.
+    /// Returns the next event of the properties that match a pattern, with the path.
+    /// Events count from the first call on.
     ///
     /// # Errors
     /// When it is no pattern.
@@ -192,7 +197,7 @@ impl BlackBoard {
     }
 }
 
-/// Makes a call of a service with a sink for text: what it returned, and what it wrote.
+/// Makes a call of a service with a sink for text; returns its result and the text.
 pub fn answered(call: impl FnOnce(*const Sink) -> i32) -> (i32, String) {
     let mut written = Vec::new();
     let sink = Sink::into(&mut written);

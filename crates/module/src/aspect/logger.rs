@@ -4,7 +4,7 @@ use super::{Service, service};
 use crate::Level;
 use crate::table::Bytes;
 
-/// Decides what is logged; to write to the log needs no aspect.
+/// Settings of the log; writing to the log needs no aspect.
 ///
 /// ```
 /// use slate_module::Level;
@@ -47,13 +47,14 @@ use crate::table::Bytes;
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Logger {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
-    /// The level of a module.
+    /// Returns the level of a module.
     pub level: unsafe extern "C" fn(*mut (), Bytes) -> u32,
-    /// Changes the level of a module, or of all that have none of their own for an empty name, after the tick.
+    /// Sets the level of a module, after the tick.
+    /// An empty name sets all modules that have no level of their own.
     pub set_level: unsafe extern "C" fn(*mut (), Bytes, u32),
-    /// How many lines were lost.
+    /// Returns the number of lines dropped.
     pub dropped: unsafe extern "C" fn(*mut ()) -> u64,
 }
 
@@ -63,20 +64,21 @@ unsafe impl Service for Logger {
 }
 
 impl Logger {
-    /// The level of a module.
+    /// Returns the level of a module.
     pub fn level(&self, module: &str) -> Level {
         // SAFETY: the name lives during the call.
         Level::from_number(unsafe { (self.level)(self.context, Bytes::of(module)) })
     }
 
-    /// Changes the level of a module and of all whose names go on from that one, such as `r2` for `r2/planner`; or,
-    /// without a name, of all modules that no level names. After this tick, unless it fails.
+    /// Sets the log level of a module and of all below its name, after this tick.
+    /// `r2` also sets `r2/planner`; without a name, it sets all modules that no level names. A tick that fails sets
+    /// nothing.
     pub fn set_level(&self, module: Option<&str>, level: Level) {
         // SAFETY: the name lives during the call.
         unsafe { (self.set_level)(self.context, Bytes::of(module.unwrap_or_default()), level as u32) }
     }
 
-    /// How many lines of all modules were dropped because the targets were too slow.
+    /// Returns the number of lines of all modules dropped as the targets were too slow.
     pub fn dropped(&self) -> u64 {
         // SAFETY: the host keeps its side as long as the module.
         unsafe { (self.dropped)(self.context) }

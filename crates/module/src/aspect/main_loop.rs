@@ -7,78 +7,78 @@ use super::{Service, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Refusal, Stage};
 
-/// The main loop: a module brings other stages, or says which one comes next, and so replaces the loop while the agent
-/// runs. It never owns the loop's thread.
+/// Main loop of the agent, whose stages or order a module may take over.
+/// It replaces the loop while the agent runs, but never owns the loop's thread.
 ///
 /// One module of an agent has it. When that gives it back, fails, hangs, is switched off, reloaded or unloaded, the
 /// stages of before follow one another again from the next cycle on.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct MainLoop {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
-    /// Takes the loop with that many stages and a policy; the sink gets why not. In any case the policy is the host's
-    /// from then on, which ends it when it is no longer needed.
+    /// Takes the loop with that many stages and a policy; the sink gets a refusal.
+    /// In any case the policy is the host's from then on, which ends it when it is no longer needed.
     pub take: unsafe extern "C" fn(*mut (), *const StageTable, usize, PolicyTable, *const Sink) -> i32,
     /// Takes the loop with a policy over the stages that the agent has.
     pub take_order: unsafe extern "C" fn(*mut (), PolicyTable),
     /// Gives the loop back.
     pub give_back: unsafe extern "C" fn(*mut ()),
-    /// Whether this module has the loop, or has asked for it.
+    /// Returns 1 if this module has the loop, or has asked for it.
     pub has: unsafe extern "C" fn(*mut ()) -> i32,
 }
 
-/// A stage of the loop, as the host reads it during a call.
+/// Stage of the loop, as the host reads it during a call.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct StageTable {
-    /// Its name.
+    /// Name.
     pub name: Bytes,
-    /// The stages of modules that it runs, in order: their numbers among the ten, from 0.
+    /// Stages of modules that it runs, in order: their numbers among the ten, from 0.
     pub members: *const u32,
-    /// How many.
+    /// Number of members.
     pub member_count: usize,
-    /// How long it may take, nanoseconds of the wall clock; 0 for as long as it takes.
+    /// Timeout, ns of the wall clock; 0 for none.
     pub timeout: u64,
 }
 
-/// A stage of the loop that a module brings.
+/// Stage of the loop that a module defines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LoopStage<'a> {
-    /// Its name: up to 32 letters, digits and `_`.
+    /// Name: up to 32 letters, digits and `_`.
     pub name: &'a str,
-    /// The stages of modules that it runs, in order.
+    /// Stages of modules that it runs, in order.
     pub members: &'a [Stage],
-    /// How long it may take on the wall clock; when that is over, its running module counts as late, and those that
-    /// have not begun are left out.
+    /// Timeout on the wall clock; `None` for none.
+    /// After it the running module counts as late, and those that have not begun are left out.
     pub timeout: Option<Duration>,
 }
 
-/// A policy as the host calls it, between two stages and in one thread at a time.
+/// Policy as the host calls it, between two stages and in one thread at a time.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct PolicyTable {
-    /// Given back to each call.
+    /// Owner, passed to each call.
     pub owner: *mut (),
-    /// The number of the next stage; -1 at the end of the cycle, -2 after a panic.
+    /// Returns the index of the next stage; -1 at the cycle's end, -2 after a panic.
     pub next: unsafe extern "C" fn(*mut (), *const LoopPlace) -> i32,
     /// Ends the policy.
     pub end: unsafe extern "C" fn(*mut ()),
 }
 
-/// Where the main loop stands, as a policy sees it.
+/// Position of the main loop, for a policy.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct LoopPlace {
-    /// The names of the stages, in their order.
+    /// Names of the stages, in order.
     pub stages: *const Bytes,
-    /// How many stages there are.
+    /// Number of stages.
     pub stage_count: usize,
-    /// The stage that has ended; -1 at the beginning of a cycle.
+    /// Stage that has ended; -1 at the beginning of a cycle.
     pub after: i32,
-    /// Not used.
+    /// Reserved.
     pub reserved: u32,
-    /// The agent's time, nanoseconds.
+    /// Agent's time, ns.
     pub now: u64,
     /// Counts cycles from 1.
     pub cycle: u64,
@@ -91,7 +91,7 @@ unsafe impl Service for MainLoop {
 }
 
 impl LoopPlace {
-    /// The number of the stage of that name.
+    /// Returns the index of the stage of that name.
     pub fn find(&self, name: &str) -> Option<usize> {
         (0..self.stage_count).find(|index| {
             // SAFETY: the host points to so many names, which live during the call.
@@ -99,13 +99,13 @@ impl LoopPlace {
         })
     }
 
-    /// The stage that has ended; none at the beginning of a cycle.
+    /// Returns the stage that has ended; `None` at the beginning of a cycle.
     pub fn after(&self) -> Option<usize> {
         usize::try_from(self.after).ok()
     }
 }
 
-/// Says which stage of the main loop comes next.
+/// Policy that selects the next stage of the main loop.
 ///
 /// ```
 /// use slate_module::aspect::{LoopPlace, Policy};
@@ -124,13 +124,13 @@ impl LoopPlace {
 /// }
 /// ```
 pub trait Policy: Send + 'static {
-    /// The number of the stage that comes next, or none when the cycle is at its end. A stage may be left out or come
-    /// again. After a panic the policy is ended.
+    /// Returns the index of the next stage; `None` at the end of the cycle.
+    /// A stage may be left out or come again. After a panic the policy is ended.
     fn next(&mut self, place: &LoopPlace) -> Option<usize>;
 }
 
 impl PolicyTable {
-    /// The table of a policy, which the host ends.
+    /// Returns the table of a policy, which the host ends.
     fn of<P: Policy>(policy: P) -> Self {
         unsafe extern "C" fn next<P: Policy>(owner: *mut (), place: *const LoopPlace) -> i32 {
             // SAFETY: made from a box below, and the host calls it in one thread at a time.
@@ -155,7 +155,8 @@ impl PolicyTable {
 }
 
 impl MainLoop {
-    /// Takes the loop, if this tick ends well: it has these stages then, of which `policy` says the next one.
+    /// Takes the loop with these stages and a policy, unless this tick fails.
+    /// `policy` selects the next of them.
     ///
     /// In lockstep that holds from the next cycle on. On the wall clock the plan for the stages is made beside the loop,
     /// and holds some cycles later; until then all is as before.
@@ -184,28 +185,29 @@ impl MainLoop {
         if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
     }
 
-    /// Takes the loop with the stages that the agent has, if this tick ends well: from the next cycle on `policy` says
-    /// which one comes next.
+    /// Takes the loop with its present stages and a policy, unless this tick fails.
+    /// From the next cycle on `policy` selects the next stage.
     pub fn take_order<P: Policy>(&self, policy: P) {
         // SAFETY: the host's table lives as long as the module, and ends the policy once.
         unsafe { (self.take_order)(self.context, PolicyTable::of(policy)) }
     }
 
-    /// Gives the loop back: from the next cycle on the stages of before follow one another again.
+    /// Gives the loop back.
+    /// From the next cycle on the stages of before follow one another again.
     pub fn give_back(&self) {
         // SAFETY: the host's table lives as long as the module.
         unsafe { (self.give_back)(self.context) }
     }
 
-    /// Whether this module has the loop, or will have it as soon as there is a plan for its stages. What this tick asks
-    /// for is not seen before the next one.
+    /// Returns true if this module has the loop, or will have it.
+    /// It will as soon as there is a plan for its stages. A request of this tick is not seen before the next one.
     pub fn has(&self) -> bool {
         // SAFETY: as above.
         unsafe { (self.has)(self.context) != 0 }
     }
 }
 
-/// So many nanoseconds; a time that is too long for the number is as good as for ever.
+/// Returns a duration in ns; the maximum if it is too long.
 fn nanoseconds(duration: Duration) -> u64 {
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }

@@ -1,5 +1,5 @@
-//! What a module may need that can be missing: a port of another kind. It is declared among the ports, is there before
-//! the first tick, and what provides it can't be unloaded while it is used.
+//! Aspects: services that a module needs, declared as ports.
+//! An aspect is available before the first tick, and its provider can't be unloaded while it is used.
 //!
 //! An aspect is a [`Service`]: a constant table of C calls. The host has some ([`BlackBoard`], [`Threads`], ...); a
 //! module brings another one with a [`Provider`] port, and modules with an [`Aspect`] port for the same service run
@@ -9,7 +9,7 @@
 //! use slate_module::aspect::{Aspect, Provider, Service, service};
 //! use slate_module::prelude::*;
 //!
-//! /// Tells how bright it is.
+//! /// Measures illuminance.
 //! #[repr(C)]
 //! #[derive(Clone, Copy)]
 //! pub struct LightMeter {
@@ -19,7 +19,7 @@
 //! // SAFETY: plain C data; reading a constant is possible from any thread.
 //! unsafe impl Service for LightMeter {
 //!     const DESCRIPTOR: &'static slate_module::blackboard::interface::Descriptor =
-//!         &service("light_meter 1", "Tells how bright it is.");
+//!         &service("light_meter 1", "Measures illuminance.");
 //! }
 //! impl LightMeter {
 //!     /// Lux.
@@ -111,7 +111,7 @@ pub use transforms::{LATEST, RigidTransform, Transforms};
 
 use crate::{Direction, Flags, Port, PortCursor, PortDescription, PortSlot};
 
-/// A table of C calls, with its context, that one module or the host provides and others use.
+/// Service: a table of C calls with their context, of a module or of the host.
 ///
 /// # Safety
 /// The type is `repr(C)`, its layout and the meaning of its calls are fixed by the name in [`DESCRIPTOR`]
@@ -123,7 +123,8 @@ pub unsafe trait Service: Copy + 'static {
     const DESCRIPTOR: &'static Descriptor;
 }
 
-/// The descriptor of a service: its name and version, such as `camera 1`, and what it is for.
+/// Returns the descriptor of a service with its name, version and purpose.
+/// `name` includes the version, such as `camera 1`.
 pub const fn service(name: &'static str, doc: &'static str) -> Descriptor {
     Descriptor { name, doc, ros: "", fields: &[], size: 0, align: 1, hash: schema_hash(name, &[]) }
 }
@@ -143,7 +144,7 @@ fn described<S: Service>(name: &str, doc: &str, direction: Direction) -> PortDes
     }
 }
 
-/// A service that the module needs; it runs only while that is provided.
+/// Service that the module needs; it runs only while that is provided.
 #[derive(Debug)]
 pub struct Aspect<S: Service> {
     slot: *const PortSlot,
@@ -171,7 +172,7 @@ impl<S: Service> Deref for Aspect<S> {
     }
 }
 
-/// A service that the module brings to others.
+/// Service that the module provides to others.
 #[derive(Debug)]
 pub struct Provider<S: Service> {
     slot: *const PortSlot,
@@ -190,14 +191,14 @@ impl<S: Service> Port for Provider<S> {
     }
 }
 
-/// What the host offers a provider; a [`PortSlot`] points to it.
+/// Calls of the host for a provider; a [`PortSlot`] points to it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct ProviderTable {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
-    /// Takes a table of so many bytes, and its owner, which is dropped by the call that goes with it when nobody uses
-    /// the service any more.
+    /// Takes a table of a size in bytes, its owner and the owner's drop call.
+    /// The drop call is made when nobody uses the service any more.
     pub provide: unsafe extern "C" fn(*mut (), *const u8, usize, *mut (), unsafe extern "C" fn(*mut ())),
     /// Ends the service.
     pub withdraw: unsafe extern "C" fn(*mut ()),
@@ -214,14 +215,15 @@ impl<S: Service> Provider<S> {
         unsafe { &*self.slot().data.cast::<ProviderTable>() }
     }
 
-    /// Whether the service is provided; not before the first call of [`provide`](Provider::provide), nor after a
-    /// panic or an exchange of the module's code.
+    /// Returns true if the service is provided.
+    /// It is not before the first call of [`provide`](Provider::provide), nor after a panic or an exchange of the
+    /// module's code.
     pub fn is_provided(&self) -> bool {
         self.slot().flags.get() & Flags::SET != 0
     }
 
-    /// Provides the service from the end of this tick on. `owner` keeps what the table's context points to, and is
-    /// dropped when nobody uses the service any more.
+    /// Provides the service from the end of this tick on.
+    /// `owner` keeps the data of the table's context, and is dropped when nobody uses the service any more.
     pub fn provide<O: Send + 'static>(&self, service: S, owner: O) {
         unsafe extern "C" fn end<O>(owner: *mut ()) {
             // SAFETY: made from a box below, and dropped once.

@@ -7,12 +7,12 @@ use crate::table::{Bytes, DONE, Sink};
 
 /// Sockets that the host owns and closes with the module. No call waits.
 ///
-/// A socket is named by its address, as with the blackboard's paths: it is opened when it is named first, and from then
-/// on it is there. So a module keeps nothing of it in its state. Addresses are texts such as `192.168.0.7:9000` or
+/// A socket is named by its address, as with the blackboard's paths: it is opened at its first use, and stays open. So a
+/// module keeps nothing of it in its state. Addresses are texts such as `192.168.0.7:9000` or
 /// `[::1]:9000`; only [`connect`](Network::connect) takes a name in place of the number.
 ///
-/// What a tick sends goes out when the tick has ended well. What a tick receives was there at that moment of the wall
-/// clock, also in lockstep: a run that receives something can be repeated only when that was recorded, so write it to an
+/// Data of a tick is sent at the end of the tick, unless it fails. Received data is that of the present moment of the
+/// wall clock, also in lockstep: a run that receives data can be repeated only if that was recorded, so write it to an
 /// output.
 ///
 /// ```
@@ -63,20 +63,20 @@ use crate::table::{Bytes, DONE, Sink};
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Network {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
-    /// A socket of that address for datagrams.
+    /// Opens a UDP socket at that address.
     pub udp: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
-    /// A connection to that address; [`ABSENT`] while it is not made.
+    /// Connects to that address; [`ABSENT`] while it is not connected.
     pub connect: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
-    /// A listener at that address.
+    /// Opens a listener at that address.
     pub listen: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
-    /// The connection of that place that somebody made to a listener; [`ABSENT`] behind the last one.
+    /// Returns a listener's connection by index; [`ABSENT`] behind the last one.
     pub accepted: unsafe extern "C" fn(*mut (), u64, usize, *mut u64) -> i32,
     /// Sends bytes to an address, which is left out for a connection.
     pub send: unsafe extern "C" fn(*mut (), u64, Bytes, Bytes, *const Sink) -> i32,
-    /// Puts what has come into that room, with its length and, of a datagram, where it is from; [`ABSENT`] when nothing
-    /// has.
+    /// Receives data into a buffer, with its length; [`ABSENT`] if none has come.
+    /// For a datagram, also the sender's address.
     pub receive: unsafe extern "C" fn(
         *mut (),
         u64,
@@ -86,9 +86,9 @@ pub struct Network {
         *mut NetworkAddress,
         *const Sink,
     ) -> i32,
-    /// The own address of a socket, or the other end's.
+    /// Returns the own address of a socket, or the peer's.
     pub address: unsafe extern "C" fn(*mut (), u64, bool, *mut NetworkAddress, *const Sink) -> i32,
-    /// Closes a socket, after what was sent.
+    /// Closes a socket, after the pending data was sent.
     pub close: unsafe extern "C" fn(*mut (), u64),
 }
 
@@ -98,17 +98,17 @@ unsafe impl Service for Network {
         &service("network 1", "Sends and receives over UDP and TCP; no call waits.");
 }
 
-/// An address of the network: a number and a port, such as `192.168.0.7:9000`.
+/// Network address: host number and port, such as `192.168.0.7:9000`.
 pub type NetworkAddress = Text<64>;
 
-/// Bytes of a connection that wait to be sent at most.
+/// Maximum number of bytes of a connection that wait to be sent.
 pub const SEND_LIMIT: usize = 256 * 1024;
-/// Sockets that a module may have at a time.
+/// Maximum number of sockets that a module may have at a time.
 pub const SOCKET_LIMIT: usize = 64;
 
 impl Network {
-    /// The socket for datagrams at an address of this computer, such as `0.0.0.0:9000`; port 0 means any that is free. It
-    /// may send to the address of all, `255.255.255.255`.
+    /// Returns the UDP socket at an address of this computer, such as `0.0.0.0:9000`.
+    /// Port 0 means any that is free. It may send to the broadcast address, `255.255.255.255`.
     ///
     /// # Errors
     /// When it is no address, it is taken, or the module has too many sockets.
@@ -116,9 +116,9 @@ impl Network {
         Ok(Datagrams { network: self, socket: self.open(self.udp, address)?.unwrap_or_default() })
     }
 
-    /// The connection to an address, such as `base.local:7000`, or nothing while it is not made. That may take seconds
-    /// and happens beside the ticks; after it failed, or the connection ended, it is tried again by a call one second
-    /// later.
+    /// Returns the connection to an address, such as `base.local:7000`.
+    /// `None` while it is not made. That may take seconds and happens beside the ticks; after it failed, or the
+    /// connection ended, a call one second later tries again.
     ///
     /// # Errors
     /// Why it could not be made, until it is tried again.
@@ -127,7 +127,7 @@ impl Network {
         Ok(socket.map(|socket| Connection { network: self, socket }))
     }
 
-    /// The listener at an address of this computer, which others connect to.
+    /// Returns the listener at an address of this computer, for connections by others.
     ///
     /// # Errors
     /// As for [`udp`](Network::udp).
@@ -187,7 +187,7 @@ impl Network {
     }
 }
 
-/// A socket for datagrams (UDP).
+/// UDP socket for datagrams.
 #[derive(Clone, Copy, Debug)]
 pub struct Datagrams<'a> {
     network: &'a Network,
@@ -195,8 +195,9 @@ pub struct Datagrams<'a> {
 }
 
 impl Datagrams<'_> {
-    /// Sends a datagram at the end of this tick, to an address such as `192.168.0.7:9000`. It may get lost, as datagrams
-    /// do: also here, when the system has no room for it.
+    /// Sends a datagram at the end of this tick.
+    /// `to` is an address such as `192.168.0.7:9000`.  It may get lost, as datagrams do: also here, when the system has
+    /// no room for it.
     ///
     /// # Errors
     /// When it is no address, the datagram is too long (65507 bytes), or too much waits for the end of this tick
@@ -205,15 +206,15 @@ impl Datagrams<'_> {
         self.network.send(self.socket, to, data)
     }
 
-    /// The next datagram that has come: its length and where it is from. What is longer than the buffer is cut.
+    /// Returns the next datagram's length and sender; a longer one is truncated.
     ///
     /// # Errors
-    /// What the system says, such as that nobody listens where a datagram was sent.
+    /// The system's error, such as a datagram to an address on which nobody listens.
     pub fn receive(&self, buffer: &mut [u8]) -> Result<Option<(usize, NetworkAddress)>, Refusal> {
         self.network.receive(self.socket, buffer)
     }
 
-    /// The own address, with the port that was free.
+    /// Returns the own address, with the port that was free.
     ///
     /// # Errors
     /// When it was closed.
@@ -221,13 +222,13 @@ impl Datagrams<'_> {
         self.network.address(self.socket, false)
     }
 
-    /// Closes it at the end of this tick.
+    /// Closes the socket at the end of this tick.
     pub fn close(self) {
         self.network.close(self.socket);
     }
 }
 
-/// A connection (TCP).
+/// TCP connection.
 #[derive(Clone, Copy, Debug)]
 pub struct Connection<'a> {
     network: &'a Network,
@@ -235,8 +236,8 @@ pub struct Connection<'a> {
 }
 
 impl Connection<'_> {
-    /// Sends all of these bytes, or none. They go out from the end of this tick on, as fast as the other end takes them,
-    /// and only in this module's ticks.
+    /// Sends all of these bytes, or none.
+    /// They go out from the end of this tick on, as fast as the other end takes them, and only in this module's ticks.
     ///
     /// # Errors
     /// When too much waits ([`SEND_LIMIT`]), or the connection has ended.
@@ -244,7 +245,7 @@ impl Connection<'_> {
         self.network.send(self.socket, "", data)
     }
 
-    /// Puts bytes that have come into a buffer, and says how many they are: none for now is 0.
+    /// Receives bytes into a buffer; returns their number, 0 if none have come.
     ///
     /// # Errors
     /// When the connection has ended, and all that came before was received.
@@ -252,7 +253,7 @@ impl Connection<'_> {
         Ok(self.network.receive(self.socket, buffer)?.map_or(0, |(length, _)| length))
     }
 
-    /// The other end's address.
+    /// Returns the peer's address.
     ///
     /// # Errors
     /// When it was closed.
@@ -260,13 +261,13 @@ impl Connection<'_> {
         self.network.address(self.socket, true)
     }
 
-    /// Closes it at the end of this tick.
+    /// Closes the connection at the end of this tick.
     pub fn close(self) {
         self.network.close(self.socket);
     }
 }
 
-/// Where others connect to (TCP).
+/// TCP listener.
 #[derive(Clone, Copy, Debug)]
 pub struct Listener<'a> {
     network: &'a Network,
@@ -274,7 +275,8 @@ pub struct Listener<'a> {
 }
 
 impl<'a> Listener<'a> {
-    /// The connections that others have made, oldest first. One that has ended is among them until a call has said so.
+    /// Returns the accepted connections, oldest first.
+    /// One that has ended is among them until a call has reported that.
     pub fn connections(&self) -> impl Iterator<Item = Connection<'a>> + use<'a> {
         let (network, listener) = (self.network, self.socket);
         (0..).map_while(move |place| {
@@ -285,7 +287,7 @@ impl<'a> Listener<'a> {
         })
     }
 
-    /// The own address, with the port that was free.
+    /// Returns the own address, with the port that was free.
     ///
     /// # Errors
     /// When it was closed.
@@ -293,7 +295,7 @@ impl<'a> Listener<'a> {
         self.network.address(self.socket, false)
     }
 
-    /// Closes it and its connections at the end of this tick.
+    /// Closes the listener and its connections at the end of this tick.
     pub fn close(self) {
         self.network.close(self.socket);
     }

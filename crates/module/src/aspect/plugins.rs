@@ -6,8 +6,8 @@ use crate::table::{Bytes, DONE, Sink};
 
 /// Loads, unloads and reloads the plugins of the agent.
 ///
-/// A tick asks and never waits: a thread of the host does it, between two cycles, and a later tick finds out what came
-/// of it. When that is does not depend on the agent's time, so it is not part of what a run in lockstep can repeat.
+/// A tick makes a request and never waits: a thread of the host executes it between two cycles, and a later tick reads
+/// the answer. The moment does not depend on the agent's time, so it is not reproducible in lockstep.
 ///
 /// ```
 /// use slate_module::aspect::{Aspect, PluginAnswer, Plugins};
@@ -44,14 +44,17 @@ use crate::table::{Bytes, DONE, Sink};
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Plugins {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
-    /// Asks for a change ([`Plugins::LOAD`] and the others) of that plugin, after the tick; the number of the request.
+    /// Requests a change of a plugin after the tick; returns the request's number.
+    /// The change is [`Plugins::LOAD`] or another one.
     pub ask: unsafe extern "C" fn(*mut (), u32, Bytes) -> u64,
-    /// What came of a request: [`DONE`], [`REFUSED`](crate::table::REFUSED), [`PENDING`](super::PENDING), with a text;
-    /// [`ABSENT`](super::ABSENT) for no request.
+    /// Returns the answer to a request, with a text.
+    /// It is [`DONE`], [`REFUSED`](crate::table::REFUSED), [`PENDING`](super::PENDING), or [`ABSENT`](super::ABSENT)
+    /// for an unknown request.
     pub answer: unsafe extern "C" fn(*mut (), u64, *const Sink) -> i32,
-    /// Lists the plugins, a line each: name, version, and whether it is loaded (`1` or `0`), with tabs between.
+    /// Lists the plugins, a line each: name, version, `1` if loaded else `0`.
+    /// Tabs separate them.
     pub list: unsafe extern "C" fn(*mut (), *const Sink),
 }
 
@@ -60,17 +63,17 @@ unsafe impl Service for Plugins {
     const DESCRIPTOR: &'static Descriptor = &service("plugins 1", "Loads, unloads and reloads plugins.");
 }
 
-/// What came of a request for a change of plugins.
+/// Answer to a request for a change of plugins.
 pub type PluginAnswer = RequestAnswer;
 
-/// A plugin of the agent.
+/// Plugin of the agent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PluginEntry {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its version; empty when it is not loaded.
+    /// Version; empty if it is not loaded.
     pub version: String,
-    /// Whether it is loaded; else it is only known from the configuration.
+    /// True if it is loaded; else it is only known from the configuration.
     pub loaded: bool,
 }
 
@@ -87,30 +90,32 @@ impl Plugins {
         unsafe { (self.ask)(self.context, what, Bytes::of(name)) }
     }
 
-    /// Asks for a plugin of the configuration, or a list of plugins, to be loaded, with those that it needs. It is asked
-    /// for after this tick, unless that fails. Returns the number of the request.
+    /// Requests to load a plugin of the configuration, with those that it needs.
+    /// It may also be a list of plugins. The request is made after this tick, unless that fails. Returns the number of
+    /// the request.
     pub fn load(&self, name: &str) -> u64 {
         self.ask(Self::LOAD, name)
     }
 
-    /// As [`load`](Plugins::load), for a plugin to be unloaded. The module's own is refused.
+    /// Acts as [`load`](Plugins::load), to unload a plugin; its own is refused.
     pub fn unload(&self, name: &str) -> u64 {
         self.ask(Self::UNLOAD, name)
     }
 
-    /// As [`load`](Plugins::load), for a plugin's code to be exchanged with what its library is now.
+    /// Acts as [`load`](Plugins::load), to reload a plugin's code from its library.
     pub fn reload(&self, name: &str) -> u64 {
         self.ask(Self::RELOAD, name)
     }
 
-    /// What came of a request; the last 64 are known.
+    /// Returns the answer to a request; the last 64 are known.
     pub fn answer(&self, request: u64) -> PluginAnswer {
         // SAFETY: everything lives during the call.
         let (code, text) = answered(|sink| unsafe { (self.answer)(self.context, request, sink) });
         RequestAnswer::from_code(code, text)
     }
 
-    /// The plugins that were loaded when this tick began, and those of the configuration that were not.
+    /// Returns the plugins loaded at the beginning of this tick, and all others known.
+    /// The others are those of the configuration.
     pub fn list(&self) -> Vec<PluginEntry> {
         // SAFETY: everything lives during the call.
         let (_, text) = answered(|sink| unsafe {

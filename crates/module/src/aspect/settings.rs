@@ -4,11 +4,12 @@ use super::blackboard::answered;
 use super::{RequestAnswer, Service, service};
 use crate::table::{Bytes, Sink};
 
-/// Changes the configuration of the agent while it runs: links, parameters, `enabled`, values of inputs, levels of the log.
+/// Changes of the agent's configuration at run time.
+/// Of links, parameters, `enabled`, values of inputs, levels of the log.
 ///
-/// A tick asks and never waits: the host makes the change between two cycles, checked as a whole like every change of a
-/// configuration, and a later tick finds out what came of it. In lockstep it is made at the end of the same cycle, so that a
-/// run repeats it.
+/// A tick makes a request and never waits: the host applies the changes between two cycles, checked as a whole like
+/// every change of a configuration, and a later tick reads the answer. In lockstep they are applied at the end of the
+/// same cycle, so that a run is reproducible.
 ///
 /// ```
 /// use slate_module::aspect::{RequestAnswer, Aspect, Settings};
@@ -45,12 +46,13 @@ use crate::table::{Bytes, Sink};
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
     /// Asks for changes, a line each, after the tick; the number of the request.
     pub ask: unsafe extern "C" fn(*mut (), Bytes) -> u64,
-    /// What came of a request: [`DONE`](crate::table::DONE), [`REFUSED`](crate::table::REFUSED),
-    /// [`PENDING`](super::PENDING), with a text; [`ABSENT`](super::ABSENT) for no request.
+    /// Returns the answer to a request, with a text.
+    /// It is [`DONE`](crate::table::DONE), [`REFUSED`](crate::table::REFUSED), [`PENDING`](super::PENDING), or
+    /// [`ABSENT`](super::ABSENT) for an unknown request.
     pub answer: unsafe extern "C" fn(*mut (), u64, *const Sink) -> i32,
 }
 
@@ -61,9 +63,9 @@ unsafe impl Service for Settings {
 }
 
 impl Settings {
-    /// Asks for changes, of which all are made or none. Each is a line: `path=value` as `slate config set` takes it, or a
-    /// `path` alone, which takes back what was changed at it and below it since the start. What is taken back comes first.
-    /// Returns the number of the request, which is made after this tick, unless that fails.
+    /// Requests changes, all of which are made or none; returns the request's number.
+    /// Each is a line: `path=value` as `slate config set` takes it, or a `path` alone, which reverts the changes at it
+    /// and below it since the start. Reverts come first. The request is made after this tick, unless that fails.
     pub fn change<'a>(&self, changes: impl IntoIterator<Item = &'a str>) -> u64 {
         let mut lines = String::new();
         for change in changes {
@@ -74,7 +76,8 @@ impl Settings {
         unsafe { (self.ask)(self.context, Bytes::of(&lines)) }
     }
 
-    /// What came of a request; the last 64 are known. What was done is told as by `slate config set`.
+    /// Returns the answer to a request; the last 64 are known.
+    /// Changes are reported as by `slate config set`.
     pub fn answer(&self, request: u64) -> RequestAnswer {
         // SAFETY: everything lives during the call.
         let (code, text) = answered(|sink| unsafe { (self.answer)(self.context, request, sink) });

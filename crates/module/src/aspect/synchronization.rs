@@ -5,7 +5,7 @@ use super::{Service, service};
 use crate::Refusal;
 use crate::table::{Bytes, DONE, Sink};
 
-/// Named points at which the module and threads outside the main loop fall in with each other.
+/// Synchronization points of the module and of threads outside the main loop.
 ///
 /// A tick emits and looks; it never waits. A thread of the module waits with
 /// [`Stop::wait_for`](super::Stop::wait_for).
@@ -40,11 +40,11 @@ use crate::table::{Bytes, DONE, Sink};
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Synchronization {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
     /// Emits a point after the tick.
     pub emit: unsafe extern "C" fn(*mut (), Bytes, *const Sink) -> i32,
-    /// How often a point was emitted.
+    /// Returns the number of emits of a point.
     pub count: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
 }
 
@@ -55,7 +55,8 @@ unsafe impl Service for Synchronization {
 }
 
 impl Synchronization {
-    /// Emits a point such as `/camera/image`, and those above it, after this tick and unless the tick fails.
+    /// Emits a point such as `/camera/image`, and those above it, after this tick.
+    /// A tick that fails emits nothing.
     ///
     /// # Errors
     /// When it is no name of a point, or there are too many.
@@ -65,8 +66,8 @@ impl Synchronization {
         if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
     }
 
-    /// How often a point or one below it was emitted until this tick, such as `/stage/Act/end`; counted from the first
-    /// time that anybody asked for it.
+    /// Returns the number of emits of a point or one below it until this tick.
+    /// A point is such as `/stage/Act/end`; it counts from the first request on.
     ///
     /// # Errors
     /// When it is no name of a point, or there are too many.

@@ -10,15 +10,15 @@ use crate::panics::{discard, panic_message};
 use crate::table::{Bytes, DONE, PANICKED, Sink};
 use crate::{Level, Refusal};
 
-/// Threads that the module owns: for a device that can only be waited for, or a computation that takes longer than a
-/// cycle.
+/// Threads of the module, for blocking devices and long computations.
+/// A long computation is one that takes more than a cycle.
 ///
-/// The host makes each thread, gives it its name and the agent's time, and tells it to stop when its module is
-/// unloaded, exchanges its code, panics, or the agent ends. A thread that does not stop within the time that `[loop]
-/// hang` says keeps its module from being unloaded. Tick and thread pass values to each other through a bounded ring
+/// The host makes each thread, gives it its name and the agent's time, and requests it to stop when its module is
+/// unloaded, exchanges its code, panics, or the agent ends. A thread that does not stop within the timeout `[loop] hang`
+/// keeps its module from being unloaded. Tick and thread pass values to each other through a bounded ring
 /// each way, without waiting for one another; a thread never sees ports, parameters or state.
 ///
-/// What a thread does is not part of what a run in lockstep can repeat; the log says so when one begins there.
+/// A thread is not part of the reproducible results of a run in lockstep; the log reports that when one starts there.
 ///
 /// ```
 /// use std::time::Duration;
@@ -73,24 +73,24 @@ use crate::{Level, Refusal};
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Threads {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
-    /// Begins a thread of that name after the tick, with rings of so many bytes.
+    /// Starts a thread of that name after the tick, with rings of a size in bytes.
     pub spawn: unsafe extern "C" fn(*mut (), Bytes, usize, ThreadBody, *const Sink) -> i32,
-    /// A [`ThreadState`].
+    /// Returns a [`ThreadState`].
     pub state: unsafe extern "C" fn(*mut (), Bytes) -> u32,
-    /// Tells a thread to stop.
+    /// Requests a thread to stop.
     pub stop: unsafe extern "C" fn(*mut (), Bytes),
-    /// Passes a thread a value of that schema, or answers [`FULL`].
+    /// Sends a value of that schema to a thread; [`FULL`] if there is no room.
     pub send: unsafe extern "C" fn(*mut (), Bytes, u64, Bytes, *const Sink) -> i32,
-    /// Takes a thread's next value, which must be of that schema and size; [`ABSENT`] when there is none.
+    /// Receives a thread's next value, of that schema and size; [`ABSENT`] if none.
     pub receive: unsafe extern "C" fn(*mut (), Bytes, u64, *mut u8, usize, *const Sink) -> i32,
 }
 
-/// There is no room now.
+/// Lack of room at present.
 pub const FULL: i32 = 4;
 
-/// Bytes of a thread's rings, unless it is made with another size.
+/// Size of a thread's rings by default, bytes.
 const ROOM: usize = 64 * 1024;
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
@@ -98,15 +98,15 @@ unsafe impl Service for Threads {
     const DESCRIPTOR: &'static Descriptor = &service("threads 1", "Lets a module own threads.");
 }
 
-/// What a thread does, once: either `run` is called, or `discard`.
+/// Body of a thread, used once: either `run` is called, or `discard`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct ThreadBody {
-    /// Given to the call.
+    /// Argument of the calls.
     pub data: *mut (),
-    /// The thread's life; 0, or -1 after a panic, which it has logged.
+    /// Runs the thread's body; 0, or -1 after a panic, which it has logged.
     pub run: unsafe extern "C" fn(*mut (), *const Stop) -> i32,
-    /// Drops what never began.
+    /// Drops a body that never ran.
     pub discard: unsafe extern "C" fn(*mut ()),
 }
 
@@ -131,23 +131,24 @@ impl ThreadBody {
     }
 }
 
-/// How a thread is.
+/// State of a thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum ThreadState {
     /// None of that name was ever begun.
     Absent = 0,
-    /// It runs, or begins after this tick; it may have been told to stop.
+    /// Running, or begins after this tick; a stop may have been requested.
     Running = 1,
-    /// It has ended by itself, or because it was told to stop.
+    /// Ended by itself, or by a requested stop.
     Ended = 2,
-    /// It has ended with a panic.
+    /// Ended by a panic.
     Panicked = 3,
 }
 
 impl Threads {
-    /// Begins a thread, after this tick and unless the tick fails. While the module's plugin is being unloaded or
-    /// reloaded that waits until it turns out whether the module stays.
+    /// Starts a thread after this tick, unless the tick fails.
+    /// While the module's plugin is being unloaded or reloaded, the start waits until it is known whether the module
+    /// stays.
     ///
     /// To make a thread takes time and memory: begin it once, and let it [wait](Stop::wait).
     ///
@@ -157,8 +158,8 @@ impl Threads {
         self.spawn_with_room(name, ROOM, body)
     }
 
-    /// As [`spawn`](Threads::spawn), with rings of so many bytes for what tick and thread pass to each other; a value
-    /// takes 12 bytes more than its own size. Without it they have 64 KiB.
+    /// Acts as [`spawn`](Threads::spawn), with rings of `room` bytes for passed values.
+    /// A value takes 12 bytes more than its own size. The default is 64 KiB.
     ///
     /// # Errors
     /// As for [`spawn`](Threads::spawn).
@@ -175,7 +176,7 @@ impl Threads {
         if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
     }
 
-    /// How a thread is.
+    /// Returns the state of a thread.
     pub fn state(&self, name: &str) -> ThreadState {
         // SAFETY: the name lives during the call.
         match unsafe { (self.state)(self.context, Bytes::of(name)) } {
@@ -186,19 +187,19 @@ impl Threads {
         }
     }
 
-    /// Whether a thread runs, or begins after this tick.
+    /// Returns true if a thread runs, or begins after this tick.
     pub fn is_running(&self, name: &str) -> bool {
         self.state(name) == ThreadState::Running
     }
 
-    /// Tells a thread to stop, after this tick; nothing waits for it.
+    /// Requests a thread to stop, after this tick; nothing waits for it.
     pub fn stop(&self, name: &str) {
         // SAFETY: the name lives during the call.
         unsafe { (self.stop)(self.context, Bytes::of(name)) }
     }
 
-    /// Passes a thread a value, after this tick, and wakes it from [`Stop::wait`]. False when there is no room for
-    /// it.
+    /// Sends a value to a thread after this tick, and wakes it from [`Stop::wait`].
+    /// False if there is no room for it.
     ///
     /// # Errors
     /// When no thread of that name runs, or its ring could never hold the value.
@@ -211,8 +212,8 @@ impl Threads {
         }))
     }
 
-    /// Takes the next of the values that a thread had sent before this tick, the oldest first; also of one that has
-    /// ended, until another one of its name is begun.
+    /// Receives the next value that a thread sent before this tick, oldest first.
+    /// Also of a thread that has ended, until another one of its name is started.
     ///
     /// # Errors
     /// When no thread of that name was begun, or the value is of another interface; it is dropped then.
@@ -224,46 +225,46 @@ impl Threads {
     }
 }
 
-/// What a thread has of the host: whether it shall stop, the time, the log, and the way to its module's ticks.
+/// Host side of a thread: stop request, time, log, and exchange with the ticks.
 #[repr(C)]
 #[derive(Debug)]
 pub struct Stop {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
-    /// 1 when the thread shall stop.
+    /// Returns 1 when the thread must stop.
     pub is_set: unsafe extern "C" fn(*mut ()) -> i32,
-    /// Sleeps so many nanoseconds, unless there is something to do before; 0 when the thread shall stop.
+    /// Sleeps for a number of ns, or until an event; 0 when the thread must stop.
     pub wait: unsafe extern "C" fn(*mut (), u64) -> i32,
-    /// The agent's time.
+    /// Returns the agent's time, ns.
     pub now: unsafe extern "C" fn(*mut ()) -> u64,
     /// Logs a text, at a [`Level`].
     pub log: unsafe extern "C" fn(*mut (), u32, Bytes),
-    /// Passes the tick a value of that schema, or answers [`FULL`].
+    /// Sends a value of that schema to the tick; [`FULL`] if there is no room.
     pub send: unsafe extern "C" fn(*mut (), u64, Bytes, *const Sink) -> i32,
-    /// Takes the tick's next value, which must be of that schema and size; [`ABSENT`] when there is none.
+    /// Receives the tick's next value, of that schema and size; [`ABSENT`] if none.
     pub receive: unsafe extern "C" fn(*mut (), u64, *mut u8, usize, *const Sink) -> i32,
     /// Emits a synchronisation point.
     pub emit: unsafe extern "C" fn(*mut (), Bytes, *const Sink) -> i32,
-    /// Waits so many nanoseconds until a synchronisation point was emitted more often than that, and says how often;
-    /// [`ABSENT`] when that did not happen.
+    /// Waits for further emits of a synchronization point; returns their number.
+    /// Arguments are the point, the number already seen and the limit, ns; [`ABSENT`] after the limit.
     pub wait_for: unsafe extern "C" fn(*mut (), Bytes, u64, u64, *mut u64, *const Sink) -> i32,
 }
 
 impl Stop {
-    /// Whether the thread shall stop, as soon as it can.
+    /// Returns true if the thread must stop, as soon as it can.
     pub fn is_set(&self) -> bool {
         // SAFETY: the host keeps its side as long as the thread.
         unsafe { (self.is_set)(self.context) != 0 }
     }
 
-    /// Sleeps for `limit` of wall-clock time, or until the tick has sent something; false, at once, when the thread
-    /// shall stop.
+    /// Sleeps for `limit` of wall-clock time, or until the tick has sent a value.
+    /// False, at once, when the thread must stop.
     pub fn wait(&self, limit: Duration) -> bool {
         // SAFETY: the host keeps its side as long as the thread.
         unsafe { (self.wait)(self.context, nanoseconds(limit)) != 0 }
     }
 
-    /// The agent's time, nanoseconds.
+    /// Returns the agent's time, ns.
     pub fn now(&self) -> u64 {
         // SAFETY: the host keeps its side as long as the thread.
         unsafe { (self.now)(self.context) }
@@ -276,22 +277,22 @@ impl Stop {
         unsafe { (self.log)(self.context, level as u32, Bytes::of(&text)) }
     }
 
-    /// Logs what a user wants to know.
+    /// Logs information for users.
     pub fn info(&self, message: fmt::Arguments<'_>) {
         self.log(Level::Info, message);
     }
 
-    /// Logs what is wrong though the robot goes on.
+    /// Logs a problem with which the robot goes on.
     pub fn warn(&self, message: fmt::Arguments<'_>) {
         self.log(Level::Warn, message);
     }
 
-    /// Logs what is broken.
+    /// Logs a failure.
     pub fn error(&self, message: fmt::Arguments<'_>) {
         self.log(Level::Error, message);
     }
 
-    /// Passes the module's ticks a value; false when there is no room for it.
+    /// Sends a value to the module's ticks; false if there is no room for it.
     ///
     /// # Errors
     /// When the ring could never hold it.
@@ -323,9 +324,9 @@ impl Stop {
         if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
     }
 
-    /// Waits until a synchronisation point, such as `/stage/Act/end`, or one below it was emitted more often than
-    /// `since`, and says how often; with the count that it returned last, nothing is missed. Nothing when that does not
-    /// happen within `limit` of wall-clock time, or the thread shall stop.
+    /// Waits for more than `since` emits of a point; returns their number.
+    /// The point is a synchronization point such as `/stage/Act/end`, and points below it count too; with the last
+    /// returned count, nothing is missed. `None` after `limit` of wall-clock time, or when the thread must stop.
     ///
     /// # Errors
     /// When it is no name of a point, or there are too many.
@@ -348,7 +349,7 @@ fn nanoseconds(duration: Duration) -> u64 {
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
 
-/// The bytes of a value, which must outlive the result.
+/// Returns the bytes of a value, which must outlive the result.
 fn bytes_of<T: Interface + Copy>(value: &mut T) -> Bytes {
     let bytes = View::of(value).bytes();
     Bytes { data: bytes.as_ptr(), length: bytes.len() }

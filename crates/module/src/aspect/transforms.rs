@@ -7,12 +7,12 @@ use super::{Service, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Refusal, math};
 
-/// Where frames are in each other, now or some seconds ago: a frame tree with time, fed with all properties of the
-/// interface `Transform` (of slate-interfaces) on the agent's blackboard.
+/// Transforms between frames, now or some seconds ago: a frame tree with time.
+/// It reads all properties of the interface `Transform` (of slate-interfaces) on the agent's blackboard.
 ///
-/// Frames are named as in ROS's REP-105, such as `map`, `odom` and `base_link`. Who knows where a frame is in its parent
-/// says so with an ordinary `Output<Transform>`. A tick sees the transforms that were written before it began. A property
-/// that vanishes leaves its frames where they were.
+/// Frames are named as in ROS's REP-105, such as `map`, `odom` and `base_link`. A module publishes
+/// the pose of a frame in its parent with an ordinary `Output<Transform>`. A tick sees the transforms written before it
+/// began. The frames of a removed property keep their last pose.
 ///
 /// ```
 /// use slate_module::aspect::{Aspect, Transforms};
@@ -62,33 +62,35 @@ use crate::{Refusal, math};
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Transforms {
-    /// Given back to each call.
+    /// Context, passed to each call.
     pub context: *mut (),
-    /// Where a frame (the second) was in another one (the first) at a time, nanoseconds; [`LATEST`] is the newest at
-    /// which it is known.
+    /// Returns the pose of the second frame in the first one at a time, ns.
+    /// [`LATEST`] is the newest time at which it is known.
     pub lookup: unsafe extern "C" fn(*mut (), Bytes, Bytes, u64, *mut RigidTransform, *const Sink) -> i32,
-    /// The newest time at which a frame is known in another one; [`ABSENT`] when none of the two moves in the other.
+    /// Returns the newest time at which a frame is known in another one, ns.
+    /// [`ABSENT`] if neither moves in the other.
     pub latest_common_time: unsafe extern "C" fn(*mut (), Bytes, Bytes, *mut u64, *const Sink) -> i32,
     /// Lists all frames, a line each.
     pub frames: unsafe extern "C" fn(*mut (), *const Sink) -> i32,
 }
 
-/// In place of a time: the newest one.
+/// Value of a time for the newest one.
 pub const LATEST: u64 = u64::MAX;
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Transforms {
     const DESCRIPTOR: &'static Descriptor =
-        &service("transforms 1", "Tells where frames are in each other, now or some seconds ago.");
+        &service("transforms 1", "Transforms between frames, now or some seconds ago.");
 }
 
-/// A place and an orientation in another frame: what takes coordinates in the one to coordinates in the other.
+/// Rigid transform: pose of a frame in another one.
+/// It transforms coordinates of the one to coordinates of the other.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidTransform {
-    /// Where the origin is: x, y, z, metres.
+    /// Position of the origin: x, y, z, m.
     pub translation: [f64; 3],
-    /// How the axes are turned: a quaternion x, y, z, w of length 1.
+    /// Orientation of the axes: unit quaternion x, y, z, w.
     pub rotation: [f64; 4],
 }
 
@@ -99,42 +101,43 @@ impl Default for RigidTransform {
 }
 
 impl RigidTransform {
-    /// The same place.
+    /// Identity transform.
     pub const IDENTITY: Self = Self { translation: [0.0; 3], rotation: [0.0, 0.0, 0.0, 1.0] };
 
-    /// A place in the plane: metres, and radians counter-clockwise.
+    /// Returns a pose in the plane: x and y, m; yaw, rad, counter-clockwise.
     pub fn planar(x: f64, y: f64, yaw: f64) -> Self {
         let (sin, cos) = (math::sin(yaw / 2.0), math::cos(yaw / 2.0));
         Self { translation: [x, y, 0.0], rotation: [0.0, 0.0, sin, cos] }
     }
 
-    /// Where a point is, metres.
+    /// Transforms a point, m.
     pub fn point(&self, point: [f64; 3]) -> [f64; 3] {
         add(self.translation, self.vector(point))
     }
 
-    /// Which way a direction points, or a speed goes: it is turned and not moved.
+    /// Transforms a direction or a velocity: rotation without translation.
     pub fn vector(&self, vector: [f64; 3]) -> [f64; 3] {
         let [x, y, z, w] = self.rotation;
         let twice = cross([x, y, z], vector).map(|part| 2.0 * part);
         add(add(vector, twice.map(|part| w * part)), cross([x, y, z], twice))
     }
 
-    /// The way back.
+    /// Returns the inverse transform.
     pub fn inverse(&self) -> Self {
         let [x, y, z, w] = self.rotation;
         let turned = Self { translation: [0.0; 3], rotation: [-x, -y, -z, w] };
         Self { translation: turned.vector(self.translation).map(|part| -part), ..turned }
     }
 
-    /// The heading in the plane, radians, counter-clockwise from the x axis.
+    /// Returns the yaw in the plane, rad, counter-clockwise from the x axis.
     pub fn yaw(&self) -> f64 {
         let [x, y, z, w] = self.rotation;
         math::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     }
 }
 
-/// The other pose as seen from this frame's parent: `map_to_base * base_to_laser`.
+/// Composition of transforms: `map_to_base * base_to_laser`.
+/// The result is the other pose in this frame's parent.
 impl Mul for RigidTransform {
     type Output = Self;
 
@@ -161,9 +164,9 @@ fn cross([ax, ay, az]: [f64; 3], [bx, by, bz]: [f64; 3]) -> [f64; 3] {
 }
 
 impl Transforms {
-    /// Where `source` was in `target` at a time in nanoseconds: what takes coordinates in `source` to coordinates in
-    /// `target`. Between two known times the translation goes straight and the rotation evenly; there is no
-    /// extrapolation.
+    /// Returns the pose of `source` in `target` at a time, ns.
+    /// It transforms coordinates in `source` to coordinates in `target`. Between two known times the translation is
+    /// linear and the rotation of constant rate; there is no extrapolation.
     ///
     /// # Errors
     /// When a frame is not known, they are not connected, or an edge between them is not known at that time. While a
@@ -178,7 +181,8 @@ impl Transforms {
         if code == DONE { Ok(place) } else { Err(Refusal(reason)) }
     }
 
-    /// Where `source` was in `target` at the newest time at which all between them is known.
+    /// Returns the pose of `source` in `target` at their newest common time.
+    /// That is the newest time at which all frames between them are known.
     ///
     /// # Errors
     /// As for [`lookup`](Transforms::lookup).
@@ -186,8 +190,8 @@ impl Transforms {
         self.lookup(target, source, LATEST)
     }
 
-    /// The newest time at which `source` is known in `target`, nanoseconds; none when nothing between them moves, so that
-    /// any time will do.
+    /// Returns the newest time at which `source` is known in `target`, ns.
+    /// `None` if no frame between them moves, so that any time is valid.
     ///
     /// # Errors
     /// When a frame is not known, or they are not connected.
@@ -205,7 +209,7 @@ impl Transforms {
         }
     }
 
-    /// The names of all frames, in alphabetical order.
+    /// Returns the names of all frames, in alphabetical order.
     pub fn frames(&self) -> Vec<String> {
         // SAFETY: everything lives during the call.
         let (_, text) = answered(|sink| unsafe { (self.frames)(self.context, sink) });

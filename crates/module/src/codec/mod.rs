@@ -1,4 +1,4 @@
-//! States, descriptions and what else crosses a boundary as CBOR.
+//! CBOR encoding of states, descriptions and all else that crosses a boundary.
 //!
 //! RFC 8949 in the form of the crate ciborium, which tests compare it with. The state of every module is compiled for this
 //! writer and this reader, so their generic functions only pass on to others that are compiled once: ciborium took a
@@ -13,20 +13,20 @@ use crate::Refusal;
 use reader::CborReader;
 use writer::CborWriter;
 
-/// A state as CBOR with field names.
+/// Encodes a state as CBOR with field names.
 ///
 /// # Errors
-/// What can't be written.
+/// A state that can't be encoded.
 pub fn encode<T: serde::Serialize>(state: &T) -> Result<Vec<u8>, Refusal> {
     let mut writer = CborWriter::default();
     state.serialize(&mut writer).map_err(|error| Refusal(error.to_string()))?;
     Ok(writer.finish())
 }
 
-/// A state from CBOR; it fits if it deserialises.
+/// Decodes a state from CBOR; it fits if it deserialises.
 ///
 /// # Errors
-/// What doesn't fit.
+/// A state that doesn't fit.
 pub fn decode<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, Refusal> {
     T::deserialize(&mut CborReader::new(bytes)).map_err(|error| Refusal(error.to_string()))
 }

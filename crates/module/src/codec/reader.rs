@@ -4,10 +4,11 @@ use serde::de::{Error, Unexpected};
 
 use super::error::CodecError;
 
-/// How deep arrays and maps may be nested: hostile bytes must not use up the stack.
+/// Maximum nesting of arrays and maps: hostile bytes must not exhaust the stack.
 const DEEPEST: usize = 256;
 
-/// An item, without the content of arrays and maps. Their length is `None` if their end is marked.
+/// CBOR item, without the content of arrays and maps.
+/// Their length is `None` if their end is marked.
 #[derive(Clone, Copy)]
 pub enum CborItem<'b> {
     Unsigned(u64),
@@ -43,7 +44,7 @@ impl<'b> CborReader<'b> {
         Ok(taken)
     }
 
-    /// Major type, its argument (`None` for an open end), and the argument's width in bytes.
+    /// Reads major type, argument (`None` for an open end) and its width in bytes.
     fn head(&mut self) -> Result<(u8, Option<u64>, usize), CodecError> {
         let start = self.at;
         let first = self.take(1)?[0];
@@ -58,7 +59,7 @@ impl<'b> CborReader<'b> {
         Ok((major, Some(value), width))
     }
 
-    /// The next item. A tag says nothing here, except that bytes are a wide integer.
+    /// Reads the next item; of tags, only those of wide integers have a meaning.
     #[inline(never)]
     pub fn item(&mut self) -> Result<CborItem<'b>, CodecError> {
         loop {
@@ -89,8 +90,8 @@ impl<'b> CborReader<'b> {
         }
     }
 
-    /// The bytes of a wide integer. Nothing but them may follow the tag: of tags that follow each other the stack would be
-    /// used up.
+    /// Reads the bytes of a wide integer.
+    /// They must follow the tag directly: a chain of tags would exhaust the stack.
     fn magnitude(&mut self) -> Result<u128, CodecError> {
         let start = self.at;
         let (2, Some(length), _) = self.head()? else { return Err(CodecError::Syntax(start)) };
@@ -101,7 +102,7 @@ impl<'b> CborReader<'b> {
         })
     }
 
-    /// The next item, which stays the next one.
+    /// Returns the next item without consuming it.
     pub fn peek(&mut self) -> Result<CborItem<'b>, CodecError> {
         let start = self.at;
         let item = self.item();
@@ -216,7 +217,7 @@ impl<'b> CborReader<'b> {
         self.depth -= 1;
     }
 
-    /// Whether an array or a map has another item, of which it then has one less.
+    /// Returns true if an array or a map has another item, and counts it off `left`.
     #[inline(never)]
     pub fn has_more(&mut self, left: &mut Option<usize>) -> Result<bool, CodecError> {
         match left {
@@ -236,7 +237,7 @@ impl<'b> CborReader<'b> {
     }
 }
 
-/// A truth value, nothing, or a float.
+/// Decodes a truth value, null, or a float.
 fn simple(value: u64, width: usize) -> Option<CborItem<'static>> {
     Some(match (width, value) {
         (0, 20) => CborItem::Bool(false),

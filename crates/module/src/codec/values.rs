@@ -210,7 +210,7 @@ impl<'de> MapAccess<'de> for CborContent<'_, 'de> {
     }
 }
 
-/// A variant whose name is next.
+/// Variant whose name comes next.
 struct CborVariant<'r, 'b> {
     reader: &'r mut CborReader<'b>,
     has_content: bool,

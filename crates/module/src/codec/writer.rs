@@ -1,4 +1,5 @@
-//! Values to CBOR: names as text, the shortest head, and the shortest float with the same bits.
+//! Encoding of values as CBOR: names as text, the shortest heads and floats.
+//! A float is the shortest with the same bits.
 
 use serde::Serialize;
 use serde::ser::{
@@ -44,7 +45,7 @@ impl CborWriter {
         self.bytes.extend_from_slice(&wide[from..]);
     }
 
-    /// The head of an array or a map, whose end is marked if its length is unknown.
+    /// Writes the head of an array or a map; without a length, its end is marked.
     #[inline(never)]
     fn items(&mut self, major: u8, length: Option<usize>) -> CborItems<'_> {
         match length {
@@ -54,7 +55,7 @@ impl CborWriter {
         CborItems { writer: self, is_open: length.is_none() }
     }
 
-    /// The head of a variant with content.
+    /// Writes the head of a variant with content.
     #[inline(never)]
     fn variant(&mut self, name: &str) {
         self.head(MAP, 1);
@@ -82,7 +83,7 @@ impl CborWriter {
         }
     }
 
-    /// An integer beyond 64 bits, as a tag with bytes.
+    /// Writes an integer beyond 64 bits, as a tag with bytes.
     #[inline(never)]
     fn wide(&mut self, is_negative: bool, magnitude: u128) {
         if let Ok(short) = u64::try_from(magnitude) {
@@ -95,7 +96,7 @@ impl CborWriter {
     }
 }
 
-/// The float of 16 bits with the same value, if there is one.
+/// Converts to the float of 16 bits with the same value, if one exists.
 fn half(single: f32) -> Option<u16> {
     let bits = single.to_bits();
     let (sign, exponent, fraction) = ((bits >> 16) as u16 & 0x8000, (bits >> 23) as u8, bits & 0x7f_ffff);

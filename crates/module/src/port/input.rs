@@ -9,48 +9,50 @@ use super::{Input, Port, PortCursor};
 use crate::{Direction, Flags, PortDescription};
 
 impl<T: Interface + ?Sized> Input<T> {
-    /// The newest value, however old; `None` before the first write.
+    /// Returns the newest value, however old; `None` before the first write.
     pub fn get(&self) -> Option<&T> {
         self.has_value().then(|| self.value())
     }
 
-    /// The newest value unless it is stale.
+    /// Returns the newest value unless it is stale.
     pub fn fresh(&self) -> Option<&T> {
         (self.has_value() && !self.is_stale()).then(|| self.value())
     }
 
-    /// The newest value if it was written since this module's last tick.
+    /// Returns the newest value if it was written since this module's last tick.
     pub fn updated(&self) -> Option<&T> {
         self.is_new().then(|| self.value())
     }
 
-    /// Whether the value was written since this module's last tick.
+    /// Returns true if the value was written since this module's last tick.
     pub fn is_new(&self) -> bool {
         self.slot().flags.get() & Flags::NEW != 0
     }
 
-    /// Whether the value is older than declared, missing, or its writer is gone or late.
+    /// Returns true if the value is too old or missing, or its writer is gone or late.
+    /// Too old means older than declared.
     pub fn is_stale(&self) -> bool {
         self.slot().flags.get() & Flags::STALE != 0
     }
 
-    /// Whether something writes the property now: a module that works, a gate, the agent, or another agent; false for an
-    /// input without a link, whoever sets it.
+    /// Returns true if a link writes the property now.
+    /// The writer is a module that works, a gate, the agent, or another agent; false for an input without a link,
+    /// also if it is set.
     pub fn has_writer(&self) -> bool {
         self.slot().flags.get() & Flags::ALIVE != 0
     }
 
-    /// Time and number of the value; the sequence is 0 before the first write.
+    /// Returns time and number of the value; the sequence is 0 before the first write.
     pub fn stamp(&self) -> Stamp {
         self.slot().stamp
     }
 
-    /// The number of values that this module never saw.
+    /// Returns the number of values that this module never saw.
     pub fn missed(&self) -> u64 {
         self.slot().missed
     }
 
-    /// How many items the tail of the value has; 0 for an interface without one.
+    /// Returns the number of tail items; 0 for an interface without a tail.
     pub fn items(&self) -> usize {
         self.slot().items.get()
     }
@@ -59,7 +61,7 @@ impl<T: Interface + ?Sized> Input<T> {
         self.slot().stamp.sequence > 0
     }
 
-    /// What the slot points to: the newest value, or zeros before the first write.
+    /// Returns the newest value, in the slot; zeros before the first write.
     fn value(&self) -> &T {
         let slot = self.slot();
         // SAFETY: the host sets `data` to a value of this interface and keeps it unchanged during the tick.
@@ -67,7 +69,7 @@ impl<T: Interface + ?Sized> Input<T> {
     }
 }
 
-/// An [`Input`] without whose value the module does not run: the step waits for the first one.
+/// Required [`Input`]: the module does not run before its first value.
 ///
 /// Until then `/module/state` says that the module waits, and for which input. Afterwards the fields of the value are
 /// read directly. The value may be stale; a declaration `#[stale(after = "200ms")]` and [`fresh`](Required::fresh) tell.
@@ -132,44 +134,45 @@ impl<T: Interface + ?Sized> Port for Required<T> {
 }
 
 impl<T: Interface + ?Sized> Required<T> {
-    /// The value unless it is stale.
+    /// Returns the value unless it is stale.
     pub fn fresh(&self) -> Option<&T> {
         (!self.is_stale()).then(|| self.0.value())
     }
 
-    /// The value if it was written since this module's last tick.
+    /// Returns the value if it was written since this module's last tick.
     pub fn updated(&self) -> Option<&T> {
         self.0.updated()
     }
 
-    /// Whether the value was written since this module's last tick.
+    /// Returns true if the value was written since this module's last tick.
     pub fn is_new(&self) -> bool {
         self.0.is_new()
     }
 
-    /// Whether the value is older than declared, or its writer is gone or late.
+    /// Returns true if the value is older than declared, or its writer is gone or late.
     pub fn is_stale(&self) -> bool {
         self.0.is_stale()
     }
 
-    /// Whether something writes the property now: a module that works, a gate, the agent, or another agent; false for an
-    /// input without a link, whoever sets it.
+    /// Returns true if a link writes the property now.
+    /// The writer is a module that works, a gate, the agent, or another agent; false for an input without a link,
+    /// also if it is set.
     pub fn has_writer(&self) -> bool {
         self.0.has_writer()
     }
 
-    /// Time and number of the value.
+    /// Returns time and number of the value.
     pub fn stamp(&self) -> Stamp {
         self.0.stamp()
     }
 
-    /// The number of values that this module never saw.
+    /// Returns the number of values that this module never saw.
     pub fn missed(&self) -> u64 {
         self.0.missed()
     }
 }
 
-/// The value, which is there in every tick.
+/// Access to the value, which exists in every tick.
 impl<T: Interface + ?Sized> Deref for Required<T> {
     type Target = T;
 

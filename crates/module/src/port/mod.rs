@@ -1,4 +1,4 @@
-//! The ports of a module: typed views of the slots of a frame.
+//! Ports of a module: typed views of the slots of a frame.
 
 mod input;
 mod outbox;
@@ -15,38 +15,38 @@ use crate::{Direction, Entry, Flags, Frame, PortDescription, PortList, PortSlot}
 pub use input::Required;
 pub use outbox::Delivery;
 
-/// The ports of a module, made by the `#[ports]` macro.
+/// Ports of a module, made by the `#[ports]` macro.
 pub trait Ports: Sized {
-    /// What a library says of the ports before it is opened.
+    /// Outline of the ports, readable before the library is opened.
     const OUTLINE: PortList;
 
-    /// The ports in the order in which they are bound.
+    /// Describes the ports in the order in which they are bound.
     fn describe() -> Vec<PortDescription>;
 
-    /// The ports of a tick.
+    /// Binds the ports of a tick.
     ///
     /// # Safety
     /// The frame of the cursor was filled for these ports and outlives the result.
     unsafe fn bind(cursor: &mut PortCursor) -> Self;
 
-    /// The first input that had a value, and whose value is older than declared.
+    /// Returns the first input whose value is older than declared.
     fn stale_input(&self) -> Option<StaleInput> {
         None
     }
 }
 
-/// An input whose value is older than declared.
+/// Input whose value is older than declared.
 #[derive(Clone, Copy, Debug)]
 pub struct StaleInput {
     /// Name of the port.
     pub name: &'static str,
-    /// When the value was written.
+    /// Stamp of the value.
     pub stamp: Stamp,
-    /// Declared age from which it is stale, nanoseconds.
+    /// Declared age from which it is stale, ns.
     pub after: u64,
 }
 
-/// No ports.
+/// Ports of a module without any.
 impl Ports for () {
     const OUTLINE: PortList = PortList::Ports(&[]);
 
@@ -57,7 +57,8 @@ impl Ports for () {
     unsafe fn bind(_: &mut PortCursor) -> Self {}
 }
 
-/// Two groups of ports after each other, so that a framework can add its own to an author's.
+/// Ports of two groups, one after the other.
+/// So a framework can add its own to an author's.
 impl<A: Ports, B: Ports> Ports for (A, B) {
     const OUTLINE: PortList = PortList::Both(&A::OUTLINE, &B::OUTLINE);
 
@@ -77,27 +78,28 @@ impl<A: Ports, B: Ports> Ports for (A, B) {
     }
 }
 
-/// A field of a `#[ports]` struct: one port or several.
+/// Port field of a `#[ports]` struct: one port or several.
 pub trait Port: Sized {
-    /// Its direction and what it carries.
+    /// Direction and interface.
     const CARRIES: (Direction, &'static Descriptor);
 
-    /// The port under that name.
+    /// Describes the port under that name.
     fn describe(name: &str, doc: &str) -> PortDescription;
 
-    /// The port of a tick.
+    /// Binds the port of a tick.
     ///
     /// # Safety
     /// As for [`Ports::bind`].
     unsafe fn bind(cursor: &mut PortCursor) -> Self;
 
-    /// The stamp of an input's value that is older than declared.
+    /// Returns the stamp of an input's value that is older than declared.
     fn stale_since(&self) -> Option<Stamp> {
         None
     }
 }
 
-/// A `#[ports]` struct with exactly one port of type `P`; a [`Required<T>`] counts as an [`Input<T>`].
+/// Struct of `#[ports]` with exactly one port of type `P`.
+/// A [`Required<T>`] counts as an [`Input<T>`].
 pub trait HasPort<P> {
     /// Name of the port.
     const PORT: &'static str;
@@ -111,16 +113,16 @@ pub struct PortCursor {
 }
 
 impl PortCursor {
-    /// From the first slot of a frame.
+    /// Returns a cursor at the first slot of a frame.
     ///
     /// # Safety
-    /// The frame's slots outlive the cursor and what is bound with it.
+    /// The frame's slots outlive the cursor and the ports bound with it.
     #[inline]
     pub unsafe fn new(frame: &Frame) -> Self {
         Self { next: frame.ports, left: frame.port_count }
     }
 
-    /// The next slot, which must be a port of that schema and direction.
+    /// Takes the next slot, which must be a port of that schema and direction.
     #[inline]
     pub(crate) fn take(&mut self, schema: u64, direction: Direction) -> *const PortSlot {
         let Some(left) = self.left.checked_sub(1) else { no_slot() };
@@ -134,7 +136,8 @@ impl PortCursor {
         slot
     }
 
-    /// Lends the next ports, for modules whose ports are only known from their configuration.
+    /// Lends the next ports to `work`.
+    /// For modules whose ports are only known from their configuration.
     pub fn with<P: Ports, R>(&mut self, work: impl FnOnce(&P) -> R) -> R {
         // SAFETY: the slots are checked one by one, and the ports, which can't be copied, end here.
         let ports = unsafe { P::bind(self) };
@@ -154,7 +157,7 @@ fn wrong_slot() -> ! {
     panic!("ports are bound in the order in which they were described")
 }
 
-/// What every port's description begins with.
+/// Returns the common part of every port's description.
 fn described<T: Interface + ?Sized>(name: &str, doc: &str, direction: Direction) -> PortDescription {
     PortDescription {
         name: name.into(),
@@ -209,7 +212,8 @@ macro_rules! handle {
 }
 
 handle!(
-    /// Reads the newest value of the property that it is linked to, which may not have one yet.
+    /// Input with the newest value of the linked property.
+    /// It may not have a value yet.
     ///
     /// The value is the same during a whole tick. [`get`](Input::get), [`fresh`](Input::fresh) and
     /// [`updated`](Input::updated) return an option, so that a missing value can't be taken for zeros; a module that
@@ -236,7 +240,8 @@ handle!(
     }
 );
 handle!(
-    /// Reads every value of the property that it is linked to, in order, at most a window per tick.
+    /// Queue input with every value of the linked property, in order.
+    /// At most a window per tick.
     Queue,
     Queue
 );
@@ -246,12 +251,13 @@ handle!(
     Output
 );
 handle!(
-    /// Writes a property while somebody watches it, and costs nothing else.
+    /// Debug output: writes a property only while somebody reads it.
     Debug,
     Debug
 );
 handle!(
-    /// Writes an actuator's command. It passes the gate: lease, limits, time to live, stop.
+    /// Output of commands to an actuator.
+    /// They pass the gate: lease, limits, time to live, stop.
     Command,
     Command
 );
@@ -266,7 +272,7 @@ handle!(
     Outbox
 );
 
-/// A value or message that was received, with its stamp.
+/// Received value or message, with its stamp.
 #[derive(Debug)]
 pub struct Received<'a, T: Interface + ?Sized> {
     entry: &'a Entry,
@@ -274,17 +280,18 @@ pub struct Received<'a, T: Interface + ?Sized> {
 }
 
 impl<T: Interface + ?Sized> Received<'_, T> {
-    /// When it was written.
+    /// Returns the stamp of the write.
     pub fn stamp(&self) -> Stamp {
         self.entry.stamp
     }
 
-    /// Which sender a message comes from.
+    /// Returns the number of the message's sender.
     pub fn sender(&self) -> u32 {
         self.entry.sender
     }
 
-    /// Tells the sender that its message was refused, with a reason that the interface defines (not 0).
+    /// Refuses the message, with a reason that the interface defines (not 0).
+    /// The sender receives the reason.
     pub fn refuse(&self, reason: u16) {
         self.entry.answer.set(reason.max(1).into());
     }
@@ -313,25 +320,26 @@ fn entries<T: Interface + ?Sized>(slot: &PortSlot) -> impl ExactSizeIterator<Ite
 }
 
 impl<T: Interface + ?Sized> Queue<T> {
-    /// The values since the last tick, oldest first.
+    /// Returns the values since the last tick, oldest first.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Received<'_, T>> {
         entries(self.slot())
     }
 
-    /// How many values this reader lost because it lagged.
+    /// Returns the number of values that this reader lost because it lagged.
     pub fn missed(&self) -> u64 {
         self.slot().missed
     }
 }
 
 impl<T: Interface + ?Sized> Inbox<T> {
-    /// The messages since the last tick, oldest first; what is not refused counts as done.
+    /// Returns the messages since the last tick, oldest first.
+    /// A message that is not refused counts as done.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Received<'_, T>> {
         entries(self.slot())
     }
 }
 
-/// Says that an output is being written in place, so that nobody else gets at it from inside.
+/// Guard of an output written in place, against a nested write.
 struct Busy<'a>(&'a PortSlot);
 
 impl<'a> Busy<'a> {
@@ -396,33 +404,33 @@ fn copy<T: Interface + ?Sized>(slot: &PortSlot, from: &PortSlot) -> bool {
 }
 
 impl<T: Interface> Output<T> {
-    /// Writes the property; readers see it after the tick. The last call of a tick counts.
+    /// Writes the property; readers see it after the tick. The last call counts.
     pub fn set(&self, value: T) {
         put(self.slot(), value);
     }
 }
 
 impl<T: Interface + ?Sized> Output<T> {
-    /// Writes a value with a tail of `items` items in place; it begins all zero. False when that is beyond the
-    /// configured capacity; nothing is written then.
+    /// Writes a value with a tail of `items` items in place; it begins all zero.
+    /// False if that exceeds the configured capacity; nothing is written then.
     pub fn write(&self, items: usize, write: impl FnOnce(&mut T)) -> bool {
         fill(self.slot(), items, write)
     }
 
-    /// Writes the newest value of an input, copied once and straight into the property. False without one, or when its
-    /// tail is beyond the configured capacity; nothing is written then.
+    /// Copies the newest value of an input once, straight into the property.
+    /// False without a value, or if its tail exceeds the configured capacity; nothing is written then.
     pub fn copy(&self, input: &Input<T>) -> bool {
         copy::<T>(self.slot(), input.slot())
     }
 
-    /// How many tail items fit.
+    /// Returns the number of tail items that fit.
     pub fn capacity(&self) -> usize {
         self.slot().capacity
     }
 }
 
 impl<T: Interface> Debug<T> {
-    /// Computes and writes the value if somebody watches.
+    /// Computes and writes the value if somebody reads it.
     pub fn set(&self, value: impl FnOnce() -> T) {
         if !self.slot().data.is_null() {
             put(self.slot(), value());
@@ -431,21 +439,21 @@ impl<T: Interface> Debug<T> {
 }
 
 impl<T: Interface + ?Sized> Debug<T> {
-    /// Writes a value with a tail in place if somebody watches; see [`Output::write`].
+    /// Writes a value with a tail in place if somebody reads it; see [`Output::write`].
     pub fn write(&self, items: usize, write: impl FnOnce(&mut T)) -> bool {
         !self.slot().data.is_null() && fill(self.slot(), items, write)
     }
 }
 
-/// Who commands an actuator: the higher one has it.
+/// Command priority of an actuator; the highest wins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u32)]
 pub enum Priority {
-    /// A planned action.
+    /// Planned action.
     Plan = 1,
-    /// A person at the controls.
+    /// Operator at the controls.
     Teleoperation = 2,
-    /// A reflex.
+    /// Reflex.
     Reflex = 3,
 }
 

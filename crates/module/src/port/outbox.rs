@@ -1,24 +1,25 @@
-//! Messages that a module sends, and what becomes of them.
+//! Sent messages of a module, and their delivery.
 
 use slate_blackboard::interface::Interface;
 
 use super::Outbox;
 
-/// How a message fares that was sent.
+/// Delivery state of a sent message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delivery {
-    /// It was not answered yet.
+    /// Waiting for an answer.
     Waiting,
-    /// Its receiver has taken it, and did not refuse it.
+    /// Done: accepted by its receiver.
     Done,
-    /// Its receiver refused it, for a reason that the interface defines.
+    /// Refused by its receiver, for a reason that the interface defines.
     Refused(u16),
-    /// Nobody will answer: the outbox is not linked, the receiver is gone or does not keep up, or the message is too long ago.
+    /// Lost: no answer will come.
+    /// The outbox is not linked, the receiver is gone or does not keep up, or the message is too long ago.
     Lost,
 }
 
 impl Delivery {
-    /// The answer word of this entry, as the outbox of a frame has it.
+    /// Returns the answer word of this state, in the outbox of a frame.
     pub fn code(self) -> u32 {
         match self {
             Self::Waiting => 0,
@@ -28,7 +29,7 @@ impl Delivery {
         }
     }
 
-    /// What such a code means.
+    /// Converts an answer word of an outbox.
     pub fn from_code(code: u32) -> Self {
         match code {
             0 => Self::Waiting,
@@ -53,13 +54,15 @@ impl<T: Interface> Outbox<T> {
         true
     }
 
-    /// As [`send`](Outbox::send); the number that is returned tells [how the message fares](Outbox::delivery).
+    /// Acts as [`send`](Outbox::send), and returns the number of the message.
+    /// The number is for [`delivery`](Outbox::delivery). `None` when no more fit in this tick.
     pub fn post(&self, value: T) -> Option<u64> {
         let number = self.slot().stamp.sequence + self.slot().count.get() as u64 + 1;
         self.send(value).then_some(number)
     }
 
-    /// How a message fares that was posted in this tick or an earlier one. As many are remembered as fit into one tick.
+    /// Returns the delivery state of a message posted in this tick or an earlier one.
+    /// As many are remembered as fit into one tick.
     pub fn delivery(&self, number: u64) -> Delivery {
         let slot = self.slot();
         let sent = slot.stamp.sequence;

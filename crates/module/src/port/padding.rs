@@ -1,4 +1,5 @@
-//! Padding never shows: what a typed write leaves in it is zeroed before the bytes are read.
+//! Tests of padding: the bytes that a typed write leaves in it are zeroed.
+//! They are zeroed before the bytes are read.
 
 use std::cell::Cell;
 
@@ -41,7 +42,7 @@ pub struct Tailed {
 
 const GAPPED: Gapped = Gapped { small: 1, big: 2.5, flag: Bool::TRUE };
 
-/// The bytes of [`GAPPED`].
+/// Returns the bytes of [`GAPPED`].
 fn expected() -> Vec<u8> {
     let mut bytes = vec![0; 24];
     bytes[0] = 1;

@@ -4,7 +4,7 @@ use super::Fixture;
 use crate::aspect::{ProviderTable, Service};
 use crate::{Direction, Module};
 
-/// What stands behind a provider's port in place of the host.
+/// Substitute of the host behind a provider's port.
 pub(super) struct Provision {
     table: ProviderTable,
     provided: Option<Provided>,
@@ -29,7 +29,7 @@ impl Provision {
         Box::new(Self { table, provided: None })
     }
 
-    /// What the port points to.
+    /// Returns the table to which the port points.
     pub fn table(&mut self) -> *mut u8 {
         self.table.context = std::ptr::from_mut(self).cast();
         // The calls change what lies beside the table, so the pointer must be one to all of it.
@@ -63,8 +63,8 @@ unsafe extern "C" fn withdraw(context: *mut ()) {
 }
 
 impl<M: Module> Fixture<M> {
-    /// Provides a service that the module needs, from its next tick on. What the service's context points to must live
-    /// as long as the fixture uses it.
+    /// Provides a service that the module needs, from its next tick on.
+    /// The data of the service's context must live as long as the fixture uses it.
     ///
     /// # Panics
     /// When the module has no such port, or it needs another service.
@@ -77,8 +77,9 @@ impl<M: Module> Fixture<M> {
         memory.served = true;
     }
 
-    /// The service that the module provides at a port; nothing before it has, or after it has withdrawn it. It must not
-    /// be used after that, nor after the fixture.
+    /// Returns the service that the module provides at a port.
+    /// `None` before it provides one, or after it has withdrawn it. The service must not be used after that, nor after
+    /// the fixture.
     ///
     /// # Panics
     /// When the module has no such port, or it provides another service.
@@ -103,7 +104,8 @@ impl<M: Module> Fixture<M> {
         index
     }
 
-    /// Every service that the module needs must be there, as an agent would not let it run else.
+    /// Checks that every service that the module needs is provided.
+    /// An agent would not let it run otherwise.
     pub(super) fn check_services(&self) {
         let mut ports = self.description.ports.iter().zip(&self.memory);
         let missing = ports.find(|(port, memory)| port.direction == Direction::Aspect && !memory.served);

@@ -1,16 +1,16 @@
 use crate::Outcome;
 
-/// What came of a step of a [`Fixture`](super::Fixture).
+/// Result of a step of a [`Fixture`](super::Fixture).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Ticked {
-    /// The module ran.
+    /// Outcome of a step that ran.
     Ran(Outcome),
-    /// The module did not run: the required input of this name has no value yet.
+    /// Name of a required input without a value, for which no step ran.
     Waiting(String),
 }
 
 impl Ticked {
-    /// The outcome if the module ran.
+    /// Returns the outcome if the module ran.
     pub fn outcome(&self) -> Option<Outcome> {
         match self {
             Self::Ran(outcome) => Some(*outcome),
@@ -18,7 +18,7 @@ impl Ticked {
         }
     }
 
-    /// The required input that the module waits for.
+    /// Returns the required input for which the module waits.
     pub fn waiting_for(&self) -> Option<&str> {
         match self {
             Self::Ran(_) => None,

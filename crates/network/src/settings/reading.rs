@@ -1,4 +1,4 @@
-//! The table `[network.read]`.
+//! Table `[network.read]`.
 
 use std::collections::BTreeMap;
 
@@ -8,25 +8,25 @@ use super::{NetworkSettings, NetworkSettingsReader};
 use crate::key::{InputSource, check_key};
 use crate::options::{ReadMode, ReadOptions, ReadRate, ReadValues, duration};
 
-/// What an input reads.
+/// Network source of an input.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkInput {
-    /// Where the values come from.
+    /// Source of the values.
     pub source: InputSource,
-    /// What is asked of them.
+    /// Options of the values.
     pub options: ReadOptions,
-    /// Where it is written in the configuration.
+    /// Place in the configuration.
     pub place: Option<Span>,
 }
 
-/// A property that is published at a key which a link names.
+/// Property that is published at a key of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkOutput {
-    /// The key.
+    /// Key.
     pub key: String,
     /// Path of the property.
     pub property: String,
-    /// Where it is written in the configuration.
+    /// Place in the configuration.
     pub place: Option<Span>,
 }
 
@@ -101,7 +101,7 @@ impl NetworkSettingsReader<'_> {
         Some(NetworkInput { source, options, place: Some(place) })
     }
 
-    /// A key that a link names.
+    /// Adds the key that a link names.
     pub(super) fn link(&mut self, link: &ExternalLink, settings: &mut NetworkSettings) {
         let (path, span) = (&link.path.value, link.other.span);
         let key = link.other.value.address.clone();
@@ -137,7 +137,7 @@ impl NetworkSettingsReader<'_> {
         }
     }
 
-    /// A link to a network that no table describes.
+    /// Returns the error of a link to a network that no table describes.
     pub(super) fn without_table(&self, link: &ExternalLink) -> Report {
         let message =
             format!("`{}` needs a network, and the configuration has no [network]", link.other.value);
@@ -145,7 +145,7 @@ impl NetworkSettingsReader<'_> {
         Report::from(self.configuration.diagnostic(link.other.span, message, Some(help.into())))
     }
 
-    /// The options of an input; nothing after a mistake.
+    /// Reads the options of an input; `None` after a mistake.
     fn options(&mut self, table: &Table) -> Option<ReadOptions> {
         let before = self.wrong.len();
         let mut options = ReadOptions::default();
@@ -192,7 +192,7 @@ impl NetworkSettingsReader<'_> {
         found.map(|(_, meaning)| *meaning)
     }
 
-    /// A period or interval, ns, also as a frequency.
+    /// Reads a period or interval, ns, also as a frequency.
     fn time(&mut self, table: &Table, name: &str) -> Option<u64> {
         let value = table.get(name)?;
         let text = value.as_str().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The table `[network.security]` of a configuration.
+//! Table `[network.security]` of a configuration.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -8,14 +8,14 @@ use slate_runtime::configuration::{Span, Spanned, Table, Value};
 
 use super::NetworkSettingsReader;
 
-/// Certificates of an agent on a network, and what others may do.
+/// Certificates of an agent on a network, and the rights of others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkSecurity {
-    /// The agent's certificate, in PEM.
+    /// Agent's certificate, in PEM.
     pub certificate: NetworkFile,
-    /// The private key that belongs to it.
+    /// Private key of the certificate.
     pub key: NetworkFile,
-    /// The authority that signs the certificates of agents.
+    /// Authority that signs the certificates of agents.
     pub authority: NetworkFile,
     /// Rights of agents, by the common names of their certificates.
     pub allow: BTreeMap<String, NetworkRights>,
@@ -23,30 +23,31 @@ pub struct NetworkSecurity {
     pub unauthenticated: Option<NetworkRights>,
 }
 
-/// A file that a configuration names.
+/// File that a configuration names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkFile {
-    /// Where it is.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Where it is written in the configuration.
+    /// Place in the configuration.
     pub place: Option<Span>,
 }
 
-/// What others on a network may do.
+/// Rights of others on a network.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct NetworkRights {
-    /// The properties that they may read.
+    /// Properties that they may read.
     pub read: Vec<Pattern>,
-    /// The properties that they may set, and the inboxes that they may send messages to.
+    /// Properties that they may set, and inboxes that they may send messages to.
     pub send: Vec<Pattern>,
-    /// Whether they belong to the team, and exchange facts with it.
+    /// Team membership, which includes the exchange of facts.
     pub team: bool,
-    /// Whether it is a router, which speaks for other agents.
+    /// Router role: it speaks for other agents.
     pub router: bool,
 }
 
 impl NetworkSecurity {
-    /// What an agent may do, directly or else through a router; nothing for a stranger.
+    /// Returns the rights of an agent, directly or else through a router.
+    /// `None` for a stranger.
     pub fn rights(&self, agent: &str) -> Option<&NetworkRights> {
         let router = || self.allow.values().find(|rights| rights.router);
         self.allow.get(agent).or_else(router)
@@ -54,12 +55,12 @@ impl NetworkSecurity {
 }
 
 impl NetworkRights {
-    /// Whether they include reading a property.
+    /// Returns whether they include reading a property.
     pub fn may_read(&self, path: &str) -> bool {
         self.read.iter().any(|pattern| pattern.matches(path))
     }
 
-    /// Whether they include setting a property, or sending messages to it.
+    /// Returns whether they include setting a property, or sending messages to it.
     pub fn may_send(&self, path: &str) -> bool {
         self.send.iter().any(|pattern| pattern.matches(path))
     }

@@ -5,8 +5,9 @@ use crate::logs::open;
 use crate::merge::{MergeInput, Part, Together, join};
 use crate::storage::whole;
 
-/// Copies what is selected of a file, in its order. Attachments and metadata are copied all; a part of a run is no longer said to be
-/// a whole run, and what the run says of its values is counted anew. Returns how many messages there are.
+/// Copies the selected messages of a file, in its order; returns their number.
+/// All attachments and metadata are copied. A part of a run is no longer marked as a whole run, and the metadata that
+/// counts its values is counted anew.
 ///
 /// # Errors
 /// When the file is damaged or can't be read, `out` can't be written, a topic is not there, or nothing is in the time that is asked
@@ -23,9 +24,10 @@ pub fn copy(path: &Path, out: &Path, selection: &Selection) -> Result<u64, Error
     })
 }
 
-/// Makes one file of several, in the order of the log times. Channels of the same topic, type and encoding are one. What several
-/// recordings of one run have is there once; messages of different runs are refused that would stand among each other in one
-/// topic, unless `is_mixed` allows that. Returns how many messages there are.
+/// Merges several files into one, in the order of the log times.
+/// Channels of the same topic, type and encoding become one. Messages that several recordings of one run share are
+/// written once; messages of different runs that would mix in one topic are refused, unless `is_mixed` allows that.
+/// Returns the number of messages.
 ///
 /// # Errors
 /// As [`copy`], and when messages of different runs would be mixed.

@@ -5,9 +5,10 @@ use crate::logs::open;
 use crate::plot::{Curve, curves};
 use crate::storage::whole;
 
-/// Draws numbers over time as an SVG image: fields such as `/r2/pose/theta`, also without the slash in front, which is a topic and then the way to the
-/// number, with the index of an element as in `/r2/scan/ranges/3`. Returns how many points each has, and the messages that can't be
-/// read.
+/// Draws numbers over time as an SVG image.
+/// Fields are named such as `/r2/pose/theta`, also without the leading slash: a topic and then the path to the number,
+/// with the index of an element as in `/r2/scan/ranges/3`. Returns the number of points of each, and the messages that
+/// can't be read.
 ///
 /// # Errors
 /// When the file is damaged, there is no such number, or `out` can't be written.
@@ -73,7 +74,7 @@ pub fn plot(
     Ok((drawn.iter().map(|curve| curve.points.len()).collect(), decoder.into_unread()))
 }
 
-/// Which numbers a message has, of a list its first one.
+/// Lists the numbers of a message; of a list only its first one.
 fn numbers(topic: &str, value: &Value) -> String {
     if let Value::Unread { why, .. } = value {
         return format!("a message of `{topic}` can't be read: {why}");

@@ -9,26 +9,29 @@ use super::{Channel, Decoder, Error, Message, Reader, Schema, Selection, Unread,
 use crate::logs::open;
 use crate::recorder::TOPICS;
 
-/// Which messages are compared.
+/// Selection of the compared messages.
 #[derive(Clone, Debug, Default)]
 pub struct Compared {
-    /// Those of these topics.
+    /// Selected topics and times.
     pub selection: Selection,
-    /// Whether what was measured on the wall clock is compared too, which differs from run to run: loads, how long ticks took, the log.
+    /// Set if measurements on the wall clock are compared too.
+    /// They differ from run to run: loads, durations of ticks, the log.
     pub is_measured: bool,
 }
 
-/// How two files differ in their messages. What is compared of each topic are its first messages, then its second ones,
-/// and so on; neither how topics stand between each other, nor chunks, indexes and metadata.
+/// Differences between the messages of two files.
+/// The first messages of each topic are compared with each other, then the second ones, and so on; the order of topics
+/// among each other, chunks, indexes and metadata are not compared.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Diff {
     /// The first difference by log time; nothing if the messages are identical.
     pub first: Option<Difference>,
     /// Counts per topic.
     pub topics: BTreeMap<String, Counts>,
-    /// The topics that were left out as what they have is measured.
+    /// Topics that were left out, because they hold measurements.
     pub measured: BTreeSet<String>,
-    /// Messages of the first and the second file that can't be decoded, and are compared byte by byte.
+    /// Messages of the first and the second file that can't be decoded.
+    /// They are compared byte by byte.
     pub unread: [Vec<Unread>; 2],
 }
 
@@ -39,9 +42,10 @@ pub struct Difference {
     pub time: u64,
     /// The topic.
     pub topic: String,
-    /// Which message of its topic it is, from 0 on.
+    /// Index of the message in its topic, from 0.
     pub number: u64,
-    /// The first field that differs, such as `pose/x`; one outside of the value is in parentheses, as `(log time)`.
+    /// The first field that differs, such as `pose/x`.
+    /// A field outside of the value is in parentheses, such as `(log time)`.
     pub field: String,
     /// The value in the first file; `None` if it has no such message.
     pub a: Option<String>,
@@ -52,17 +56,17 @@ pub struct Difference {
 /// Messages of a topic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Those that are the same in both files.
+    /// Number of equal messages.
     pub same: u64,
-    /// Those that are other ones.
+    /// Number of different messages.
     pub different: u64,
-    /// Those that only the first file has.
+    /// Number of messages that only the first file has.
     pub only_a: u64,
-    /// Those that only the second file has.
+    /// Number of messages that only the second file has.
     pub only_b: u64,
 }
 
-/// Compares the messages of two files, but for what was measured on the wall clock.
+/// Compares the messages of two files, except for measurements on the wall clock.
 ///
 /// # Errors
 /// As [`diff_of`].
@@ -142,11 +146,12 @@ struct Side<'a> {
     decoder: Decoder,
     measured: BTreeSet<String>,
     is_done: bool,
-    /// When it begins.
+    /// Start time.
     start: Option<u64>,
-    /// Of each topic, how many messages were read.
+    /// Number of messages read, by topic.
     numbers: BTreeMap<String, u64>,
-    /// Messages whose counterpart was not read yet: few, if the files have the same order.
+    /// Messages whose counterpart has not been read yet.
+    /// They are few if the files have the same order.
     waiting: BTreeMap<String, VecDeque<Mark>>,
 }
 
@@ -198,7 +203,8 @@ impl<'a> Side<'a> {
     }
 }
 
-/// Whether a message says what differs from run to run of the same configuration and seed, as the recorder says of its channel.
+/// Returns true if a message holds measurements on the wall clock.
+/// These differ from run to run of the same configuration and seed, as the recorder notes in its channel.
 fn measures(message: &Message) -> bool {
     let channel = message.channel;
     let schema = message.schema.map_or("", |schema| schema.name.as_str());
@@ -206,7 +212,7 @@ fn measures(message: &Message) -> bool {
         || TOPICS.iter().any(|own| own.name == channel.topic && own.schema == schema)
 }
 
-/// Digest of everything that is compared.
+/// Returns a digest of everything that is compared.
 fn digest(message: &Message) -> u128 {
     let mut hash = xxhash_rust::xxh3::Xxh3Default::new();
     let mut text = |text: &[u8]| {
@@ -227,7 +233,7 @@ fn digest(message: &Message) -> u128 {
     hash.digest128()
 }
 
-/// The sender of the messages of a channel, if it is a mailbox.
+/// Returns the sender of the messages of a channel, if it is a mailbox.
 fn sender(channel: &Channel) -> &str {
     channel.metadata.get("sender").map_or("", String::as_str)
 }
@@ -275,7 +281,7 @@ impl FoundMessage {
     }
 }
 
-/// The first field that differs, and what both have there.
+/// Returns the first field that differs, and its two values.
 fn compare(a: Option<FoundMessage>, b: Option<FoundMessage>) -> (String, Option<String>, Option<String>) {
     let (a, b) = match (a, b) {
         (Some(a), Some(b)) => (a, b),

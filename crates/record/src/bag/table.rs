@@ -9,17 +9,18 @@ use crate::storage::{Decoder, Error, Message, Selection, Unread, Value, seconds}
 /// A file that [`export_csv`] has written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Table {
-    /// Where it is.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Of what.
+    /// Topic of the messages.
     pub topic: String,
-    /// How many rows it has.
+    /// Number of rows.
     pub rows: u64,
 }
 
-/// Writes the messages of each topic that is selected as a table: log time in seconds, sequence, and the fields of the
-/// value; a list is one cell. When `out` ends with `.csv` it is the file of the only topic, else the folder of all. Returns the tables,
-/// and the messages that can't be read, which are in none.
+/// Writes the messages of each selected topic as a CSV table.
+/// Columns are the log time in seconds, the sequence number, and the fields of the value; a list is one cell. An `out`
+/// that ends with `.csv` is the file of the only topic, otherwise the folder of all. Returns the tables, and the
+/// messages that can't be read, which are in no table.
 ///
 /// # Errors
 /// When the file is damaged, `out` can't be written, or is one file for several topics.
@@ -69,7 +70,7 @@ pub fn export_csv(
     Ok((tables, decoder.into_unread()))
 }
 
-/// `/r2/range` becomes `r2_range.csv`.
+/// Returns the file name of a topic: `/r2/range` becomes `r2_range.csv`.
 fn file_name(topic: &str) -> String {
     let allowed = |character: char| character.is_alphanumeric() || "-_.".contains(character);
     let name = topic.trim_start_matches('/');
@@ -114,7 +115,7 @@ impl OpenTable {
     }
 }
 
-/// A cell, in quotes where it needs them.
+/// Returns a cell, in quotes if it needs them.
 fn quoted(cell: &str) -> String {
     match cell.contains(['"', ',', '\n', '\r']) {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),

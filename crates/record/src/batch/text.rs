@@ -3,7 +3,7 @@
 use super::{Batch, Collisions, Spread};
 use std::fmt;
 
-/// For the terminal: what happened in one line, then the figures with their units.
+/// Format of the terminal: the outcome in one line, then the figures with units.
 impl fmt::Display for Batch {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(rate) = self.success_rate else {
@@ -51,7 +51,7 @@ impl fmt::Display for Batch {
 }
 
 impl Collisions {
-    /// For the terminal, by name.
+    /// Returns the lines for the terminal, by name.
     fn lines(&self) -> Vec<(&'static str, String)> {
         let (rate, bound) = (self.collisions_caused_per_km, self.collisions_caused_per_km_bound);
         let rate = match bound {
@@ -68,7 +68,7 @@ impl Collisions {
 }
 
 impl Batch {
-    /// The spreads of all figures.
+    /// Returns the spreads of all figures.
     fn table(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let standard = [
             ("simulated time [s]", 2, self.sim_time_s),
@@ -108,7 +108,7 @@ impl Batch {
         Ok(())
     }
 
-    /// Name of a figure in the table.
+    /// Returns the name of a figure in the table.
     fn label(&self, name: &str) -> String {
         let unit = self.units.get(name).map_or(String::new(), |unit| format!(" [{unit}]"));
         name.replace('_', " ") + &unit

@@ -12,7 +12,7 @@ use crate::storage::Error;
 /// Format of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// A recording of Slate, of ROS 2, or of anybody.
+    /// A recording in MCAP: of Slate, of ROS 2, or of any other program.
     Mcap,
     /// Lines of CARMEN's logger.
     Carmen,
@@ -27,11 +27,11 @@ pub enum Format {
 }
 
 impl Format {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 6] =
         [Self::Mcap, Self::Carmen, Self::OpenRdk, Self::Bblogger, Self::Rosbag1, Self::Rosbag2];
 
-    /// Its name.
+    /// Returns the name of the format.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mcap => "mcap",
@@ -43,7 +43,7 @@ impl Format {
         }
     }
 
-    /// The one that is called so.
+    /// Returns the format of that name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.name() == name)
     }
@@ -61,7 +61,7 @@ impl Serialize for Format {
     }
 }
 
-/// As much of a file as is looked at.
+/// Number of bytes of a file that are inspected.
 const HEAD: u64 = 256 << 10;
 
 /// Detects the format of a log from its content; `None` when it is unknown.

@@ -17,7 +17,7 @@ pub(super) struct Lines {
     bytes: Vec<u8>,
 }
 
-/// The content of a file, unpacked if it is packed with gzip.
+/// Returns the content of a file, unpacked if it is packed with gzip.
 pub(super) fn plain(file: File) -> io::Result<Box<dyn BufRead>> {
     let mut input = BufReader::with_capacity(1 << 16, file);
     Ok(match input.fill_buf()?.starts_with(&[0x1f, 0x8b]) {
@@ -33,8 +33,8 @@ impl Lines {
         Ok(Self { input, path: path.into(), number: 0, bytes: Vec::new() })
     }
 
-    /// The next line as it stands there, without its end; nothing at the end of the file. One that is too long or is no
-    /// text is returned as what is wrong with it.
+    /// Returns the next line without its end; `None` at the end of the file.
+    /// A line that is too long or is not text is returned as a description of the fault.
     pub fn next(&mut self) -> Result<Option<Result<&str, String>>, Error> {
         self.number += 1;
         self.bytes.clear();
@@ -53,7 +53,7 @@ impl Lines {
         }))
     }
 
-    /// The error of the line that was read last.
+    /// Returns the error of the line that was read last.
     pub fn error(&self, what: String) -> Error {
         Error::Line { path: self.path.clone(), line: self.number, what }
     }

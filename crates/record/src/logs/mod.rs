@@ -1,14 +1,14 @@
 //! Logs of other systems, read as recordings.
 //!
-//! - [`recognise`] tells from a file's content what it is;
-//! - [`import`] makes an MCAP file of it, with the interfaces of Slate where there are some, so that every command that knows
+//! - [`recognise`] determines the format of a file from its content;
+//! - [`import`] converts it to an MCAP file, with the interfaces of Slate where they exist, so that every command that knows
 //!   recordings works on it;
 //! - [`open`] reads it at once, without a file that stays;
-//! - [`export_carmen`] and [`export_ros`] go the other way.
+//! - [`export_carmen`] and [`export_ros`] convert in the other direction.
 //!
-//! | [`Format`] | what it is |
+//! | [`Format`] | meaning |
 //! |---|---|
-//! | `mcap` | a recording of Slate, of ROS 2, or of anybody |
+//! | `mcap` | a recording in MCAP: of Slate, of ROS 2, or of any other program |
 //! | `carmen` | lines of CARMEN's logger, old ones (`FLASER`) and new ones (`ROBOTLASER1`), also with gzip |
 //! | `openrdk` | lines of OpenRDK's sensor logs |
 //! | `bblogger` | a file of the blackboard logger of Fawkes |
@@ -44,16 +44,16 @@ use output::Output;
 /// Options of an import.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
-    /// Its format; detected from its content unless given.
+    /// Format of the log; by default detected from its content.
     pub format: Option<Format>,
-    /// Whether invalid parts are left out and counted, instead of ending the import.
+    /// Set if invalid parts are skipped and counted, instead of ending the import.
     pub is_lenient: bool,
 }
 
 /// Result of an import.
 #[derive(Clone, Debug, Serialize)]
 pub struct Imported {
-    /// Its format.
+    /// Format of the log.
     pub format: Format,
     /// Number of messages of the result.
     pub messages: u64,
@@ -61,7 +61,7 @@ pub struct Imported {
     pub wrong: u64,
     /// Errors of the first of them.
     pub wrongs: Vec<String>,
-    /// Kinds of records that are not read as they have no meaning here, each with its count.
+    /// Kinds of records without a meaning here, which are not read, with their counts.
     pub unread: BTreeMap<String, u64>,
 }
 
@@ -116,7 +116,7 @@ impl Imported {
     }
 }
 
-/// Makes an MCAP file of a log.
+/// Converts a log to an MCAP file.
 ///
 /// # Errors
 /// When the log is of no known format, something in it is wrong and [`Options::is_lenient`] is not set, it has no message at all, or
@@ -133,7 +133,8 @@ pub fn import(path: &Path, out: &Path, options: &Options) -> Result<Imported, Er
     })
 }
 
-/// Reads a log of any known format as a recording; one of another format than MCAP through a temporary file.
+/// Opens a log of any known format as a recording.
+/// A format other than MCAP goes through a temporary file.
 ///
 /// # Errors
 /// As [`import`].
@@ -158,7 +159,7 @@ fn unknown(path: &Path) -> Error {
     Error::Unfit { path: path.into(), what }
 }
 
-/// A file without a name, which disappears when it is closed.
+/// Returns a file without a name, which disappears when it is closed.
 fn unnamed() -> std::io::Result<File> {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     loop {

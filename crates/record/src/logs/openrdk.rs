@@ -1,5 +1,6 @@
-//! Sensor logs of OpenRDK: lines such as those of CARMEN, but with the pose by odometry before the estimated one, and times in
-//! milliseconds after midnight.
+//! Sensor logs of OpenRDK.
+//! Lines as those of CARMEN, but with the pose by odometry before the estimated one, and times in milliseconds after
+//! midnight.
 
 use std::f64::consts::PI;
 use std::io::Write;
@@ -18,7 +19,7 @@ const RANGES: (f64, f64) = (0.02, 80.0);
 
 const DAY: u64 = 24 * 3600 * 1000;
 
-/// How many lines are looked at to tell the two systems from each other.
+/// Number of lines inspected to tell the two systems apart.
 const LOOKED_AT: usize = 50;
 
 struct OpenRdkEntry {
@@ -42,7 +43,8 @@ pub(super) fn is_line(line: &str) -> bool {
     matches!(parse(line), Ok(Some(_)))
 }
 
-/// Whether lines are of this system, and not of CARMEN: all times are whole numbers, and not all of them 0.
+/// Returns true if lines are of OpenRDK and not of CARMEN.
+/// All its times are whole numbers, and not all of them 0.
 pub(super) fn wrote(lines: &[&str]) -> bool {
     let timed = lines.iter().filter(|line| {
         let name = line.split_ascii_whitespace().next().unwrap_or_default();
@@ -57,7 +59,7 @@ pub(super) fn wrote(lines: &[&str]) -> bool {
     is_whole && latest > 0
 }
 
-/// Nothing for a line of another kind.
+/// Parses a line; `None` for a line of another kind.
 fn parse(line: &str) -> Result<Option<OpenRdkEntry>, String> {
     let mut words = Words::new(line);
     let name = words.word("its name")?;

@@ -12,7 +12,7 @@ use crate::storage::{Channel, Compression, Error, Header, Metadata, Schema, Writ
 pub(super) struct Output<W> {
     writer: Writer<W>,
     topics: BTreeMap<String, Topic>,
-    /// By name and definition.
+    /// Schemas by name and definition.
     schemas: BTreeMap<(String, String), u16>,
     buffer: Vec<u8>,
     messages: u64,
@@ -23,17 +23,17 @@ struct Topic {
     sequence: u32,
 }
 
-/// A sweep of a laser, in the order of the beams.
+/// Scan of a laser, in the order of the beams.
 pub(super) struct Sweep<'a> {
     /// Direction of the first beam, radians.
     pub angle_min: f64,
-    /// From beam to beam, radians.
+    /// Angle from beam to beam, radians.
     pub angle_increment: f64,
-    /// Metres.
+    /// Minimum range, metres.
     pub range_min: f64,
-    /// Metres.
+    /// Maximum range, metres.
     pub range_max: f64,
-    /// Metres.
+    /// Ranges, metres.
     pub ranges: &'a [f32],
 }
 
@@ -57,7 +57,8 @@ impl<W: Write> Output<W> {
         self.message_of(topic, topic, time, definition, data)
     }
 
-    /// The same, when a topic may have messages of several types: `key` tells them from each other.
+    /// Writes a message of a topic that may have messages of several types.
+    /// `key` tells the types apart; otherwise as [`message`](Self::message).
     pub fn message_of(
         &mut self,
         key: &str,
@@ -96,7 +97,7 @@ impl<W: Write> Output<W> {
         Ok(id)
     }
 
-    /// Error of a recording that can't be written as wanted.
+    /// Returns the error of a recording that can't be written as wanted.
     pub fn unfit(&self, what: String) -> Error {
         self.writer.unfit(what)
     }
@@ -147,7 +148,7 @@ impl<W: Write> Output<W> {
     }
 }
 
-/// The bytes of a message of which the definition is written by hand: little-endian CDR.
+/// CDR writer of a message whose definition is written by hand, little-endian.
 pub(super) struct OutputBytes<'a>(ros::CdrWriter<'a>);
 
 impl<'a> OutputBytes<'a> {
@@ -175,7 +176,8 @@ impl<'a> OutputBytes<'a> {
         self
     }
 
-    /// A text, in which there is no zero as it was a word of a line.
+    /// Writes a text.
+    /// It has no zero, because it was a word of a line.
     pub fn text(mut self, text: &str) -> Result<Self, ros::Error> {
         self.0.text(&text.replace('\0', " "))?;
         Ok(self)

@@ -8,7 +8,7 @@ pub(super) struct Words<'a> {
     words: SplitAsciiWhitespace<'a>,
 }
 
-/// As much of a wrong word as a message should have.
+/// Shortens an invalid word for a message.
 pub(super) fn shortened(word: &str) -> String {
     word.chars().take(40).collect()
 }
@@ -18,7 +18,7 @@ impl<'a> Words<'a> {
         Self { words: line.split_ascii_whitespace() }
     }
 
-    /// The next word; `what` says what it should be.
+    /// Returns the next word; `what` names the expected one in errors.
     pub fn word(&mut self, what: &str) -> Result<&'a str, String> {
         self.words.next().ok_or_else(|| format!("it ends where {what} should stand"))
     }
@@ -41,7 +41,7 @@ impl<'a> Words<'a> {
         self.parsed(what, "a whole number")
     }
 
-    /// As many numbers as a word before them says.
+    /// Reads a list of numbers whose count precedes them.
     pub fn list(&mut self, what: &str) -> Result<Vec<f32>, String> {
         let count: usize = self.parsed(&format!("how many {what} follow"), "a whole number")?;
         let mut numbers = Vec::new();
@@ -81,12 +81,13 @@ impl<'a> Words<'a> {
     }
 }
 
-/// Whether digits overflowed to infinity.
+/// Returns true if digits overflowed to infinity.
 fn is_overflow(word: &str, number: f64) -> bool {
     number.is_infinite() && word.bytes().any(|byte| byte.is_ascii_digit())
 }
 
-/// Seconds as they are written, as nanoseconds: exactly, unless they have an exponent.
+/// Converts written seconds to nanoseconds.
+/// The result is exact unless the number has an exponent.
 fn nanoseconds(word: &str) -> Option<u64> {
     let (whole, part) = word.split_once('.').unwrap_or((word, ""));
     let is_plain = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());

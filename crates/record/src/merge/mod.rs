@@ -17,14 +17,15 @@ pub use together::Part;
 pub(crate) use together::Together;
 use together::under;
 
-/// Copies all of files of which each is MCAP, and which are one recording; errors name what is written as `out_path`.
+/// Copies all of several MCAP files that are one recording.
+/// Errors name the output as `out_path`.
 pub(crate) fn copy_into<W: Write>(inputs: &[&Path], out: W, out_path: &Path) -> Result<u64, Error> {
     let input = |path: &&Path| Ok(MergeInput::new(Reader::open(path)?, ""));
     let inputs = inputs.iter().map(input).collect::<Result<Vec<_>, Error>>()?;
     join(inputs, out, out_path, &Selection::default(), None)
 }
 
-/// Writes what is selected of the inputs as one file, in the order of the log times.
+/// Writes the selected messages of the inputs as one file, ordered by log time.
 pub(crate) fn join<W: Write>(
     mut inputs: Vec<MergeInput>,
     out: W,
@@ -87,7 +88,7 @@ struct HeldMessage {
 }
 
 impl HeldMessage {
-    /// Digest that is the same in other recordings of its run.
+    /// Returns a digest of a message, equal in other recordings of its run.
     fn digest(&self) -> u128 {
         let mut hash = xxhash_rust::xxh3::Xxh3Default::new();
         let sender = self.channel.metadata.get("sender").map_or("", String::as_str);
@@ -108,7 +109,7 @@ impl MergeInput {
         Self { reader, prefix: prefix.into(), held: None, start: None, recount: Recount::default() }
     }
 
-    /// Which run it is of, if it says one.
+    /// Returns the run of the input, if it names one.
     pub fn run(&mut self) -> Result<Option<String>, Error> {
         let metadata = self.reader.metadata()?;
         let mut runs = metadata.into_iter().filter(|metadata| metadata.name == "run");
@@ -152,7 +153,7 @@ struct Heads {
 struct Merger<'a, W> {
     writer: Writer<W>,
     selection: &'a Selection,
-    /// How several files are one, and whether their messages may be mixed.
+    /// Check that several files may be one, and whether their messages may be mixed.
     together: Option<(Together, bool)>,
     is_part: bool,
     numbers: MergedIds,
@@ -160,7 +161,7 @@ struct Merger<'a, W> {
 }
 
 impl<W: Write> Merger<'_, W> {
-    /// Copies what is no message.
+    /// Copies metadata and attachments.
     fn head(&mut self, input: &mut MergeInput) -> Result<(), Error> {
         let all = input.reader.metadata()?;
         let run = all.iter().find(|metadata| metadata.name == "run");
@@ -230,11 +231,11 @@ impl<W: Write> Merger<'_, W> {
 /// The numbers that schemas and channels have in the new file.
 #[derive(Default)]
 struct MergedIds {
-    /// By name, encoding and definition.
+    /// Schemas by name, encoding and definition.
     schemas: BTreeMap<(String, String, Vec<u8>), u16>,
-    /// By topic, encoding, schema and metadata.
+    /// Channels by topic, encoding, schema and metadata.
     channels: BTreeMap<(String, String, u16, BTreeMap<String, String>), u16>,
-    /// By file and number there.
+    /// Channels by file and number there.
     known: BTreeMap<(usize, u16), u16>,
 }
 

@@ -1,4 +1,5 @@
-//! Counts in the metadata of an agent's recording, renewed where only a part of its messages is copied.
+//! Counts in the metadata of an agent's recording.
+//! They are renewed where only a part of its messages is copied.
 
 use std::collections::BTreeMap;
 
@@ -17,21 +18,22 @@ pub(super) struct Recount {
     /// Offset from the agent's time to that of the file, nanoseconds.
     epoch: u64,
     values: u64,
-    /// When the first and the last message that is copied was recorded.
+    /// Times of the first and the last copied message.
     times: Option<(u64, u64)>,
-    /// Of each property, how many values were dropped before the part that is copied, and until its end.
+    /// By property, values dropped before the copied part, and until its end.
     drops: BTreeMap<String, (u64, u64)>,
     decoder: Decoder,
 }
 
 impl Recount {
-    /// That of a recording of an agent, which says of its run that it began at that time; others count nothing.
+    /// Creates the counts of an agent's recording from the metadata of its run.
+    /// The metadata says when the run began; for other files nothing is counted.
     pub fn new(run: Option<&Metadata>) -> Self {
         let epoch = run.and_then(|run| run.metadata.get("epoch_ns")?.parse().ok());
         Self { epoch: epoch.unwrap_or_default(), ..Self::default() }
     }
 
-    /// Keeps what is to be counted anew, and returns all else.
+    /// Keeps metadata to be counted anew, and returns other metadata.
     pub fn keep(&mut self, metadata: Metadata) -> Option<Metadata> {
         if !TOLD.contains(&metadata.name.as_str()) {
             return Some(metadata);
@@ -40,7 +42,7 @@ impl Recount {
         None
     }
 
-    /// Looks at a message of the file, copied or not, for what it says of drops.
+    /// Notes the drops that a message of the file reports, copied or not.
     pub fn look(&mut self, message: &Message, start: u64, selection: &Selection) {
         let is_told = message.channel.topic == DROPPED.name
             && message.schema.is_some_and(|schema| schema.name == DROPPED.schema);
@@ -65,7 +67,7 @@ impl Recount {
         self.times = Some((from.min(log_time), to.max(log_time)));
     }
 
-    /// The renewed metadata.
+    /// Returns the renewed metadata.
     pub fn told(self, selection: &Selection, prefix: &str) -> Vec<Metadata> {
         let said = self.waiting.iter().find(|metadata| metadata.name == "dropped");
         let counts: BTreeMap<String, u64> = match said.filter(|_| !selection.is_span()) {

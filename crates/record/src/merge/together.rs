@@ -14,7 +14,7 @@ pub struct Part<'a> {
     pub prefix: &'a str,
 }
 
-/// A topic under a prefix.
+/// Returns a topic under a prefix.
 pub(super) fn under(prefix: &str, topic: &str) -> String {
     match prefix.trim_matches('/') {
         "" => topic.into(),
@@ -22,23 +22,26 @@ pub(super) fn under(prefix: &str, topic: &str) -> String {
     }
 }
 
-/// Looks whether files can be one: what several recordings of one run have is there once, and messages of different runs do not
-/// stand among each other, where nobody could tell them apart.
+/// Check whether several files can be merged into one.
+/// Messages that several recordings of one run share are written once; messages of different runs must not mix, because
+/// they could not be told apart afterwards.
 pub(crate) struct Together {
-    /// Of each file, the first one that is of the same run.
+    /// By file, the first file of the same run.
     groups: Vec<usize>,
-    /// Of each topic, from when until when each group has messages.
+    /// By topic, the time span of each group's messages.
     spans: BTreeMap<String, BTreeMap<usize, (u64, u64)>>,
     /// The messages copied last, by digest: for each copy, the files that have it.
     seen: BTreeMap<u128, VecDeque<BTreeSet<usize>>>,
     order: VecDeque<u128>,
 }
 
-/// So many messages are remembered. Recordings of one run have the same order, but for values of several threads.
+/// Number of remembered messages.
+/// Recordings of one run have the same order, except for values of several threads.
 const REMEMBERED: usize = 1 << 14;
 
 impl Together {
-    /// For files of these runs; of those that say none each is of its own.
+    /// Creates the check for files of these runs.
+    /// A file that names no run is of a run of its own.
     pub fn new(runs: &[Option<String>]) -> Self {
         let first = |(place, run): (usize, &Option<String>)| {
             let is_same = |other: &Option<String>| run.is_some() && other == run;
@@ -52,7 +55,7 @@ impl Together {
         }
     }
 
-    /// Takes note of a message of a file; false when another file of the run had it already.
+    /// Notes a message of a file; false if another file of the run had it already.
     pub fn is_new(&mut self, file: usize, topic: &str, time: u64, digest: impl FnOnce() -> u128) -> bool {
         let group = self.groups[file];
         if self.groups.iter().filter(|other| **other == group).count() > 1 {

@@ -6,7 +6,7 @@ use crate::plot::{self, Drawing};
 use crate::storage::Error;
 use crate::{RocsLog, RouteUse, Sample, Scene, Trajectory};
 
-/// Draws the run and the logs side by side, and compares how the robots used their routes.
+/// Draws the run and the logs side by side, and compares the robots' use of routes.
 pub(super) fn section(
     title: &str,
     scene: &Scene,

@@ -7,14 +7,14 @@ use crate::Route;
 use crate::ros;
 use crate::storage::Value;
 
-/// More is not kept; a recording of days could fill the memory.
+/// Maximum number of rows; a recording of days could fill the memory.
 const MOST: usize = 100_000;
 
-/// All that was decided, and what it was decided about.
+/// Decisions, and their reasons.
 #[derive(Debug, Default)]
 pub(super) struct Decisions {
     rows: Vec<Decision>,
-    /// The rows that the same thing is added to when it happens again, by robot, and by what it is.
+    /// Rows that repeated events are added to, by robot, and by event.
     open: BTreeMap<String, BTreeMap<(&'static str, String), usize>>,
     left_out: u64,
 }
@@ -27,7 +27,7 @@ struct Decision {
     robot: String,
     what: &'static str,
     detail: String,
-    /// How far the next thing was then, metres.
+    /// Distance to the nearest object at that time, metres.
     clearance: Option<f64>,
 }
 
@@ -46,7 +46,7 @@ pub(super) struct Status {
 }
 
 impl Status {
-    /// Whether it has spoken.
+    /// Returns true if the Execute has published a status.
     pub fn is_known(&self) -> bool {
         self.is_known
     }
@@ -58,7 +58,7 @@ impl Status {
 }
 
 impl Decisions {
-    /// Something that happened `times` times at a time, nanoseconds.
+    /// Adds an event that happened `times` times; `time` in nanoseconds.
     pub fn add(
         &mut self,
         time: u64,
@@ -84,13 +84,13 @@ impl Decisions {
         self.rows.push(Decision { from: time, until: time, times, robot, what, detail, clearance });
     }
 
-    /// Something that happened once, in a row of its own.
+    /// Adds an event that happened once, in a row of its own.
     pub fn row(&mut self, time: u64, robot: &str, what: &'static str, detail: String) {
         self.cut(robot);
         self.add(time, robot, what, detail, 1, None);
     }
 
-    /// By the time at which things began.
+    /// Sorts the events by the time of their beginning.
     pub fn sort(&mut self) {
         self.open.clear();
         self.rows.sort_by_key(|row| row.from);
@@ -101,7 +101,7 @@ impl Decisions {
         self.open.remove(robot);
     }
 
-    /// Takes what an Execute says, compared with what it said last.
+    /// Notes the changes of an Execute's status since the previous one.
     pub fn status(
         &mut self,
         time: u64,
@@ -181,7 +181,7 @@ impl Decisions {
         table
     }
 
-    /// How many are not in the table.
+    /// Returns the number of events that are not in the table.
     pub fn left_out(&self) -> u64 {
         self.left_out
     }
@@ -212,7 +212,8 @@ impl Names {
     }
 }
 
-/// What a value says in words: texts, truth values, and numbers that have names. What is measured differs each time.
+/// Formats a value in words: texts, booleans, and numbers that have names.
+/// Measured numbers differ each time and are left out.
 pub(super) fn said(value: &Value, definition: &str) -> String {
     let Value::Message(ros::Value::Map(map)) = value else { return String::new() };
     let words = map.iter().filter_map(|(name, value)| {
@@ -229,7 +230,8 @@ pub(super) fn said(value: &Value, definition: &str) -> String {
     words.collect::<Vec<_>>().join(", ")
 }
 
-/// The units of a definition's own fields, by name: what stands in brackets at the end of the comment before each.
+/// Returns the units of a definition's own fields, by name.
+/// The unit is in brackets at the end of the comment before a field.
 pub(super) fn units(definition: &str) -> BTreeMap<String, String> {
     let mut units = BTreeMap::new();
     let mut unit = None;
@@ -248,7 +250,7 @@ pub(super) fn units(definition: &str) -> BTreeMap<String, String> {
     units
 }
 
-/// The constants of a definition whose names begin so, by number, in lower case.
+/// Returns the constants of a definition with a prefix, by number, in lower case.
 pub(super) fn constants(definition: &str, start: &str) -> BTreeMap<i64, String> {
     let line = |line: &str| {
         let (_, constant) = line.split('#').next()?.trim().split_once(' ')?;

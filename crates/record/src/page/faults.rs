@@ -4,18 +4,19 @@ use std::collections::BTreeMap;
 
 use super::table::{Table, seconds};
 
-/// More are not kept.
+/// Maximum number of faults kept.
 const MOST: usize = 10_000;
 
 /// Maximum time between two counts of one lasting fault, nanoseconds.
 const GOES_ON: u64 = 1_000_000_000;
 
-/// Faults in the order of their times. What happened to several modules at once is one thing, and so is what goes on: a robot that is
-/// stopped is not told of for each module and in each cycle.
+/// Faults in the order of their times.
+/// A fault of several modules at once is one entry, and so is a lasting one: a stopped robot is not reported for each
+/// module and in each cycle.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
     all: Vec<Fault>,
-    /// The places of those that are counted and may go on, by who and what.
+    /// Places of counted faults that may continue, by module and fault.
     counted: BTreeMap<(String, String), usize>,
 }
 
@@ -25,17 +26,17 @@ struct Fault {
     until: u64,
     who: String,
     what: String,
-    /// Of what is counted, how many there were, and how many until then in all.
+    /// Number of a counted fault's occurrences, and total until then.
     count: Option<(f64, f64)>,
 }
 
 impl Faults {
-    /// Something that happened to a module.
+    /// Adds a single event of a module.
     pub fn note(&mut self, time: u64, who: &str, what: String) {
         self.push(Fault { from: time, until: time, who: who.into(), what, count: None });
     }
 
-    /// A fault that happened `more` times again, and `all` times in total.
+    /// Adds a fault that happened `more` times again, and `all` times in total.
     pub fn count(&mut self, time: u64, who: &str, what: &str, more: f64, all: f64) {
         let key = (who.to_owned(), what.to_owned());
         let open = self.counted.get(&key).and_then(|at| self.all.get_mut(*at));

@@ -58,7 +58,7 @@ pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Resu
     Ok(Story { title: summary.headline(), source, sections, unread, scene, trajectory })
 }
 
-/// Help for a folder without figures.
+/// Returns the help for a folder without figures.
 fn not_left(path: &Path) -> String {
     let entries = std::fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path());
     let is_left = |folder: &PathBuf| folder.join("summary.json").is_file();
@@ -76,7 +76,7 @@ fn not_left(path: &Path) -> String {
     )
 }
 
-/// A file's text; nothing when there is no such file.
+/// Returns a file's text; `None` if there is no such file.
 fn text(path: &Path) -> Result<Option<String>, Error> {
     let failed = |source| Error::Read { path: path.into(), source };
     match std::fs::metadata(path) {
@@ -143,7 +143,7 @@ fn decisions(trajectory: &Trajectory) -> Section {
     section
 }
 
-/// The scene that the run left, or else that of its recording.
+/// Returns the scene that the run left, or else that of its recording.
 fn scene(path: &Path, known: &Known) -> Result<Scene, Error> {
     let Some(text) = text(path)? else { return Ok(known.scene.clone()) };
     serde_json::from_str(&text).map_err(|error| Error::Unfit {
@@ -170,7 +170,7 @@ fn log(path: &Path) -> Result<Section, Error> {
     Ok(section)
 }
 
-/// Reads what [`Trajectory::csv`] has written.
+/// Reads the text of [`Trajectory::csv`].
 fn trajectory(path: &Path) -> Result<Trajectory, Error> {
     let Some(text) = text(path)? else { return Ok(Trajectory::default()) };
     let mut samples = Vec::new();
@@ -191,7 +191,8 @@ fn trajectory(path: &Path) -> Result<Trajectory, Error> {
     Ok(Trajectory { samples })
 }
 
-/// The rows of a table of comma-separated values, in which cells may be quoted.
+/// Returns the rows of a table of comma-separated values.
+/// Cells may be quoted.
 fn rows(text: &str) -> Vec<Vec<String>> {
     let mut rows = Vec::new();
     let (mut row, mut cell, mut is_quoted) = (Vec::new(), String::new(), false);

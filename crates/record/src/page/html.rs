@@ -1,11 +1,11 @@
-//! A page that needs nothing but itself.
+//! Self-contained page.
 
 use std::fmt::Write;
 
 use super::table::{Column, Table};
 
-/// Light or dark as the reader has it, and dark on white on paper. Pictures are dark on white; in the dark their brightness is turned
-/// round, which keeps their colours.
+/// Style sheet: light or dark as the reader prefers, and dark on white on paper.
+/// Pictures are dark on white; in dark mode their brightness is inverted, which keeps their colours.
 const STYLE: &str = "\
 :root { color-scheme: light dark; --ground: #fff; --ink: #222; --faint: #5f5f5f; --line: #d5d5d5; --band: #f4f4f4; }
 @media (prefers-color-scheme: dark) {
@@ -47,7 +47,8 @@ summary { cursor: pointer; white-space: nowrap; }
 /// The text of a page as it grows.
 pub(super) struct Html(String);
 
-/// Text that is no markup. What no document may hold becomes a sign that says so.
+/// Escapes text, so that it contains no markup.
+/// A character that no document may hold becomes a replacement character.
 pub(super) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for character in text.chars() {
@@ -69,7 +70,7 @@ pub(super) fn escaped(text: &str) -> String {
     out
 }
 
-/// Anchor of a heading.
+/// Returns the anchor of a heading.
 fn anchor(heading: &str) -> String {
     heading.to_lowercase().split_whitespace().collect::<Vec<_>>().join("-")
 }
@@ -107,7 +108,7 @@ impl Html {
         self.push(format_args!("<p{class}>{}</p>\n", escaped(text)));
     }
 
-    /// A picture that this program has drawn.
+    /// Adds a picture that this program has drawn.
     pub fn drawn(&mut self, svg: &str, caption: &str) {
         let caption = escaped(caption);
         self.push(format_args!(
@@ -116,7 +117,8 @@ impl Html {
         ));
     }
 
-    /// A picture from elsewhere: what could be in it can do nothing in an image.
+    /// Adds a picture from elsewhere.
+    /// It is an image, so that its content has no effect.
     pub fn found(&mut self, svg: &[u8], caption: &str) {
         let caption = escaped(caption);
         self.push(format_args!(
@@ -125,7 +127,7 @@ impl Html {
         ));
     }
 
-    /// A table, or its first `most` rows.
+    /// Adds a table, or its first `most` rows.
     pub fn table(&mut self, table: &Table, most: usize) {
         self.push(format_args!("<div class=\"wide\"><table>\n"));
         let shown = table.rows.len().min(most);
@@ -169,7 +171,7 @@ fn class(is_number: bool) -> &'static str {
     if is_number { " class=\"number\"" } else { "" }
 }
 
-/// Bytes as letters, as RFC 4648 has them.
+/// Encodes bytes as base64 (RFC 4648).
 fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

@@ -1,8 +1,8 @@
-//! A run as one page that a browser shows, a printer prints, and nothing else is needed for; beside it its pictures (SVG) and its tables
-//! (CSV).
+//! Report of a run as one self-contained page for browsers and printers.
+//! Its pictures (SVG) and tables (CSV) are beside it.
 //!
-//! A page is made of the folder that a run leaves ([`Report`](crate::Report)), of a recording, or of a log of another system
-//! ([`logs`](crate::logs)). Of a folder with a recording in it, both are told.
+//! A page is made of the folder that a run leaves ([`Report`](crate::Report)), of a recording, or of a log of another
+//! system ([`logs`](crate::logs)). The page of a folder with a recording in it has both.
 
 mod beside;
 mod decisions;
@@ -29,7 +29,7 @@ use table::Table;
 pub struct Known {
     /// The world at the start.
     pub scene: Scene,
-    /// The robots that the report follows; found by the types of their values unless given.
+    /// Robots that the report follows; by default found by the types of their values.
     pub robots: Vec<Followed>,
 }
 
@@ -38,18 +38,18 @@ pub struct Known {
 pub struct Page {
     /// The files, the page first.
     pub files: Vec<PathBuf>,
-    /// Messages of the recording that can't be read, so that nothing is told of them.
+    /// Messages of the recording that can't be read; the report leaves them out.
     pub unread: Vec<Unread>,
 }
 
-/// How many rows of a table a page has; its file has all.
+/// Maximum number of rows of a table on a page; its file has all.
 const ROWS: usize = 300;
 
 /// Content of a page.
 #[derive(Debug, Default)]
 struct Story {
     title: String,
-    /// Where it comes from.
+    /// Source of the content.
     source: String,
     sections: Vec<Section>,
     unread: Vec<Unread>,
@@ -68,9 +68,9 @@ struct Section {
 enum SectionPart {
     Text(String),
     Table(Table),
-    /// A picture that was drawn now: the name of its file, what it shows, and its text.
+    /// Picture that was just drawn: the name of its file, its caption, and its text.
     Drawn(&'static str, String, String),
-    /// A picture that is in a file of that name already: what it shows, and what is in it.
+    /// Picture that is already in a file of that name: its caption and its content.
     Found(&'static str, String, Vec<u8>),
 }
 
@@ -79,7 +79,7 @@ impl Section {
         Self { heading, parts: Vec::new() }
     }
 
-    /// A table, or what is said when it has no rows.
+    /// Adds a table, or the text `empty` if it has no rows.
     fn table(&mut self, table: Table, empty: &str) {
         self.parts.push(match table.is_empty() {
             true => SectionPart::Text(empty.into()),
@@ -96,13 +96,14 @@ impl Section {
     }
 }
 
-/// Whether a path is a folder that a run has left.
+/// Returns true if a path is the folder of a run.
 fn is_folder(path: &Path) -> bool {
     path.is_dir() && !path.join("metadata.yaml").is_file()
 }
 
-/// The recording that a page of that path tells of: the path itself, or in a folder that of the run, `run.mcap`, or the only one. Of
-/// several others, as triggers save them, it tells none where the run has left its figures.
+/// Returns the recording that a page about that path describes.
+/// It is the path itself, or in a folder the recording of the run, `run.mcap`, or the only one. Among several others,
+/// as triggers save them, it is `None` if the run has left its figures.
 ///
 /// # Errors
 /// When a folder has nothing but several recordings and none is that of the run, or can't be read.
@@ -127,10 +128,10 @@ pub fn recording_of(path: &Path) -> Result<Option<PathBuf>, Error> {
     }
 }
 
-/// The recording that a run has of itself unless its configuration says otherwise.
+/// Default file of a run's own recording.
 const OWN: &str = "run.mcap";
 
-/// The recordings in a folder, by name.
+/// Returns the recordings in a folder, by name.
 fn recordings(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let failed = |source| Error::Read { path: folder.into(), source };
     let mut found = Vec::new();
@@ -144,7 +145,8 @@ fn recordings(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(found)
 }
 
-/// Where a page goes unless that is said: into the folder of the run, or into one beside the recording.
+/// Returns the default folder of a page.
+/// It is the folder of the run, or a folder beside the recording.
 pub fn usual_folder(path: &Path) -> PathBuf {
     if is_folder(path) {
         return path.into();
@@ -153,7 +155,8 @@ pub fn usual_folder(path: &Path) -> PathBuf {
     path.with_file_name(format!("{stem}-report"))
 }
 
-/// Writes `report.html` about a run's folder, a recording or another log into the folder `out`, with its pictures and tables as files.
+/// Writes `report.html` about a run's folder, a recording or another log.
+/// The folder `out` receives its pictures and tables as files as well.
 ///
 /// # Errors
 /// When something can't be read or is damaged, or `out` can't be written.
@@ -161,7 +164,8 @@ pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Page, Error> {
     write_beside(path, known, &[], out)
 }
 
-/// Writes the page of [`write`](fn@write) with the published logs of runs beside the run: their pictures, and how they used the routes.
+/// Writes the page of [`write`](fn@write) with published logs beside the run.
+/// It has the pictures of the logs, and their use of the routes.
 ///
 /// # Errors
 /// As [`write`](fn@write).

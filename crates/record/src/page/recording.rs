@@ -15,7 +15,7 @@ use crate::Sample;
 use crate::storage::{ChannelTopic, Decoder, Error, Message, Unread, Value};
 pub(super) use telling::{between, distances};
 
-/// More lines of the log or changes are not kept.
+/// Maximum number of lines of the log or changes.
 const MOST: usize = 10_000;
 
 type Texts = BTreeMap<String, String>;
@@ -31,14 +31,14 @@ pub(super) struct Recording {
     tracks: RobotTracks,
     judged: BTreeMap<String, Vec<(String, String)>>,
     verdict: Option<String>,
-    /// The newest histograms and counts of deadlines that were missed, by who was measured.
+    /// The newest histograms and counts of missed deadlines, by measured module.
     timing: BTreeMap<String, Timing>,
     faults: Faults,
     log: Table,
     changes: Table,
     pub decisions: Decisions,
     dropped: BTreeMap<String, u64>,
-    /// The values that have been seen last, of what is told only when it changes.
+    /// Newest values of parameters and switches, reported only when they change.
     last: BTreeMap<String, Value>,
     /// Messages that can't be read.
     unread: Vec<Unread>,
@@ -49,7 +49,7 @@ struct FollowedRobot {
     status: Status,
     names: Option<Names>,
     clearance: Series,
-    /// A place waits for what Execute says in the same cycle.
+    /// Pose that waits for the status of Execute in the same cycle.
     waiting: Option<(u64, [f64; 3])>,
 }
 
@@ -177,7 +177,7 @@ impl Recording {
         }
     }
 
-    /// Takes what is followed of the robots: poses, what their Execute does, and distances.
+    /// Notes followed values of robots: poses, states of their Execute, and distances.
     fn follow(&mut self, topic: &str, message: &Message<'_>, time: u64, decoder: &mut Decoder) {
         for robot in 0..self.robots.len() {
             let Followed { name, pose, status, clearance } = &self.robots[robot].of;
@@ -199,7 +199,7 @@ impl Recording {
         }
     }
 
-    /// Takes a change that an Analyze has noticed.
+    /// Notes a change that an Analyze has published.
     fn noticed(&mut self, message: &Message<'_>, time: u64, owner: &str, decoder: &mut Decoder) {
         let robot = owner.trim_start_matches('/').split('/').next().unwrap_or_default().to_owned();
         let own = self.robots.iter().find(|own| own.of.name == robot);
@@ -209,7 +209,7 @@ impl Recording {
         self.decisions.add(time, &robot, "noticed", detail, 1, clearance);
     }
 
-    /// Where a robot is, with what Execute has said of it since.
+    /// Notes the pose of a robot, with the newest state of its Execute.
     fn place(&mut self, robot: usize) {
         let own = &mut self.robots[robot];
         let Some((time, [x, y, theta])) = own.waiting.take() else { return };
@@ -291,7 +291,7 @@ impl Recording {
         self.changes.row([seconds(time), format!("{by}: {what}"), String::new(), after]);
     }
 
-    /// A parameter or a switch that has another value than before.
+    /// Notes a parameter or a switch with a new value.
     fn setting(&mut self, topic: &str, time: u64, value: Value) {
         let fields = value.fields(false);
         let before = self.last.insert(topic.into(), value).map(|before| before.fields(false));
@@ -303,12 +303,12 @@ impl Recording {
     }
 }
 
-/// The definition of a message; empty if there is none.
+/// Returns the definition of a message; empty if it has none.
 fn definition<'a>(message: &Message<'a>) -> &'a str {
     message.schema.map_or("", |schema| std::str::from_utf8(&schema.data).unwrap_or_default())
 }
 
-/// The metrics of a referee, each with its unit.
+/// Returns the metrics of a referee, each with its unit.
 fn metrics(value: &Value, definition: &str) -> Vec<(String, String)> {
     let units = units(definition);
     let mut fields = value.fields(false);

@@ -6,7 +6,8 @@ use crate::storage::ChannelTopic;
 /// Maximum number of followed robots by default: a picture of more is unreadable.
 const MOST: usize = 8;
 
-/// Those whose places are among the topics: where robots truly are, else what odometry says, else any poses.
+/// Returns the robots whose poses are among the topics.
+/// It prefers true poses, then poses by odometry, then any poses.
 pub(super) fn followed_among(topics: &[ChannelTopic]) -> Vec<Followed> {
     let of = |types: &[&str], end: &str| {
         let fits =

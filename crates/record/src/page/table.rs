@@ -12,7 +12,7 @@ pub(super) struct Column {
     pub name: String,
     pub unit: String,
     pub is_number: bool,
-    /// Whether each cell has the names of modules, one or several.
+    /// Set if each cell has the names of modules, one or several.
     is_modules: bool,
 }
 
@@ -20,7 +20,7 @@ pub(super) struct Column {
 const SEEN: usize = 3;
 
 impl Column {
-    /// How many modules a cell names, if there are too many of them to be seen at once.
+    /// Returns the number of modules in a cell if they are too many to read at once.
     pub fn crowd(&self, cell: &str) -> Option<usize> {
         let count = cell.split(", ").count();
         (self.is_modules && count > SEEN).then_some(count)
@@ -28,8 +28,9 @@ impl Column {
 }
 
 impl Table {
-    /// Columns are written `name`, or `#name` for one of numbers, `#name/unit` for one of numbers with a unit, and `*name` for one of
-    /// names of modules with commas between.
+    /// Creates an empty table.
+    /// Columns are written `name`, or `#name` for numbers, `#name/unit` for numbers with a unit, and `*name` for names
+    /// of modules with commas between.
     pub fn new(name: &str, columns: &[&str]) -> Self {
         let column = |text: &&str| {
             let (is_modules, text) = text.strip_prefix('*').map_or((false, *text), |text| (true, text));
@@ -51,7 +52,7 @@ impl Table {
         self.rows.is_empty()
     }
 
-    /// RFC 4180 with line feeds; units stand in the names.
+    /// Returns the table as CSV (RFC 4180, line feeds); the names contain the units.
     pub fn csv(&self) -> String {
         let head = self.columns.iter().map(|Column { name, unit, .. }| {
             let unit = unit.replace('/', "_per_");

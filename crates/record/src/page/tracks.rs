@@ -1,10 +1,10 @@
 use crate::plot::Curve;
 use crate::{Sample, Trajectory};
 
-/// More samples of a robot than a picture can show are not kept.
+/// Maximum number of samples of a robot; a picture can't show more.
 const MOST: usize = 20_000;
 
-/// Where robots were, with what shows no more left out when there is much of it.
+/// Sampled poses of robots, thinned when there are more than a picture can show.
 #[derive(Debug, Default)]
 pub(super) struct RobotTracks {
     robots: Vec<RobotTrack>,
@@ -13,7 +13,7 @@ pub(super) struct RobotTracks {
 #[derive(Debug, Default)]
 struct RobotTrack {
     samples: Vec<Sample>,
-    /// One of this many samples is kept.
+    /// Number of samples of which one is kept.
     stride: usize,
     seen: usize,
 }
@@ -40,7 +40,7 @@ impl RobotTracks {
         }
     }
 
-    /// All robots, in the order of time.
+    /// Returns the samples of all robots, in the order of time.
     pub fn trajectory(self) -> Trajectory {
         let mut samples: Vec<_> = self.robots.into_iter().flat_map(|track| track.samples).collect();
         samples.sort_by_key(|sample| sample.time);
@@ -48,7 +48,7 @@ impl RobotTracks {
     }
 }
 
-/// A number over time, thinned out like a track; what is least is known exactly.
+/// Number over time, thinned as a track; the exact minimum is kept.
 #[derive(Debug, Default)]
 pub(super) struct Series {
     points: Vec<(f64, f64)>,

@@ -1,4 +1,5 @@
-//! The run as a moving picture: SVG with declarative (SMIL) animation, which browsers play also inside of `<img>`.
+//! Animation of the run: SVG with declarative (SMIL) animation.
+//! Browsers play it also inside of `<img>`.
 
 use super::{
     Drawing,
@@ -22,7 +23,8 @@ const FRAMES_PER_SECOND: f64 = 10.0;
 /// Seconds of playing after which the next piece of a trail appears.
 const PIECE: f64 = 0.25;
 
-/// Draws the trajectories as an animation that repeats for ever, with a still of the end for viewers without animation.
+/// Draws the trajectories as an animation that repeats for ever.
+/// Viewers without animation show a still of the end.
 pub(crate) fn animation(report: &Drawing) -> Result<String, Error> {
     let places = report.trajectory.samples.iter().map(|sample| [sample.x, sample.y]);
     let view = View::of(report.scene, places, LEFT);
@@ -73,7 +75,7 @@ fn legend(report: &Drawing) -> Vec<(Mark, String)> {
     entries
 }
 
-/// How the time of the run becomes the time of the picture.
+/// Mapping from the time of the run to the time of the animation.
 struct Pace {
     /// Seconds since the start of the run.
     first: f64,
@@ -92,7 +94,7 @@ impl Pace {
         Pace { first, speed, total: duration / speed + PAUSE }
     }
 
-    /// When a sample shows, as a share of the whole, 0 to 1.
+    /// Returns the time of a sample as a share of the animation, 0 to 1.
     fn share(&self, sample: &Sample) -> f64 {
         (sample.seconds() - self.first) / self.speed / self.total
     }
@@ -103,7 +105,7 @@ impl Pace {
     }
 }
 
-/// The trails, and the robots above them.
+/// Draws the trails, and the robots above them.
 fn moving(report: &Drawing, view: &View, pace: &Pace) -> String {
     let (mut text, colors) = (String::new(), palette(report));
     let robots = report.trajectory.robots();
@@ -152,7 +154,8 @@ fn trail(text: &mut String, view: &View, pace: &Pace, samples: &[&Sample], fallb
     }
 }
 
-/// A robot with an arrow to its front, in the colour of the route that commands it.
+/// Draws a robot with an arrow to its front, in the colour of its route.
+/// The route is the one that commands it.
 fn body(
     text: &mut String,
     view: &View,
@@ -197,7 +200,8 @@ fn body(
     );
 }
 
-/// Place and turn of a robot in each frame; where its pose can't be drawn, it stays.
+/// Returns position and rotation of a robot in each frame.
+/// The robot stays where its pose can't be drawn.
 fn poses(view: &View, pace: &Pace, samples: &[&Sample]) -> Vec<(String, String)> {
     let frames = libm::ceil(pace.total * FRAMES_PER_SECOND) as u32;
     let drawable: Vec<(&Sample, Pixel)> = samples
@@ -225,7 +229,7 @@ fn poses(view: &View, pace: &Pace, samples: &[&Sample]) -> Vec<(String, String)>
     poses
 }
 
-/// The colours of a robot as its routes change.
+/// Returns the animated colours of a robot as its routes change.
 fn colors(pace: &Pace, samples: &[&Sample], fallback: RGBColor) -> String {
     let changes: Vec<(f64, String)> = parts(samples)
         .map(|(route, part)| (pace.share(part[0]), hex(route.map_or(fallback, |route| color(Some(route))))))

@@ -5,26 +5,28 @@ use plotters::{
     style::text_anchor::{HPos, Pos, VPos},
 };
 
-/// A point on the canvas, from the upper left corner. All lengths on the canvas are in fractions of a pixel.
+/// Point on the canvas, from the upper left corner.
+/// All lengths on the canvas are in fractions of a pixel.
 pub(super) type Pixel = (i32, i32);
 
-/// One pixel of the image. The drawing library rounds to whole numbers, so with whole pixels the line of a slow robot
-/// would have steps.
+/// Units per pixel of the image.
+/// The drawing library rounds to whole numbers, so with whole pixels the line of a slow robot would have steps.
 pub(super) const PIXEL: i32 = 8;
 
 pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
 pub(super) const FAINT: RGBColor = RGBColor(110, 110, 110);
 pub(super) const GRID: RGBColor = RGBColor(225, 225, 225);
 
-/// How wide the bright part of a hollow line is.
+/// Width of the bright part of a hollow line.
 pub(super) const HOLLOW: u32 = 2;
 
-/// Marks that stand for something at one place.
+/// Marks of events and positions.
 #[derive(Clone, Copy)]
 pub(super) enum Mark {
     /// The route changed to one of this colour.
     Square(RGBColor),
-    /// An action of a route of this colour began; its kind has that shape. Radius in pixels.
+    /// Dot where an action of a route of this colour began; radius in pixels.
+    /// The shape is that of the action's kind.
     Dot(RGBColor, DotShape, i32),
     Start,
     End,
@@ -78,7 +80,7 @@ pub(super) struct Canvas<'a> {
     pub area: DrawingArea<SVGBackend<'a>, Shift>,
 }
 
-/// The text of an SVG image that `draw` fills.
+/// Returns the text of an SVG image that `draw` fills.
 pub(super) fn image(size: Pixel, draw: impl FnOnce(&Canvas) -> Result<(), Error>) -> Result<String, Error> {
     let mut svg = String::new();
     let (width, height) = (size.0.unsigned_abs(), size.1.unsigned_abs());
@@ -93,12 +95,12 @@ pub(super) fn image(size: Pixel, draw: impl FnOnce(&Canvas) -> Result<(), Error>
     Ok(svg.replacen(&fine, &whole, 1))
 }
 
-/// Text of a size in pixels.
+/// Returns the style of text of a size in pixels.
 pub(super) fn font(pixels: i32) -> TextStyle<'static> {
     ("sans-serif", pixels * PIXEL).into_font().color(&INK)
 }
 
-/// A stroke of a width in pixels.
+/// Returns the style of a stroke of a width in pixels.
 pub(super) fn stroke(color: RGBColor, pixels: u32) -> ShapeStyle {
     color.stroke_width(pixels * PIXEL.unsigned_abs())
 }
@@ -108,7 +110,8 @@ impl Canvas<'_> {
         self.area.draw(&PathElement::new(points.to_vec(), stroke(color, width))).map_err(failed)
     }
 
-    /// A line through measured points, interrupted where there is none. Points within a pixel are thinned out.
+    /// Draws a line through measured points, interrupted at missing ones.
+    /// Points within a pixel are thinned out.
     pub fn trace(&self, points: &[Option<Pixel>], color: RGBColor, width: u32) -> Result<(), Error> {
         for points in points.split(Option::is_none) {
             let mut points: Vec<Pixel> = points.iter().copied().flatten().collect();
@@ -137,7 +140,7 @@ impl Canvas<'_> {
         self.area.draw(&Text::new(clean(text), at, style)).map_err(failed)
     }
 
-    /// Text to the right of a place, on a ground that sets it off from lines.
+    /// Draws a text to the right of a place, on a ground that sets it off from lines.
     pub fn label(&self, text: &str, at: Pixel) -> Result<(), Error> {
         const SIZE: i32 = 22;
         let (left, half) = (at.0 + 14 * PIXEL, 14 * PIXEL);
@@ -147,7 +150,7 @@ impl Canvas<'_> {
     }
 
     pub fn mark(&self, mark: Mark, at: Pixel) -> Result<(), Error> {
-        /// Of a goal and of a line in a legend.
+        /// Half the width of a goal and of a line in a legend.
         const HALF: i32 = 22 * PIXEL;
         let (x, y) = at;
         match mark {
@@ -176,7 +179,7 @@ impl Canvas<'_> {
         }
     }
 
-    /// A dot with an edge that sets it off from the line of its colour.
+    /// Draws a dot with an edge that sets it off from the line of its colour.
     fn dot(&self, at: Pixel, color: RGBColor, shape: DotShape, radius: i32) -> Result<(), Error> {
         let corners = shape.corners();
         if corners.is_empty() {
@@ -190,7 +193,7 @@ impl Canvas<'_> {
         self.line(&corners, WHITE, 1)
     }
 
-    /// A column of marks with what they mean.
+    /// Draws a column of marks with their meanings.
     pub fn legend(&self, at: Pixel, entries: &[(Mark, String)]) -> Result<(), Error> {
         let mut y = at.1;
         for (mark, meaning) in entries {
@@ -201,7 +204,7 @@ impl Canvas<'_> {
         Ok(())
     }
 
-    /// The headline and the conditions above the plot.
+    /// Draws the headline and the conditions above the plot.
     pub fn title(&self, title: &str, caption: &str) -> Result<(), Error> {
         self.text(title, (20 * PIXEL, 34 * PIXEL), 32, INK, HPos::Left)?;
         self.text(caption, (20 * PIXEL, 70 * PIXEL), 20, FAINT, HPos::Left)
@@ -211,12 +214,12 @@ impl Canvas<'_> {
 pub(super) const LEGEND_LINE: i32 = 44 * PIXEL;
 pub(super) const TITLE_HEIGHT: i32 = 100 * PIXEL;
 
-/// How wide a text of a size in pixels will be at most, for any usual font.
+/// Returns the maximum width of a text of a size in pixels, for any usual font.
 pub(super) fn text_width(text: &str, size: i32) -> i32 {
     i32::try_from(text.chars().count()).map_or(i32::MAX / 2, |count| count.saturating_mul(size * PIXEL) / 2)
 }
 
-/// XML cannot carry control characters, not even escaped.
+/// Replaces control characters, which XML can't carry, not even escaped.
 fn clean(text: &str) -> String {
     let allowed = |character: char| !character.is_control() && !matches!(character, '\u{fffe}' | '\u{ffff}');
     text.chars().map(|character| if allowed(character) { character } else { '\u{fffd}' }).collect()

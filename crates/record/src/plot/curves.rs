@@ -14,7 +14,7 @@ const LEGEND: i32 = 420 * PIXEL;
 const AXIS: i32 = 58 * PIXEL;
 const EDGE: i32 = 16 * PIXEL;
 
-/// Tones that people with any common colour blindness tell apart.
+/// Tones that are distinct for people with any common colour blindness.
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 119, 187),
     RGBColor(204, 51, 17),
@@ -28,7 +28,7 @@ const COLORS: [RGBColor; 7] = [
 /// A number over time.
 pub(crate) struct Curve {
     pub name: String,
-    /// Seconds, and the number then. What is not finite interrupts the line.
+    /// Time in seconds, and the number; one that is not finite interrupts the line.
     pub points: Vec<(f64, f64)>,
 }
 
@@ -82,7 +82,8 @@ fn draw(canvas: &Canvas, title: &str, curves: &[Curve]) -> Result<(), Error> {
     canvas.legend((LEFT + WIDTH + 16 * PIXEL, TITLE_HEIGHT + 20 * PIXEL), &legend)
 }
 
-/// The interval of the finite numbers, with a share of it added at both ends, and never empty.
+/// Returns the interval of the finite numbers, padded by a share at both ends.
+/// It is never empty.
 fn extent(numbers: impl Iterator<Item = f64>, share: f64) -> (f64, f64) {
     // Beyond, a difference of two of them is infinite.
     let drawable = numbers.filter(|number| number.abs() < 1e300);
@@ -104,7 +105,7 @@ fn extent(numbers: impl Iterator<Item = f64>, share: f64) -> (f64, f64) {
     widened((low - padding, high + padding), least)
 }
 
-/// The number at a tick of an axis that shows `span` in all.
+/// Returns the number at a tick of an axis that shows `span` in all.
 fn label(number: f64, span: f64) -> String {
     match span {
         span if !(1e-3..1e7).contains(&span) => format!("{number:.3e}"),

@@ -24,18 +24,19 @@ const EDGE: i32 = 16 * PIXEL;
 /// Room for each number of an axis.
 const LABEL_SPACE: usize = 80 * PIXEL as usize;
 const LEGEND: i32 = 320 * PIXEL;
-/// Radius of a dot, pixels, and the number of dots of a robot above which they are smaller.
+/// Radius of a dot, pixels, and the number of dots above which it shrinks.
+/// The dots are counted per robot.
 const DOT: i32 = 6;
 const CROWD: usize = 200;
-/// More kinds of actions have no line in the legend.
+/// Maximum number of kinds of actions in the legend.
 const MOST_KINDS: usize = 12;
 
-/// The picture of one run.
+/// Draws one run.
 pub(crate) fn map(report: &Drawing) -> Result<String, Error> {
     Ok(sized(report)?.0)
 }
 
-/// The pictures of several runs, side by side.
+/// Draws several runs side by side.
 pub(crate) fn beside(reports: &[Drawing]) -> Result<String, Error> {
     let (mut pictures, mut size) = (String::new(), (0, 0));
     for report in reports {
@@ -50,7 +51,7 @@ pub(crate) fn beside(reports: &[Drawing]) -> Result<String, Error> {
     ))
 }
 
-/// The picture of one run, and its size in whole pixels.
+/// Draws one run; returns also its size in whole pixels.
 fn sized(report: &Drawing) -> Result<(String, Pixel), Error> {
     let places = report.trajectory.samples.iter().map(|sample| [sample.x, sample.y]);
     let (view, legend) = (View::of(report.scene, places, LEFT), legend(report));
@@ -64,7 +65,8 @@ fn sized(report: &Drawing) -> Result<(String, Pixel), Error> {
     Ok((picture, (size.0 / PIXEL, size.1 / PIXEL)))
 }
 
-/// Kinds of the actions of the robots that are not scripted, in order of their first dot, each with its route.
+/// Returns the kinds of actions in order of their first dot, each with its route.
+/// Actions of scripted robots are left out.
 fn kinds<'a>(report: &'a Drawing) -> Vec<(&'a str, Option<Route>)> {
     let mut kinds: Vec<(&str, Option<Route>)> = Vec::new();
     for robot in report.trajectory.robots() {
@@ -80,7 +82,7 @@ fn kinds<'a>(report: &'a Drawing) -> Vec<(&'a str, Option<Route>)> {
     kinds
 }
 
-/// The samples in which another action runs than in the one before.
+/// Returns the samples at which another action begins.
 fn begun<'a>(samples: &[&'a Sample]) -> impl Iterator<Item = &'a Sample> {
     let pairs: Vec<_> =
         samples.iter().zip(samples.iter().skip(1)).map(|(before, now)| (*before, *now)).collect();
@@ -141,7 +143,8 @@ fn path(canvas: &Canvas, view: &View, samples: &[&Sample], color: RGBColor, widt
     canvas.trace(&points, color, width)
 }
 
-/// The way of a robot in the colours of its routes; hollow lines tell the others from the first.
+/// Draws the path of a robot in the colours of its routes.
+/// Hollow lines tell the other robots from the first.
 fn routes(
     canvas: &Canvas,
     view: &View,

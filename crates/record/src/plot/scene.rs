@@ -1,4 +1,4 @@
-//! The world from above at the start of a run, with the robots as they are.
+//! World from above at the start of a run, with the robots.
 
 use super::{
     Drawing,
@@ -73,7 +73,7 @@ fn body(canvas: &Canvas, view: &View, robot: &Robot, color: RGBColor) -> Result<
     fill(canvas, view, &placed(&arrow), color.to_rgba())
 }
 
-/// On the right of the robot.
+/// Draws the name on the right of the robot.
 fn name(canvas: &Canvas, view: &View, robot: &Robot) -> Result<(), Error> {
     let Some((x, y)) = view.pixel(robot.x, robot.y) else { return Ok(()) };
     let corners = robot.outline.iter().map(|corner| robot.to_world(*corner));
@@ -81,7 +81,7 @@ fn name(canvas: &Canvas, view: &View, robot: &Robot) -> Result<(), Error> {
     canvas.label(&robot.name, (right - 8 * PIXEL, y))
 }
 
-/// A bar of a round length, below the world.
+/// Draws a scale bar of a round length, below the world.
 fn scale(canvas: &Canvas, view: &View) -> Result<(), Error> {
     let most = (view.x.1 - view.x.0) / 3.0;
     let decade = libm::exp10(libm::floor(libm::log10(most)));

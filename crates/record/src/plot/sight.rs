@@ -1,10 +1,11 @@
-//! How far range sensors see.
+//! Visible area of range sensors.
 
 use crate::{Cone, Robot, Scene};
 
-/// The corners of what a sensor sees: its cone, as far as nothing fixed is in the way.
+/// Returns the corners of a sensor's visible area.
+/// It is the cone up to the nearest fixed obstacles.
 pub(super) fn visible(scene: &Scene, robot: &Robot, cone: &Cone) -> Vec<[f64; 2]> {
-    /// One ray for each degree or so, and not more than for all directions.
+    /// Number of rays, about one for each degree, and limited for all directions.
     const RAYS_PER_RADIAN: f64 = 60.0;
     const MOST_RAYS: f64 = 400.0;
     let rays = libm::ceil(cone.opening.abs() * RAYS_PER_RADIAN);
@@ -20,7 +21,8 @@ pub(super) fn visible(scene: &Scene, robot: &Robot, cone: &Cone) -> Vec<[f64; 2]
     [origin].into_iter().chain(ends).collect()
 }
 
-/// How far it is from `origin` to the first obstacle, at most `range`. The direction has length 1.
+/// Returns the distance from `origin` to the first obstacle, at most `range`.
+/// The direction has length 1.
 fn free_way(scene: &Scene, origin: [f64; 2], direction: [f64; 2], range: f64) -> f64 {
     let sides = scene.polygons.iter().flat_map(|polygon| {
         let next = polygon.points.iter().cycle().skip(1);

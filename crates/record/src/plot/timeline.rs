@@ -78,7 +78,7 @@ fn draw(canvas: &Canvas, report: &Drawing, robots: &[RobotStrip]) -> Result<(), 
     time_axis(canvas, time, top)
 }
 
-/// One coordinate of all robots.
+/// Draws one coordinate of all robots.
 fn panel(
     canvas: &Canvas,
     robots: &[RobotStrip],
@@ -126,13 +126,13 @@ fn panel(
 }
 
 impl RobotStrip<'_> {
-    /// Of its line.
+    /// Returns the width of the robot's line.
     fn width(&self) -> u32 {
         if self.is_scripted { 2 } else { 4 }
     }
 }
 
-/// The route of one robot, as coloured bands.
+/// Draws the route of one robot, as coloured bands.
 fn strip(canvas: &Canvas, robot: &RobotStrip, time: (f64, f64), top: i32) -> Result<(), Error> {
     for (route, samples) in parts(&robot.samples) {
         if let [first, .., last] = samples {
@@ -149,7 +149,8 @@ fn strip(canvas: &Canvas, robot: &RobotStrip, time: (f64, f64), top: i32) -> Res
     canvas.text(robot.name, (LEFT - 12 * PIXEL, top + STRIP / 2), 22, INK, HPos::Right)
 }
 
-/// Right of the panels: the robots, and below them the routes, if any robot has some.
+/// Draws the legends to the right of the panels.
+/// These are the robots, and below them the routes, if any robot has some.
 fn legends(canvas: &Canvas, robots: &[RobotStrip]) -> Result<(), Error> {
     let names = robots.iter().map(|robot| {
         let script = if robot.is_scripted { " (scripted)" } else { "" };
@@ -175,7 +176,7 @@ fn legends(canvas: &Canvas, robots: &[RobotStrip]) -> Result<(), Error> {
     canvas.legend((left, strips.max(below)), &routes)
 }
 
-/// The axis that all panels share, below the last.
+/// Draws the axis that all panels share, below the last.
 fn time_axis(canvas: &Canvas, time: (f64, f64), top: i32) -> Result<(), Error> {
     let area = canvas.area.clone().shrink((LEFT, top), (WIDTH, AXIS));
     let mut chart = ChartBuilder::on(&area)

@@ -1,4 +1,4 @@
-//! The part of the world that a picture shows, and what stands in it.
+//! Shown part of the world, and its obstacles.
 
 use super::{
     Extent,
@@ -12,7 +12,8 @@ use plotters::{prelude::*, style::text_anchor::HPos};
 const SIDE: i32 = 1000 * PIXEL;
 const OBSTACLE: RGBColor = RGBColor(205, 205, 205);
 
-/// The shown part of the world: metres at the edges, and the size on the canvas at one scale for both axes.
+/// Shown area of the world, at one scale for both axes.
+/// Its edges in metres, and its size on the canvas.
 pub(super) struct View {
     pub x: (f64, f64),
     pub y: (f64, f64),
@@ -22,7 +23,7 @@ pub(super) struct View {
 }
 
 impl View {
-    /// One that holds all of the scene, and these points.
+    /// Creates a view that contains the whole scene and these points.
     pub fn of(scene: &Scene, points: impl Iterator<Item = [f64; 2]>, left: i32) -> View {
         let (mut x, mut y) = (Extent::default(), Extent::default());
         for [point_x, point_y] in outline(scene).chain(points) {
@@ -38,7 +39,7 @@ impl View {
         View { x, y, size: (pixels(x), pixels(y)), left }
     }
 
-    /// Where a point is on the canvas, unless it is so far out that it cannot be told.
+    /// Returns the position of a point on the canvas; `None` if it is too far out.
     pub fn pixel(&self, x: f64, y: f64) -> Option<Pixel> {
         const FAR: f64 = 1e8;
         let share = |value: f64, (low, high): (f64, f64)| (value - low) / (high - low);
@@ -48,7 +49,7 @@ impl View {
             .then(|| (self.left + right as i32, TITLE_HEIGHT + self.size.1 - up as i32))
     }
 
-    /// How long a length is on the canvas.
+    /// Returns a length in metres as a length on the canvas.
     pub fn pixels(&self, metres: f64) -> i32 {
         (metres / (self.x.1 - self.x.0) * f64::from(self.size.0)).round() as i32
     }
@@ -63,7 +64,7 @@ fn outline(scene: &Scene) -> impl Iterator<Item = [f64; 2]> {
     corners.into_iter().chain(polygons).chain(circles).chain(goals)
 }
 
-/// Opposite corners of the square around a circle.
+/// Returns opposite corners of the square around a circle.
 fn edges(circle: &crate::Circle) -> [[f64; 2]; 2] {
     let ([x, y], radius) = (circle.center, circle.radius);
     [[x - radius, y - radius], [x + radius, y + radius]]
@@ -108,7 +109,7 @@ pub(super) fn obstacles(canvas: &Canvas, view: &View, scene: &Scene) -> Result<(
     Ok(())
 }
 
-/// The name of an obstacle, where it fits.
+/// Draws the name of an obstacle, if it fits.
 fn name(
     canvas: &Canvas,
     name: &str,

@@ -12,7 +12,7 @@ use crate::ros;
 /// A property that is recorded.
 #[derive(Clone, Debug)]
 pub(crate) struct Channel {
-    /// Its path, without a leading slash.
+    /// Path, without a leading slash.
     pub path: String,
     pub descriptor: &'static Descriptor,
     pub access: Access,
@@ -20,7 +20,7 @@ pub(crate) struct Channel {
     pub largest: usize,
     /// Number of values that could not be handed over.
     pub dropped: Arc<AtomicU64>,
-    /// Whether any recording wants its values.
+    /// Set if any recording wants the values of the property.
     pub wanted: Arc<AtomicBool>,
     /// Recordings watch the property: else debug outputs have no values.
     watchers: Watchers,
@@ -50,7 +50,7 @@ impl Channel {
         }
     }
 
-    /// The path of what a sender of a mailbox sends by, if it is a module's.
+    /// Returns the path of a mailbox's sender, if it is a module's.
     pub fn sender_name(&self, sender: u32) -> Option<String> {
         Some(self.mailbox.as_ref()?.sender_name(sender)).filter(|name| !name.is_empty())
     }
@@ -63,7 +63,7 @@ impl Channel {
         }
     }
 
-    /// When a message to a mailbox was sent, and by whom; nothing of a value.
+    /// Returns the time and the sender of a message to a mailbox; `None` for a value.
     pub fn sent(&self, bytes: &[u8]) -> Option<Sent> {
         let head = bytes.first_chunk().filter(|_| self.access == Access::Messages)?;
         Some(Sent::from_bytes(*head))
@@ -74,7 +74,7 @@ impl Channel {
         ros::encode(self.descriptor, self.value(items, bytes), out)
     }
 
-    /// The value itself, or that of a message to a mailbox.
+    /// Returns the value itself, or that of a message to a mailbox.
     pub fn value<'a>(&self, items: usize, bytes: &'a [u8]) -> &'a [u8] {
         let bytes =
             if self.access == Access::Messages { bytes.get(SENT..).unwrap_or_default() } else { bytes };
@@ -83,14 +83,14 @@ impl Channel {
         bytes.get(..self.descriptor.size + tail).unwrap_or(bytes)
     }
 
-    /// Whether a run of the same configuration and seed in lockstep writes the same values; what is measured on the wall
-    /// clock differs, and so does what depends on who looks on.
+    /// Returns true if lockstep runs of equal configuration and seed repeat the values.
+    /// Measurements on the wall clock differ, and so do values that depend on observers.
     pub fn repeats(&self) -> bool {
         self.repeats
     }
 }
 
-/// Whether the values of the property at a path do.
+/// Returns true if the property at a path repeats its values.
 pub(crate) fn repeats(path: &str) -> bool {
     let name = path.rsplit('/').next().unwrap_or_default();
     let is_host = ["agents", "peers", "team", "loop", "log", "record"]
@@ -107,7 +107,7 @@ pub(crate) struct Sent {
     pub sender: u32,
 }
 
-/// Its bytes.
+/// Size of a message's sender and time, bytes.
 const SENT: usize = 12;
 
 impl Sent {

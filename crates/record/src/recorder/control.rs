@@ -25,13 +25,13 @@ use super::target::{ActiveRecording, Progress};
 use super::thread::{Order, ThreadHandle};
 use super::{FIRST, RecordError, Recorded, Recorder, TOOLS, selection, wants_of_flight};
 
-/// How long the thread that writes may take to answer; less than tools wait.
+/// Timeout of answers of the writing thread; shorter than that of tools.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Maximum wait of a tool until its change is in the file.
 const SETTLED: Duration = Duration::from_secs(1);
 
-/// How many recordings there may be at a time.
+/// Maximum number of simultaneous recordings.
 const MOST: usize = 8;
 
 fn refusal(message: impl Into<String>, help: &str) -> RecordingRefusal {
@@ -42,14 +42,14 @@ fn over() -> RecordingRefusal {
     refusal("nothing is recorded of this agent any more", "its log says why; start it again")
 }
 
-/// Log line of a recording that has ended.
+/// Returns the log line of a recording that has ended.
 pub(super) fn told(recorded: &Recorded) -> String {
     let Recorded { file, values, dropped, .. } = recorded;
     format!("the recording {} has {values} values; {dropped} are missing", slate_runtime::printable(file))
 }
 
 impl Recorder {
-    /// The handle of the thread, and the recorded agent.
+    /// Returns the handle of the thread, and the recorded agent.
     fn parts(&self) -> Result<(Arc<ThreadHandle>, Arc<Host>), RecordingRefusal> {
         let state = self.state();
         match (&state.thread, &state.host) {
@@ -71,7 +71,8 @@ impl Recorder {
         answer.recv_timeout(PATIENCE).map_err(|_| refusal(late, "see `slate record status`, and try again"))
     }
 
-    /// Waits until what was told of changes is in the hands of the system, but not for a disk that takes nothing.
+    /// Waits until reported changes are in the hands of the operating system.
+    /// It does not wait for a stalled disk.
     pub(super) fn settle_changes(&self) {
         let mut settled = locked(&self.told.settled);
         let told = self.told.count.load(Ordering::Acquire);
@@ -88,7 +89,7 @@ impl Recorder {
         }
     }
 
-    /// The last seconds, as they are in memory now.
+    /// Returns the last seconds that are now in memory.
     fn capture(&self, shared: &ThreadHandle) -> Result<Captured, RecordingRefusal> {
         let (sender, receiver) = sync_channel(1);
         self.ask(shared, Order::Capture(sender))?;

@@ -1,4 +1,5 @@
-//! Writes a file in a thread of its own, so that a stalled disk blocks no other thread.
+//! Writing of a file in a thread of its own.
+//! A stalled disk therefore blocks no other thread.
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -24,9 +25,9 @@ pub(super) struct Disk {
 pub(super) struct DiskQueue {
     /// Bytes that were written until now.
     bytes: AtomicU64,
-    /// Bytes that were handed over until now,
+    /// Bytes that were handed over until now.
     handed: AtomicU64,
-    /// and those of them that the disk has not.
+    /// Bytes that were handed over and are not on the disk yet.
     waiting: AtomicU64,
     state: Mutex<DiskState>,
     changed: Condvar,
@@ -37,14 +38,15 @@ struct DiskState {
     pieces: VecDeque<Vec<u8>>,
     /// Memory that can be used again.
     spare: Option<Vec<u8>>,
-    /// Since when the disk has been at what it is doing.
+    /// Start of the disk's current operation.
     since: Option<Instant>,
     failure: Option<String>,
     is_closed: bool,
 }
 
 impl Disk {
-    /// Starts the thread that writes. It ends after the last piece, once this is dropped.
+    /// Starts the writing thread.
+    /// It ends after the last piece, once this is dropped.
     pub fn start(writer: Box<dyn Write + Send>) -> io::Result<(Self, Arc<DiskQueue>)> {
         let queue = Arc::<DiskQueue>::default();
         let own = Arc::clone(&queue);
@@ -148,37 +150,38 @@ impl DiskQueue {
         self.changed.notify_all();
     }
 
-    /// Bytes that were written until now, with those that wait.
+    /// Returns the number of bytes written until now, with those that wait.
     pub fn bytes(&self) -> u64 {
         self.bytes.load(Ordering::Relaxed)
     }
 
-    /// Bytes that wait.
+    /// Returns the number of bytes that wait.
     pub fn waiting(&self) -> u64 {
         self.waiting.load(Ordering::Acquire)
     }
 
-    /// Bytes that were handed over until now.
+    /// Returns the number of bytes handed over until now.
     pub fn handed(&self) -> u64 {
         self.handed.load(Ordering::Acquire)
     }
 
-    /// Whether the first `bytes` handed over are in the hands of the system.
+    /// Returns true if the operating system has the first `bytes` handed over.
     pub fn has(&self, bytes: u64) -> bool {
         self.handed().saturating_sub(self.waiting()) >= bytes
     }
 
-    /// Why nothing can be written any more.
+    /// Returns the reason why nothing can be written any more, if there is one.
     pub fn failure(&self) -> Option<String> {
         self.state().failure.clone()
     }
 
-    /// How long the disk has been at one piece.
+    /// Returns the time that the disk has spent on the current piece.
     pub fn stands_still(&self) -> Duration {
         self.state().since.map_or(Duration::ZERO, |since| since.elapsed())
     }
 
-    /// Waits until at most `most` bytes wait; gives up on a disk that takes none for `patience`.
+    /// Waits until at most `most` bytes are queued.
+    /// Gives up on a disk that takes none for `patience`.
     ///
     /// # Errors
     /// Why it has not taken them.
@@ -194,7 +197,7 @@ impl DiskQueue {
         state.failure.clone().map_or(Ok(()), Err)
     }
 
-    /// As [`settle`](DiskQueue::settle), with the usual patience.
+    /// Waits as [`settle`](DiskQueue::settle), with the default timeout.
     pub fn settle_in_time(&self, most: u64) -> Result<(), String> {
         self.settle(most, PATIENCE)
     }
@@ -207,7 +210,7 @@ mod tests {
 
     use super::*;
 
-    /// Takes a piece when it may.
+    /// Writer that takes a piece when permitted.
     struct Slow(Receiver<()>);
 
     impl Write for Slow {

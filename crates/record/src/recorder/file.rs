@@ -20,49 +20,51 @@ use slate_blackboard::{Access, Stamp};
 /// Path, schema and access of the values that a channel carries.
 type Carried = (String, u64, &'static str);
 
-/// How much there is of a file before its disk has it, bytes.
+/// Limits of the data of a file that are not on the disk yet, bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     /// Size at which a piece is closed, bytes.
     pub chunk: u64,
-    /// Maximum number of bytes that wait for the disk, besides two of the largest values.
+    /// Maximum size of the data queued for the disk, bytes.
+    /// Two of the largest values may be queued besides.
     pub buffer: u64,
 }
 
-/// How long the disk may take to say that nothing can be written at all.
+/// Maximum time until the disk reports that nothing can be written at all.
 const FIRST: Duration = Duration::from_secs(1);
 
 /// An MCAP file that is being written.
 pub(super) struct File {
-    /// Nothing once it is closed.
+    /// Writer of the file; `None` once it is closed.
     writer: Option<mcap::Writer<NoSeek<Disk>>>,
     disk: Arc<DiskQueue>,
-    /// By the numbers of the channels.
+    /// Channels by their numbers at the recorder.
     channels: Vec<Option<u16>>,
-    /// Those of mailboxes, by number and sender.
+    /// Channels of mailboxes, by number and sender.
     mailboxes: BTreeMap<(u32, u32), u16>,
     others: BTreeMap<u32, u16>,
-    /// By what they carry. A property that is made anew, as links changed, goes on in the channel of the one before.
+    /// Channels by their content.
+    /// A property that is created anew, because links changed, continues in the channel of the one before.
     known: BTreeMap<Carried, u16>,
-    /// Definitions of the present piece.
+    /// Definitions of the current piece.
     repeated: Repeated,
     /// Offset from the agent's time to that of the file, nanoseconds.
     epoch: u64,
     limits: Limits,
-    /// Bytes of the present piece.
+    /// Bytes of the current piece.
     open: u64,
     scratch: Vec<u8>,
     pub values: u64,
-    /// Whether the present piece has something that must not be lost.
+    /// Set if the current piece has content that must not be lost.
     urgent: bool,
-    /// Why nothing is written any more.
+    /// Reason why nothing is written any more.
     failure: Option<String>,
-    /// By channel, as last said.
+    /// Number of drops, by channel, as last written.
     told: BTreeMap<String, u64>,
 }
 
 impl File {
-    /// Writes what is known before the run.
+    /// Creates a file with the preface of the run.
     pub fn create(writer: Box<dyn Write + Send>, preface: Preface, limits: Limits) -> Result<Self, String> {
         let (own, disk) = Disk::start(writer).map_err(|error| error.to_string())?;
         let options = WriteOptions::new()
@@ -146,7 +148,7 @@ impl File {
         Ok(id)
     }
 
-    /// Adds a channel with its schema, which will stand in the file once more behind the present piece.
+    /// Adds a channel with its schema, which is repeated after the current piece.
     fn define(
         &mut self,
         schema: &str,
@@ -188,7 +190,7 @@ impl File {
         if self.open >= self.limits.chunk { self.close_piece() } else { Ok(()) }
     }
 
-    /// A value that stands in the file at a time, which is that of its stamp or a later one.
+    /// Writes a value at a time in the file, that of its stamp or a later one.
     fn put(
         &mut self,
         channel: Option<&Channel>,
@@ -245,7 +247,7 @@ impl File {
         written
     }
 
-    /// Closes the present piece: what is in it is in the hands of the system then.
+    /// Closes the current piece: its content is then handed over to the disk's thread.
     pub fn close_piece(&mut self) -> Result<(), String> {
         (self.open, self.urgent) = (0, false);
         self.writer()?.flush().map_err(text)?;
@@ -255,7 +257,7 @@ impl File {
         writer.flush().map_err(text)
     }
 
-    /// Whether there is something in the present piece, and whether that must not wait.
+    /// Returns true if the current piece has content.
     pub fn is_open(&self) -> bool {
         self.open > 0
     }
@@ -264,7 +266,7 @@ impl File {
         self.urgent
     }
 
-    /// Says how many values of a property were dropped until then, where that is news.
+    /// Writes the number of a property's drops until then, if it has changed.
     pub fn tell_drops(&mut self, path: &str, count: u64, time: u64) {
         let is_told = count == 0 || self.told.get(path) == Some(&count);
         if is_told || self.failure.is_some() || !self.has_room(0) {
@@ -280,7 +282,7 @@ impl File {
         self.note(written);
     }
 
-    /// A value that was there before the file, at the time at which that begins.
+    /// Writes a value from before the file, at the time at which the file begins.
     pub fn value_from_before(
         &mut self,
         channel: &Channel,
@@ -302,7 +304,7 @@ impl File {
         }
     }
 
-    /// Whether `length` more bytes may wait for the disk.
+    /// Returns true if `length` more bytes may be queued for the disk.
     pub fn has_room(&self, length: usize) -> bool {
         let (waiting, more) = (self.disk.waiting(), length as u64);
         waiting == 0 || waiting + self.open + more <= self.limits.buffer.max(2 * more)
@@ -316,22 +318,22 @@ impl File {
         }
     }
 
-    /// How long the disk has been at one piece.
+    /// Returns the time that the disk has spent on the current piece.
     pub fn stands_still(&self) -> Duration {
         self.disk.stands_still()
     }
 
-    /// Why nothing can be written any more.
+    /// Returns the reason why nothing can be written any more, if there is one.
     pub fn failure(&self) -> Option<String> {
         self.failure.clone().or_else(|| self.disk.failure())
     }
 
-    /// Says of which properties there was never a value.
+    /// Writes the list of properties that never had a value.
     pub fn tell_unwritten(&mut self, unwritten: BTreeMap<String, String>) -> Result<(), String> {
         self.metadata("unwritten", unwritten)
     }
 
-    /// Writes what is known at the end, under that name, and the index, and waits for the disk.
+    /// Writes the final metadata under `name` and the index; waits for the disk.
     pub fn end(&mut self, name: &str, end: BTreeMap<String, String>) -> Result<(), String> {
         self.close_piece()?;
         let drops = self.told.iter().map(|(path, count)| (format!("/{path}"), count.to_string())).collect();
@@ -343,17 +345,17 @@ impl File {
         self.disk.settle_in_time(0)
     }
 
-    /// Bytes of the pieces that were closed.
+    /// Returns the number of bytes of the closed pieces.
     pub fn closed(&self) -> u64 {
         self.disk.handed()
     }
 
-    /// Whether the first `bytes` of pieces are in the hands of the system.
+    /// Returns true if the operating system has the first `bytes` of pieces.
     pub fn has(&self, bytes: u64) -> bool {
         self.disk.has(bytes)
     }
 
-    /// Bytes of the file until now.
+    /// Returns the number of bytes of the file until now.
     pub fn bytes(&self) -> u64 {
         self.disk.bytes()
     }
@@ -369,10 +371,10 @@ impl Sink for File {
     }
 }
 
-/// Bytes of a message beside what is in it.
+/// Size of a message without its content, bytes.
 const HEAD: u64 = 31;
 
-/// The text of an error; of one of the system, its own.
+/// Returns the text of an error; of one of the system, its own.
 fn text(error: mcap::McapError) -> String {
     match error {
         mcap::McapError::Io(error) => error.to_string(),

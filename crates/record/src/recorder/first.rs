@@ -10,7 +10,8 @@ use super::flight::{Captured, Past};
 use super::host::Host;
 use super::run::{CONFIGURATION, Preface, absolute, told_stages};
 
-/// The beginning of a file with the last seconds. Changes within them are messages of the file.
+/// Returns the preface of a file with the last seconds.
+/// Changes within them are messages of the file.
 pub(super) fn preface(host: &Host, composer: &dyn RecordedAgent, captured: &Captured) -> Preface {
     let now = || host.preface(composer, false, false);
     let Some((began, first)) = &host.began else { return now() };
@@ -31,7 +32,8 @@ pub(super) fn preface(host: &Host, composer: &dyn RecordedAgent, captured: &Capt
     preface
 }
 
-/// As it was at the beginning, but for settings that were changed since; nothing when that is no configuration.
+/// Returns the preface with the settings that were changed since the beginning.
+/// `None` if the result is not a valid configuration.
 fn changed(first: &Preface, past: &Past) -> Option<Preface> {
     let mut preface = first.clone();
     if let Some(order) = past.stages.clone() {
@@ -60,7 +62,7 @@ fn changed(first: &Preface, past: &Past) -> Option<Preface> {
     Some(preface)
 }
 
-/// A configuration, a line for each setting, with what was changed.
+/// Returns the configuration with the changes, a line for each setting.
 fn with(text: &str, past: &Past) -> String {
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     for (path, value) in &past.settings {
@@ -90,7 +92,7 @@ fn with(text: &str, past: &Past) -> String {
     lines.join("\n")
 }
 
-/// Whether a path is that of a setting within what another one names.
+/// Returns true if a path is that of a setting within another path.
 fn is_below(path: &str, other: &str) -> bool {
     path.strip_prefix(other).is_some_and(|rest| rest.starts_with('.'))
 }

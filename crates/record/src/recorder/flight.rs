@@ -1,4 +1,5 @@
-//! The last seconds, in memory: values as they were written, in pieces of which the oldest makes room for the newest.
+//! Flight recorder: the last seconds of values, in memory.
+//! They are kept as written, in pieces of which the oldest makes room for the newest.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, OnceLock};
@@ -29,20 +30,20 @@ pub(super) struct Flight {
     /// A piece that can be used again.
     spare: Option<Piece>,
     wants: Want,
-    /// By property, whether it is wanted; nothing before its first value.
+    /// Wanted flags by property; `None` before its first value.
     wanted: Vec<Option<bool>>,
 }
 
 /// State before the first value that is kept.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Past {
-    /// Whether there were values before.
+    /// Set if there were values before.
     pub is_there: bool,
     /// Settings changed since the beginning; `None` for the value of the files.
     pub settings: BTreeMap<String, Option<String>>,
     /// The order of the modules, where it was another one at the beginning.
     pub stages: Option<Vec<(String, Vec<String>)>>,
-    /// Whether there is other code than at the beginning.
+    /// Set if the code differs from that at the beginning.
     pub has_new_code: bool,
 }
 
@@ -53,7 +54,8 @@ struct Piece {
     /// The times of the first and the last value.
     from: u64,
     to: u64,
-    /// By property, where its values begin; made when the past of any is asked for, once no more values come.
+    /// By property, the offsets of its values.
+    /// Made when the past of any property is requested, once no more values come.
     index: OnceLock<BTreeMap<u32, Vec<u32>>>,
 }
 
@@ -81,7 +83,7 @@ const PIECES: usize = 32;
 const LARGEST_PIECE: usize = 1 << 20;
 
 impl Flight {
-    /// Nothing unless it is wanted.
+    /// Creates the flight recorder; `None` if it is not enabled.
     pub fn new(settings: &Settings, wants: Want) -> Option<Self> {
         let memory = usize::try_from(settings.memory).unwrap_or(usize::MAX);
         let flight = Self {
@@ -108,7 +110,8 @@ impl Flight {
         *self.wanted[place].get_or_insert_with(|| (self.wants)(channel))
     }
 
-    /// Takes a value, if it is one that is kept: a recording may have asked for it alone.
+    /// Takes a value if the flight recorder keeps it.
+    /// A recording may have requested it alone.
     pub fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
         if channel.is_some_and(|channel| !self.wants(id, channel)) {
             return;
@@ -173,7 +176,7 @@ impl Flight {
         }
     }
 
-    /// From when it is until when, and the bytes that it takes.
+    /// Returns the first and the last time in memory, and the size, bytes.
     pub fn extent(&self) -> (u64, u64, u64) {
         let from = self.pieces.front().map_or(self.open.from, |piece| piece.from);
         let to = self.pieces.back().map_or(0, |piece| piece.to);
@@ -181,7 +184,7 @@ impl Flight {
         (from, to, (self.bytes + self.open.bytes.len()) as u64)
     }
 
-    /// The present values, without a copy.
+    /// Returns the present values, without a copy.
     pub fn capture(&mut self, channels: &[Channel]) -> Captured {
         let (from, to, _) = self.extent();
         if !self.open.bytes.is_empty() {
@@ -201,7 +204,7 @@ impl Flight {
 }
 
 impl Past {
-    /// Takes a change in that is no longer among what is there.
+    /// Notes a change that is no longer in memory.
     fn note(&mut self, message: &[u8]) {
         match read_change(message) {
             Some((_, Change::Setting { path, value } | Change::Own { path, value, .. })) => {
@@ -227,7 +230,7 @@ impl Piece {
         }
     }
 
-    /// Where the values of a property begin.
+    /// Returns the offsets of a property's values.
     fn places(&self, id: u32) -> &[u32] {
         let index = self.index.get_or_init(|| {
             let (mut index, mut place) = (BTreeMap::<u32, Vec<u32>>::new(), 0);
@@ -241,7 +244,7 @@ impl Piece {
         index.get(&id).map_or(&[], Vec::as_slice)
     }
 
-    /// The value that begins at a place.
+    /// Returns the value that begins at a place.
     fn at(&self, place: u32) -> Option<(ValueHead, &[u8])> {
         let (head, behind) = self.bytes.get(place as usize..)?.split_first_chunk::<HEAD>()?;
         let head = ValueHead::from_bytes(head);
@@ -250,12 +253,12 @@ impl Piece {
 }
 
 impl Captured {
-    /// The channel of the property at a path, the last one if there were several.
+    /// Returns the channel of the property at a path, the last one of several.
     pub fn channel(&self, path: &str) -> Option<&Channel> {
         self.channels.iter().rev().find(|channel| channel.path == path)
     }
 
-    /// Tells what is asked for of the property at a path, if that is kept.
+    /// Returns the requested history of the property at a path, if it is kept.
     pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Option<History> {
         let own = self.channel(&wish.path)?;
         // A module that was loaded anew writes the same property, as long as it has the same interface.
@@ -285,7 +288,8 @@ impl Captured {
         Some(History { left, count: found.len(), from: self.from, to: self.to })
     }
 
-    /// The values that were there before, each of another property, and then all values in the order in which they came.
+    /// Visits the earlier values, one per property, then all values in order.
+    /// The second part is in the order in which the values came.
     pub fn each(&self, mut take: impl FnMut(bool, ValueHead, &[u8])) {
         self.before.values().for_each(|value| take(true, value.head, &value.bytes));
         self.pieces.iter().for_each(|piece| piece.each(|head, bytes| take(false, head, bytes)));
@@ -332,7 +336,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is written: what is there of a property is all from one value on, and the value before that one is known.
+        /// All values of a property are there from one value on, and so is the one before.
+        /// This holds for any sequence of writes.
         #[test]
         fn the_last_values_are_there_and_the_one_before_them(
             values in prop::collection::vec((0_u32..4, 0_usize..3000, 0_u64..50), 1..800),

@@ -12,17 +12,19 @@ use super::run::{CONFIGURATION, Preface, told_stages};
 
 /// The agent that is recorded.
 pub(super) struct Host {
-    /// Not the agent itself, which has the recorder.
+    /// Composer of the agent; the agent itself has the recorder.
     pub composer: WeakComposer,
     pub logger: Arc<Logger>,
     clock: Box<dyn Fn() -> u64 + Send + Sync>,
-    /// What is added to the agent's time for that of the file: in lockstep nothing, and else the date of its start, so
-    /// that recordings of several robots fit together.
+    /// Offset from the agent's time to that of the file, nanoseconds.
+    /// In lockstep it is 0, and otherwise the date of the agent's start, so that recordings of several robots fit
+    /// together.
     pub epoch: u64,
     pub is_lockstep: bool,
-    /// From cycle to cycle, nanoseconds.
+    /// Cycle period, nanoseconds.
     pub period: u64,
-    /// Time and preface of the last seconds before any change; `None` when none are kept.
+    /// Time and preface of the last seconds before any change.
+    /// `None` if none are kept.
     pub began: Option<(u64, Preface)>,
     /// Metadata of the run.
     pub run: BTreeMap<String, String>,
@@ -67,12 +69,13 @@ impl Host {
         }
     }
 
-    /// The agent's time, nanoseconds.
+    /// Returns the agent's time, nanoseconds.
     pub fn now(&self) -> u64 {
         (self.clock)()
     }
 
-    /// What stands at the beginning of a file; `is_whole` says whether all is recorded, and `is_first` whether it is from before the run on.
+    /// Returns the preface of a file.
+    /// `is_whole` says whether all is recorded, and `is_first` whether the recording covers the run from its start.
     pub fn preface(&self, composer: &dyn RecordedAgent, is_whole: bool, is_first: bool) -> Preface {
         let mut run = self.run.clone();
         run.insert("from_cycle".into(), composer.cycles().to_string());

@@ -16,15 +16,15 @@ use super::ring::{Inlet, Outlet, ValueHead, ring, warm_ring};
 /// Collects the values of all threads of an agent.
 pub(crate) struct Hub {
     number: u64,
-    /// Bytes that a thread may be ahead,
+    /// Bytes that a thread may be ahead.
     buffer: usize,
-    /// and those with which its ring begins.
+    /// Initial size of a thread's ring, bytes.
     begin: AtomicUsize,
-    /// Whether values are taken.
+    /// Set while values are taken.
     is_on: AtomicBool,
-    /// Whether any recording wants log and changes.
+    /// Set if any recording wants the log and the changes.
     listens: AtomicBool,
-    /// Whether a writing thread waits while its ring is full.
+    /// Set if a writing thread waits while its ring is full.
     waits: AtomicBool,
     /// Size of the largest wanted value, bytes.
     largest: AtomicUsize,
@@ -35,37 +35,41 @@ pub(crate) struct Hub {
     wants: Mutex<BTreeMap<u64, Wanting>>,
     /// Rings that are not drained yet.
     fresh: Mutex<Vec<(ThreadId, Outlet)>>,
-    /// Rings for threads that have none, so that they need not make one in the middle of a tick.
+    /// Rings in reserve for threads without one.
+    /// Thus no thread has to allocate one in the middle of a tick.
     spares: Mutex<Vec<(Inlet, Outlet)>>,
     /// The thread that takes values out; none before the beginning.
     reader: OnceLock<Thread>,
 }
 
-/// Whether a recording wants the values of a property.
+/// Predicate of a recording: true for channels whose values it wants.
 pub(crate) type Want = Box<dyn Fn(&Channel) -> bool + Send>;
 
 struct Wanting {
     wants: Want,
-    /// Whether it watches, so that debug outputs have values.
+    /// Set if the recording counts as an observer, so that debug outputs have values.
     watches: bool,
 }
 
 /// Receives the values from the rings.
 pub(crate) trait Sink: Send {
-    /// Takes a value of the channel with that number; what is no property has one of its own.
+    /// Takes a value of the channel with that number.
+    /// Values that belong to no property have numbers of their own.
     fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]);
 }
 
-/// From here on numbers are of no property.
+/// First number that belongs to no property.
 pub(crate) const OTHERS: u32 = u32::MAX - 16;
 
-/// The ring with which a thread begins while no file is written: it stays in the cache, and is made larger when it is full.
+/// Initial size of a thread's ring while no file is written, bytes.
+/// It stays in the cache, and grows when it is full.
 const FIRST: usize = 256 << 10;
 
 /// The largest ring, bytes.
 const LARGEST: usize = 1 << 30;
 
-/// The largest one that is made for more than two of the largest values, unless more is asked for.
+/// Maximum size of a ring for more than two of the largest values, bytes.
+/// A larger one is made only on request.
 const LARGEST_FOR_SEVERAL: usize = 32 << 20;
 
 /// The largest one before a reader takes values out, as perhaps none ever will.
@@ -81,13 +85,16 @@ thread_local! {
     static OWN: RefCell<Vec<Own>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Counts recorders, so that a thread which writes for several agents knows them apart.
+/// Counter of recorders.
+/// It tells them apart in a thread that writes for several agents.
 static NUMBERS: AtomicU64 = AtomicU64::new(0);
 
-/// How many rings are kept for threads that have none: the loop's, the one of its timing, and another.
+/// Number of rings in reserve.
+/// One is for the loop, one for the thread of its timing, and another.
 const SPARES: usize = 3;
 
-/// Lets values of a property come if a recording wants them. Returns whether one does.
+/// Enables the values of a property if a recording wants them.
+/// Returns whether one does.
 fn ask(wants: &BTreeMap<u64, Wanting>, channel: &Channel) -> bool {
     let mut wanting = wants.values().filter(|wanting| (wanting.wants)(channel)).peekable();
     let is_wanted = wanting.peek().is_some();
@@ -97,7 +104,8 @@ fn ask(wants: &BTreeMap<u64, Wanting>, channel: &Channel) -> bool {
 }
 
 impl Hub {
-    /// A hub without recordings; each writing thread may be ahead by so many bytes.
+    /// Creates a hub without recordings.
+    /// Each writing thread may be ahead by `buffer` bytes.
     pub fn new(buffer: u64) -> Arc<Self> {
         let buffer = usize::try_from(buffer).unwrap_or(LARGEST);
         Arc::new(Self {
@@ -117,7 +125,7 @@ impl Hub {
         })
     }
 
-    /// The tap of a property.
+    /// Returns the tap of a property.
     pub fn tap(self: &Arc<Self>, property: &Property) -> Option<Arc<dyn Tap>> {
         // The recorder's own properties would record themselves.
         if property.path().starts_with("record/") {
@@ -142,7 +150,8 @@ impl Hub {
         self.add(number, want, true);
     }
 
-    /// As [`want`](Hub::want), in rings that begin with less memory, and nothing is computed for it alone.
+    /// Adds a recording as [`want`](Hub::want), with smaller rings at the beginning.
+    /// Nothing is computed for it alone.
     pub fn want_lightly(&self, number: u64, want: Want) {
         self.add(number, want, false);
     }
@@ -181,7 +190,7 @@ impl Hub {
         self.wants.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes rings for threads that have none, or too small a one.
+    /// Creates rings for threads without one, or with one that is too small.
     fn make_spares(&self) {
         let capacity = self.least(0);
         self.spares().retain(|(inlet, _)| inlet.capacity() >= capacity);
@@ -194,19 +203,19 @@ impl Hub {
         self.spares.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// From now on `reader` takes values out of the rings.
+    /// Begins: from now on `reader` takes values out of the rings.
     pub fn begin(&self, waits: bool, reader: Thread) {
         self.waits.store(waits, Ordering::Release);
         // It begins once.
         let _ = self.reader.set(reader);
     }
 
-    /// Takes no more values.
+    /// Stops taking values.
     pub fn stop(&self) {
         self.is_on.store(false, Ordering::Release);
     }
 
-    /// Whether values are taken.
+    /// Returns true while values are taken.
     pub fn is_on(&self) -> bool {
         self.is_on.load(Ordering::Acquire)
     }
@@ -215,7 +224,7 @@ impl Hub {
         self.channels.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Hands a value over, whose bytes come in parts; false when there is no room for it.
+    /// Hands over a value whose bytes come in parts; false if there is no room for it.
     #[inline]
     pub fn push<const PARTS: usize>(
         &self,
@@ -254,7 +263,7 @@ impl Hub {
         self.push_with_patience(own, head, parts)
     }
 
-    /// Where the ring of this thread has no room, or there is none yet.
+    /// Hands over a value if this thread's ring is full or does not exist yet.
     #[cold]
     fn push_with_patience<const PARTS: usize>(
         &self,
@@ -299,7 +308,7 @@ impl Hub {
         }
     }
 
-    /// Size of a ring for values of `needed` bytes and more.
+    /// Returns the size of a ring for values of `needed` bytes and more.
     fn least(&self, needed: usize) -> usize {
         let largest = self.largest.load(Ordering::Relaxed);
         // The recorder may have to wait for a processor while a camera goes on.
@@ -308,7 +317,7 @@ impl Hub {
         needed.max(begin).max(several).max(largest.saturating_mul(2)).min(LARGEST)
     }
 
-    /// A ring of this thread, for values of `needed` bytes and more.
+    /// Creates a ring of this thread, for values of `needed` bytes and more.
     fn new_ring(&self, needed: usize) -> Own {
         let capacity = self.least(needed);
         let spare = self.spares.try_lock().ok().and_then(|mut spares| spares.pop());
@@ -326,13 +335,13 @@ impl Hub {
         }
     }
 
-    /// Has what is there in the file at once.
+    /// Requests that the present values are in the file at once.
     pub fn hurry(&self) {
         self.urgent.store(true, Ordering::Release);
         self.wake();
     }
 
-    /// Wakes who takes values out.
+    /// Wakes the reader of the rings.
     pub fn wake(&self) {
         if let Some(reader) = self.reader.get() {
             reader.unpark();
@@ -368,7 +377,7 @@ impl Tap for PropertyTap {
     }
 }
 
-/// Takes the values out of all rings.
+/// Reader of the values in all rings.
 #[derive(Default)]
 pub(crate) struct Drain {
     rings: Vec<(ThreadId, Outlet)>,
@@ -377,7 +386,7 @@ pub(crate) struct Drain {
 }
 
 impl Drain {
-    /// Takes out what is there; says whether there was anything.
+    /// Takes out the present values; returns true if there were any.
     pub fn turn(&mut self, hub: &Hub, sink: &mut dyn Sink) -> bool {
         self.rings.append(&mut hub.fresh.lock().unwrap_or_else(PoisonError::into_inner));
         let mut found = false;

@@ -11,7 +11,7 @@ use crate::ros::Schema;
 
 /// A topic that is no property.
 pub(crate) struct Topic {
-    /// Its number among what comes from the rings.
+    /// Number among the channels of the rings.
     pub id: u32,
     pub name: &'static str,
     pub schema: &'static str,
@@ -84,7 +84,7 @@ uint64 values
 
 pub(crate) const TOPICS: [&Topic; 3] = [&LOG, &CHANGE, &DROPPED];
 
-/// A line of the log; its time is that which the file gives it.
+/// Encodes a line of the log with the time in the file.
 pub(super) fn log(line: &Line, time: u64) -> Vec<u8> {
     let level: u8 = match line.level {
         Level::Error => 40,
@@ -173,7 +173,7 @@ const OWN: &str = "own";
 const ASK: &str = "ask";
 const ORDER: &str = "order";
 
-/// The cycle and the change of a message.
+/// Returns the cycle and the change of a message.
 pub(crate) fn read_change(message: &[u8]) -> Option<(u64, Change)> {
     let schema = Schema::parse(CHANGE.schema, CHANGE.definition).ok()?;
     let change = schema.decode(message).ok()?;
@@ -229,7 +229,7 @@ impl CdrMessage {
         Self(HEADER.to_vec())
     }
 
-    /// A number, whose bytes are its alignment.
+    /// Appends a number, whose size is its alignment.
     fn number(&mut self, bytes: &[u8]) {
         let at = (self.0.len() - HEADER.len()).next_multiple_of(bytes.len());
         self.0.resize(at + HEADER.len(), 0);

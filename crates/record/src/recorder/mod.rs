@@ -53,9 +53,10 @@ use target::{ActiveRecording, Progress};
 use thread::{Beginning, Thread, ThreadHandle};
 use trigger::Triggers;
 
-/// Records an agent: every value of the selected properties, the log, changes from outside, and everything needed to
-/// repeat the run. Tools begin and end further recordings while it runs, and the last seconds are kept in memory, to be
-/// saved after an event.
+/// Recorder of an agent.
+/// It records every value of the selected properties, the log, changes from outside, and everything needed to repeat
+/// the run. Tools begin and end further recordings while it runs, and the last seconds are kept in memory, to be saved
+/// after an event.
 ///
 /// An agent is loaded with it ([`Options::recording`](slate_runtime::Options::recording), and
 /// [`log_target`](Recorder::log_target) among its log targets), so that nothing is missed; then
@@ -85,7 +86,8 @@ impl std::fmt::Debug for Recorder {
     }
 }
 
-/// Numbers of recordings: that of the configuration, the last seconds, and those of tools from there on.
+/// Numbers of recordings: of the configuration, of the last seconds, and of tools.
+/// Those of tools count from there on.
 const FIRST: u64 = 0;
 const FLIGHT: u64 = 1;
 const TOOLS: u64 = 2;
@@ -94,7 +96,7 @@ struct RecorderState {
     settings: Record,
     /// Files attached to each recording beside the configuration: names and content.
     files: Vec<(String, Vec<u8>)>,
-    /// Once it has begun.
+    /// Recorded agent, once the recording has begun.
     host: Option<Arc<Host>>,
     thread: Option<Thread>,
     saves: Option<Arc<Saves>>,
@@ -104,24 +106,25 @@ struct RecorderState {
     shown: Option<RecordStateOutput>,
     /// New place of an earlier recording with the name of the first one.
     earlier: Option<PathBuf>,
-    /// The first recording, while it goes on.
+    /// First recording, while it is active.
     first: Option<Arc<Progress>>,
-    /// Its result, when that is known before the end.
+    /// Result of the first recording, if it is known before the end.
     outcome: Option<Result<Recorded, RecordError>>,
 }
 
 /// Error of a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The file could not be made, or not be written to its end; its content until then is there.
+    /// The file could not be created, or not be written to its end.
+    /// Its content until then is there.
     #[error("the recording {} is incomplete: {reason}", slate_runtime::printable(path))]
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// It has not begun, or has ended already.
+    /// The recording has not begun, or has ended already.
     #[error("a recording that has not begun can't end")]
     Order,
 }
@@ -141,7 +144,7 @@ pub struct Recorded {
     pub earlier: Option<PathBuf>,
 }
 
-/// The values of the last seconds in memory.
+/// Returns the values of the last seconds in memory.
 fn wants_of_flight(settings: &Record) -> Want {
     let (selection, triggers) = (settings.selection.clone(), settings.flight.triggers.clone());
     let largest = usize::try_from(settings.flight.largest).unwrap_or(usize::MAX);
@@ -152,15 +155,16 @@ fn wants_of_flight(settings: &Record) -> Want {
 }
 
 impl Recorder {
-    /// A recorder with the settings of a configuration, which records from the load of an agent on.
+    /// Creates a recorder with the settings of a configuration.
+    /// It records from the load of an agent on.
     pub fn new(settings: &Record) -> Self {
         let recorder = Self::on_demand(settings);
         recorder.want_first();
         recorder
     }
 
-    /// As [`new`](Recorder::new), but without a recording of its own unless the settings say so: for
-    /// [`attach`](Recorder::attach).
+    /// Creates a recorder as [`new`](Recorder::new), by default without a recording.
+    /// It has one only if the settings say so; for [`attach`](Recorder::attach).
     pub fn on_demand(settings: &Record) -> Self {
         let hub = Hub::new(settings.buffer);
         if settings.flight.enabled {
@@ -190,23 +194,24 @@ impl Recorder {
         self.hub.want(FIRST, Box::new(move |channel| selection::selects(&selection, &channel.path)));
     }
 
-    /// The log target that writes the log into the recording.
+    /// Returns the log target that writes the log into the recording.
     pub fn log_target(&self) -> Box<dyn LogTarget> {
         Box::new(log::Lines::new(&self.hub))
     }
 
-    /// Attaches files to each recording, beside the configuration that names them; called before it begins.
+    /// Attaches files to each recording, besides the configuration that names them.
+    /// Called before the recording begins.
     pub fn accompany(&self, files: Vec<(String, Vec<u8>)>) {
         self.state().files = files;
     }
 
-    /// The agent as recordings know it.
+    /// Returns the agent in the form that recordings use.
     fn host(&self, agent: &Agent) -> Host {
         Host::of(agent, self.state().files.clone())
     }
 
-    /// Records an agent that was loaded with this recorder as its configuration says, and as tools want. Recordings
-    /// without a file of their own go into that folder.
+    /// Records an agent as its configuration says, and as tools request.
+    /// The agent was loaded with this recorder. Recordings without a file of their own go into that folder.
     pub fn attach(&self, agent: &Agent, folder: &Path) {
         let settings = self.state().settings.clone();
         if settings.enabled {
@@ -217,8 +222,9 @@ impl Recorder {
         }
     }
 
-    /// Opens the file for an agent that was loaded with this recorder. Values written until now go into it, too. An existing
-    /// recording of that name gets a number, such as `run-1.mcap`; while another run still writes it, this one gets the number.
+    /// Opens the file for an agent that was loaded with this recorder.
+    /// Values written until now go into it, too. An existing recording of that name gets a number, such as
+    /// `run-1.mcap`; while another run still writes it, this one gets the number.
     ///
     /// An agent runs even if it can't be recorded: its log says so, and [`end`](Recorder::end).
     pub fn begin(&self, agent: &Agent, path: &Path) {
@@ -242,7 +248,8 @@ impl Recorder {
         }
     }
 
-    /// As [`begin`](Recorder::begin), into a writer; `path` is its name in messages.
+    /// Begins as [`begin`](Recorder::begin), into a writer.
+    /// `path` is its name in messages.
     pub fn begin_with(&self, agent: &Agent, path: &Path, writer: Box<dyn Write + Send>) {
         self.begin_into(agent, path, path.parent().unwrap_or(Path::new("")), writer);
     }
@@ -351,7 +358,8 @@ impl Recorder {
         self.finish(agent).unwrap_or(Err(RecordError::Order))
     }
 
-    /// As [`end`](Recorder::end); `None` without a recording besides those of tools.
+    /// Ends as [`end`](Recorder::end).
+    /// `None` without a recording besides those of tools.
     pub fn finish(&self, agent: &mut Agent) -> Option<Result<Recorded, RecordError>> {
         let (thread, saves, first) = {
             let mut state = self.state();

@@ -1,4 +1,4 @@
-//! Where a recording goes: never over another one.
+//! File of a recording, which never overwrites another one.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind};
@@ -9,13 +9,14 @@ use std::path::{Path, PathBuf};
 pub(super) struct RecordingFile {
     pub file: File,
     pub path: PathBuf,
-    /// Where the recording is now that had the name before.
+    /// New path of an earlier recording that had the name.
     pub earlier: Option<PathBuf>,
 }
 
 impl RecordingFile {
-    /// The file of that name. A recording that has it already gets the next number, `run-1.mcap`; while another run still writes
-    /// it, the new one gets that.
+    /// Creates the file of that name.
+    /// An existing recording gets the next number, `run-1.mcap`; while another run still writes it, the new one gets
+    /// the number.
     pub fn open(path: &Path) -> io::Result<Self> {
         let mut earlier = None;
         loop {
@@ -48,7 +49,7 @@ fn create(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// The first file of that name and a number that is not there yet.
+/// Creates the first free file of that name with a number.
 fn numbered(path: &Path) -> io::Result<(File, PathBuf)> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let extension = path.extension().map_or_else(String::new, |name| format!(".{}", name.to_string_lossy()));

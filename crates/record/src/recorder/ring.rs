@@ -1,11 +1,11 @@
-//! The memory in which one thread hands values over to the recorder.
+//! Ring in which one thread hands values over to the recorder.
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
 /// Header of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ValueHead {
-    /// Which property.
+    /// Number of the property's channel.
     pub id: u32,
     /// Items of its tail.
     pub items: u32,
@@ -45,32 +45,36 @@ struct RingLine {
     items: u16,
     /// Bytes of the value, or [`BESIDE`].
     length: u16,
-    /// The bytes of a small value. Of a larger one its items and its length, as its bytes are in the ring beside.
+    /// Bytes of a small value.
+    /// For a larger value, its number of items and its length; its bytes are in the ring of bytes.
     words: [u64; WORDS],
 }
 
-/// Words of most values of a robot: a velocity, a pose with its time, the timing of a module.
+/// Number of words of most values of a robot.
+/// Examples are a velocity, a pose with its time, the timing of a module.
 const WORDS: usize = 5;
 
-/// The length of a value whose bytes are in the ring beside.
+/// Length mark of a value whose bytes are in the ring of bytes.
 const BESIDE: u16 = u16::MAX;
 
-/// How many values are taken out at once.
+/// Maximum number of values taken out at once.
 const BATCH: usize = 256;
 
-/// What one thread hands over: a line for each value, and beside them a ring for so many bytes of larger ones.
+/// Creates the ring of one thread.
+/// It has a line for each value, and beside the lines a ring of `capacity` bytes for larger values.
 pub(super) fn ring(capacity: usize) -> (Inlet, Outlet) {
     let (lines, lines_out) = RingBuffer::new(lines(capacity));
     let (bytes, bytes_out) = RingBuffer::new(capacity);
     (Inlet { lines, bytes }, Outlet { lines: lines_out, bytes: bytes_out })
 }
 
-/// As many lines as take the same memory.
+/// Returns the number of lines that take the same memory.
 fn lines(capacity: usize) -> usize {
     (capacity / size_of::<RingLine>()).max(1)
 }
 
-/// A ring of so many bytes whose memory is there, so that the first values in it cost no more than those after.
+/// Creates a ring of `capacity` bytes with resident memory.
+/// The first values in it therefore cost no more than later ones.
 pub(super) fn warm_ring(capacity: usize) -> (Inlet, Outlet) {
     let (mut inlet, mut outlet) = ring(capacity);
     // It has room, as it is empty and has as many slots.
@@ -91,7 +95,7 @@ const PAGE: usize = 4096;
 impl RingLine {
     const EMPTY: Self = Self { time: 0, sequence: 0, id: 0, items: 0, length: 0, words: [0; WORDS] };
 
-    /// A small value.
+    /// Creates the line of a small value; `None` if it is too large.
     #[inline]
     fn small<const PARTS: usize>(head: ValueHead, parts: [&[u8]; PARTS]) -> Option<Self> {
         let (items, length) = (u16::try_from(head.items).ok()?, head.length as u16);
@@ -111,7 +115,7 @@ impl RingLine {
         Some(Self { items, length, words, ..Self::of(head) })
     }
 
-    /// A value whose bytes are in the ring beside.
+    /// Creates the line of a value whose bytes are in the ring of bytes.
     fn large(head: ValueHead) -> Self {
         let mut words = [0; WORDS];
         words[0] = u64::from(head.length) | u64::from(head.items) << 32;
@@ -132,8 +136,9 @@ impl RingLine {
     }
 }
 
-/// So many bytes in words, if there are no more. Each is read by itself: what is copied piece by piece and then read as a
-/// whole has to wait until it is written.
+/// Returns up to `8 * WORDS` bytes as words; `None` for more.
+/// Each word is read by itself: a copy made piece by piece and then read as a whole would have to wait until it is
+/// written.
 #[inline]
 fn words(bytes: &[u8]) -> Option<[u64; WORDS]> {
     let word = |place: usize| match bytes.get(place * 8..) {
@@ -146,7 +151,7 @@ fn words(bytes: &[u8]) -> Option<[u64; WORDS]> {
     (bytes.len() <= WORDS * size_of::<u64>()).then(|| std::array::from_fn(word))
 }
 
-/// The word of fewer than eight bytes.
+/// Returns the word of fewer than eight bytes.
 fn partial(bytes: &[u8]) -> u64 {
     bytes.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte))
 }
@@ -158,17 +163,17 @@ pub(super) struct Inlet {
 }
 
 impl Inlet {
-    /// How many bytes of large values it can hold, and of lines.
+    /// Returns the capacity for large values, bytes, and the same for lines.
     pub fn capacity(&self) -> usize {
         self.bytes.buffer().capacity()
     }
 
-    /// Whether its reader is gone.
+    /// Returns true if the reader is gone.
     pub fn is_abandoned(&self) -> bool {
         self.lines.is_abandoned()
     }
 
-    /// Puts a value in, whose bytes come in parts, if there is room.
+    /// Puts in a value whose bytes come in parts, if there is room.
     #[inline]
     pub fn push<const PARTS: usize>(&mut self, head: ValueHead, parts: [&[u8]; PARTS]) -> bool {
         match RingLine::small(head, parts) {
@@ -177,7 +182,8 @@ impl Inlet {
         }
     }
 
-    /// One that is too large for a line. Its bytes come first, so that whoever finds the line finds them.
+    /// Puts in a value that is too large for a line.
+    /// Its bytes come first, so that the reader of the line finds them.
     fn push_large(&mut self, head: ValueHead, parts: &[&[u8]]) -> bool {
         if self.lines.is_full() || self.bytes.slots() < head.length as usize {
             return false;
@@ -200,13 +206,14 @@ impl Outlet {
         self.lines.slots()
     }
 
-    /// Whether its writer is gone.
+    /// Returns true if the writer is gone.
     pub fn is_abandoned(&self) -> bool {
         self.lines.is_abandoned()
     }
 
-    /// Takes the next values out, not more than so many, through `bytes`; says how many. Their places are free once all are
-    /// taken: whoever waits for one place at a time has the cache lines of both ends go to and fro with each value.
+    /// Takes out at most `most` next values, through `bytes`; returns their number.
+    /// Their places become free once all are taken: with single places, the cache lines of both ends would go to and
+    /// fro with each value.
     pub fn take(
         &mut self,
         most: usize,

@@ -7,7 +7,8 @@ use slate_blackboard::Board;
 /// The name of the attached configuration.
 pub const CONFIGURATION: &str = "configuration.toml";
 
-/// The properties never written yet, each with its interface: the file does not miss their values.
+/// Returns the properties never written yet, each with its interface.
+/// The file does not lack their values.
 pub(super) fn unwritten(board: &Board) -> BTreeMap<String, String> {
     let properties = board.properties().into_iter();
     let silent = properties.filter(|own| own.channel().is_some_and(|channel| channel.published() == 0));
@@ -24,13 +25,13 @@ pub(super) struct Preface {
     pub attachments: Vec<(String, &'static str, Vec<u8>)>,
 }
 
-/// The modules of each stage, in the order in which they run.
+/// Returns the modules of each stage, in the order in which they run.
 pub(super) fn told_stages(order: Vec<(String, Vec<String>)>) -> BTreeMap<String, String> {
     let stages = order.into_iter().enumerate();
     stages.map(|(place, (stage, modules))| (format!("{place:02} {stage}"), modules.join(" "))).collect()
 }
 
-/// The URL of an inbox.
+/// Returns the URL of an inbox.
 pub(super) fn absolute(path: &str) -> String {
     if path.contains("://") { path.to_owned() } else { format!("/{path}") }
 }

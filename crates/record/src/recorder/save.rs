@@ -40,7 +40,7 @@ pub(super) struct Saves {
 
 #[derive(Default)]
 struct SavesState {
-    /// How often each trigger has saved.
+    /// Number of saves by trigger.
     counts: BTreeMap<FlightTrigger, u64>,
     /// The files that are there, with the trigger of each, the oldest first.
     files: VecDeque<(FlightTrigger, PathBuf)>,
@@ -56,7 +56,7 @@ impl Saves {
         &self.folder
     }
 
-    /// The files that are there, the oldest first.
+    /// Returns the existing files, oldest first.
     pub fn files(&self) -> Vec<PathBuf> {
         locked(&self.state).files.iter().map(|(_, file)| file.clone()).collect()
     }
@@ -78,7 +78,8 @@ impl Saves {
         }
     }
 
-    /// The next file of a trigger that is not there yet; what another run has left stays.
+    /// Creates the next free file of a trigger.
+    /// Files of another run stay.
     fn create(&self, trigger: FlightTrigger) -> (PathBuf, io::Result<Disk>) {
         let folder = std::fs::create_dir_all(&self.folder);
         loop {
@@ -136,7 +137,7 @@ impl Saves {
         }
     }
 
-    /// The oldest file of a trigger makes room for the newest.
+    /// Adds a trigger's newest file, and removes its oldest one beyond `most`.
     fn keep(&self, trigger: FlightTrigger, path: &Path, most: u64) {
         let mut state = locked(&self.state);
         state.files.push_back((trigger, path.into()));

@@ -1,4 +1,4 @@
-//! Which values of which properties are recorded.
+//! Selection of the recorded properties and values.
 
 use slate_blackboard::{Board, Pattern, nearest_paths};
 use slate_runtime::configuration::RecordSelection;
@@ -7,18 +7,18 @@ fn is_among(patterns: &[Pattern], path: &str) -> bool {
     patterns.iter().any(|pattern| pattern.matches(path))
 }
 
-/// Whether values of the property are recorded.
+/// Returns true if values of the property are recorded.
 pub(crate) fn selects(selection: &RecordSelection, path: &str) -> bool {
     is_among(&selection.select, path) && !is_among(&selection.exclude, path)
 }
 
-/// Whether a rule leaves values of the property out.
+/// Returns true if a rule leaves out values of the property.
 pub(crate) fn thins(selection: &RecordSelection, path: &str) -> bool {
     let rule = selection.rules.iter().find(|rule| is_among(&rule.select, path));
     rule.is_some_and(|rule| rule.period > 0 || rule.on_change)
 }
 
-/// Whether each value of each property is.
+/// Returns true if each value of each property is recorded.
 pub(super) fn is_whole(selection: &RecordSelection) -> bool {
     let all = |pattern: &Pattern| pattern.to_string() == "**";
     selection.exclude.is_empty() && selection.rules.is_empty() && selection.select.iter().any(all)
@@ -35,7 +35,7 @@ pub struct Misspelt {
     pub help: String,
 }
 
-/// The patterns of what is recorded that none of these properties fits.
+/// Returns the patterns of a selection that match none of the properties.
 pub fn misspelt(selection: &RecordSelection, board: &Board) -> Vec<Misspelt> {
     let properties = board.properties();
     let paths = || properties.iter().map(|property| property.path());
@@ -62,12 +62,12 @@ impl std::fmt::Display for Misspelt {
     }
 }
 
-/// Which values of one property are recorded.
+/// Filter of the recorded values of one property.
 #[derive(Debug, Default)]
 pub(super) struct Filter {
-    /// Nanoseconds from one to the next.
+    /// Minimum time from one recorded value to the next, nanoseconds.
     period: u64,
-    /// When the next one is due.
+    /// Time at which the next value is due.
     due: u64,
     /// The last one, where only others are recorded.
     last: Option<Vec<u8>>,
@@ -75,7 +75,8 @@ pub(super) struct Filter {
 }
 
 impl Filter {
-    /// That of the property at a path; nothing when none of its values is recorded.
+    /// Returns the filter of the property at a path.
+    /// `None` if none of its values is recorded.
     pub fn of(selection: &RecordSelection, path: &str) -> Option<Self> {
         let rule = || selection.rules.iter().find(|rule| is_among(&rule.select, path));
         selects(selection, path).then(|| match rule() {
@@ -84,7 +85,7 @@ impl Filter {
         })
     }
 
-    /// Whether a value is recorded.
+    /// Returns true if a value is recorded.
     #[inline]
     pub fn takes(&mut self, time: u64, bytes: &[u8]) -> bool {
         if self.period == 0 && !self.on_change {

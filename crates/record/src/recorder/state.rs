@@ -8,7 +8,8 @@ use slate_runtime::recording::RecordingEntry;
 
 use super::target::Progress;
 
-/// How recordings go: `/record/state`, written ten times a second. All of the run are counted together.
+/// State of the recordings of a run, all counted together.
+/// Written ten times a second at `/record/state`.
 #[interface]
 pub struct RecordState {
     /// Values that were handed over to files.
@@ -18,17 +19,17 @@ pub struct RecordState {
     /// Bytes of the files.
     #[unit("B")]
     pub bytes: u64,
-    /// Whether anything is recorded; nothing is when the file can't be written.
+    /// Set while anything is recorded; not set if the file can't be written.
     pub is_on: Bool,
 }
 
-/// Shows it.
+/// Output of the state.
 pub(super) struct RecordStateOutput {
     writer: Writer,
 }
 
 impl RecordStateOutput {
-    /// Nothing when the board has it already.
+    /// Creates the output of the state; `None` if the board has it already.
     pub fn new(board: &Arc<Board>) -> Option<Self> {
         let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 0, window: 0 } };
         let doc = "How the recording goes.";
@@ -38,7 +39,7 @@ impl RecordStateOutput {
         Some(Self { writer: property.channel()?.writer().ok()? })
     }
 
-    /// All recordings together.
+    /// Writes the sum of all recordings.
     pub fn write(&mut self, is_on: bool, recordings: &[Arc<Progress>], time: u64) {
         let entries = recordings.iter().map(|progress| progress.entry());
         let sum = |sums: [u64; 3], entry: RecordingEntry| {

@@ -1,4 +1,4 @@
-//! A recording that is under way: a file, and what goes into it.
+//! Active recording: a file and its content.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -18,13 +18,13 @@ use super::messages::TOPICS;
 use super::run::unwritten;
 use super::selection::Filter;
 
-/// How a recording goes, for those who ask.
+/// Progress of a recording, for queries.
 #[derive(Debug, Default)]
 pub(super) struct Progress {
     /// The number of the recording.
     pub number: u64,
     pub path: PathBuf,
-    /// When it began.
+    /// Start time.
     from: u64,
     values: AtomicU64,
     dropped: AtomicU64,
@@ -37,12 +37,12 @@ impl Progress {
         Arc::new(Self { number, path: path.to_owned(), from, ..Self::default() })
     }
 
-    /// Why nothing is written any more, if that is so.
+    /// Returns the reason why nothing is written any more, if there is one.
     pub fn failure(&self) -> Option<String> {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Nothing is written any more; the first reason stays.
+    /// Ends the writing with a reason; the first reason stays.
     pub fn fail(&self, reason: &str) {
         let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
         failure.get_or_insert_with(|| reason.to_owned());
@@ -68,41 +68,44 @@ impl Progress {
     }
 }
 
-/// From when on it is told that a disk stands still.
+/// Duration after which a stalled disk is reported.
 const STUCK: Duration = Duration::from_secs(5);
 
 /// A recording that is under way.
 pub(super) struct ActiveRecording {
-    /// By which it is known.
+    /// Number of the recording.
     pub number: u64,
     file: File,
     selection: RecordSelection,
-    /// By channel: which values go into the file, if any do; nothing of one that was not looked at yet.
+    /// Filter by channel: inner `None` if no value goes into the file.
+    /// Outer `None` for a channel that has not been looked at yet.
     filters: Vec<Option<Option<Filter>>>,
-    /// By channel: the number of the newest value when it began, which stands in the file already, and of the first one that
-    /// came then; 0 before.
+    /// By channel, numbers of the newest value at the start and of the first later one.
+    /// The former is in the file already; the latter is 0 before.
     newest: BTreeMap<u32, (u64, u64)>,
-    /// When it began, if that was while the agent ran; messages that were taken before are not in it.
+    /// Start time, if the recording began while the agent ran.
+    /// It has no messages that were taken before.
     begin: u64,
-    /// By channel: values that were dropped before it began, and those of which it saw later that they are missing.
+    /// By channel, values dropped before the start, and those found missing later.
     before: Vec<u64>,
     missed: BTreeMap<u32, u64>,
     within: Duration,
-    /// Whether it goes into a file, which could be removed.
+    /// Set if the target is a file, which could be removed.
     is_file: bool,
-    /// Whether nothing may be missing, as the run waits for the disk.
+    /// Set if nothing may be missing, because the run waits for the disk.
     waits: bool,
-    /// Whether it was told that the disk stands still.
+    /// Set once the stalled disk has been reported.
     is_stuck: bool,
     /// Number of bytes that a caller waits for; 0 for none.
     wanted: u64,
-    /// When the present piece was begun.
+    /// Time at which the current piece was begun.
     opened: Option<Instant>,
     pub progress: Arc<Progress>,
 }
 
 impl ActiveRecording {
-    /// `within` nanoseconds a piece is closed; where the run `waits` for the disk nothing is missing.
+    /// Creates a recording; a piece is closed after `within` nanoseconds.
+    /// If the run `waits` for the disk, nothing is missing.
     pub fn new(
         file: File,
         selection: RecordSelection,
@@ -129,7 +132,8 @@ impl ActiveRecording {
         }
     }
 
-    /// Begins with the newest values of properties, by their channels. What is dropped from now on counts.
+    /// Begins with the newest values of properties, by their channels.
+    /// Drops count from now on.
     pub fn begin(&mut self, channels: &[Channel], properties: &[(u32, Arc<Property>)], now: u64) {
         self.begin = now;
         self.before = channels.iter().map(|channel| channel.dropped.load(Ordering::Relaxed)).collect();
@@ -190,12 +194,12 @@ impl ActiveRecording {
         }
     }
 
-    /// Whether the run has to wait until the disk has taken something.
+    /// Returns true if the run must wait until the disk has taken something.
     pub fn holds_up(&self) -> bool {
         self.waits && self.file.failure().is_none() && !self.file.has_room(0)
     }
 
-    /// Gives a disk up that has taken nothing for that long.
+    /// Gives up a disk that has taken nothing for `patience`.
     pub fn give_up_after(&mut self, patience: Duration) {
         let still = self.file.stands_still();
         if still >= patience {
@@ -203,14 +207,14 @@ impl ActiveRecording {
         }
     }
 
-    /// How long the disk has stood still, once each time that it does so for long.
+    /// Returns the duration of a new stall of the disk, once for each long stall.
     pub fn newly_stuck(&mut self) -> Option<Duration> {
         let still = self.file.stands_still();
         let was_stuck = std::mem::replace(&mut self.is_stuck, still >= STUCK);
         (self.is_stuck && !was_stuck).then_some(still)
     }
 
-    /// Closes the present piece when it is time to.
+    /// Closes the current piece when it is time to.
     pub fn close_piece(&mut self, now: Instant, is_urgent: bool) {
         if self.file.is_open() {
             let since = *self.opened.get_or_insert(now);
@@ -224,24 +228,24 @@ impl ActiveRecording {
         }
     }
 
-    /// Closes the present piece for a caller that waits until the system has it.
+    /// Closes the current piece for a caller that waits until the system has it.
     pub fn want_settled(&mut self) {
         let closed = self.file.close_piece();
         self.file.note(closed);
         self.wanted = self.file.closed();
     }
 
-    /// Whether it has, or never will.
+    /// Returns true if the system has the wanted bytes, or never will.
     pub fn is_settled(&self) -> bool {
         self.file.has(self.wanted) || self.file.failure().is_some()
     }
 
-    /// Why nothing can be written any more.
+    /// Returns the reason why nothing can be written any more, if there is one.
     pub fn failure(&self) -> Option<String> {
         self.file.failure()
     }
 
-    /// Says in the file what was dropped, and to those who ask how it goes.
+    /// Writes the number of drops to the file, and publishes the progress.
     pub fn show(&mut self, channels: &[Channel], time: u64) {
         let mut all = 0;
         for (place, channel) in channels.iter().enumerate() {
@@ -264,7 +268,7 @@ impl ActiveRecording {
         bytes.store(self.file.bytes(), Ordering::Relaxed);
     }
 
-    /// Closes the file, with what is known at the end.
+    /// Closes the file, with the final metadata.
     pub fn end(
         &mut self,
         channels: &[Channel],

@@ -26,7 +26,7 @@ use super::trigger::Triggers;
 /// Polling period for values.
 const PERIOD: Duration = Duration::from_millis(2);
 
-/// Polling period while values are only kept in memory, and no thread waits for room.
+/// Polling period while values are only kept in memory and no thread waits.
 const LIGHT: Duration = Duration::from_millis(10);
 
 /// Polling period while no value is wanted.
@@ -40,11 +40,11 @@ const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A request to the thread.
 pub(super) enum Order {
-    /// Goes on with a recording that has begun.
+    /// Continues a recording that has begun.
     Add(Box<ActiveRecording>),
     /// Returns a recording with everything written until now; `None` when it is gone.
     Remove(u64, SyncSender<Option<Box<ActiveRecording>>>),
-    /// Gives the last seconds; nothing when none are kept.
+    /// Returns the last seconds; `None` if none are kept.
     Capture(SyncSender<Option<Captured>>),
     /// Answers when everything handed over is in the hands of the system.
     Settle(SyncSender<()>),
@@ -54,13 +54,13 @@ pub(super) enum Order {
 #[derive(Default)]
 pub(super) struct ThreadHandle {
     orders: Mutex<Vec<Order>>,
-    /// Held while values are taken out, or a recording is begun.
+    /// Lock held while values are taken out, or a recording is begun.
     pub taking: Mutex<()>,
     is_over: AtomicBool,
-    /// How recordings go, the oldest first.
+    /// Progress of the recordings, oldest first.
     pub recordings: Mutex<Vec<Arc<Progress>>>,
     pub flight: Mutex<Option<FlightEntry>>,
-    /// Where it is shown how it goes, once anything was recorded.
+    /// Output of the published state, once anything was recorded.
     pub shown: Mutex<Option<RecordStateOutput>>,
 }
 
@@ -147,7 +147,7 @@ impl ThreadHandle {
         true
     }
 
-    /// Nothing is asked for from now on, nor answered.
+    /// Ends the queue: no further orders are accepted or answered.
     fn close(&self) {
         self.is_over.store(true, Ordering::Release);
         // Callers that wait for an answer get none.
@@ -185,7 +185,7 @@ struct RecorderWork {
     drain: Drain,
     sinks: Sinks,
     settings: FlightSettings,
-    /// When each trigger has saved last.
+    /// Time of each trigger's last save.
     last_saved: BTreeMap<FlightTrigger, u64>,
     saves: Arc<Saves>,
     skipped: u64,
@@ -270,7 +270,8 @@ impl RecorderWork {
         }
     }
 
-    /// Goes on with recordings, before values are taken out that belong into them; returns the other orders.
+    /// Adds begun recordings; returns the other orders.
+    /// Called before the values that belong to them are taken out.
     fn add(&mut self, orders: Vec<Order>) -> Vec<Order> {
         let mut others = Vec::new();
         for order in orders {
@@ -282,7 +283,8 @@ impl RecorderWork {
         others
     }
 
-    /// After all was written that was there when it was asked for. Who asked may be gone.
+    /// Answers an order, once everything present at its time is written.
+    /// The caller may be gone.
     fn answer(&mut self, order: Order) {
         match order {
             Order::Add(_) => {}
@@ -301,7 +303,7 @@ impl RecorderWork {
         }
     }
 
-    /// Where nothing can be written any more, the robot goes on without.
+    /// Drops recordings that can't be written any more; the robot continues without.
     fn drop_failed(&mut self) {
         while let Some(place) = self.sinks.targets.iter().position(|target| target.failure().is_some()) {
             let mut target = self.sinks.targets.remove(place);
@@ -318,7 +320,7 @@ impl RecorderWork {
         }
     }
 
-    /// Shows how it goes.
+    /// Publishes the state of the recordings.
     fn show(&mut self) {
         let time = self.host.now();
         let channels = self.hub.channels().clone();
@@ -352,7 +354,7 @@ impl RecorderWork {
         }
     }
 
-    /// Saves the last seconds when a trigger says so, but not again and again.
+    /// Saves the last seconds when a trigger fires, at a limited rate.
     fn save_what_happened(&mut self) {
         for (trigger, time, path) in std::mem::take(&mut self.sinks.happened) {
             let last = self.last_saved.get(&trigger);

@@ -6,7 +6,7 @@ use slate_runtime::configuration::FlightTrigger;
 
 use super::channels::Channel;
 
-/// Whether values of that kind may be triggers.
+/// Returns the watched fields of an interface if its values can fire the trigger.
 fn fields(trigger: FlightTrigger, descriptor: &'static Descriptor) -> Option<Vec<FieldPath>> {
     let (name, fields): (_, &[&str]) = match trigger {
         FlightTrigger::Fault => ("ModuleState", &["panics", "condition"]),
@@ -18,10 +18,10 @@ fn fields(trigger: FlightTrigger, descriptor: &'static Descriptor) -> Option<Vec
     (descriptor.name == name).then(|| found.collect::<Option<_>>()).flatten()
 }
 
-/// Looks for what has happened.
+/// Detector of events that fire triggers.
 pub(super) struct Triggers {
     wanted: Vec<FlightTrigger>,
-    /// By channel; nothing of one that was not looked at yet.
+    /// Watched fields by channel; `None` for a channel not looked at yet.
     watched: Vec<Option<Watched>>,
 }
 
@@ -30,11 +30,11 @@ enum Watched {
     For(WatchedFields),
 }
 
-/// What a channel may tell.
+/// Watched fields of a channel, and their last values.
 struct WatchedFields {
     trigger: FlightTrigger,
     fields: Vec<FieldPath>,
-    /// What it said last, and when.
+    /// Last values of the fields, and their stamp.
     last: Vec<Value>,
     stamp: Stamp,
 }
@@ -44,12 +44,12 @@ impl Triggers {
         Self { wanted: wanted.to_vec(), watched: Vec::new() }
     }
 
-    /// Whether one of them is told by such values.
+    /// Returns true if values of the channel can fire one of the triggers.
     pub fn listen_to(wanted: &[FlightTrigger], channel: &Channel) -> bool {
         wanted.iter().any(|trigger| fields(*trigger, channel.descriptor).is_some())
     }
 
-    /// The trigger of a value, if it is new.
+    /// Returns the trigger that a new value fires, if any.
     ///
     /// Values of several threads, such as those of a gate, may come in another order than they were written: an older one
     /// tells nothing.

@@ -8,12 +8,13 @@ use slate_runtime::configuration::Database;
 use slate_runtime::playback::Excerpt;
 use slate_runtime::recording::Change;
 
-/// The module that a change switches on or off, past the configuration.
+/// Returns the module that a change switches on or off, past the configuration.
 fn switched(path: &str) -> Option<&str> {
     path.strip_suffix("/enabled").filter(|module| !module.contains('.'))
 }
 
-/// The setting that a change gives a value or takes back, unless it is a switch or an option of a link.
+/// Returns the setting that a change sets or removes, and its new value.
+/// `None` for a switch or an option of a link.
 fn setting(change: &Change) -> Option<(&str, Option<&str>)> {
     match change {
         Change::Setting { path, .. } if switched(path).is_some() => None,
@@ -24,12 +25,13 @@ fn setting(change: &Change) -> Option<(&str, Option<&str>)> {
     }
 }
 
-/// The input that the path of a link leads to.
+/// Returns the input that the path of a link leads to.
 fn linked(path: &str) -> Option<&str> {
     path.strip_prefix("links.\"")?.strip_suffix('"').filter(|input| !input.contains('"'))
 }
 
-/// Settings that were changed at once, and so are changed at once: an input that loses its link has its value then.
+/// Settings that were changed at once, and are therefore changed at once again.
+/// An input that loses its link has its value in the same moment.
 #[derive(Default)]
 struct Edit {
     taken_back: Vec<String>,
@@ -37,7 +39,8 @@ struct Edit {
 }
 
 impl Edit {
-    /// Whether a setting can be changed together with those that are there: all that is taken back comes first.
+    /// Returns true if a setting can be changed together with those already there.
+    /// All removals come first.
     fn fits(&self, (path, value): (&str, Option<&str>)) -> bool {
         let concerns = |set: &str| set == path || is_below(set, path) || is_below(path, set);
         value.is_some() || !self.set.iter().any(|(set, _)| concerns(set))
@@ -75,13 +78,13 @@ impl Edit {
     }
 }
 
-/// Whether a path is that of a setting within what another one names.
+/// Returns true if a path is that of a setting within another path.
 fn is_below(path: &str, other: &str) -> bool {
     path.strip_prefix(other).is_some_and(|rest| rest.starts_with('.'))
 }
 
-/// Makes changes once more, each after the cycle of its number, or at its time; those until this one, which is told as `place`, are
-/// taken out.
+/// Repeats and removes the changes until a cycle or time, `until`.
+/// Each is made after the cycle of its number, or at its time; messages name the present one as `place`.
 ///
 /// # Errors
 /// Why one of them can't be made.
@@ -168,7 +171,7 @@ fn make(agent: &Agent, change: &Change) -> Result<(), String> {
     }
 }
 
-/// A change as it is made for modules that run without the one that has made it.
+/// Converts a change for modules that run without the one that has made it.
 pub(super) fn played(change: Change) -> Change {
     match change {
         Change::Own { path, value, .. } => Change::Setting { path, value },
@@ -176,7 +179,8 @@ pub(super) fn played(change: Change) -> Change {
     }
 }
 
-/// Whether a change was one of these modules, of the code of one of these plugins, or of one of these gates.
+/// Returns true if a change concerns the given modules, plugins or gates.
+/// For plugins, these are changes of their code.
 pub(super) fn concerns(
     change: &Change,
     modules: &BTreeSet<String>,
@@ -215,7 +219,8 @@ pub(super) fn concerns(
     modules.iter().any(names)
 }
 
-/// A change of the link of an input by whose name modules that run read, as changes of their own links.
+/// Returns the changes of the readers' links for a change of an input's link.
+/// The readers are modules that run and read by the name of that input.
 pub(super) fn of_readers(change: &Change, excerpt: &Excerpt) -> Vec<Change> {
     let Change::Setting { path, value } = change else { return Vec::new() };
     let Some(readers) =
@@ -234,7 +239,8 @@ pub(super) fn of_readers(change: &Change, excerpt: &Excerpt) -> Vec<Change> {
     readers.iter().map(own).collect()
 }
 
-/// The destination of the link that a setting is of, and what of it that is: nothing, an option, or a sender.
+/// Returns the destination of a link setting, and the rest of its path.
+/// The rest is empty, an option, or a sender.
 fn link(path: &str) -> Option<(&str, &str)> {
     path.strip_prefix("links.\"")?.split_once('"')
 }

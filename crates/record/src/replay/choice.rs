@@ -12,7 +12,7 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Whether everything is played where it was.
+    /// Returns true if everything is played at its recorded path.
     pub(super) fn is_all(&self) -> bool {
         self.select.is_empty() && self.exclude.is_empty() && self.map.is_empty()
     }

@@ -54,19 +54,20 @@ impl Comparison {
         Ok(Self { run, hub, expected, external })
     }
 
-    /// The recorded run.
+    /// Returns the recorded run.
     pub fn run(&self) -> &Run {
         &self.run
     }
 
-    /// The recording of the agent that repeats the run ([`Options::recording`](slate_runtime::Options::recording)), which is loaded
-    /// with the recorded [configuration](Run::configuration).
+    /// Returns the recording of the agent that repeats the run.
+    /// It is for [`Options::recording`](slate_runtime::Options::recording); the agent is loaded with the recorded
+    /// [configuration](Run::configuration).
     pub fn recording(&self) -> Arc<dyn Recording> {
         Arc::new(Tape(Arc::clone(&self.hub)))
     }
 
-    /// Repeats the run with a freshly loaded agent, and compares each value with the recorded one until the first that
-    /// differs. Another thread compares meanwhile.
+    /// Repeats the run with a freshly loaded agent, up to the first different value.
+    /// Each value is compared with the recorded one, meanwhile in another thread.
     ///
     /// # Errors
     /// When the recording can't be read to its end.
@@ -100,7 +101,8 @@ impl Comparison {
     }
 }
 
-/// What is wrong says nothing of the run where the recording may be wrong.
+/// Weakens a negative verdict if messages of the recording are unchecked.
+/// A difference proves nothing about the run if the recording may be wrong.
 fn believed(verdict: Verdict, unchecked: u64) -> Verdict {
     let doubt = |found: &dyn std::fmt::Display| {
         Verdict::NotCovered(format!(
@@ -114,7 +116,8 @@ fn believed(verdict: Verdict, unchecked: u64) -> Verdict {
     }
 }
 
-/// Repeats the cycles of the run, with the changes and the values from outside between them, until it is over or everything is compared.
+/// Repeats the cycles of the run, until it is over or everything is compared.
+/// The recorded changes and values from outside are made between the cycles.
 ///
 /// # Errors
 /// Why the run can't be made again.
@@ -155,7 +158,7 @@ fn ordered_inboxes<R: Read + Seek>(reader: &Reader<R>) -> Vec<String> {
     channels.map(|channel| channel.topic.trim_start_matches('/').to_owned()).collect()
 }
 
-/// Sees what the agent writes.
+/// Observer of the agent's outputs.
 struct Tape(Arc<Hub>);
 
 impl Taps for Tape {
@@ -168,7 +171,7 @@ impl Recording for Tape {
     fn changed(&self, _: u64, _: u64, _: &Change) {}
 }
 
-/// Why an agent is not the recorded one, if it is not.
+/// Returns the reason why an agent is not the recorded one, if there is one.
 fn other_code(run: &Run, agent: &Agent) -> Option<String> {
     let mark = |plugin: PluginMark| (plugin.name, format!("{} {:016x}", plugin.version, plugin.hash));
     let plugins: BTreeMap<_, _> = agent.composer().plugin_marks().into_iter().map(mark).collect();

@@ -1,4 +1,4 @@
-//! Compares what a second run writes with what is recorded, beside the run.
+//! Comparison of a second run with the recorded values, in a thread of its own.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,36 +14,36 @@ use super::verdict::Verdict;
 use crate::recorder::{Channel, Drain, Hub, Sink};
 use crate::storage::Error;
 
-/// How far the run and its comparison are, each for the other.
+/// Progress shared between the run and its comparison.
 #[derive(Default)]
 pub(super) struct ComparisonProgress {
-    /// Whether the run is over.
+    /// Set when the run is over.
     pub is_over: AtomicBool,
-    /// Whether nothing more of it is needed.
+    /// Set when no more of the run is needed.
     pub is_enough: AtomicBool,
 }
 
 /// Among the values, the end of a cycle.
 const CYCLE: u32 = u32::MAX;
 
-/// How often is looked for values when there are none.
+/// Polling period while there are no values.
 const PERIOD: Duration = Duration::from_millis(1);
 
-/// Tells who compares that a cycle was made, and what was changed after it.
+/// Marks the end of a cycle, with the changes after it, for the comparer.
 pub(super) fn mark(hub: &Hub, cycle: u64, time: u64) {
     hub.push(CYCLE, 0, cycle, time, []);
 }
 
-/// Compares what the second run writes.
+/// Comparison of the second run's values.
 pub(super) struct Comparer {
     expected: Expected,
     hub: Arc<Hub>,
-    /// Whether the recording has all.
+    /// Set if the recording is complete.
     is_whole: bool,
-    /// Whether it has messages to modules.
+    /// Set if the recording has messages to modules.
     has_messages: bool,
     values: u64,
-    /// By channel of the hub, the place of its property among those that are expected.
+    /// By channel of the hub, the place of its property among the expected ones.
     places: Vec<Option<usize>>,
     /// The last cycle of which all values of its own thread came: its number and time.
     cycle: Option<(u64, u64)>,
@@ -78,7 +78,8 @@ impl Comparer {
         }
     }
 
-    /// Compares values until the run is over, a difference is found, or every recorded value was there.
+    /// Compares values until the run is over or the comparison is decided.
+    /// It is decided when a difference is found, or every recorded value has come.
     pub fn follow(mut self, course: &ComparisonProgress) -> Self {
         let hub = Arc::clone(&self.hub);
         let mut drain = Drain::default();
@@ -106,19 +107,19 @@ impl Comparer {
         }
     }
 
-    /// The first value written before that time that did not come, if any.
+    /// Returns the first value written before that time that did not come, if any.
     fn look_for_missed(&mut self, time: u64) -> Result<Option<Verdict>, Error> {
         self.expected.read_to(time)?;
         // A value of that very time may still come.
         Ok(self.expected.missed(time).map(missed))
     }
 
-    /// Whether everything that is recorded came.
+    /// Returns true if every recorded value has come.
     pub fn is_done(&self) -> bool {
         self.expected.is_done()
     }
 
-    /// The verdict at the end of the run.
+    /// Returns the verdict at the end of the run.
     pub fn end(mut self, run: &Run, agent: &mut Agent) -> Result<Verdict, Error> {
         self.expected.read_to(u64::MAX)?;
         if let Some(wanted) = self.expected.missed(u64::MAX) {

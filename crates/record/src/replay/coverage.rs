@@ -1,4 +1,4 @@
-//! How much of what a run wrote is in a file.
+//! Coverage of a run's values by a file.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Seek};
@@ -10,34 +10,36 @@ use crate::storage::{Message, Reader};
 /// The values of a recording, counted.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Coverage {
-    /// All values and messages.
+    /// Number of values and messages.
     pub values: u64,
-    /// Those of them that a run of the same writes again.
+    /// Number of those that a run of the same configuration writes again.
     pub repeating: u64,
-    /// By channel of the file, the place of its property and whether it repeats; nothing for what is none of an agent.
+    /// By channel of the file, the place of its property, and whether it repeats.
+    /// `None` for a channel that is not an agent's.
     channels: BTreeMap<u16, Option<(usize, bool)>>,
-    /// By path, its place.
+    /// Place of each property, by path.
     places: BTreeMap<String, usize>,
     extents: Vec<PropertyCoverage>,
 }
 
-/// Which values there are of a property. Its writer numbers them from 1 on.
+/// Recorded values of a property, which its writer numbers from 1 on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct PropertyCoverage {
-    /// How many there are,
+    /// Number of recorded values.
     pub count: u64,
-    /// and how many were written until the last one of them.
+    /// Number of values written until the last recorded one.
     pub written: u64,
-    /// Since the property was put on the board: the least and the largest number, and how many there are.
+    /// Smallest and largest number, and count, since the property was created.
     first: u64,
     last: u64,
     present: u64,
-    /// Whether they have numbers without gaps.
+    /// Set if the values have numbers without gaps.
     is_counted: bool,
 }
 
 impl Coverage {
-    /// As the summary of a file says, without knowing which values there are; nothing when it does not say it.
+    /// Returns the counts in the summary of a file; `None` if it has none.
+    /// The summary does not tell the values of single properties.
     pub fn said<R: Read + Seek>(reader: &Reader<R>) -> Option<Self> {
         let mut coverage = Self::default();
         for (channel, count) in reader.said()? {
@@ -69,13 +71,14 @@ impl Coverage {
         self.extents[place].note(message.sequence.into());
     }
 
-    /// Of a property, or of the one that a path is a field of; nothing when no value of it is there.
+    /// Returns the coverage of a property, or of the one that contains a path.
+    /// `None` if it has no value.
     pub fn of(&self, path: &str) -> Option<PropertyCoverage> {
         let own = self.places.iter().find(|(own, _)| is_within(path, own));
         own.map(|(_, place)| self.extents[*place])
     }
 
-    /// The properties of which values are missing before the last one that is there.
+    /// Returns the properties with values missing before the last present one.
     pub fn gaps(&self) -> impl Iterator<Item = (&str, PropertyCoverage)> {
         let extents = self.places.iter().map(|(path, place)| (path.as_str(), self.extents[*place]));
         extents.filter(|(_, extent)| extent.has_gaps())
@@ -98,13 +101,13 @@ impl PropertyCoverage {
         self.count += 1;
     }
 
-    /// Whether values are missing before the last one that is there.
+    /// Returns true if values are missing before the last present one.
     pub fn has_gaps(self) -> bool {
         self.is_counted && self.count < self.written
     }
 }
 
-/// A few of them, and how many more there are.
+/// Lists a few names, and the number of further ones.
 pub(super) fn some(names: &[String]) -> String {
     const SHOWN: usize = 4;
     match names.len().checked_sub(SHOWN) {

@@ -31,7 +31,7 @@ impl fmt::Display for Difference {
     }
 }
 
-/// The first field in which two messages of an interface differ, and what it is in both.
+/// Returns the first field in which two messages differ, and its two values.
 pub(super) fn field(descriptor: &'static Descriptor, recorded: &[u8], replayed: &[u8]) -> [String; 3] {
     let read = |message: &[u8]| {
         let bytes = ros::decode(descriptor, message).map_err(|error| error.to_string())?;

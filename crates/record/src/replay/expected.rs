@@ -11,7 +11,8 @@ pub(super) struct Wanted {
     pub sequence: u32,
     pub time: u64,
     pub message: Vec<u8>,
-    /// When it was written, at the latest: a value may have the time of something that was long before.
+    /// Latest possible time of the write.
+    /// The value itself may have the time of something much earlier.
     until: u64,
 }
 
@@ -36,18 +37,19 @@ pub(super) struct Expected {
 #[derive(Default)]
 struct ExpectedTracks {
     all: Vec<ExpectedTrack>,
-    /// Their places, by their paths.
+    /// Places of the tracks, by path.
     places: BTreeMap<String, usize>,
-    /// And by the channels of the file; nothing for those that are not compared.
+    /// Places of the tracks, by channel of the file.
+    /// `None` for channels that are not compared.
     channels: BTreeMap<u16, Option<usize>>,
 }
 
-/// Values of several threads stand in the file somewhat out of order, by less than this, nanoseconds. A value that was not
-/// found until then is not there.
+/// Maximum disorder of values of several threads in the file, nanoseconds.
+/// A value that was not found until then is missing.
 const SLACK: u64 = 60_000_000_000;
 
 impl ExpectedTracks {
-    /// The track of a channel, if a second run writes its values again.
+    /// Returns the track of a channel, if a second run writes its values again.
     fn place(&mut self, channel: &Channel) -> Option<usize> {
         if let Some(known) = self.channels.get(&channel.id) {
             return *known;
@@ -68,7 +70,7 @@ impl ExpectedTracks {
 }
 
 impl Expected {
-    /// Those that are still to be read.
+    /// Creates the values that are still to be read.
     pub fn new(reader: Reader<BufReader<File>>) -> Self {
         Self { reader, tracks: ExpectedTracks::default(), read_to: 0, is_over: false }
     }
@@ -93,9 +95,9 @@ impl Expected {
         Ok(false)
     }
 
-    /// The value of that number of a property, which was written at that time; if there is none, the next one, and
-    /// nothing if none is recorded. It need not be the next one: two threads may have written, such as the loop and who
-    /// stops an actuator.
+    /// Returns the value of that number of a property, written at that time.
+    /// If it is missing, returns the next one, and `None` if none is recorded. It need not be the next one: two threads
+    /// may have written, such as the loop and the one that stops an actuator.
     ///
     /// `place` is for the same property the next time.
     pub fn next(
@@ -124,7 +126,7 @@ impl Expected {
         }
     }
 
-    /// The schema of the property at a place that [`next`](Expected::next) gave.
+    /// Returns the schema of the property at a place of [`next`](Expected::next).
     pub fn hash(&self, place: Option<usize>) -> Option<u64> {
         self.tracks.all[place?].hash
     }
@@ -135,14 +137,14 @@ impl Expected {
         Ok(())
     }
 
-    /// The earliest value written before that time and not compared.
+    /// Returns the earliest value written before that time and not compared.
     pub fn missed(&self, before: u64) -> Option<(&str, &Wanted)> {
         let fronts =
             self.tracks.all.iter().filter_map(|track| Some((track.path.as_str(), track.waiting.front()?)));
         fronts.filter(|(_, wanted)| wanted.until < before).min_by_key(|(_, wanted)| wanted.until)
     }
 
-    /// Whether every recorded value was asked for.
+    /// Returns true if every recorded value has been requested.
     pub fn is_done(&self) -> bool {
         self.is_over && self.tracks.all.iter().all(|track| track.waiting.is_empty())
     }

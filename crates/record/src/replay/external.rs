@@ -12,19 +12,20 @@ use slate_runtime::Agent;
 use crate::ros;
 use crate::storage::{Error, Reader, Spot};
 
-/// What is set again.
+/// Selection of the data that are set again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ExternalWish {
     /// Values of inputs.
     Values,
-    /// Those, and messages to inboxes, which the playback of a part of the modules sends itself.
+    /// Values of inputs, and messages to inboxes.
+    /// The playback of a part of the modules sends messages itself.
     ValuesAndMessages,
 }
 
 /// A value in the file.
 struct ExternalSpot {
     time: u64,
-    /// How many values the input had had with it.
+    /// Number of the value among those of the input, counted from 1.
     sequence: u32,
     /// Place of the input among all.
     input: usize,
@@ -35,7 +36,7 @@ struct ExternalSpot {
 pub(super) struct ExternalValues {
     reader: Option<Reader<BufReader<File>>>,
     inputs: Vec<String>,
-    /// In the order in which they were set.
+    /// Values in the order in which they were set.
     waiting: VecDeque<ExternalSpot>,
 }
 

@@ -22,14 +22,15 @@ pub(super) enum Fate {
         track: usize,
         is_setting: bool,
     },
-    /// To a mailbox, by a sender.
+    /// Message to a mailbox, of the sender with that number.
     Sent(usize, u32),
     Log(ros::Schema),
     Changes,
     LeftOut,
 }
 
-/// Treatment of the messages to a mailbox, or why they are left out.
+/// Determines the treatment of the messages to a mailbox.
+/// The error says why they are left out.
 fn letters(
     mailboxes: &mut Vec<Mailbox>,
     message: &Message<'_>,
@@ -51,7 +52,8 @@ fn letters(
     Ok(Fate::Sent(place, sender))
 }
 
-/// Treatment of a message's channel, or why it is left out, unless that is obvious.
+/// Determines the treatment of a message's channel.
+/// The error says why it is left out, unless that is obvious.
 pub(super) fn fate(
     tracks: &mut Vec<PropertyTrack>,
     mailboxes: &mut Vec<Mailbox>,
@@ -121,7 +123,7 @@ pub(super) fn fate(
     Ok(Fate::Played { track: tracks.len() - 1, is_setting })
 }
 
-/// A property has one writer.
+/// Checks that each property has one writer.
 pub(super) fn check_writers(tracks: &[PropertyTrack]) -> Result<(), String> {
     let mut places: BTreeMap<&str, &PropertyTrack> = BTreeMap::new();
     for track in tracks {

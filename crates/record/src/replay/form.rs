@@ -7,7 +7,8 @@ use slate_blackboard::interface::{Descriptor, Kind};
 use crate::ros::{self, Described, Schema};
 use crate::storage::{Message, interface};
 
-/// The interface of a channel: one that is known here, or what its definition in the file says.
+/// Interface of a channel: a known one, or the one that its definition describes.
+/// The definition is the one in the file.
 pub(super) struct ValueForm {
     pub descriptor: &'static Descriptor,
     /// Items in the longest tail.
@@ -22,7 +23,8 @@ static UNKNOWN: Descriptor =
     Descriptor { name: "message", doc: "", ros: "", fields: &[], size: 0, align: 1, hash: 0 };
 
 impl ValueForm {
-    /// Finds out what the values of a message's channel are; `known` are interfaces by their schemas.
+    /// Determines the interface of a message's channel.
+    /// `known` are interfaces by schema.
     pub fn of(message: &Message<'_>, known: &BTreeMap<u64, &'static Descriptor>) -> Result<Self, String> {
         let channel = message.channel;
         let wanted = message.schema.filter(|schema| schema.encoding == "ros2msg");
@@ -53,7 +55,7 @@ impl ValueForm {
         Ok(Self { descriptor: &UNKNOWN, capacity: 0, described, remark })
     }
 
-    /// Takes note of what a value needs.
+    /// Notes the size that a value needs.
     pub fn note(&mut self, message: &[u8]) -> Result<(), ros::Error> {
         if let Some(described) = &mut self.described {
             return described.note(message);
@@ -63,7 +65,7 @@ impl ValueForm {
         Ok(())
     }
 
-    /// Once all values were noted.
+    /// Completes the interface, once all values were noted.
     pub fn finish(&mut self) -> Result<(), String> {
         if let Some(described) = &mut self.described {
             (self.descriptor, self.capacity) = described.interface()?;
@@ -71,7 +73,7 @@ impl ValueForm {
         Ok(())
     }
 
-    /// The value of a message, as it lies in memory.
+    /// Returns the value of a message in its memory layout.
     pub fn decode(&self, message: &[u8]) -> Result<Vec<u8>, ros::Error> {
         match &self.described {
             Some(described) => described.decode(message),
@@ -79,7 +81,7 @@ impl ValueForm {
         }
     }
 
-    /// How many items its tail has.
+    /// Returns the number of items in the tail of a value.
     pub fn items(&self, bytes: &[u8]) -> usize {
         let item = self.descriptor.tail().map_or(0, Kind::size);
         bytes.len().saturating_sub(self.descriptor.size).checked_div(item).unwrap_or(0)

@@ -9,11 +9,11 @@ use super::run::Run;
 use super::timeline::Timeline;
 use crate::recorder::{selects, thins};
 
-/// Finds out what is missing in the recording of a run.
+/// Check for missing parts of the recording of a run.
 pub(super) struct Lacks<'a> {
     run: &'a Run,
     timeline: &'a Timeline,
-    /// Whether all is there that was written.
+    /// Set if every written value is there.
     is_whole: bool,
     rules: Option<RecordSelection>,
 }
@@ -24,17 +24,20 @@ impl<'a> Lacks<'a> {
         Self { run, timeline, is_whole, rules: run.selection() }
     }
 
-    /// Whether the configuration leaves values of a property out, also where their numbers don't show it.
+    /// Returns true if the configuration leaves values of a property out.
+    /// This is also known where their numbers do not show it.
     pub fn is_ruled(&self, path: &str) -> bool {
         self.rules.as_ref().is_some_and(|rules| thins(rules, path))
     }
 
-    /// Whether the recording watched the property, so that debug outputs had values.
+    /// Returns true if the recording observed the property.
+    /// Only then did debug outputs have values.
     fn watched(&self, path: &str) -> bool {
         !self.run.is_flight() && self.rules.as_ref().is_none_or(|rules| selects(rules, path))
     }
 
-    /// The inputs of modules that are missing, in words; `watched` are written only while they are watched.
+    /// Lists the missing inputs of modules, in words.
+    /// `watched` are written only while they are observed.
     pub fn told(
         &self,
         reads: &BTreeSet<String>,
@@ -66,7 +69,7 @@ impl<'a> Lacks<'a> {
         told
     }
 
-    /// The properties of which not every value that was written is there.
+    /// Returns the properties of which not every written value is recorded.
     pub fn thin(&self) -> BTreeSet<String> {
         let tracks = self.timeline.tracks.iter().map(|track| &track.path);
         let has_gaps = |path: &str| self.timeline.coverage.of(path).is_some_and(|own| own.has_gaps());

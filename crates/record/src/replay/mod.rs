@@ -1,7 +1,7 @@
-//! Recorded runs, played and made again.
+//! Playback and repetition of recorded runs.
 //!
-//! A [`Player`] plays a recording in an agent: it writes what was written, when it was, and tools see the robot as it was. Modules
-//! of the recorded agent, or new ones of theirs, may run on what is played.
+//! A [`Player`] plays a recording in an agent: it writes the recorded values at their times, and tools see the robot as
+//! in the run. Modules of the recorded agent, or new ones of theirs, may run on the recording.
 //!
 //! A recording of a run in lockstep has all that is needed to make it again: the configuration, the seed, the changes that
 //! were made from outside, and every value that was written. [`Comparison`] makes the same run once more and compares

@@ -1,4 +1,5 @@
-//! How a recording is opened to be played: which part of it, what its modules get and what they would lack.
+//! Opening of a recording for playback.
+//! It selects the played part, the inputs of its modules, and the inputs that they would lack.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
@@ -19,7 +20,7 @@ use super::reel::Reel;
 use super::run::{Run, Written};
 use super::timeline::Timeline;
 
-/// How many reasons are told.
+/// Maximum number of reported reasons.
 const SHOWN: usize = 5;
 
 /// A recording that is being opened.
@@ -47,7 +48,8 @@ pub(super) struct ReplacedModules {
 /// Changes made while a run was recorded.
 #[derive(Default)]
 pub(super) struct PastChanges {
-    /// Changes in the modules that run, each with its cycle, or on the wall clock with its time.
+    /// Changes in the modules that run, each with its cycle.
+    /// On the wall clock each has its time instead.
     pub changes: VecDeque<(u64, Change)>,
     /// Changes that can't be repeated, in words.
     pub unrepeated: Vec<String>,
@@ -69,12 +71,12 @@ impl Opening<'_> {
         }
     }
 
-    /// Whether the recorded run was in lockstep.
+    /// Returns true if the recorded run was in lockstep.
     pub fn is_lockstep(&self) -> bool {
         self.run.is_some_and(Run::is_lockstep)
     }
 
-    /// The values that are played, and the times of the first and the last.
+    /// Returns the values that are played, and the times of the first and the last.
     pub fn timeline(&self) -> Result<(Timeline, (u64, u64)), PlayError> {
         let known = interfaces(self.plugins, Some(self.configuration));
         let epoch = self.run.map_or_else(|| Timeline::first_time(self.path), |run| Ok(run.epoch()))?;
@@ -89,7 +91,8 @@ impl Opening<'_> {
         Err(self.unfit(format!("nothing to play: {why}")))
     }
 
-    /// The times between which it is played; a run in lockstep begins at one of its cycles.
+    /// Returns the times between which the recording is played.
+    /// A run in lockstep begins at one of its cycles.
     pub fn bounds(&self, timeline: &Timeline, span: (u64, u64)) -> Result<(u64, u64), PlayError> {
         let at = |time: u64| span.0.saturating_add(time);
         let mut bounds = (self.plan.start.map_or(span.0, at), self.plan.end.map_or(span.1, at).min(span.1));
@@ -107,7 +110,7 @@ impl Opening<'_> {
         Ok(bounds)
     }
 
-    /// The part of the recorded configuration that runs.
+    /// Returns the part of the recorded configuration that runs.
     pub fn excerpt(&self, reel: &Reel, is_whole: bool) -> Result<Excerpt, PlayError> {
         let Self { plan, run, configuration, .. } = self;
         if run.is_none() && configuration.modules().is_empty() && !plan.modules.is_empty() {
@@ -129,7 +132,8 @@ impl Opening<'_> {
             .map_err(|what| self.unfit(what))
     }
 
-    /// The changes made while it was recorded. Requests of modules go to the reel.
+    /// Returns the changes made while it was recorded.
+    /// Requests of modules go to the reel.
     pub fn changes(&self, reel: &mut Reel, excerpt: &Excerpt, begin: u64) -> Result<PastChanges, PlayError> {
         let modules = &self.plan.modules;
         let (codes, gates) = (self.codes(), gates(&excerpt.text)?);
@@ -156,7 +160,8 @@ impl Opening<'_> {
         Ok(past)
     }
 
-    /// The values that programs outside of the agent sent to inputs of the modules that run.
+    /// Returns the values that programs outside of the agent sent to inputs.
+    /// These are inputs of the modules that run.
     pub fn external(&self) -> Result<ExternalValues, PlayError> {
         let find = |epoch, inputs| ExternalValues::find(self.path, epoch, inputs, ExternalWish::Values);
         let Some(run) = self.run else { return Ok(find(0, Vec::new())?) };
@@ -165,7 +170,8 @@ impl Opening<'_> {
         Ok(find(run.epoch(), inputs.collect())?)
     }
 
-    /// Inputs that the modules that run would lack, in words; an error unless the plan permits that.
+    /// Returns the inputs that the modules that run would lack, in words.
+    /// It is an error if there are any, unless the plan permits that.
     pub fn misses(
         &self,
         reel: &Reel,
@@ -191,12 +197,12 @@ impl Opening<'_> {
         Ok(misses)
     }
 
-    /// The properties of which not every value is recorded.
+    /// Returns the properties of which not every value is recorded.
     pub fn thin(&self, reel: &Reel) -> BTreeSet<String> {
         self.run.map(|run| Lacks::new(run, &reel.timeline).thin()).unwrap_or_default()
     }
 
-    /// Has the modules that run take the place of what is recorded of them.
+    /// Replaces recorded outputs by the modules that run.
     pub fn replace(&self, reel: &mut Reel, excerpt: &Excerpt) -> ReplacedModules {
         (reel.silent, reel.inboxes, reel.deaf) =
             (excerpt.silent.clone(), excerpt.inboxes.clone(), excerpt.deaf.clone());
@@ -221,7 +227,8 @@ impl Opening<'_> {
         ReplacedModules { written, mailboxes, deaf }
     }
 
-    /// The plugins whose recorded code the modules that run have: none whose code the plan says.
+    /// Returns the plugins whose recorded code the modules that run use.
+    /// Plugins whose code the plan names are left out.
     fn codes(&self) -> BTreeSet<String> {
         let is_meant = |name: &String| self.plan.modules.contains(name);
         let modules = self.configuration.modules().iter().filter(|module| is_meant(&module.name.value));
@@ -236,15 +243,15 @@ impl Opening<'_> {
     }
 }
 
-/// Those plugins, and the libraries that a configuration names as far as they can be loaded: what of them modules need and can't
-/// be is said when the agent is loaded.
+/// Returns the plugins, and the libraries of a configuration that can be loaded.
+/// A library that modules need and that can't be loaded is reported when the agent is loaded.
 pub(super) fn with_libraries(plugins: &[Plugin], configuration: &Configuration) -> Vec<Plugin> {
     let files = configuration.plugins().iter().filter_map(|entry| entry.file.as_ref());
     let libraries = files.filter_map(|file| Some(load(&file.value).ok()?.0));
     plugins.iter().cloned().chain(libraries).collect()
 }
 
-/// The actuators that a configuration has.
+/// Returns the actuators that a configuration has.
 fn gates(text: &str) -> Result<BTreeSet<String>, Report> {
     let database = configuration("the recording", text, Vec::new())?;
     Ok(database.current().actuators().iter().map(|gate| gate.name.value.clone()).collect())

@@ -1,4 +1,4 @@
-//! How orders come to who plays, and how it stands comes back.
+//! Queue of orders to the player, and of its answers.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Mutex, PoisonError};
@@ -17,19 +17,19 @@ use crate::storage::Error;
 /// Outcome of an order; an error has a message and a help.
 pub(super) type OrderOutcome = Result<PlaybackStatus, (String, String)>;
 
-/// An order, and where its answer goes.
+/// Order, and the channel of its answer.
 type GivenOrder = (Order, Sender<OrderOutcome>);
 
-/// How long an order may take: less than tools wait.
+/// Timeout of an order; shorter than that of tools.
 const PATIENCE: Duration = Duration::from_secs(50);
 
-/// Where orders are given, and what is recorded is looked at.
+/// Sending end of the orders, with access to the recorded data.
 pub(super) struct Counter {
     orders: Mutex<Sender<GivenOrder>>,
     reel: SharedReel,
 }
 
-/// Where they are taken.
+/// Receiving end of the orders.
 pub(super) struct Orders(Receiver<GivenOrder>);
 
 pub(super) fn orders(reel: &SharedReel) -> (Counter, Orders) {
@@ -38,7 +38,7 @@ pub(super) fn orders(reel: &SharedReel) -> (Counter, Orders) {
 }
 
 impl Orders {
-    /// The next order, if there is one within that time.
+    /// Returns the next order, if there is one within that time.
     pub fn next(&self, within: Duration) -> Option<GivenOrder> {
         match self.0.recv_timeout(within) {
             Ok(letter) => Some(letter),

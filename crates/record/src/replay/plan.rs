@@ -17,17 +17,18 @@ pub struct Plan {
     pub start: Option<u64>,
     /// End; the last value by default.
     pub end: Option<u64>,
-    /// Whether it repeats.
+    /// Set to repeat the playback.
     pub repeats: bool,
-    /// Whether it begins paused.
+    /// Set to begin paused.
     pub is_paused: bool,
-    /// Whether it pauses at its end, until it is stopped.
+    /// Set to pause at the end, until it is stopped.
     pub stays: bool,
     /// Factor of real time; `None` for as fast as possible.
     pub rate: Option<f64>,
     /// The modules that run on the recording; their recorded outputs are not played.
     pub modules: BTreeSet<String>,
-    /// Whether they run with incomplete inputs, too; [`misses`](super::Player::misses) names those.
+    /// Set to run modules with incomplete inputs, too.
+    /// [`misses`](super::Player::misses) names those.
     pub is_partial: bool,
     /// Settings that overlay those of the recording.
     pub sets: Vec<String>,
@@ -62,8 +63,8 @@ pub struct PlayedRun {
     pub values: u64,
     /// Number of cycles.
     pub cycles: u64,
-    /// From the first value of the recording to where it ended, nanoseconds.
+    /// Duration from the recording's first value to the end, nanoseconds.
     pub time: u64,
-    /// Whether it reached its end.
+    /// Set if the playback reached its end.
     pub is_whole: bool,
 }

@@ -1,4 +1,4 @@
-//! The cycles of a playback, and what is asked of it meanwhile.
+//! Cycles of a playback, and its orders meanwhile.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -12,11 +12,12 @@ use super::orders::OrderOutcome;
 use super::plan::{PlayError, PlayedRun};
 use super::player::{Player, rate};
 
-/// Where a playback is.
+/// Position of a playback.
 struct Turn {
     time: u64,
     cycles: u64,
-    /// Whether it is at a time of the recording: there was a cycle, or it was sent there.
+    /// Set once the playback is at a time of the recording.
+    /// It was sent there, or has made a cycle.
     has_begun: bool,
     is_paused: bool,
     rate: Option<f64>,
@@ -27,10 +28,10 @@ struct Turn {
 const INSIDE: &str =
     "give seconds after the first value, such as 1.5; `slate replay status` says how many there are";
 
-/// How often a playback that stands still looks whether it is to end.
+/// Polling period for the end of a playback that stands still.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How often what was measured is shown.
+/// Period at which measurements are shown.
 const SHOW: Duration = Duration::from_millis(100);
 
 impl Player {
@@ -42,7 +43,7 @@ impl Player {
         self.run_with(agent, stop, |_| {})
     }
 
-    /// As [`run`](Player::run); `look` is called after each cycle.
+    /// Plays as [`run`](Player::run), and calls `look` after each cycle.
     ///
     /// # Errors
     /// As [`run`](Player::run).
@@ -101,7 +102,7 @@ impl Player {
         Ok(PlayedRun { values, cycles: turn.cycles, time, is_whole: turn.is_whole })
     }
 
-    /// Whether nothing is left before the end.
+    /// Returns true if nothing is left before the end.
     fn is_over(&self, turn: &Turn) -> bool {
         let end = turn.section.map_or(self.bounds.1, |section| section.to);
         turn.has_begun && self.reel.get().following(turn.time).is_none_or(|next| next > end)
@@ -155,7 +156,8 @@ impl Player {
         Ok(())
     }
 
-    /// Until which cycle, or on the wall clock until which time, changes are made before the next cycle, and how that is told.
+    /// Returns the limit of the changes due before the next cycle, and its name.
+    /// The limit is a cycle, or on the wall clock a time.
     fn due(&self, turn: &Turn) -> (u64, String) {
         let Some(period) = self.period else {
             let cycle = self.skipped + turn.cycles;

@@ -1,4 +1,4 @@
-//! A recording that is played in an agent.
+//! Playback of a recording in an agent.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -22,12 +22,12 @@ use super::witness::{Both, Witness};
 use crate::recorder::CONFIGURATION;
 use crate::storage::Error;
 
-/// A recording that is played in an agent, which is loaded with its [`configuration`](Player::configuration) and
-/// [`playback`](Player::playback).
+/// Playback of a recording in an agent.
+/// The agent is loaded with its [`configuration`](Player::configuration) and [`playback`](Player::playback).
 pub struct Player {
     pub(super) file: PathBuf,
     run: Option<Run>,
-    /// Why its configuration can't be read, if it can't.
+    /// Reason why the configuration can't be read, if there is one.
     foreign: Option<String>,
     pub(super) plan: Plan,
     text: String,
@@ -42,17 +42,17 @@ pub struct Player {
     pub(super) line: usize,
     /// The time of the last cycle.
     pub(super) reached: u64,
-    /// Changes in the modules that run, made while it was recorded: after which cycle of a run in lockstep, and on the wall clock
-    /// at which time.
+    /// Changes in the modules that run, made while the run was recorded.
+    /// Each has the cycle after which it was made, or on the wall clock its time.
     pub(super) changes: VecDeque<(u64, Change)>,
     /// Values that came from outside to inputs of the modules that run.
     pub(super) external: ExternalValues,
-    /// From cycle to cycle, nanoseconds, of a run that was on the wall clock.
+    /// Cycle period of a run on the wall clock, nanoseconds.
     pub(super) period: Option<u64>,
     pub(super) witness: Option<Witness>,
     /// Recorded outputs of the modules that run.
     written: Written,
-    /// Whether everything that was written is recorded and played.
+    /// Set if every written value is recorded and played.
     is_whole: bool,
     /// Changes that can't be repeated, in words.
     unrepeated: Vec<String>,
@@ -69,7 +69,8 @@ impl std::fmt::Debug for Player {
 }
 
 impl Player {
-    /// Opens a recording; all of it is read and checked. `plugins` are those that the agent will be loaded with.
+    /// Opens a recording; all of it is read and checked.
+    /// `plugins` are those with which the agent will be loaded.
     ///
     /// # Errors
     /// When it can't be read, is damaged, or can't be played as the plan says.
@@ -137,7 +138,8 @@ impl Player {
         })
     }
 
-    /// The configuration of the agent that plays: the modules that run, of the recorded configuration.
+    /// Returns the configuration of the agent that plays.
+    /// It has the modules that run, of the recorded configuration.
     ///
     /// # Errors
     /// When it is invalid, or a setting is.
@@ -149,13 +151,15 @@ impl Player {
         )
     }
 
-    /// The playback of the agent, for [`Options::playback`](slate_runtime::Options::playback).
+    /// Returns the playback of the agent.
+    /// It is for [`Options::playback`](slate_runtime::Options::playback).
     pub fn playback(&self) -> Box<dyn Playback> {
         Box::new(self.reel.clone())
     }
 
-    /// The recording of the agent, for [`Options::recording`](slate_runtime::Options::recording), which sees the outputs of modules,
-    /// beside another one; `None` when no module runs.
+    /// Returns the recording of the agent, which observes the outputs of modules.
+    /// It is for [`Options::recording`](slate_runtime::Options::recording), and passes everything on to another one;
+    /// `None` if no module runs.
     pub fn recording(&self, other: Option<Arc<dyn Recording>>) -> Option<Arc<dyn Recording>> {
         match (self.witness.as_ref().map(Witness::recording), other) {
             (Some(own), Some(other)) => Some(Arc::new(Both(own, other))),
@@ -163,7 +167,8 @@ impl Player {
         }
     }
 
-    /// Compares the outputs of modules with the recorded ones, after the run; `None` when no module runs.
+    /// Compares the outputs of modules with the recorded ones, after the run.
+    /// `None` if no module runs.
     ///
     /// # Errors
     /// When the file has changed.
@@ -187,22 +192,22 @@ impl Player {
         Ok(outcome)
     }
 
-    /// Handle that controls it from other threads.
+    /// Returns a handle that controls the playback from other threads.
     pub fn control(&self) -> Arc<dyn PlaybackControl> {
         Arc::clone(&self.counter) as _
     }
 
-    /// Initial rate.
+    /// Returns the initial rate.
     pub fn rate(&self) -> Rate {
         rate(self.plan.rate)
     }
 
-    /// Whether the actuators of the recorded agent were armed from the start.
+    /// Returns true if the actuators of the recorded agent were armed from the start.
     pub fn is_armed(&self) -> bool {
         self.run.as_ref().is_some_and(Run::is_armed)
     }
 
-    /// The date of the agent's time 0, if the recording says it.
+    /// Returns the date of the agent's time 0, if the recording says it.
     pub fn date(&self) -> Option<SystemTime> {
         let epoch = self.run.as_ref().map_or(0, Run::epoch);
         (epoch > 0).then(|| SystemTime::UNIX_EPOCH + Duration::from_nanos(epoch))
@@ -231,8 +236,9 @@ impl Player {
         configuration.chain(remarks).collect()
     }
 
-    /// Topics whose times go back, and how often: such a value is played at the time of the one before it. Empty for a recording
-    /// of an agent, in which several modules may command one actuator, each with the time of its own tick.
+    /// Returns the topics whose times go back, with the number of such values.
+    /// Such a value is played at the time of the one before it. Empty for a recording of an agent, in which several
+    /// modules may command one actuator, each with the time of its own tick.
     pub fn backwards(&self) -> Vec<(String, u64)> {
         if self.run.is_some() {
             return Vec::new();
@@ -242,13 +248,14 @@ impl Player {
         back.map(|track| (track.topic.clone(), track.backwards)).collect()
     }
 
-    /// Number of played properties, and the duration in nanoseconds of the recording.
+    /// Returns the number of played properties, and the recording's duration, ns.
     pub fn extent(&self) -> (usize, u64) {
         (self.reel.properties().len(), self.bounds.1 - self.bounds.0)
     }
 }
 
-/// The modules of a recording of an agent, each with its kind; empty for another recording.
+/// Returns the modules of an agent's recording with their kinds.
+/// Empty for another recording.
 ///
 /// # Errors
 /// When it can't be read, or is damaged.
@@ -256,7 +263,7 @@ pub fn recorded_modules(path: &Path) -> Result<BTreeMap<String, String>, Error> 
     Ok(Run::of(path)?.map(|run| run.modules).unwrap_or_default())
 }
 
-/// Rate of a factor of real time; unlimited without one.
+/// Returns the rate for a factor of real time; unlimited without one.
 pub(super) fn rate(factor: Option<f64>) -> Rate {
     factor.map_or(Rate::Max, Rate::Times)
 }

@@ -1,4 +1,4 @@
-//! Comparison of what modules compute on a recording with their recorded outputs.
+//! Comparison of modules' outputs on a recording with their recorded outputs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -28,12 +28,13 @@ impl Recomputed {
         self.same + self.different + self.only_recorded + self.only_recomputed > 0
     }
 
-    /// Whether there was a value that a module computes; its state is what the host says of it.
+    /// Returns true if a module computed any of the values.
+    /// A module's state does not count: the host writes it.
     fn is_computed(&self) -> bool {
         self.has_values() && !self.url.ends_with("/state")
     }
 
-    /// Whether nothing differs.
+    /// Returns true if nothing differs.
     pub fn is_same(&self) -> bool {
         self.different + self.only_recorded + self.only_recomputed == 0
     }
@@ -42,34 +43,38 @@ impl Recomputed {
 /// Comparison of a run on a recording with it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recomputation {
-    /// By property.
+    /// Comparisons by property.
     pub properties: Vec<Recomputed>,
     /// The earliest difference.
     pub first: Option<Difference>,
-    /// Modules without comparable outputs: they only send messages, or none of their outputs is recorded.
+    /// Modules without comparable outputs.
+    /// They only send messages, or none of their outputs is recorded.
     pub unseen: Vec<String>,
     /// Modules that never wrote, neither then nor now.
     pub silent: Vec<String>,
-    /// Outboxes whose messages were not compared, as another sender of their mailbox did not run; each with that mailbox.
+    /// Outboxes whose messages were not compared, each with its mailbox.
+    /// Another sender of that mailbox did not run.
     pub unheard: BTreeMap<String, String>,
-    /// Whether modules of the recorded run had threads of their own: nothing says which values their ticks saw, nor how many there
-    /// were in what is one cycle here, so that what differs may be only that.
+    /// Set if modules of the recorded run had threads of their own.
+    /// The values that their ticks saw, and the number of ticks per cycle here, are then unknown, which may be the only
+    /// cause of a difference.
     pub has_threads: bool,
-    /// What was done while it was recorded and can't be made again, such as going on from a snapshot, in words: what differs may
-    /// be only that.
+    /// Events of the recorded run that can't be repeated, in words.
+    /// An example is a restore from a snapshot. They may be the only cause of a difference.
     pub unrepeated: Vec<String>,
-    /// Where the modules began with fresh state, whatever they remembered then: nanoseconds after the first value. Nothing when that
-    /// was the beginning.
+    /// Time at which the modules began with fresh state.
+    /// Nanoseconds after the first value. The recorded modules may have had memory then. `None` if it was the
+    /// beginning.
     pub fresh_from: Option<u64>,
 }
 
 impl Recomputation {
-    /// Whether anything was compared that the modules themselves write.
+    /// Returns true if any value that the modules themselves write was compared.
     pub fn has_compared(&self) -> bool {
         self.properties.iter().any(Recomputed::is_computed) || !self.silent.is_empty()
     }
 
-    /// Takes in what compares beside properties, and where that differs first.
+    /// Adds a comparison that is not a property's, and its first difference.
     pub(super) fn add(&mut self, own: Recomputed, first: Option<Difference>) {
         let place = self.properties.partition_point(|other| other.url < own.url);
         self.properties.insert(place, own);
@@ -80,9 +85,9 @@ impl Recomputation {
         }
     }
 
-    /// Those of the modules of which nothing was compared.
+    /// Notes the modules of which nothing was compared.
     ///
-    /// Where all was recorded and compared, of those there is nothing.
+    /// If all was recorded and compared, these modules never wrote.
     pub(super) fn note_unseen(&mut self, modules: &BTreeSet<String>, written: &Written, is_whole: bool) {
         let is_seen = |module: &&String| {
             let writes = |own: &Recomputed| {

@@ -16,60 +16,64 @@ use super::timeline::{RecordedValue, Timeline};
 use super::track::Mailbox;
 use crate::storage::Error;
 
-/// When a track is written in a cycle.
+/// Position of a track's writes in the cycle.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TrackPlace {
-    /// Those who write it,
+    /// Writers of the track.
     pub writers: BTreeSet<String>,
-    /// and the module whose output it is, if it is one's.
+    /// Module whose output it is, if it is an output.
     pub module: Option<String>,
-    /// The modules that run before it is written,
+    /// Modules that run before it is written.
     late_for: BTreeSet<String>,
-    /// and those whose stages come after that in which it is.
+    /// Modules whose stages come after its stage.
     early_for: BTreeSet<String>,
 }
 
 /// A recording on its way into an agent.
 pub(super) struct Reel {
     pub timeline: Timeline,
-    /// Place of each played track among the modules that run; `None` for a track that is not played.
+    /// Place of each played track among the modules that run.
+    /// `None` for a track that is not played.
     pub played: Vec<Option<TrackPlace>>,
     /// Linked properties that are never written.
     pub silent: Vec<(String, &'static Descriptor, usize)>,
-    /// The mailboxes that what was taken is sent to again.
+    /// Mailboxes to which the recorded messages are sent again.
     pub inboxes: BTreeSet<String>,
     /// The mailboxes of modules that do not run, to which others send that do.
     pub deaf: BTreeMap<String, &'static Descriptor>,
     /// Receivers of these mailboxes.
     receivers: Vec<(String, Receiver)>,
-    /// By mailbox, those who send to it, by their numbers.
+    /// By mailbox, its senders by their numbers.
     senders: Vec<Vec<Sender>>,
     /// The next message.
     next_letter: usize,
-    /// By track.
+    /// Writers by track.
     writers: Vec<Option<(Arc<Property>, Writer)>>,
     /// The next value.
     pub next: usize,
-    /// Values of this cycle that those who wrote them had not written yet.
+    /// Values of this cycle that their writers had not written yet.
     waiting: Vec<usize>,
     /// Requests of the modules that run to their agent.
     pub requests: Requests,
     /// The time of the cycle.
     now: u64,
-    /// Whether cycles are those of the recorded run; else they are on the grid of the period.
+    /// Set if the cycles are those of the recorded run.
+    /// Otherwise they are on the grid of the period.
     pub has_cycles: bool,
-    /// Whether a value was written in each of them; else there are also some on that grid between.
+    /// Set if a value was written in each cycle.
+    /// Otherwise there are further cycles on that grid between.
     pub is_each_known: bool,
     /// The time of the first cycle.
     pub begin: u64,
     /// Values that were written.
     pub values: u64,
-    /// Why no more can be written.
+    /// Reason why no more can be written.
     failure: Option<Error>,
 }
 
 impl Reel {
-    /// `cycles` is nothing for a run that was not in lockstep, and how many it had, if that is known, for one that was.
+    /// Creates a reel; `cycles` is the number of cycles of a run in lockstep.
+    /// The inner `None` is an unknown number, the outer one a run that was not in lockstep.
     pub fn new(timeline: Timeline, cycles: Option<Option<u64>>, begin: u64) -> Self {
         let played = timeline.tracks.iter().map(|_| Some(TrackPlace::default())).collect();
         Self {
@@ -94,8 +98,9 @@ impl Reel {
         }
     }
 
-    /// Has modules of a run take the place of what is recorded of them, so that they see of the others what they saw then.
-    /// Returns the paths that they write, each with its writers.
+    /// Replaces recorded outputs by modules of the run.
+    /// Returns the paths that they write, each with its writers. The modules see the same values of the others as they
+    /// saw then.
     pub fn replace(
         &mut self,
         run: &Run,
@@ -129,7 +134,8 @@ impl Reel {
         written
     }
 
-    /// Gives what is played its places among those modules, in the order in which all of them ran, stage by stage.
+    /// Assigns the played tracks their places among those modules.
+    /// The order is that in which all of them ran, stage by stage.
     pub fn place(&mut self, stages: &[Vec<String>], modules: &BTreeSet<String>) {
         let mut places: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
         for (stage, names) in stages.iter().enumerate() {
@@ -150,12 +156,12 @@ impl Reel {
         }
     }
 
-    /// Says why it stopped, if it did.
+    /// Returns the reason why the reel stopped, if it did.
     pub fn check(&mut self) -> Result<(), Error> {
         self.failure.take().map_or(Ok(()), Err)
     }
 
-    /// Goes on from a time: each property has the last value that it had then.
+    /// Continues at a time: each property has its last value of that time.
     pub fn jump(&mut self, time: u64) -> Result<(), Error> {
         self.next = self.timeline.after(time);
         self.waiting.clear();
@@ -178,12 +184,12 @@ impl Reel {
         Ok(())
     }
 
-    /// The time of the next value that is played.
+    /// Returns the time of the next value that is played.
     fn next_time(&self) -> Option<u64> {
         self.timeline.due(self.next)
     }
 
-    /// The next known cycle after a time, or the next value.
+    /// Returns the next known cycle after a time, or the next value.
     pub fn following(&self, time: u64) -> Option<u64> {
         let times = &self.timeline.times;
         match self.has_cycles {
@@ -238,7 +244,8 @@ impl Reel {
         Ok(())
     }
 
-    /// Takes what modules have sent to those who do not run: where to, when, and the message.
+    /// Takes messages that modules sent to modules that do not run.
+    /// Each has its mailbox, its time, and its bytes.
     pub fn take_sent(&mut self, now: u64) -> Vec<(String, u64, Vec<u8>)> {
         let mut taken = Vec::new();
         for (path, receiver) in &mut self.receivers {
@@ -256,7 +263,7 @@ impl Reel {
         taken
     }
 
-    /// Gets hold of the mailboxes that messages are sent to.
+    /// Opens the mailboxes that messages are sent to.
     fn address(&mut self, board: &Board) -> Result<(), String> {
         for path in self.deaf.keys() {
             // Without a link to it there is none.

@@ -13,16 +13,16 @@ struct RecordedRequest {
     answer: Result<String, String>,
 }
 
-/// Answers the modules that run as they were answered then.
+/// Recorded answers to requests of the modules that run.
 #[derive(Default)]
 pub(super) struct Requests {
-    /// Those that are to come, by module.
+    /// Pending requests, by module.
     open: BTreeMap<String, VecDeque<RecordedRequest>>,
-    /// The modules that have asked for something, then or now.
+    /// Modules that have made a request, then or now.
     pub askers: BTreeSet<String>,
-    /// Whether requests of one time belong together.
+    /// Set if requests of one time belong together.
     has_times: bool,
-    /// Those that are not recorded: when, and what was asked for.
+    /// Requests that are not recorded: time and text.
     extra: Vec<(u64, String)>,
     found: Recomputed,
     first: Option<Difference>,
@@ -34,13 +34,13 @@ impl Requests {
         Self { has_times, found, ..Self::default() }
     }
 
-    /// One that is recorded; they come in their order.
+    /// Adds a recorded request; they come in their order.
     pub fn add(&mut self, time: u64, module: String, lines: String, answer: Result<String, String>) {
         self.askers.insert(module.clone());
         self.open.entry(module).or_default().push_back(RecordedRequest { time, lines, answer });
     }
 
-    /// The recorded answer to a request; `None` when it was another request.
+    /// Returns the recorded answer to a request; `None` if it was another request.
     pub fn answer(&mut self, module: &str, lines: &str, now: u64) -> Option<Result<String, String>> {
         self.askers.insert(module.into());
         let has_times = self.has_times;
@@ -65,7 +65,8 @@ impl Requests {
         None
     }
 
-    /// How they compare, when all was played until that time, and the first that differs; nothing when there was none.
+    /// Returns the comparison of the requests until `end`, and the first difference.
+    /// `None` if there were none.
     pub fn outcome(&mut self, end: u64) -> Option<(Recomputed, Option<Difference>)> {
         let left = std::mem::take(&mut self.open).into_values().flatten();
         left.filter(|request| request.time <= end).for_each(|request| self.miss(&request));

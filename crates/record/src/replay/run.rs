@@ -15,7 +15,7 @@ use crate::storage::{Error, Message, Metadata, REPAIR, Reader};
 
 type Texts = BTreeMap<String, String>;
 
-/// Modules by the paths of what they write.
+/// Modules by the paths of their outputs.
 pub(super) type Written = BTreeMap<String, BTreeSet<String>>;
 
 /// The run of a recording.
@@ -35,23 +35,24 @@ pub struct Run {
     text: Option<String>,
     /// Files attached beside it: names and content.
     files: Vec<(String, Vec<u8>)>,
-    /// Number of messages without a checksum, as it was repaired.
+    /// Number of messages without a checksum in a repaired file.
     unchecked: u64,
-    /// The properties never written until the recording ended, as far as it says.
+    /// Properties never written until the recording ended, as far as it is known.
     unwritten: Texts,
-    /// Whether it is of the last seconds, which were kept in memory.
+    /// Set if the recording is of the last seconds, which were kept in memory.
     is_flight: bool,
     /// Changes from outside, each after the cycle of that number.
     pub(super) changes: Vec<(u64, Change)>,
     end: Option<Texts>,
     drops: bool,
-    /// Whether there is another one in the file.
+    /// Set if the file has another run.
     has_others: bool,
     coverage: Coverage,
 }
 
 impl Run {
-    /// Reads the run of a recording, which may be cut off; values are read only where necessary.
+    /// Reads the run of a recording, which may be truncated.
+    /// Values are read only where necessary.
     ///
     /// # Errors
     /// When it can't be read, is damaged, or is no recording of an agent.
@@ -59,7 +60,7 @@ impl Run {
         Self::read_all(&mut Reader::open_unfinished(path)?)
     }
 
-    /// As [`read`](Run::read), of what is at its beginning.
+    /// Reads the run at the beginning of `reader`, as [`read`](Run::read) does.
     pub(super) fn read_all<R: Read + Seek>(reader: &mut Reader<R>) -> Result<Self, Error> {
         let path = reader.path().to_owned();
         let unfit = |what: &str| Error::Unfit { path: path.clone(), what: what.into() };
@@ -134,53 +135,56 @@ impl Run {
         Ok(run)
     }
 
-    /// Reads metadata and attachments of a whole file; `None` when it is no recording of an agent.
+    /// Reads metadata and attachments of a whole file.
+    /// `None` if it is no recording of an agent.
     pub(super) fn of(path: &Path) -> Result<Option<Self>, Error> {
         let run = Self::head(&mut Reader::open(path)?)?;
         Ok((!run.about.is_empty() && run.text.is_some()).then_some(run))
     }
 
-    /// Offset from the agent's time to that of the file, nanoseconds.
+    /// Returns the offset from the agent's time to that of the file, nanoseconds.
     pub(super) fn epoch(&self) -> u64 {
         self.about("epoch_ns").parse().unwrap_or_default()
     }
 
-    /// Whether it was in lockstep.
+    /// Returns true if the run was in lockstep.
     pub(super) fn is_lockstep(&self) -> bool {
         self.about("clock") == "lockstep"
     }
 
-    /// Whether everything that was written is recorded, from the beginning.
+    /// Returns true if every written value is recorded, from the beginning.
     fn is_whole(&self) -> bool {
         self.about("whole") == "true" && self.about("from_cycle") == "0"
     }
 
-    /// As [`is_whole`](Run::is_whole), and the file still has all of its values.
+    /// Returns true if [`is_whole`](Run::is_whole), and the file has all its values.
     pub(super) fn has_all_of(&self, coverage: &Coverage) -> bool {
         let said: Option<u64> = self.end("values").and_then(|values| values.parse().ok());
         self.is_whole() && said.is_none_or(|said| said == coverage.values)
     }
 
-    /// The recorded selection, if the recording was made by its configuration.
+    /// Returns the recorded selection, if the recording was made by its configuration.
     pub(super) fn selection(&self) -> Option<RecordSelection> {
         let text = self.text.as_deref().filter(|_| self.is_first() && !self.is_whole())?;
         let database = configuration("the recording", text, Vec::new()).ok()?;
         Some(database.current().record().selection.clone())
     }
 
-    /// Whether it is the recording that began with the run, as its configuration says.
+    /// Returns true if the recording began with the run, as its configuration says.
     pub(super) fn is_first(&self) -> bool {
         self.about("begins") != "in the run"
     }
 
-    /// How many cycles it had made before the one of the first value. Where a recording begins while the agent runs, the time of that
-    /// value says it, as cycles went on while its file was made.
+    /// Returns the number of cycles before the one of the first value.
+    /// If a recording begins while the agent runs, the time of that value gives it, because cycles went on while its
+    /// file was created.
     pub(super) fn cycles_before(&self, first: u64, period: u64) -> u64 {
         let is_late = !["", "0"].contains(&self.about("from_cycle"));
         if is_late { first.saturating_add(period / 2).checked_div(period).unwrap_or_default() } else { 0 }
     }
 
-    /// A late beginning in words, if the recording was begun while the agent ran.
+    /// Describes a late beginning: the recording was begun while the agent ran.
+    /// `None` if it began with the run.
     pub(super) fn late_begin(&self) -> Option<String> {
         let cycle = self.about("from_cycle");
         // Those of before say nothing of it.
@@ -188,7 +192,8 @@ impl Run {
             .then(|| format!("the recording begins after cycle {cycle} of the run, and not with it"))
     }
 
-    /// The mailboxes of modules that run whose senders run too, each with these. All that they take is sent anew.
+    /// Returns the mailboxes of running modules whose senders all run too.
+    /// Each has its senders. All messages that they take are sent anew.
     pub(super) fn closed_mailboxes(&self, timeline: &Timeline, modules: &BTreeSet<String>) -> Written {
         let mut mailboxes = Written::new();
         for (to, from) in &self.links {
@@ -203,19 +208,20 @@ impl Run {
         mailboxes
     }
 
-    /// The module that a path begins with: the longest name.
+    /// Returns the module that owns a path, by the longest name.
     pub(super) fn owner(&self, path: &str) -> Option<&String> {
         let owns =
             |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
         self.modules.keys().filter(owns).max_by_key(|name| name.len())
     }
 
-    /// Whether it is of the last seconds, which were kept in memory.
+    /// Returns true for a recording of the last seconds, which were kept in memory.
     pub(super) fn is_flight(&self) -> bool {
         self.is_flight
     }
 
-    /// Whether a property is written by the main loop, in lockstep: by a module that is on it.
+    /// Returns true if the main loop writes a property, in lockstep.
+    /// Its module is then on the loop.
     pub(super) fn is_on_loop(&self, path: &str) -> bool {
         self.is_lockstep() && self.owner(path).is_some_and(|owner| self.is_staged(owner))
     }
@@ -224,17 +230,18 @@ impl Run {
         self.stages.values().any(|stage| stage.split_whitespace().any(|own| own == module))
     }
 
-    /// Whether modules had threads of their own, so that nothing says which values a tick saw.
+    /// Returns true if modules had threads of their own.
+    /// The values that a tick saw are then unknown.
     pub(super) fn has_threads(&self) -> bool {
         !self.is_lockstep() && self.modules.keys().any(|module| !self.is_staged(module))
     }
 
-    /// The agent.
+    /// Returns the name of the agent.
     pub fn agent(&self) -> &str {
         self.about("agent")
     }
 
-    /// The recorded configuration; `sets` are settings of the command line that overlay it.
+    /// Returns the recorded configuration, overlaid by `sets` of the command line.
     ///
     /// # Errors
     /// When it is invalid, or a setting is.
@@ -247,14 +254,16 @@ impl Run {
         configuration(&name, &lines.collect::<Vec<_>>().join("\n"), sets)
     }
 
-    /// Why its configuration can't be read, in one line, if it can't: another version of Slate has written it.
+    /// Returns the reason, in one line, why the configuration can't be read, if any.
+    /// Another version of Slate has written it.
     pub(super) fn foreign_configuration(&self) -> Option<String> {
         self.text.as_ref()?;
         let report = self.configuration(Vec::new()).err()?.to_string();
         Some(report.lines().next().unwrap_or_default().to_owned())
     }
 
-    /// The agent's name and period, in the place of a configuration that can't be read.
+    /// Returns a configuration with only the agent's name and period.
+    /// It replaces a configuration that can't be read.
     pub(super) fn bare_configuration(&self, sets: Vec<String>) -> Result<Database, Report> {
         let mut lines = self.text.as_deref().unwrap_or_default().lines();
         let period = lines.rfind(|line| line.starts_with("loop.period = ")).unwrap_or_default();
@@ -262,18 +271,18 @@ impl Run {
         configuration(&format!("the recording of {}", self.agent()), &text, sets)
     }
 
-    /// The files beside the configuration that its run was made of, such as that of the world: as the configuration calls them,
-    /// and what is in them.
+    /// Returns the files beside the configuration, such as that of the world.
+    /// Each has the name by which the configuration calls it, and its content.
     pub fn files(&self) -> &[(String, Vec<u8>)] {
         &self.files
     }
 
-    /// Whether its actuators were armed from the start.
+    /// Returns true if the actuators were armed from the start.
     pub fn is_armed(&self) -> bool {
         self.about("armed") == "true"
     }
 
-    /// Reason why a run with that configuration can't be repeated, if any.
+    /// Returns the reason why a run with that configuration can't be repeated, if any.
     pub fn obstacle_in(&self, configuration: &Configuration) -> Option<String> {
         let own = configuration.agent_name();
         let is_remote = |link: &Link| link.from.value.agent().is_some_and(|agent| agent != own);
@@ -281,7 +290,7 @@ impl Run {
         takes_part.then(|| "values of other agents may have come into the run".into())
     }
 
-    /// Whether messages to modules are among what is recorded.
+    /// Returns true if messages to modules are recorded.
     pub(super) fn has_messages(&self) -> bool {
         self.about("messages") == "true"
     }
@@ -290,32 +299,34 @@ impl Run {
         self.about.get(key).map_or("", String::as_str)
     }
 
-    /// Something that is known at the end.
+    /// Returns a value of the final metadata.
     pub(super) fn end(&self, key: &str) -> Option<&str> {
         self.end.as_ref()?.get(key).map(String::as_str)
     }
 
-    /// Whether the recording goes to the end of the run; else it was cut off.
+    /// Returns true if the recording reaches the end of the run.
+    /// Otherwise it is truncated.
     pub fn has_ended(&self) -> bool {
         self.cycles().is_some()
     }
 
-    /// Number of cycles, if it has an end.
+    /// Returns the number of cycles, if the recording has an end.
     pub(super) fn cycles(&self) -> Option<u64> {
         self.end("cycles")?.parse().ok()
     }
 
-    /// Whether nothing in it could be compared with a second run.
+    /// Returns true if no value could be compared with a second run.
     pub(super) fn is_empty(&self) -> bool {
         self.coverage.repeating == 0 || self.cycles() == Some(0)
     }
 
-    /// Whether a property, or the one that a path is a field of, was never written.
+    /// Returns true if a property was never written.
+    /// `path` may be that of a field of the property.
     pub(super) fn is_unwritten(&self, path: &str) -> bool {
         self.unwritten.keys().any(|own| is_within(path, own.trim_start_matches('/')))
     }
 
-    /// The missing parts of the run in words; empty when none is known.
+    /// Returns the missing parts of the run in words; empty if none is known.
     fn missing(&self) -> String {
         let read: BTreeSet<&str> = self.links.values().map(|from| from.trim_start_matches('/')).collect();
         // Values on the wall clock or of another agent are not repeated.
@@ -335,7 +346,7 @@ impl Run {
         told
     }
 
-    /// Why the file has not all of a run, if it has not.
+    /// Returns the reason why the file lacks a part of the run, if it does.
     fn lack(&self) -> Option<String> {
         let found = self.coverage.values;
         let said: Option<u64> = self.end("values").and_then(|values| values.parse().ok());
@@ -362,12 +373,12 @@ impl Run {
         Some(format!("it is not a whole run: {what}{}", self.missing()))
     }
 
-    /// Number of messages without a checksum, as the file was repaired.
+    /// Returns the number of messages without a checksum in a repaired file.
     pub(super) fn unchecked(&self) -> u64 {
         self.unchecked
     }
 
-    /// Reason why the run can't be repeated, if any.
+    /// Returns the reason why the run can't be repeated, if any.
     pub fn obstacle(&self) -> Option<String> {
         if self.about("clock") != "lockstep" {
             return Some("the run was not in lockstep: on the wall clock no two runs are the same".into());

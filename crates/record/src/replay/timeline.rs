@@ -1,4 +1,4 @@
-//! All that a recording has, in the order of time.
+//! Content of a recording, in the order of time.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,10 +18,10 @@ use crate::storage::{Error, Message, Reader, Selection, Spot};
 
 /// A message that a module took.
 pub(super) struct RecordedLetter {
-    /// When it was taken, and when it was sent.
+    /// Times at which it was taken and sent.
     pub time: u64,
     pub sent: u64,
-    /// Its place among the mailboxes.
+    /// Place among the mailboxes.
     pub mailbox: usize,
     pub sender: u32,
     sequence: u32,
@@ -30,14 +30,14 @@ pub(super) struct RecordedLetter {
 
 /// A value.
 struct TimelineEntry {
-    /// Its time, but not before that of the one before it.
+    /// Time of the value, but not before that of the previous one.
     time: u64,
-    /// When it is played.
+    /// Playback time.
     due: u64,
     track: u16,
-    /// Whether tools set it, or the configuration.
+    /// Set if tools or the configuration set the value.
     is_setting: bool,
-    /// Of its record.
+    /// Checksum of the value's record.
     checksum: u32,
     spot: Spot,
 }
@@ -50,10 +50,10 @@ pub(super) struct Timeline {
     pub mailboxes: Vec<Mailbox>,
     pub letters: Vec<RecordedLetter>,
     pub lines: Vec<LogLine>,
-    /// The times at which any property of an agent was written, also of those that are not played.
+    /// Times at which any property of an agent was written, also of those not played.
     pub times: Vec<u64>,
     span: Option<(u64, u64)>,
-    /// Which values the file has, also of what is not played.
+    /// Coverage of the file's values, also of those not played.
     pub coverage: Coverage,
     /// Changes from outside while it was recorded, each with its cycle and time.
     pub changes: Vec<(u64, u64, Change)>,
@@ -91,7 +91,7 @@ impl Chosen {
 pub(super) type Epoch = u64;
 
 impl Timeline {
-    /// When the first value of a file was recorded.
+    /// Returns the time of the first value of a file.
     pub fn first_time(path: &Path) -> Result<u64, Error> {
         let mut reader = Reader::open(path)?;
         let said = reader.start();
@@ -114,8 +114,9 @@ impl Timeline {
         }
     }
 
-    /// Reads all of a recording; it is whole, and each of its values is one of its type. `is_on_loop` says of which properties the
-    /// values stand in the order in which they were written, all of them: some have the time of what was before.
+    /// Reads and checks all of a recording.
+    /// It is whole, and each of its values is one of its type. `is_on_loop` tells the properties all of whose values
+    /// stand in the order in which they were written: some have the time of an earlier event.
     pub fn read(
         path: &Path,
         epoch: Epoch,
@@ -204,7 +205,7 @@ impl Timeline {
         check_writers(&self.tracks).map_err(unfit)
     }
 
-    /// Completes the interfaces of tracks and mailboxes, once all their values are known.
+    /// Completes the interfaces of tracks and mailboxes from all their values.
     fn finish_forms(&mut self) -> Result<(), Error> {
         let path = self.reader.path();
         let unfit = |what: String| Error::Unfit { path: path.into(), what };
@@ -234,72 +235,76 @@ impl Timeline {
         }
     }
 
-    /// The file.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         self.reader.path()
     }
 
-    /// When a value is played.
+    /// Returns the playback time of a value.
     pub fn due(&self, place: usize) -> Option<u64> {
         self.entries.get(place).map(|entry| entry.due)
     }
 
-    /// The time of a value.
+    /// Returns the time of a value.
     pub fn time(&self, place: usize) -> Option<u64> {
         self.entries.get(place).map(|entry| entry.time)
     }
 
-    /// Whether a value was set between the cycle of its time and the next, and not before all cycles.
+    /// Returns true if a value was set between the cycle of its time and the next.
+    /// Values set before all cycles do not count.
     pub fn is_set_between(&self, place: usize) -> bool {
         self.is_setting(place) && !self.is_set_before(place)
     }
 
-    /// Whether a value was set before all cycles: the first of its property, when they begin.
+    /// Returns true if a value was set before all cycles.
+    /// It is the first of its property, when they begin.
     pub fn is_set_before(&self, place: usize) -> bool {
         let track = self.tracks.get(self.track(place)).filter(|_| self.is_setting(place));
         track.is_some_and(|track| track.values.first() == Some(&(place as u32)))
             && self.time(place) <= self.times.first().copied()
     }
 
-    /// Whether tools set a value, or the configuration.
+    /// Returns true if tools or the configuration set a value.
     fn is_setting(&self, place: usize) -> bool {
         self.entries.get(place).is_some_and(|entry| entry.is_setting)
     }
 
-    /// The place of a track's first computed value from that number on, and its number.
+    /// Returns place and number of a track's first computed value from a number on.
     pub fn computed(&self, track: usize, from: usize) -> Option<(usize, usize)> {
         let values = self.tracks[track].values.iter().enumerate().skip(from);
         let mut computed = values.map(|(number, place)| (number, *place as usize));
         computed.find(|(_, place)| !self.is_setting(*place)).map(|(number, place)| (place, number))
     }
 
-    /// Whose value it is.
+    /// Returns the track of a value.
     pub fn track(&self, place: usize) -> usize {
         self.entries.get(place).map_or(usize::MAX, |entry| usize::from(entry.track))
     }
 
-    /// The first and the last time of the file, if there is anything to play.
+    /// Returns the first and the last time of the file, if it has anything to play.
     pub fn span(&self) -> Option<(u64, u64)> {
         self.span.filter(|_| !self.entries.is_empty())
     }
 
-    /// The place of the first value after a time.
+    /// Returns the place of the first value after a time.
     pub fn after(&self, time: u64) -> usize {
         self.entries.partition_point(|entry| entry.due <= time)
     }
 
-    /// The place of a track's value of that number, from 0.
+    /// Returns the place of a track's value of that number, from 0.
     pub fn place(&self, track: usize, number: usize) -> Option<usize> {
         self.tracks[track].values.get(number).map(|place| *place as usize)
     }
 
-    /// The number of a track's first value after a time; without a time, of its first one.
+    /// Returns the number of a track's first value after a time.
+    /// Without a time, it is that of its first value.
     pub fn place_after(&self, track: usize, time: Option<u64>) -> usize {
         let is_before = |place: &u32| time.is_some_and(|time| self.entries[*place as usize].time <= time);
         self.tracks[track].values.partition_point(is_before)
     }
 
-    /// The number of a track's first value from a time on, and of those of that time from a sequence number on.
+    /// Returns the number of a track's first value from a time and sequence number on.
+    /// The sequence number counts among values of that time.
     pub fn place_from(&mut self, track: usize, time: u64, sequence: u64) -> Result<usize, Error> {
         let mut first = self.place_after(track, time.checked_sub(1));
         let mut end = if sequence > 0 { self.place_after(track, Some(time)) } else { first };
@@ -315,12 +320,12 @@ impl Timeline {
         Ok(first)
     }
 
-    /// Whether a second run writes the same values of it.
+    /// Returns true if a second run writes the same values of the track.
     pub fn is_compared(&self, track: usize) -> bool {
         self.tracks[track].is_compared
     }
 
-    /// The last value of a track until a time.
+    /// Returns the last value of a track until a time.
     pub fn last(&mut self, track: usize, time: u64) -> Result<Option<RecordedValue>, Error> {
         let values = &self.tracks[track].values;
         let count = values.partition_point(|place| self.entries[*place as usize].time <= time);
@@ -328,7 +333,7 @@ impl Timeline {
         place.map(|place| self.value(place)).transpose()
     }
 
-    /// The message at a place among all.
+    /// Returns the message at a place among all.
     pub fn letter(&mut self, place: usize) -> Result<(Vec<u8>, usize), Error> {
         let letter = &self.letters[place];
         let message = self.reader.message_at(letter.spot)?;
@@ -341,13 +346,13 @@ impl Timeline {
         Ok((bytes, items))
     }
 
-    /// The value at a place.
+    /// Returns the value at a place.
     pub fn value(&mut self, place: usize) -> Result<RecordedValue, Error> {
         let spot = self.entries[place].spot;
         self.recorded(place, |reader| reader.message_at(spot))
     }
 
-    /// As [`value`](Timeline::value), where those beside it are not wanted too.
+    /// Returns a value as [`value`](Timeline::value), without reading those beside it.
     pub fn value_alone(&mut self, place: usize) -> Result<RecordedValue, Error> {
         let TimelineEntry { spot, checksum, .. } = self.entries[place];
         self.recorded(place, |reader| reader.message_alone(spot, checksum))

@@ -10,30 +10,31 @@ use crate::storage::Message;
 /// A recorded property.
 pub(super) struct PropertyTrack {
     pub topic: String,
-    /// Without a leading slash.
+    /// Path without a leading slash.
     pub path: String,
     pub form: ValueForm,
-    /// Whether a run of the same writes the same values.
+    /// Set if a run of the same configuration writes the same values.
     pub is_compared: bool,
-    /// The hash of its schema, if an agent recorded it, and the accesses of its channels: an input may be set at times, and filled
-    /// by links at others.
+    /// Hash of the schema, if an agent recorded it, and the accesses of its channels.
+    /// An input may be set at times, and filled by links at others.
     pub origin: Option<String>,
     pub accesses: BTreeSet<String>,
-    /// Whether it is written on the loop of a run in lockstep.
+    /// Set if the property is written on the loop of a run in lockstep.
     pub is_on_loop: bool,
-    /// Whether the numbers of the recording count its values.
+    /// Set if the numbers of the recording count its values.
     pub is_counted: bool,
     pub last_sequence: u64,
     /// The latest time so far.
     pub latest: u64,
     /// Values with a time before that of one before them.
     pub backwards: u64,
-    /// Its values in the order of time, by their places among all.
+    /// Values in the order of time, by their places among all.
     pub values: Vec<u32>,
 }
 
 impl PropertyTrack {
-    /// Takes note of a value that was recorded at a time; an error says why it is no value of this track.
+    /// Notes a value recorded at a time.
+    /// The error says why it is no value of this track.
     pub fn note(&mut self, message: &Message<'_>, time: u64) -> Result<(), String> {
         let number = self.values.len() as u64 + 1;
         self.form.note(message.data).map_err(|error| {
@@ -53,17 +54,18 @@ impl PropertyTrack {
 
 /// A mailbox whose messages are recorded.
 pub(super) struct Mailbox {
-    /// Without a leading slash.
+    /// Path without a leading slash.
     pub path: String,
     pub form: ValueForm,
-    /// How many have sent to it.
+    /// Number of senders.
     pub senders: u32,
-    /// By their numbers, the paths of what they sent by, as far as that is recorded.
+    /// Paths of the senders' outboxes, by number, as far as they are recorded.
     pub from: BTreeMap<u32, String>,
 }
 
 impl Mailbox {
-    /// Takes note of a message of a sender; an error says why it is no message of this mailbox.
+    /// Notes a message of a sender.
+    /// The error says why it is no message of this mailbox.
     pub fn note(&mut self, message: &Message<'_>, sender: u32) -> Result<(), String> {
         self.form.note(message.data).map_err(|error| {
             let name = self.form.descriptor.name;

@@ -3,19 +3,19 @@ use super::difference::Difference;
 /// The outcome of a [`Comparison`](super::Comparison).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Every value is the same.
+    /// All values are equal.
     Identical {
-        /// How many there are.
+        /// Number of values.
         values: u64,
-        /// How many cycles.
+        /// Number of cycles.
         cycles: u64,
-        /// Whether that is the whole run; else the recording ends before it did.
+        /// Set if that is the whole run; otherwise the recording ends before it did.
         whole: bool,
     },
-    /// A value is another one.
+    /// A value differs.
     Different(Difference),
     /// The recording has no value that could be compared.
     Nothing,
-    /// It can't be said.
+    /// The comparison is inconclusive.
     NotCovered(String),
 }

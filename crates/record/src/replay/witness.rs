@@ -1,4 +1,4 @@
-//! Compares what modules write that run on a recording with their recorded values.
+//! Comparison of the outputs of modules on a recording with the recorded values.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use super::timeline::Timeline;
 use crate::recorder::{Channel, Drain, Hub, Sink};
 use crate::storage::Error;
 
-/// Sees what the modules of an agent write, and compares it.
+/// Observer of the modules' outputs, which it compares with the recording.
 pub(super) struct Witness {
     hub: Arc<Hub>,
     drain: Drain,
@@ -29,11 +29,12 @@ pub(super) struct Witness {
 
 struct Comparer {
     reel: SharedReel,
-    /// Whether values of one time belong together; on the wall clock only their order says which do.
+    /// Set if values of one time belong together.
+    /// On the wall clock only their order assigns them.
     has_times: bool,
-    /// When the modules began, where that is not the beginning of what is recorded.
+    /// Start time of the modules, if it is not the beginning of the recording.
     fresh_from: Option<u64>,
-    /// Whether everything that was written is recorded.
+    /// Set if every written value is recorded.
     is_whole: bool,
     /// The properties of which not every value is.
     thin: BTreeSet<String>,
@@ -41,9 +42,10 @@ struct Comparer {
     played: BTreeSet<String>,
     /// The track of each property that is compared, and its next value.
     tracks: BTreeMap<String, (usize, usize)>,
-    /// By mailbox whose senders all run, as does who takes them: the places of its messages that did not come yet.
+    /// By mailbox whose senders and receiver run, the places of its pending messages.
     letters: BTreeMap<String, VecDeque<usize>>,
-    /// The same by mailbox of which only the senders run; who took the messages then may have done so later.
+    /// By mailbox of which only the senders run, the places of its pending messages.
+    /// The recorded receiver may have taken the messages later.
     sent: BTreeMap<String, VecDeque<usize>>,
     /// The interfaces of these.
     deaf: BTreeMap<String, &'static Descriptor>,
@@ -55,9 +57,10 @@ struct Comparer {
 }
 
 impl Witness {
-    /// `thin` are properties of which not every value is recorded; on the wall clock nothing says which those are that are there.
-    /// `mailboxes` are those whose messages are compared, and `deaf` those among them of which only the senders run. Nothing is compared
-    /// of the modules of the `excerpt` that the recorded agent did not have.
+    /// Creates a witness of the agent's outputs.
+    /// `thin` are properties of which not every value is recorded; on the wall clock it is unknown which ones those
+    /// are. `mailboxes` are those whose messages are compared, and `deaf` those among them of which only the senders
+    /// run. Modules of the `excerpt` that the recorded agent did not have are not compared.
     pub fn new(
         reel: &SharedReel,
         is_whole: bool,
@@ -117,18 +120,18 @@ impl Witness {
         Self { hub, drain: Drain::default(), stand_ins: excerpt.stand_ins.clone(), comparer }
     }
 
-    /// The recording of the agent whose values are seen.
+    /// Returns the recording of the agent whose values are seen.
     pub fn recording(&self) -> Arc<dyn Recording> {
         Arc::new(Eye(Arc::clone(&self.hub), self.stand_ins.clone()))
     }
 
-    /// Compares what was written so far.
+    /// Compares the values written so far.
     pub fn look(&mut self) -> Result<(), Error> {
         while self.drain.turn(&self.hub, &mut self.comparer) {}
         self.comparer.failure.take().map_or(Ok(()), Err)
     }
 
-    /// Whether as many values came as were written until a time.
+    /// Returns true if all values written until a time have come.
     pub fn has_all_until(&self, time: u64) -> bool {
         let reel = self.comparer.reel.get();
         let timeline = &reel.timeline;
@@ -138,7 +141,7 @@ impl Witness {
         })
     }
 
-    /// Whether there is a property that was written in each cycle, or nearly so, where a cycle takes that long.
+    /// Returns true if a property was written in nearly each cycle of that period.
     pub fn counts_cycles(&self, period: u64) -> bool {
         let reel = self.comparer.reel.get();
         let timeline = &reel.timeline;
@@ -150,12 +153,13 @@ impl Witness {
         })
     }
 
-    /// Compares messages that were sent to who does not run: where to, when, and what they are.
+    /// Compares messages that were sent to modules that do not run.
+    /// Each has its mailbox, its time, and its bytes.
     pub fn hear(&mut self, sent: Vec<(String, u64, Vec<u8>)>) -> Result<(), Error> {
         sent.into_iter().try_for_each(|(path, time, bytes)| self.comparer.compare_sent(&path, time, &bytes))
     }
 
-    /// The result, when all was played until that time.
+    /// Returns the result, when all was played until that time.
     pub fn outcome(&mut self, end: u64) -> Result<Recomputation, Error> {
         self.look()?;
         let comparer = &mut self.comparer;
@@ -199,7 +203,7 @@ impl Witness {
     }
 }
 
-/// Sees what the agent writes.
+/// Observer of the agent's outputs.
 struct Eye(Arc<Hub>, BTreeSet<String>);
 
 impl Taps for Eye {
@@ -215,8 +219,8 @@ impl Recording for Eye {
 }
 
 impl Comparer {
-    /// What modules compute that is compared: tracks, and the next value of each. The host writes a module's state, and not in
-    /// every run at the same place.
+    /// Iterates over compared tracks that modules compute, with their next values.
+    /// The host writes a module's state, and not in every run at the same place.
     fn computed(&self, timeline: &Timeline) -> impl Iterator<Item = (usize, usize)> {
         let tracks = self
             .tracks
@@ -236,7 +240,8 @@ impl Comparer {
         }
     }
 
-    /// Passes over recorded values of such times, which were not written; returns the next one.
+    /// Skips recorded values of such times, which were not written.
+    /// Returns the next one.
     fn miss(
         &mut self,
         reel: &mut Reel,
@@ -311,7 +316,7 @@ impl Comparer {
         Ok(())
     }
 
-    /// Compares a value of a property, or a message, with what is recorded.
+    /// Compares a value of a property, or a message, with the recorded one.
     fn judge(
         &mut self,
         (path, descriptor): (&str, &'static Descriptor),
@@ -332,7 +337,7 @@ impl Comparer {
         self.differs(Difference { time, url: format!("/{path}"), field, recorded, replayed });
     }
 
-    /// A message that is recorded did not come.
+    /// Notes a recorded message that did not come.
     fn miss_letter(&mut self, path: &str, time: u64) {
         self.of(path).only_recorded += 1;
         let (recorded, replayed) = ("a message".into(), "no such message".into());
@@ -367,14 +372,14 @@ impl Comparer {
         Ok(())
     }
 
-    /// A message came that is not recorded.
+    /// Notes a message that is not recorded.
     fn extra_letter(&mut self, path: &str, time: u64) {
         self.of(path).only_recomputed += 1;
         let (recorded, replayed) = ("no such message".into(), "a message".into());
         self.differs(Difference { time, url: format!("/{path}"), field: String::new(), recorded, replayed });
     }
 
-    /// Compares a message to who does not run with the one that was sent in its place.
+    /// Compares a message to a module that does not run with the recorded one.
     fn compare_sent(&mut self, path: &str, time: u64, bytes: &[u8]) -> Result<(), Error> {
         let Some(descriptor) = self.deaf.get(path).copied() else { return Ok(()) };
         let mut places = self.sent.remove(path).unwrap_or_default();

@@ -1,14 +1,16 @@
 use super::Error;
 
-/// How long the encapsulation header of CDR is; alignment counts from behind it.
+/// Length of the encapsulation header of CDR, bytes.
+/// Alignment counts from behind it.
 const HEADER: usize = 4;
 
-/// How values lie in messages.
+/// Layout of values in messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WireFormat {
-    /// That of ROS 2: plain CDR (XCDR version 1) with its header. Numbers are aligned, texts end with a zero.
+    /// Layout of ROS 2: plain CDR (XCDR version 1) with its header.
+    /// Numbers are aligned, texts end with a zero.
     Cdr,
-    /// That of ROS 1: no header, no gaps, no ends of texts; little end first.
+    /// Layout of ROS 1: little-endian, without header, alignment or ends of texts.
     Ros1,
 }
 
@@ -31,7 +33,7 @@ impl<'a> CdrWriter<'a> {
         Self { origin: out.len(), out, format }
     }
 
-    /// Bytes behind the header.
+    /// Returns the number of bytes behind the header.
     pub fn written(&self) -> usize {
         self.out.len() - self.origin
     }
@@ -48,19 +50,19 @@ impl<'a> CdrWriter<'a> {
         self.out.push(byte);
     }
 
-    /// What stands for a message without fields: ROS 2 wants a byte.
+    /// Writes a message without fields: ROS 2 needs a byte.
     pub fn empty(&mut self) {
         if self.format == WireFormat::Cdr {
             self.byte(0);
         }
     }
 
-    /// Bytes as they are.
+    /// Writes bytes unchanged.
     pub fn raw(&mut self, bytes: &[u8]) {
         self.out.extend_from_slice(bytes);
     }
 
-    /// Numbers of `size` bytes each, as they lie in memory.
+    /// Writes numbers of `size` bytes each from their memory.
     pub fn numbers(&mut self, memory: &[u8], size: usize) {
         if memory.is_empty() {
             return;
@@ -81,7 +83,7 @@ impl<'a> CdrWriter<'a> {
         }
     }
 
-    /// `count` numbers of `size` bytes each, all zero.
+    /// Writes `count` numbers of `size` bytes each, all zero.
     pub fn zeros(&mut self, count: usize, size: usize) {
         if count > 0 {
             self.align(size);
@@ -97,7 +99,7 @@ impl<'a> CdrWriter<'a> {
         self.joined(&[text])
     }
 
-    /// A text that is made of several.
+    /// Writes a text made of several parts.
     pub fn joined(&mut self, parts: &[&str]) -> Result<(), Error> {
         self.begin_text(parts.iter().map(|part| part.len()).sum())?;
         parts.iter().for_each(|part| self.raw(part.as_bytes()));
@@ -105,13 +107,13 @@ impl<'a> CdrWriter<'a> {
         Ok(())
     }
 
-    /// What stands before the bytes of a text.
+    /// Writes the length of a text, which precedes its bytes.
     pub fn begin_text(&mut self, length: usize) -> Result<(), Error> {
         self.length(wire_length(length + self.end_of_text().len())?);
         Ok(())
     }
 
-    /// What stands behind them.
+    /// Writes the end of a text.
     pub fn end_text(&mut self) {
         self.raw(self.end_of_text());
     }
@@ -121,7 +123,7 @@ impl<'a> CdrWriter<'a> {
     }
 }
 
-/// A length as messages have it.
+/// Converts a length to the 32 bits of messages.
 pub(super) fn wire_length(length: usize) -> Result<u32, Error> {
     u32::try_from(length).map_err(|_| Error::Message {
         at: 0,
@@ -186,7 +188,7 @@ impl<'a> CdrReader<'a> {
         Ok(self.raw(1)?[0])
     }
 
-    /// What stands for a message without fields.
+    /// Reads a message without fields.
     pub fn empty(&mut self) -> Result<(), Error> {
         if self.format == WireFormat::Cdr {
             self.byte()?;
@@ -207,7 +209,7 @@ impl<'a> CdrReader<'a> {
         }
     }
 
-    /// `memory` full of numbers of `size` bytes each, as they lie in memory.
+    /// Reads numbers of `size` bytes each into `memory`, in the machine's byte order.
     pub fn numbers(&mut self, memory: &mut [u8], size: usize) -> Result<(), Error> {
         if memory.is_empty() {
             return Ok(());
@@ -220,7 +222,8 @@ impl<'a> CdrReader<'a> {
         Ok(())
     }
 
-    /// `count` numbers of `size` bytes each in new memory, which is taken only when the message has that many.
+    /// Reads `count` numbers of `size` bytes each into new memory.
+    /// The memory is allocated only if the message has that many.
     pub fn new_numbers(&mut self, count: usize, size: usize) -> Result<Vec<u8>, Error> {
         let bytes = count.checked_mul(size).filter(|bytes| *bytes <= self.left());
         let Some(bytes) = bytes else {
@@ -231,7 +234,7 @@ impl<'a> CdrReader<'a> {
         Ok(memory)
     }
 
-    /// Goes past `count` numbers of `size` bytes each.
+    /// Skips `count` numbers of `size` bytes each.
     pub fn skip_numbers(&mut self, count: usize, size: usize) -> Result<(), Error> {
         let bytes = count.checked_mul(size).filter(|bytes| *bytes <= self.left());
         match bytes {
@@ -257,7 +260,7 @@ impl<'a> CdrReader<'a> {
         Ok(u32::from_ne_bytes(word) as usize)
     }
 
-    /// The length of a sequence, of which each item takes a byte at least.
+    /// Reads the length of a sequence, whose items take a byte each at least.
     pub fn length(&mut self) -> Result<usize, Error> {
         let length = self.word()?;
         if length > self.left() {
@@ -285,7 +288,7 @@ impl<'a> CdrReader<'a> {
         }
     }
 
-    /// That all has been read, but for what aligns the next message.
+    /// Checks that all has been read, except for the alignment of the next message.
     pub fn end(&self) -> Result<(), Error> {
         let most = if self.format == WireFormat::Cdr { HEADER - 1 } else { 0 };
         if self.left() > most {

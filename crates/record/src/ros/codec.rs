@@ -3,7 +3,8 @@ use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 use super::Error;
 use super::cdr::{CdrReader, CdrWriter, WireFormat, wire_length};
 
-/// Appends a value as a message of its [`definition`](super::definition): little-endian CDR with its header.
+/// Appends a value as a message of its [`definition`](super::definition).
+/// The message is little-endian CDR with its header.
 ///
 /// `bytes` is the value as it lies in memory, with its tail, if it has one. Its padding is zero, as all but its writer see
 /// it, and is no field of the message. Nothing is allocated when `out` has room.
@@ -14,7 +15,7 @@ pub fn encode(descriptor: &Descriptor, bytes: &[u8], out: &mut Vec<u8>) -> Resul
     encode_in(WireFormat::Cdr, descriptor, bytes, out)
 }
 
-/// The same in another format than CDR.
+/// Appends a value as a message of that format.
 ///
 /// # Errors
 /// When `bytes` is no value of that interface; `out` is unchanged then.
@@ -36,7 +37,7 @@ pub fn encode_in(
     Ok(())
 }
 
-/// The value in a message of [`encode`], as it lay in memory, bit for bit.
+/// Returns the value in a message of [`encode`], bit for bit.
 ///
 /// # Errors
 /// When it is no message of that interface.
@@ -44,7 +45,7 @@ pub fn decode(descriptor: &Descriptor, message: &[u8]) -> Result<Vec<u8>, Error>
     decode_in(WireFormat::Cdr, descriptor, message)
 }
 
-/// The same of another format than CDR.
+/// Returns the value in a message of that format.
 ///
 /// # Errors
 /// When it is no message of that interface.
@@ -71,7 +72,7 @@ pub fn decode_in(format: WireFormat, descriptor: &Descriptor, message: &[u8]) ->
     Ok(value)
 }
 
-/// How many items the tail of a value has.
+/// Returns the number of items in the tail of a value.
 pub(super) fn items(descriptor: &Descriptor, bytes: &[u8]) -> Result<usize, Error> {
     let item = descriptor.tail().map_or(0, Kind::size);
     match bytes.len().checked_sub(descriptor.size) {
@@ -89,7 +90,8 @@ pub(super) fn items(descriptor: &Descriptor, bytes: &[u8]) -> Result<usize, Erro
     }
 }
 
-/// Whether a value can hold bits that the fields of a message don't show: behind the end of a text, for example.
+/// Returns true if a value can hold bits that its message does not carry.
+/// Examples are the bytes behind the end of a text.
 pub(super) fn hides(descriptor: &Descriptor) -> bool {
     fn kind_hides(kind: &Kind) -> bool {
         match kind {
@@ -103,12 +105,14 @@ pub(super) fn hides(descriptor: &Descriptor) -> bool {
     descriptor.fields.iter().any(|field| kind_hides(&field.kind))
 }
 
-/// Whether an item of a list is a message of its own, as ROS has no lists of lists.
+/// Returns true if an item of a list is a message of its own.
+/// ROS has no lists of lists.
 pub(super) fn is_wrapped(item: &Kind) -> bool {
     matches!(item, Kind::Optional(_) | Kind::Array(..) | Kind::Sequence(..) | Kind::Tail(_))
 }
 
-/// The size of a number whose memory is the message's, but for the order of bytes.
+/// Returns the size of a number with the same memory in the message.
+/// Only the order of its bytes may differ.
 fn number(kind: &Kind) -> Option<usize> {
     match kind {
         Kind::Primitive(Primitive::U8) | Kind::Primitive(Primitive::I8) => Some(1),
@@ -134,7 +138,7 @@ fn is_zero(bytes: &[u8]) -> bool {
 
 struct Encoder<'a> {
     writer: CdrWriter<'a>,
-    /// Whether the fields have shown every bit so far.
+    /// Set while the fields have carried every bit.
     shown: bool,
 }
 

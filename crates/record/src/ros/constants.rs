@@ -6,7 +6,8 @@ use super::names::{Constants, constant_prefix};
 use super::schema::{Item, Schema};
 use super::value::{Map, Value};
 
-/// The constants of each message of a definition that [`definition`](super::definition()) has made, by field.
+/// Returns the constants of each message of a definition, by field.
+/// The definition is one that [`definition`](super::definition()) has made.
 pub(super) fn constants(text: &str) -> Vec<BTreeMap<String, Constants>> {
     let mut messages = vec![BTreeMap::new()];
     // Those of the next field, each with its name.

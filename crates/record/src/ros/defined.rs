@@ -52,9 +52,9 @@ pub enum DefinedCount {
     One,
     /// Always as many.
     Fixed(usize),
-    /// At most as many.
+    /// At most that many items.
     Bounded(usize),
-    /// Any number.
+    /// Any number of items.
     Any,
 }
 
@@ -74,7 +74,7 @@ pub struct DefinedConstant<'a> {
 }
 
 impl DefinitionFiles {
-    /// The message and those in it, with their comments; the whole one first.
+    /// Returns the message and those in it, with their comments; the whole one first.
     ///
     /// # Errors
     /// The definition is invalid.
@@ -82,7 +82,7 @@ impl DefinitionFiles {
         messages(self.definition()).map_err(|error| self.error(error))
     }
 
-    /// An error at a line of the definition, with its place in the files.
+    /// Returns an error at a line of the definition, with its place in the files.
     pub fn error_at(&self, line: usize, reason: String) -> FileError {
         self.error(Error::Definition { name: self.definition().name.clone(), line, reason })
     }
@@ -135,7 +135,7 @@ fn messages(definition: &Definition) -> Result<Vec<DefinedMessage<'_>>, Error> {
     Ok(messages)
 }
 
-/// Type of a field of a message, of which those of `keys` are defined.
+/// Returns the type of a message's field; those of `keys` are defined.
 fn field_type(owner: &str, of: &str, keys: &[String]) -> Result<(DefinedItem, DefinedCount), String> {
     let (item, _) = suffix(of)?;
     let number = |text: &str| text.parse().map_err(|_| format!("`{of}` has no number of items"));
@@ -169,7 +169,7 @@ fn field_type(owner: &str, of: &str, keys: &[String]) -> Result<(DefinedItem, De
 }
 
 impl<'a> DefinedMessage<'a> {
-    /// Documentation of the last field or constant.
+    /// Returns the documentation of the last field or constant.
     fn last_doc(&mut self) -> Option<&mut Vec<&'a str>> {
         let (field, constant) = (self.fields.last_mut(), self.constants.last_mut());
         match (field, constant) {
@@ -185,12 +185,13 @@ impl<'a> DefinedMessage<'a> {
 struct Comments<'a> {
     /// Lines since the last field, constant or empty line.
     lines: Vec<&'a str>,
-    /// Whether that had a comment behind it, which may go on in the next line.
+    /// Set if that line had a comment, which may continue in the next one.
     is_open: bool,
 }
 
 impl<'a> Comments<'a> {
-    /// Documentation of a field or constant: the lines above, and the comment behind it.
+    /// Returns the documentation of a field or constant.
+    /// It is made of the lines above, and the comment behind it.
     fn above(&mut self, behind: Option<&'a str>) -> Vec<&'a str> {
         let mut doc = std::mem::take(&mut self.lines);
         self.is_open = behind.is_some();
@@ -198,7 +199,8 @@ impl<'a> Comments<'a> {
         doc
     }
 
-    /// Whether a line goes on with the comment behind the field above: it is indented.
+    /// Returns true if a line continues the comment behind the field above.
+    /// Such a line is indented.
     fn goes_on(&self, line: &str) -> bool {
         self.is_open && self.lines.is_empty() && line.starts_with([' ', '\t'])
     }
@@ -208,25 +210,26 @@ impl<'a> Comments<'a> {
         self.is_open = false;
     }
 
-    /// The lines before an empty one.
+    /// Returns the lines before an empty one.
     fn end(&mut self) -> Vec<&'a str> {
         self.is_open = false;
         std::mem::take(&mut self.lines)
     }
 }
 
-/// The comment of a line; nothing without text.
+/// Returns the comment of a line; `None` without text.
 fn comment(line: &str) -> Option<&str> {
     let (_, comment) = line.split_once('#')?;
     Some(comment.trim_start_matches('#').trim()).filter(|comment| !comment.is_empty())
 }
 
-/// Whether a type is a text, whose constants go to the end of their line.
+/// Returns true if a type is a text.
+/// Constants of a text extend to the end of their line.
 fn is_text(of: &str) -> bool {
     of.starts_with("string") || of.starts_with("wstring")
 }
 
-/// Type, name and value of a constant.
+/// Returns type, name and value of a constant.
 fn constant(line: &str) -> Option<(&str, &str, &str)> {
     let (of, rest) = line.split_once(char::is_whitespace)?;
     let (name, value) = rest.split_once('=')?;

@@ -11,9 +11,9 @@ use super::{Primitive, RosPrimitive};
 /// Definition of a message, in MCAP's schema encoding `ros2msg`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Definition {
-    /// Its name, such as `slate_msgs/msg/LaserScan`.
+    /// Name, such as `slate_msgs/msg/LaserScan`.
     pub name: String,
-    /// Its fields, followed by the messages in it.
+    /// Fields, followed by the messages in it.
     pub text: String,
 }
 
@@ -21,7 +21,8 @@ pub struct Definition {
 pub(crate) const SEPARATOR: &str =
     "================================================================================";
 
-/// The message that [`encode`](super::encode) makes of a value of that interface.
+/// Returns the definition of the message of [`encode`](super::encode).
+/// It is for a value of that interface.
 ///
 /// Each field of the interface is a field of the message, with its documentation and unit as a comment:
 ///
@@ -41,13 +42,14 @@ pub fn definition(descriptor: &Descriptor) -> Definition {
     definition_named(descriptor, descriptor.name)
 }
 
-/// The same with a name of the caller's. Files in which two interfaces have one name need it: to many readers all messages of a
-/// name are the same.
+/// Returns the definition of an interface under a name of the caller's.
+/// Files in which two interfaces have one name need it: many readers take all messages of a name for the same.
 pub fn definition_named(descriptor: &Descriptor, name: &str) -> Definition {
     build(WireFormat::Cdr, descriptor, name)
 }
 
-/// The same for the ROS of a format: ROS 1 has no bounds of lists and texts, and calls it `slate_msgs/LaserScan`.
+/// Returns the definition of an interface for the ROS of a format.
+/// ROS 1 has no bounds of lists and texts, and calls it `slate_msgs/LaserScan`.
 pub fn definition_in(format: WireFormat, descriptor: &Descriptor) -> Definition {
     let mut definition = build(format, descriptor, descriptor.name);
     if format == WireFormat::Ros1 {
@@ -88,7 +90,7 @@ pub(super) const PACKAGE: &str = "slate_msgs";
 /// Doc of the field `memory`.
 const MEMORY: &str = "The whole value, when it holds bits that the fields above don't show.";
 
-/// Name of the field with the whole value as memory, if any.
+/// Returns the name of the field with the whole value as memory, if any.
 pub(super) fn memory(definition: &str) -> Option<&str> {
     let comment = |line: &&str| line.strip_prefix("# ") == Some(MEMORY);
     let mut lines = definition.lines().skip_while(|line| !comment(line));
@@ -98,7 +100,8 @@ pub(super) fn memory(definition: &str) -> Option<&str> {
 struct Builder {
     /// ROS 1 has no bounds of lists and texts, and messages without fields.
     format: WireFormat,
-    /// The message as a whole. Names of messages in it begin with it, so those of two files' interfaces don't meet.
+    /// Name of the message as a whole.
+    /// Names of messages in it begin with it, so those of two files' interfaces don't collide.
     top: String,
     names: BTreeSet<String>,
     /// Names of nested interfaces, by name and schema.
@@ -106,7 +109,7 @@ struct Builder {
     sections: Vec<String>,
 }
 
-/// One message as it grows.
+/// Message text under construction.
 #[derive(Default)]
 struct MessageText {
     text: String,
@@ -115,7 +118,8 @@ struct MessageText {
 }
 
 impl MessageText {
-    /// A message without fields has one, as ROS 2 wants it.
+    /// Ends the message.
+    /// A message without fields has one, because ROS 2 requires it.
     fn close(&mut self, format: WireFormat) {
         if self.fields.is_empty() && format == WireFormat::Cdr {
             line(&mut self.text, "uint8", "structure_needs_at_least_one_member");
@@ -161,7 +165,7 @@ impl Builder {
         line(&mut body.text, &format!("{of}{suffix}"), &name);
     }
 
-    /// Name of a type in the definition.
+    /// Returns the name of a type in the definition.
     fn item(&mut self, owner: &str, field: &str, item: &Kind) -> String {
         match item {
             Kind::Text(capacity) if *capacity > 0 && self.format == WireFormat::Cdr => {
@@ -219,7 +223,7 @@ fn line(text: &mut String, first: &str, second: &str) {
     let _ = writeln!(text, "{first} {second}");
 }
 
-/// Documentation with its unit in brackets, as ROS's messages have it.
+/// Writes documentation with its unit in brackets, as ROS's messages have it.
 fn comment(text: &mut String, doc: &str, unit: &str) {
     let doc: String = doc
         .chars()

@@ -8,8 +8,9 @@ use slate_blackboard::interface::{Descriptor, Field, Kind, schema_hash};
 use super::schema::{Count, Item};
 use super::{Error, Primitive, Schema, Value};
 
-/// Makes values of the blackboard from messages of a definition. Lists and texts have room for the longest that was
-/// [noted](Described::note); the longest list of numbers of the whole is the tail.
+/// Conversion of a definition's messages to values of the blackboard.
+/// Lists and texts have room for the longest that was [noted](Described::note); the longest list of numbers of the
+/// whole is the tail.
 #[derive(Debug)]
 pub struct Described {
     name: String,
@@ -38,17 +39,17 @@ struct Made {
 /// Interfaces made so far, so that the same one is made once.
 static KNOWN: Mutex<BTreeMap<String, Made>> = Mutex::new(BTreeMap::new());
 
-/// No value is larger, bytes.
+/// Maximum size of a value, bytes.
 const LARGEST: usize = 64 << 20;
 
-/// No message has more fields, counted with those of the messages in it.
+/// Maximum number of fields of a message, including its nested messages.
 const MOST: usize = 10_000;
 
 /// Shorter lists are no tail, bytes.
 const SHORT: usize = 1024;
 
 impl Described {
-    /// The messages of a schema with that name, such as `sensor_msgs/msg/Imu`.
+    /// Returns the messages of a schema with that name, such as `sensor_msgs/msg/Imu`.
     ///
     /// # Errors
     /// When they have too many fields.
@@ -61,7 +62,7 @@ impl Described {
         Ok(Self { name, schema, extent, made: None })
     }
 
-    /// Takes note of how much room a message needs.
+    /// Notes the size of a message's lists and texts.
     ///
     /// # Errors
     /// When it is no such message.
@@ -71,8 +72,8 @@ impl Described {
         Ok(())
     }
 
-    /// The interface, for all messages that were noted, and how many items its longest tail has. It is kept for ever, as all that
-    /// is on a blackboard refers to it.
+    /// Returns the interface for all noted messages, and its longest tail's length.
+    /// The length is in items. The interface is kept for ever, because all that is on a blackboard refers to it.
     ///
     /// # Errors
     /// When values would be too large.
@@ -92,7 +93,7 @@ impl Described {
         Ok((made.descriptor, made.capacity))
     }
 
-    /// The value of a message that was noted, as it lies in memory.
+    /// Returns the value of a noted message in its memory layout.
     ///
     /// # Errors
     /// When it is no such message.
@@ -114,7 +115,7 @@ static NOTHING: Descriptor =
     Descriptor { name: "Nothing", doc: "", ros: "", fields: &[], size: 0, align: 1, hash: 0 };
 
 impl Extent {
-    /// Space of an empty message; `None` with more fields than there is room for.
+    /// Returns the space of an empty message; `None` if it has too many fields.
     fn of(schema: &Schema, index: usize, room: &mut usize) -> Option<Self> {
         let record = &schema.records()[index];
         let mut fields = Vec::new();
@@ -154,7 +155,7 @@ impl Extent {
         }
     }
 
-    /// Bytes of a value, about.
+    /// Returns the approximate size of a value, bytes.
     fn size(&self) -> usize {
         match self {
             Self::Number(kind) => kind.size(),
@@ -197,7 +198,8 @@ impl Extent {
     }
 }
 
-/// Lays fields out without padding between them: those of the largest alignment first, the tail last.
+/// Lays fields out without padding between them.
+/// Those of the largest alignment are first, the tail is last.
 fn descriptor(name: &str, fields: &[(String, Extent)], tail: Option<usize>) -> &'static Descriptor {
     let mut kinds: Vec<_> = fields
         .iter()
@@ -252,7 +254,7 @@ fn put_message(descriptor: &Descriptor, value: &Value, out: &mut [u8]) {
     }
 }
 
-/// Writes a value where it belongs; there is room for what was noted.
+/// Writes a value at its offset; noted sizes fit.
 fn put(kind: &Kind, value: &Value, out: &mut [u8]) {
     let copy = |bytes: &[u8], out: &mut [u8]| {
         let length = bytes.len().min(out.len());

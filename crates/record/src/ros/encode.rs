@@ -6,8 +6,8 @@ use super::cdr::{CdrWriter, WireFormat, wire_length};
 use super::schema::{Count, FieldType, Item};
 use super::{Error, Primitive, RosPrimitive, Schema};
 
-/// The message of a value: little-endian CDR with its header. A field that the value does not have is zero or empty; `null` is a
-/// number that is none.
+/// Encodes a JSON value as a message: little-endian CDR with its header.
+/// A field that the value lacks is zero or empty; `null` is a NaN.
 ///
 /// # Errors
 /// The first field that does not fit, or that the message does not have.
@@ -15,7 +15,7 @@ pub fn encode_json(schema: &Schema, value: &Json) -> Result<Vec<u8>, Error> {
     encode_json_in(WireFormat::Cdr, schema, value)
 }
 
-/// The same in another format than CDR.
+/// Encodes a JSON value as a message of that format.
 ///
 /// # Errors
 /// The first field that does not fit, or that the message does not have.

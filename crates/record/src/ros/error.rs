@@ -1,4 +1,4 @@
-/// Why something is no message, or can't become one.
+/// Error of reading or making a message.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
     /// A value has another size than its interface.
@@ -6,12 +6,12 @@ pub enum Error {
     Size {
         /// The interface.
         interface: String,
-        /// How many bytes it has.
+        /// Expected number of bytes.
         expected: String,
-        /// How many were given.
+        /// Number of bytes found.
         found: usize,
     },
-    /// A message is not what its definition says.
+    /// A message does not match its definition.
     #[error("at byte {at} of the message: {reason}")]
     Message {
         /// Bytes from its beginning.
@@ -22,7 +22,7 @@ pub enum Error {
     /// A field of a message fits no value of the interface.
     #[error("`{field}` of the message {reason}")]
     Field {
-        /// Its path.
+        /// Path of the field.
         field: String,
         /// Found and expected.
         reason: String,

@@ -21,7 +21,7 @@ const PART: &str = "---";
 /// Messages that need no definition, as each reader knows them.
 pub(super) const BUILTIN: [&str; 2] = ["builtin_interfaces/Time", "builtin_interfaces/Duration"];
 
-/// Why a definition can't be read from files.
+/// Error of reading a definition from files.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {reason}")]
 pub struct FileError {
@@ -31,19 +31,20 @@ pub struct FileError {
     pub reason: String,
 }
 
-/// A definition from a file, with those of the messages in it, and the place of each line.
+/// Definition from a file.
+/// It has those of its nested messages and the place of each line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DefinitionFiles {
     format: WireFormat,
     definition: Definition,
-    /// By line of the text.
+    /// Places by line of the text.
     places: Vec<FilePlace>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct FilePlace {
     path: PathBuf,
-    /// From 1.
+    /// Line, from 1.
     line: usize,
 }
 
@@ -54,7 +55,8 @@ impl FilePlace {
 }
 
 impl DefinitionFiles {
-    /// Reads a `.msg`, `.srv` or `.action` file. Without `name`, its type is that of its path, `PACKAGE/msg/NAME.msg`.
+    /// Reads a `.msg`, `.srv` or `.action` file.
+    /// Without `name`, its type is that of its path, `PACKAGE/msg/NAME.msg`.
     ///
     /// Messages in it are looked for in the same file (each behind a line of `=` and `MSG: package/Name`), beside it
     /// (`NAME.msg`), below the same root (`PACKAGE/msg/NAME.msg`), and among those that are built in.
@@ -74,20 +76,21 @@ impl DefinitionFiles {
         Ok(Self { format, definition: Definition { name, text: lines.join("\n") + "\n" }, places })
     }
 
-    /// The type, and its fields followed by the messages in it.
+    /// Returns the type, and its fields followed by the messages in it.
     pub fn definition(&self) -> &Definition {
         &self.definition
     }
 
-    /// The schema of a message.
+    /// Returns the schema of a message.
     ///
     /// # Errors
-    /// Messages stand too deep in each other.
+    /// The nesting of messages is too deep.
     pub fn schema(&self) -> Result<Schema, FileError> {
         Schema::parse(&self.definition.name, &self.definition.text).map_err(|error| self.error(error))
     }
 
-    /// Values of an interface as these messages: fields of the same name fit, or the only ones of both.
+    /// Returns the conversion of an interface's values to these messages.
+    /// Fields of the same name must fit, or the only ones of both.
     ///
     /// # Errors
     /// A field does not fit, or none does.
@@ -99,7 +102,7 @@ impl DefinitionFiles {
             .map_err(|(path, reason)| self.error(Error::Definition { name, line: line(&path), reason }))
     }
 
-    /// An error of the definition, at its place in the files.
+    /// Returns an error of the definition, at its place in the files.
     pub fn error(&self, error: Error) -> FileError {
         let (line, reason) = match error {
             Error::Definition { line, reason, .. } => (line, reason),
@@ -112,7 +115,7 @@ impl DefinitionFiles {
     }
 }
 
-/// The type of a file in the layout of ROS's packages.
+/// Returns the type of a file in the layout of ROS's packages.
 fn type_of_path(format: WireFormat, path: &Path) -> Result<String, FileError> {
     let text = |part: Option<&std::ffi::OsStr>| part.and_then(|part| part.to_str()).map(ToOwned::to_owned);
     let folder = path.parent();
@@ -133,7 +136,7 @@ fn type_of_path(format: WireFormat, path: &Path) -> Result<String, FileError> {
     }
 }
 
-/// The folder of the packages that a file is in, or its own.
+/// Returns the folder of the packages that a file is in, or its own.
 fn root(path: &Path) -> PathBuf {
     let folder = path.parent().unwrap_or(Path::new(""));
     let is_package =
@@ -188,7 +191,8 @@ impl FileReader {
         Ok(())
     }
 
-    /// Appends a message and those in it; `open` are the messages that it stands in, `done` those that were appended.
+    /// Appends a message and its nested messages.
+    /// `open` are the messages that contain it, `done` those already appended.
     fn visit(&mut self, key: &str, open: &mut Vec<String>, done: &mut Vec<String>) -> Result<(), FileError> {
         let Some(block) = self.blocks.get(key).cloned() else { return Ok(()) };
         // A message without lines has the place of the one before.
@@ -233,7 +237,8 @@ impl FileReader {
         Ok(())
     }
 
-    /// Finds the definition of a type that a message names; returns its package and name.
+    /// Returns package and name of a type that a message names.
+    /// Its definition is found among the files.
     fn find(&mut self, owner: &str, item: &str, place: &FilePlace) -> Result<String, FileError> {
         let package = owner.split('/').next().unwrap_or_default();
         let key = reference(package, item);

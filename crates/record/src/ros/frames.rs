@@ -1,4 +1,4 @@
-//! The frames in which robots tell what they know, and the transforms between them, as ROS's REP-105 has them.
+//! Coordinate frames of robots, and the transforms between them (ROS's REP-105).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,21 +15,21 @@ const BASE: &str = "base_link";
 
 /// The frames of the robots of an agent.
 ///
-/// One robot has `odom` and `base_link`; of several, each has its own: `r1/odom` and `r1/base_link`. What belongs to none of several
-/// is told in `map`, which they have in common.
+/// One robot has `odom` and `base_link`; of several, each has its own: `r1/odom` and `r1/base_link`. Values that belong
+/// to none of several are in `map`, which they have in common.
 #[derive(Clone, Debug)]
 pub struct Frames {
     robots: Vec<RobotFrames>,
-    /// Transforms that modules published since the last call, and all frames they ever published.
+    /// Transforms published since the last call, and all frames ever published.
     moving: Vec<FrameTransform>,
     fixed: Vec<FrameTransform>,
     told: BTreeSet<String>,
-    /// By the topics of sensors that are mounted somewhere, their own frames.
+    /// Frames of mounted sensors, by topic.
     mounted: BTreeMap<String, String>,
 }
 
-/// The end of the topic of a [`Transform`] that tells where a sensor is mounted, behind the sensor's own topic. The sensor's frame
-/// is called as the last part of its topic.
+/// Suffix of the topic of a sensor's mounting [`Transform`].
+/// It follows the sensor's own topic. The sensor's frame is named as the last part of its topic.
 const MOUNT: &str = "_mount";
 
 /// The end of the topic of a camera's calibration, behind that of its images.
@@ -41,17 +41,17 @@ struct RobotFrames {
     name: String,
     base: String,
     odom: String,
-    /// The topic that tells where it is in the map, and what was told last.
+    /// Topic of its pose in the map, and the last pose on it.
     pose: Option<String>,
     place: Option<TimedPose>,
-    /// The same of its odometry.
+    /// Topic of its odometry, and the last pose on it.
     odometry: Option<String>,
     moved: Option<TimedPose>,
-    /// Since when only its place in the map is known.
+    /// Time since which only its pose in the map is known.
     waits_since: Option<u64>,
 }
 
-/// For so long it is waited for odometry before a robot is told of without, nanoseconds.
+/// Time to wait for odometry before a robot is published without it, nanoseconds.
 const WAIT: u64 = 1_000_000_000;
 
 #[derive(Clone, Copy, Debug)]
@@ -61,33 +61,33 @@ struct TimedPose {
     is_new: bool,
 }
 
-/// Where a frame is in its parent.
+/// Pose of a frame in its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameTransform {
-    /// When, nanoseconds.
+    /// Time, nanoseconds.
     pub time: u64,
-    /// The frame in which it is told.
+    /// Name of the parent frame.
     pub parent: String,
-    /// The frame of which it is told.
+    /// Name of the child frame.
     pub child: String,
     /// x, y and z, metres.
     pub translation: [f64; 3],
-    /// A unit quaternion: x, y, z and w.
+    /// Rotation as a unit quaternion: x, y, z and w.
     pub rotation: [f64; 4],
 }
 
-/// A [`Transform`] as a module publishes it: frames by the names that the module has for them.
+/// [`Transform`] of a module, with the module's own names of frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PublishedTransform {
-    /// The frame in which it is told.
+    /// Name of the parent frame.
     pub parent: String,
-    /// The frame of which it is told.
+    /// Name of the child frame.
     pub child: String,
     /// x, y and z, metres.
     pub translation: [f64; 3],
-    /// A unit quaternion: x, y, z and w.
+    /// Rotation as a unit quaternion: x, y, z and w.
     pub rotation: [f64; 4],
-    /// Whether it never changes.
+    /// Set if the transform never changes.
     pub is_fixed: bool,
 }
 
@@ -108,8 +108,9 @@ fn joined(robot: &str, frame: &str) -> String {
 }
 
 impl Frames {
-    /// Those of robots as a configuration names them, or else of those whose true places are among the topics; each topic is given with
-    /// the name of its type.
+    /// Creates the frames of the robots that a configuration names.
+    /// Without any, they are those of robots whose true poses are among the topics; each topic is given with the name
+    /// of its type.
     pub fn new<'a>(followed: &[Followed], topics: impl Iterator<Item = (&'a str, &'a str)> + Clone) -> Self {
         let truths = topics.clone().filter_map(|(topic, kind)| {
             let path = topic.strip_suffix("/truth").filter(|_| kind == "slate_msgs/msg/Pose2")?;
@@ -149,7 +150,7 @@ impl Frames {
         frames
     }
 
-    /// Has a topic tell where the robot is that it belongs to.
+    /// Sets a topic as the source of its robot's pose in the map.
     ///
     /// # Errors
     /// When it belongs to none of them.
@@ -163,13 +164,13 @@ impl Frames {
         Ok(())
     }
 
-    /// The robot that a topic belongs to: of several, the first that it names.
+    /// Returns the robot that a topic belongs to: of several, the first that it names.
     fn owner(&self, topic: &str) -> Option<usize> {
         let place = |part: &str| self.robots.iter().position(|robot| robot.name == part);
         if self.robots.len() > 1 { topic.split('/').find_map(place) } else { Some(0) }
     }
 
-    /// The frame in which a topic's values are told that do not say their own.
+    /// Returns the frame of a topic's values that do not name their own.
     pub fn of(&self, topic: &str) -> &str {
         // Camera information is in the frame of its camera.
         if let Some(frame) = self.mounted.get(topic.strip_suffix(INFO).unwrap_or(topic)) {
@@ -179,17 +180,17 @@ impl Frames {
         robot.map_or(MAP, |robot| &robot.base)
     }
 
-    /// The topics that places of robots come from, in a map or by odometry.
+    /// Returns the topics of robots' poses, in a map or by odometry.
     pub fn sources(&self) -> impl Iterator<Item = &str> {
         self.robots.iter().flat_map(|robot| [robot.pose.as_deref(), robot.odometry.as_deref()]).flatten()
     }
 
-    /// Whether it is known of a robot where it is in the map.
+    /// Returns true if the pose in the map of any robot is known.
     pub fn has_places(&self) -> bool {
         self.robots.iter().any(|robot| robot.pose.is_some())
     }
 
-    /// Takes the place that a topic tells.
+    /// Notes the pose of a topic.
     pub fn note(&mut self, topic: &str, time: u64, pose: [f64; 3]) {
         let place = TimedPose { time, pose, is_new: true };
         for robot in &mut self.robots {
@@ -202,7 +203,7 @@ impl Frames {
         }
     }
 
-    /// Takes a [`Transform`] that a module tells itself.
+    /// Notes a [`Transform`] that a module publishes.
     pub fn note_transform(&mut self, topic: &str, time: u64, told: PublishedTransform) {
         let robot = self.owner(topic).and_then(|at| self.robots.get(at)).map_or("", |robot| &robot.name);
         let PublishedTransform { parent, child, translation, rotation, is_fixed } = told;
@@ -212,8 +213,8 @@ impl Frames {
         if is_fixed { &mut self.fixed } else { &mut self.moving }.push(transform);
     }
 
-    /// The transforms that have become known since the last time: those that move, and fixed ones. A frame has one parent: that
-    /// which a module tells, or else the one of REP-105.
+    /// Returns the transforms known since the last call: moving and fixed ones.
+    /// A frame has one parent: the one that a module publishes, or else the one of REP-105.
     pub fn take(&mut self) -> (Vec<FrameTransform>, Vec<FrameTransform>) {
         let (mut moving, fixed) = (std::mem::take(&mut self.moving), std::mem::take(&mut self.fixed));
         for robot in &mut self.robots {
@@ -244,7 +245,7 @@ impl Frames {
     }
 }
 
-/// Where odometry began in the map, of a robot that is there by the one and there by the other.
+/// Returns the origin of odometry in the map, from a robot's pose in either frame.
 fn origin([x, y, theta]: [f64; 3], [along, across, turned]: [f64; 3]) -> [f64; 3] {
     let turn = theta - turned;
     let (sine, cosine) = (sin(turn), cos(turn));
@@ -261,12 +262,12 @@ fn in_plane(time: u64, parent: &str, child: &str, [x, y, theta]: [f64; 3]) -> Fr
     }
 }
 
-/// The definition of `tf2_msgs/msg/TFMessage`.
+/// Returns the definition of `tf2_msgs/msg/TFMessage`.
 pub fn transforms_definition() -> Definition {
     transforms_definition_in(WireFormat::Cdr)
 }
 
-/// The same as the ROS of a format defines it.
+/// Returns the definition of the transforms' message in the ROS of a format.
 pub fn transforms_definition_in(format: WireFormat) -> Definition {
     let one = standard_in(format, Transform::DESCRIPTOR).map(|standard| standard.definition().text.clone());
     let text = format!(
@@ -285,7 +286,7 @@ pub fn encode_transforms(transforms: &[FrameTransform], out: &mut Vec<u8>) -> Re
     encode_transforms_in(WireFormat::Cdr, transforms, out)
 }
 
-/// The same in another format than CDR.
+/// Encodes transforms as a message of that format.
 ///
 /// # Errors
 /// When they are more than a message can have.

@@ -1,14 +1,14 @@
-//! Values as messages of ROS, so that logs and wires speak to other tools: definitions, and CDR, in which values lie there; of ROS 1, too
-//! ([`WireFormat`]).
+//! Values as messages of ROS 2 and ROS 1 ([`WireFormat`]): definitions, and CDR.
+//! With them logs and networks work with other tools.
 //!
 //! A value has two forms.
 //!
-//! - [`definition`], [`encode`] and [`decode`]: any interface as a message of its own, field by field and without a loss. What
-//!   is decoded has the bits that were encoded.
+//! - [`definition`], [`encode`] and [`decode`]: any interface as a message of its own, field by field and without a loss. A
+//!   decoded value has the bits of the encoded one.
 //! - [`standard`]: the message that ROS already has for it, such as `sensor_msgs/msg/LaserScan`, for the tools that know how to
 //!   draw it.
 //!
-//! [`Shown`] are messages of the first form without what is there for the layout alone, for those who only look.
+//! [`Shown`] are messages of the first form without fields for the layout alone, for readers.
 //!
 //! A [`Schema`] reads messages that came from elsewhere, and [`Described`] makes values of the blackboard from them.
 //!

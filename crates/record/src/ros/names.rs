@@ -1,11 +1,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A field's name as ROS wants it: lower case, letters, digits, single underscores, a letter first.
+/// Returns a field's name in ROS's form.
+/// It is lower case, with letters, digits and single underscores, a letter first.
 pub(super) fn field_name(name: &str, taken: &mut BTreeSet<String>) -> String {
     unique(words(name, "field").to_ascii_lowercase(), taken)
 }
 
-/// A constant's name as ROS wants it.
+/// Returns a constant's name in ROS's form.
 pub(super) fn constant_name(field: &str, name: &str, taken: &mut BTreeSet<String>) -> String {
     unique(words(&format!("{field}_{name}"), "C").to_ascii_uppercase(), taken)
 }
@@ -13,12 +14,12 @@ pub(super) fn constant_name(field: &str, name: &str, taken: &mut BTreeSet<String
 /// The names of a field's constants, by value.
 pub(super) type Constants = BTreeMap<i128, String>;
 
-/// What the names of a field's constants begin with.
+/// Returns the prefix of the names of a field's constants.
 pub(super) fn constant_prefix(field: &str) -> String {
     format!("{}_", words(field, "C").to_ascii_uppercase())
 }
 
-/// A message's name as ROS wants it: letters and digits, a capital first.
+/// Returns a message's name in ROS's form: letters and digits, a capital first.
 pub(super) fn message_name(name: &str) -> String {
     let mut result = String::new();
     for word in words(name, "Message").split('_') {
@@ -29,13 +30,15 @@ pub(super) fn message_name(name: &str) -> String {
     result
 }
 
-/// Whether a field is there for the layout alone, by its name: numbers `reserved`, `reserved2`, or `padding_12`.
+/// Returns true if a field exists for the layout alone, by its name.
+/// These are numbers `reserved`, `reserved2`, or `padding_12`.
 pub(super) fn is_padding(name: &str) -> bool {
     let number = name.strip_prefix("reserved").or_else(|| name.strip_prefix("padding_"));
     number.is_some_and(|number| number.bytes().all(|letter| letter.is_ascii_digit()))
 }
 
-/// The words of a name with one underscore between two; `start` stands before what is no letter.
+/// Joins the words of a name by single underscores.
+/// `start` precedes a name that does not begin with a letter.
 fn words(name: &str, start: &str) -> String {
     let words: Vec<_> =
         name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty()).collect();
@@ -46,7 +49,7 @@ fn words(name: &str, start: &str) -> String {
     if joined.is_empty() { start.into() } else { format!("{start}_{joined}") }
 }
 
-/// That name, with a number when it is taken.
+/// Returns a unique name; a taken one gets a number.
 pub(super) fn unique(name: String, taken: &mut BTreeSet<String>) -> String {
     let mut result = name.clone();
     let mut number = 2_usize;
@@ -60,7 +63,8 @@ pub(super) fn unique(name: String, taken: &mut BTreeSet<String>) -> String {
 /// The frame that all robots share.
 pub(super) const MAP: &str = "map";
 
-/// The parts of a frame's name, as a robot's module calls it: the map is the same for all, and what names its robot is taken as it is.
+/// Returns the parts of a frame's full name from a module's own name of it.
+/// The map is the same for all, and a name that contains its robot stays unchanged.
 pub(super) fn own_frame<'a>(robot: &'a str, name: &'a str) -> [&'a str; 3] {
     let is_whole = robot.is_empty() || name == MAP || name.contains('/') || name.is_empty();
     if is_whole { ["", "", name] } else { [robot, "/", name] }

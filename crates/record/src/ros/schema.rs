@@ -6,17 +6,17 @@ use super::names::Constants;
 use super::value::Map;
 use super::{Error, Numbers, Primitive, RosPrimitive, Value};
 
-/// How deep messages may stand in each other.
+/// Maximum nesting depth of messages.
 pub(super) const MAX_NESTING: usize = 32;
 
-/// A message's definition in the language of ROS's `.msg` files, with those of the messages in it: the schema encoding
-/// `ros2msg` of MCAP.
+/// Message definition in the language of ROS's `.msg` files.
+/// It has those of its nested messages: the schema encoding `ros2msg` of MCAP.
 #[derive(Clone, Debug)]
 pub struct Schema {
     records: Vec<SchemaRecord>,
 }
 
-/// One message. The first of a schema is the schema's own.
+/// Definition of one message; the first of a schema is the schema's own.
 #[derive(Clone, Debug)]
 pub(super) struct SchemaRecord {
     /// Package and name, such as `std_msgs/Header`.
@@ -35,7 +35,7 @@ pub(super) struct SchemaRecord {
 pub(super) struct FieldType {
     pub item: Item,
     pub count: Count,
-    /// Whether what is decoded has it.
+    /// Set if decoded values have the field.
     pub is_shown: bool,
 }
 
@@ -54,7 +54,7 @@ pub(super) enum Count {
     Any,
 }
 
-/// A field before the types are known.
+/// Field before the types are known.
 pub(super) struct SchemaField<'a> {
     /// Line from 1.
     pub number: usize,
@@ -147,7 +147,7 @@ impl Schema {
 
     /// Decodes a message: CDR of either byte order, with its header.
     ///
-    /// Takes memory in proportion to the message, whatever that says of itself.
+    /// Allocates memory in proportion to the message, whatever lengths it states.
     ///
     /// # Errors
     /// When it is no message of that definition.
@@ -155,7 +155,7 @@ impl Schema {
         self.decode_in(WireFormat::Cdr, message)
     }
 
-    /// The same of another format than CDR.
+    /// Decodes a message of that format.
     ///
     /// # Errors
     /// When it is no message of that definition.
@@ -172,7 +172,7 @@ impl Schema {
         Ok(value)
     }
 
-    /// Line of the field at a path such as `pose/position`, from 1.
+    /// Returns the line of the field at a path such as `pose/position`, from 1.
     pub(super) fn line(&self, path: &str) -> Option<usize> {
         let (mut index, mut line) = (0, None);
         for name in path.split('/') {
@@ -191,7 +191,7 @@ impl Schema {
         self.records.iter().take(1).flat_map(|record| record.names.iter().map(String::as_str))
     }
 
-    /// Whether [`decode`](Schema::decode) can read a message; takes no memory.
+    /// Checks that [`decode`](Schema::decode) can read a message; allocates nothing.
     ///
     /// # Errors
     /// When it is no message of that definition.
@@ -323,7 +323,8 @@ pub(super) fn take(reader: &CdrReader<'_>, room: &mut usize) -> Result<(), Error
 const TIME: &str = "builtin_interfaces/Time";
 const DURATION: &str = "builtin_interfaces/Duration";
 
-/// The messages of a text, each with its fields; the first is called `name`.
+/// Returns the messages of a text, each with its fields.
+/// The first is called `name`.
 pub(super) fn sections<'a>(name: &str, text: &'a str) -> Result<Vec<(String, Vec<SchemaField<'a>>)>, Error> {
     let mut sections = vec![(reference("", name), Vec::new())];
     // Whether a separator was the last that stood there.
@@ -373,12 +374,13 @@ pub(super) fn sections<'a>(name: &str, text: &'a str) -> Result<Vec<(String, Vec
     Ok(sections)
 }
 
-/// As much of a hostile line as a message should have.
+/// Shortens a hostile line for a message.
 fn shortened(line: &str) -> &str {
     line.char_indices().nth(60).map_or(line, |(end, _)| &line[..end])
 }
 
-/// Package and name of a message: `pkg/msg/Name`, `pkg/Name`, or `Name` of the same package.
+/// Returns package and name of a message.
+/// The reference is `pkg/msg/Name`, `pkg/Name`, or `Name` of the same package.
 pub(super) fn reference(package: &str, name: &str) -> String {
     match (name.split_once('/'), name.rsplit_once('/')) {
         (Some((package, _)), Some((_, name))) => format!("{package}/{name}"),
@@ -386,7 +388,7 @@ pub(super) fn reference(package: &str, name: &str) -> String {
     }
 }
 
-/// A type without its brackets, and what those say.
+/// Splits a type from its brackets, and parses these.
 pub(super) fn suffix(of: &str) -> Result<(&str, Count), String> {
     let Some((item, inside)) = of.strip_suffix(']').and_then(|of| of.rsplit_once('[')) else {
         return Ok((of, Count::One));
@@ -402,7 +404,7 @@ pub(super) fn suffix(of: &str) -> Result<(&str, Count), String> {
     }
 }
 
-/// Nothing for a message.
+/// Returns the primitive type of a name; `None` for a message.
 pub(super) fn primitive(name: &str) -> Result<Option<Item>, String> {
     if let Some(kind) = Primitive::named(name) {
         return Ok(Some(Item::Primitive(kind)));
@@ -419,7 +421,7 @@ pub(super) fn primitive(name: &str) -> Result<Option<Item>, String> {
     }
 }
 
-/// How deep the messages in a record stand; nothing when it is too deep, or without an end.
+/// Returns the nesting depth of a record; `None` if it is too deep or endless.
 fn height(
     records: &[SchemaRecord],
     index: usize,

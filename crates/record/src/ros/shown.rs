@@ -1,5 +1,5 @@
-//! Messages of Slate's own as readers want to see them: the fields of the interface, without what is there for the layout alone
-//! and without the whole value as memory.
+//! Slate's own messages as shown to readers.
+//! They have the fields of the interface, without fields for the layout alone and without the whole value as memory.
 
 use std::sync::Arc;
 
@@ -10,12 +10,12 @@ use super::names::is_padding;
 use super::schema::{Count, FieldType, Item, take};
 use super::{Definition, Error, Primitive, RosPrimitive, Schema};
 
-/// Whether such a definition is one of Slate's.
+/// Returns true if a definition of that name is one of Slate's.
 fn is_own(name: &str) -> bool {
     name.strip_prefix(PACKAGE).is_some_and(|rest| rest.starts_with('/'))
 }
 
-/// Makes of the messages of a definition those that have what is shown.
+/// Reduction of messages to the shown fields.
 #[derive(Clone, Debug)]
 pub struct Shown {
     definition: Definition,
@@ -23,7 +23,8 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Of a definition that [`definition`](super::definition()) has made; nothing when all of its messages is shown.
+    /// Returns the reduction of one of Slate's definitions.
+    /// The definition is one that [`definition`](super::definition()) has made. `None` if all of its messages is shown.
     ///
     /// # Errors
     /// When it can't be read.
@@ -41,12 +42,12 @@ impl Shown {
         Ok((!is_whole && is_same).then_some(Self { definition, schema }))
     }
 
-    /// The remaining definition.
+    /// Returns the remaining definition.
     pub fn definition(&self) -> &Definition {
         &self.definition
     }
 
-    /// Appends what is left of a message.
+    /// Appends the reduction of a message.
     ///
     /// # Errors
     /// When it is no message of the whole definition; `out` has a part of it then.
@@ -61,8 +62,8 @@ impl Shown {
 }
 
 impl Schema {
-    /// As [`parse`](Schema::parse); what is decoded of a message of Slate's own has the fields of the interface, without those
-    /// that are not used.
+    /// Parses a definition as [`parse`](Schema::parse), for reduced messages.
+    /// A decoded message of Slate's own has the fields of the interface, without unused ones.
     ///
     /// # Errors
     /// As [`parse`](Schema::parse).
@@ -159,7 +160,7 @@ impl Schema {
     }
 }
 
-/// The text of a definition of Slate's own without the lines of what is not shown.
+/// Returns a definition of Slate's own without the lines of hidden fields.
 fn reduced(text: &str) -> String {
     let memory = memory(text);
     let mut lines: Vec<&str> = Vec::new();

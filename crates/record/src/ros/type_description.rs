@@ -1,4 +1,4 @@
-//! Descriptions of types, of which nodes of ROS 2 compare the hashes (REP 2011, `RIHS01`).
+//! Type descriptions, whose hashes nodes of ROS 2 compare (REP 2011, `RIHS01`).
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -43,7 +43,8 @@ const BUILTIN: [(&str, &str); 2] = [
     ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec"),
 ];
 
-/// The canonical description of a type of ROS 2, whose SHA-256 is its type hash.
+/// Returns the canonical description of a ROS 2 type.
+/// Its SHA-256 is the type hash.
 ///
 /// # Errors
 /// The definition is invalid, or lacks a message.
@@ -90,8 +91,9 @@ pub fn type_description(definition: &Definition) -> Result<String, Error> {
     Ok(format!("{{\"type_description\": {own}, \"referenced_type_descriptions\": [{others}]}}"))
 }
 
-/// Name of a message in another, such as `std_msgs/msg/Header`. Parts of a service or an action, such as
-/// `test_msgs/action/Fibonacci_Goal`, are in its folder; no other name has a `_`.
+/// Returns the full name of a nested message, such as `std_msgs/msg/Header`.
+/// Parts of a service or an action, such as `test_msgs/action/Fibonacci_Goal`, are in its folder; no other name has a
+/// `_`.
 fn whole_name(top: &str, key: &str) -> String {
     let parts: Vec<_> = top.split('/').collect();
     let folder = match (&parts[..], key.split_once('/')) {
@@ -111,7 +113,7 @@ fn type_text(id: u32, capacity: u32, string_capacity: u32, nested: &str) -> Stri
     text
 }
 
-/// The description of a field's type, and the message in it.
+/// Returns the description of a field's type, and the message in it.
 fn field_type(
     top: &str,
     owner: &str,

@@ -41,7 +41,7 @@ impl Map {
         Self { names, values }
     }
 
-    /// The field of that name.
+    /// Returns the field of that name.
     pub fn get(&self, name: &str) -> Option<&Value> {
         self.iter().find(|(other, _)| *other == name).map(|(_, value)| value)
     }
@@ -69,34 +69,34 @@ impl Numbers {
         Self { kind, memory }
     }
 
-    /// Their type.
+    /// Returns the type of the numbers.
     pub fn kind(&self) -> Primitive {
         self.kind
     }
 
-    /// How many there are.
+    /// Returns the number of elements.
     pub fn len(&self) -> usize {
         self.memory.len() / self.kind.size()
     }
 
-    /// Whether there are none.
+    /// Returns true if it has no elements.
     pub fn is_empty(&self) -> bool {
         self.memory.is_empty()
     }
 
-    /// All of them as they lie in memory: the pixels of an image, for example.
+    /// Returns the bytes of all numbers, such as the pixels of an image.
     pub fn bytes(&self) -> &[u8] {
         &self.memory
     }
 
-    /// One of them.
+    /// Returns one number.
     pub fn get(&self, index: usize) -> Option<Value> {
         let start = index.checked_mul(self.kind.size())?;
         let bytes = self.memory.get(start..start.checked_add(self.kind.size())?)?;
         Some(self.kind.value(bytes))
     }
 
-    /// One after the other.
+    /// Iterates over the numbers.
     pub fn iter(&self) -> impl Iterator<Item = Value> {
         self.memory.chunks_exact(self.kind.size()).map(|bytes| self.kind.value(bytes))
     }
@@ -185,7 +185,7 @@ impl RosPrimitive for Primitive {
 }
 
 impl Value {
-    /// The field of a message.
+    /// Returns the field of a message.
     pub fn get(&self, name: &str) -> Option<&Value> {
         match self {
             Self::Map(map) => map.get(name),
@@ -193,7 +193,8 @@ impl Value {
         }
     }
 
-    /// The value at a path such as `pose/position/x` or `ranges/3`; itself for an empty path.
+    /// Returns the value at a path such as `pose/position/x` or `ranges/3`.
+    /// An empty path gives the value itself.
     pub fn at(&self, path: &str) -> Option<Value> {
         if path.is_empty() {
             return Some(self.clone());
@@ -207,7 +208,7 @@ impl Value {
         }
     }
 
-    /// A number of any type.
+    /// Returns a number of any type as `f64`.
     pub fn as_f64(&self) -> Option<f64> {
         match self {
             Self::Signed(number) => Some(*number as f64),
@@ -218,7 +219,7 @@ impl Value {
         }
     }
 
-    /// A whole number.
+    /// Returns a whole number.
     pub fn as_integer(&self) -> Option<i128> {
         match self {
             Self::Signed(number) => Some((*number).into()),
@@ -227,7 +228,7 @@ impl Value {
         }
     }
 
-    /// Text.
+    /// Returns a text.
     pub fn as_str(&self) -> Option<&str> {
         match self {
             Self::Text(text) => Some(text),
@@ -235,7 +236,7 @@ impl Value {
         }
     }
 
-    /// A truth value.
+    /// Returns a boolean.
     pub fn as_bool(&self) -> Option<bool> {
         match self {
             Self::Bool(value) => Some(*value),
@@ -266,7 +267,7 @@ impl Serialize for Value {
     }
 }
 
-/// As values of the blackboard are written: `{ x = 1.5, names = ["a", "b"] }`.
+/// Formats a value as those of the blackboard: `{ x = 1.5, names = ["a", "b"] }`.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

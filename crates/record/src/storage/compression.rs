@@ -1,13 +1,13 @@
-//! How the records of a chunk are made smaller.
+//! Compression of the records of a chunk.
 
 use std::io::{Read, Write};
 
 use super::MAXIMUM_RECORD;
 
-/// How chunks are written.
+/// Compression of written chunks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compression {
-    /// As they are, so that of a chunk that was not finished all is read that is there.
+    /// Uncompressed: an unfinished chunk can be read as far as it was written.
     #[default]
     None,
     /// Smaller, by LZ4.
@@ -15,7 +15,7 @@ pub enum Compression {
 }
 
 impl Compression {
-    /// Its name in a chunk.
+    /// Returns the name in a chunk.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::None => "",

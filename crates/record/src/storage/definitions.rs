@@ -1,4 +1,4 @@
-//! The schemas and channels of a file, and what the records of a chunk say.
+//! Schemas and channels of a file, and the content of a chunk.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -48,7 +48,7 @@ impl Definitions {
         }
     }
 
-    /// Takes what a record of a chunk defines, and returns its message if it is one.
+    /// Notes the definition of a chunk's record, or returns its message.
     pub fn take<'a>(&mut self, opcode: u8, bytes: &'a [u8]) -> Result<Option<MessageRecord<'a>>, Malformed> {
         match opcode {
             Schema::OPCODE => self.add_schema(Schema::parse(bytes)?).map(|()| None),
@@ -71,14 +71,14 @@ impl Definitions {
 /// The times and places of the messages of a chunk.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Content {
-    /// The earliest and the latest log time; 0 if there are no messages.
+    /// Earliest and latest log time; 0 without messages.
     pub times: (u64, u64),
-    /// Of each channel, the log time and place of its messages.
+    /// By channel, the log times and places of its messages.
     pub index: BTreeMap<u16, Vec<(u64, u64)>>,
 }
 
 impl Content {
-    /// Reads all records of a chunk, and takes what they define.
+    /// Reads all records of a chunk, and notes their definitions.
     pub fn read(records: &[u8], definitions: &mut Definitions) -> Result<Self, Malformed> {
         let mut content = Self::default();
         for record in Records::new(records) {
@@ -101,14 +101,14 @@ impl Content {
         self.index.entry(message.channel_id).or_default().push((time, place));
     }
 
-    /// How many messages there are.
+    /// Returns the number of messages.
     pub fn messages(&self) -> u64 {
         self.index.values().map(|entries| entries.len() as u64).sum()
     }
 }
 
-/// Reads the fields of a chunk that stand before its records, as far as they are there, and returns the bytes that
-/// follow, which may be fewer than they should be.
+/// Reads the available fields of a chunk before its records; returns the rest.
+/// The rest may be shorter than it should be.
 pub(super) fn chunk_head(bytes: &[u8]) -> Result<(Chunk<'static>, u64, &[u8]), Malformed> {
     let mut input = RecordInput(bytes);
     let head = Chunk {

@@ -7,7 +7,7 @@ use super::record::{DataEnd, FRAME, Footer, Header, MAGIC, Record};
 use super::source::RecordSource;
 use super::summary::Summary;
 
-/// The summary, if its own checksum says that it is right.
+/// Returns the summary, if its own checksum is right.
 pub(super) fn intact_summary<R: Read + Seek>(source: &mut RecordSource<R>) -> Option<Summary> {
     let start = data_end(source)?;
     source.seek(start).ok()?;
@@ -15,7 +15,7 @@ pub(super) fn intact_summary<R: Read + Seek>(source: &mut RecordSource<R>) -> Op
     Summary::read(source, &mut body).ok().filter(|summary| summary.crc != 0)
 }
 
-/// Whether the file has an end, and a checksum there that is right for all data.
+/// Returns true if the file has an end with a valid checksum of all data.
 pub(super) fn is_covered<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<bool, Error> {
     let end_size = FRAME + 4;
     let Some(end) = data_end(source).and_then(|end| end.checked_sub(end_size)) else { return Ok(false) };
@@ -36,7 +36,7 @@ pub(super) fn is_covered<R: Read + Seek>(source: &mut RecordSource<R>) -> Result
     Ok(data_section_crc != 0 && body == expected)
 }
 
-/// Where the record that ends the data itself ends, as the footer says.
+/// Returns the end of the record that ends the data itself, as the footer says.
 fn data_end<R: Read + Seek>(source: &mut RecordSource<R>) -> Option<u64> {
     let place = source.length().checked_sub(FRAME + 20 + MAGIC.len() as u64)?;
     source.seek(place).ok()?;
@@ -47,7 +47,7 @@ fn data_end<R: Read + Seek>(source: &mut RecordSource<R>) -> Option<u64> {
     (start <= place).then_some(if start == 0 { place } else { start })
 }
 
-/// The header, and where what follows it begins.
+/// Returns the header, and the offset of the first record behind it.
 pub(super) fn header<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<(Header, u64), Error> {
     let start = MAGIC.len() as u64;
     let mut bytes = Vec::new();

@@ -1,7 +1,7 @@
 use std::io;
 use std::path::PathBuf;
 
-/// Why a file can't be read, or not be written.
+/// Error of reading or writing a file.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The operating system does not let it be read.
@@ -20,17 +20,17 @@ pub enum Error {
         /// Error of the system.
         source: io::Error,
     },
-    /// It is not what the format says, or a checksum does not fit.
+    /// The file violates its format, or a checksum is wrong.
     #[error("`{}` is damaged at byte {offset}: {what}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Where the record begins that is wrong.
+        /// Offset of the invalid record.
         offset: u64,
         /// Reason.
         what: String,
     },
-    /// A line of a log is not what its system writes.
+    /// A line of a log is invalid.
     #[error("`{}`, line {line}: {what}", path.display())]
     Line {
         /// The file.
@@ -40,7 +40,7 @@ pub enum Error {
         /// Found and expected.
         what: String,
     },
-    /// It is no such file at all.
+    /// The file has another format.
     #[error("`{}` is not an MCAP file: {what}", path.display())]
     NoBag {
         /// The file.

@@ -14,21 +14,21 @@ pub struct Info {
     pub profile: String,
     /// Program that wrote it.
     pub library: String,
-    /// Its length.
+    /// Length, bytes.
     pub bytes: u64,
     /// Number of messages.
     pub messages: u64,
-    /// The earliest log time, nanoseconds; 0 if there are no messages.
+    /// Earliest log time, nanoseconds; 0 without messages.
     pub from: u64,
-    /// The latest log time, nanoseconds; 0 if there are no messages.
+    /// Latest log time, nanoseconds; 0 without messages.
     pub to: u64,
-    /// Its channels, by topic.
+    /// Channels, by topic.
     pub channels: Vec<ChannelInfo>,
-    /// Its chunks, by how they are compressed; the empty name stands for not at all.
+    /// Chunks, by compression; the empty name stands for none.
     pub chunks: BTreeMap<String, ChunksInfo>,
-    /// Its attachments, in the order of the file.
+    /// Attachments, in the order of the file.
     pub attachments: Vec<AttachmentInfo>,
-    /// Its metadata, in the order of the file: each with its name and texts.
+    /// Metadata, in the order of the file: each with its name and texts.
     pub metadata: Vec<(String, BTreeMap<String, String>)>,
     /// Records that only their writer knows, which are not read.
     pub private: u64,
@@ -41,22 +41,23 @@ pub struct Info {
 /// A channel of a file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ChannelInfo {
-    /// Its name.
+    /// Topic.
     pub topic: String,
     /// The name of its schema; empty if it has none.
     pub schema: String,
-    /// How its messages are written, such as `cdr`.
+    /// Encoding of the messages, such as `cdr`.
     pub encoding: String,
     /// Number of messages.
     pub messages: u64,
-    /// Messages in a second, from the first to the last of the channel; nothing for fewer than two or for no time.
+    /// Message rate from the first to the last message of the channel, 1/s.
+    /// `None` for fewer than two messages or for an empty interval.
     pub rate: Option<f64>,
 }
 
 /// The chunks of a file that are compressed in one way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct ChunksInfo {
-    /// How many there are.
+    /// Number of chunks.
     pub chunks: u64,
     /// Bytes of their records in the file.
     pub compressed: u64,
@@ -67,18 +68,18 @@ pub struct ChunksInfo {
 /// An attachment of a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct AttachmentInfo {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Media type, such as `application/toml`.
     pub media_type: String,
-    /// How long it is.
+    /// Length, bytes.
     pub bytes: u64,
-    /// When it was recorded, nanoseconds.
+    /// Time of recording, nanoseconds.
     pub log_time: u64,
 }
 
-/// Reads all that is left of a file, checks every record of it, and says what it has. A file of which this returns is
-/// whole: `slate bag verify`.
+/// Reads the rest of a file, checks every record of it, and returns its content.
+/// A file for which this succeeds is whole: `slate bag verify`.
 ///
 /// # Errors
 /// When it is damaged, with the place of the first record that is wrong.

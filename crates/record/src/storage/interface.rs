@@ -1,4 +1,4 @@
-//! Which interface the messages of a channel have.
+//! Interface of a channel's messages.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use slate_blackboard::interface::Descriptor;
 use super::Message;
 use crate::ros;
 
-/// The interface of a message's values, if it is one of those that are known, by their schemas.
+/// Returns the interface of a message's values, if its schema is a known one.
 pub(crate) fn interface(
     message: &Message<'_>,
     known: &BTreeMap<u64, &'static Descriptor>,

@@ -36,5 +36,6 @@ pub use time::seconds;
 pub use value::{Decoder, Unread, Value};
 pub use writer::Writer;
 
-/// The most bytes that a record, or the records of a chunk, may have; a longer one is refused.
+/// Maximum size of a record, or of the records of a chunk, bytes.
+/// A longer one is refused.
 pub const MAXIMUM_RECORD: u64 = 256 << 20;

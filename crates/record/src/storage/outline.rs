@@ -1,5 +1,5 @@
-//! The first pass over a file: how its records follow each other, and every checksum that can be checked without
-//! looking into a chunk.
+//! First pass over a file: the sequence of its records, and their checksums.
+//! It checks every checksum that can be checked without looking into a chunk.
 
 use std::io::{Read, Seek};
 
@@ -17,7 +17,7 @@ use super::{Error, MAXIMUM_RECORD};
 #[derive(Debug, Default)]
 pub(super) struct Outline {
     pub header: Header,
-    /// Where the data begins, after the header.
+    /// Offset of the data, after the header.
     pub data: u64,
     /// Expected index of each chunk.
     pub chunks: Vec<ChunkIndex>,
@@ -28,14 +28,14 @@ pub(super) struct Outline {
     pub summary: Summary,
     /// Parts that no checksum covers, in words.
     pub unchecked: Vec<&'static str>,
-    /// Whether there are messages or definitions outside of chunks.
+    /// Set if messages or definitions are outside of chunks.
     pub is_loose: bool,
-    /// Where the first record is that the end of the file cuts off, or should be, if that is so.
+    /// Offset of the first truncated or missing record, if any.
     pub cut: Option<u64>,
 }
 
 impl Outline {
-    /// Of a file that may be cut off, if that is said.
+    /// Reads the outline of a file, which may be truncated if `may_be_cut`.
     pub fn read<R: Read + Seek>(source: &mut RecordSource<R>, may_be_cut: bool) -> Result<Self, Error> {
         let mut outline = Self::default();
         let mut body = Vec::new();
@@ -147,7 +147,7 @@ impl Outline {
         }
     }
 
-    /// Takes note of a message index of the last chunk.
+    /// Notes a message index of the last chunk.
     fn note_index(&mut self, frame: RecordFrame, index: &MessageIndex) -> Result<(), String> {
         let Some(chunk) = self.chunks.last_mut() else { return Ok(()) };
         chunk.message_index_length += frame.size();
@@ -190,7 +190,7 @@ impl Outline {
     }
 }
 
-/// Whether there are no indexes, or those that should be there, in any order.
+/// Returns true if the indexes are absent or the expected ones, in any order.
 fn agrees<T: Clone + PartialEq + FileOffset>(said: &[T], found: &[T]) -> bool {
     let mut said = said.to_vec();
     said.sort_by_key(T::offset);
@@ -233,7 +233,7 @@ pub(super) fn magic<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<(), 
     Err(Error::NoBag { path: source.path().into(), what })
 }
 
-/// Index of a chunk, without its message indexes, which follow it.
+/// Returns the index of a chunk, without its message indexes, which follow it.
 pub(super) fn chunk_index(frame: RecordFrame, chunk: &Chunk) -> Result<ChunkIndex, String> {
     let (size, length) = (chunk.records.len() as u64, chunk.uncompressed_size);
     if length > MAXIMUM_RECORD {

@@ -18,7 +18,7 @@ use super::{Error, seconds};
 use spot::Kept;
 pub(crate) use spot::Spot;
 
-/// Reads the messages of a file in the order in which they stand there, and believes nothing that is not checked.
+/// Reader of the messages of a file, in file order, with all checks.
 ///
 /// To open a file reads all of it once: how its records follow each other, the checksums of data, attachments and
 /// summary. A chunk's checksum, all its records and its indexes are checked before a message of it is returned, and the
@@ -39,12 +39,12 @@ pub struct Reader<R> {
     source: RecordSource<R>,
     outline: Outline,
     definitions: Definitions,
-    /// Where the next record of the file begins.
+    /// Offset of the next record of the file.
     next: u64,
-    /// The records of a chunk, or one that stands outside of chunks, and where the next of them begins.
+    /// Records of a chunk, or one outside of chunks, and the offset of the next one.
     records: Vec<u8>,
     place: usize,
-    /// Where in the file these records are.
+    /// Offset of these records in the file.
     at: u64,
     body: Vec<u8>,
     counts: BTreeMap<u16, u64>,
@@ -53,20 +53,20 @@ pub struct Reader<R> {
     kept: Kept,
 }
 
-/// A message as it stands in a file.
+/// Message in a file.
 #[derive(Clone, Debug)]
 pub struct Message<'a> {
-    /// Its channel.
+    /// Channel of the message.
     pub channel: &'a Arc<Channel>,
-    /// How its bytes are laid out, unless its channel does not say.
+    /// Layout of the bytes, unless the channel does not say it.
     pub schema: Option<&'a Arc<Schema>>,
-    /// Its number among those of its channel, as its writer counts.
+    /// Number among the messages of the channel, as counted by the writer.
     pub sequence: u32,
-    /// When it was recorded, nanoseconds.
+    /// Time of recording, nanoseconds.
     pub log_time: u64,
-    /// When it was published, nanoseconds.
+    /// Time of publication, nanoseconds.
     pub publish_time: u64,
-    /// Its bytes, of the channel's encoding.
+    /// Bytes in the channel's encoding.
     pub data: &'a [u8],
 }
 
@@ -76,18 +76,18 @@ pub(crate) struct ChannelTopic {
     pub topic: String,
     /// The name of its schema; empty if it has none.
     pub schema: String,
-    /// How many messages were returned so far.
+    /// Number of messages returned so far.
     pub count: u64,
 }
 
 /// A file in a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Attachment {
-    /// When it was recorded, nanoseconds.
+    /// Time of recording, nanoseconds.
     pub log_time: u64,
-    /// When it was made, nanoseconds.
+    /// Time of creation, nanoseconds.
     pub create_time: u64,
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Media type, such as `application/toml`.
     pub media_type: String,
@@ -104,8 +104,9 @@ impl Reader<BufReader<File>> {
         Self::new(buffered(path.as_ref())?, path)
     }
 
-    /// Opens a file that may be cut off, as that of a writer that was killed: it is read as far as its records are whole, and
-    /// [`cut_off`](Reader::cut_off) says where that ends. What is damaged is an error as ever.
+    /// Opens a file that may be truncated, as that of a writer that was killed.
+    /// It is read as far as its records are whole, and [`cut_off`](Reader::cut_off) returns the end of that part.
+    /// Damage is an error as in any file.
     ///
     /// # Errors
     /// When it can't be read, or is neither a whole MCAP file nor the beginning of one.
@@ -120,7 +121,7 @@ fn buffered(path: &Path) -> Result<BufReader<File>, Error> {
 }
 
 impl<R: Read + Seek> Reader<R> {
-    /// Reads what may be a file or is in memory; errors name it as `path`.
+    /// Creates a reader of a file or of memory; errors name it as `path`.
     ///
     /// # Errors
     /// When it can't be read, or is no whole MCAP file.
@@ -128,7 +129,7 @@ impl<R: Read + Seek> Reader<R> {
         Self::read(input, path.as_ref(), false)
     }
 
-    /// As [`new`](Reader::new), of what may be cut off.
+    /// Creates a reader as [`new`](Reader::new), of a file that may be truncated.
     ///
     /// # Errors
     /// When it can't be read, or is neither a whole MCAP file nor the beginning of one.
@@ -155,12 +156,12 @@ impl<R: Read + Seek> Reader<R> {
         })
     }
 
-    /// Path of the file.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         self.source.path()
     }
 
-    /// The byte at which the first record begins that is not all there; nothing of a whole file.
+    /// Returns the offset of the first incomplete record; `None` for a whole file.
     pub fn cut_off(&self) -> Option<u64> {
         self.outline.cut
     }
@@ -174,7 +175,7 @@ impl<R: Read + Seek> Reader<R> {
         (self.place, self.times, self.is_done) = (0, None, false);
     }
 
-    /// Program that wrote it, and its conventions.
+    /// Returns the program that wrote the file, and its conventions.
     pub fn header(&self) -> &Header {
         &self.outline.header
     }
@@ -183,7 +184,7 @@ impl<R: Read + Seek> Reader<R> {
         &self.outline
     }
 
-    /// Whether any chunk is compressed.
+    /// Returns true if any chunk is compressed.
     pub(crate) fn is_compressed(&self) -> bool {
         self.outline.chunks.iter().any(|chunk| !chunk.compression.is_empty())
     }
@@ -192,17 +193,18 @@ impl<R: Read + Seek> Reader<R> {
         self.source.length()
     }
 
-    /// The channels that were defined so far; at the end, all of them.
+    /// Returns the channels defined so far; at the end, all of them.
     pub fn channels(&self) -> impl Iterator<Item = &Arc<Channel>> {
         self.definitions.channels.values()
     }
 
-    /// The schema of a channel, unless it has none.
+    /// Returns the schema of a channel, unless it has none.
     pub fn schema(&self, channel: &Channel) -> Option<&Arc<Schema>> {
         self.definitions.schemas.get(&channel.schema_id)
     }
 
-    /// The topics of the file with the names of their schemas, as its summary has them; without one, those that were defined so far.
+    /// Returns the topics in the summary of the file, with the names of their schemas.
+    /// Without a summary, those defined so far.
     pub(crate) fn topics(&self) -> Vec<ChannelTopic> {
         let said = &self.outline.summary.definitions;
         let known = if said.channels.is_empty() { &self.definitions } else { said };
@@ -216,23 +218,23 @@ impl<R: Read + Seek> Reader<R> {
         known.channels.values().map(topic).collect()
     }
 
-    /// How many messages of a channel were returned so far.
+    /// Returns the number of messages of a channel returned so far.
     pub(super) fn count(&self, channel: &Channel) -> u64 {
         self.counts.get(&channel.id).copied().unwrap_or(0)
     }
 
-    /// The earliest and the latest log time of the chunks that were read.
+    /// Returns the earliest and the latest log time of the chunks read.
     pub(super) fn times(&self) -> Option<(u64, u64)> {
         self.times
     }
 
-    /// The log time of the first message, if the file says it before it is read.
+    /// Returns the log time of the first message, if the file says it in advance.
     pub(crate) fn start(&self) -> Option<u64> {
         let said = self.outline.summary.statistics.as_ref().filter(|statistics| statistics.message_count > 0);
         said.map(|statistics| statistics.message_start_time)
     }
 
-    /// The next message; nothing at the end.
+    /// Returns the next message; `None` at the end.
     ///
     /// # Errors
     /// When the file is damaged, or can't be read.
@@ -258,7 +260,8 @@ impl<R: Read + Seek> Reader<R> {
         })
     }
 
-    /// How many messages the summary says that there are of each channel; nothing when it does not say it.
+    /// Returns the number of messages of each channel by the summary.
+    /// `None` without such a summary.
     pub(crate) fn said(&self) -> Option<impl Iterator<Item = (&Arc<Channel>, u64)>> {
         let summary = &self.outline.summary;
         let counts = &summary.statistics.as_ref()?.channel_message_counts;
@@ -266,8 +269,9 @@ impl<R: Read + Seek> Reader<R> {
         Some(channels.map(|(id, channel)| (channel, counts.get(id).copied().unwrap_or(0))))
     }
 
-    /// Calls `take` for each message of these topics and reads nothing but the chunks that have some; then it is at the first
-    /// message. False, and nothing is read, when the file does not say which chunks these are.
+    /// Calls `take` for each message of these topics.
+    /// Reads nothing but the chunks that have some; then it is at the first message. False, and nothing is read, if the
+    /// file does not say which chunks these are.
     pub(crate) fn each_of(
         &mut self,
         topics: &[&str],
@@ -300,7 +304,7 @@ impl<R: Read + Seek> Reader<R> {
         Ok(true)
     }
 
-    /// Where the next message is.
+    /// Returns the range of the next message.
     fn find(&mut self) -> Result<Option<(usize, usize)>, Error> {
         loop {
             if let Some(found) = self.next_record() {
@@ -313,7 +317,7 @@ impl<R: Read + Seek> Reader<R> {
         }
     }
 
-    /// Where the next message is among the records that were read.
+    /// Returns the range of the next message among the records already read.
     fn next_record(&mut self) -> Option<(usize, usize)> {
         while self.place < self.records.len() {
             let mut rest = RecordInput(&self.records[self.place..]);
@@ -327,7 +331,7 @@ impl<R: Read + Seek> Reader<R> {
         None
     }
 
-    /// Reads until there are more records; false at the end of the data.
+    /// Reads the next records; false at the end of the data.
     fn advance(&mut self) -> Result<bool, Error> {
         self.records.clear();
         self.place = 0;
@@ -373,7 +377,7 @@ impl<R: Read + Seek> Reader<R> {
         self.read_indexes(frame, content)
     }
 
-    /// Makes records of a chunk whose bytes were read, and says of which times they should be.
+    /// Decompresses the records of a chunk that was read; returns their expected times.
     fn unpack(&mut self, frame: RecordFrame) -> Result<(u64, u64), Error> {
         let chunk: Chunk = self.source.parse(frame, &self.body)?;
         let damaged = |what: String| self.source.damaged(frame.offset, format!("in a chunk, {what}"));
@@ -406,7 +410,7 @@ impl<R: Read + Seek> Reader<R> {
         Ok(content)
     }
 
-    /// Checks the message indexes that follow a chunk: none, or those of all its messages.
+    /// Checks the message indexes after a chunk: none, or those of all its messages.
     fn read_indexes(&mut self, chunk: RecordFrame, mut content: Content) -> Result<(), Error> {
         let mut is_indexed = false;
         loop {
@@ -487,12 +491,12 @@ impl<R: Read + Seek> Reader<R> {
         places.into_iter().map(read).collect()
     }
 
-    /// How many attachments there are.
+    /// Returns the number of attachments.
     pub fn attachments(&self) -> usize {
         self.outline.attachments.len()
     }
 
-    /// Reads an attachment by its number in the file; nothing if there are not as many.
+    /// Reads an attachment by its number in the file; `None` beyond the last.
     ///
     /// # Errors
     /// When the file can't be read any more.

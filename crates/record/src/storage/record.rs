@@ -1,11 +1,11 @@
-//! The records of an MCAP file, laid out as <https://mcap.dev/spec> says, and nothing more than that.
+//! Records of an MCAP file, laid out by <https://mcap.dev/spec>, and nothing more.
 
 use std::collections::BTreeMap;
 
 /// First and last bytes of a file.
 pub(super) const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 
-/// The opcode and the length that stand before each record.
+/// Size of the opcode and the length before each record, bytes.
 pub(super) const FRAME: u64 = 9;
 
 /// Reason why bytes are no such record.
@@ -61,8 +61,9 @@ macro_rules! number {
 }
 number!(u8 u16 u32 u64);
 
-/// Writes something after its length. No record that Slate makes is longer than a length can say: a chunk has a limit
-/// that is less, and so has what comes from another file.
+/// Writes data after its length.
+/// No record that Slate makes is too long for a length: a chunk has a smaller limit, and so have data from another
+/// file.
 fn write_counted(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
     let start = out.len();
     out.extend([0; 4]);
@@ -148,7 +149,7 @@ impl<'a> Field<'a> for Vec<(u64, u64)> {
     }
 }
 
-/// A record: its opcode, and how its bytes are read and written.
+/// Record of a file: its opcode, its reading and its writing.
 pub(super) trait Record<'a>: Sized {
     const OPCODE: u8;
     const NAME: &'static str;
@@ -207,7 +208,7 @@ macro_rules! record {
 record! {
     /// Program that wrote a file, and its conventions.
     pub Header, 0x01, "header" {
-        /// Which conventions the file keeps, such as `ros2`; empty if none.
+        /// Profile: conventions of the file, such as `ros2`; empty if none.
         profile: String,
         /// Program that wrote it.
         library: String,
@@ -223,13 +224,13 @@ record! {
 }
 
 record! {
-    /// How the values of channels are laid out.
+    /// Layout of the values of channels.
     pub Schema, 0x03, "schema" {
-        /// Its number in the file, never 0.
+        /// Number in the file, never 0.
         id: u16,
         /// The name of the type, such as `sensor_msgs/msg/Range`.
         name: String,
-        /// How `data` is written, such as `ros2msg`.
+        /// Encoding of `data`, such as `ros2msg`.
         encoding: String,
         /// The definition.
         data: Vec<u8>,
@@ -239,20 +240,20 @@ record! {
 record! {
     /// A stream of messages of one type.
     pub Channel, 0x04, "channel" {
-        /// Its number in the file.
+        /// Number in the file.
         id: u16,
         /// The number of its schema; 0 if it has none.
         schema_id: u16,
-        /// Its name, such as `/r2/wheels/odometry`.
+        /// Name, such as `/r2/wheels/odometry`.
         topic: String,
-        /// How messages are written, such as `cdr`.
+        /// Encoding of messages, such as `cdr`.
         message_encoding: String,
         /// Further properties.
         metadata: BTreeMap<String, String>,
     }
 }
 
-/// All bytes that are left.
+/// All remaining bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Rest<'a>(pub &'a [u8]);
 
@@ -346,9 +347,9 @@ record! {
 }
 
 record! {
-    /// Texts under a name, such as what is known of a run.
+    /// Texts under a name, such as the metadata of a run.
     pub Metadata, 0x0c, "metadata" {
-        /// Their name.
+        /// Name of the metadata.
         name: String,
         /// The texts by key.
         metadata: BTreeMap<String, String>,
@@ -377,12 +378,12 @@ record! {
     }
 }
 
-/// Checksum of an attachment: of its record without that checksum.
+/// Returns the checksum of an attachment: of its record without that checksum.
 pub(super) fn attachment_crc(record: &[u8]) -> u32 {
     crc32fast::hash(&record[..record.len().saturating_sub(4)])
 }
 
-/// The records of a chunk, each with its place in the chunk, its opcode and its bytes.
+/// Iterator over the records of a chunk: offset in the chunk, opcode and bytes.
 pub(super) struct Records<'a> {
     bytes: &'a [u8],
     place: usize,
@@ -397,7 +398,7 @@ impl<'a> Records<'a> {
 impl<'a> Iterator for Records<'a> {
     type Item = Result<(u64, u8, &'a [u8]), Malformed>;
 
-    /// An invalid frame ends it.
+    /// Returns the next record; an invalid frame ends the iteration.
     fn next(&mut self) -> Option<Self::Item> {
         let rest = &self.bytes[self.place..];
         if rest.is_empty() {

@@ -23,14 +23,14 @@ const HEAD: u64 = 64;
 /// Result of a repair.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Repaired {
-    /// All messages of the new file.
+    /// Number of messages of the new file.
     pub messages: u64,
-    /// Chunks that were kept as they are.
+    /// Number of chunks that were kept unchanged.
     pub chunks: u64,
-    /// Messages of a last chunk that was not finished, of which no checksum was written.
+    /// Messages of an unfinished last chunk, which has no checksum.
     pub unfinished: u64,
-    /// Messages that stand outside of chunks or in chunks without a checksum, when no checksum of the file says that
-    /// they are right.
+    /// Messages that no checksum covers, outside of chunks or in chunks without one.
+    /// They count only if no checksum of the file covers them either.
     pub unchecked: u64,
     /// Attachments that were kept.
     pub attachments: u64,
@@ -41,12 +41,12 @@ pub struct Repaired {
 }
 
 impl Repaired {
-    /// Whether there was nothing to repair.
+    /// Returns true if nothing had to be repaired.
     fn is_clean(&self) -> bool {
         self.lost.is_empty() && self.unfinished + self.unchecked == 0
     }
 
-    /// Metadata of the new file.
+    /// Returns the metadata of the new file.
     fn told(&self) -> BTreeMap<String, String> {
         let lost: u64 = self.lost.iter().map(|lost| lost.bytes).sum();
         let counts = [
@@ -65,15 +65,16 @@ pub(crate) const REPAIR: &str = "repair";
 /// A part of a damaged file that is not in the repaired one.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Lost {
-    /// Where it begins, bytes.
+    /// Offset of the part, bytes.
     pub offset: u64,
-    /// How long it is, bytes.
+    /// Length of the part, bytes.
     pub bytes: u64,
     /// Reason.
     pub what: String,
 }
 
-/// Makes a whole file of a truncated or damaged one: `out`, or a new file in the place of `path`.
+/// Repairs a truncated or damaged file.
+/// The result is `out`, or a new file in place of `path`.
 ///
 /// All chunks whose checksum is right are kept byte for byte, the records of a last chunk that was not finished,
 /// attachments whose checksum is right, and metadata; indexes, statistics and checksums are made anew. The old file
@@ -88,7 +89,7 @@ pub fn repair(path: &Path, out: Option<&Path>) -> Result<Repaired, Error> {
     whole::write(target, |out| salvage(&mut source, out, target))
 }
 
-/// As [`repair`], from what is in memory, for example.
+/// Repairs as [`repair`], from any input, such as memory.
 ///
 /// # Errors
 /// When it can't be read or written, or was never an MCAP file.
@@ -128,17 +129,17 @@ struct Repair<'a, R, W> {
     /// Definitions of the summary, for messages whose own definitions are lost.
     known: Definitions,
     repaired: Repaired,
-    /// Whether the checksum of all data is right.
+    /// Set if the checksum of all data is right.
     is_covered: bool,
     body: Vec<u8>,
     records: Vec<u8>,
 }
 
-/// How it goes on after a record.
+/// Continuation after a record.
 enum RepairStep {
-    /// There.
+    /// Offset of the next record.
     On(u64),
-    /// Nothing that follows is data.
+    /// End of the data.
     End,
 }
 
@@ -174,7 +175,8 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         self.repaired.lost.push(Lost { offset, bytes: end - offset, what });
     }
 
-    /// Keeps the record at a place, or returns its fault. Only reading and writing itself fails.
+    /// Keeps the record at an offset, or returns its fault.
+    /// Only reading and writing itself fails.
     fn record(&mut self, offset: u64) -> Result<Result<RepairStep, String>, Error> {
         self.source.seek(offset)?;
         let framed = match self.source.frame() {
@@ -210,7 +212,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         Ok(Err(what))
     }
 
-    /// Whether the lengths of a chunk agree with each other.
+    /// Returns true if the lengths of a chunk agree with each other.
     fn is_framed(&mut self, frame: RecordFrame) -> Result<bool, Error> {
         self.source.part(frame.length.min(HEAD), &mut self.body)?;
         let head = chunk_head(&self.body);
@@ -220,7 +222,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         }))
     }
 
-    /// Keeps what is no chunk.
+    /// Keeps a record that is no chunk.
     fn plain(&mut self, frame: RecordFrame) -> Result<Result<RepairStep, String>, Error> {
         let body = std::mem::take(&mut self.body);
         let kept = self.keep_plain(frame, &body);
@@ -293,7 +295,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         Ok(checked.map(|()| RepairStep::On(frame.end())))
     }
 
-    /// Keeps a schema, a channel or a message, and returns how many messages that were.
+    /// Keeps a schema, a channel or a message; returns the number of messages.
     fn keep_loose(&mut self, opcode: u8, body: &[u8]) -> Result<Result<u64, String>, Error> {
         if opcode == MessageRecord::OPCODE {
             let MessageRecord { channel_id, sequence, log_time, publish_time, data } =
@@ -335,7 +337,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         Ok(Ok(0))
     }
 
-    /// Writes what the summary says of a channel, when its own definition is lost.
+    /// Writes the definition of a channel from the summary, if its own one is lost.
     fn define(&mut self, channel: u16) -> Result<(), Error> {
         if self.writer.definitions().channels.contains_key(&channel) {
             return Ok(());
@@ -352,8 +354,9 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         Ok(())
     }
 
-    /// A chunk at a place whose records have the right checksum, whatever its frame and its other fields say, and
-    /// where it ends. Its records are in `self.records` then, and as they stand in the file in `self.body`.
+    /// Returns a chunk whose records have the right checksum, and its end.
+    /// Its frame and its other fields may be wrong. Its records are in `self.records` then, and as they are in the file
+    /// in `self.body`.
     fn sound_chunk(&mut self, offset: u64) -> Result<Option<(Chunk<'static>, u64)>, Error> {
         self.source.seek(offset)?;
         self.source.part(FRAME + HEAD, &mut self.body)?;
@@ -448,7 +451,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         Ok(())
     }
 
-    /// Keeps the records one by one, as far as they can be read, and returns how many messages these were.
+    /// Keeps the readable records one by one; returns the number of their messages.
     fn keep_records(&mut self, records: &[u8]) -> Result<u64, Error> {
         let mut messages = 0;
         for record in Records::new(records) {
@@ -458,7 +461,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         Ok(messages)
     }
 
-    /// Keeps the records of a chunk that the end of the file cuts off, if there is one at that place.
+    /// Keeps the records of a truncated chunk at the end of the file, if there is one.
     fn unfinished_chunk(&mut self, offset: u64) -> Result<bool, Error> {
         self.source.seek(offset)?;
         self.source.part(FRAME + HEAD, &mut self.body)?;

@@ -1,12 +1,13 @@
-//! Definitions that stand in a file once more, outside of its chunks: so a damaged chunk takes no others with it, which have messages
-//! of what it defines.
+//! Definitions repeated in a file outside of its chunks.
+//! Thus a damaged chunk does not take other chunks with it, whose messages need its definitions.
 
 use std::collections::BTreeSet;
 
 use super::definitions::Definitions;
 use super::record::{Channel, Malformed, Record, Records, Schema};
 
-/// The opcode of such a record. Readers pass over those that they do not know from 0x80 on.
+/// Opcode of a record with repeated definitions.
+/// Readers skip unknown records from 0x80 on.
 pub(crate) const REPEATED: u8 = 0x80;
 
 /// First bytes, as others may use that opcode; the checksum of the rest follows.
@@ -28,14 +29,16 @@ impl Repeated {
         channel.append(&mut self.records);
     }
 
-    /// Body of the next record; `None` when nothing was added since the last one.
+    /// Returns the body of the next record.
+    /// `None` if nothing was added since the last one.
     pub fn take(&mut self) -> Option<Vec<u8>> {
         let Self { records, .. } = std::mem::take(self);
         (!records.is_empty()).then(|| [MARK, &crc32fast::hash(&records).to_le_bytes(), &records].concat())
     }
 }
 
-/// The records in the body of such a record, or its fault; `None` for a record of another writer.
+/// Returns the records in the body of such a record, or its fault.
+/// `None` for a record of another writer.
 pub(super) fn sound(body: &[u8]) -> Option<Result<&[u8], Malformed>> {
     let (said, records) = body.strip_prefix(MARK)?.split_first_chunk::<4>()?;
     let (said, found) = (u32::from_le_bytes(*said), crc32fast::hash(records));
@@ -45,7 +48,7 @@ pub(super) fn sound(body: &[u8]) -> Option<Result<&[u8], Malformed>> {
     })
 }
 
-/// Takes what is repeated.
+/// Adds the repeated definitions to the known ones.
 pub(super) fn take(records: &[u8], definitions: &mut Definitions) -> Result<(), Malformed> {
     for record in Records::new(records) {
         let (_, opcode, bytes) = record?;

@@ -1,4 +1,4 @@
-//! Where the records of a damaged file go on.
+//! Search for the next valid records of a damaged file.
 
 use std::io::{Read, Seek};
 
@@ -13,10 +13,10 @@ use super::{Error, MAXIMUM_RECORD};
 /// Bytes that are looked at at once.
 const WINDOW: u64 = 1 << 16;
 
-/// How many records must follow each other before what looks like one is believed to be one.
+/// Minimum number of consecutive records for a candidate to count as a record.
 const CHAIN: usize = 3;
 
-/// The first place from `start` on at which records begin that follow each other.
+/// Returns the first offset from `start` on at which consecutive records begin.
 pub(super) fn next_record<R: Read + Seek>(
     source: &mut RecordSource<R>,
     start: u64,
@@ -39,7 +39,7 @@ pub(super) fn next_record<R: Read + Seek>(
     Ok(None)
 }
 
-/// Whether a frame could stand there.
+/// Returns true if a frame could be there.
 fn could_be(bytes: &[u8], left: u64) -> bool {
     let Some(([opcode, length @ ..], _)) = bytes.split_first_chunk::<{ FRAME as usize }>() else {
         return false;
@@ -50,7 +50,8 @@ fn could_be(bytes: &[u8], left: u64) -> bool {
     is_known && length <= left && length <= MAXIMUM_RECORD
 }
 
-/// Whether the frame of a record could stand there, which may be cut off by the end of the file.
+/// Returns true if the frame of a record could be there.
+/// The end of the file may truncate it.
 pub(super) fn is_plausible<R: Read + Seek>(source: &mut RecordSource<R>, offset: u64) -> Result<bool, Error> {
     let mut bytes = Vec::new();
     source.seek(offset)?;
@@ -66,7 +67,8 @@ pub(super) fn is_plausible<R: Read + Seek>(source: &mut RecordSource<R>, offset:
     Ok(is_open || (is_known || is_private) && length <= MAXIMUM_RECORD)
 }
 
-/// Whether well-formed records follow each other from there on, until there are enough of them or the data ends.
+/// Returns true if enough well-formed records follow from there on.
+/// Fewer suffice if the data ends.
 pub(super) fn is_chain<R: Read + Seek>(source: &mut RecordSource<R>, offset: u64) -> Result<bool, Error> {
     let mut body = Vec::new();
     source.seek(offset)?;

@@ -5,50 +5,52 @@ use slate_blackboard::{Pattern, nearest_names};
 
 use super::{Error, Message, Reader};
 
-/// A topic, with the pattern that it is, if it is one.
+/// Topic, with its pattern, if it is one.
 type Meant = (String, Option<Pattern>);
 
-/// A part of the messages of a file.
+/// Selection of the messages of a file.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
     topics: Vec<Meant>,
-    /// Those of them that do not belong to it.
+    /// Exceptions from the topics.
     exclude: Vec<Meant>,
-    /// Nanoseconds from the first message on, at which it begins.
+    /// Start, nanoseconds after the first message.
     pub from: Option<u64>,
-    /// Nanoseconds from the first message on, at which it ends; what is recorded then still belongs to it.
+    /// End, nanoseconds after the first message, inclusive.
     pub to: Option<u64>,
 }
 
 impl Selection {
-    /// The topics that are one of these, or fit patterns such as `/r2/*` or `/**/timing`; all if there are none.
+    /// Selects the topics that match one of these patterns; all if there are none.
+    /// Patterns are such as `/r2/*` or `/**/timing`, or just a topic.
     pub fn new(topics: impl IntoIterator<Item = impl Into<String>>) -> Self {
         Self { topics: meant(topics), ..Self::default() }
     }
 
-    /// The same without these topics, or those that fit such patterns.
+    /// Excludes these topics, or those that match such patterns.
     #[must_use]
     pub fn without(self, topics: impl IntoIterator<Item = impl Into<String>>) -> Self {
         Self { exclude: meant(topics), ..self }
     }
 
-    /// Whether all messages of every file belong to it.
+    /// Returns true if all messages of every file are selected.
     pub(crate) fn is_all(&self) -> bool {
         self.topics.is_empty() && self.exclude.is_empty() && !self.is_span()
     }
 
-    /// Whether it leaves out what is before or after some time.
+    /// Returns true if messages before or after some time are left out.
     pub(crate) fn is_span(&self) -> bool {
         self.from.is_some() || self.to.is_some()
     }
 
-    /// Whether the topic belongs to it.
+    /// Returns true if the topic is selected.
     pub fn has(&self, topic: &str) -> bool {
         let is_among = |topics: &[Meant]| topics.iter().any(|meant| is_meant(meant, topic));
         (self.topics.is_empty() || is_among(&self.topics)) && !is_among(&self.exclude)
     }
 
-    /// Whether a log time belongs to it, of a file whose first message has that other one.
+    /// Returns true if a log time is selected.
+    /// `start` is the time of the file's first message.
     pub(crate) fn has_time(&self, time: u64, start: u64) -> bool {
         let time = time.saturating_sub(start);
         self.from.is_none_or(|from| time >= from) && self.to.is_none_or(|to| time <= to)
@@ -82,7 +84,7 @@ impl Selection {
         Ok(())
     }
 
-    /// All that is asked for is there.
+    /// Checks that all selected topics exist.
     pub(crate) fn check<'a>(&self, path: &Path, topics: impl Iterator<Item = &'a str>) -> Result<(), Error> {
         let topics: Vec<_> = topics.collect();
         for meant in self.topics.iter().chain(&self.exclude) {

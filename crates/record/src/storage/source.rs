@@ -1,4 +1,4 @@
-//! A file as a sequence of records, each of which is read whole.
+//! File as a sequence of records, each of which is read whole.
 
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::record::{FRAME, Record};
 use super::{Error, MAXIMUM_RECORD};
 
-/// Where a record stands, and what its frame says of it.
+/// Offset of a record, and the content of its frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RecordFrame {
     pub offset: u64,
@@ -15,17 +15,17 @@ pub(super) struct RecordFrame {
 }
 
 impl RecordFrame {
-    /// Where the next record begins.
+    /// Returns the offset of the next record.
     pub fn end(&self) -> u64 {
         self.offset + self.size()
     }
 
-    /// Bytes of the record with its frame.
+    /// Returns the size of the record with its frame, bytes.
     pub fn size(&self) -> u64 {
         FRAME + self.length
     }
 
-    /// As it stands in the file.
+    /// Returns the bytes of the frame in the file.
     pub fn bytes(&self) -> [u8; FRAME as usize] {
         let mut bytes = [self.opcode; FRAME as usize];
         bytes[1..].copy_from_slice(&self.length.to_le_bytes());
@@ -54,12 +54,12 @@ impl<R: Read + Seek> RecordSource<R> {
         &self.path
     }
 
-    /// Bytes of the file.
+    /// Returns the size of the file, bytes.
     pub fn length(&self) -> u64 {
         self.length
     }
 
-    /// Where it reads next.
+    /// Returns the current offset.
     pub fn position(&self) -> u64 {
         self.position
     }
@@ -85,7 +85,8 @@ impl<R: Read + Seek> RecordSource<R> {
         Error::Read { path: self.path.clone(), source }
     }
 
-    /// Reads `length` bytes, or fewer at the end of the file. The buffer grows with the bytes read.
+    /// Reads `length` bytes, or fewer at the end of the file.
+    /// The buffer grows with the bytes read.
     pub fn part(&mut self, length: u64, buffer: &mut Vec<u8>) -> Result<(), Error> {
         buffer.clear();
         let read = (&mut self.input).take(length).read_to_end(buffer).map_err(|error| self.failed(error))?;
@@ -124,7 +125,7 @@ impl<R: Read + Seek> RecordSource<R> {
         Ok(frame)
     }
 
-    /// Reads what follows a frame.
+    /// Reads the body of a record, after its frame.
     pub fn body(&mut self, frame: RecordFrame, buffer: &mut Vec<u8>) -> Result<(), Error> {
         self.part(frame.length, buffer)?;
         if buffer.len() as u64 != frame.length {

@@ -13,26 +13,26 @@ use super::source::{RecordFrame, RecordSource};
 /// Content of a summary.
 #[derive(Debug, Default)]
 pub(super) struct Summary {
-    /// Where it begins.
+    /// Offset of the summary.
     pub start: u64,
     pub definitions: Definitions,
     pub chunks: Vec<ChunkIndex>,
     pub attachments: Vec<AttachmentIndex>,
     pub metadata: Vec<MetadataIndex>,
     pub statistics: Option<Statistics>,
-    /// Its checksum; 0 if it has none.
+    /// Checksum; 0 for none.
     pub crc: u32,
 }
 
 impl Summary {
-    /// Whether there is nothing of it.
+    /// Returns true if the summary is empty.
     pub fn is_empty(&self) -> bool {
         let Self { definitions: Definitions { schemas, channels }, chunks, attachments, metadata, .. } = self;
         let counts = [schemas.len(), channels.len(), chunks.len(), attachments.len(), metadata.len()];
         counts == [0; 5] && self.statistics.is_none()
     }
 
-    /// Reads what follows the end of the data, and the end of the file.
+    /// Reads the records after the data, and the end of the file.
     pub fn read<R: Read + Seek>(source: &mut RecordSource<R>, body: &mut Vec<u8>) -> Result<Self, Error> {
         let start = source.position();
         source.crc.reset();
@@ -157,7 +157,7 @@ fn check_crc<R: Read + Seek>(
     Ok(())
 }
 
-/// The file ends as it should.
+/// Checks the end of the file.
 fn end<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<(), Error> {
     let offset = source.position();
     let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! The end of a file whose writer was killed: it stops in the middle, and what is there is right.
+//! End of a file whose writer was killed: truncated, but valid up to there.
 
 use std::io::{Read, Seek};
 
@@ -9,10 +9,11 @@ use super::resume::next_record;
 use super::source::{RecordFrame, RecordSource};
 use super::{Error, MAXIMUM_RECORD};
 
-/// More than the fields of a chunk before its records have.
+/// Upper bound of the size of a chunk's fields before its records, bytes.
 const HEAD: u64 = 64;
 
-/// The frame of the next record, and its body; nothing where the file is cut off.
+/// Returns the frame of the next record, and its body.
+/// `None` where the file is truncated.
 pub(super) fn next_or_cut<R: Read + Seek>(
     source: &mut RecordSource<R>,
     body: &mut Vec<u8>,
@@ -28,7 +29,8 @@ pub(super) fn next_or_cut<R: Read + Seek>(
     }
 }
 
-/// Whether the data are all there, and the file is cut off in what follows them from `start` on.
+/// Returns true if all data are there, and the file is truncated behind them.
+/// The part behind them begins at `start`.
 pub(super) fn is_cut_behind_data<R: Read + Seek>(
     source: &mut RecordSource<R>,
     start: u64,
@@ -47,7 +49,7 @@ pub(super) fn is_cut_behind_data<R: Read + Seek>(
     }
 }
 
-/// Whether the file ends as whole ones do.
+/// Returns true if the file has the end of a whole one.
 fn has_end<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<bool, Error> {
     let size = MAGIC.len() as u64;
     let mut bytes = Vec::new();
@@ -56,8 +58,8 @@ fn has_end<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<bool, Error> 
     Ok(bytes == MAGIC && source.length() > size)
 }
 
-/// Whether a record could begin there that the end of the file cuts off. A wrong length looks much like it: then lengths in the
-/// record say otherwise, or records follow, or the file has an end.
+/// Returns true if the end of the file could truncate a record there.
+/// A wrong length looks similar: then lengths in the record differ, or records follow, or the file has an end.
 fn is_cut<R: Read + Seek>(source: &mut RecordSource<R>, offset: u64) -> Result<bool, Error> {
     let mut bytes = Vec::new();
     let has_end = has_end(source)?;

@@ -8,13 +8,14 @@ use serde::{Serialize, Serializer};
 use super::{Message, seconds};
 use crate::ros;
 
-/// Reads the values of messages: CDR with the schemas of ROS 2 (`ros2msg`), and JSON. Of Slate's own messages it shows the fields of
-/// the interface, without those that are not used. It counts what it can't read.
+/// Decoder of message values: CDR with schemas of ROS 2 (`ros2msg`), and JSON.
+/// Values of Slate's own messages have the fields of the interface, without unused ones. It counts the messages that it
+/// can't read.
 #[derive(Debug, Default)]
 pub struct Decoder {
-    /// By channel, so that a definition is read once.
+    /// Schemas by channel, so that a definition is read once.
     schemas: BTreeMap<u16, Result<ros::Schema, String>>,
-    /// By topic.
+    /// Unread messages by topic.
     unread: BTreeMap<String, Unread>,
     /// The longest message that is read, bytes; nothing for any.
     longest: Option<usize>,
@@ -25,11 +26,11 @@ pub struct Decoder {
 pub struct Unread {
     /// The topic.
     pub topic: String,
-    /// How many there are.
+    /// Number of messages.
     pub messages: u64,
     /// The log time of the first one, nanoseconds.
     pub time: u64,
-    /// Why that can't be read.
+    /// Reason.
     pub why: String,
 }
 
@@ -53,15 +54,16 @@ pub enum Value {
     Json(serde_json::Value),
     /// Bytes that can't be read, and why.
     Unread {
-        /// How many there are.
+        /// Number of bytes.
         bytes: usize,
-        /// Why they can't be read.
+        /// Reason.
         why: String,
     },
 }
 
 impl Decoder {
-    /// A decoder of messages of at most `longest` bytes: a value takes several times the memory of its bytes.
+    /// Creates a decoder of messages of at most `longest` bytes.
+    /// A value takes several times the memory of its bytes.
     pub fn up_to(longest: usize) -> Self {
         Self { longest: Some(longest), ..Self::default() }
     }
@@ -86,7 +88,7 @@ impl Decoder {
         })
     }
 
-    /// As [`decode`](Self::decode), with the names of constants instead of the numbers of enumerations.
+    /// Decodes as [`decode`](Self::decode), with names for enumeration numbers.
     pub fn decode_named(&mut self, message: &Message) -> Value {
         let mut value = self.decode(message);
         if let (Value::Message(value), Some(Ok(schema))) = (&mut value, self.schemas.get(&message.channel.id))
@@ -96,7 +98,7 @@ impl Decoder {
         value
     }
 
-    /// Whether the value of a message can be read; one that can't is noted.
+    /// Returns true if the value of a message can be read; notes it if not.
     pub fn check(&mut self, message: &Message) -> bool {
         let read = match message.channel.message_encoding.as_str() {
             "json" => serde_json::from_slice::<serde::de::IgnoredAny>(message.data)
@@ -150,7 +152,7 @@ fn schema(message: &Message) -> Result<ros::Schema, String> {
 }
 
 impl Value {
-    /// A number or truth value at a path such as `pose/position/x` or `ranges/3`.
+    /// Returns a number or boolean at a path such as `pose/position/x` or `ranges/3`.
     pub fn number(&self, path: &str) -> Option<f64> {
         match self {
             Self::Message(value) => {
@@ -165,8 +167,8 @@ impl Value {
         }
     }
 
-    /// Where something is in the plane: x and y in metres and the heading in radians. It is that of a pose in the plane or in space, by
-    /// itself or in an odometry or a stamped pose.
+    /// Returns a pose in the plane: x and y in metres and the heading in radians.
+    /// The value is a pose in the plane or in space, by itself or in an odometry or a stamped pose.
     pub fn pose(&self) -> Option<[f64; 3]> {
         for group in ["", "pose/"] {
             let [x, y, theta] = ["x", "y", "theta"].map(|name| self.number(&format!("{group}{name}")));
@@ -185,7 +187,8 @@ impl Value {
         })
     }
 
-    /// The transform that it is, as a module publishes it; what it lacks is empty or 0.
+    /// Returns the transform in a value, as a module publishes it.
+    /// Missing parts are empty or 0.
     pub fn transform(&self) -> ros::PublishedTransform {
         let numbers = |group: &str, field: &str| self.number(&format!("{group}/{field}")).unwrap_or_default();
         ros::PublishedTransform {
@@ -197,7 +200,7 @@ impl Value {
         }
     }
 
-    /// A text at a path.
+    /// Returns a text at a path.
     pub fn text(&self, path: &str) -> Option<String> {
         match self {
             Self::Message(value) => value.at(path)?.as_str().map(str::to_owned),
@@ -206,8 +209,8 @@ impl Value {
         }
     }
 
-    /// The fields that are no messages themselves, each with its path and as text. A list is one field, or with
-    /// `elements` as many as it has elements.
+    /// Returns the fields that are not messages themselves, with their paths, as text.
+    /// A list is one field, or with `elements` as many as it has elements.
     pub fn fields(&self, elements: bool) -> Vec<(String, String)> {
         let mut fields = Vec::new();
         match self {
@@ -270,7 +273,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// An undecodable value is null.
+/// Serialization: an undecodable value is null.
 impl Serialize for Value {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {

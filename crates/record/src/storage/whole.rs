@@ -7,8 +7,8 @@ use slate_runtime::replacement::Replacement;
 
 use super::Error;
 
-/// A file that takes its name when it is whole and on the disk. An older file of that name is there until then, and stays
-/// when something goes wrong.
+/// File that takes its name once it is complete and on the disk.
+/// An older file of that name is there until then, and stays after an error.
 pub(crate) struct PartialFile {
     path: PathBuf,
     out: BufWriter<Replacement>,

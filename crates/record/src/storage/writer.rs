@@ -94,7 +94,7 @@ impl<W: Write> Writer<W> {
         Error::Unfit { path: self.path.clone(), what }
     }
 
-    /// The topic of a channel; empty if it is not defined.
+    /// Returns the topic of a channel; empty if it is not defined.
     pub(crate) fn topic(&self, channel: u16) -> &str {
         self.definitions.channels.get(&channel).map_or("", |channel| channel.topic.as_str())
     }
@@ -187,7 +187,8 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Writes a chunk as it stands in another file, with what is in it and what is defined after it.
+    /// Writes a chunk unchanged from another file.
+    /// Its content, and what is defined after it, are given.
     pub(super) fn chunk(
         &mut self,
         chunk: &Chunk,
@@ -252,7 +253,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Writes the summary and the end, and returns what was written to.
+    /// Writes the summary and the end, and returns the output.
     ///
     /// # Errors
     /// When it can't be written.
@@ -305,7 +306,7 @@ impl<W: Write> Writer<W> {
         Ok(self.out)
     }
 
-    /// Writes records of one kind, and returns where, if there are some.
+    /// Writes records of one kind, and returns their place, if there are any.
     fn group<'a, 'b, T: Record<'a> + 'b>(
         &mut self,
         records: impl Iterator<Item = &'b T>,

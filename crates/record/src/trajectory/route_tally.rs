@@ -8,26 +8,27 @@ const LASTING: u64 = 200_000_000;
 /// Distance within which a robot stays at a place, metres.
 const STAYS: f64 = 0.05;
 
-/// Lasting route changes of a robot, and the share of its distance on the reactive route.
+/// Lasting route changes of a robot, and its share of reactive distance.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RouteTally {
     place: Option<[f64; 2]>,
-    /// Metres.
+    /// Distance, metres.
     length: f64,
-    /// Metres on the reactive route.
+    /// Distance on the reactive route, metres.
     reactive: f64,
     /// The route of the newest lasting change.
     lasting: Option<Route>,
     /// The present route, and the time of its begin, nanoseconds.
     present: Option<(Route, u64)>,
     changes: u64,
-    /// Where it has stayed, and since when, nanoseconds.
+    /// Position where the robot has stayed, and since when, nanoseconds.
     #[serde(default)]
     stays: Option<([f64; 2], u64)>,
 }
 
 impl RouteTally {
-    /// Adds place (metres) and route at a time in nanoseconds, which rises from call to call.
+    /// Adds the position, metres, and the route at a time, nanoseconds.
+    /// The time rises from call to call.
     ///
     /// Without a route no action runs: a pause between two actions of one route is no change.
     pub fn add(&mut self, time: u64, place: [f64; 2], route: Option<Route>) {
@@ -53,7 +54,8 @@ impl RouteTally {
         }
     }
 
-    /// Returns where the robot has stayed within 0.05 m (metres), and since when, nanoseconds.
+    /// Returns the position where the robot stays within 0.05 m, and since when.
+    /// The position in metres, the time in nanoseconds.
     pub fn stays(&self) -> Option<([f64; 2], u64)> {
         self.stays
     }
@@ -73,7 +75,8 @@ impl RouteTally {
         self.length
     }
 
-    /// Returns the share of the distance that was driven on the reactive route; `None` for a robot that has not moved.
+    /// Returns the share of the distance driven on the reactive route.
+    /// `None` for a robot that has not moved.
     pub fn reactive_share(&self) -> Option<f64> {
         (self.length > 0.0).then(|| self.reactive / self.length)
     }

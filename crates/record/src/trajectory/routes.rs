@@ -18,7 +18,7 @@ pub struct RouteUse {
 }
 
 impl RouteUse {
-    /// Returns the use of the routes in the samples of one robot, which are in order of time.
+    /// Returns the use of the routes in the samples of one robot, ordered by time.
     pub fn of(samples: &[&Sample]) -> Self {
         let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return Self::default() };
         let mut tally = RouteTally::default();

@@ -9,13 +9,14 @@ use slate_runtime::replacement::Replacement;
 
 use super::{HEADER, Sample, TrajectoryPosition, append_row};
 
-/// How often what is new is written.
+/// Write period of new samples.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// Writes a trajectory to a file while it grows, so that a process that is killed loses its last second at most.
+/// Writer of a trajectory to a file while it grows.
+/// A process that is killed loses its last second at most.
 ///
 /// A thread of its own writes, so that a slow disk holds no run up. When samples were removed, the file is replaced by one without
-/// them. What can't be written is left to the report at the end of the run, which tells why.
+/// them. Samples that can't be written are left to the report at the end of the run, which gives the reason.
 #[derive(Debug)]
 pub struct TrajectoryStream {
     /// Dropped at the end.
@@ -24,7 +25,8 @@ pub struct TrajectoryStream {
 }
 
 impl TrajectoryStream {
-    /// Begins to write to `path` what `read` returns of each position, as [`ThinnedTrajectory::read`](super::ThinnedTrajectory::read)
+    /// Begins to write the samples of `read` to `path`.
+    /// `read` returns the samples after a position, as [`ThinnedTrajectory::read`](super::ThinnedTrajectory::read)
     /// does.
     ///
     /// # Errors
@@ -50,7 +52,7 @@ impl TrajectoryStream {
 }
 
 impl Drop for TrajectoryStream {
-    /// Writes what is left.
+    /// Writes the remaining samples.
     fn drop(&mut self) {
         drop(self.running.take());
         if let Some(thread) = self.thread.take() {
@@ -68,7 +70,7 @@ struct StreamedFile {
 }
 
 impl StreamedFile {
-    /// Writes what is new.
+    /// Writes the new samples.
     fn follow(&mut self, read: &impl Fn(&mut TrajectoryPosition) -> Vec<Sample>) -> io::Result<()> {
         loop {
             let before = self.position;
@@ -81,7 +83,7 @@ impl StreamedFile {
         }
     }
 
-    /// Puts a whole file in the place of what is there, and goes on behind it.
+    /// Replaces the file by a whole new one, and continues behind it.
     fn replace(
         &mut self,
         mut samples: Vec<Sample>,

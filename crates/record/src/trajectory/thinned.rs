@@ -8,13 +8,13 @@ use super::Sample;
 /// necessary. So a run of any length takes the same memory, and the same run always has the same samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ThinnedTrajectory {
-    /// When the next samples are due, nanoseconds.
+    /// Time at which the next samples are due, nanoseconds.
     next: u64,
-    /// From sample to sample, nanoseconds.
+    /// Sampling period, nanoseconds.
     #[serde(default = "period")]
     period: u64,
     samples: Vec<Sample>,
-    /// Counts how often samples were removed or replaced, for those who follow.
+    /// Number of times that samples were removed or replaced, for readers.
     #[serde(skip)]
     generation: u64,
 }
@@ -29,7 +29,7 @@ impl Default for ThinnedTrajectory {
     }
 }
 
-/// How much of a [`ThinnedTrajectory`] was read; nothing at the beginning.
+/// Read position in a [`ThinnedTrajectory`]; initially its beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TrajectoryPosition {
     generation: u64,
@@ -37,14 +37,15 @@ pub struct TrajectoryPosition {
 }
 
 impl TrajectoryPosition {
-    /// Whether what was read follows what was read until another position; else all was read once more, as samples were removed.
+    /// Returns true if the samples read follow those read until another position.
+    /// Otherwise all were read once more, because samples were removed.
     pub fn follows(&self, before: Self) -> bool {
         self.generation == before.generation
     }
 }
 
 impl ThinnedTrajectory {
-    /// From sample to sample before any was removed, nanoseconds.
+    /// Sampling period before any sample was removed, nanoseconds.
     pub const PERIOD: u64 = 50_000_000;
 
     /// The most samples.
@@ -81,13 +82,13 @@ impl ThinnedTrajectory {
         self.generation += 1;
     }
 
-    /// Goes on from another one, such as that of a snapshot.
+    /// Continues with another trajectory, such as that of a snapshot.
     pub fn replace(&mut self, other: Self) {
         let generation = self.generation + 1;
         *self = Self { generation, ..other };
     }
 
-    /// The samples, in order of time.
+    /// Returns the samples, in order of time.
     pub fn samples(&self) -> &[Sample] {
         &self.samples
     }
@@ -98,8 +99,8 @@ impl ThinnedTrajectory {
         std::mem::take(&mut self.samples)
     }
 
-    /// The samples from a position on, at most [`BATCH`](Self::BATCH), which is behind them then. When samples were removed since,
-    /// it begins with the first.
+    /// Returns samples from a position on, and advances it.
+    /// At most [`BATCH`](Self::BATCH) at a time. When samples were removed since, it begins with the first.
     pub fn read(&self, position: &mut TrajectoryPosition) -> &[Sample] {
         let start = if position.generation == self.generation { position.samples } else { 0 };
         let rest = self.samples.get(start..).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The layout of the display in a terminal.
+//! Layout of the display in a terminal.
 
 use std::fmt::Write;
 
@@ -9,13 +9,14 @@ use super::history::{RobotTrack, RunEvent, SeenRun};
 use super::map::{CharacterMap, CharacterMark, arrow};
 use super::styled::{StyledLine, route_colour};
 
-/// The most rows of the map without its frame, and the fewest that show something.
+/// Minimum and maximum rows of the map, without its frame.
+/// Fewer rows show nothing.
 const MAP_ROWS: (usize, usize) = (6, 16);
 
-/// The narrowest column of events beside the map.
+/// Minimum width of the column of events beside the map.
 const EVENT_COLUMNS: usize = 26;
 
-/// The most events where there is no map.
+/// Maximum number of events where the display has no map.
 const EVENT_ROWS: usize = 5;
 
 /// Width from which poses are shown as numbers, too.
@@ -95,7 +96,8 @@ fn head(title: &str, pace: Option<f64>, seen: &SeenRun) -> StyledLine {
     line
 }
 
-/// Returns a robot as a line: goal, speed, clearance, pose if wanted, route and action.
+/// Returns a robot as a line.
+/// With goal, speed, clearance, pose if wanted, route and action.
 pub fn robot(name: &str, track: &RobotTrack, has_pose: bool, columns: usize) -> StyledLine {
     let now = &track.now;
     let mut text = name.to_owned();

@@ -1,4 +1,4 @@
-//! What a display has seen of a run: events, speeds and trails.
+//! History of a run for its display: events, speeds and trails.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -7,10 +7,10 @@ use slate_record::Route;
 
 use crate::observation::{JudgeVerdict, Observation, RobotNow};
 
-/// The most events that are kept.
+/// Maximum number of events that are kept.
 const MOST_EVENTS: usize = 64;
 
-/// The most points of a trail; the oldest one goes first.
+/// Maximum number of points of a trail; the oldest is dropped first.
 const MOST_POINTS: usize = 400;
 
 /// Distance between points of a trail, metres.
@@ -19,7 +19,7 @@ const SPACING: f64 = 0.1;
 /// Time over which a speed is measured, nanoseconds of the agent's time.
 const SPEED_PERIOD: u64 = 200_000_000;
 
-/// An event in a run.
+/// Event in a run.
 pub struct RunEvent {
     /// Agent's time, nanoseconds.
     pub time: u64,
@@ -27,7 +27,7 @@ pub struct RunEvent {
     pub route: Option<Route>,
 }
 
-/// A robot as a display has seen it.
+/// Robot as a display has seen it.
 #[derive(Default)]
 pub struct RobotTrack {
     pub now: RobotNow,
@@ -38,21 +38,21 @@ pub struct RobotTrack {
     /// Actions that wait for their turn.
     pub waiting: Vec<String>,
     pub trail: VecDeque<([f64; 2], Option<Route>)>,
-    /// Where the robot was when its speed was measured.
+    /// Time and position of the robot when its speed was measured.
     measured: Option<(u64, [f64; 2])>,
     collisions: f64,
 }
 
-/// All that a display has seen.
+/// Data that a display has seen.
 #[derive(Default)]
 pub struct SeenRun {
     pub time: u64,
     /// Robots by name.
     pub robots: BTreeMap<String, RobotTrack>,
     pub events: VecDeque<RunEvent>,
-    /// How many events there were, with those that are no longer kept.
+    /// Number of events, including those that are no longer kept.
     pub event_count: usize,
-    /// State of the mission, if there is one.
+    /// State of the mission, if any.
     pub mission: Option<String>,
 }
 

@@ -1,11 +1,12 @@
-//! The log of a run whose display owns the terminal.
+//! Log of a run whose display owns the terminal.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use slate_runtime::log::{LogTarget, MemoryTarget, Record};
 
-/// Log target of the display: keeps the log for the report, and new lines until they are shown.
+/// Log target of the display.
+/// It keeps the log for the report, and new lines until they are shown.
 #[derive(Clone, Default)]
 pub struct DisplayLog {
     pub kept: MemoryTarget,

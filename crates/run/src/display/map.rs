@@ -1,4 +1,4 @@
-//! A map of the world in characters.
+//! Map of the world in characters.
 
 use crossterm::style::Color;
 use slate_module::math;
@@ -21,7 +21,7 @@ pub struct CharacterMap {
     fixed: Vec<char>,
 }
 
-/// A mark over the obstacles.
+/// Mark over the obstacles.
 pub struct CharacterMark {
     pub x: f64,
     pub y: f64,
@@ -30,7 +30,7 @@ pub struct CharacterMark {
 }
 
 impl CharacterMap {
-    /// Fits a scene into so many columns and rows; nothing for a scene without extent.
+    /// Fits a scene into columns and rows; `None` for a scene without extent.
     pub fn new(scene: &Scene, columns: usize, rows: usize) -> Option<Self> {
         let (minimum, maximum) = (scene.bounds.minimum, scene.bounds.maximum);
         let [width, depth] = [maximum[0] - minimum[0], maximum[1] - minimum[1]];
@@ -126,7 +126,7 @@ pub fn arrow(theta: f64) -> char {
     ARROWS[place % ARROWS.len()]
 }
 
-/// Whether a point is inside a polygon, by the even-odd rule.
+/// Returns whether a point is inside a polygon, by the even-odd rule.
 fn is_inside(points: &[[f64; 2]], x: f64, y: f64) -> bool {
     let mut inside = false;
     for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {

@@ -1,4 +1,5 @@
-//! The live display of a run: robots, map and events in a terminal, plain lines elsewhere.
+//! Live display of a run.
+//! Robots, map and events in a terminal, plain lines elsewhere.
 //!
 //! It reads by copying, so the run never waits for it.
 
@@ -84,7 +85,7 @@ impl Drop for LiveDisplay {
     }
 }
 
-/// The run that a display shows.
+/// Run that a display shows.
 struct RunView {
     title: String,
     observation: Arc<Observation>,
@@ -174,10 +175,11 @@ impl RunView {
     }
 }
 
-/// How fast the agent's time passes.
+/// Measurement of the agent's time rate.
 struct PaceMeter {
     since: (Instant, u64),
-    /// Seconds of the agent's time per second of the wall clock; nothing before it is measured.
+    /// Seconds of the agent's time per second of the wall clock.
+    /// `None` before it is measured.
     factor: Option<f64>,
 }
 

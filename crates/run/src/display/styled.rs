@@ -5,7 +5,7 @@ use std::fmt::Write;
 use crossterm::style::{Color, Stylize};
 use slate_record::Route;
 
-/// A line that consists of spans of one colour each.
+/// Line that consists of spans of one colour each.
 #[derive(Clone, Debug, Default)]
 pub struct StyledLine {
     spans: Vec<(String, Option<Color>)>,
@@ -38,7 +38,7 @@ impl StyledLine {
         }
     }
 
-    /// Returns the first `columns` columns, with colours if there are to be some.
+    /// Returns the first `columns` columns, with colours if wanted.
     pub fn render(&self, columns: usize, has_colour: bool) -> String {
         let (mut text, mut left) = (String::new(), columns);
         for (span, colour) in &self.spans {

@@ -1,4 +1,5 @@
-//! The thread between an agent and its peers: it subscribes to what links want, and tells the agent how that stands.
+//! Thread between an agent and its peers.
+//! It makes the subscriptions that links need, and reports their status to the agent.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -16,14 +17,14 @@ use super::subscriptions::Subscriptions;
 use super::{CHANGE, NEWS, SharingPost, Wants, Warning};
 use crate::peers::{Peers, locked};
 
-/// How often it is looked at what has not come yet, and at the rest.
+/// Polling period while an answer is pending, and polling period otherwise.
 const SOON: Duration = Duration::from_millis(10);
 const SELDOM: Duration = Duration::from_millis(200);
-/// How often it is looked which agents this machine has.
+/// Polling period of the list of agents on this machine.
 const NEAR: Duration = Duration::from_secs(2);
-/// How often it is looked whether links can begin for long.
+/// Period of the check for conditions that will prevent links, such as expiry.
 const HOUR: Duration = Duration::from_secs(3600);
-/// How often answers to messages are looked for.
+/// Polling period for answers to messages.
 const ANSWERS: Duration = Duration::from_millis(2);
 
 pub(super) struct Bridge {
@@ -31,12 +32,12 @@ pub(super) struct Bridge {
     site: Site,
     readings: BTreeMap<RemotePath, RemoteReading>,
     outboxes: BTreeMap<RemotePath, Outbox>,
-    /// Which endpoint each agent is dialled at, or why it can't be.
+    /// Endpoint that each agent is dialled at, or the reason against it.
     dialled: BTreeMap<String, Result<String, String>>,
-    /// What will keep links from beginning, and when that was looked at.
+    /// Check for conditions that will prevent links, and the time of its last run, ns.
     warning: Option<Warning>,
     warned: u64,
-    /// Whom agents may mean that nobody knows, and when that was looked at.
+    /// Suggestions for unknown agents, and the time of each look-up, ns.
     near: BTreeMap<String, (u64, String)>,
 }
 
@@ -84,7 +85,7 @@ impl Bridge {
         }
     }
 
-    /// Begins and ends subscriptions.
+    /// Updates subscriptions and mailboxes to the requested ones.
     fn want(&mut self, wants: Wants) {
         // Those of one property share a subscription, which begins anew when one of them wants something else.
         let changed = self
@@ -122,7 +123,7 @@ impl Bridge {
         }
     }
 
-    /// Dials those agents no longer of which nothing is wanted any more.
+    /// Stops dialling agents that no link needs any more.
     fn forget(&mut self, wants: &Wants) {
         let is_wanted = |agent: &String| wants.keys().any(|path| path.agent == *agent);
         // Those of the team are there for what is known, too.
@@ -145,7 +146,7 @@ impl Bridge {
         }
     }
 
-    /// Looks how everything stands, and tells the agent what has changed.
+    /// Updates the status of all links and reports changes to the agent.
     fn look(&mut self, now: u64) {
         let agents: BTreeSet<String> = self.dialled.keys().cloned().collect();
         let absences: BTreeMap<String, String> = agents
@@ -162,7 +163,7 @@ impl Bridge {
         }
     }
 
-    /// Tells now and then what will keep links from beginning.
+    /// Logs conditions that will prevent links, once per period.
     fn warn(&mut self, now: u64) {
         let Some(warning) = &self.warning else { return };
         if self.warned == 0 || now.saturating_sub(self.warned) >= HOUR.as_nanos() as u64 {
@@ -173,7 +174,7 @@ impl Bridge {
         }
     }
 
-    /// Why an agent is not there; nothing when it is.
+    /// Returns the reason why an agent is absent; `None` if it is connected.
     fn absence(&mut self, agent: &str, now: u64) -> Option<String> {
         if self.subscriptions.peers.is_connected(agent) {
             self.near.remove(agent);
@@ -189,7 +190,7 @@ impl Bridge {
         Some(if reason.is_empty() { at + &near } else { format!("{at}: {reason}{near}") })
     }
 
-    /// Whom a link may mean that leads to an agent of which the configuration says nothing.
+    /// Suggests agents for a link to one that the configuration does not mention.
     fn near(&mut self, agent: &str, now: u64) -> String {
         if self.site.agents.contains_key(agent) {
             return String::new();

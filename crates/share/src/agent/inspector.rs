@@ -1,4 +1,4 @@
-//! Looks into other agents for tools.
+//! Inspection of other agents for tools.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Weak};
@@ -10,13 +10,13 @@ use slate_runtime::sharing::{Inspection, RemoteProperty};
 
 use crate::peers::Peers;
 
-/// How often it is looked whether an agent has come that was not dialled before.
+/// Polling period for the arrival of an agent that was not dialled before.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// Knows the agents to which links lead, those that the configuration names, and those that have dialled this one.
+/// Inspector of other agents: link targets, configured agents and incoming ones.
 #[derive(Debug)]
 pub(super) struct Inspector {
-    /// It does not keep them alive.
+    /// Weak reference to the peers.
     peers: Weak<Peers>,
     named: BTreeMap<String, String>,
 }
@@ -26,7 +26,8 @@ impl Inspector {
         Self { peers: Arc::downgrade(peers), named }
     }
 
-    /// Dials an agent that only the configuration names, or that runs here; says whether it is known at all.
+    /// Dials an agent that only the configuration names, or that runs on this machine.
+    /// The error says that no agent of that name is known.
     fn dial(&self, peers: &Peers, agent: &str) -> Result<(), String> {
         if peers.is_dialled(agent) {
             return Ok(());

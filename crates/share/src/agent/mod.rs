@@ -1,4 +1,5 @@
-//! An agent of the runtime that shares: links to other agents become subscriptions and messages.
+//! Sharing for an agent of the runtime.
+//! Links to other agents become subscriptions and messages.
 //!
 //! ```
 //! use slate_runtime::Options;
@@ -32,18 +33,18 @@ use crate::team::{Team, TeamInbox, TeamNews, TeamRoute};
 use bridge::Bridge;
 use inspector::Inspector;
 
-/// What is wanted, by its path.
+/// Requested properties and mailboxes, by their paths.
 type Wants = BTreeMap<RemotePath, Want>;
 
-/// Says what will keep links from beginning, if anything will.
+/// Check that returns a warning about conditions that will prevent links.
 type Warning = Box<dyn Fn() -> Option<String> + Send>;
 
-/// Shares for an agent: it is given to the agent's options.
+/// Sharing for an agent, as one of its options.
 #[derive(Default)]
 pub struct AgentSharing {
-    /// What a session takes at most.
+    /// Limits of a session.
     pub limits: Limits,
-    /// Carriers beside `local`, by the beginnings of their endpoints.
+    /// Carriers in addition to `local`, by the prefix of their endpoints.
     pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
     running: Option<RunningSharing>,
     inspector: Option<Arc<Inspector>>,
@@ -52,23 +53,23 @@ pub struct AgentSharing {
 
 type Carriers = BTreeMap<String, Arc<dyn Carrier>>;
 
-/// The thread that does it.
+/// Running thread of the bridge, and the team.
 struct RunningSharing {
     post: Arc<SharingPost>,
     thread: Option<JoinHandle<()>>,
     team: Option<Team>,
 }
 
-/// What the thread is told.
+/// Requests to the thread.
 struct SharingPost {
     wake: Arc<Wake>,
     wants: Mutex<Option<Wants>>,
     ended: AtomicBool,
 }
 
-/// Values or messages came.
+/// Wake bit of new values or messages.
 const NEWS: u64 = 1;
-/// Something else happened.
+/// Wake bit of every other event.
 const CHANGE: u64 = 2;
 
 impl std::fmt::Debug for AgentSharing {
@@ -163,11 +164,11 @@ impl Sharing for AgentSharing {
 }
 
 impl AgentSharing {
-    /// Finds out whether the endpoints of a configuration can be listened at and dialled, as far as that can be told before:
-    /// nothing is opened, and no certificate is read.
+    /// Checks that the endpoints of a configuration can be listened at and dialled.
+    /// It covers errors that are known beforehand: it opens nothing and reads no certificate.
     ///
     /// # Errors
-    /// The first that can't.
+    /// The first endpoint that can't.
     pub fn check(&self, site: &Site) -> Result<(), SharingError> {
         let carriers = KnownCarriers::new(self.carriers.clone());
         let has_certificate = site.security.as_ref().is_some_and(|security| security.credentials.is_some());
@@ -188,7 +189,7 @@ impl AgentSharing {
         Ok(())
     }
 
-    /// The carriers, of which TLS knows the agent's certificate.
+    /// Returns the carriers; TLS uses the agent's certificate.
     fn carriers(&self, site: &Site) -> Result<(Carriers, Option<Warning>), SharingError> {
         #[cfg_attr(not(feature = "tls"), allow(unused_mut, reason = "nothing else adds to them"))]
         let (mut carriers, mut warning) = (self.carriers.clone(), None);
@@ -231,7 +232,8 @@ impl AgentSharing {
     }
 }
 
-/// Tells the log, the team and the thread what happens between this agent and others.
+/// Returns the callback for events of other agents.
+/// It informs the log, the team and the thread.
 fn notice(site: &Site, inbox: Option<Arc<TeamInbox>>) -> Notice {
     let (wake, host, rights) = (Arc::clone(&site.wake), site.host.clone(), rights(site));
     Arc::new(move |agent, happening| {
@@ -264,7 +266,7 @@ fn notice(site: &Site, inbox: Option<Arc<TeamInbox>>) -> Notice {
     })
 }
 
-/// Whether the other agents can be dialled, as far as that can be told before.
+/// Checks that the other agents can be dialled, without a connection.
 fn check_agents(peers: &Peers, site: &Site) -> Result<(), SharingError> {
     for (agent, endpoint) in &site.agents {
         peers.check(endpoint).map_err(|error| SharingError {
@@ -276,7 +278,7 @@ fn check_agents(peers: &Peers, site: &Site) -> Result<(), SharingError> {
     Ok(())
 }
 
-/// What others may do.
+/// Returns the access rights of other agents.
 fn rights(site: &Site) -> Rights {
     let allow = site.security.as_ref().and_then(|security| security.allow.clone());
     allow.map_or_else(Rights::default, Rights::restricted)
@@ -297,7 +299,7 @@ impl Drop for RunningSharing {
     }
 }
 
-/// A number that the agent has not had before: the time of its start.
+/// Returns a number unique to this start of the agent: the time of its start.
 #[allow(clippy::disallowed_methods, reason = "no clock of the agent tells two of its starts apart")]
 fn instance() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();

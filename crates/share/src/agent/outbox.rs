@@ -9,19 +9,20 @@ use slate_runtime::sharing::{RemotePath, SharingHost, Site, Standing};
 use crate::peers::Peers;
 use crate::session::DeliveryStatus;
 
-/// How long the answers to messages are waited for, nanoseconds. Those that come later wait behind them.
+/// Timeout of the answers to messages, ns.
+/// Later messages wait behind them.
 const PATIENCE: u64 = 1_000_000_000;
 
 pub(super) struct Outbox {
     path: RemotePath,
-    /// Takes what modules send.
+    /// Receiver of the modules' messages, with their schema.
     receiver: Option<(u64, Receiver)>,
-    /// Messages that are under way, by their places.
+    /// Messages without a final answer, by their positions.
     open: Vec<(usize, Answers<DeliveryStatus>)>,
     since: u64,
-    /// Why the last message was not delivered.
+    /// Reason why the last message was not delivered.
     trouble: Option<String>,
-    /// Whether the other agent was not there.
+    /// Absence of the other agent.
     absent: bool,
     told: Option<Standing>,
 }
@@ -46,7 +47,7 @@ impl Outbox {
         }
     }
 
-    /// Sends what waits, and passes answers on; true while some are waited for.
+    /// Sends waiting messages, and passes answers on; true while answers are pending.
     pub fn forward(&mut self, peers: &Peers, site: &Site, now: u64) -> bool {
         if self.receiver.is_none() {
             let found = site.board.get(&self.path.place()).filter(|(_, field)| field.is_empty());

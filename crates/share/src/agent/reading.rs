@@ -1,5 +1,5 @@
-//! A property of another agent that links read, or a field of one: which of both it is turns out when the other agent
-//! answers.
+//! Subscription of a link to a property of another agent, or to a field of one.
+//! The answer of the other agent decides between the two.
 
 use slate_runtime::sharing::{Compression as Wish, Pace, RemotePath, SharingHost, Standing, Want as Wanted};
 
@@ -7,18 +7,18 @@ use super::subscriptions::Subscriptions;
 use crate::peers::{Status, Want};
 use crate::session::{Compression, Content, Mode, Options};
 
-/// How long it waits after a refusal, nanoseconds.
+/// Delay after a refusal, ns.
 const AGAIN: u64 = 1_000_000_000;
 
 pub(super) struct RemoteReading {
     path: RemotePath,
     pub want: Wanted,
-    /// What is subscribed to: the path, or the beginning of it.
+    /// Path of the subscription: the whole path, or the beginning of it.
     property: String,
     is_open: bool,
-    /// Whether the property was on the board since it was subscribed to.
+    /// Presence of the property on the board since the subscription began.
     was_served: bool,
-    /// What the other agent said of the whole path.
+    /// Refusal of the whole path by the other agent.
     refusal: Option<String>,
     not_before: u64,
     told: Option<Standing>,
@@ -40,17 +40,17 @@ impl RemoteReading {
         }
     }
 
-    /// What is subscribed to.
+    /// Returns the path of the subscription.
     pub fn property(&self) -> &str {
         &self.property
     }
 
-    /// Whether nothing is under way.
+    /// Returns whether no step is pending.
     pub fn is_settled(&self) -> bool {
         self.settled
     }
 
-    /// Ends the subscription; the property goes off the board with it.
+    /// Ends the subscription; the property leaves the board.
     pub fn end(&mut self, subscriptions: &mut Subscriptions) {
         if std::mem::take(&mut self.is_open) {
             subscriptions.end(&self.path.agent, &self.property);
@@ -65,7 +65,7 @@ impl RemoteReading {
         }
     }
 
-    /// Looks how it stands, and does the next step.
+    /// Updates the status, and performs the next step.
     pub fn look(
         &mut self,
         subscriptions: &mut Subscriptions,
@@ -146,7 +146,7 @@ impl RemoteReading {
         self.tell(host, standing);
     }
 
-    /// Subscribes to the whole path anew, later.
+    /// Restarts the subscription with the whole path, not before `not_before`.
     fn restart(&mut self, subscriptions: &mut Subscriptions, not_before: u64) {
         self.end(subscriptions);
         self.property.clone_from(&self.path.path);

@@ -7,7 +7,7 @@ use crate::peers::{PeerError, Peers, Status, Want};
 
 pub(super) struct Subscriptions {
     pub peers: Arc<Peers>,
-    /// By agent and property: the subscription, and how many use it.
+    /// Subscriptions by agent and property, with the number of users.
     open: BTreeMap<(String, String), (u32, usize)>,
 }
 
@@ -16,7 +16,8 @@ impl Subscriptions {
         Self { peers, open: BTreeMap::new() }
     }
 
-    /// Uses a subscription, which is made if there is none; that of the first one stays as it is.
+    /// Adds a user of a subscription; the first user creates it.
+    /// The options are those of the first user.
     pub fn begin(&mut self, agent: &str, want: Want) -> Result<(), PeerError> {
         let key = (agent.to_owned(), want.path.clone());
         if let Some((_, users)) = self.open.get_mut(&key) {
@@ -28,7 +29,8 @@ impl Subscriptions {
         Ok(())
     }
 
-    /// Uses it no longer; with its last user it ends, and the property goes off the board.
+    /// Removes a user of a subscription.
+    /// The last one ends it, and the property leaves the board.
     pub fn end(&mut self, agent: &str, property: &str) {
         let key = (agent.to_owned(), property.to_owned());
         let Some((id, users)) = self.open.get_mut(&key) else { return };

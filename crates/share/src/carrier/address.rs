@@ -1,4 +1,4 @@
-//! Where in a network an agent is.
+//! Network addresses of agents.
 
 use std::io;
 use std::net::{IpAddr, Ipv6Addr, SocketAddr, ToSocketAddrs};
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::carrier::CarrierError;
 
-/// A host and a port, as they were written.
+/// Host and port as written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Address {
     host: String,
@@ -16,7 +16,7 @@ pub(super) struct Address {
 }
 
 impl Address {
-    /// `HOST:PORT`; an address of IPv6 stands in brackets.
+    /// Parses `HOST:PORT`; an IPv6 address is in brackets.
     pub fn parse(text: &str) -> Option<Self> {
         let (host, port) = text.rsplit_once(':')?;
         let port = port.parse().ok().filter(|port| *port != 0)?;
@@ -28,13 +28,14 @@ impl Address {
         (good && !host.is_empty()).then(|| Self { host: host.into(), port })
     }
 
-    /// Whether it may be one of this machine; what a name stands for is seen when it is looked for.
+    /// Returns whether the host may be this machine.
+    /// A host name counts, as it is resolved later.
     pub fn may_be_here(&self) -> bool {
         let address: Option<IpAddr> = self.host.trim_matches(['[', ']']).parse().ok();
         address.is_none_or(|address| address.is_loopback())
     }
 
-    /// Looks for the host, for a while; all addresses that it has, and at least one.
+    /// Resolves the host within `limit`; returns at least one address.
     pub fn resolve(&self, endpoint: &str, limit: Duration) -> Result<Vec<SocketAddr>, CarrierError> {
         let unknown = |reason: String| CarrierError::System {
             endpoint: endpoint.into(),

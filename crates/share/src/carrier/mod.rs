@@ -1,7 +1,7 @@
-//! The seam to whatever carries packets from agent to agent.
+//! Interface of carriers, which transport packets between agents.
 //!
-//! A carrier knows what its endpoints look like, listens at them and dials them; a link carries packets. It may lose,
-//! double and reorder them. Sessions do the rest, so a carrier has nothing to know of properties.
+//! A carrier parses endpoints, listens at them and dials them; a link transports packets. It may lose, double and
+//! reorder them. Sessions handle that, so a carrier needs no knowledge of properties.
 
 #[cfg(feature = "tls")]
 mod address;
@@ -20,40 +20,40 @@ use rustix::io::Errno;
 
 use slate_blackboard::channel::LentBytes;
 
-/// A way from agent to agent.
+/// Transport between agents.
 pub trait Carrier: fmt::Debug + Send + Sync {
-    /// Listens at an endpoint, for as long as what is returned lives.
+    /// Listens at an endpoint while the returned listener exists.
     ///
     /// # Errors
-    /// When the endpoint makes no sense, is in use, or can't be had.
+    /// If the endpoint is malformed, in use, or unavailable.
     fn listen(&self, endpoint: &str) -> Result<Box<dyn Listener>, CarrierError>;
 
-    /// Whether an endpoint can be dialled, as far as that can be told before; nobody is asked.
+    /// Checks that an endpoint can be dialled, without a connection.
     ///
     /// # Errors
-    /// When the endpoint makes no sense, or is refused whoever is there.
+    /// If the endpoint is malformed, or always refused.
     fn check(&self, endpoint: &str) -> Result<(), CarrierError> {
         let _ = endpoint;
         Ok(())
     }
 
-    /// Begins a link to an endpoint; it does not wait long for an answer.
+    /// Opens a link to an endpoint, without a long wait for the answer.
     ///
     /// # Errors
-    /// When the endpoint makes no sense, or nobody answers.
+    /// If the endpoint is malformed, or no agent answers.
     fn dial(&self, endpoint: &str) -> Result<Arc<dyn Link>, CarrierError>;
 }
 
-/// Hears of links that others begin.
+/// Listener for incoming links.
 pub trait Listener: fmt::Debug + Send {
-    /// The next link; nothing when none came within `limit`.
+    /// Returns the next link; `None` if none came within `limit`.
     ///
     /// # Errors
-    /// When no more will come.
+    /// If no more links will come.
     fn accept(&self, limit: Duration) -> io::Result<Option<Arc<dyn Link>>>;
 }
 
-/// Carries packets between two agents. One thread sends while another one receives.
+/// Packet link between two agents; one thread sends while another one receives.
 pub trait Link: fmt::Debug + Send + Sync {
     /// Sends a packet without waiting; false when there is no room for it now.
     ///
@@ -61,53 +61,55 @@ pub trait Link: fmt::Debug + Send + Sync {
     /// When the link is closed, from either side.
     fn send(&self, packet: &[u8]) -> io::Result<bool>;
 
-    /// Waits for room, at most for `limit`.
+    /// Waits until a packet can be sent, at most for `limit`.
     ///
     /// # Errors
     /// When the link is closed, from either side.
     fn wait_for_room(&self, limit: Duration) -> io::Result<()>;
 
-    /// Waits for a packet, at most for `limit`; how many bytes of `packet` it takes, nothing when none came.
+    /// Waits for a packet, at most for `limit`; returns its length, bytes.
+    /// `None` if no packet came.
     ///
     /// # Errors
-    /// When the link is closed, from either side. When the other end is not let in, `PermissionDenied` with the reason.
+    /// If the link is closed, from either side. `PermissionDenied` with the reason if the other end is refused.
     fn receive(&self, packet: &mut [u8], limit: Duration) -> io::Result<Option<usize>>;
 
-    /// The largest packet that is carried, bytes.
+    /// Returns the size of the largest packet, bytes.
     fn largest(&self) -> usize;
 
-    /// The agent at the other end, where something proves that it is that one: then it is no other. It is known when a
-    /// packet has come.
+    /// Returns the authenticated name of the agent at the other end.
+    /// `None` without authentication, and before the first packet.
     fn authenticated(&self) -> Option<&str> {
         None
     }
 
-    /// The machine at the other end, where it may be another one.
+    /// Returns the machine at the other end, if it may be another one.
     fn origin(&self) -> Option<String> {
         None
     }
 
-    /// Ends the link: whoever waits for it goes on.
+    /// Closes the link; waiting calls return.
     fn close(&self);
 
-    /// Memory that both agents see, where there is such memory.
+    /// Returns the memory shared by both agents, if any.
     fn memory(&self) -> Option<&dyn SharedMemory> {
         None
     }
 }
 
-/// Memory that both ends of a link see, for values that would fill many packets.
+/// Memory shared by both ends of a link, for values that would fill many packets.
 pub trait SharedMemory: Send + Sync {
-    /// Puts a value there, and appends a reference to it for the other end; false when there is no room now.
+    /// Stores a value and appends a reference to it for the other end.
+    /// Returns false if the memory is full.
     fn place(&self, bytes: &[u8], reference: &mut Vec<u8>) -> bool;
 
-    /// Hands the value that the other end's reference means to `take`, and gives its place back; false when there is no
-    /// such value.
+    /// Passes the value of the other end's reference to `take`, and frees its slot.
+    /// Returns false for an invalid reference.
     fn read(&self, reference: &[u8], length: usize, take: &mut dyn FnMut(&[u8])) -> bool;
 
-    /// Lends the value that the other end's reference means, and gives its place back when that is dropped; nothing when
-    /// there is no such value, or too many are lent already: then it is there to be [read](SharedMemory::read). Behind
-    /// the value, up to what its alignment rounds it up to, it has zeros.
+    /// Lends the value of the other end's reference; dropping the loan frees its slot.
+    /// `None` for an invalid reference, or if too many values are lent; then the value can still be
+    /// [read](SharedMemory::read). The value is followed by zeros up to its alignment.
     ///
     /// The other end could still change it, so only such values may be lent in which every bit pattern is valid.
     fn lend(&self, reference: &[u8], length: usize) -> Option<Box<dyn LentBytes>> {
@@ -116,7 +118,7 @@ pub trait SharedMemory: Send + Sync {
     }
 }
 
-/// What comes of the first of some addresses that works; else what came of the last.
+/// Returns the first successful result over some addresses, else the last error.
 #[cfg(feature = "tls")]
 fn first_of<T>(
     addresses: &[std::net::SocketAddr],
@@ -133,7 +135,7 @@ fn first_of<T>(
     Err(last)
 }
 
-/// Waits until a file is ready; for nothing when it is not within `limit`.
+/// Waits until a file is ready; returns no flags if it is not within `limit`.
 fn ready(file: &impl AsFd, for_what: PollFlags, limit: Duration) -> io::Result<PollFlags> {
     let limit = Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) };
     let mut files = [PollFd::new(file, for_what)];
@@ -144,45 +146,45 @@ fn ready(file: &impl AsFd, for_what: PollFlags, limit: Duration) -> io::Result<P
     }
 }
 
-/// Why an endpoint is of no use.
+/// Error of an endpoint.
 #[derive(Debug, thiserror::Error)]
 pub enum CarrierError {
-    /// It can't be read.
+    /// Malformed endpoint.
     #[error("`{endpoint}` is no endpoint: {expected}")]
     NoEndpoint {
-        /// What was given.
+        /// Endpoint as given.
         endpoint: String,
-        /// What one looks like.
+        /// Expected form of an endpoint.
         expected: &'static str,
     },
-    /// Somebody listens there.
+    /// Endpoint at which another process listens.
     #[error("endpoint `{endpoint}` is in use by another {}: stop that one, or listen at another endpoint", owner(*.process))]
     InUse {
-        /// Which.
+        /// The endpoint.
         endpoint: String,
-        /// The process of the other agent, where that is known.
+        /// Process of the other agent, if known.
         process: Option<u32>,
     },
-    /// Nobody listens there.
+    /// Endpoint without a listener.
     #[error("no agent listens at `{endpoint}`")]
     Nobody {
-        /// Which.
+        /// The endpoint.
         endpoint: String,
     },
-    /// Other users could reach it, or it belongs to one.
+    /// Endpoint that other users could reach, or that belongs to one.
     #[error("endpoint `{endpoint}`: {reason}")]
     Unsafe {
-        /// Which.
+        /// The endpoint.
         endpoint: String,
-        /// What is wrong.
+        /// Reason.
         reason: String,
     },
-    /// The system refuses.
+    /// Refusal by the operating system.
     #[error("endpoint `{endpoint}`: {error}")]
     System {
-        /// Which.
+        /// The endpoint.
         endpoint: String,
-        /// What the system says.
+        /// Error of the operating system.
         error: io::Error,
     },
 }
@@ -192,7 +194,7 @@ fn owner(process: Option<u32>) -> String {
 }
 
 impl CarrierError {
-    /// The endpoint that is of no use.
+    /// Returns the rejected endpoint.
     pub fn endpoint(&self) -> &str {
         match self {
             Self::NoEndpoint { endpoint, .. }

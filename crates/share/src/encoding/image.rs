@@ -1,4 +1,4 @@
-//! Images as JPEG: those of the interface `Image`, whose rows follow each other without gaps.
+//! JPEG encoding of the interface `Image`, for images without gaps between rows.
 
 use slate_blackboard::interface::{Descriptor, Value, View, find};
 use zune_jpeg::JpegDecoder;
@@ -6,7 +6,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// What has to be known of an image.
+/// Layout of an image.
 struct Layout {
     width: u16,
     height: u16,
@@ -21,7 +21,7 @@ impl Layout {
         usize::from(self.width) * usize::from(self.height) * self.pixel
     }
 
-    /// From what stands before the pixels.
+    /// Reads the layout from the header.
     fn of(descriptor: &'static Descriptor, head: &[u8]) -> Option<Self> {
         if descriptor.name != "Image" || descriptor.tail().is_none_or(|item| item.size() != 1) {
             return None;
@@ -43,7 +43,8 @@ impl Layout {
     }
 }
 
-/// Appends an image's head and its pixels as JPEG; false when it is none that can be written so.
+/// Appends an image's header and its pixels as JPEG.
+/// Returns false if the value is no such image, or if JPEG is not smaller.
 pub fn encode(descriptor: &'static Descriptor, bytes: &[u8], quality: u8, content: &mut Vec<u8>) -> bool {
     let Some(layout) = Layout::of(descriptor, bytes) else { return false };
     let Some(pixels) = bytes.get(layout.head..layout.head + layout.pixels()) else { return false };
@@ -63,7 +64,7 @@ pub fn encode(descriptor: &'static Descriptor, bytes: &[u8], quality: u8, conten
     pays
 }
 
-/// The image of `length` bytes in memory.
+/// Decodes the image, which takes `length` bytes in memory.
 pub fn decode(descriptor: &'static Descriptor, content: &[u8], length: usize) -> Option<Vec<u8>> {
     let layout = Layout::of(descriptor, content)?;
     if layout.head + layout.pixels() != length {

@@ -1,47 +1,50 @@
 use super::Version;
 
-/// What a robot states about a key.
+/// Statement of a robot about a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statement<'a> {
     /// The schema hash of the value's interface.
     pub schema: u64,
-    /// How sure the robot is, 0 to 1.
+    /// Certainty of the robot, 0 to 1.
     pub certainty: f64,
-    /// The value, as its interface lays it out.
+    /// Value in the layout of its interface.
     pub value: &'a [u8],
 }
 
-/// A fact as a replica holds it: what one origin states about one key.
+/// Fact in a replica: the statement of one origin about one key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fact<'a> {
-    /// What it is about.
+    /// Subject of the statement.
     pub key: &'a [u8],
-    /// The robot that states it.
+    /// Robot that states it.
     pub origin: u32,
-    /// Which of its statements this is.
+    /// Version of the statement in the order of its origin's.
     pub version: Version,
-    /// When it was stated by the origin's clock, nanoseconds. Clocks of robots may be hours apart.
+    /// Time of the statement by the origin's clock, ns.
+    /// Clocks of robots may be hours apart.
     pub time: u64,
-    /// The time, but later than the order of any fact about the key that the origin knew when it stated this: what was
-    /// stated in knowledge of another statement comes after it, however far the clocks are apart.
+    /// Causal order of the statement, ns.
+    /// It is the time, but later than the order of any fact about the key that the origin knew. So a statement made in
+    /// knowledge of another one follows it, regardless of the clocks.
     pub order: u64,
-    /// What is stated.
+    /// The statement.
     pub statement: Statement<'a>,
 }
 
-/// How readers see what several origins state about one key. A reader chooses; what is kept is the same for all.
+/// Selection among facts of several origins about one key.
+/// Each reader chooses; the stored facts are the same for all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum View {
-    /// The fact that comes last by [`Fact::order`]; of equal ones that of the lowest origin.
+    /// Fact with the latest [`Fact::order`]; of equal ones that of the lowest origin.
     Newest,
-    /// The fact whose origin is surest; of equal ones the newest.
+    /// Fact with the highest certainty; of equal ones the newest.
     MostCertain,
     /// All facts, by origin.
     Union,
 }
 
 impl View {
-    /// Of facts about one key, ordered by origin, those that the view shows.
+    /// Selects facts about one key; the input is ordered by origin.
     pub fn of<'a>(self, facts: impl Iterator<Item = Fact<'a>>) -> Vec<Fact<'a>> {
         let best = |after: fn(&Fact<'_>, &Fact<'_>) -> bool, facts: &mut dyn Iterator<Item = Fact<'a>>| {
             facts.reduce(|best, fact| if after(&fact, &best) { fact } else { best }).into_iter().collect()

@@ -5,15 +5,17 @@ use std::sync::Arc;
 use super::Limits;
 use super::limits::FACT_BYTES;
 
-/// The state of one life of an origin after its statement number `version`: exactly what the origin itself had then.
-/// So two replicas that have the same version of a life have the same bytes.
+/// State of one life of an origin after its statement number `version`.
+/// It equals the state of the origin itself at that version, so two replicas with the same version of a life have the
+/// same bytes.
 #[derive(Clone, Debug)]
 pub(crate) struct Life {
     pub epoch: u64,
     pub version: u64,
-    /// Retractions up to here are forgotten. Who knows less than this must take the whole life and not what changed.
+    /// Number up to which retractions are forgotten.
+    /// A replica that knows less must take the whole life, not the changes.
     pub floor: u64,
-    /// All earlier lives of the origin are void.
+    /// Invalidation of all earlier lives of the origin.
     pub closes: bool,
     entries: BTreeMap<u64, LifeEntry>,
     keys: BTreeMap<Arc<[u8]>, u64>,
@@ -21,13 +23,13 @@ pub(crate) struct Life {
     retractions: usize,
 }
 
-/// The last word of a life about a key.
+/// Last statement of a life about a key.
 #[derive(Clone, Debug)]
 pub(crate) struct LifeEntry {
     pub key: Arc<[u8]>,
     pub time: u64,
     pub order: u64,
-    /// Nothing when it was retracted.
+    /// Content of the statement; `None` for a retraction.
     pub body: Option<StatementBody>,
 }
 
@@ -39,7 +41,7 @@ pub(crate) struct StatementBody {
 }
 
 impl LifeEntry {
-    /// What it counts for.
+    /// Returns the memory of the entry, bytes, by the measure of [`Limits::bytes`].
     pub fn bytes(&self) -> usize {
         FACT_BYTES + self.key.len() + self.body.as_ref().map_or(0, |body| body.value.len())
     }
@@ -75,13 +77,13 @@ impl Life {
         self.keys.keys()
     }
 
-    /// The last word about the key, with its number.
+    /// Returns the last statement about the key, with its number.
     pub fn entry(&self, key: &[u8]) -> Option<(u64, &LifeEntry)> {
         let sequence = *self.keys.get(key)?;
         self.entries.get(&sequence).map(|entry| (sequence, entry))
     }
 
-    /// What was stated after that number, in order.
+    /// Returns the entries after that number, in order.
     pub fn after(&self, sequence: u64) -> impl Iterator<Item = (u64, &LifeEntry)> {
         let range = (Bound::Excluded(sequence), Bound::Unbounded);
         self.entries.range(range).map(|(sequence, entry)| (*sequence, entry))
@@ -131,7 +133,7 @@ impl Life {
         }
     }
 
-    /// Whether the life has room for the entry.
+    /// Returns whether the life has room for the entry.
     pub fn has_room(&self, entry: &LifeEntry, limits: &Limits) -> bool {
         let earlier = self.entry(&entry.key).map(|(_, earlier)| earlier.bytes());
         let facts = self.len() + usize::from(earlier.is_none());
@@ -139,7 +141,7 @@ impl Life {
         facts <= limits.facts && bytes <= limits.bytes
     }
 
-    /// Whether it exceeds what a life may hold.
+    /// Returns whether the life exceeds the limits.
     pub fn exceeds(&self, limits: &Limits) -> bool {
         self.len() > limits.facts || self.bytes > limits.bytes
     }

@@ -1,5 +1,5 @@
-/// What a [`Replica`](super::Replica) holds at most. **The same for every robot of a team**: what one robot may state, the
-/// others must have room for.
+/// Limits of a [`Replica`](super::Replica), **the same for every robot of a team**.
+/// Each robot must have room for the statements of all others.
 ///
 /// ```
 /// use slate_share::knowledge::Limits;
@@ -9,24 +9,27 @@
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Robots whose facts are kept. Facts of more robots are refused and counted.
+    /// Robots whose facts are kept; facts of further robots are refused and counted.
     pub robots: usize,
-    /// Lives of one robot whose facts are kept: a robot begins a new life with each start in which it states something.
-    /// Facts of earlier lives than the newest so many are void.
+    /// Lives of one robot whose facts are kept, newest first.
+    /// A robot begins a new life with each start in which it states something. Facts of older lives are void.
     pub lives: usize,
     /// Facts and retractions of one life of a robot.
     pub facts: usize,
-    /// Memory of one life of a robot, bytes. A fact counts with its key, its value and 192 bytes.
+    /// Memory of one life of a robot, bytes.
+    /// A fact counts with its key, its value and 192 bytes.
     pub bytes: usize,
     /// The longest key, bytes.
     pub key: usize,
     /// The longest value, bytes.
     pub value: usize,
-    /// The longest message, bytes; at least 160 more than a key and a value together, and 64 for each life.
+    /// Longest message, bytes.
+    /// At least 160 bytes more than a key and a value together, and 64 for each life.
     pub message: usize,
     /// Lives that are received in parts at the same time.
     pub stages: usize,
-    /// Messages that wait to be sent; more are dropped and counted, and made good by later ones.
+    /// Messages that wait to be sent.
+    /// Further ones are dropped and counted; later messages compensate for them.
     pub outgoing: usize,
 }
 
@@ -46,12 +49,14 @@ impl Default for Limits {
     }
 }
 
-/// What a fact costs beside its key and its value: its places in two trees, and what the allocator adds.
+/// Overhead of a fact beside its key and its value, bytes.
+/// It covers its entries in two trees and the allocator.
 pub(crate) const FACT_BYTES: usize = 192;
 
 impl Limits {
-    /// The memory that a replica never exceeds, bytes, by the measure of [`bytes`](Self::bytes): reached when every
-    /// robot uses all that it may in each of its lives.
+    /// Returns the upper bound of a replica's memory, bytes.
+    /// The measure is that of [`bytes`](Self::bytes). It is reached if every robot uses its limits in each of its
+    /// lives.
     pub fn memory(&self) -> usize {
         let lives = self.robots.saturating_mul(self.lives);
         // A part may hold what is replaced while it is received.

@@ -1,19 +1,21 @@
-/// Which of an origin's statements came later: each life of an origin has an epoch, each statement of it a number.
+/// Version of a statement: epoch of its origin's life, and number in that life.
+/// Later statements of an origin have a greater version.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Version {
-    /// Which life of the origin: in the upper half what number of life, in the lower half a random number, by which two
-    /// lives are told apart that have the same number because the robot has lost its disk between them.
+    /// Epoch of the origin's life.
+    /// The upper half is the number of the life, the lower half a random number. It distinguishes lives of the same
+    /// number, which occur if the robot has lost its disk between them.
     pub epoch: u64,
-    /// Counts the statements of that life, from 1.
+    /// Number of the statement in that life, from 1.
     pub sequence: u64,
 }
 
-/// The epoch of a life.
+/// Returns the epoch of a life.
 pub(crate) fn epoch(number: u32, random: u32) -> u64 {
     u64::from(number) << 32 | u64::from(random)
 }
 
-/// What number of life the epoch is.
+/// Returns the number of the life from its epoch.
 pub(crate) fn number(epoch: u64) -> u32 {
     (epoch >> 32) as u32
 }

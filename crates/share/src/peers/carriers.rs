@@ -1,4 +1,4 @@
-//! The carriers of an agent, by the beginnings of their endpoints.
+//! Carriers of an agent, by the prefix of their endpoints.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -6,11 +6,11 @@ use std::sync::Arc;
 use crate::carrier::local::Local;
 use crate::carrier::{Carrier, CarrierError};
 
-/// The carriers of an agent: its own, and those that are built in.
+/// Carriers of an agent: its own, and built-in ones.
 pub(crate) struct KnownCarriers(BTreeMap<String, Arc<dyn Carrier>>);
 
 impl KnownCarriers {
-    /// Those that the agent gives go before those that are built in.
+    /// Adds the built-in carriers; those of the agent take precedence.
     pub fn new(mut own: BTreeMap<String, Arc<dyn Carrier>>) -> Self {
         own.entry("local".into()).or_insert_with(|| Arc::new(Local));
         #[cfg(feature = "tls")]
@@ -18,7 +18,7 @@ impl KnownCarriers {
         Self(own)
     }
 
-    /// The carrier of an endpoint.
+    /// Returns the carrier of an endpoint.
     pub fn of(&self, endpoint: &str) -> Result<&Arc<dyn Carrier>, CarrierError> {
         let scheme = endpoint.split(':').next().unwrap_or_default();
         self.0.get(scheme).ok_or_else(|| CarrierError::NoEndpoint {

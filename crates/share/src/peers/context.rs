@@ -1,4 +1,4 @@
-//! What the threads of all connections use.
+//! State shared by the threads of all connections.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -12,14 +12,14 @@ use super::{Happening, Rights};
 use crate::carrier::{Carrier, CarrierError, Link};
 use crate::session::{Identity, Limits};
 
-/// This agent's clock, nanoseconds. It goes on steadily.
+/// Monotonic clock of this agent, ns.
 pub type Clock = Arc<dyn Fn() -> u64 + Send + Sync>;
 
-/// Is told what happens between this agent and another one, by its name, in one of the threads of that, which goes on
-/// when this returns.
+/// Callback for events of another agent, with its name.
+/// It runs in a thread of that agent's line, which waits for it to return.
 pub type Notice = Arc<dyn Fn(&str, &Happening) + Send + Sync>;
 
-/// The agent that shares, and how it does.
+/// Identity and settings of the agent that shares.
 pub(super) struct PeerContext {
     pub board: Arc<Board>,
     pub identity: Identity,
@@ -40,7 +40,7 @@ impl PeerContext {
         (self.clock)()
     }
 
-    /// What the clock of the values shows more than the agent's, nanoseconds.
+    /// Returns the offset of the values' clock to the agent's, ns.
     pub fn lead(&self) -> i64 {
         let lead = |time: &Clock| time().cast_signed().wrapping_sub(self.now().cast_signed());
         self.time.as_ref().map_or(0, lead)
@@ -50,7 +50,7 @@ impl PeerContext {
         self.carriers.of(endpoint)
     }
 
-    /// Shows and tells that somebody may not come in.
+    /// Publishes and reports a refusal.
     pub fn rejected(&self, agent: &str, from: &str, reason: &str) {
         let line = locked(&self.refusals).note(self.now(), from, reason);
         if let (Some(reason), Some(notice)) = (line, &self.notice) {
@@ -63,7 +63,7 @@ pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Why whoever is at the other end is not that agent, if something proves that.
+/// Returns an error if the other end is authenticated as a different agent.
 pub(super) fn impostor(link: &dyn Link, agent: &str) -> Option<String> {
     let name = link.authenticated().filter(|name| *name != agent)?;
     Some(format!("the certificate there is that of agent `{name}`, and not of agent `{agent}`"))

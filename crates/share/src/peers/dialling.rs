@@ -1,21 +1,21 @@
-//! Where another agent is dialled.
+//! Endpoint at which another agent is dialled.
 
-/// Where another agent is dialled, and for how long.
+/// Endpoint at which another agent is dialled, and the duration of dialling.
 #[derive(Debug, Default)]
 pub(super) struct Dialling {
-    /// Whenever it is not there; nothing while only it dials.
+    /// Endpoint dialled whenever the agent is absent; `None` if only it dials.
     pub always: Option<String>,
-    /// Until then, for a question.
+    /// Endpoint dialled for a query, and the end of that, ns.
     until: Option<(String, u64)>,
 }
 
 impl Dialling {
-    /// Dials until then.
+    /// Dials an endpoint until that time.
     pub fn visit(&mut self, endpoint: &str, until: u64) {
         self.until = Some((endpoint.into(), until));
     }
 
-    /// Where it is to be dialled now.
+    /// Returns the endpoint to dial at time `now`.
     pub fn endpoint(&mut self, now: u64) -> Option<String> {
         if self.until.as_ref().is_some_and(|(_, until)| now > *until) {
             self.until = None;

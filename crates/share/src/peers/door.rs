@@ -1,4 +1,4 @@
-//! Where other agents come in.
+//! Listener for other agents.
 
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, Ipv6Addr};
@@ -12,19 +12,20 @@ use super::lines::LineTable;
 use crate::carrier::{CarrierError, Link};
 use crate::session::{Application, Event, Identity, Session, refusal};
 
-/// How long whoever comes in may take to greet.
+/// Timeout of the greeting of an incoming link.
 const GREETING: Duration = Duration::from_secs(2);
 
-/// How many may be about to greet at a door, and how many of them of one machine.
+/// Largest number of links without a greeting; below, that of one machine.
+/// The limits are those of one listener.
 const PENDING: usize = 32;
 const OF_ONE: usize = 8;
 
-/// Those who are about to greet, the oldest first. When there are too many, the oldest is let go: those who say nothing make
-/// room for those who do.
+/// Links without a greeting, oldest first.
+/// If there are too many, the oldest is closed: silent ones make room for others.
 #[derive(Debug, Default)]
 struct Pending(Mutex<Vec<PendingLink>>);
 
-/// Which machine it is of, where that may be another one; and its link.
+/// Machine of the other end, if it may be another one, and the link.
 type PendingLink = (Option<String>, Arc<dyn Link>);
 
 impl Pending {
@@ -44,7 +45,7 @@ impl Pending {
         pending.push((from, Arc::clone(link)));
     }
 
-    /// Whether it was not let go before.
+    /// Removes a link; returns false if it was closed before.
     fn leave(&self, link: &Arc<dyn Link>) -> bool {
         let mut pending = locked(&self.0);
         let at = pending.iter().position(|(_, other)| Arc::ptr_eq(other, link));
@@ -52,7 +53,8 @@ impl Pending {
     }
 }
 
-/// What one machine may choose of its address does not make it several.
+/// Returns the network prefix that identifies one machine.
+/// An IPv6 machine may choose the rest of its address, which must not count as several machines.
 fn network(origin: &str) -> String {
     match origin.parse() {
         Ok(IpAddr::V6(address)) if address.to_ipv4_mapped().is_none() => {
@@ -63,7 +65,7 @@ fn network(origin: &str) -> String {
     }
 }
 
-/// Listens at an endpoint, in a thread of its own.
+/// Listens at an endpoint in a separate thread.
 pub(super) fn open_door(lines: &Arc<LineTable>, endpoint: &str) -> Result<JoinHandle<()>, CarrierError> {
     let listener = lines.context.carrier(endpoint)?.listen(endpoint)?;
     let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
@@ -87,7 +89,7 @@ struct AgentDoor {
     pending: Pending,
 }
 
-/// Waits for the greeting in a thread of its own, so that nobody who comes later waits for it.
+/// Waits for the greeting in a separate thread, so later links do not wait for it.
 fn let_in(lines: &Arc<LineTable>, door: &Arc<AgentDoor>, link: Arc<dyn Link>) {
     door.pending.enter(&link);
     let (shared, at, came) = (Arc::clone(lines), Arc::clone(door), Arc::clone(&link));
@@ -98,7 +100,7 @@ fn let_in(lines: &Arc<LineTable>, door: &Arc<AgentDoor>, link: Arc<dyn Link>) {
     }
 }
 
-/// The first packet.
+/// Waits for the first packet; returns its length.
 #[allow(clippy::disallowed_methods, reason = "the host says how long it waits for a network")]
 fn first(link: &dyn Link, packet: &mut [u8]) -> io::Result<Option<usize>> {
     let start = Instant::now();
@@ -160,7 +162,8 @@ fn greet(lines: &Arc<LineTable>, door: &AgentDoor, link: &Arc<dyn Link>) {
     }
 }
 
-/// Hands the link to the line of that agent; else why not, where that is anything that it has to know.
+/// Hands the link to the line of that agent.
+/// The error is the reason of a refusal, `None` if the other agent need not know it.
 fn admit(
     lines: &Arc<LineTable>,
     link: &Arc<dyn Link>,
@@ -171,7 +174,8 @@ fn admit(
     line.adopt(&lines.context, Arc::clone(link), identity.instance, packet)
 }
 
-/// Why an agent of another version, or of this one's name, or whoever else, is not let in; and what it is told.
+/// Returns the reason against a stranger, and the answer to send, if any.
+/// A stranger has another version, this agent's name, or sent no greeting.
 fn answer_to_stranger(context: &PeerContext, packet: &[u8]) -> (String, Option<Vec<u8>>) {
     let mut session = Session::new(context.identity.clone(), None, context.limits);
     let (now, mut answer) = (context.now(), Vec::new());
@@ -185,7 +189,7 @@ fn answer_to_stranger(context: &PeerContext, packet: &[u8]) -> (String, Option<V
     }
 }
 
-/// Serves nothing and takes nothing.
+/// Application that serves nothing and takes nothing.
 struct NoApplication;
 
 impl Application for NoApplication {

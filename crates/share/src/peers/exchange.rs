@@ -1,4 +1,4 @@
-//! What is exchanged with another agent, as its session uses it.
+//! Properties exchanged with another agent, for use by its session.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use super::import::Import;
 use crate::carrier::SharedMemory;
 use crate::session::{Application, Estimate, Event, Sample};
 
-/// What is exchanged with another agent.
+/// Properties exchanged with another agent: exports, imports and their events.
 #[derive(Debug)]
 pub(super) struct PeerExchange {
     pub board: Arc<Board>,
@@ -22,16 +22,17 @@ pub(super) struct PeerExchange {
     pub imports: BTreeMap<u32, Import>,
     pub events: VecDeque<Event>,
     pub estimate: Option<Estimate>,
-    /// What the other agent may do; all when it is nothing.
+    /// Rights of the other agent; unrestricted if `None`.
     pub allowance: Option<Allowance>,
-    /// What the clock of the values shows more than the agent's, nanoseconds.
+    /// Offset of the values' clock to the agent's, ns.
     pub lead: i64,
-    /// Whether a mirror was written since it was asked.
+    /// Flag of writes to mirrors since the last query.
     pub shown: bool,
 }
 
 impl PeerExchange {
-    /// Nothing is exchanged yet. `wake` is notified when this agent has something for the other one.
+    /// Creates an empty exchange.
+    /// `wake` is notified when this agent has something for the other one.
     pub fn new(board: &Arc<Board>, agent: &str, wake: &Arc<Wake>) -> Self {
         Self {
             board: Arc::clone(board),
@@ -58,7 +59,7 @@ impl PeerExchange {
     }
 }
 
-/// The exchange while a session uses it, and memory that both agents see.
+/// Exchange during use by a session, with shared memory.
 pub(super) struct LiveExchange<'a> {
     pub exchange: &'a mut PeerExchange,
     pub memory: Option<&'a dyn SharedMemory>,

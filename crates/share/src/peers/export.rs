@@ -1,4 +1,4 @@
-//! What is served to another agent: readers of this agent's properties.
+//! Exports: readers of this agent's properties for another agent.
 
 use std::sync::Arc;
 
@@ -13,28 +13,28 @@ use crate::carrier::SharedMemory;
 use crate::encoding::encode;
 use crate::session::{Compression, Content, Encoding, Offer, Options, Sample, Seen};
 
-/// Values of that many bytes go through shared memory, where there is some.
+/// Size from which values go through shared memory, if available, bytes.
 const PLACED: usize = 16 << 10;
 
-/// A subscription of another agent.
+/// Subscription of another agent.
 #[derive(Debug)]
 pub(super) struct Export {
     pub path: String,
     pub options: Options,
     seen: Option<Seen>,
     pub source: Option<ExportSource>,
-    /// Why it waits.
+    /// Reason why it waits.
     pub waiting: String,
     wake: Arc<Wake>,
 }
 
-/// The property that a subscription found.
+/// Source of an export: the property and its reader.
 #[derive(Debug)]
 pub(super) struct ExportSource {
-    /// Debug outputs are computed while somebody reads them.
+    /// Registration as reader, which makes debug outputs compute their values.
     watching: Watching,
     reader: ExportReader,
-    /// Values up to this number were seen before.
+    /// Number of the last value that the subscriber has seen.
     after: u64,
     wake: Arc<Wake>,
 }
@@ -46,18 +46,18 @@ enum ExportReader {
         reader: QueueReader,
         place: usize,
     },
-    /// No handle is left, so it looks on as a tool does.
+    /// Polling without a handle, as none is left.
     Probe {
         sequence: u64,
     },
 }
 
-/// Why a subscription is not served.
+/// Reason why a subscription is not served.
 #[derive(Debug)]
 pub(super) enum Unserved {
-    /// It may be later.
+    /// Temporary reason; the subscription waits.
     Waits(String),
-    /// It will not be.
+    /// Permanent reason; the subscription is declined.
     Declined(String),
 }
 
@@ -66,7 +66,7 @@ impl Export {
         Self { path, options, seen, source: None, waiting: String::new(), wake }
     }
 
-    /// Looks for the property; what it offers.
+    /// Finds the property; returns its offer.
     pub fn connect(
         &mut self,
         board: &Board,
@@ -125,8 +125,8 @@ impl Export {
         Ok(offer)
     }
 
-    /// Why there is nothing, with the nearest names of what may be read. To look for them takes a while, and so it is done
-    /// once and not at each look.
+    /// Returns the reason for a missing property, with the nearest readable names.
+    /// The search for names takes a while, so it runs once and not at each poll.
     fn nothing_there(&self, board: &Board, allowance: Option<&Allowance>) -> String {
         if !self.waiting.is_empty() {
             return self.waiting.clone();
@@ -157,7 +157,7 @@ impl ExportSource {
         }
     }
 
-    /// How many values wait to be sent.
+    /// Returns the number of values that wait to be sent.
     pub fn lag(&self) -> u64 {
         match &self.reader {
             ExportReader::Every { reader, place } => reader.lag() + (reader.len() - place) as u64,

@@ -19,35 +19,35 @@ use super::{RemoteProperty, Rights, Status, Want};
 use crate::carrier::{Carrier, CarrierError};
 use crate::session::{DeliveryStatus, Identity, Limits, SendError};
 
-/// How an agent shares.
+/// Settings of an agent's sharing.
 #[derive(Clone)]
 pub struct Setup {
-    /// Who this agent is.
+    /// Identity of this agent.
     pub identity: Identity,
-    /// Its clock.
+    /// Clock of this agent.
     pub clock: Clock,
-    /// The clock that its values go by, if that is another one, as in a simulation.
+    /// Clock of its values if it differs, as in a simulation.
     pub time: Option<Clock>,
-    /// What a session takes at most.
+    /// Limits of a session.
     pub limits: Limits,
-    /// Where it listens; nowhere when it only dials.
+    /// Endpoints that it listens at; empty if it only dials.
     pub listen: Vec<String>,
-    /// What others may do.
+    /// Rights of other agents.
     pub rights: Rights,
-    /// The carriers by the beginnings of their endpoints, before the colon. `local` is there anyhow, and where it was
-    /// built, so is `tls`, which carries nothing without certificates.
+    /// Carriers by the prefix of their endpoints, before the colon.
+    /// `local` is always available, and so is `tls` where it was built, which carries nothing without certificates.
     pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
-    /// How often the properties that others read are looked at for new values, nanoseconds; nothing when
-    /// [`Notifier::notify`] is called after every tick.
+    /// Polling period of the properties that others read, ns.
+    /// `None` if [`Notifier::notify`] is called after every tick.
     pub poll: Option<u64>,
-    /// Is notified (of 1) when mirrors were written or messages came.
+    /// Wake for new values in mirrors and new messages; notified with 1.
     pub updated: Option<Arc<Wake>>,
-    /// Is told what happens.
+    /// Callback for events.
     pub notice: Option<Notice>,
 }
 
 impl Setup {
-    /// An agent that dials, and whose properties are looked at every millisecond.
+    /// Creates settings of an agent that dials, with a polling period of 1 ms.
     pub fn new(identity: Identity, clock: Clock) -> Self {
         Self {
             identity,
@@ -63,7 +63,7 @@ impl Setup {
         }
     }
 
-    /// It listens at an endpoint, beside others.
+    /// Adds an endpoint to listen at.
     #[must_use]
     pub fn listen(mut self, endpoint: &str) -> Self {
         self.listen.push(endpoint.into());
@@ -77,7 +77,8 @@ impl fmt::Debug for Setup {
     }
 }
 
-/// The other agents of an agent. Dropping this ends the connections, and takes the mirrors off the board.
+/// Connections of an agent to the other agents.
+/// Dropping them ends the connections and removes the mirrors from the board.
 pub struct Peers {
     lines: Arc<LineTable>,
     doors: Vec<JoinHandle<()>>,
@@ -89,43 +90,43 @@ impl fmt::Debug for Peers {
     }
 }
 
-/// Why another agent can't be asked for something.
+/// Error of a request to another agent.
 #[derive(Debug, thiserror::Error)]
 pub enum PeerError {
-    /// Nobody of that name is known.
+    /// Unknown name of an agent.
     #[error("no agent `{agent}` is known; known are: {}", .known.join(", "))]
     Unknown {
-        /// What was asked for.
+        /// Requested name.
         agent: String,
-        /// Who is known.
+        /// Known agents.
         known: Vec<String>,
     },
-    /// The property can't be mirrored.
+    /// Property that can't be mirrored.
     #[error("slate://{agent}/{path}: {reason}")]
     Subscription {
         /// The other agent.
         agent: String,
         /// The property.
         path: String,
-        /// In words.
+        /// Reason in words.
         reason: String,
     },
-    /// It can't be sent.
+    /// Request that can't be sent.
     #[error("agent `{agent}`: {error}{}", because(.reason))]
     Send {
         /// The other agent.
         agent: String,
-        /// What is wrong.
+        /// Error.
         error: SendError,
-        /// Why the agent is not there, where that is known.
+        /// Reason why the agent is absent, if known.
         reason: String,
     },
-    /// The answer did not come.
+    /// Missing answer.
     #[error("agent `{agent}`: {reason}")]
     NoAnswer {
         /// The other agent.
         agent: String,
-        /// In words.
+        /// Reason in words.
         reason: String,
     },
 }
@@ -134,12 +135,14 @@ fn because(reason: &str) -> String {
     if reason.is_empty() { String::new() } else { format!(": {reason}") }
 }
 
-/// Wakes the threads that send, so that what was written goes out at once. Whoever calls it waits for nobody.
+/// Handle that wakes the sending threads, so written values are sent at once.
+/// The caller never blocks.
 #[derive(Clone)]
 pub struct Notifier(Arc<LineTable>);
 
 impl Notifier {
-    /// Values were written: to be called at the end of a tick, not for each value.
+    /// Notifies of written values.
+    /// Call it at the end of a tick, not for each value.
     pub fn notify(&self) {
         self.0.notify();
     }
@@ -152,7 +155,7 @@ impl fmt::Debug for Notifier {
 }
 
 impl Peers {
-    /// Begins to share what is on a board.
+    /// Starts sharing the properties of a board.
     ///
     /// # Errors
     /// When an endpoint can't be listened at.
@@ -180,15 +183,15 @@ impl Peers {
         Ok(peers)
     }
 
-    /// Whether an endpoint can be dialled, as far as that can be told before.
+    /// Checks that an endpoint can be dialled, without a connection.
     ///
     /// # Errors
-    /// When it makes no sense, or is refused whoever is there.
+    /// If it is malformed, or always refused.
     pub fn check(&self, endpoint: &str) -> Result<(), CarrierError> {
         self.lines.context.carrier(endpoint)?.check(endpoint)
     }
 
-    /// Dials another agent, and again whenever it is gone.
+    /// Dials another agent, repeatedly while it is absent.
     ///
     /// # Errors
     /// When the endpoint makes no sense, the agent may not connect, or no thread can be started.
@@ -196,8 +199,8 @@ impl Peers {
         self.dial(agent, endpoint, |line| line.dial_at(Some(endpoint)))
     }
 
-    /// Dials another agent for a question, and again for a few seconds if it is not there. A link that nobody needs any more
-    /// ends after as long.
+    /// Dials another agent for a query.
+    /// If it is absent, dialling is repeated for a few seconds. An unused link ends after the same time.
     ///
     /// # Errors
     /// As those of [`connect`](Peers::connect).
@@ -216,8 +219,9 @@ impl Peers {
         self.lines.with_lines(|lines| self.lines.line_in(lines, agent, how)).map(drop).map_err(system)
     }
 
-    /// Dials another agent no longer. If it is there, it stays connected for as long as one of the two needs that. If it is
-    /// not, and nothing of it is subscribed to, it is not known any more.
+    /// Stops dialling another agent.
+    /// A present agent stays connected for as long as one of the two needs that. An absent one without subscriptions is
+    /// forgotten.
     pub fn forget(&self, agent: &str) {
         let ended = self.lines.with_lines(|lines| {
             if let Some(served) = lines.get(agent) {
@@ -229,30 +233,31 @@ impl Peers {
         ended.into_iter().for_each(|served| drop(served.sends.join()));
     }
 
-    /// The other agents that are known, whether or not they are there.
+    /// Returns the known other agents, whether connected or not.
     pub fn agents(&self) -> Vec<String> {
         self.lines.with_lines(|lines| lines.keys().cloned().collect())
     }
 
-    /// Whether another agent is dialled whenever it is not there.
+    /// Returns whether another agent is dialled whenever it is absent.
     pub fn is_dialled(&self, agent: &str) -> bool {
         self.lines.line(agent).is_some_and(|line| line.is_dialled())
     }
 
-    /// Whether another agent is there.
+    /// Returns whether another agent is connected.
     pub fn is_connected(&self, agent: &str) -> bool {
         self.lines.line(agent).is_some_and(|line| locked(&line.peer).session().other().is_some())
     }
 
-    /// Why another agent went away or was not let in; empty when that is not known.
+    /// Returns the reason why another agent left or was refused; empty if unknown.
     pub fn reason(&self, agent: &str) -> String {
         self.lines.line(agent).map_or_else(String::new, |line| line.reason())
     }
 
-    /// Reads a property of another agent, which may come later; its mirror is at `agents/<agent>/<path>`.
+    /// Subscribes to a property of another agent, which may appear later.
+    /// Its mirror is at `agents/<agent>/<path>`.
     ///
     /// # Errors
-    /// When nobody of that name is known, or the mirror's path is taken.
+    /// If no agent of that name is known, or the mirror's path is taken.
     pub fn subscribe(&self, agent: &str, want: Want) -> Result<u32, PeerError> {
         let (line, path) = (self.line(agent)?, want.path.clone());
         let subscribed = locked(&line.peer).subscribe(want);
@@ -260,7 +265,7 @@ impl Peers {
         subscribed.map_err(|reason| PeerError::Subscription { agent: agent.into(), path, reason })
     }
 
-    /// Ends what [`subscribe`](Peers::subscribe) began.
+    /// Ends a subscription of [`subscribe`](Peers::subscribe).
     pub fn unsubscribe(&self, agent: &str, id: u32) {
         if let Some(line) = self.lines.line(agent) {
             locked(&line.peer).unsubscribe(id);
@@ -268,13 +273,14 @@ impl Peers {
         }
     }
 
-    /// How a subscription stands; nothing when there is none of that number.
+    /// Returns the status of a subscription; `None` for an unknown number.
     pub fn status(&self, agent: &str, id: u32) -> Option<Status> {
         locked(&self.lines.line(agent)?.peer).status(id).cloned()
     }
 
-    /// Sends a message to a mailbox of another agent, of an interface with that schema and with `items` tail items. Its
-    /// answers come out of what is returned: at first that it was accepted, and then how it ended.
+    /// Sends a message to a mailbox of another agent.
+    /// `schema` is that of its interface, `items` the number of its tail items. The receiver yields the answers: first
+    /// that it was accepted, then its final status.
     ///
     /// # Errors
     /// When the agent is not there, or too much waits for it: the message is not sent then.
@@ -296,8 +302,8 @@ impl Peers {
         Ok(receiver)
     }
 
-    /// Tells another agent something of the team's knowledge, which arrives as a
-    /// [`Happening::Told`](super::Happening::Told) or not at all; false when it is lost already.
+    /// Sends a message of the team's knowledge to another agent.
+    /// It arrives as a [`Happening::Told`](super::Happening::Told) or not at all; false if it is lost already.
     pub fn tell(&self, agent: &str, message: &[u8]) -> bool {
         let Some(line) = self.lines.line(agent) else { return false };
         let told = locked(&line.peer).tell(message);
@@ -305,7 +311,8 @@ impl Peers {
         told
     }
 
-    /// Asks another agent which properties it has of those paths, and for their newest values if those are wanted.
+    /// Lists the properties of another agent that match a pattern.
+    /// With `values`, their newest values are included.
     ///
     /// # Errors
     /// When the agent is not there, or does not answer within `limit`.
@@ -334,7 +341,7 @@ impl Peers {
         }
     }
 
-    /// Wakes the threads that send.
+    /// Returns a handle that wakes the sending threads.
     pub fn notifier(&self) -> Notifier {
         Notifier(Arc::clone(&self.lines))
     }

@@ -1,4 +1,4 @@
-//! What is read from another agent: mirrors of its properties on this agent's board.
+//! Imports: mirrors of another agent's properties on this agent's board.
 
 use std::sync::Arc;
 
@@ -12,49 +12,51 @@ use crate::encoding::decode;
 use crate::schema::{difference, interface};
 use crate::session::{Encoding, Estimate, Offer, Sample};
 
-/// A subscription of this agent.
+/// Subscription of this agent.
 #[derive(Debug)]
 pub(super) struct Import {
     pub want: Want,
-    /// The mirror's path.
+    /// Path of the mirror.
     pub place: String,
     pub mirror: Option<Mirror>,
     pub status: Status,
-    /// Values that came and did not fit.
+    /// Received values that did not fit.
     pub unfit: u64,
 }
 
-/// How a subscription of this agent stands.
+/// Status of a subscription of this agent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// The other agent is not connected, or has not answered.
+    /// No connection, or no answer yet.
     Unanswered,
-    /// The other agent has no such property yet.
+    /// The other agent has no such property yet; with the reason.
     Waiting(String),
-    /// It is served.
+    /// Active subscription.
     Served,
-    /// It is not served, and why.
+    /// Refused subscription, with the reason.
     Refused(String),
 }
 
-/// Mirrors that keep more values than this copy them: as many would be taken from the other agent for long.
+/// Largest depth of mirrors that lend values instead of copying them.
+/// A deeper one would occupy as many slots of the other agent for long.
 const SHALLOW: usize = 4;
 
-/// A property of the board that is as the other agent's.
+/// Mirror: a property of the board that follows the other agent's.
 #[derive(Debug)]
 pub(super) struct Mirror {
     property: Arc<Property>,
-    /// Nothing while the other agent, or the property's writer there, is gone.
+    /// Writer of the mirror.
+    /// `None` while the other agent, or the property's writer there, is gone.
     writer: Option<Writer>,
-    /// Whether values are read where the other agent has put them, and not copied.
+    /// Use of values in the other agent's memory, without a copy.
     adopts: bool,
-    /// The generation that the values have at their origin.
+    /// Generation of the values at their origin.
     generation: u64,
-    /// The last of its writers that are gone.
+    /// Generation of the last writer that left.
     left: u64,
-    /// Values that did not come since the last one that is shown.
+    /// Lost values since the last shown one.
     missed: u64,
-    /// The last value's time on this agent's clock.
+    /// Time of the last value by this agent's clock, ns.
     time: u64,
 }
 
@@ -64,7 +66,7 @@ impl Import {
         Self { want, place, mirror: None, status: Status::Unanswered, unfit: 0 }
     }
 
-    /// Makes the mirror, before the other agent is there, if it is known what it will be.
+    /// Creates the mirror before the other agent is present, if its interface is known.
     pub fn prepare(&mut self, board: &Board) -> Result<(), String> {
         match self.want.expected {
             Some(descriptor) if self.mirror.is_none() => {
@@ -95,7 +97,7 @@ impl Import {
         Ok(())
     }
 
-    /// The other agent serves the property: checks that it is what is expected.
+    /// Accepts an offer; checks that the property is the expected one.
     pub fn accept(&mut self, board: &Board, offer: &Offer, largest: usize) -> Result<(), String> {
         let descriptor = interface(&offer.interface).map_err(|refusal| refusal.to_string())?;
         let expected = self.mirror.as_ref().map(|mirror| mirror.property.descriptor());
@@ -134,12 +136,12 @@ impl Import {
         Ok(())
     }
 
-    /// The origin is out of reach.
+    /// Marks the origin as unreachable.
     pub fn leave(&mut self) {
         self.leave_writer(0);
     }
 
-    /// The property's writer of that generation has left it at its origin.
+    /// Notes that the property's writer of that generation has left.
     pub fn leave_writer(&mut self, generation: u64) {
         if let Some(mirror) = &mut self.mirror {
             mirror.writer = None;
@@ -147,7 +149,8 @@ impl Import {
         }
     }
 
-    /// Shows a value, before which `skipped` others did not come; says whether it fitted.
+    /// Writes a value to the mirror; returns whether it fits.
+    /// `skipped` values before it were lost.
     pub fn show(
         &mut self,
         sample: &Sample,
@@ -182,7 +185,7 @@ impl Mirror {
         }
     }
 
-    /// Shows a value that is in memory of both agents: where it is, or else a copy.
+    /// Publishes a value of shared memory, in place or as a copy.
     fn place(
         &mut self,
         sample: &Sample,
@@ -212,7 +215,7 @@ impl Mirror {
         self.publish(sample, bytes.len(), clock, write)
     }
 
-    /// Publishes a value of `length` bytes, if it fits.
+    /// Publishes a value of `length` bytes if it fits.
     fn publish(
         &mut self,
         sample: &Sample,
@@ -252,9 +255,9 @@ impl Mirror {
     }
 }
 
-/// Whether the interface has numbers and nothing else. All that an interface may have is valid whatever its bits are,
-/// but who reads a text, a length or a flag twice relies on it to be the same: so the other agent must not be able to
-/// change it meanwhile, and it is copied.
+/// Returns whether the interface consists only of numbers.
+/// Fields of an interface are valid for any bits. But readers of a text, a length or a flag rely on two reads being the
+/// same, so the other agent must not be able to change it meanwhile, and it is copied.
 fn is_numbers(descriptor: &Descriptor) -> bool {
     descriptor.fields.iter().all(|field| is_number(&field.kind))
 }

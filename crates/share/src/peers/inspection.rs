@@ -1,4 +1,4 @@
-//! What an agent tells another one of its properties.
+//! Descriptions of an agent's properties for another agent.
 
 use std::collections::BTreeMap;
 
@@ -12,10 +12,10 @@ use super::Allowance;
 use super::rights::{may_read, may_send};
 use crate::schema::interface;
 
-/// About so many bytes are told at once.
+/// Approximate size of a part of an answer, bytes.
 const PART: usize = 32 << 10;
 
-/// Bytes of an answer at most, and of all that are not whole yet.
+/// Largest answer, and limit of all incomplete answers, bytes.
 const LARGEST_ANSWER: usize = 64 << 20;
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -58,22 +58,23 @@ mod bytes {
     }
 }
 
-/// A question of another agent that is being answered.
+/// Question of another agent that is being answered.
 #[derive(Debug)]
 pub(super) struct PropertyQuestion {
     pattern: Pattern,
     values: bool,
-    /// The path that was told last.
+    /// Path of the last reported property.
     told: Option<String>,
 }
 
 impl PropertyQuestion {
-    /// Nothing when the pattern is none, which no property matches.
+    /// Creates a question; `None` for an invalid pattern, which no property matches.
     pub fn new(pattern: &str, values: bool) -> Option<Self> {
         Some(Self { pattern: Pattern::parse(pattern).ok()?, values, told: None })
     }
 
-    /// The next part, and whether it is the last. Of values of more than `largest` bytes only that is told.
+    /// Returns the next part of the answer, and whether it is the last one.
+    /// Values of more than `largest` bytes are reported by their size only.
     pub fn next(&mut self, board: &Board, largest: usize, allowance: Option<&Allowance>) -> (Vec<u8>, bool) {
         let mut part = Vec::new();
         for property in board.matching(&self.pattern) {
@@ -133,7 +134,7 @@ fn write(property: &Property, newest: EntryNewest<'_>, part: &mut Vec<u8>) {
     }
 }
 
-/// The answers to this agent's questions, as far as they came.
+/// Incomplete answers to this agent's questions.
 #[derive(Debug, Default)]
 pub(super) struct Answers {
     parts: BTreeMap<u32, (Vec<RemoteProperty>, usize)>,

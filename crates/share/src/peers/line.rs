@@ -1,5 +1,5 @@
-//! The line to another agent: what its two threads share, and what they do. One sends, one receives; nobody else waits
-//! for either of them.
+//! Connection to another agent, with a sending and a receiving thread.
+//! No other thread waits for these two.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
@@ -17,43 +17,43 @@ use super::{Happening, Peer, RemoteProperty};
 use crate::carrier::{Carrier, CarrierError, Link};
 use crate::session::DeliveryStatus;
 
-/// How long a thread waits at most before it looks whether it is to end.
+/// Longest wait of a thread until it checks for the end.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// From one attempt to dial to the next: at first, and at most.
+/// Shortest interval between attempts to dial, and longest interval.
 const SOON: Duration = Duration::from_millis(20);
 const LATER: Duration = Duration::from_millis(500);
 
-/// How long a link may take until both agents know of each other, nanoseconds.
+/// Timeout of a link until both agents know of each other, ns.
 const GREETING: u64 = 2_000_000_000;
 
-/// How long a link over which nothing can be sent may still bring what came before.
+/// Time in which a link that can't send may still deliver received data.
 const LAST_WORDS: Duration = Duration::from_millis(20);
 
-/// How long a link stays that this agent has dialled and that nobody needs any more, nanoseconds.
+/// Lifetime of an unused link that this agent has dialled, ns.
 const UNUSED: u64 = 5_000_000_000;
 
-/// How often the states on the board are brought up to date, nanoseconds.
+/// Update period of the states on the board, ns.
 const STATES: u64 = 100_000_000;
 
-/// The line to one other agent.
+/// Connection to one other agent.
 #[derive(Debug)]
 pub(super) struct PeerLine {
     pub agent: String,
     pub peer: Mutex<Peer>,
-    /// Wakes the thread that sends.
+    /// Wake of the sending thread.
     pub wake: Arc<Wake>,
     dialling: Mutex<Dialling>,
-    /// Whether somebody is being looked for, which takes its time.
+    /// Flag of dialling in progress, which may take long.
     pub is_dialling: AtomicBool,
-    /// Locked before the agent, by whoever needs both.
+    /// Current link; locked before the agent by threads that need both.
     link: Mutex<CurrentLink>,
     changed: Condvar,
     pub waiting: Mutex<PendingReplies>,
     reason: Mutex<String>,
-    /// What came of dialling last, when nobody was there: that is told to nobody.
+    /// Last error of dialling an absent agent; it is not reported.
     nobody: Mutex<Option<String>>,
-    /// What has happened and was not told, in order, and whoever tells it.
+    /// Queue of events to report, and the lock of the thread that reports them.
     untold: Mutex<VecDeque<Happening>>,
     telling: Mutex<()>,
     ended: AtomicBool,
@@ -63,12 +63,12 @@ pub(super) struct PeerLine {
 #[derive(Debug, Default)]
 struct CurrentLink {
     link: Option<Arc<dyn Link>>,
-    /// Where this agent dialled it; nothing when the other one did.
+    /// Endpoint at which this agent dialled; `None` if the other agent did.
     dialled: Option<String>,
     since: u64,
 }
 
-/// Who waits for an answer of the other agent.
+/// Requests that wait for an answer of the other agent.
 #[derive(Debug, Default)]
 pub(super) struct PendingReplies {
     pub answers: BTreeMap<u64, Sender<DeliveryStatus>>,
@@ -103,29 +103,30 @@ impl PeerLine {
         self.wake.notify(1);
     }
 
-    /// Dials the other agent whenever it is not there; no longer when that is nowhere.
+    /// Sets the endpoint that is dialled whenever the agent is absent; none for `None`.
     pub fn dial_at(&self, endpoint: Option<&str>) {
         locked(&self.dialling).always = endpoint.map(Into::into);
         self.changed.notify_all();
     }
 
-    /// Dials it for a question.
+    /// Dials the agent for a query.
     pub fn visit(&self, endpoint: &str, now: u64) {
         locked(&self.dialling).visit(endpoint, now.saturating_add(UNUSED));
         self.changed.notify_all();
     }
 
-    /// Whether it is dialled whenever it is not there.
+    /// Returns whether the other agent is dialled whenever it is absent.
     pub fn is_dialled(&self) -> bool {
         locked(&self.dialling).always.is_some()
     }
 
-    /// Where it is to be dialled now.
+    /// Returns the endpoint to dial at time `now`.
     fn endpoint(&self, now: u64) -> Option<String> {
         locked(&self.dialling).endpoint(now)
     }
 
-    /// Whether nobody would miss it: the other agent came by itself, and is gone.
+    /// Returns whether the line is unused.
+    /// The other agent connected by itself, and has left.
     pub fn is_idle(&self, now: u64) -> bool {
         self.endpoint(now).is_none() && self.current().is_none() && locked(&self.peer).is_idle()
     }
@@ -138,7 +139,8 @@ impl PeerLine {
         locked(&self.link).link.clone()
     }
 
-    /// Takes a link that the other agent has dialled, with the greeting that came over it; or says why not.
+    /// Takes a link that the other agent has dialled, with the received greeting.
+    /// The error is the reason of a refusal.
     pub fn adopt(
         &self,
         context: &PeerContext,
@@ -174,7 +176,7 @@ impl PeerLine {
         Ok(())
     }
 
-    /// The link is of no use any more.
+    /// Closes a link, and clears it if it is the current one.
     fn drop_link(&self, context: &PeerContext, link: &Arc<dyn Link>, reason: &str) {
         let mut unheard = false;
         let mut current = locked(&self.link);
@@ -194,7 +196,7 @@ impl PeerLine {
         self.wake.notify(1);
     }
 
-    /// What the sending thread does; `end_idle` ends lines that nobody needs.
+    /// Runs the sending thread; `end_idle` ends lines that are not needed.
     pub fn send(&self, context: &PeerContext, end_idle: &dyn Fn()) {
         let mut states = PeerStates::new(&context.board, &self.agent);
         let mut states_at = 0;
@@ -272,7 +274,7 @@ impl PeerLine {
         }
     }
 
-    /// Sends what there is; false when there was no room for all.
+    /// Sends all pending packets; false if the link has no room.
     fn send_all(
         &self,
         context: &PeerContext,
@@ -295,7 +297,7 @@ impl PeerLine {
         }
     }
 
-    /// What the receiving thread does: it dials, too.
+    /// Runs the receiving thread, which dials, too.
     pub fn receive(&self, context: &PeerContext) {
         let mut packet = Vec::new();
         let mut pause = SOON;
@@ -336,7 +338,8 @@ impl PeerLine {
         }
     }
 
-    /// Where this agent dials, or has dialled the link there is; empty when the other one did.
+    /// Returns the endpoint that this agent dials or has dialled.
+    /// Empty if the other agent dialled.
     fn dialled(&self, now: u64) -> String {
         let current = locked(&self.link);
         match &current.link {
@@ -345,12 +348,12 @@ impl PeerLine {
         }
     }
 
-    /// Whether this agent has dialled the link, and would not do so again.
+    /// Returns whether this agent has dialled the link and would not do so again.
     fn is_unwanted(&self, now: u64) -> bool {
         locked(&self.link).dialled.is_some() && self.endpoint(now).is_none()
     }
 
-    /// A link over which the other agent does not greet is tried no longer.
+    /// Drops a link over which the other agent does not greet in time.
     fn give_up(&self, context: &PeerContext, link: &Arc<dyn Link>) {
         let since = locked(&self.link).since;
         let apart = locked(&self.peer).session().other().is_none();
@@ -397,7 +400,7 @@ impl PeerLine {
         }
     }
 
-    /// There is no link, for a reason that is told when it is another one than before.
+    /// Records the reason for a missing link; it is reported when it changes.
     fn is_refused(&self, context: &PeerContext, reason: String) {
         *locked(&self.nobody) = None;
         let before = std::mem::replace(&mut *locked(&self.reason), reason.clone());
@@ -407,7 +410,7 @@ impl PeerLine {
         }
     }
 
-    /// Waits, but not when the other agent has dialled.
+    /// Waits before the next attempt, unless the other agent has dialled.
     fn pause(&self, pause: &mut Duration) {
         let current = locked(&self.link);
         if current.link.is_none() && !self.has_ended() {
@@ -417,8 +420,8 @@ impl PeerLine {
         *pause = (*pause * 2).min(LATER);
     }
 
-    /// Answers whoever waits for what has happened, and keeps it in order until it is told; whether the other agent went
-    /// away.
+    /// Passes answers to their requests, and queues the other events for the host.
+    /// Returns whether the other agent left.
     fn report(&self, peer: &mut Peer) -> bool {
         let mut gone = false;
         for happening in peer.happenings() {
@@ -454,8 +457,8 @@ impl PeerLine {
         gone
     }
 
-    /// Tells the host what has happened, in that order whichever thread does it. The other agent is not locked meanwhile, so
-    /// the host may ask for something at once.
+    /// Reports queued events to the host, in order regardless of the thread.
+    /// The other agent is not locked meanwhile, so the host may send requests at once.
     fn tell(&self, context: &PeerContext) {
         let telling = locked(&self.telling);
         let next = || locked(&self.untold).pop_front();
@@ -467,12 +470,12 @@ impl PeerLine {
         drop(telling);
     }
 
-    /// Why the other agent went away or was not let in, where that is known.
+    /// Returns the reason why the other agent left or was refused, if known.
     pub fn reason(&self) -> String {
         locked(&self.reason).clone()
     }
 
-    /// Why it is not there now.
+    /// Returns the reason why it is absent now.
     pub fn explanation(&self) -> String {
         locked(&self.nobody).clone().unwrap_or_else(|| self.reason())
     }

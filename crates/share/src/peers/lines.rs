@@ -1,4 +1,4 @@
-//! The lines to all other agents.
+//! Connections to all other agents.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -12,24 +12,24 @@ use super::Peer;
 use super::context::{PeerContext, locked};
 use super::line::PeerLine;
 
-/// How many other agents there may be.
+/// Largest number of other agents.
 const AGENTS: usize = 256;
 
 /// The lines by the names of agents.
 pub(super) type LinesByAgent = BTreeMap<String, ServedLine>;
 
-/// A line with its two threads.
+/// Connection with its two threads.
 pub(super) struct ServedLine {
     pub line: Arc<PeerLine>,
     pub sends: JoinHandle<()>,
     pub receives: JoinHandle<()>,
 }
 
-/// The lines to other agents, which are made and end as they are needed.
+/// Connections to other agents, created and ended on demand.
 pub(super) struct LineTable {
     pub context: PeerContext,
     lines: Mutex<LinesByAgent>,
-    /// Whether somebody wanted to wake the threads that send and did not wait for the lock.
+    /// Flag of a wake-up request that did not wait for the lock.
     missed: AtomicBool,
 }
 
@@ -38,7 +38,7 @@ impl LineTable {
         Self { context, lines: Mutex::default(), missed: AtomicBool::new(false) }
     }
 
-    /// Looks at the lines, or changes them.
+    /// Runs `call` with the connections locked.
     pub fn with_lines<T>(&self, call: impl FnOnce(&mut LinesByAgent) -> T) -> T {
         let result = call(&mut locked(&self.lines));
         if self.missed.load(Ordering::SeqCst) {
@@ -47,7 +47,8 @@ impl LineTable {
         result
     }
 
-    /// Wakes the threads that send, without waiting: if somebody holds the lock, that one does it.
+    /// Wakes the sending threads without blocking.
+    /// If the lock is held, its holder does it.
     pub fn notify(&self) {
         self.missed.store(true, Ordering::SeqCst);
         // Who does not get the lock here has said so before its owner gives it back and looks.
@@ -61,17 +62,18 @@ impl LineTable {
         self.with_lines(|lines| lines.get(agent).map(|served| Arc::clone(&served.line)))
     }
 
-    /// The line to an agent, which is made if there is none.
+    /// Returns the connection to an agent, which is created if missing.
     pub fn line_to(self: &Arc<Self>, agent: &str) -> io::Result<Arc<PeerLine>> {
         self.with_lines(|lines| self.line_in(lines, agent, |_| ()))
     }
 
-    /// Ends the lines that nobody would miss; their threads end by themselves.
+    /// Ends unused connections; their threads end by themselves.
     pub fn end_idle(&self) {
         self.with_lines(|lines| drop(end_idle(lines, self.context.now())));
     }
 
-    /// The line to an agent, to which `how` says where it is dialled: a new one knows that before it shows how it is.
+    /// Returns the line to an agent; `how` sets the endpoint that is dialled.
+    /// A new line knows the endpoint before it shows its state.
     pub fn line_in(
         self: &Arc<Self>,
         lines: &mut LinesByAgent,
@@ -109,7 +111,7 @@ impl LineTable {
     }
 }
 
-/// Ends the lines that nobody would miss, and takes them out.
+/// Ends unused connections and removes them.
 pub(super) fn end_idle(lines: &mut LinesByAgent, now: u64) -> Vec<ServedLine> {
     let idle = lines.extract_if(.., |_, served| served.line.is_idle(now)).map(|(_, served)| served);
     idle.inspect(|served| served.line.end()).collect()

@@ -8,15 +8,15 @@ use slate_blackboard::{Board, Carrier, Property};
 
 use crate::session::{DeliveryStatus, Session};
 
-/// The mailboxes that another agent has written to, and the messages that wait there.
+/// Mailboxes that another agent has written to, and messages without an answer.
 #[derive(Debug, Default)]
 pub(super) struct Messages {
-    /// One sender for each mailbox, so that its messages stay in order.
+    /// Sender per mailbox, which keeps its messages in order.
     senders: BTreeMap<String, (Arc<Property>, Sender)>,
     open: Vec<(u64, String, Ticket)>,
 }
 
-/// A message as it came.
+/// Received message.
 #[derive(Debug)]
 pub(super) struct Incoming {
     pub ticket: u64,
@@ -26,16 +26,16 @@ pub(super) struct Incoming {
     pub bytes: Vec<u8>,
 }
 
-/// Mailboxes that one agent may write to.
+/// Largest number of mailboxes that one agent may write to.
 const MAILBOXES: usize = 256;
 
 impl Messages {
-    /// Whether messages wait for their answers.
+    /// Returns whether messages wait for their answers.
     pub fn is_open(&self) -> bool {
         !self.open.is_empty()
     }
 
-    /// Puts a message into its mailbox, and says how it fares.
+    /// Delivers a message to its mailbox, and answers with its status.
     pub fn deliver(&mut self, board: &Board, message: &Incoming, now: u64, session: &mut Session) {
         let answer = match self.send(board, message, now) {
             Ok(ticket) => {
@@ -72,7 +72,7 @@ impl Messages {
         sender.send(&message.bytes, items, now).map_err(|_| DeliveryStatus::Full)
     }
 
-    /// Tells the other agent what was answered.
+    /// Forwards the receivers' answers to the other agent.
     pub fn settle(&mut self, session: &mut Session) {
         let senders = &self.senders;
         self.open.retain(|(number, path, ticket)| {
@@ -88,15 +88,16 @@ impl Messages {
         });
     }
 
-    /// The other agent is gone, and with it who wants to know.
+    /// Drops open messages after the other agent has left.
     pub fn end(&mut self) {
         self.open.clear();
         self.senders.clear();
     }
 }
 
-/// Whether an inbox refuses another agent: its Plan, or reflexes of its own robot, send to it already. `known` is whether the other
-/// agent has a sender there.
+/// Returns whether an inbox refuses another agent.
+/// It does if the robot's own Plan or reflexes already send to it. `known` is true if the other agent has a sender
+/// there.
 fn is_taken(part: &str, mailbox: &Mailbox, known: bool) -> bool {
     // Modules of this agent have names.
     let is_own = |names: &[String]| names.iter().any(|name| !name.is_empty());

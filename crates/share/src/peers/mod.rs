@@ -32,88 +32,89 @@ pub use state::{PeerState, ReadState, ServedState};
 
 use crate::session::{DeliveryStatus, Options};
 
-/// A property of another agent that is wanted here.
+/// Requested property of another agent.
 #[derive(Clone, Debug)]
 pub struct Want {
-    /// Its path in the other agent.
+    /// Path in the other agent.
     pub path: String,
-    /// How it is to be served.
+    /// Delivery options.
     pub options: Options,
-    /// What it has to be, where that is known: then the mirror is there before the other agent is.
+    /// Expected interface, if known.
+    /// The mirror then exists before the other agent is present.
     pub expected: Option<&'static Descriptor>,
-    /// Room in the mirror's tail, for a mirror that is made before the other agent is there.
+    /// Capacity of the tail of a mirror that precedes the other agent.
     pub capacity: usize,
-    /// How many values the mirror keeps at least.
+    /// Smallest number of values that the mirror keeps.
     pub depth: usize,
 }
 
 impl Want {
-    /// Whatever is at that path.
+    /// Requests the property at a path, of any interface.
     pub fn new(path: &str, options: Options) -> Self {
         Self { path: path.into(), options, expected: None, capacity: 0, depth: 1 }
     }
 
-    /// A property of that interface; its tail has room for `capacity` items.
+    /// Sets the expected interface, and the capacity of its tail in items.
     #[must_use]
     pub fn expect(self, descriptor: &'static Descriptor, capacity: usize) -> Self {
         Self { expected: Some(descriptor), capacity, ..self }
     }
 
-    /// The mirror keeps that many values.
+    /// Sets the number of values that the mirror keeps.
     #[must_use]
     pub fn depth(self, depth: usize) -> Self {
         Self { depth, ..self }
     }
 }
 
-/// What happens between this agent and another one, for whoever is interested.
+/// Event between this agent and another one.
 #[derive(Clone, Debug)]
 pub enum Happening {
-    /// The other agent is there.
+    /// Connection of the other agent.
     Connected {
-        /// Another number after each of its starts.
+        /// Number unique to each start of the agent.
         instance: u64,
     },
-    /// The other agent is gone.
+    /// Loss of the connection.
     Disconnected {
-        /// In words.
+        /// Reason in words.
         reason: String,
     },
-    /// One of both refuses the other.
+    /// Refusal between this agent and the other one.
     Refused {
-        /// In words.
+        /// Reason in words.
         reason: String,
     },
-    /// Somebody was not let in. It was told so, and nothing else happens; of those who come again and again this is told
-    /// now and then.
+    /// Agent or stranger that was refused.
+    /// It receives the reason, and nothing else happens. Repeated refusals are reported from time to time.
     Rejected {
-        /// Who, as far as that is known, and why.
+        /// Identity, as far as known, and reason.
         reason: String,
     },
-    /// A subscription of this agent brings no values, or none yet.
+    /// Subscription of this agent without values, at least for now.
     Unserved {
         /// Path in the other agent.
         path: String,
-        /// In words.
+        /// Reason in words.
         reason: String,
     },
-    /// A message of this agent was answered.
+    /// Answer to a message of this agent.
     Answered {
         /// The message.
         ticket: u64,
-        /// How it fares.
+        /// Delivery status.
         answer: DeliveryStatus,
     },
-    /// The other agent tells something of the team's knowledge.
+    /// Message of the team's knowledge from the other agent.
     Told {
-        /// What it tells.
+        /// Message.
         bytes: Vec<u8>,
     },
-    /// A question of this agent was answered.
+    /// Answer to a question of this agent.
     Listed {
         /// The question.
         request: u32,
-        /// The properties there are, or why that is not known.
+        /// Properties, or the reason for a failure.
         answer: Result<Vec<RemoteProperty>, String>,
     },
 }

@@ -1,4 +1,5 @@
-//! Another agent, as seen from this agent's board. It has no thread and no clock: see [`super::Peers`].
+//! Peer: another agent, as seen from this agent's board.
+//! It has no thread and no clock: see [`super::Peers`].
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -18,22 +19,23 @@ use crate::session::{
     Compression, Content, DeliveryStatus, Event, Identity, Limits, Options, Seen, SendError, Session,
 };
 
-/// How often a property is looked for that is not there; other names of properties come without an event.
+/// Polling period of a property that does not exist yet, ns.
+/// Other names of properties appear without an event.
 const RETRY: u64 = 200_000_000;
 
-/// How often a mailbox is asked for answers.
+/// Polling period of a mailbox's answers, ns.
 const SETTLE: u64 = 2_000_000;
 
-/// How many happenings wait for whoever is interested.
+/// Largest number of unread events.
 const HAPPENINGS: usize = 4096;
 
-/// Bytes of a path that another agent may ask for.
+/// Longest path of a subscription, bytes.
 const LONGEST_PATH: usize = 1024;
 
-/// Bytes of control messages that are left free for others while a question is answered.
+/// Bytes of control messages that stay reserved while a question is answered.
 const RESERVE: usize = 1 << 20;
 
-/// Another agent: the session with it, what it reads here, and the mirrors of what is read there.
+/// Peer: the session with another agent, its subscriptions here, and its mirrors.
 #[derive(Debug)]
 pub struct Peer {
     pub(super) session: Session,
@@ -48,7 +50,8 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// Another agent of that name, which is not connected. `wake` is notified when this agent has something for it.
+    /// Creates a peer of that name, which is not connected.
+    /// `wake` is notified when this agent has something for it.
     pub fn new(board: &Arc<Board>, own: Identity, agent: &str, limits: Limits, wake: &Arc<Wake>) -> Self {
         // A pattern of any path.
         let all = Pattern::parse("**").unwrap_or_else(|_| unreachable!("it is a pattern"));
@@ -65,24 +68,24 @@ impl Peer {
         }
     }
 
-    /// The other agent may do this and nothing else; all when it is nothing.
+    /// Restricts the other agent to these rights; unrestricted for `None`.
     #[must_use]
     pub fn allow(mut self, allowance: Option<Allowance>) -> Self {
         self.exchange.allowance = allowance;
         self
     }
 
-    /// The other agent's name.
+    /// Returns the other agent's name.
     pub fn agent(&self) -> &str {
         &self.exchange.agent
     }
 
-    /// The session with it.
+    /// Returns the session with the other agent.
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-    /// Subscribes to a property, whose mirror is at `agents/<agent>/<path>`.
+    /// Subscribes to a property; its mirror is at `agents/<agent>/<path>`.
     ///
     /// # Errors
     /// When the mirror's path is taken, there are too many subscriptions, or JPEG is wanted and not built in.
@@ -109,7 +112,7 @@ impl Peer {
         }
     }
 
-    /// Ends a subscription, and takes its mirror off the board.
+    /// Ends a subscription, and removes its mirror from the board.
     pub fn unsubscribe(&mut self, id: u32) {
         self.session.unsubscribe(id);
         if let Some(import) = self.exchange.imports.remove(&id)
@@ -120,12 +123,13 @@ impl Peer {
         }
     }
 
-    /// How a subscription stands.
+    /// Returns the status of a subscription.
     pub fn status(&self, id: u32) -> Option<&Status> {
         self.exchange.imports.get(&id).map(|import| &import.status)
     }
 
-    /// Sends a message to a mailbox of the other agent; how it fares is a [`Happening`].
+    /// Sends a message to a mailbox of the other agent.
+    /// Its status follows as a [`Happening`].
     ///
     /// # Errors
     /// When the other agent is not there, or too much waits for it: the message is not sent then.
@@ -133,13 +137,13 @@ impl Peer {
         self.session.send(path, schema, items as u64, bytes)
     }
 
-    /// Tells the other agent something of the team's knowledge; false when it is lost already.
+    /// Sends a message of the team's knowledge; false if it is lost already.
     pub fn tell(&mut self, message: &[u8]) -> bool {
         is_of_team(self.exchange.allowance.as_ref()) && self.session.tell(message)
     }
 
-    /// Asks which properties there are of those paths, and for their newest values if those are wanted; the answer is
-    /// a [`Happening`].
+    /// Asks for the properties that match a pattern.
+    /// With `values`, their newest values are included. The answer is a [`Happening`].
     ///
     /// # Errors
     /// When the other agent is not there, or has not answered the last questions.
@@ -147,14 +151,15 @@ impl Peer {
         self.session.ask(pattern, values)
     }
 
-    /// Waits no longer for the answer to a question.
+    /// Gives up waiting for the answer to a question.
     pub fn give_up(&mut self, request: u32) {
         self.session.give_up(request);
         self.answers.forget(request);
     }
 
-    /// What has happened since this was asked last. When nobody asks for long, the oldest is forgotten; but for answers,
-    /// of which there are no more than messages and questions of this agent.
+    /// Returns the events since the last call.
+    /// If nobody calls it for long, the oldest are dropped. Answers are not, as they are no more than this agent's
+    /// messages and questions.
     pub fn happenings(&mut self) -> impl Iterator<Item = Happening> + '_ {
         self.happenings.drain(..)
     }
@@ -171,12 +176,12 @@ impl Peer {
         self.happenings.push_back(happening);
     }
 
-    /// Whether a mirror was written since this was asked last.
+    /// Returns whether a mirror was written since the last call.
     pub fn take_shown(&mut self) -> bool {
         std::mem::take(&mut self.exchange.shown)
     }
 
-    /// The values' clock shows so much more than the one that `now` is of, nanoseconds.
+    /// Sets the offset of the values' clock to the clock of `now`, ns.
     pub fn set_lead(&mut self, lead: i64) {
         self.exchange.lead = lead;
     }
@@ -186,14 +191,14 @@ impl Peer {
         self.exchange.take_down();
     }
 
-    /// Takes a packet that came at `now`.
+    /// Takes a packet that arrived at `now`.
     pub fn receive(&mut self, now: u64, packet: &[u8], memory: Option<&dyn SharedMemory>) {
         self.exchange.estimate = self.session.estimate();
         self.session.receive(now, packet, &mut LiveExchange { exchange: &mut self.exchange, memory });
         self.react(now);
     }
 
-    /// Ends the connection, because the host knows that it is cut.
+    /// Ends the connection when the host knows that it is cut.
     pub fn disconnect(&mut self, now: u64, reason: &str) {
         self.session.disconnect(
             now,
@@ -203,7 +208,7 @@ impl Peer {
         self.react(now);
     }
 
-    /// Sees what time it is, and what happened on the board.
+    /// Advances the time, and handles events of the board.
     pub fn tick(&mut self, now: u64) {
         self.session.tick(now, &mut LiveExchange { exchange: &mut self.exchange, memory: None });
         self.react(now);
@@ -228,7 +233,7 @@ impl Peer {
         )
     }
 
-    /// When something is to be done, unless a packet comes or the wake is notified before.
+    /// Returns the time of the next action, unless a packet or a wake-up comes before.
     pub fn deadline(&mut self, now: u64) -> u64 {
         let mut next =
             self.session.deadline(now, &mut LiveExchange { exchange: &mut self.exchange, memory: None });
@@ -244,18 +249,18 @@ impl Peer {
         next
     }
 
-    /// Whether this agent reads nothing there, and the other one nothing here.
+    /// Returns whether this agent reads nothing there, and the other one nothing here.
     pub fn is_idle(&self) -> bool {
         self.exchange.imports.is_empty() && self.session.other().is_none()
     }
 
-    /// Whether either agent reads something of the other one, or waits for an answer.
+    /// Returns whether either agent reads the other, or waits for an answer.
     pub fn is_used(&self) -> bool {
         let reads = !self.exchange.imports.is_empty() || !self.exchange.exports.is_empty();
         reads || self.messages.is_open() || self.session.has_open()
     }
 
-    /// Whether properties are served whose writers notify nobody by themselves.
+    /// Returns whether properties are served whose writers do not notify by themselves.
     pub fn serves(&self) -> bool {
         !self.exchange.exports.is_empty()
     }
@@ -333,7 +338,7 @@ impl Peer {
         self.happen(Happening::Disconnected { reason });
     }
 
-    /// A subscription of this agent brings no values, or none yet.
+    /// Notes that a subscription of this agent brings no values, at least for now.
     fn react_to_delay(&mut self, id: u32, reason: String, status: impl FnOnce(String) -> Status) {
         let Some(import) = self.exchange.imports.get_mut(&id) else { return };
         import.leave();
@@ -374,7 +379,7 @@ impl Peer {
         self.exchange.shown = true;
     }
 
-    /// Looks for the property of a subscription of the other agent.
+    /// Connects a subscription of the other agent to its property.
     fn serve(&mut self, id: u32, now: u64) {
         let instance = self.session.own().instance;
         let Some(export) = self.exchange.exports.get_mut(&id) else { return };
@@ -439,7 +444,7 @@ impl Peer {
         }
     }
 
-    /// Those properties are gone.
+    /// Ends exports of properties that are gone.
     fn unserve(&mut self, gone: impl Fn(&str) -> bool) {
         for (id, export) in &mut self.exchange.exports {
             if export.source.as_ref().is_some_and(|source| gone(source.property().path())) {
@@ -465,7 +470,7 @@ impl Peer {
         }
     }
 
-    /// Values of queues that wait to be sent to the other agent.
+    /// Returns the number of queued values that wait to be sent.
     pub(super) fn lag(&self, id: u32) -> u64 {
         let export = self.exchange.exports.get(&id).filter(|export| export.options.content == Content::All);
         export.and_then(|export| export.source.as_ref()).map_or(0, |source| source.lag())

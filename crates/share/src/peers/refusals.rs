@@ -1,5 +1,5 @@
-//! Who was not let in: on the board for tools, and now and then in the log. Whoever knocks, however often and under any
-//! number of names, takes a fixed amount of both.
+//! Refused agents and strangers, on the board for tools and in the log.
+//! The entries are bounded, regardless of the number of attempts and names.
 
 use std::sync::Arc;
 
@@ -9,34 +9,34 @@ use slate_blackboard::{Access, Board, Store};
 use slate_module::{Text, interface};
 use slate_runtime::printable_text;
 
-/// Somebody who was not let in.
+/// Refused agent or stranger.
 #[interface]
 #[derive(PartialEq)]
 pub struct Rejected {
-    /// How often that was so.
+    /// Number of refusals.
     pub count: u64,
-    /// When it was so last, by this agent's clock.
+    /// Time of the last refusal, by this agent's clock.
     #[unit("ns")]
     pub last: u64,
-    /// Who it was, as far as that is known.
+    /// Identity, as far as known.
     pub from: Text<124>,
-    /// Why.
+    /// Reason.
     pub reason: Text<252>,
 }
 
-/// So many are kept; the one that was not seen for the longest time makes room.
+/// Number of kept entries; the least recently seen one makes room.
 const KEPT: usize = 8;
 
-/// From one line in the log about the same to the next, nanoseconds.
+/// Shortest interval between log lines about the same refusal, ns.
 const PAUSE: u64 = 60_000_000_000;
 
-/// Lines in the log within that time, whoever they are about.
+/// Largest number of such log lines in that interval.
 const LINES: u32 = 16;
 
 pub(super) struct Refusals {
     board: Arc<Board>,
     kept: Vec<KeptRefusal>,
-    /// Since when lines are counted, and how many there were.
+    /// Beginning of the interval, ns, and log lines since.
     lines: (u64, u32),
 }
 
@@ -54,7 +54,7 @@ impl Refusals {
         Self { board: Arc::clone(board), kept: Vec::new(), lines: (0, 0) }
     }
 
-    /// Notes that somebody was refused; what is to be logged of it, if anything is.
+    /// Notes a refusal; returns a line for the log, if one is due.
     pub fn note(&mut self, now: u64, from: &str, reason: &str) -> Option<String> {
         // Strangers choose what is in it, and it is shown in terminals.
         let (from, reason) = (&*printable_text(from), &*printable_text(reason));

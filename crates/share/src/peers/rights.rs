@@ -1,25 +1,26 @@
-//! What other agents may do.
+//! Rights of other agents.
 
 use std::collections::BTreeMap;
 
 pub use slate_runtime::configuration::Allowance;
 
-/// What other agents may do here: all unless it is restricted, and then what is said.
+/// Rights of other agents in this one.
+/// Everything is allowed unless they are restricted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rights(Option<BTreeMap<String, Allowance>>);
 
 impl Rights {
-    /// Whoever is not in it may do nothing.
+    /// Creates restricted rights; agents that are not listed have none.
     pub fn restricted(allow: BTreeMap<String, Allowance>) -> Self {
         Self(Some(allow))
     }
 
-    /// Whether it is said what each agent may do.
+    /// Returns whether rights are configured for each agent.
     pub fn is_restricted(&self) -> bool {
         self.0.is_some()
     }
 
-    /// What an agent may do; nothing when it may do all.
+    /// Returns the rights of an agent; `None` if they are unrestricted.
     ///
     /// # Errors
     /// In words, when it may not even connect.
@@ -32,23 +33,25 @@ impl Rights {
         })
     }
 
-    /// Whether an agent is told what the team knows, and believed.
+    /// Returns whether an agent exchanges the team's knowledge.
+    /// It then receives that knowledge, and its statements are believed.
     pub fn has_team(&self, agent: &str) -> bool {
         self.0.as_ref().is_none_or(|allow| allow.get(agent).is_some_and(|allowance| allowance.team))
     }
 }
 
-/// Whether a path may be read.
+/// Returns whether a path may be read.
 pub(super) fn may_read(allowance: Option<&Allowance>, path: &str) -> bool {
     allowance.is_none_or(|allowance| allowance.read.iter().any(|pattern| pattern.matches(path)))
 }
 
-/// Whether messages may be sent to a path.
+/// Returns whether messages may be sent to a path.
 pub(super) fn may_send(allowance: Option<&Allowance>, path: &str) -> bool {
     allowance.is_none_or(|allowance| allowance.send.iter().any(|pattern| pattern.matches(path)))
 }
 
-/// Whether it is told what the team knows, and believed.
+/// Returns whether an agent exchanges the team's knowledge.
+/// It then receives that knowledge, and its statements are believed.
 pub(super) fn is_of_team(allowance: Option<&Allowance>) -> bool {
     allowance.is_none_or(|allowance| allowance.team)
 }

@@ -1,4 +1,4 @@
-//! What tools see of other agents: a property for each, and one for each subscription.
+//! States of other agents for tools: one property per agent and per subscription.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,72 +11,73 @@ use slate_module::{Bool, Text, interface};
 use super::Peer;
 use super::import::Status;
 
-/// Another agent, as it is seen from here.
+/// State of another agent.
 #[interface]
 #[derive(PartialEq)]
 pub struct PeerState {
-    /// Whether it is there.
+    /// Connection state; true while it is connected.
     pub connected: Bool,
-    /// Another number after each of its starts; of the last one.
+    /// Number unique to its last start.
     pub instance: u64,
-    /// Since when it is there, by this agent's clock.
+    /// Time of the connection, by this agent's clock.
     #[unit("ns")]
     pub since: u64,
-    /// What its clock shows more than this agent's, off by half of the round trip at most.
+    /// Offset of its clock to this agent's.
+    /// The error is half of the round trip at most.
     #[unit("ns")]
     pub offset: i64,
-    /// How long a packet takes there and back.
+    /// Round-trip time of a packet.
     #[unit("ns")]
     pub round_trip: u64,
-    /// How often it came.
+    /// Number of its connections.
     pub connections: u64,
-    /// What was sent to it.
+    /// Bytes sent to it.
     #[unit("byte")]
     pub sent: u64,
-    /// What was received from it.
+    /// Bytes received from it.
     #[unit("byte")]
     pub received: u64,
-    /// Packets from it that could not be read.
+    /// Packets from it that were malformed.
     pub malformed: u64,
-    /// Where this agent dials it; empty when it came by itself.
+    /// Endpoint at which this agent dials it; empty if it connected by itself.
     pub endpoint: Text<124>,
-    /// Why it is not there, where that is known.
+    /// Reason why it is absent, if known.
     pub reason: Text<252>,
 }
 
-/// A property of another agent that is read here.
+/// State of a subscription of this agent.
 #[interface]
 #[derive(PartialEq)]
 pub struct ReadState {
-    /// Whether the other agent sends its values.
+    /// Service state; true while the other agent sends its values.
     pub served: Bool,
-    /// Values that came.
+    /// Received values.
     pub received: u64,
-    /// Values of a queue that were written and will not come.
+    /// Lost values of a queue.
     pub lost: u64,
-    /// Values that came and did not fit the mirror.
+    /// Received values that did not fit the mirror.
     pub unfit: u64,
-    /// The number that the newest value has at its origin.
+    /// Number of the newest value at its origin.
     pub sequence: u64,
-    /// The generation that its writer has there.
+    /// Generation of its writer there.
     pub generation: u64,
-    /// Why it is not served, where that is known.
+    /// Reason why it is not served, if known.
     pub reason: Text<252>,
 }
 
-/// A property of this agent that another one reads.
+/// State of a subscription of another agent.
 #[interface]
 #[derive(PartialEq)]
 pub struct ServedState {
-    /// Values that were sent.
+    /// Sent values.
     pub sent: u64,
-    /// Values that wait to be sent.
+    /// Values waiting to be sent.
     pub lag: u64,
-    /// Fragments that were sent and are not confirmed.
+    /// Fragments sent and not confirmed.
     pub unconfirmed: u64,
 }
 
-/// The properties of one other agent.
+/// Properties of one other agent's state.
 #[derive(Debug)]
 pub(super) struct PeerStates {
     board: Arc<Board>,
@@ -89,7 +90,8 @@ struct ShownStates {
     writer: Writer,
     last: Vec<u8>,
     seen: bool,
-    /// What was made here, which may not be what is there at the end.
+    /// Property created here.
+    /// At the end another one may be at its path.
     property: Arc<Property>,
 }
 
@@ -99,7 +101,7 @@ impl PeerStates {
         Self { board: Arc::clone(board), prefix, shown: BTreeMap::new() }
     }
 
-    /// Shows how things are, as far as that has changed.
+    /// Publishes states that have changed.
     pub fn update(&mut self, peer: &Peer, endpoint: &str, reason: &str, now: u64) {
         self.shown.values_mut().for_each(|shown| shown.seen = false);
         self.show(

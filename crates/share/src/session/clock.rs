@@ -2,30 +2,30 @@ use std::collections::VecDeque;
 
 use super::wire::Beat;
 
-/// How many beats the estimate looks back.
+/// Window of the estimate, number of exchanges.
 const WINDOW: usize = 16;
 
-/// What is known of the other agent's clock: from four times of each exchange of beats, of which the one with the
-/// shortest way there and back errs least.
+/// Estimator of the other agent's clock.
+/// It uses the four times of each exchange of heartbeats; that with the shortest round trip has the smallest error.
 #[derive(Debug, Default)]
 pub(super) struct PeerClock {
     /// Offset and round trip of the last exchanges.
     exchanges: VecDeque<Estimate>,
-    /// The last beat that came: when it was sent, and when it came.
+    /// Last received heartbeat: time of sending, and time of arrival.
     heard: Option<(u64, u64)>,
 }
 
-/// How the clock of another agent differs from this one's.
+/// Estimate of another agent's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Estimate {
-    /// What the other clock shows more than this one, nanoseconds. Off by half of the round trip at most.
+    /// Offset of the other clock to this one, ns; error of half the round trip at most.
     pub offset: i64,
-    /// How long a packet takes there and back, nanoseconds.
+    /// Round-trip time of a packet, ns.
     pub round_trip: u64,
 }
 
 impl Estimate {
-    /// The time of this clock at which the other one showed `time`.
+    /// Converts a time of the other clock to this clock.
     pub fn here(&self, time: u64) -> u64 {
         if self.offset >= 0 {
             time.saturating_sub(self.offset.unsigned_abs())
@@ -36,7 +36,7 @@ impl Estimate {
 }
 
 impl PeerClock {
-    /// The beat to be sent.
+    /// Returns the heartbeat to send.
     pub fn beat(&self, now: u64) -> Beat {
         Beat { sent: now, heard: self.heard }
     }
@@ -60,17 +60,17 @@ impl PeerClock {
         self.exchanges.push_back(Estimate { offset, round_trip });
     }
 
-    /// Whether a beat came.
+    /// Returns whether a heartbeat was received.
     pub fn is_heard(&self) -> bool {
         self.heard.is_some()
     }
 
-    /// The best estimate; nothing before the first exchange.
+    /// Returns the best estimate; `None` before the first exchange.
     pub fn estimate(&self) -> Option<Estimate> {
         self.exchanges.iter().min_by_key(|estimate| estimate.round_trip).copied()
     }
 
-    /// Whether so many exchanges were made that beats need not come quickly.
+    /// Returns whether there are enough exchanges to slow down the heartbeats.
     pub fn is_settled(&self) -> bool {
         self.exchanges.len() >= WINDOW / 2
     }

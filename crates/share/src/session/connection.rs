@@ -1,32 +1,32 @@
 use super::wire::PacketHead;
 
-/// Who an agent is.
+/// Identity of an agent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
     /// The agent's name.
     pub agent: String,
-    /// Another number after each start, which the host chooses.
+    /// Number unique to each start, which the host chooses.
     pub instance: u64,
 }
 
-/// Whether the other agent is there, and which one it is.
+/// State of the connection, with the identity of the other agent.
 #[derive(Debug)]
 pub(super) struct SessionConnection {
     pub own: Identity,
-    /// Counts the connections that were begun.
+    /// Number of the connection attempt.
     pub attempt: u64,
     pub other: Option<Other>,
-    /// Whether both know of each other.
+    /// Mutual greeting; true once both know of each other.
     pub together: bool,
-    /// When something was heard last.
+    /// Time of the last received packet.
     pub heard: u64,
-    /// When this agent greets again.
+    /// Time of the next greeting.
     pub greet_at: u64,
-    /// When both came together.
+    /// Time of the connection.
     pub since: u64,
 }
 
-/// The other agent, as its last greeting says.
+/// Other agent as of its last greeting.
 #[derive(Clone, Debug)]
 pub(super) struct Other {
     pub identity: Identity,
@@ -34,18 +34,19 @@ pub(super) struct Other {
     pub attempt: u64,
 }
 
-/// What a greeting means.
+/// Classification of a greeting.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Greeting {
-    /// Who is known greets again.
+    /// Repeated greeting of a known agent.
     Known,
-    /// Who was not known; it has to hear of this agent before it counts.
+    /// Greeting of an unknown agent.
+    /// It must receive a packet of this agent before it counts.
     New,
-    /// The agent that is connected begins anew.
+    /// Greeting of the connected agent that begins a new connection.
     Again,
-    /// An old packet.
+    /// Outdated greeting.
     Stale,
-    /// Another one of the name of the agent that is connected.
+    /// Greeting of another agent with the connected agent's name.
     Duplicate,
 }
 
@@ -54,7 +55,7 @@ impl SessionConnection {
         Self { own, attempt: 1, other: None, together: false, heard: 0, greet_at: 0, since: 0 }
     }
 
-    /// Identifies this connection of this agent.
+    /// Returns the token of this connection of this agent.
     pub fn token(&self) -> u64 {
         token(self.own.instance, self.attempt)
     }
@@ -63,7 +64,7 @@ impl SessionConnection {
         PacketHead { from: self.token(), to: self.other.as_ref().map_or(0, |other| other.token) }
     }
 
-    /// Whether a packet belongs to this connection.
+    /// Returns whether a packet belongs to this connection.
     pub fn is_ours(&self, head: PacketHead) -> bool {
         head.to == self.token() && self.other.as_ref().is_some_and(|other| other.token == head.from)
     }
@@ -90,7 +91,7 @@ impl SessionConnection {
         Greeting::New
     }
 
-    /// Begins anew, so that nothing that is under way belongs to this connection.
+    /// Ends the connection; packets in transfer belong to no later one.
     pub fn end(&mut self, now: u64) {
         self.attempt += 1;
         self.other = None;
@@ -99,7 +100,7 @@ impl SessionConnection {
     }
 }
 
-/// A number that differs between instances and their connections, and is never 0.
+/// Returns a number unique to an instance and its attempt; never 0.
 fn token(instance: u64, attempt: u64) -> u64 {
     // The finaliser of SplitMix64.
     let mut mixed = instance.wrapping_add(attempt.wrapping_mul(0x9e37_79b9_7f4a_7c15));

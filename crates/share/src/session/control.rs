@@ -1,4 +1,4 @@
-//! The control stream: what the two agents tell each other beside values.
+//! Control stream: messages between the two agents other than values.
 
 use super::delivery::DeliveryStatus;
 use super::event::{Application, Event, Offer};
@@ -7,34 +7,34 @@ use super::subscription::{ReadStream, Serving};
 use super::wire::{ControlMessage, PortableOffer, RawBytes, append};
 use super::{Options, QUESTIONS, Session};
 
-/// Messages of this agent that may be open.
+/// Largest number of unanswered messages of this agent.
 const MESSAGES: usize = 1024;
 
-/// Why something can't be sent to the other agent.
+/// Reason why a request can't be sent to the other agent.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SendError {
-    /// It is not there.
+    /// Absent agent.
     #[error("the other agent is not connected")]
     Apart,
-    /// Too much waits to be sent.
+    /// Full queue of outgoing messages.
     #[error("too much waits to be sent to the other agent")]
     Full,
-    /// It has not answered the last questions, also those that are not waited for any more.
+    /// Too many unanswered questions, including those that were given up.
     #[error("the other agent has not answered the last {QUESTIONS} questions")]
     Unanswered,
-    /// It is larger than what a session takes.
+    /// Message larger than a session takes.
     #[error("{bytes} bytes are more than the {limit} that are sent at once")]
     TooLarge {
-        /// How large it is.
+        /// Size of the message, bytes.
         bytes: usize,
-        /// How large it may be.
+        /// Largest size, bytes.
         limit: usize,
     },
 }
 
 impl Session {
-    /// Subscribes to a property of the other agent, from now on and after every connection, as soon as it is known how far
-    /// the clocks are apart.
+    /// Subscribes to a property of the other agent, now and after every connection.
+    /// It begins as soon as the clock offset is known.
     ///
     /// # Errors
     /// When there are as many subscriptions as there may be.
@@ -58,8 +58,8 @@ impl Session {
         }
     }
 
-    /// Takes no values for a subscription that was accepted, as what is offered is not what is wanted. It is asked for
-    /// again after every connection.
+    /// Refuses the offer for a subscription, as it is not the expected one.
+    /// The subscription is requested again after every connection.
     pub fn refrain(&mut self, id: u32) {
         if let Some(reading) = self.readings.get_mut(&id) {
             reading.epoch = 0;
@@ -73,7 +73,8 @@ impl Session {
         self.control(&ControlMessage::Subscribe { id, path: &path, options, seen });
     }
 
-    /// Serves a subscription of the other agent, which gets values when it knows what they are.
+    /// Serves a subscription of the other agent.
+    /// Values follow once it knows the offer.
     pub fn accept(&mut self, id: u32, offer: &Offer) {
         let Some(serving) = self.servings.get_mut(&id) else { return };
         serving.epoch += 1;
@@ -92,7 +93,7 @@ impl Session {
         self.control(&ControlMessage::Accepted { id, epoch, offer });
     }
 
-    /// Lets a subscription of the other agent wait, until it is accepted.
+    /// Makes a subscription of the other agent wait until it is accepted.
     pub fn wait(&mut self, id: u32, reason: &str) {
         let Some(serving) = self.servings.get_mut(&id) else { return };
         serving.begun = false;
@@ -106,21 +107,23 @@ impl Session {
         }
     }
 
-    /// The property that the other agent has subscribed to has no writer any more.
+    /// Announces that a property of the other agent's subscription has no writer.
     pub fn writer_left(&mut self, id: u32, generation: u64) {
         if self.servings.contains_key(&id) {
             self.control(&ControlMessage::WriterLeft { id, generation });
         }
     }
 
-    /// Values up to that number will not be sent, as the queue does not keep them any more.
+    /// Announces that values up to that number will not be sent.
+    /// The queue no longer keeps them.
     pub fn pass(&mut self, now: u64, id: u32, sequence: u64) {
         if let Some(serving) = self.servings.get_mut(&id) {
             serving.stream.pass(sequence, now);
         }
     }
 
-    /// Sends a message to a mailbox of the other agent. It is delivered once or not at all, and answered.
+    /// Sends a message to a mailbox of the other agent.
+    /// It is delivered at most once, and answered.
     ///
     /// # Errors
     /// When the other agent is not there, or too much waits for it: the message is not sent then.
@@ -146,7 +149,7 @@ impl Session {
         }
     }
 
-    /// Asks the other agent which properties there are, of those paths.
+    /// Asks the other agent for the properties that match a pattern.
     ///
     /// # Errors
     /// When the other agent is not there, or has not answered the last questions.
@@ -162,15 +165,15 @@ impl Session {
         Ok(request)
     }
 
-    /// Waits no longer for the answer to a question: what comes of it is dropped. It counts as open until the other agent
-    /// has answered it, as that has no place for another one before.
+    /// Gives up waiting for the answer to a question; the answer is dropped.
+    /// The question counts as open until the other agent has answered it, which has no place for another one before.
     pub fn give_up(&mut self, request: u32) {
         if let Some(is_wanted) = self.requests.get_mut(&request) {
             *is_wanted = false;
         }
     }
 
-    /// Answers a question of the other agent, in parts.
+    /// Sends a part of the answer to a question of the other agent.
     pub fn part(&mut self, request: u32, bytes: &[u8], last: bool) {
         if self.asked.contains(&request) {
             self.control(&ControlMessage::Part { request, bytes: RawBytes(bytes), last });
@@ -180,19 +183,19 @@ impl Session {
         }
     }
 
-    /// Whether a message or a question of either agent has no answer yet.
+    /// Returns whether a message or a question of either agent has no answer yet.
     pub fn has_open(&self) -> bool {
         !(self.requests.is_empty() && self.tickets.is_empty() && self.asked.is_empty())
     }
 
-    /// Tells the other agent why a question is not answered.
+    /// Sends the reason why a question is not answered.
     pub fn leave_unanswered(&mut self, request: u32, reason: &str) {
         if self.asked.remove(&request) {
             self.control(&ControlMessage::Unanswered { request, reason });
         }
     }
 
-    /// How many bytes of control messages may be added before the session takes no more.
+    /// Returns the number of bytes that control messages may still add.
     pub fn room(&self) -> usize {
         self.limits.control.saturating_sub(self.waiting_bytes)
     }
@@ -215,7 +218,7 @@ impl Session {
         self.waiting.push_back(bytes);
     }
 
-    /// Messages that come out of the stream are dealt with.
+    /// Handles the messages that the control stream delivers.
     pub(super) fn with_control(
         &mut self,
         now: u64,

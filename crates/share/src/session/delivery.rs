@@ -1,26 +1,26 @@
 use serde::{Deserialize, Serialize};
 
-/// How a message fares that was sent to another agent.
+/// Delivery status of a message to another agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DeliveryStatus {
-    /// It is in the mailbox.
+    /// Arrival in the mailbox.
     Accepted,
-    /// The receiver has dealt with it.
+    /// Completion by the receiver.
     Done,
-    /// The receiver refused it, for a reason that the interface defines.
+    /// Refusal by the receiver, with a code that the interface defines.
     Refused(u16),
-    /// The receiver has not answered the last messages; this one was not delivered.
+    /// Full mailbox: earlier messages are unanswered, and this one was not delivered.
     Full,
-    /// There is no such mailbox, or it takes messages of another interface.
+    /// Missing mailbox, or one of another interface.
     NoMailbox,
-    /// The other agent, or the mailbox, went away: nobody knows whether it was dealt with.
+    /// Disappearance of the other agent or its mailbox; the outcome is unknown.
     Vanished,
-    /// The other agent does not allow this one to send messages there.
+    /// Refusal by the other agent's rights.
     Denied,
 }
 
 impl DeliveryStatus {
-    /// Whether no other answer follows.
+    /// Returns whether no other answer follows.
     pub fn is_final(self) -> bool {
         self != Self::Accepted
     }

@@ -2,90 +2,90 @@ use super::Options;
 use super::delivery::DeliveryStatus;
 use super::wire::{Sample, Seen};
 
-/// What a property that was subscribed to is.
+/// Description of a subscribed property.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Offer {
-    /// Path of the property. What was asked for may be another name of it.
+    /// Path of the property; the requested path may be another name of it.
     pub path: String,
-    /// Its interface, as [`slate_module::encode_interface`] writes it.
+    /// Interface in the encoding of [`slate_module::encode_interface`].
     pub interface: Vec<u8>,
-    /// What it is for.
+    /// Documentation of the property.
     pub doc: String,
     /// Part of the architecture that writes it, such as `monitor`; empty for none.
     pub part: String,
-    /// Room in the tail.
+    /// Capacity of the tail.
     pub capacity: u64,
-    /// How many values are kept.
+    /// Number of kept values.
     pub depth: u32,
-    /// Values with greater numbers than this one follow.
+    /// Number of the value before the first one that follows.
     pub after: u64,
 }
 
-/// What happens in a session.
+/// Event of a session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// The other agent is there.
+    /// Connection of the other agent.
     Connected {
-        /// Its name.
+        /// Name of the other agent.
         agent: String,
-        /// Another one after each restart.
+        /// Number unique to each start of the agent.
         instance: u64,
     },
-    /// The other agent is gone; everything that was under way ended.
+    /// Loss of the connection, with everything in transfer.
     Disconnected {
-        /// In words.
+        /// Reason in words.
         reason: String,
     },
-    /// This agent was refused, or refuses the other one.
+    /// Refusal between this agent and the other one.
     Refused {
-        /// In words.
+        /// Reason in words.
         reason: String,
     },
-    /// A subscription of this agent is served from now on.
+    /// Acceptance of a subscription of this agent.
     Accepted {
         /// The subscription.
         id: u32,
-        /// What it brings.
+        /// The offer.
         offer: Offer,
     },
-    /// A subscription of this agent waits for the property.
+    /// Delay of a subscription of this agent, which waits for the property.
     Waiting {
         /// The subscription.
         id: u32,
-        /// In words, with the nearest names there are.
+        /// Reason in words, with the nearest existing names.
         reason: String,
     },
-    /// A subscription of this agent is not served.
+    /// Refusal of a subscription of this agent.
     Declined {
         /// The subscription.
         id: u32,
-        /// In words.
+        /// Reason in words.
         reason: String,
     },
-    /// The property that is subscribed to has no writer any more.
+    /// Loss of the subscribed property's writer.
     WriterLeft {
         /// The subscription.
         id: u32,
-        /// Which writer that was.
+        /// Generation of that writer.
         generation: u64,
     },
-    /// The other agent subscribes: to be accepted, or to wait, or to be refused.
+    /// Subscription of the other agent, to be accepted, delayed or refused.
     Subscribed {
         /// The other agent's number of the subscription.
         id: u32,
         /// Path of a property.
         path: String,
-        /// How it is to be served.
+        /// Delivery options.
         options: Options,
-        /// What it has seen already.
+        /// Newest value that the subscriber already has.
         seen: Option<Seen>,
     },
-    /// The other agent ends a subscription, or is gone.
+    /// End of a subscription of the other agent, or its absence.
     Unsubscribed {
         /// The other agent's number of the subscription.
         id: u32,
     },
-    /// The other agent sends a message to a mailbox: to be answered.
+    /// Message of the other agent to a mailbox, to be answered.
     Message {
         /// The other agent's number of the message.
         ticket: u64,
@@ -93,74 +93,77 @@ pub enum Event {
         path: String,
         /// Hash of the message's schema.
         schema: u64,
-        /// How many items its tail has.
+        /// Number of tail items.
         items: u64,
         /// The message.
         bytes: Vec<u8>,
     },
-    /// A message of this agent was answered.
+    /// Answer to a message of this agent.
     Answered {
         /// The message.
         ticket: u64,
-        /// How it fares.
+        /// Delivery status.
         answer: DeliveryStatus,
     },
-    /// The other agent asks what there is: to be answered in parts.
+    /// Question of the other agent about properties, to be answered in parts.
     Asked {
         /// The other agent's number of the question.
         request: u32,
-        /// Which paths it means.
+        /// Pattern of paths.
         pattern: String,
-        /// Whether it wants the newest values, too.
+        /// Request for the newest values, too.
         values: bool,
     },
-    /// A part of the answer to a question of this agent.
+    /// Part of the answer to a question of this agent.
     Part {
         /// The question.
         request: u32,
-        /// What the other agent wrote.
+        /// Content from the other agent.
         bytes: Vec<u8>,
-        /// Whether no other part follows.
+        /// Mark of the last part.
         last: bool,
     },
-    /// The other agent tells something of the team's knowledge.
+    /// Message of the team's knowledge from the other agent.
     Told {
-        /// What it tells.
+        /// Message.
         bytes: Vec<u8>,
     },
-    /// A question of this agent gets no answer.
+    /// Question of this agent that gets no answer.
     Failed {
         /// The question.
         request: u32,
-        /// Why, in words.
+        /// Reason in words.
         reason: String,
     },
 }
 
-/// Who uses a session: gives it the values that are served, and takes those that are read; none unless said.
+/// User of a session, which provides served values and takes received ones.
+/// By default it does neither.
 pub trait Application {
-    /// Something happened.
+    /// Handles an event.
     fn event(&mut self, event: Event);
 
-    /// A value came for a subscription: newer than all before, of which `skipped` did not come since the last one.
+    /// Takes a new value of a subscription, newer than all before.
+    /// `skipped` values before it were lost.
     fn sample(&mut self, id: u32, sample: &Sample, skipped: u64, content: &[u8]) {
         let _ = (id, sample, skipped, content);
     }
 
-    /// A value came in memory that both agents see, and is not shown: its place can be given back.
+    /// Discards a value in shared memory, so its slot can be freed.
+    /// The value is not shown.
     fn discard(&mut self, sample: &Sample, content: &[u8]) {
         let _ = (sample, content);
     }
 
-    /// Whether there is a value for a subscription of the other agent that was not taken.
+    /// Returns whether a value for a subscription of the other agent is ready.
     fn has_news(&mut self, id: u32) -> bool {
         let _ = id;
         false
     }
 
-    /// Appends the content of the next value for a subscription of the other agent. The session asks when it can be
-    /// sent, so the newest value is as new as can be, and of a queue nothing is lost to a slow connection but what the
-    /// queue itself no longer keeps.
+    /// Appends the content of the next value for a subscription of the other agent.
+    /// The session calls this when it can send. So the newest value is as recent as possible, and a slow connection
+    /// loses only those values of a queue that the queue itself no longer keeps.
     fn take(&mut self, id: u32, content: &mut Vec<u8>) -> Option<Sample> {
         let _ = (id, content);
         None

@@ -4,52 +4,52 @@ use std::collections::btree_map::Entry;
 use super::Content;
 use super::wire::{Announcement, Fragment, StreamReport};
 
-/// After so many fragments the sender is told what came.
+/// Number of fragments after which a report is sent.
 const REPORT_EVERY: u32 = 64;
 
-/// After so many bytes, too: fewer than any window has.
+/// Number of bytes after which a report is sent; less than any window.
 const REPORT_BYTES: usize = 32 << 10;
 
-/// How long it takes until what is missing is asked for again, nanoseconds.
+/// Delay until missing fragments are requested again, ns.
 const ASK_AGAIN: u64 = 10_000_000;
 
-/// How many ranges of missing fragments a report has at most.
+/// Largest number of ranges of missing fragments in a report.
 const RANGES: usize = 32;
 
-/// Items that are put together at once in a stream that loses.
+/// Largest number of items assembled at once in an unreliable stream.
 const UNFINISHED: usize = 2;
 
-/// How far ahead of what is expected a fragment may be.
+/// Largest distance of a fragment from the expected one.
 const AHEAD: u64 = 4096;
 
-/// Every fragment but an item's last has at least so many bytes. What a fragment takes beside them is memory, too, so
-/// an item has no more fragments than its size allows.
+/// Smallest size of all fragments of an item but the last, bytes.
+/// The overhead of a fragment is memory, too, so the size of an item bounds the number of its fragments.
 const SMALLEST: usize = 512;
 
-/// The receiving end of a stream: puts items together. A reliable stream brings all fragments in order, of others an
-/// item counts that is complete.
+/// Receiving end of a stream, which assembles items.
+/// A reliable stream delivers all fragments in order; otherwise only complete items count.
 #[derive(Debug)]
 pub(super) struct Inbound {
     content: Content,
     reliable: bool,
-    /// Bytes of an item at most.
+    /// Largest item, bytes.
     limit: usize,
-    /// Bytes kept because something before them is missing.
+    /// Largest size of early fragments, bytes.
     window: usize,
-    /// The first fragment that did not come.
+    /// Number of the first missing fragment.
     expected: u64,
     early: BTreeMap<u64, ItemPiece>,
     early_bytes: usize,
-    /// The item that comes in order, and how many of its fragments came.
+    /// Item being assembled in order, and the number of its received fragments.
     item: Vec<u8>,
     came: u32,
-    /// Items of which some fragments came, by the number of the first.
+    /// Incomplete items, by the number of their first fragment.
     unfinished: BTreeMap<u64, Unfinished>,
     unreported: u32,
     unreported_bytes: usize,
     owes_report: bool,
     asked_at: Option<u64>,
-    /// What the sender said that there is.
+    /// Next fragment number, as the sender announced it.
     known: u64,
     announced: bool,
 }
@@ -90,12 +90,13 @@ impl Inbound {
         }
     }
 
-    /// Stands in the place of one that is in use.
+    /// Creates a placeholder for a stream in use.
     pub fn idle() -> Self {
         Self::new(Content::Newest, false, 0, 0)
     }
 
-    /// Takes a fragment; says whether it fits what came before. Items that it completes go to `deliver`.
+    /// Takes a fragment; returns whether it is consistent with earlier ones.
+    /// Completed items go to `deliver`.
     pub fn receive(&mut self, fragment: &Fragment<'_>, deliver: &mut dyn FnMut(&[u8])) -> bool {
         let Fragment { number, index, count, .. } = *fragment;
         // The numbers after the last one are counted with, too.
@@ -137,7 +138,7 @@ impl Inbound {
         fine
     }
 
-    /// Takes what came early and is expected now.
+    /// Takes early fragments that are expected now.
     fn drain(&mut self, deliver: &mut dyn FnMut(&[u8])) -> bool {
         let mut fine = true;
         while let Some(piece) = self.early.remove(&self.expected) {
@@ -219,13 +220,13 @@ impl Inbound {
         true
     }
 
-    /// What is before `next` is of no use any more.
+    /// Drops all fragments before `next`, which are not needed.
     fn finish(&mut self, next: u64) {
         self.expected = next;
         self.unfinished = self.unfinished.split_off(&next);
     }
 
-    /// Takes what the sender says that there is.
+    /// Takes an announcement of the sender about the extent of the stream.
     pub fn announce(&mut self, announcement: &Announcement, deliver: &mut dyn FnMut(&[u8])) -> bool {
         let Announcement { first, next, .. } = *announcement;
         if first == 0 || first > next || next == u64::MAX {
@@ -245,7 +246,7 @@ impl Inbound {
         fine
     }
 
-    /// What is before `next` will not come.
+    /// Skips to `next`, as earlier fragments will not come.
     fn skip_to(&mut self, next: u64) {
         self.forget_item();
         self.expected = next;
@@ -253,12 +254,12 @@ impl Inbound {
         self.early_bytes = self.early.values().map(|piece| piece.bytes.len()).sum();
     }
 
-    /// Whether all that the sender has spoken of came, or never will.
+    /// Returns whether all announced fragments have arrived or never will.
     pub fn is_complete(&self) -> bool {
         !self.reliable || self.expected >= self.known
     }
 
-    /// When the sender has to hear what came.
+    /// Returns the time of the next report.
     pub fn report_at(&self, now: u64) -> Option<u64> {
         if !self.owes_report {
             return None;
@@ -268,7 +269,7 @@ impl Inbound {
         Some(if missing { self.asked_at.map_or(now, |asked| asked + ASK_AGAIN) } else { now })
     }
 
-    /// What came, and what did not.
+    /// Returns a report of received and missing fragments.
     pub fn report(&mut self, stream: u32, now: u64) -> StreamReport {
         (self.owes_report, self.announced) = (false, false);
         (self.unreported, self.unreported_bytes) = (0, 0);

@@ -1,5 +1,5 @@
-//! Messages of the team's knowledge between two agents: best effort, cut into pieces, behind everything else. What is
-//! lost or has no room is made good by later ones.
+//! Best-effort messages of the team's knowledge between two agents.
+//! They are cut into pieces and have the lowest priority. Later messages make up for lost and dropped ones.
 
 use std::collections::VecDeque;
 
@@ -8,26 +8,26 @@ use super::wire::{FRAGMENT_HEAD, KnowledgePiece, PacketFrame, RawBytes, append};
 /// The longest message, bytes.
 pub const LONGEST: usize = 64 << 10;
 
-/// Bytes of messages that wait to be sent.
+/// Largest size of waiting messages, bytes.
 const WAITING: usize = 512 << 10;
 
-/// A smaller room at the end of a packet is not worth a piece of its own, bytes.
+/// Smallest piece of a message, bytes; less room in a packet stays unused.
 const SMALLEST: usize = 512;
 
-/// What waits to be sent, and what is being put together.
+/// Messages that wait to be sent, and the message being assembled.
 #[derive(Debug, Default)]
 pub(super) struct Knowledge {
     waiting: VecDeque<Vec<u8>>,
     bytes: usize,
-    /// How much of the first message that waits is sent, and its number.
+    /// Sent bytes of the first waiting message, and its number.
     sent: usize,
     number: u32,
-    /// The message that is being received: its number, and its pieces so far.
+    /// Message being received: its number, and its pieces so far.
     partial: Option<(u32, Vec<u8>)>,
 }
 
 impl Knowledge {
-    /// Lets a message wait; false when there is no room.
+    /// Queues a message; false if the queue is full.
     pub fn push(&mut self, message: &[u8]) -> bool {
         let has_room = message.len() <= LONGEST && self.bytes + message.len() <= WAITING;
         if has_room {
@@ -37,12 +37,12 @@ impl Knowledge {
         has_room
     }
 
-    /// Whether something waits to be sent.
+    /// Returns whether a message waits to be sent.
     pub fn is_waiting(&self) -> bool {
         !self.waiting.is_empty()
     }
 
-    /// Fills what is left of a packet.
+    /// Fills the rest of a packet.
     pub fn append(&mut self, largest: usize, packet: &mut Vec<u8>) {
         while let Some(message) = self.waiting.front() {
             let room = largest.saturating_sub(packet.len() + FRAGMENT_HEAD);
@@ -68,8 +68,8 @@ impl Knowledge {
         }
     }
 
-    /// Takes a piece; a message comes out with its last one, unless a piece of it was lost. Nothing at all when the
-    /// piece makes no sense.
+    /// Takes a piece; its last one returns the message, unless a piece was lost.
+    /// `None` for an invalid piece.
     pub fn receive(&mut self, piece: &KnowledgePiece<'_>) -> Option<Option<Vec<u8>>> {
         let at = piece.at as usize;
         let end = at.checked_add(piece.bytes.0.len()).filter(|end| *end <= LONGEST)?;

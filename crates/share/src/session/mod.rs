@@ -1,11 +1,12 @@
-//! The protocol between two agents, without sockets, clocks or threads: packets and the time go in, packets and events
-//! come out. Packets may be lost, doubled, and arrive in any order; whatever bytes come, memory stays bounded.
+//! Protocol between two agents, without sockets, clocks or threads.
+//! Packets and the time go in, packets and events come out. Packets may be lost, doubled and reordered; memory stays
+//! bounded for any input.
 //!
-//! Both sides greet until each has heard of the other's greeting. Then each has a control stream, reliable and in
-//! order, for subscriptions, messages and questions, and a stream for every subscription that it serves. Fragments of
-//! a stream are numbered; a receiver asks for those that it lacks, and a sender that is not told what came says what
-//! there is. When nothing is heard for a while, the connection and all of its streams end, and both greet again under
-//! other numbers. A reader tells what it has seen, so that its subscriptions go on where they were.
+//! Both sides greet until each has received the other's greeting. Then each has a control stream, reliable and in
+//! order, for subscriptions, messages and questions, and a stream for every subscription that it serves. Fragments of a
+//! stream are numbered; a receiver requests missing ones, and a sender without a confirmation announces the extent of
+//! the stream. After a period of silence the connection and all of its streams end, and both greet again under other
+//! numbers. A reader reports its newest value, so that its subscriptions continue from there.
 
 mod clock;
 mod connection;
@@ -41,85 +42,86 @@ use outbound::Outbound;
 use subscription::{ReadStream, Serving};
 use wire::{Fragment, Hello, Packet, PacketFrame, StreamReport};
 
-/// How often an agent greets that is alone, nanoseconds.
+/// Greeting period of an agent that is not connected, ns.
 const GREETING: u64 = 50_000_000;
 
-/// How often it greets when it was refused.
+/// Greeting period after a refusal, ns.
 const REFUSED_GREETING: u64 = 500_000_000;
 
-/// How soon beats follow each other until the clocks are known.
+/// Heartbeat period until the clock offset is known, ns.
 const QUICK_BEAT: u64 = 10_000_000;
 
-/// How many questions of the other agent may be open.
+/// Largest number of open questions of the other agent.
 const QUESTIONS: usize = 16;
 
-/// What a session has done, for people who look on.
+/// Counters of a session, for diagnostics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Packets sent.
     pub packets_sent: u64,
     /// Bytes sent.
     pub bytes_sent: u64,
-    /// Packets received, whatever they held.
+    /// Packets received, regardless of their content.
     pub packets_received: u64,
     /// Bytes received.
     pub bytes_received: u64,
-    /// Packets that could not be read, or made no sense.
+    /// Malformed packets.
     pub malformed: u64,
-    /// Packets of connections that have ended.
+    /// Packets of earlier connections.
     pub stale: u64,
-    /// How often the agents came together.
+    /// Number of connections.
     pub connections: u64,
 }
 
-/// How a subscription of this agent fares.
+/// Progress of a subscription of this agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// Values that came.
+    /// Received values.
     pub received: u64,
-    /// Values of a queue that never will.
+    /// Lost values of a queue.
     pub lost: u64,
-    /// The newest value that came.
+    /// Newest received value.
     pub seen: Option<Seen>,
 }
 
-/// One agent's end of the connection to another one.
+/// Session: one agent's end of the connection to another one.
 #[derive(Debug)]
 pub struct Session {
     limits: Limits,
     connection: SessionConnection,
-    /// Who the other one has to be, if that is known.
+    /// Expected name of the other agent, if known.
     expected: Option<String>,
     clock: PeerClock,
     beat_at: u64,
     owes_beat: bool,
     control_out: Outbound,
     control_in: Inbound,
-    /// Control messages that wait for the stream.
+    /// Control messages waiting for the stream.
     waiting: VecDeque<Vec<u8>>,
     waiting_bytes: usize,
     knowledge: Knowledge,
     readings: BTreeMap<u32, ReadStream>,
     servings: BTreeMap<u32, Serving>,
-    /// The serving that is asked first.
+    /// Subscription that is served first.
     cursor: u32,
     next_id: u32,
     next_ticket: u64,
     next_request: u32,
-    /// Messages of this agent without a last answer, and whether they were accepted.
+    /// Messages of this agent without a final answer, and whether they were accepted.
     tickets: BTreeMap<u64, bool>,
-    /// Questions of this agent without a last answer, and whether that is still waited for.
+    /// Unanswered questions of this agent, and whether they still wait for the answer.
     requests: BTreeMap<u32, bool>,
-    /// Questions of the other agent.
+    /// Open questions of the other agent.
     asked: BTreeSet<u32>,
-    /// To be sent, whoever hears it.
+    /// Refusal to be sent in any state.
     refusal: Option<Vec<u8>>,
     refused: Option<String>,
     counters: Counters,
 }
 
 impl Session {
-    /// A session of an agent with another one, of that name if it is known. Nothing is connected.
+    /// Creates a session with another agent, which is not connected.
+    /// `expected` is its name, if known.
     pub fn new(own: Identity, expected: Option<&str>, limits: Limits) -> Self {
         let (control_out, control_in) = control_streams(&limits);
         Self {
@@ -149,59 +151,60 @@ impl Session {
         }
     }
 
-    /// Who this agent is.
+    /// Returns the identity of this agent.
     pub fn own(&self) -> &Identity {
         &self.connection.own
     }
 
-    /// What the session takes at most.
+    /// Returns the limits of the session.
     pub fn limits(&self) -> &Limits {
         &self.limits
     }
 
-    /// Who the other agent is, while it is connected.
+    /// Returns the identity of the other agent while it is connected.
     pub fn other(&self) -> Option<&Identity> {
         self.connection.other.as_ref().filter(|_| self.connection.together).map(|other| &other.identity)
     }
 
-    /// Since when the other agent is connected, by this agent's clock in nanoseconds.
+    /// Returns the time of the connection, by this agent's clock, ns.
     pub fn since(&self) -> Option<u64> {
         self.connection.together.then_some(self.connection.since)
     }
 
-    /// Why this agent or the other one was refused last, while they are not connected.
+    /// Returns the reason of the last refusal while the agents are not connected.
     pub fn refused(&self) -> Option<&str> {
         self.refused.as_deref()
     }
 
-    /// How the other agent's clock differs from this one's; nothing before the first exchange.
+    /// Returns the estimate of the other clock; `None` before the first exchange.
     pub fn estimate(&self) -> Option<Estimate> {
         self.clock.estimate()
     }
 
-    /// What the session has done.
+    /// Returns the counters of the session.
     pub fn counters(&self) -> Counters {
         self.counters
     }
 
-    /// How a subscription of this agent fares.
+    /// Returns the progress of a subscription of this agent.
     pub fn progress(&self, id: u32) -> Option<Progress> {
         let reading = self.readings.get(&id)?;
         Some(Progress { received: reading.received, lost: reading.lost, seen: reading.seen })
     }
 
-    /// How many values were sent for a subscription of the other agent, and how many fragments it has not confirmed.
+    /// Returns the sent values and the unconfirmed fragments of a subscription.
+    /// The subscription is one of the other agent.
     pub fn served(&self, id: u32) -> Option<(u64, usize)> {
         self.servings.get(&id).map(|serving| (serving.sent, serving.stream.in_flight()))
     }
 
-    /// Tells the other agent something of the team's knowledge, of at most [`LONGEST_KNOWLEDGE`] bytes. It may be lost on the way;
-    /// false when the other agent is not there or too much waits, and then it is lost already.
+    /// Sends a message of the team's knowledge, of at most [`LONGEST_KNOWLEDGE`] bytes.
+    /// It may be lost. Returns false if it is lost already: the other agent is absent, or too much waits.
     pub fn tell(&mut self, message: &[u8]) -> bool {
         self.connection.together && self.knowledge.push(message)
     }
 
-    /// Takes a packet that came at this agent's time `now`, nanoseconds.
+    /// Takes a packet that arrived at this agent's time `now`, ns.
     pub fn receive(&mut self, now: u64, packet: &[u8], application: &mut dyn Application) {
         self.counters.packets_received += 1;
         self.counters.bytes_received += packet.len() as u64;
@@ -233,7 +236,7 @@ impl Session {
         }
     }
 
-    /// Refuses whoever has sent something.
+    /// Refuses the sender of a packet.
     fn refuse(&mut self, now: u64, reason: String, application: &mut dyn Application) {
         self.refusal = Some(refusal(&reason));
         if !self.connection.together {
@@ -299,7 +302,7 @@ impl Session {
         }
     }
 
-    /// Whether the packet is to be read on.
+    /// Takes a greeting; returns whether the rest of the packet is to be read.
     fn receive_hello(
         &mut self,
         now: u64,
@@ -382,7 +385,8 @@ impl Session {
         }
     }
 
-    /// Whose packet it is, if it is a greeting: for who has to find the session that it belongs to.
+    /// Returns the sender's identity if a packet is a greeting.
+    /// For the search of the session that it belongs to.
     pub fn greeting(packet: &[u8]) -> Option<Identity> {
         let Packet::Frames(_, frames) = wire::open(packet) else { return None };
         match postcard::take_from_bytes::<PacketFrame<'_>>(frames) {
@@ -393,7 +397,7 @@ impl Session {
         }
     }
 
-    /// Ends the connection, because the host knows that it is cut; both greet again.
+    /// Ends the connection when the host knows that it is cut; both greet again.
     pub fn disconnect(&mut self, now: u64, reason: &str, application: &mut dyn Application) {
         let was_together = self.connection.together;
         self.connection.end(now);
@@ -420,7 +424,7 @@ impl Session {
         }
     }
 
-    /// Sees what time it is: a silent agent is gone.
+    /// Advances the time; a silent agent is disconnected.
     pub fn tick(&mut self, now: u64, application: &mut dyn Application) {
         if self.connection.together && now.saturating_sub(self.connection.heard) > self.limits.silence {
             let milliseconds = self.limits.silence / 1_000_000;
@@ -465,7 +469,7 @@ impl Session {
         fine
     }
 
-    /// Values that come out of a stream go to the application.
+    /// Passes values that a stream delivers to the application.
     fn with_reading(
         &mut self,
         id: u32,
@@ -507,12 +511,12 @@ fn discard(sample: &Sample, content: &[u8], application: &mut dyn Application) {
     }
 }
 
-/// Whether a text can be the name of an agent: a part of a path.
+/// Returns whether a text is a valid name of an agent: a part of a path.
 fn is_agent(name: &str) -> bool {
     name.len() <= 255 && !name.contains('/') && Url::parse(name).is_ok()
 }
 
-/// Says why a second agent of a name is refused.
+/// Returns the reason for the refusal of a second agent with the same name.
 pub(crate) fn duplicate(own: &str, agent: &str) -> String {
     format!("agent `{own}` is connected to an agent `{agent}` already: give each agent a name of its own")
 }

@@ -1,50 +1,51 @@
 use serde::{Deserialize, Serialize};
 
-/// How a subscription is served; each subscriber of a property may want it otherwise.
+/// Delivery options of a subscription; each subscriber chooses its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Options {
-    /// When a value is sent.
+    /// Timing of values.
     pub mode: Mode,
-    /// Whether all values are sent or the newest.
+    /// Selection of values.
     pub content: Content,
-    /// Whether what was lost on the way is sent again: each value of a queue, and the newest value otherwise.
+    /// Reliable delivery: retransmission of lost values.
+    /// It covers each value of a queue, and otherwise the newest value.
     pub reliable: bool,
-    /// Whether values are made smaller on the way.
+    /// Compression of values.
     pub compression: Compression,
 }
 
-/// When a value is sent.
+/// Timing of values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
-    /// When it was written, but not earlier than so many nanoseconds after the one before.
+    /// After each write, with at least that interval between two values, ns.
     OnChange(u64),
-    /// Every so many nanoseconds, if it was written since.
+    /// Period, ns; a value is sent if it was written since the last one.
     Periodic(u64),
 }
 
-/// What of a property is sent.
+/// Values of a property that are sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Content {
-    /// The newest value.
+    /// Newest value only.
     Newest,
-    /// Every value that is still kept, in order; what is not is counted.
+    /// All values that are still kept, in order; others are counted.
     All,
 }
 
-/// How values are made smaller.
+/// Compression of values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Compression {
-    /// Not at all.
+    /// No compression.
     None,
-    /// Without loss, where that pays.
+    /// Lossless compression where it pays.
     Lossless,
-    /// Images as JPEG of that quality (1 to 100), others without loss; all without loss where the agent that sends them
-    /// is built without the feature `jpeg`.
+    /// JPEG of that quality (1 to 100) for images, lossless compression otherwise.
+    /// Always lossless if the sending agent is built without the feature `jpeg`.
     Jpeg(u8),
 }
 
 impl Default for Options {
-    /// The newest value, on change and reliably, without loss.
+    /// Newest value, on change, reliable, lossless.
     fn default() -> Self {
         Self {
             mode: Mode::OnChange(0),
@@ -56,30 +57,30 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Every value, in order.
+    /// Creates options for every value, in order.
     pub fn queue() -> Self {
         Self { content: Content::All, ..Self::default() }
     }
 
-    /// What is lost on the way stays lost.
+    /// Turns retransmission of lost values off.
     #[must_use]
     pub fn best_effort(self) -> Self {
         Self { reliable: false, ..self }
     }
 
-    /// Values follow each other by that many nanoseconds at least.
+    /// Sets the minimum interval between values, ns.
     #[must_use]
     pub fn minimum_interval(self, interval: u64) -> Self {
         Self { mode: Mode::OnChange(interval), ..self }
     }
 
-    /// A value is sent that often, every so many nanoseconds.
+    /// Sets the period of values, ns.
     #[must_use]
     pub fn periodic(self, period: u64) -> Self {
         Self { mode: Mode::Periodic(period), ..self }
     }
 
-    /// Whether values are left out because nobody wants them so often.
+    /// Returns whether the options reduce the rate of values.
     pub(super) fn thins(&self) -> bool {
         let is_limited = match self.mode {
             Mode::OnChange(interval) => interval > 0,
@@ -88,28 +89,29 @@ impl Options {
         is_limited && self.content == Content::Newest
     }
 
-    /// Values are made smaller in that way.
+    /// Sets the compression of values.
     #[must_use]
     pub fn compression(self, compression: Compression) -> Self {
         Self { compression, ..self }
     }
 }
 
-/// What a session takes at most, so that whatever comes, its memory is bounded.
+/// Limits of a session, which bound its memory for any input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of one value or message, also once it is unpacked.
+    /// Largest value or message, also after decompression, bytes.
     pub value: usize,
-    /// Subscriptions in each direction.
+    /// Largest number of subscriptions in each direction.
     pub subscriptions: usize,
-    /// Bytes of control messages that wait for the other side.
+    /// Largest size of control messages waiting for the other side, bytes.
     pub control: usize,
-    /// Bytes of a stream that are sent and not confirmed, beside the value that is on its way; and bytes that are
-    /// kept because something before them is missing.
+    /// Window of a stream, bytes.
+    /// The sender keeps at most that many unconfirmed bytes beside the value in transfer, the receiver that many after
+    /// a missing fragment.
     pub window: usize,
-    /// How long nothing may be heard of the other agent, nanoseconds.
+    /// Longest silence of the other agent, ns.
     pub silence: u64,
-    /// How often an agent shows that it is there, nanoseconds.
+    /// Heartbeat period, ns.
     pub heartbeat: u64,
 }
 

@@ -7,26 +7,27 @@ use super::wire::{Announcement, StreamReport};
 /// Most fragments that are sent and not confirmed.
 const FLIGHT: usize = 512;
 
-/// The sending end of a stream: cuts items into fragments, and keeps those of a reliable stream until they came.
+/// Sending end of a stream, which cuts items into fragments.
+/// A reliable stream keeps them until they are confirmed.
 #[derive(Debug)]
 pub(super) struct Outbound {
     reliable: bool,
     content: Content,
-    /// Bytes that may be in flight.
+    /// Largest size of fragments in flight, bytes.
     window: usize,
-    /// The number of the fragment that is sent next.
+    /// Number of the next fragment.
     next: u64,
-    /// Sent and not confirmed, from `next - flight.len()` on.
+    /// Unconfirmed fragments, from number `next - flight.len()` on.
     flight: VecDeque<Part>,
     flying: usize,
-    /// The item that is being sent.
+    /// Unsent rest of the current item.
     rest: Option<UnsentRest>,
     again: BTreeSet<u64>,
-    /// All fragments before this one came, or need not.
+    /// Number before which all fragments are confirmed or obsolete.
     confirmed: u64,
     announce_at: Option<u64>,
     patience: u64,
-    /// The number of the last value.
+    /// Number of the last value.
     pub sequence: u64,
     announced: u64,
 }
@@ -40,7 +41,7 @@ struct UnsentRest {
     count: u32,
 }
 
-/// A fragment.
+/// Fragment of an item.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
     item: Arc<Vec<u8>>,
@@ -56,10 +57,10 @@ impl Part {
     }
 }
 
-/// How long a receiver may take to confirm, nanoseconds, before it is told what there is.
+/// Time for a confirmation before the receiver gets an announcement, ns.
 const PATIENCE: u64 = 20_000_000;
 
-/// The longest that is waited from one announcement to the next.
+/// Longest interval between announcements, ns.
 const LONGEST_PATIENCE: u64 = 200_000_000;
 
 impl Outbound {
@@ -81,7 +82,7 @@ impl Outbound {
         }
     }
 
-    /// Whether the next item can be given to it.
+    /// Returns whether the stream takes the next item.
     pub fn is_ready(&self) -> bool {
         if self.rest.is_some() {
             return false;
@@ -107,17 +108,17 @@ impl Outbound {
         self.rest = Some(UnsentRest { item: Arc::new(item), start: 0, size, index: 0, count });
     }
 
-    /// Whether there is a fragment to be sent.
+    /// Returns whether a fragment is to be sent.
     pub fn has_fragment(&self) -> bool {
         !self.again.is_empty() || self.rest.is_some() && self.has_room()
     }
 
-    /// Whether more may be in flight.
+    /// Returns whether more fragments may be in flight.
     fn has_room(&self) -> bool {
         !self.reliable || self.flying < self.window && self.flight.len() < FLIGHT
     }
 
-    /// How many bytes the next fragment has.
+    /// Returns the length of the next fragment, bytes.
     pub fn next_length(&self) -> usize {
         match (self.again.first(), &self.rest) {
             (Some(number), _) => self.kept(*number).map_or(0, |part| part.end - part.start),
@@ -131,7 +132,7 @@ impl Outbound {
         self.flight.get(usize::try_from(number.checked_sub(first)?).ok()?)
     }
 
-    /// The next fragment and its number: first what has to be sent again.
+    /// Returns the next fragment and its number; retransmissions come first.
     pub fn pop(&mut self, now: u64) -> Option<(u64, Part)> {
         while let Some(number) = self.again.pop_first() {
             if let Some(part) = self.kept(number) {
@@ -167,19 +168,21 @@ impl Outbound {
         Some((number, part))
     }
 
-    /// A value went by unsent, so the receiver has to hear of it even if nothing follows.
+    /// Notes that a value was skipped.
+    /// The receiver must learn of it even if no other value follows.
     pub fn pass(&mut self, sequence: u64, now: u64) {
         self.sequence = self.sequence.max(sequence);
         self.announce_at.get_or_insert(now + PATIENCE);
     }
 
-    /// When there is something to be announced.
+    /// Returns the time of the next announcement.
     pub fn announce_at(&self) -> Option<u64> {
         // While an item is on its way the receiver hears of the stream anyhow.
         self.announce_at.filter(|_| self.rest.is_none() || !self.has_room())
     }
 
-    /// What is announced, and again after twice the time, until it is confirmed.
+    /// Returns an announcement, and schedules the next one after twice the interval.
+    /// Announcements end with the confirmation.
     pub fn announcement(&mut self, stream: u32, epoch: u32, now: u64) -> Announcement {
         self.announce_at = Some(now + self.patience);
         self.patience = (self.patience * 2).min(LONGEST_PATIENCE);
@@ -188,7 +191,7 @@ impl Outbound {
         Announcement { stream, first, next: self.next, sequence: self.sequence, epoch }
     }
 
-    /// What the receiver has.
+    /// Takes a report of the receiver.
     pub fn report(&mut self, report: &StreamReport, now: u64) {
         if report.next > self.next {
             return;
@@ -220,7 +223,7 @@ impl Outbound {
         }
     }
 
-    /// How many fragments are sent and not confirmed.
+    /// Returns the number of unconfirmed fragments.
     pub fn in_flight(&self) -> usize {
         self.flight.len()
     }

@@ -1,18 +1,20 @@
-//! What is sent next, and when.
+//! Selection and timing of outgoing packets.
 
 use super::event::Application;
 use super::outbound::Outbound;
 use super::wire::{FRAGMENT_HEAD, Fragment, HEAD, Hello, PacketFrame, SAMPLE_HEAD, append};
 use super::{GREETING, QUICK_BEAT, Session};
 
-/// What a frame other than a fragment takes at most: a report with all its ranges.
+/// Largest frame other than a fragment, bytes: a report with all its ranges.
 const LARGEST_FRAME: usize = 700;
 
-/// Small control messages fill a packet together, so an item is not cut smaller than this.
+/// Lower bound of the packet size, bytes.
+/// Small control messages fill a packet together, so an item is not cut smaller.
 const SMALLEST_PACKET: usize = 1024;
 
 impl Session {
-    /// Writes the next packet, of at most `largest` bytes (at least 1024), if there is something to be sent.
+    /// Writes the next packet, of at most `largest` bytes (at least 1024).
+    /// Returns false if nothing is to be sent.
     pub fn outgoing(
         &mut self,
         now: u64,
@@ -57,7 +59,7 @@ impl Session {
         true
     }
 
-    /// When something is to be sent or seen to, as far as that depends on time alone.
+    /// Returns the time of the next action, as far as it depends on time alone.
     pub fn deadline(&self, now: u64, application: &mut dyn Application) -> u64 {
         if self.refusal.is_some() {
             return now;
@@ -86,7 +88,7 @@ impl Session {
         next
     }
 
-    /// Whether a control message waits that the stream would take.
+    /// Returns whether a waiting control message can enter its stream.
     fn may_go_on(&self) -> bool {
         !self.waiting.is_empty() && self.control_out.is_ready()
     }
@@ -129,7 +131,8 @@ impl Session {
         }
     }
 
-    /// A value of each subscription that is due, beginning with the one that did not fit into the last packet.
+    /// Appends a value of each due subscription.
+    /// Begins with the one that did not fit into the last packet.
     fn append_values(
         &mut self,
         now: u64,
@@ -172,7 +175,7 @@ impl Session {
     }
 }
 
-/// Appends what fits of a stream; says whether that was all.
+/// Appends fragments of a stream; returns whether all fitted.
 fn append_fragments(stream: &mut Outbound, id: u32, now: u64, largest: usize, packet: &mut Vec<u8>) -> bool {
     while stream.has_fragment() {
         if packet.len() + FRAGMENT_HEAD + stream.next_length() > largest {

@@ -1,23 +1,23 @@
-//! The two ends of a subscription: what is read here, and what is served to the other agent.
+//! Both ends of a subscription: the reading one, and the serving one.
 
 use super::inbound::Inbound;
 use super::outbound::Outbound;
 use super::wire::{Announcement, Sample, Seen};
 use super::{Content, Limits, Mode, Options};
 
-/// A subscription of this agent. It outlives connections.
+/// Subscription of this agent, which outlives connections.
 #[derive(Debug)]
 pub(super) struct ReadStream {
     pub path: String,
     pub options: Options,
     pub stream: Inbound,
-    /// Which offer is in force; 0 for none.
+    /// Epoch of the current offer; 0 for none.
     pub epoch: u32,
-    /// The newest value that was shown, and where it came from.
+    /// Newest shown value, with its origin.
     pub seen: Option<Seen>,
     pub lost: u64,
-    /// How many values of the same origin lie between the last value and the next one, and did not come. What the subscription's
-    /// own rate leaves out is not among them.
+    /// Number of lost values of the same origin between the last value and the next.
+    /// Values that the subscription's own rate leaves out do not count.
     pub skipped: u64,
     pub received: u64,
 }
@@ -36,20 +36,20 @@ impl ReadStream {
         }
     }
 
-    /// What a connection brought is gone with it.
+    /// Resets the state of a connection that has ended.
     pub fn end(&mut self, limits: &Limits) {
         self.stream = stream(&self.options, limits);
         self.epoch = 0;
     }
 
-    /// Another offer is in force: its values follow `after`.
+    /// Begins a new offer, whose values follow `after`.
     pub fn accept(&mut self, instance: u64, epoch: u32, after: u64) {
         self.epoch = epoch;
         // Numbers go on from writer to writer, so they alone say what is newer.
         self.count_until(after, 0, instance);
     }
 
-    /// Counts what lies between the value shown last and `sequence` of the same origin.
+    /// Counts the values between the last shown one and `sequence` of the same origin.
     fn count_until(&mut self, sequence: u64, generation: u64, instance: u64) {
         if let Some(seen) = self.seen.filter(|seen| seen.instance == instance) {
             // The other agent's numbers may be any.
@@ -64,7 +64,7 @@ impl ReadStream {
         self.seen = Some(Seen { instance, generation, sequence });
     }
 
-    /// Whether a value is newer than all that were shown; then it is the newest.
+    /// Takes a value if it is newer than all before; returns whether it is.
     pub fn is_news(&mut self, sample: &Sample, epoch: u32) -> bool {
         let Some(seen) = self.seen.filter(|_| epoch == self.epoch) else { return false };
         let stamp = sample.stamp;
@@ -77,7 +77,7 @@ impl ReadStream {
         true
     }
 
-    /// What the origin has sent until now and did not come never will.
+    /// Takes an announcement; earlier values that did not arrive are lost.
     pub fn announced(&mut self, announcement: &Announcement) {
         let Some(seen) = self.seen.filter(|_| announcement.epoch == self.epoch) else { return };
         if self.stream.is_complete() && announcement.sequence > seen.sequence {
@@ -91,16 +91,16 @@ fn stream(options: &Options, limits: &Limits) -> Inbound {
     Inbound::new(options.content, options.reliable, limit, limits.window)
 }
 
-/// A subscription of the other agent. It ends with the connection.
+/// Subscription of the other agent, which ends with the connection.
 #[derive(Debug)]
 pub(super) struct Serving {
     pub options: Options,
     pub stream: Outbound,
     pub epoch: u32,
-    /// Whether the other agent waits for values.
+    /// State of the subscriber: true once it waits for values.
     pub begun: bool,
     due: u64,
-    /// Whether values of a queue are being sent that came until it was due.
+    /// Transfer of a batch: values of a queue that accumulated until it was due.
     batch: bool,
     pub sent: u64,
 }
@@ -111,12 +111,12 @@ impl Serving {
         Self { options, stream, epoch: 0, begun: false, due: now, batch: false, sent: 0 }
     }
 
-    /// When the next value may be sent; nothing while the stream takes none.
+    /// Returns the time of the next value; `None` while the stream takes none.
     pub fn due(&self) -> Option<u64> {
         (self.begun && self.stream.is_ready()).then_some(self.due)
     }
 
-    /// A value was taken.
+    /// Notes that a value was taken.
     pub fn taken(&mut self, now: u64) {
         self.sent += 1;
         match self.options.content {
@@ -125,7 +125,7 @@ impl Serving {
         }
     }
 
-    /// There is no other value.
+    /// Notes that no further value is ready.
     pub fn nothing(&mut self, now: u64) {
         // A period without a value has passed like any other.
         let passed = matches!(self.options.mode, Mode::Periodic(_));

@@ -1,4 +1,4 @@
-//! What goes over the wire: packets of frames, and the messages in the control stream.
+//! Wire format: packets of frames, and the messages in the control stream.
 //!
 //! A packet is a head of fixed size and frames until its end. Whatever can't be read ends the packet, and is counted.
 //! The first two bytes and the refusal are the same in every version, so that agents of different versions can say so.
@@ -9,31 +9,32 @@ use slate_blackboard::Stamp;
 use super::Options;
 use super::delivery::DeliveryStatus;
 
-/// The protocol's version; agents of different versions refuse each other.
+/// Version of the protocol; agents of different versions refuse each other.
 pub const VERSION: u8 = 5;
 
-/// Values travel as they are in memory, so agents on machines of another byte order do not understand each other.
+/// First byte of a packet, which encodes the byte order.
+/// Values travel in native byte order, so agents of different byte orders do not understand each other.
 const MAGIC: u8 = if cfg!(target_endian = "little") { b'S' } else { b's' };
 
-/// Stands in the place of the version when the rest is a refusal in words.
+/// Marker of a refusal in words, in place of the version.
 const REFUSAL: u8 = 0;
 
-/// Bytes of a packet before its frames.
+/// Size of the head of a packet, bytes.
 pub(super) const HEAD: usize = 18;
 
-/// Most bytes that a fragment takes beside its content.
+/// Largest size of a fragment without its content, bytes.
 pub(super) const FRAGMENT_HEAD: usize = 40;
 
-/// Who sent a packet, and to whom: both are new with each attempt to connect, so that what was under way when a
-/// connection ended is never taken for a part of the next.
+/// Head of a packet: tokens of sender and receiver.
+/// Both change with each attempt to connect, so late packets of an old connection never count as part of the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PacketHead {
     pub from: u64,
-    /// 0 when the sender has not heard of the receiver.
+    /// Token of the receiver; 0 if the sender does not know it.
     pub to: u64,
 }
 
-/// What a packet turns out to be.
+/// Parsed packet.
 #[derive(Debug)]
 pub(super) enum Packet<'a> {
     Frames(PacketHead, &'a [u8]),
@@ -43,7 +44,7 @@ pub(super) enum Packet<'a> {
 }
 
 impl PacketHead {
-    /// Begins a packet.
+    /// Starts a packet with this head.
     pub fn begin(self, packet: &mut Vec<u8>) {
         packet.clear();
         packet.extend([MAGIC, VERSION]);
@@ -52,7 +53,7 @@ impl PacketHead {
     }
 }
 
-/// Tells the other side in words why it is not served, whatever its version is.
+/// Encodes a refusal with its reason, for agents of any version.
 pub fn refusal(reason: &str) -> Vec<u8> {
     let mut packet = vec![MAGIC, REFUSAL];
     packet.extend(reason.as_bytes());
@@ -65,7 +66,7 @@ fn number(bytes: &[u8]) -> u64 {
     u64::from_le_bytes(number)
 }
 
-/// Looks at the head of a packet.
+/// Parses the head of a packet.
 pub(super) fn open(packet: &[u8]) -> Packet<'_> {
     match packet {
         [MAGIC, REFUSAL, reason @ ..] => {
@@ -79,7 +80,7 @@ pub(super) fn open(packet: &[u8]) -> Packet<'_> {
     }
 }
 
-/// Bytes that are written and read as a whole.
+/// Raw bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub(super) struct RawBytes<'a>(#[serde(borrow)] pub &'a [u8]);
 
@@ -102,76 +103,77 @@ pub(super) enum PacketFrame<'a> {
     Knowledge(KnowledgePiece<'a>),
 }
 
-/// Who is there.
+/// Greeting with the sender's identity.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Hello<'a> {
     pub agent: &'a str,
     pub instance: u64,
-    /// Counts the connections that this instance has begun.
+    /// Number of the connection attempt of this instance.
     pub attempt: u64,
 }
 
-/// A sign of life, from which the clocks' offset follows.
+/// Heartbeat, which also yields the clock offset.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Beat {
-    /// When it was sent, by the sender's clock.
+    /// Time of sending by the sender's clock, ns.
     pub sent: u64,
-    /// The last beat that the sender has got: when it was sent, and when it came, each by the clock of who saw it.
+    /// Last received heartbeat: its sending and its arrival.
+    /// Each is a time of the observer's clock, ns.
     pub heard: Option<(u64, u64)>,
 }
 
-/// A part of a stream.
+/// Fragment of a stream.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Fragment<'a> {
-    /// 0 is the control stream, others are the receiver's subscriptions.
+    /// Stream: 0 for the control stream, else the receiver's subscription.
     pub stream: u32,
-    /// Counts the fragments of the stream from 1.
+    /// Number of the fragment in the stream, from 1.
     pub number: u64,
-    /// Which fragment of its item it is.
+    /// Index of the fragment in its item.
     pub index: u32,
-    /// How many fragments the item has.
+    /// Number of fragments of the item.
     pub count: u32,
     #[serde(borrow)]
     pub bytes: RawBytes<'a>,
 }
 
-/// What there is of a stream, for a receiver that may have missed it.
+/// Announcement of a stream's extent, for a receiver that may have missed it.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Announcement {
     pub stream: u32,
-    /// The oldest fragment that can be had again.
+    /// Oldest fragment that can be sent again.
     pub first: u64,
-    /// The fragment that comes next.
+    /// Next fragment.
     pub next: u64,
-    /// The origin's number of the last value that went into the stream, or went by.
+    /// Number of the last value that was sent or skipped, at its origin.
     pub sequence: u64,
-    /// Which offer of the subscription that value belongs to.
+    /// Epoch of the offer that the value belongs to.
     pub epoch: u32,
 }
 
-/// What a receiver has of a stream.
+/// Report of a receiver about a stream.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct StreamReport {
     pub stream: u32,
-    /// It has all fragments before this one.
+    /// Number before which all fragments are received.
     pub next: u64,
-    /// What it lacks beyond: from one number to another, both included.
+    /// Ranges of missing fragments, both ends inclusive.
     pub missing: Vec<(u64, u64)>,
 }
 
-/// A piece of a message of the team's knowledge.
+/// Piece of a message of the team's knowledge.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct KnowledgePiece<'a> {
-    /// Counts the messages.
+    /// Number of the message.
     pub number: u32,
-    /// Where in the message it belongs, bytes.
+    /// Position in the message, bytes.
     pub at: u32,
     pub is_last: bool,
     #[serde(borrow)]
     pub bytes: RawBytes<'a>,
 }
 
-/// A message in the control stream.
+/// Message of the control stream.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) enum ControlMessage<'a> {
     Subscribe {
@@ -234,14 +236,14 @@ pub(super) enum ControlMessage<'a> {
     },
 }
 
-/// The newest value that a subscriber has shown, from an earlier connection.
+/// Newest value that a subscriber has shown, from an earlier connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Seen {
-    /// Which instance of the agent it came from.
+    /// Instance of the agent that wrote it.
     pub instance: u64,
-    /// The generation of its writer.
+    /// Generation of its writer.
     pub generation: u64,
-    /// Its number.
+    /// Number of the value.
     pub sequence: u64,
 }
 
@@ -257,32 +259,32 @@ pub(super) struct PortableOffer<'a> {
     pub after: u64,
 }
 
-/// Bytes before the content of a value in a stream.
+/// Size of the head of a value in a stream, bytes.
 pub(super) const SAMPLE_HEAD: usize = 37;
 
-/// How the content of a value is written.
+/// Encoding of a value's content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
-    /// As it is in memory.
+    /// Bytes as in memory.
     Plain,
-    /// LZ4 of what is in memory.
+    /// LZ4 of the bytes in memory.
     Lz4,
-    /// What stands before an image's pixels, and the pixels as JPEG.
+    /// Header of an image, and its pixels as JPEG.
     Jpeg,
-    /// In memory that both agents see; the content says where.
+    /// Reference to shared memory.
     Placed,
 }
 
-/// A value on its way, without its content.
+/// Head of a value in transfer, without its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sample {
-    /// The origin's number, time and generation.
+    /// Number, time and generation at the origin.
     pub stamp: Stamp,
-    /// How many items its tail has.
+    /// Number of tail items.
     pub items: u32,
-    /// How many bytes it takes in memory.
+    /// Length in memory, bytes.
     pub length: u32,
-    /// How the content is written.
+    /// Encoding of the content.
     pub encoding: Encoding,
 }
 
@@ -297,7 +299,7 @@ impl Sample {
         head[33..37].copy_from_slice(&epoch.to_le_bytes());
     }
 
-    /// The head of a value with the offer that it belongs to, and its content.
+    /// Parses a value; returns its head, the epoch of its offer, and its content.
     pub(super) fn read(item: &[u8]) -> Option<(Self, u32, &[u8])> {
         let (head, content) = item.split_at_checked(SAMPLE_HEAD)?;
         let encoding = [Encoding::Plain, Encoding::Lz4, Encoding::Jpeg, Encoding::Placed];
@@ -317,7 +319,7 @@ impl Sample {
     }
 }
 
-/// Appends what can be read again by postcard.
+/// Appends the encoding of a value by postcard.
 pub(super) fn append(value: &impl Serialize, target: &mut Vec<u8>) {
     let begin = target.len();
     match postcard::to_extend(value, std::mem::take(target)) {

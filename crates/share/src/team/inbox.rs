@@ -6,29 +6,29 @@ use slate_runtime::sharing::{TeamCarrier, TeamExchange};
 
 use crate::peers::locked;
 
-/// Messages that wait for the thread; more are lost, which later ones make good.
+/// Largest number of waiting messages; later messages make up for dropped ones.
 const WAITING: usize = 256;
 
-/// How another robot is reached.
+/// Route to another robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum TeamRoute {
-    /// By a session of two agents.
+    /// Session of two agents.
     Session,
-    /// By a carrier beside them, such as a network.
+    /// Additional carrier, such as a network.
     Carrier,
 }
 
-/// What comes from other agents.
+/// Event from another robot.
 pub(crate) enum TeamNews {
-    /// One is there.
+    /// Robot in reach.
     Connected(String, TeamRoute),
-    /// One is gone.
+    /// Robot out of reach.
     Disconnected(String, TeamRoute),
-    /// One tells something.
+    /// Message of a robot.
     Told(String, Vec<u8>),
 }
 
-/// Messages of other agents that were not read yet, and a carrier that reaches some of them.
+/// Unread messages of other robots, and a carrier that reaches some of them.
 #[derive(Default)]
 pub(crate) struct TeamInbox {
     news: Mutex<VecDeque<TeamNews>>,
@@ -54,7 +54,7 @@ impl TeamInbox {
         std::mem::take(&mut locked(&self.news))
     }
 
-    /// Carrier of messages beside the sessions.
+    /// Returns the carrier in addition to the sessions.
     pub fn carrier(&self) -> Option<Arc<dyn TeamCarrier>> {
         locked(&self.carrier).clone()
     }

@@ -3,17 +3,17 @@ use std::mem::offset_of;
 use slate_blackboard::interface::{Descriptor, Field, Interface, Kind};
 use slate_interfaces::{FactHead, FactTableHead};
 
-/// What a table of facts looks like: the `FactTable` of slate-mapek, or one of another language that is laid out in
-/// the same way.
+/// Layout of a table of facts.
+/// It is the `FactTable` of slate-mapek, or one of another language with the same layout.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout {
     descriptor: &'static Descriptor,
-    /// Bytes of a fact, and where its value begins.
+    /// Size of a fact, bytes; the offset of its value follows.
     item: usize,
     value: usize,
 }
 
-/// A fact in a table, without its value.
+/// Fact in a table, without its value.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct TableEntry<'a> {
     pub key: &'a str,
@@ -21,12 +21,12 @@ pub(super) struct TableEntry<'a> {
     pub certainty: f64,
     pub retracted: bool,
     pub value: &'a [u8],
-    /// All of it.
+    /// Bytes of the fact.
     pub bytes: &'a [u8],
 }
 
 impl Layout {
-    /// The layout of tables of that interface.
+    /// Returns the layout of tables of an interface.
     ///
     /// # Errors
     /// In words, when it is another interface.
@@ -60,17 +60,17 @@ impl Layout {
         }
     }
 
-    /// The interface of the tables.
+    /// Returns the interface of the tables.
     pub fn descriptor(&self) -> &'static Descriptor {
         self.descriptor
     }
 
-    /// Bytes of a value, with the padding behind it.
+    /// Returns the size of a value with its padding, bytes.
     pub fn value_size(&self) -> usize {
         self.item - self.value
     }
 
-    /// The facts of a table.
+    /// Returns the facts of a table.
     pub(super) fn entries<'a>(&self, table: &'a [u8], items: usize) -> impl Iterator<Item = TableEntry<'a>> {
         let Self { item, value, .. } = *self;
         let facts = table.get(self.descriptor.size..).unwrap_or_default();
@@ -92,7 +92,7 @@ fn number(bytes: &[u8], at: usize) -> u64 {
     u64::from_ne_bytes(number)
 }
 
-/// A text, which takes all those bytes; nothing of one that is damaged.
+/// Decodes a text of fixed size; empty if it is damaged.
 fn text(bytes: &[u8]) -> &str {
     let Some((length, text)) = bytes.split_first_chunk() else { return "" };
     let length = (u32::from_ne_bytes(*length) as usize).min(text.len());

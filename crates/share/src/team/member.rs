@@ -10,55 +10,56 @@ use crate::knowledge::{
 };
 use crate::schema::interface;
 
-/// What stands between a topic and a key.
+/// Separator between a topic and a key.
 const SEPARATOR: u8 = b':';
 
-/// The key under which each robot states its name.
+/// Key of each robot's name.
 const NAME: &[u8] = b":name";
 
-/// Where an interface is stated begins so.
+/// Prefix of the keys of interfaces.
 const INTERFACE: &[u8] = b":interface/";
 
-/// Ticks after which a robot that tells nothing is not told anything either, as it seems to take no part: at least, and for each
-/// neighbour. A tick compares with two of them, so 26 messages to each are to be expected meanwhile, and as many answers: most
-/// of them may be lost.
+/// Ticks without a message after which a robot receives no more messages.
+/// It seems to take no part. The limit is at least this, and grows with each neighbour. A tick compares with two
+/// neighbours, so 26 messages to each are to be expected meanwhile, and as many answers: most of them may be lost.
 const PATIENCE: usize = 25;
 const PATIENCE_EACH: usize = 13;
 
-/// After so many times that long it is tried again.
+/// Number of such periods after which a silent robot is tried again.
 const AGAIN: usize = 10;
 
-/// A robot of a team: what it states and knows, and whom it tells. It has neither threads nor sockets nor a clock.
+/// Member of a team: a robot's statements, its knowledge and its neighbours.
+/// It has neither threads nor sockets nor a clock.
 ///
-/// Beside its facts each robot states its name, as facts carry numbers, and the interfaces of what it states, so that every robot
-/// can show what it hears. Both are facts like others, of no topic.
+/// In addition to its facts each robot states its name, as facts carry numbers, and the interfaces of its statements,
+/// so that every robot can show them. Both are facts like others, without a topic.
 #[derive(Debug)]
 pub struct Member {
     name: String,
     replica: Replica,
-    /// The robots that messages reach, by their numbers.
+    /// Robots in reach, by their numbers.
     neighbours: BTreeMap<u32, Neighbour>,
-    /// The interfaces that this robot states.
+    /// Interfaces that this robot has stated.
     stated: BTreeSet<u64>,
 }
 
 #[derive(Debug)]
 struct Neighbour {
     name: String,
-    /// Ticks since it told something.
+    /// Ticks since its last message.
     silence: usize,
-    /// Whether it was told something since the last tick.
+    /// Flag of a message to it since the last tick.
     was_told: bool,
-    /// Whether it waits for a word, so that it knows that this robot takes part.
+    /// Flag of an answer owed to it, which shows that this robot takes part.
     awaits: bool,
-    /// Whether the host says that it is there, and not only what it tells.
+    /// Presence as reported by the host, not only inferred from its messages.
     is_met: bool,
 }
 
-/// A fact that a team knows.
+/// Fact of the team's knowledge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Known<'a> {
-    /// What it is about, in its topic.
+    /// Subject of the fact in its topic.
     pub key: &'a str,
     /// The name of the robot that states it.
     pub robot: String,
@@ -67,15 +68,16 @@ pub struct Known<'a> {
 }
 
 impl Member {
-    /// What all robots of a team hold at most.
+    /// Returns the limits of every robot of a team.
     pub fn limits() -> Limits {
         Limits { key: 192, ..Limits::default() }
     }
 
-    /// A robot, with what it has saved. `random` must differ from start to start.
+    /// Creates a robot from its saved knowledge, if any.
+    /// `random` must differ from start to start.
     ///
     /// # Errors
-    /// When what was saved can't be restored.
+    /// If the saved knowledge can't be restored.
     pub fn new(name: &str, random: u32, saved: Option<&[u8]>) -> Result<Self, RestoreError> {
         let (robot, limits) = (robot_number(name), Self::limits());
         let replica = match saved {
@@ -85,26 +87,26 @@ impl Member {
         Ok(Self { name: name.into(), replica, neighbours: BTreeMap::new(), stated: BTreeSet::new() })
     }
 
-    /// The robot's name.
+    /// Returns the robot's name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// What it holds, as the protocol has it.
+    /// Returns the replica, as the protocol sees it.
     pub fn replica(&self) -> &Replica {
         &self.replica
     }
 
-    /// Another robot is within reach.
+    /// Adds a robot in reach.
     ///
     /// # Errors
-    /// In words, when its name has the number of another one: it is not told anything then.
+    /// In words, if another robot's name has the same number; it receives no messages then.
     pub fn meet(&mut self, name: &str) -> Result<(), String> {
         self.neighbour(name)?.is_met = true;
         Ok(())
     }
 
-    /// A neighbour of that name, who has just been heard.
+    /// Returns the neighbour with that name, which has just been heard.
     fn neighbour(&mut self, name: &str) -> Result<&mut Neighbour, String> {
         let number = robot_number(name);
         if number == self.replica.robot() {
@@ -121,7 +123,7 @@ impl Member {
         Ok(neighbour)
     }
 
-    /// Another robot is out of reach.
+    /// Removes a robot out of reach.
     pub fn part(&mut self, name: &str) {
         let number = robot_number(name);
         if self.neighbours.get(&number).is_some_and(|known| known.name == name) {
@@ -130,10 +132,10 @@ impl Member {
         }
     }
 
-    /// Takes what another robot tells, who is within reach as long as it does.
+    /// Takes a message of another robot, which counts as in reach meanwhile.
     ///
     /// # Errors
-    /// When it makes no sense; nothing is taken over then.
+    /// If the message is invalid; nothing is changed then.
     pub fn hear(&mut self, name: &str, message: &[u8]) -> Result<(), MessageError> {
         // Whoever has another one's number is not heard.
         let Ok(neighbour) = self.neighbour(name) else { return Ok(()) };
@@ -142,7 +144,7 @@ impl Member {
         self.replica.receive(robot_number(name), message)
     }
 
-    /// To be called several times a second.
+    /// Advances the protocol; call it several times per second.
     pub fn tick(&mut self) {
         let patience = self.patience();
         // Who was only heard, perhaps after it had gone, is not tried again.
@@ -159,12 +161,12 @@ impl Member {
         self.replica.tick();
     }
 
-    /// The ticks that a neighbour may be silent.
+    /// Returns the number of ticks that a neighbour may be silent.
     fn patience(&self) -> usize {
         PATIENCE.max(PATIENCE_EACH * self.neighbours.len())
     }
 
-    /// The next message, and the name of the robot that it is for.
+    /// Returns the next message, and the name of its receiver.
     pub fn outgoing(&mut self) -> Option<(&str, Vec<u8>)> {
         let (to, bytes) = loop {
             match self.replica.outgoing() {
@@ -183,8 +185,8 @@ impl Member {
         Some((&neighbour.name, bytes))
     }
 
-    /// States a fact about a key of a topic at `now`, nanoseconds since 1970 by this robot's clock; the value is one of
-    /// that layout.
+    /// States a fact about a key of a topic.
+    /// `now` is this robot's clock, ns since 1970. The value is one of that layout.
     ///
     /// # Errors
     /// When something is too long, or the robot states as much as it may.
@@ -201,7 +203,7 @@ impl Member {
         self.replica.state(now, &joined(topic, key), statement).map(drop)
     }
 
-    /// Takes back what this robot states about a key of a topic.
+    /// Retracts this robot's statement about a key of a topic.
     ///
     /// # Errors
     /// As for [`Replica::retract`].
@@ -209,7 +211,7 @@ impl Member {
         self.replica.retract(now, &joined(topic, key))
     }
 
-    /// States the robot's name and an interface, unless that is known.
+    /// States the robot's name and an interface, unless they are known.
     fn introduce(&mut self, now: u64, descriptor: &Descriptor) -> Result<(), Refusal> {
         if self.stated.contains(&descriptor.hash) {
             return Ok(());
@@ -235,7 +237,7 @@ impl Member {
         self.replica.state(now, key, statement).map(drop)
     }
 
-    /// What is stated, by topic, by key and then by robot.
+    /// Returns all facts by topic, key and robot.
     pub fn known(&self) -> BTreeMap<&str, Vec<Known<'_>>> {
         let names = self.replica.facts(NAME).filter_map(|fact| {
             let name = std::str::from_utf8(fact.statement.value).ok()?;
@@ -255,24 +257,24 @@ impl Member {
         known
     }
 
-    /// The interface that some robot has stated.
+    /// Returns an interface that some robot has stated.
     pub fn interface(&self, schema: u64) -> Option<&'static Descriptor> {
         let key = interface_key(schema);
         let mut stated = self.replica.facts(&key).filter_map(|fact| unpacked(fact.statement.value));
         stated.find_map(|bytes| interface(&bytes).ok().filter(|found| found.hash == schema))
     }
 
-    /// What did not go as it should.
+    /// Returns the counters of errors and losses.
     pub fn counters(&self) -> Counters {
         self.replica.counters()
     }
 
-    /// Whether something may have changed since this was asked last.
+    /// Returns whether a fact may have changed since the last call.
     pub fn take_changed(&mut self) -> bool {
         self.replica.take_changed() != crate::knowledge::Changed::default()
     }
 
-    /// How many robots are within reach and take part.
+    /// Returns the number of robots that are within reach and take part.
     pub fn neighbours(&self) -> usize {
         let patience = self.patience();
         self.neighbours.values().filter(|neighbour| neighbour.silence < patience).count()
@@ -283,7 +285,7 @@ fn joined(topic: &str, key: &str) -> Vec<u8> {
     [topic.as_bytes(), &[SEPARATOR], key.as_bytes()].concat()
 }
 
-/// The topic and the key; nothing of what has no topic, or is no text.
+/// Splits a key into topic and key; `None` without a topic, or for invalid text.
 fn split(key: &[u8]) -> Option<(&str, &str)> {
     let (topic, key) = std::str::from_utf8(key).ok()?.split_once(char::from(SEPARATOR))?;
     (!topic.is_empty()).then_some((topic, key))
@@ -293,7 +295,7 @@ fn interface_key(schema: u64) -> Vec<u8> {
     [INTERFACE, format!("{schema:016x}").as_bytes()].concat()
 }
 
-/// An interface takes little room when it is compressed: most of it are words.
+/// Compresses an interface, which is mostly words.
 fn packed(bytes: &[u8]) -> Vec<u8> {
     lz4_flex::block::compress_prepend_size(bytes)
 }

@@ -1,9 +1,10 @@
-//! The knowledge of a team, for an agent: what its blocks state reaches all robots that are reachable through any chain, and what
-//! they state shows on its board, at `team/<topic>`.
+//! Team knowledge for an agent.
+//! Statements of its blocks reach all robots that are reachable through any chain, and theirs appear on its board, at
+//! `team/<topic>`.
 //!
-//! Blocks state facts in tables, which are outputs like any other ([`Layout`] says what a table looks like), and read tables. A
-//! thread looks at the former several times a second and writes the latter: no tick waits for it. A [`Member`] is what it
-//! works with, without threads.
+//! Blocks state facts in tables, which are outputs like any other ([`Layout`] describes a table), and read tables. A
+//! thread polls the former several times a second and writes the latter, so no tick waits for it. [`Member`] is its
+//! state machine without threads.
 
 mod inbox;
 mod layout;
@@ -35,16 +36,16 @@ pub use saved::SavedKnowledge;
 pub use state::TeamState;
 use work::TeamWork;
 
-/// The topics that modules read, and what their ports are.
+/// Topics that modules read, with the interfaces of their ports.
 pub(crate) type Topics = BTreeMap<String, Option<&'static Descriptor>>;
 
-/// The thread of an agent that takes part in a team.
+/// Thread of an agent that takes part in a team.
 pub(crate) struct Team {
     post: Arc<TeamPost>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// What the thread is told.
+/// Requests to the thread.
 struct TeamPost {
     wake: Arc<Wake>,
     topics: Mutex<Option<Topics>>,
@@ -52,7 +53,7 @@ struct TeamPost {
 }
 
 impl Team {
-    /// Begins to take part, beside the peers that `inbox` hears of.
+    /// Starts taking part with the peers that `inbox` reports.
     pub fn start(
         site: &Site,
         knowledge: SharedKnowledge,
@@ -77,7 +78,7 @@ impl Team {
         Ok(Self { post, thread })
     }
 
-    /// These topics are read from now on.
+    /// Sets the topics that are read.
     pub fn want(&self, topics: Topics) {
         *locked(&self.post.topics) = Some(topics);
         self.post.wake.notify(1);

@@ -6,27 +6,28 @@ use slate_runtime::replacement::Replacement;
 
 use super::Member;
 
-/// The file in which a robot saves what it knows.
+/// File of a robot's saved knowledge.
 #[derive(Clone, Debug)]
 pub struct SavedKnowledge {
     file: PathBuf,
-    /// Whether what is there could neither be restored nor set aside, so that nothing takes its place.
+    /// Protection of an existing file that could neither be restored nor set aside.
+    /// Nothing replaces it.
     is_kept: bool,
 }
 
 impl SavedKnowledge {
-    /// That of a robot, in a folder.
+    /// Creates the handle for a robot's file in a folder.
     pub fn new(folder: &Path, robot: &str) -> Self {
         Self { file: folder.join(format!("{robot}.knowledge")), is_kept: false }
     }
 
-    /// The file.
+    /// Returns the path of the file.
     pub fn file(&self) -> &Path {
         &self.file
     }
 
-    /// The robot with what it has saved, and without it where nothing is saved. What can't be read or restored is set
-    /// aside; what became of it is told in words.
+    /// Restores a robot from its file, or creates it without one.
+    /// An invalid file is set aside; the text describes that.
     pub fn restore(&mut self, robot: &str, random: u32) -> (Option<Member>, Option<String>) {
         let file = self.file.display();
         let trouble = match fs::read(&self.file) {
@@ -49,10 +50,10 @@ impl SavedKnowledge {
         (fresh(robot, random), Some(trouble))
     }
 
-    /// Saves what a robot knows: the file is there as a whole or not at all.
+    /// Saves the robot's knowledge atomically.
     ///
     /// # Errors
-    /// When it can't be written, or what is there could neither be restored nor set aside; it stays then.
+    /// If the file can't be written, or if the existing one could neither be restored nor set aside; it stays then.
     pub fn save(&self, member: &Member) -> io::Result<()> {
         if self.is_kept {
             return Err(io::Error::other("what is there could neither be restored nor set aside"));

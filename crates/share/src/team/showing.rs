@@ -1,4 +1,4 @@
-//! Which topics this agent shows, and what they look like.
+//! Topics on this agent's board, and their layouts.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -10,31 +10,32 @@ use super::shown::ShownFacts;
 use super::stating::Stating;
 use super::{Known, Layout, Member, Topics};
 
-/// How many topics are shown at most that nobody here reads or states: what other robots state has no other limit.
+/// Largest number of shown topics that are neither read nor stated here.
+/// Topics of other robots have no other limit.
 const UNUSED: usize = 64;
 
-/// The topics on the board.
+/// Topics on the board.
 pub(super) struct Showing {
     board: Arc<Board>,
     room: usize,
     shown: BTreeMap<String, ShownFacts>,
-    /// Why topics can't be shown.
+    /// Reasons why topics can't be shown.
     troubles: BTreeMap<String, String>,
 }
 
-/// What became of it.
+/// Result of an update.
 #[derive(Default)]
 pub(super) struct Sight {
-    /// Facts that are known.
+    /// Number of known facts.
     pub facts: u64,
-    /// Facts that show nowhere, but for those that do not fit.
+    /// Facts that are not on the board, except unfitting ones.
     pub unshown: u64,
-    /// Facts that do not fit where they would show.
+    /// Facts that do not fit the interface of their topic.
     pub unfit: u64,
-    /// The topics that are used here or show, and whether each takes the place of one with another layout; or why it does
-    /// not show.
+    /// Topics that are used here or shown, or the reason against showing.
+    /// True if it replaces one with another layout.
     pub topics: Vec<(String, Result<bool, String>)>,
-    /// What is new and wrong, for the log.
+    /// New problems, for the log.
     pub troubles: Vec<String>,
 }
 
@@ -43,7 +44,7 @@ impl Showing {
         Self { board: Arc::clone(board), room, shown: BTreeMap::new(), troubles: BTreeMap::new() }
     }
 
-    /// Shows what is known at this agent's time `now`, nanoseconds.
+    /// Shows the known facts at this agent's time `now`, ns.
     pub fn update(&mut self, member: &Member, read: &Topics, stating: &[Stating], now: u64) -> Sight {
         let mut known = member.known();
         let mut sight = Sight { facts: count(&known), ..Sight::default() };
@@ -72,7 +73,8 @@ impl Showing {
         sight
     }
 
-    /// All topics that are used here, and of the others those that show already and so many more as have room.
+    /// Selects all topics that are used here, and others as far as there is room.
+    /// Of the others, those already shown come first.
     fn choose(
         &mut self,
         known: &BTreeMap<&str, Vec<Known<'_>>>,
@@ -95,7 +97,8 @@ impl Showing {
         self.shown.keys().cloned().chain(new).chain(used.iter().cloned()).collect()
     }
 
-    /// What tables about a topic look like: what is read here says so, then what is stated here, and then what other robots say.
+    /// Determines the layout of the table of a topic.
+    /// Precedence: readers here, statements here, statements of other robots.
     fn layout(
         &self,
         topic: &str,
@@ -126,7 +129,8 @@ impl Showing {
         }
     }
 
-    /// Puts a topic on the board, unless it is there; says whether it takes the place of one with another layout.
+    /// Puts a topic on the board unless it is there.
+    /// Returns whether it replaces one with another layout.
     fn place(&mut self, topic: &str, layout: Result<Layout, String>) -> Result<bool, String> {
         let layout = match (layout, self.shown.get(topic)) {
             // It stays as it is when nobody says any more what it looks like.

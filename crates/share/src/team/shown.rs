@@ -1,4 +1,4 @@
-//! What the team states about a topic, as a property of this agent.
+//! Statements of the team about a topic, as a property of this agent.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use super::{Known, Layout, Member};
 use crate::knowledge::Version;
 use crate::schema::difference;
 
-/// Of how many schemas that do not fit a topic is told what is different about them.
+/// Largest number of unfitting schemas per topic whose difference is reported.
 const SCHEMAS: usize = 8;
 
 /// A topic on the board.
@@ -25,11 +25,11 @@ pub(super) struct ShownFacts {
     writer: Writer,
     pub layout: Layout,
     room: usize,
-    /// Of the table that is shown.
+    /// Head of the shown table.
     head: Option<FactTableHead>,
-    /// Since when each fact is known here, by key and robot.
+    /// Time since which each fact is known here, by key and robot.
     heard: BTreeMap<(String, u32), (Version, u64)>,
-    /// The schemas of facts that don't fit, as far as they were told of.
+    /// Schemas of unfitting facts whose difference was reported.
     unfit: BTreeSet<u64>,
 }
 
@@ -54,19 +54,19 @@ impl ShownFacts {
         })
     }
 
-    /// How many facts don't fit.
+    /// Returns the number of facts that do not fit.
     pub fn unfit_facts(&self) -> u32 {
         self.head.map_or(0, |head| head.unfit)
     }
 
-    /// Whether a fact has a value of the interface that is shown.
+    /// Returns whether a fact has a value of the shown interface.
     pub fn fits(&self, known: &Known<'_>) -> bool {
         let statement = known.fact.statement;
         statement.schema == self.layout.descriptor().hash && statement.value.len() == self.layout.value_size()
     }
 
-    /// Shows what is known at this agent's time `now`, nanoseconds, if it is something else than before. Tells what is
-    /// different about facts that don't fit since then.
+    /// Shows the facts at this agent's time `now`, ns, if they have changed.
+    /// Returns the differences of facts that have not fitted since the last call.
     pub fn update(&mut self, topic: &str, facts: Vec<Known<'_>>, member: &Member, now: u64) -> Vec<String> {
         let (mut facts, other): (Vec<_>, Vec<_>) = facts.into_iter().partition(|known| self.fits(known));
         let schemas: BTreeSet<u64> = other.iter().map(|known| known.fact.statement.schema).collect();
@@ -116,7 +116,7 @@ impl ShownFacts {
     }
 }
 
-/// What is different about a schema of another robot.
+/// Returns the difference of a schema of another robot.
 fn different(topic: &str, here: &Descriptor, there: Option<&Descriptor>, schema: u64) -> String {
     let what = there.and_then(|there| difference(here, there));
     let what = what.unwrap_or_else(|| format!("its interface {schema:016x} is not known here"));

@@ -1,33 +1,36 @@
 use slate_module::{Bool, Text, interface};
 
-/// How a robot takes part in its team's knowledge: the property `share/knowledge`.
+/// State of a robot in its team's knowledge: the property `share/knowledge`.
 #[interface]
 #[derive(PartialEq)]
 pub struct TeamState {
-    /// Facts that are known, of all topics and robots.
+    /// Known facts of all topics and robots.
     pub facts: u64,
-    /// Memory of what is known.
+    /// Memory of the known facts.
     #[unit("byte")]
     pub bytes: u64,
     /// Messages to other robots.
     pub sent: u64,
     /// Messages of other robots.
     pub received: u64,
-    /// Messages that were lost here, as too much waited to be sent; later ones make them good.
+    /// Messages dropped here because too many waited; later ones make up for them.
     pub dropped: u64,
-    /// Messages that made no sense, and parts that exceed the limits.
+    /// Invalid messages, and parts that exceed the limits.
     pub refused: u64,
-    /// Facts with values of another interface than the one that is read here; they are passed on all the same.
+    /// Facts with values of another interface than the one read here.
+    /// They are passed on nevertheless.
     pub unfit: u64,
-    /// Facts of topics that do not show on the board: their name can't be one, or nobody here uses them and there are too many
-    /// such topics, or it is not known what they look like. They are passed on all the same.
+    /// Facts of topics that are not on the board.
+    /// Their name is invalid, no module here uses them and the limit of such topics is reached, or their layout is
+    /// unknown. They are passed on nevertheless.
     pub unshown: u64,
-    /// Robots that are within reach and take part.
+    /// Robots in reach that take part.
     pub neighbours: u32,
-    /// The number of this robot.
+    /// Number of this robot.
     pub robot: u32,
-    /// Whether another robot has this one's number, so that the team does not agree on its facts.
+    /// Conflict of robot numbers: another robot has this one's.
+    /// The team then does not agree on its facts.
     pub contested: Bool,
-    /// What is wrong, if something is.
+    /// Current problem; empty if there is none.
     pub trouble: Text<252>,
 }

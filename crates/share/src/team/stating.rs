@@ -1,4 +1,4 @@
-//! What the blocks of this robot state.
+//! Statements of this robot's blocks.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,13 +7,13 @@ use slate_blackboard::{Board, Property};
 
 use super::{Layout, Member};
 
-/// A property with what this robot states about a topic.
+/// Property with this robot's statements about a topic.
 pub(super) struct Stating {
     pub topic: String,
     path: String,
-    /// The statements as they were passed on, by key.
+    /// Passed-on statements, by key.
     seen: BTreeMap<String, Vec<u8>>,
-    /// The last table's number and writer.
+    /// Number and writer of the last table.
     stamp: (u64, u64),
     pub trouble: Option<String>,
 }
@@ -24,7 +24,7 @@ impl Stating {
         Self { topic, path, seen: BTreeMap::new(), stamp: (0, 0), trouble: None }
     }
 
-    /// The property and the layout of its table, if it is there.
+    /// Returns the property and the layout of its table, if it exists.
     pub fn table(&self, board: &Board) -> Option<Result<(Arc<Property>, Layout), String>> {
         let (property, field) = board.get(&self.path)?;
         if !field.is_empty() {
@@ -34,7 +34,8 @@ impl Stating {
         Some(layout.map(|layout| (property, layout)))
     }
 
-    /// Passes on what has changed. The calendar shows `date` when the agent's time is `now`, both in nanoseconds.
+    /// Passes on changed statements.
+    /// `date` is the calendar time at this agent's time `now`, both in ns.
     pub fn look(&mut self, board: &Board, member: &mut Member, now: u64, date: u64) {
         let table = self.table(board).unwrap_or_else(|| Err("there is no such property yet".into()));
         let (property, layout) = match table {

@@ -1,4 +1,4 @@
-//! What the thread of the team's knowledge does.
+//! Thread of the team's knowledge.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -17,10 +17,10 @@ use super::stating::Stating;
 use super::{Member, SavedKnowledge, TeamInbox, TeamNews, TeamPost, TeamRoute, TeamState, Topics};
 use crate::peers::{Clock, Peers, locked};
 
-/// From one time that what is known is saved to the next, nanoseconds.
+/// Saving period, ns.
 const SAVING: u64 = 10_000_000_000;
 
-/// From one time that topics are shown to the next at least, nanoseconds.
+/// Shortest period between updates of the board, ns.
 const SHOWING: u64 = 20_000_000;
 
 pub(super) struct TeamWork {
@@ -29,23 +29,23 @@ pub(super) struct TeamWork {
     inbox: Arc<TeamInbox>,
     host: SharingHost,
     board: Arc<Board>,
-    /// The time that values carry, and a steady one.
+    /// Clock of the values, and monotonic clock.
     time: Clock,
     steady: Clock,
     stating: Vec<Stating>,
     topics: Topics,
     showing: Showing,
-    /// How other robots are reached; none is left without a route.
+    /// Routes to other robots; each robot has at least one.
     routes: BTreeMap<String, BTreeSet<TeamRoute>>,
     told: BTreeMap<String, Standing>,
     period: u64,
     saved: Option<SavedKnowledge>,
-    /// When it is saved next, and whether something has changed since it was.
+    /// Time of the next save, and flag of unsaved changes.
     saves_at: u64,
     unsaved: bool,
     state: TeamState,
     state_writer: Option<Writer>,
-    /// What something was logged about, so that it is not logged again.
+    /// Subjects already logged, so none is logged twice.
     logged: Vec<String>,
 }
 
@@ -178,7 +178,7 @@ impl TeamWork {
         }
     }
 
-    /// Brings the topics on the board up to date.
+    /// Updates the topics on the board.
     fn show(&mut self) {
         let now = (self.time)();
         let sight = self.showing.update(&self.member, &self.topics, &self.stating, now);
@@ -200,7 +200,7 @@ impl TeamWork {
         self.host.news();
     }
 
-    /// Tells the agent how a topic stands that is read there.
+    /// Reports the status of a topic that the agent reads.
     fn tell(&mut self, topic: &str, standing: Standing) {
         if self.topics.contains_key(topic) && self.told.get(topic) != Some(&standing) {
             self.told.insert(topic.to_owned(), standing.clone());
@@ -253,7 +253,7 @@ impl TeamWork {
         }
     }
 
-    /// Logs something, once about a subject.
+    /// Logs a text, once per subject.
     fn log(&mut self, level: Level, subject: &str, text: &str) {
         if self.logged.iter().any(|logged| logged == subject) {
             return;
@@ -266,10 +266,11 @@ impl TeamWork {
     }
 }
 
-/// How many subjects are remembered.
+/// Largest number of remembered subjects.
 const LOGGED: usize = 64;
 
-/// The calendar's time, nanoseconds since 1970: what robots state goes from one to the other, and from start to start.
+/// Returns the calendar time, ns since 1970.
+/// Statements travel between robots and starts, so they use it.
 #[allow(clippy::disallowed_methods, reason = "no clock of an agent means anything to another one")]
 fn date() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();

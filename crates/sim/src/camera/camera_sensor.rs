@@ -13,15 +13,16 @@ use crate::robot::CameraDescription;
 use crate::surroundings::Surroundings;
 use crate::viewpoint::{CameraMotion, CameraPose};
 
-/// A camera with the head that carries it. An exposure has its middle at the time of the image.
+/// Camera with the head that carries it.
+/// The time of an image is the middle of its exposure.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct CameraSensor {
     description: CameraDescription,
     random: Random,
     head: Option<PanTiltHead>,
-    /// When it took an image last, nanoseconds.
+    /// Time of the last image, ns.
     last: Option<u64>,
-    /// What never changes, and memory.
+    /// Constants and scratch memory.
     #[serde(skip)]
     optics: Option<CameraOptics>,
     /// Faults between it and its readers.
@@ -34,7 +35,7 @@ struct CameraOptics {
     exposure: Exposure,
     raster: Raster,
     visible: Visible,
-    /// Red, green and blue of each pixel of the newest image.
+    /// Pixels of the newest image: red, green and blue of each.
     pixels: Vec<u8>,
 }
 
@@ -43,14 +44,14 @@ impl Measurement for Vec<u8> {
         self.is_empty()
     }
 
-    /// A black image.
+    /// Blackens the image.
     fn spoil(&mut self) {
         self.fill(0);
     }
 }
 
 impl CameraSensor {
-    /// The camera of a robot in a world; its noise comes from that stream.
+    /// Creates the camera of a robot; `random` is the stream of its noise.
     pub fn new(description: &CameraDescription, world: Arc<RenderedWorld>, random: Random) -> Self {
         let head = description.head.map(PanTiltHead::new);
         let mut camera = Self {
@@ -71,29 +72,30 @@ impl CameraSensor {
         self.optics = Some(CameraOptics { world, exposure, raster, visible: Visible::default(), pixels });
     }
 
-    /// Takes over what is no part of the state from the same camera.
+    /// Takes over the world and the optics, which are no state, from the same camera.
     pub fn set_world_of(&mut self, other: &Self) {
         if let Some(optics) = &other.optics {
             self.open(optics.world.clone());
         }
     }
 
-    /// Mount, lens and noise.
+    /// Returns mount, lens and noise.
     pub fn description(&self) -> &CameraDescription {
         &self.description
     }
 
-    /// When it took an image last, nanoseconds.
+    /// Returns the time of the last image, ns.
     pub fn last(&self) -> Option<u64> {
         self.last
     }
 
-    /// The newest image: red, green and blue of each pixel, row by row from the top.
+    /// Returns the newest image, row by row from the top.
+    /// Each pixel has red, green and blue.
     pub fn pixels(&self) -> &[u8] {
         self.optics.as_ref().map_or(&[], |optics| &optics.pixels)
     }
 
-    /// The newest image as faults leave it.
+    /// Returns the newest image with faults.
     pub fn shown(&mut self, now: u64) -> Option<&[u8]> {
         let optics = self.optics.as_ref()?;
         self.display.show(&optics.pixels, now).map(Vec::as_slice)
@@ -106,19 +108,19 @@ impl CameraSensor {
         }
     }
 
-    /// Moves its head for a time, s.
+    /// Moves its head for `seconds`.
     pub fn advance(&mut self, seconds: f64) {
         if let Some(head) = &mut self.head {
             head.advance(seconds);
         }
     }
 
-    /// Pan and tilt, rad, and their rates, rad/s; `None` without a head.
+    /// Returns pan and tilt, rad, and their rates, rad/s; `None` without a head.
     pub fn head(&self) -> Option<([f64; 2], [f64; 2])> {
         self.head.as_ref().map(|head| (head.angles(), head.rates()))
     }
 
-    /// Takes an image from robot number `own` whose body moves like that, if it is time to.
+    /// Takes an image from robot number `own` if one is due; `body` is its motion.
     pub fn look(&mut self, own: usize, body: Motion, surroundings: &Surroundings, now: u64) {
         if !due(self.description.rate, 0.0, self.last, now) {
             return;
@@ -134,7 +136,7 @@ impl CameraSensor {
         exposure.expose(raster, &motion, &mut self.random, pixels);
     }
 
-    /// Where the camera of a robot in that frame is.
+    /// Returns the pose of the camera on a robot in that frame.
     pub fn pose(&self, frame: &Frame) -> CameraPose {
         let [x, y, z, yaw, pitch] = self.description.mount;
         let Point { x, y } = frame.apply(Point::new(x, y));
@@ -143,7 +145,7 @@ impl CameraSensor {
         CameraPose::new([x, y, z], heading + yaw.to_radians() + pan, pitch.to_radians() + tilt)
     }
 
-    /// How the camera moves on a body and a head that do.
+    /// Returns the twist of the camera from the motions of body and head.
     fn motion(&self, pose: &CameraPose, body: Motion) -> CameraMotion {
         let velocity = body.at(Point::new(pose.origin[0], pose.origin[1]));
         let [pan_rate, tilt_rate] = self.head.map_or([0.0; 2], |head| head.rates());

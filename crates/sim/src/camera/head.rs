@@ -3,7 +3,7 @@ use slate_module::math::clamp;
 
 use crate::robot::HeadDescription;
 
-/// A pan-tilt head, whose joints follow their setpoints as fast as they may.
+/// Pan-tilt head whose joints follow their setpoints at their maximum rates.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct PanTiltHead {
     description: HeadDescription,
@@ -13,12 +13,13 @@ pub(crate) struct PanTiltHead {
 }
 
 impl PanTiltHead {
-    /// A head that looks ahead.
+    /// Creates a head that looks ahead.
     pub fn new(description: HeadDescription) -> Self {
         Self { description, setpoints: [0.0; 2], angles: [0.0; 2], rates: [0.0; 2] }
     }
 
-    /// Sets pan and tilt, rad; a limit holds beyond it, and a joint keeps its setpoint when told no number.
+    /// Sets pan and tilt, rad, within the limits.
+    /// A joint keeps its setpoint if the command is no number.
     pub fn command(&mut self, angles: [f64; 2]) {
         let limits = [self.description.pan, self.description.tilt];
         for ((setpoint, angle), [least, most]) in self.setpoints.iter_mut().zip(angles).zip(limits) {
@@ -28,7 +29,7 @@ impl PanTiltHead {
         }
     }
 
-    /// Moves it for a time, s.
+    /// Moves the head for `seconds`.
     pub fn advance(&mut self, seconds: f64) {
         let HeadDescription { maximum_pan_rate, maximum_tilt_rate, .. } = self.description;
         for (joint, most) in [maximum_pan_rate, maximum_tilt_rate].into_iter().enumerate() {
@@ -44,12 +45,12 @@ impl PanTiltHead {
         }
     }
 
-    /// Pan and tilt, rad.
+    /// Returns pan and tilt, rad.
     pub fn angles(&self) -> [f64; 2] {
         self.angles
     }
 
-    /// Their rates, rad/s.
+    /// Returns the rates of pan and tilt, rad/s.
     pub fn rates(&self) -> [f64; 2] {
         self.rates
     }

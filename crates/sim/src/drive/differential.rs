@@ -15,7 +15,7 @@ pub struct Differential {
 }
 
 impl Differential {
-    /// A standing drive with the biases of this run.
+    /// Creates a standing drive with the biases of this run.
     pub fn new(description: DriveDescription, noise: &NoiseDescription, random: Random) -> Self {
         Self {
             odometer: Odometer::new(description.wheel_radius, description.track, noise, random),
@@ -30,7 +30,8 @@ impl Differential {
         self.command = Wheels { left: held(wheels.left, limit), right: held(wheels.right, limit) };
     }
 
-    /// Lets the wheels follow for `step` seconds; returns the speed forward (m/s) and the turn (rad/s).
+    /// Advances the wheels by `step` seconds.
+    /// Returns the forward speed, m/s, and the turn rate, rad/s.
     pub fn advance(&mut self, step: f64) -> (f64, f64) {
         let change = self.description.maximum_wheel_acceleration * step;
         self.speed = Wheels {

@@ -16,7 +16,7 @@ pub use differential::Differential;
 pub use omni::Omni;
 pub use skid_steer::{Mass, SkidSteer, Velocity};
 
-/// Speeds of the wheels of two sides, radians per second.
+/// Wheel speeds of the two sides, rad/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Wheels {
     /// Left side.
@@ -25,7 +25,7 @@ pub struct Wheels {
     pub right: f64,
 }
 
-/// Speeds of four wheels, radians per second.
+/// Speeds of four wheels, rad/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FourWheels {
     /// Front left wheel.
@@ -45,7 +45,7 @@ impl From<Wheels> for FourWheels {
 }
 
 impl From<FourWheels> for Wheels {
-    /// Each side as fast as its wheels on average.
+    /// Averages the wheels of each side.
     fn from(wheels: FourWheels) -> Self {
         Self {
             left: (wheels.front_left + wheels.back_left) / 2.0,
@@ -54,19 +54,20 @@ impl From<FourWheels> for Wheels {
     }
 }
 
-/// The drive of a robot.
+/// Drive of a robot.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Drive {
-    /// Two wheels that do not slip: they say how the robot moves.
+    /// Two wheels without slip, which determine the motion.
     Differential(Differential),
-    /// Four wheels with friction, which give forces.
+    /// Four wheels with friction, which exert forces.
     SkidSteer(SkidSteer),
-    /// Omni wheels, which say how the robot moves.
+    /// Omni wheels, which determine the motion.
     Omni(Omni),
 }
 
 impl Drive {
-    /// A standing drive with the biases of this run, under a body of that mass and centre of mass.
+    /// Creates a standing drive with the biases of this run.
+    /// `mass` and `center` are the body's mass and centre of mass.
     pub fn new(
         description: &DriveDescription,
         noise: &NoiseDescription,
@@ -81,8 +82,8 @@ impl Drive {
         }
     }
 
-    /// What the wheels are told; held within their limits, and 0 for what is not a number. A drive of two wheels takes
-    /// the average of each side, and one of omni wheels turns as if it had two.
+    /// Sets the wheel speeds, saturated at their limits; 0 for NaN.
+    /// A drive of two wheels takes the average of each side, and one of omni wheels turns as if it had two.
     pub fn command(&mut self, wheels: FourWheels) {
         match self {
             Self::Differential(drive) => drive.command(wheels.into()),
@@ -91,14 +92,14 @@ impl Drive {
         }
     }
 
-    /// What omni wheels are told, in their order, rad/s; other drives obey no such command.
+    /// Sets the speeds of omni wheels in their order, rad/s; other drives ignore it.
     pub fn command_omni(&mut self, speeds: impl IntoIterator<Item = f64>) {
         if let Self::Omni(drive) = self {
             drive.command(speeds);
         }
     }
 
-    /// The velocity that omni wheels are told; other drives obey no such command.
+    /// Sets the velocity of omni wheels; other drives ignore it.
     pub fn command_velocity(&mut self, velocity: Velocity) {
         if let Self::Omni(drive) = self {
             drive.command_velocity(velocity);
@@ -125,7 +126,8 @@ impl Drive {
     }
 }
 
-/// The speed of a wheel that goes from `speed` towards `command` by at most `change`.
+/// Returns the next wheel speed from `speed` towards `command`, rate-limited.
+/// The limit is `change`.
 fn follow(speed: f64, command: f64, change: f64) -> f64 {
     speed + clamp(command - speed, -change, change)
 }

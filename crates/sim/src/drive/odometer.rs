@@ -5,7 +5,7 @@ use slate_module::math::{cos, sin, wrap_angle};
 use crate::geometry::Pose;
 use crate::robot::{NoiseDescription, OdometryDescription};
 
-/// Factors of an odometry without systematic errors of its own.
+/// Returns the scale factors of an odometry without systematic errors of its own.
 fn exact() -> (f64, f64) {
     (1.0, 1.0)
 }
@@ -14,23 +14,23 @@ fn exact() -> (f64, f64) {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Odometer {
     wheel_radius: f64,
-    /// Assumed track width.
+    /// Assumed track width, m.
     track: f64,
-    /// Factors on the wheels' radii and on the track as odometry believes them.
+    /// Factors on both wheels' radii and on the track, as assumed by odometry.
     believed: (f64, f64, f64),
     white: f64,
-    /// Factors on distance and rotation by the profile of the odometry.
+    /// Scale factors of distance and rotation from the odometry's profile.
     #[serde(default = "exact")]
     scale: (f64, f64),
     random: Random,
-    /// Where odometry believes to be, from the start.
+    /// Pose estimate of the odometry, from the start.
     pub pose: Pose,
-    /// Forward speed and turn, as odometry believes them.
+    /// Forward speed and turn rate by odometry, m/s and rad/s.
     pub measured: (f64, f64),
 }
 
 impl Odometer {
-    /// With the biases of this run.
+    /// Creates the odometer with the biases of this run.
     pub fn new(wheel_radius: f64, track: f64, noise: &NoiseDescription, mut random: Random) -> Self {
         let mut factor = |deviation: f64| 1.0 + deviation * random.normal();
         let believed =
@@ -53,7 +53,7 @@ impl Odometer {
         self.scale = (factor(bias.distance_bias), factor(bias.turn_bias));
     }
 
-    /// Counts what the sides turned in `step` seconds at those speeds, radians per second.
+    /// Integrates the wheel speeds of both sides, rad/s, over `step` seconds.
     pub fn measure(&mut self, left: f64, right: f64, step: f64) {
         let mut noisy = |speed: f64, radius: f64| {
             speed * self.wheel_radius * radius * (1.0 + self.white * self.random.normal())

@@ -6,14 +6,17 @@ use super::{Velocity, Wheels, held};
 use crate::geometry::Pose;
 use crate::robot::{DriveDescription, NoiseDescription, OdometryDescription};
 
-/// Determinant of the normal equations, relative to that of three wheels in a star, below which wheels leave a motion open.
+/// Smallest relative determinant of wheel arrangements that determine the motion.
+/// The determinant is that of the normal equations, relative to that of three wheels in a star.
 const LEAST_DETERMINANT: f64 = 1e-6;
 
-/// Three or four omni wheels on a circle, which roll along it and slide freely across.
+/// Three or four omni wheels on a circle.
+/// They roll along it and slide freely across.
 ///
-/// The speed of a wheel's rim is the body's velocity along the circle there; the body's velocity is that which fits all wheels
-/// best (Siegwart, Nourbakhsh and Scaramuzza, 2011, *Introduction to Autonomous Mobile Robots*, 3.2.3 and 3.2.5). All wheels
-/// reach the speeds of a command at the same time, so that a robot that speeds up goes straight.
+/// The speed of a wheel's rim is the body's velocity along the circle at that wheel; the body's velocity is the
+/// least-squares fit over all wheels (Siegwart, Nourbakhsh and Scaramuzza, 2011, *Introduction to Autonomous Mobile
+/// Robots*, 3.2.3 and 3.2.5). All wheels reach the speeds of a command at the same time, so an accelerating robot goes
+/// straight.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Omni {
     description: DriveDescription,
@@ -23,31 +26,32 @@ pub struct Omni {
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct OmniWheel {
-    /// Speed of the rim by velocity forward, velocity to the left and turn of the body.
+    /// Rim speed per forward velocity, leftward velocity and turn rate of the body.
     rim: [f64; 3],
-    /// Those three by the speed of the rim.
+    /// Forward velocity, leftward velocity and turn rate per rim speed.
     effect: [f64; 3],
     command: f64,
-    /// Radians per second.
+    /// Wheel speed, rad/s.
     speed: f64,
 }
 
 /// Dead reckoning from the encoders of all wheels.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct OmniOdometer {
-    /// Factors on the wheels' radii, and on the turn, as odometry believes them.
+    /// Factors on the wheels' radii, and on the turn, as assumed by odometry.
     believed: (Vec<f64>, f64),
     white: f64,
-    /// Factors on distance and turn by the profile of the odometry.
+    /// Scale factors of distance and rotation from the odometry's profile.
     scale: (f64, f64),
     random: Random,
     pose: Pose,
-    /// Forward speed and turn, as odometry believes them.
+    /// Forward speed and turn rate by odometry, m/s and rad/s.
     measured: (f64, f64),
 }
 
 impl Omni {
-    /// A standing drive with the biases of this run; without wheels that determine the motion it stays where it is.
+    /// Creates a standing drive with the biases of this run.
+    /// It does not move if its wheels do not determine the motion.
     pub fn new(description: DriveDescription, noise: &NoiseDescription, mut random: Random) -> Self {
         let rims = rims(&description);
         let effects = effects(&rims).unwrap_or_else(|| vec![[0.0; 3]; rims.len()]);
@@ -75,7 +79,8 @@ impl Omni {
         }
     }
 
-    /// Sets the speeds of the wheels for a velocity; one that is too fast keeps its direction.
+    /// Sets the wheel speeds for a velocity.
+    /// A velocity beyond the limits is scaled, so it keeps its direction.
     pub(super) fn command_velocity(&mut self, velocity: Velocity) {
         let Velocity { forward, left, turn } = velocity;
         let DriveDescription { wheel_radius, maximum_wheel_speed: limit, .. } = self.description;
@@ -88,7 +93,7 @@ impl Omni {
         }
     }
 
-    /// Turns as a differential drive with these wheels.
+    /// Commands the motion of a differential drive with these wheel speeds.
     pub(super) fn command_sides(&mut self, Wheels { left, right }: Wheels) {
         let DriveDescription { wheel_radius, track, .. } = self.description;
         let forward = (left + right) / 2.0 * wheel_radius;
@@ -96,7 +101,8 @@ impl Omni {
         self.command_velocity(Velocity { forward, left: 0.0, turn });
     }
 
-    /// Lets the wheels follow for `step` seconds; returns the velocity of the body's middle.
+    /// Advances the wheels by `step` seconds; returns the body's velocity.
+    /// The velocity is that of the body's middle.
     pub fn advance(&mut self, step: f64) -> Velocity {
         let DriveDescription { wheel_radius, maximum_wheel_acceleration, .. } = self.description;
         let mut velocity = [0.0; 3];
@@ -111,20 +117,20 @@ impl Omni {
         Velocity { forward, left, turn }
     }
 
-    /// Adds systematic errors of the odometry in this run, drawn from a stream of their own.
+    /// Adds systematic errors of this run's odometry, from a separate random stream.
     pub(super) fn set_bias(&mut self, bias: &OdometryDescription, mut random: Random) {
         let mut factor = |deviation: f64| 1.0 + deviation * random.normal();
         self.odometer.scale = (factor(bias.distance_bias), factor(bias.turn_bias));
     }
 
-    /// Pose and forward speed and turn by odometry.
+    /// Returns pose, forward speed and turn rate by odometry.
     pub(super) fn odometry(&self) -> (Pose, (f64, f64)) {
         (self.odometer.pose, self.odometer.measured)
     }
 }
 
 impl OmniOdometer {
-    /// Counts what the wheels turned in `step` seconds.
+    /// Integrates the wheel speeds over `step` seconds.
     fn measure(&mut self, wheels: &[OmniWheel], wheel_radius: f64, step: f64) {
         let mut velocity = [0.0; 3];
         for (wheel, radius) in wheels.iter().zip(&self.believed.0) {
@@ -143,7 +149,7 @@ impl OmniOdometer {
     }
 }
 
-/// Speed of each wheel's rim by the velocity of the body.
+/// Returns the rim speed of each wheel per body velocity.
 fn rims(description: &DriveDescription) -> Vec<[f64; 3]> {
     let angles = description.wheel_angles.iter().flat_map(|angles| angles.degrees());
     let rim = |degrees: &f64| {
@@ -153,7 +159,7 @@ fn rims(description: &DriveDescription) -> Vec<[f64; 3]> {
     angles.map(rim).collect()
 }
 
-/// The velocity of the body by the speed of each wheel's rim: the pseudoinverse of all rims.
+/// Returns the body velocity per wheel speed: the pseudoinverse of all rims.
 fn effects(rims: &[[f64; 3]]) -> Option<Vec<[f64; 3]>> {
     let mut matrix = [[0.0; 3]; 3];
     for rim in rims {

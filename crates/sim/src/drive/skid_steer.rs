@@ -7,32 +7,34 @@ use super::{FourWheels, follow, held};
 use crate::geometry::Point;
 use crate::robot::{DriveDescription, Friction, NoiseDescription};
 
-/// Standard gravity, metres per second squared.
+/// Standard gravity, m/s².
 const GRAVITY: f64 = 9.80665;
 
-/// Below this slip a wheel's force grows with it, as its tyre yields, and above it is what Coulomb says; metres per
-/// second.
+/// Slip below which the friction force is proportional to it, m/s.
+/// The tyre yields there; above it Coulomb friction holds.
 const CREEP: f64 = 1e-3;
 
-/// The iteration ends when no speed changes by more than this any more, metres or radians per second.
+/// Convergence threshold of the iteration: largest speed change, m/s or rad/s.
 const SETTLED: f64 = 1e-9;
 
-/// Most steps need about three iterations, and stopping to slip a few more. Each alone takes energy away.
+/// Largest number of iterations per step.
+/// Most steps need about three, and the transition from slipping to rest a few more. Each alone takes energy away.
 const ITERATIONS: usize = 24;
 
-/// Four driven wheels that all point ahead.
+/// Skid-steer drive: four driven wheels that all point ahead.
 ///
-/// Each wheel rubs on the floor with a force against the slip of its contact point, which is the body's velocity there
-/// less the speed of the tyre's surface. The force is Coulomb's with other coefficients along and across the wheel, and
-/// of all forces within that ellipse the one that takes most energy (Goyal, Ruina and Papadopoulos, "Planar sliding with
-/// dry friction", Wear 143, 1991); a friction of each wheel and a rolling resistance are what MVSim has, too
-/// (Blanco-Claraco et al., SoftwareX 23, 2023). That such a robot turns less than its track says, as if its sides were
-/// farther apart, follows from it (Mandow et al., "Experimental kinematics for wheeled skid-steer mobile robots", IROS
-/// 2007). The wheels hold their speeds whatever the force, and a quarter of the weight is on each when the centre of
-/// mass is in the middle.
+/// Each wheel exerts a friction force against the slip of its contact point: the body's velocity at that point minus
+/// the speed of the tyre's surface. The force is Coulomb friction with different coefficients along and across the
+/// wheel; of all forces within that ellipse it is the one of maximum dissipation (Goyal, Ruina and Papadopoulos,
+/// "Planar sliding with dry friction", Wear 143, 1991). Friction per wheel and rolling resistance are those of MVSim
+/// (Blanco-Claraco et al., SoftwareX 23, 2023). The reduced turn rate of such a robot, as if its track were wider,
+/// results from it (Mandow et al., "Experimental kinematics for wheeled skid-steer mobile robots", IROS 2007). The
+/// wheels hold their speeds regardless of the force, and each carries a quarter of the weight if the centre of mass is
+/// in the middle.
 ///
-/// The forces of a step are those at the velocity at its end: the implicit Euler method. So they never add energy to what
-/// the wheels bring in, however hard the friction and long the step, and a robot that stands on standing wheels stays.
+/// The forces of a step are those at the velocity at its end: the implicit Euler method. So they never add energy
+/// beyond that of the wheels, regardless of the friction and the length of the step, and a robot at rest on standing
+/// wheels stays at rest.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SkidSteer {
     wheel_radius: f64,
@@ -44,38 +46,39 @@ pub struct SkidSteer {
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Wheel {
-    /// Contact point relative to the center of mass.
+    /// Contact point relative to the centre of mass, m.
     arm: Point,
-    /// Normal force, newtons.
+    /// Normal force, N.
     load: f64,
     friction: Friction,
     command: f64,
-    /// Radians per second.
+    /// Wheel speed, rad/s.
     speed: f64,
 }
 
-/// How heavy a body is.
+/// Mass and moment of inertia of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mass {
-    /// Kilograms.
+    /// Mass, kg.
     pub mass: f64,
-    /// Against turning about the centre of mass, kilograms times square metres.
+    /// Moment of inertia about the centre of mass, kg m².
     pub moment: f64,
 }
 
 /// Twist of a body in its frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Velocity {
-    /// Forward, of the centre of mass, metres per second.
+    /// Forward velocity of the centre of mass, m/s.
     pub forward: f64,
-    /// To the left, of the centre of mass, metres per second.
+    /// Leftward velocity of the centre of mass, m/s.
     pub left: f64,
-    /// Counter-clockwise, radians per second.
+    /// Turn rate, counter-clockwise, rad/s.
     pub turn: f64,
 }
 
 impl SkidSteer {
-    /// A standing drive with the biases of this run, under a body of that mass and centre of mass.
+    /// Creates a standing drive with the biases of this run.
+    /// `mass` and `center` are the body's mass and centre of mass.
     pub fn new(
         description: &DriveDescription,
         noise: &NoiseDescription,
@@ -119,7 +122,7 @@ impl SkidSteer {
         }
     }
 
-    /// Lets the wheels follow for `step` seconds.
+    /// Advances the wheels by `step` seconds.
     pub fn follow(&mut self, step: f64) {
         for wheel in &mut self.wheels {
             wheel.speed = follow(wheel.speed, wheel.command, self.maximum_acceleration * step);
@@ -129,12 +132,12 @@ impl SkidSteer {
         self.odometer.measure(left, right, step);
     }
 
-    /// Whether no wheel turns.
+    /// Returns whether no wheel turns.
     pub fn stands(&self) -> bool {
         self.wheels.iter().all(|wheel| wheel.speed == 0.0)
     }
 
-    /// The velocity of a body after the wheels rubbed on the floor for `step` seconds.
+    /// Returns the velocity of a body after friction for `step` seconds.
     pub fn rub(&self, body: Mass, before: Velocity, step: f64) -> Velocity {
         let mut velocity = before;
         // Each force is a damper's whose strength is right for the velocity of the last iteration; so each iteration
@@ -177,13 +180,13 @@ impl SkidSteer {
     }
 }
 
-/// The strength of a damper that has that impulse at a slip well above `creep`.
+/// Returns the damping that yields an impulse at a slip well above `creep`.
 fn damper(impulse: f64, squared_slip: f64, creep: f64) -> f64 {
     // A wheel without friction has neither.
     if creep > 0.0 { impulse / (squared_slip + creep * creep).sqrt() } else { 0.0 }
 }
 
-/// Momentum before and after.
+/// Linear system for the velocity after a step: momentum before and after.
 struct System {
     matrix: [[f64; 3]; 3],
     right: [f64; 3],
@@ -200,7 +203,8 @@ impl System {
         }
     }
 
-    /// Cholesky's way without roots; the matrix is symmetric and positive.
+    /// Solves the system by the square-root-free Cholesky decomposition (LDLᵀ).
+    /// The matrix is symmetric and positive definite.
     fn solve(&self) -> Velocity {
         let [[a, b, c], [_, d, e], [_, _, f]] = self.matrix;
         let [x, y, z] = self.right;

@@ -10,19 +10,20 @@ use super::walk_grid::WalkGrid;
 use crate::geometry::Point;
 use crate::surroundings::{Mover, Surroundings};
 
-/// Distance from which people see others, m.
+/// Distance at which people see others, m.
 const SIGHT: f64 = 5.0;
-/// Distance from which walls repel people, m.
+/// Distance at which walls repel people, m.
 const WALL_REACH: f64 = 1.0;
 
-/// The people of a world.
+/// People of a world.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Crowd {
     people: Vec<Person>,
-    /// Paths never change, and are no part of the state.
+    /// Paths to all places.
+    /// They never change, and are no part of the state.
     #[serde(skip)]
     paths: Option<Arc<Paths>>,
-    /// Memory for what is near a person.
+    /// Scratch memory for obstacles near a person.
     #[serde(skip)]
     near: Vec<PersonObstacle>,
 }
@@ -36,7 +37,7 @@ struct Paths {
 }
 
 impl Crowd {
-    /// The people of a layout.
+    /// Creates the people of a layout.
     pub fn new(layout: &PeopleLayout, seed: u64) -> Self {
         let PeopleLayout { description, grid, places, people } = layout;
         let person = |start: &super::description::PersonStart| {
@@ -48,27 +49,29 @@ impl Crowd {
         Self { people: people.iter().map(person).collect(), paths: Some(Arc::new(paths)), near: Vec::new() }
     }
 
-    /// Whether nobody is there.
+    /// Returns whether the world has no people.
     pub fn is_empty(&self) -> bool {
         self.people.is_empty()
     }
 
-    /// Takes over the paths, which are no part of the state, from another crowd of the same world.
+    /// Takes over the paths from another crowd of the same world.
+    /// Paths are no part of the state.
     pub fn set_paths_of(&mut self, other: &Self) {
         self.paths = other.paths.clone();
     }
 
-    /// The people.
+    /// Returns the people.
     pub fn people(&self) -> &[Person] {
         &self.people
     }
 
-    /// The people, to be moved.
+    /// Returns the people for updates.
     pub fn people_mut(&mut self) -> &mut [Person] {
         &mut self.people
     }
 
-    /// Lets all people decide how they walk in the next `step` seconds; velocities are those of all that moves, by number.
+    /// Computes the velocities of all people for the next `step` seconds.
+    /// `velocities` are those of all movers, by number.
     pub fn walk(&mut self, surroundings: &Surroundings, velocities: &[Point], now: u64, step: f64) {
         let Self { people, paths, near } = self;
         let Some(paths) = paths else { return };
@@ -81,7 +84,7 @@ impl Crowd {
     }
 }
 
-/// Gathers what is near a person, who is the mover of that number.
+/// Collects the obstacles near a person, which is mover number `own`.
 fn look_around(
     own: usize,
     person: &Person,

@@ -9,15 +9,16 @@ use crate::error::DescriptionError;
 use crate::geometry::{Point, Polygon, Pose};
 use crate::world::World;
 
-/// The most people that a world has.
+/// Largest number of people in a world.
 const MOST_PEOPLE: usize = 500;
-/// The most places between which they walk: each takes a byte for each cell of the grid.
+/// Largest number of places.
+/// Each takes a byte per cell of the grid.
 const MOST_PLACES: usize = 64;
-/// Free space between a person and a robot at the start, m.
+/// Clearance between a person and a robot at the start, m.
 const START_CLEARANCE: f64 = 0.5;
-/// Free space between two people at the start, m.
+/// Clearance between two people at the start, m.
 const START_SPACING: f64 = 0.2;
-/// Attempts to find room for a person.
+/// Largest number of attempts to place a person.
 const TRIES: usize = 10_000;
 
 /// People who walk between places: `[world.people]`.
@@ -26,10 +27,12 @@ const TRIES: usize = 10_000;
 pub struct PeopleDescription {
     /// Number of people.
     pub count: usize,
-    /// Mean of the desired speeds, m/s; by default that of Moussaïd et al. (2009).
+    /// Mean of the desired speeds, m/s.
+    /// The default is that of Moussaïd et al. (2009).
     #[serde(default = "usual_speed")]
     pub speed: f64,
-    /// Standard deviation of the desired speeds, m/s; by default that of Moussaïd et al. (2009).
+    /// Standard deviation of the desired speeds, m/s.
+    /// The default is that of Moussaïd et al. (2009).
     #[serde(default = "usual_speed_stddev")]
     pub speed_stddev: f64,
     /// Radius of a person, m.
@@ -38,10 +41,10 @@ pub struct PeopleDescription {
     /// Places between which they walk, m; random ones if there are none.
     #[serde(default)]
     pub places: Vec<[f64; 2]>,
-    /// Number of places that are drawn where none are named.
+    /// Number of random places if none are named.
     #[serde(default = "usual_places")]
     pub random_places: usize,
-    /// Least and greatest time that a person stays at a place, s.
+    /// Shortest and longest stay at a place, s.
     #[serde(default)]
     pub pause: [f64; 2],
 }
@@ -62,7 +65,7 @@ fn usual_places() -> usize {
     8
 }
 
-/// Where people begin, and the places between which they walk.
+/// Start positions of people, and the places between which they walk.
 #[derive(Clone, Debug)]
 pub struct PeopleLayout {
     pub(super) description: PeopleDescription,
@@ -72,7 +75,7 @@ pub struct PeopleLayout {
     pub(super) people: Vec<PersonStart>,
 }
 
-/// A person at the start.
+/// Person at the start.
 #[derive(Clone, Debug)]
 pub(super) struct PersonStart {
     pub name: String,
@@ -82,7 +85,7 @@ pub(super) struct PersonStart {
 }
 
 impl PeopleDescription {
-    /// Names of the people: `person_1` and so on.
+    /// Returns the names of the people: `person_1` and so on.
     pub fn names(&self) -> impl Iterator<Item = String> {
         (1..=self.count).map(|number| format!("person_{number}"))
     }
@@ -126,7 +129,8 @@ impl PeopleDescription {
         wrong.map_or(Ok(()), |(key, _, message)| Err(problem(key, message)))
     }
 
-    /// Finds the places, and where people begin: clear of bodies and of robots, whose outlines in the world are given.
+    /// Determines the places and the start positions, clear of bodies and robots.
+    /// `robots` are the outlines of the robots in the world.
     ///
     /// # Errors
     /// A place is in a wall or can't be reached from the others, or there is no room.
@@ -146,7 +150,7 @@ impl PeopleDescription {
         Ok(PeopleLayout { description: self.clone(), grid: Arc::new(grid), places, people })
     }
 
-    /// The cells of the named places, and those from which they can be reached.
+    /// Returns the cells of the named places, and the cells connected with them.
     fn named_places(&self, grid: &WalkGrid) -> Result<(Vec<usize>, Vec<bool>), DescriptionError> {
         let mut places = Vec::new();
         let mut reachable = Vec::new();
@@ -175,7 +179,7 @@ impl PeopleDescription {
         Ok((places, reachable))
     }
 
-    /// Draws places in the largest area that is connected.
+    /// Draws places in the largest connected area.
     fn draw_places(
         &self,
         grid: &WalkGrid,
@@ -221,19 +225,19 @@ impl PeopleDescription {
 }
 
 impl PeopleLayout {
-    /// Names and poses of the people at the start.
+    /// Returns the names and poses of the people at the start.
     pub fn starts(&self) -> impl Iterator<Item = (&str, Pose)> {
         self.people.iter().map(|PersonStart { name, position: Point { x, y }, .. }| {
             (name.as_str(), Pose { x: *x, y: *y, theta: 0.0 })
         })
     }
 
-    /// Radius of a person, m.
+    /// Returns the radius of a person, m.
     pub fn radius(&self) -> f64 {
         self.description.radius
     }
 
-    /// Outline of a person: a disc.
+    /// Returns the outline of a person: a disc.
     pub fn outline(&self) -> Polygon {
         Polygon::disc(self.description.radius)
     }

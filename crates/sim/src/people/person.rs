@@ -8,65 +8,65 @@ use super::walk_grid::WalkGrid;
 use crate::contact::Motion;
 use crate::geometry::{Point, Pose};
 
-/// Time between two looks for the way, ns.
+/// Interval between updates of the path, ns.
 const LOOK: u64 = 200_000_000;
-/// Distance from a place at which a person has arrived, m: there may be others.
+/// Goal tolerance at a place, m; large, as there may be others.
 const ARRIVED: f64 = 0.6;
-/// Time without progress after which a person goes elsewhere, ns.
+/// Time without progress after which a person chooses another place, ns.
 const STUCK_TIME: u64 = 8_000_000_000;
-/// Least progress in that time, m.
+/// Smallest progress in that time, m.
 const PROGRESS: f64 = 0.5;
-/// Free space that a person leaves to everything, m.
+/// Clearance that a person keeps to everything, m.
 const MARGIN: f64 = 0.03;
-/// Time in which a person who comes near something stops, s.
+/// Braking time of a person near an obstacle, s.
 const BRAKING_TIME: f64 = 0.25;
 /// Speed below which a person does not turn, m/s.
 const TURNING_SPEED: f64 = 0.05;
 
-/// A person who walks.
+/// Walking person.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Person {
     pub name: String,
     pub position: Point,
-    /// Where the person looks, rad.
+    /// Heading of the person, rad.
     pub heading: f64,
-    /// Velocity, with all pushes.
+    /// Velocity including pushes, m/s.
     pub velocity: Point,
-    /// Velocity as the person wants it.
+    /// Intended motion.
     pub motion: Motion,
     pub radius: f64,
     /// Desired speed, m/s.
     speed: f64,
-    /// Number of the place to go to.
+    /// Number of the destination.
     destination: usize,
-    /// Point of the way to go to now.
+    /// Current waypoint.
     target: Point,
     looked: Option<u64>,
     /// End of the stay at a place, ns.
     stays_until: u64,
-    /// Where and when the person last made progress.
+    /// Position and time of the last progress, m and ns.
     progress: (Point, u64),
     random: Random,
 }
 
-/// Something near a person.
+/// Obstacle near a person.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PersonObstacle {
-    /// Direction to its nearest point, of length 1.
+    /// Unit direction to its nearest point.
     pub towards: Point,
     /// Distance from the person's side, m.
     pub gap: f64,
-    /// Own velocity less that of the other; of a wall none.
+    /// Own velocity minus that of the other; `None` for a wall.
     pub closing: Option<Point>,
 }
 
-/// The ways of people.
+/// Paths of people.
 #[derive(Debug)]
 pub(super) struct Ways<'a> {
     pub grid: &'a WalkGrid,
-    /// Middles of the places, and the paths to each.
+    /// Centres of the places, and the paths to each.
     pub places: &'a [(Point, WalkField)],
-    /// Least and greatest time at a place, s.
+    /// Shortest and longest stay at a place, s.
     pub pause: [f64; 2],
 }
 
@@ -89,12 +89,12 @@ impl Person {
         }
     }
 
-    /// Where the person is.
+    /// Returns the pose of the person.
     pub fn pose(&self) -> Pose {
         Pose { x: self.position.x, y: self.position.y, theta: self.heading }
     }
 
-    /// Decides how the person walks in the next `step` seconds.
+    /// Computes the person's motion in the next `step` seconds.
     pub(super) fn walk(&mut self, ways: &Ways<'_>, near: &[PersonObstacle], now: u64, step: f64) {
         self.find_way(ways, now);
         let way = self.target.minus(self.position);
@@ -117,7 +117,7 @@ impl Person {
         self.motion = Motion { origin: self.position, velocity, angular: 0.0 };
     }
 
-    /// Takes over where physics has moved the person.
+    /// Updates position and velocity from the physics.
     pub fn moved(&mut self, position: Point, velocity: Point) {
         (self.position, self.velocity) = (position, velocity);
         if velocity.norm() > TURNING_SPEED {
@@ -125,7 +125,7 @@ impl Person {
         }
     }
 
-    /// Looks for the way, if it is time to, and chooses another place after an arrival.
+    /// Updates the waypoint if it is due; chooses another place after an arrival.
     fn find_way(&mut self, ways: &Ways<'_>, now: u64) {
         if self.looked.is_some_and(|looked| now < looked + LOOK) {
             return;
@@ -160,7 +160,7 @@ impl Person {
     }
 }
 
-/// A velocity as fast towards each obstacle as lets the person stop before it.
+/// Limits a velocity so that the person can stop before each obstacle.
 fn held_back(velocity: Point, near: &[PersonObstacle]) -> Point {
     let most = |obstacle: &PersonObstacle| max(obstacle.gap - MARGIN, 0.0) / BRAKING_TIME;
     let mut held = velocity;

@@ -1,27 +1,29 @@
 use super::walk_grid::WalkGrid;
 use crate::geometry::Point;
 
-/// Steps of a path on which a person looks for the farthest point in sight.
+/// Path steps among which a person looks for the farthest visible point.
 const LOOK_AHEAD: usize = 32;
-/// Cells around a person who was pushed off all paths, in which the next one is looked for.
+/// Search radius for the next path after a person was pushed off all paths, cells.
 const OFF_PATH: usize = 4;
 
-/// A cell from which no path leads to the place.
+/// Mark of a cell without a path to the place.
 const UNREACHABLE: u8 = u8::MAX;
-/// The side of a cell that is the cell itself: that of the place.
+/// Mark of the place's own cell, as the side that is the cell itself.
 const ARRIVED: u8 = 4;
-/// Costs of steps along the axes and along diagonals: 7/5 is 1 % less than the square root of 2.
+/// Costs of steps to the neighbours: 5 along an axis, 7 along a diagonal.
+/// 7/5 is 1 % less than the square root of 2.
 const STEPS: [usize; 9] = [7, 5, 7, 5, 0, 5, 7, 5, 7];
 
-/// Shortest paths of people to a place from everywhere.
+/// Shortest paths from everywhere to a place.
 #[derive(Debug)]
 pub(super) struct WalkField {
-    /// The side of each cell on which its path goes on.
+    /// Side of each cell on which its path continues.
     next: Vec<u8>,
 }
 
 impl WalkField {
-    /// The paths to a place, by Dijkstra's algorithm with a bucket for each cost (Dial, 1969).
+    /// Computes the paths to a place.
+    /// Dijkstra's algorithm with a bucket for each cost (Dial, 1969).
     pub fn new(grid: &WalkGrid, place: usize) -> Self {
         let mut next = vec![UNREACHABLE; grid.len()];
         let mut costs = vec![usize::MAX; grid.len()];
@@ -54,7 +56,8 @@ impl WalkField {
         Self { next }
     }
 
-    /// Where to walk to from a point: the farthest point of the path in sight, up to some metres ahead.
+    /// Returns the next waypoint from a point.
+    /// It is the farthest visible point of the path, up to some metres ahead.
     pub fn ahead(&self, grid: &WalkGrid, from: Point) -> Option<Point> {
         let mut cell = self.on_path(grid, from)?;
         let mut path = [cell; LOOK_AHEAD];
@@ -66,7 +69,7 @@ impl WalkField {
         points.find(|point| grid.is_straight(from, *point)).or_else(|| Some(grid.center(path[0])))
     }
 
-    /// The cell at a point, or one nearby, from which a path leads to the place.
+    /// Returns the nearest cell with a path to the place, near a point.
     fn on_path(&self, grid: &WalkGrid, point: Point) -> Option<usize> {
         let own = grid.cell(point)?;
         if self.next[own] != UNREACHABLE {
@@ -84,7 +87,7 @@ impl WalkField {
     }
 }
 
-/// Whether a step along a diagonal passes a cell that is not free.
+/// Returns whether a diagonal step passes a cell that is not free.
 fn cuts_corner(grid: &WalkGrid, cell: usize, side: u8) -> bool {
     let (right, up) = (side % 3, side / 3);
     let is_free = |side: u8| grid.beside(cell, side).is_some_and(|other| grid.is_free(other));

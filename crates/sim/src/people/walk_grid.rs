@@ -5,25 +5,25 @@ use crate::error::DescriptionError;
 use crate::geometry::{Point, Polygon};
 use crate::world::{Body, Bounds, World};
 
-/// Least size of a cell, m.
+/// Smallest size of a cell, m.
 const LEAST_CELL: f64 = 0.1;
-/// The most cells of a grid; larger worlds have larger cells.
+/// Largest number of cells; larger worlds have larger cells.
 const MOST_CELLS: f64 = 1_000_000.0;
-/// Free space beyond a person's radius, m.
+/// Clearance beyond a person's radius, m.
 const CLEARANCE: f64 = 0.05;
 
-/// What a cell is to a person.
+/// State of a cell for a person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum WalkCell {
-    /// The middle of a person can be there.
+    /// Free for the middle of a person.
     Free,
-    /// A body is nearer than a person's radius.
+    /// Nearer to a body than a person's radius.
     Near,
-    /// A body is in it.
+    /// Occupied by a body.
     Body,
 }
 
-/// Cells in which the middle of a walking person can be.
+/// Grid of free space for walking people.
 #[derive(Debug)]
 pub(super) struct WalkGrid {
     geometry: Geometry,
@@ -31,7 +31,7 @@ pub(super) struct WalkGrid {
 }
 
 impl WalkGrid {
-    /// The grid of a world for people of that radius, m.
+    /// Creates the grid of a world for people of a radius, m.
     pub fn new(world: &World, radius: f64) -> Result<Self, DescriptionError> {
         let Bounds { minimum: [west, south], maximum: [east, north] } = world.bounds;
         let size = [east - west, north - south];
@@ -49,7 +49,7 @@ impl WalkGrid {
         Ok(grid)
     }
 
-    /// Marks the cells near a body.
+    /// Marks the cells near a body as occupied or near.
     fn block(&mut self, body: &Polygon, reach: f64) {
         let extent = body.extent();
         let (left, low) = self.geometry.place(extent.minimum.x - reach, extent.minimum.y - reach);
@@ -78,48 +78,48 @@ impl WalkGrid {
         }
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub fn len(&self) -> usize {
         self.cells.len()
     }
 
-    /// Columns of the grid.
+    /// Returns the number of columns.
     pub fn width(&self) -> usize {
         self.geometry.width
     }
 
-    /// The middle of a cell.
+    /// Returns the middle of a cell.
     pub fn center(&self, cell: usize) -> Point {
         let middle = self.geometry.center(cell % self.geometry.width, cell / self.geometry.width);
         Point::new(middle.x, middle.y)
     }
 
-    /// The cell at a point of the grid.
+    /// Returns the cell at a point of the grid.
     pub fn cell(&self, point: Point) -> Option<usize> {
         self.geometry.cell(point.x, point.y).map(|(column, row)| self.geometry.index(column, row))
     }
 
-    /// The cell at a point, if a person can be there.
+    /// Returns the cell at a point if a person can be there.
     pub fn free_cell(&self, point: Point) -> Option<usize> {
         self.cell(point).filter(|cell| self.is_free(*cell))
     }
 
-    /// Whether the middle of a person can be in a cell.
+    /// Returns whether the middle of a person can be in a cell.
     pub fn is_free(&self, cell: usize) -> bool {
         self.cells[cell] == WalkCell::Free
     }
 
-    /// Whether a person can walk straight from one point to another.
+    /// Returns whether a person can walk straight from one point to another.
     pub fn is_straight(&self, from: Point, to: Point) -> bool {
         self.all_along(from, to, WalkCell::Free)
     }
 
-    /// Whether no body is between two points.
+    /// Returns whether no body is between two points.
     pub fn is_in_sight(&self, from: Point, to: Point) -> bool {
         self.all_along(from, to, WalkCell::Near)
     }
 
-    /// Whether no cell on a line is worse than that.
+    /// Returns whether no cell on a line is worse than `worst`.
     fn all_along(&self, from: Point, to: Point, worst: WalkCell) -> bool {
         let place = |point: Point| self.geometry.place(point.x, point.y);
         LineCells::new(place(from), place(to)).all(|(column, row)| {
@@ -131,7 +131,8 @@ impl WalkGrid {
         })
     }
 
-    /// The cell beside another on one of nine sides, of which the fifth is the cell itself.
+    /// Returns the neighbour of a cell on one of nine sides.
+    /// The fifth side is the cell itself.
     pub fn beside(&self, cell: usize, side: u8) -> Option<usize> {
         let Geometry { width, height, .. } = self.geometry;
         let (right, up) = (usize::from(side % 3), usize::from(side / 3));
@@ -140,14 +141,14 @@ impl WalkGrid {
         Some(row * width + column)
     }
 
-    /// The free cells that can be reached from one.
+    /// Returns the free cells that are connected with one, as a mask.
     pub fn reachable(&self, from: usize) -> Vec<bool> {
         let mut reached = vec![false; self.cells.len()];
         self.flood(from, &mut reached);
         reached
     }
 
-    /// The cells of the largest area in which all free cells are connected.
+    /// Returns the largest connected area of free cells, as a mask.
     pub fn largest_area(&self) -> Vec<bool> {
         let mut reached = vec![false; self.cells.len()];
         let mut largest = (0, 0);
@@ -165,7 +166,7 @@ impl WalkGrid {
         }
     }
 
-    /// Marks the free cells that are connected with one, and returns their number.
+    /// Marks the free cells connected with one; returns their number.
     fn flood(&self, from: usize, reached: &mut [bool]) -> usize {
         let mut open = vec![from];
         let mut size = 0;

@@ -14,37 +14,38 @@ use crate::shortest_path::shortest_path;
 /// Progress of a run.
 #[interface]
 pub struct Metrics {
-    /// The way of the robot until it reached its last goal; on a patrol, the whole way.
+    /// Path length of the robot until its last goal; on a patrol, the whole length.
     #[unit("m")]
     pub path_length: f64,
-    /// Shortest path of a disc of the robot's half width among static bodies, from goal to goal; on a patrol, to the goals
-    /// reached so far.
+    /// Shortest path from goal to goal of a disc of the robot's half width.
+    /// Obstacles are the static bodies. On a patrol, it leads to the goals reached so far.
     #[unit("m")]
     pub shortest_path: f64,
-    /// Goals reached, one after the other.
+    /// Number of goals reached, in sequence.
     pub goals_reached: u64,
-    /// When it reached the last one, on a patrol for the first time; NaN before.
+    /// Time at which it reached the last goal; NaN before.
+    /// On a patrol, it is the first time.
     #[unit("s")]
     pub time_to_goal: f64,
-    /// The least distance to another body.
+    /// Smallest distance to another body.
     #[unit("m")]
     pub minimum_clearance: f64,
     /// Contacts of the robot.
     pub collisions: u64,
-    /// Contacts in which the robot was one that moved in.
+    /// Contacts that the robot caused by moving in.
     pub collisions_caused: u64,
 }
 
-/// Whether the robot stays at its last goal.
+/// Stay of the robot at its last goal.
 #[interface]
 pub struct Stay {
-    /// The share of the time since it reached its last goal in which it was near to it.
+    /// Fraction of the time since its arrival at the last goal in which it was near.
     pub held: f64,
 }
 
 #[ports]
 struct Io {
-    /// Where the robot really is.
+    /// True pose of the robot.
     #[role("truth")]
     truth: Input<Pose2>,
     /// True clearance.
@@ -53,11 +54,11 @@ struct Io {
     /// All contacts.
     #[role("truth")]
     contacts: Queue<Contacts>,
-    /// How the mission stands.
+    /// Verdict on the mission.
     verdict: Output<Verdict>,
     /// Progress of the run.
     metrics: Output<Metrics>,
-    /// Whether the robot stays at its last goal, if required.
+    /// Stay of the robot at its last goal, if required.
     stay: Output<Stay>,
 }
 
@@ -79,13 +80,15 @@ struct Params {
     hold_fraction: f64,
 }
 
-/// Judges whether a robot reaches its goals in time, one after the other, and whether it stays at the last one.
+/// Referee of a course: the robot must reach its goals in sequence and in time.
+/// It may also have to stay at the last one.
 #[derive(Debug)]
 pub struct Referee {
     goals: Vec<Point>,
-    /// The shortest path from the start to the first goal, metres.
+    /// Shortest path from the start to the first goal, m.
     first_leg: f64,
-    /// The shortest path to each goal from the one before it, metres; to the first one from the last one.
+    /// Shortest path to each goal from the previous one, m.
+    /// That to the first goal begins at the last one.
     legs: Vec<f64>,
     course: GoalProgress,
 }
@@ -96,9 +99,9 @@ struct GoalProgress {
     record: MotionRecord,
     /// Number of reached goals.
     reached: u64,
-    /// When it had reached all, seconds.
+    /// Time of reaching all goals, s.
     arrived: Option<f64>,
-    /// Cycles since then, and those in which it was near.
+    /// Cycles since then, and those near the goal.
     stay: (u64, u64),
     decided: bool,
 }
@@ -165,7 +168,7 @@ impl Instance for Referee {
 }
 
 impl Referee {
-    /// Length of the shortest path to so many goals, one after the other, metres.
+    /// Returns the length of the shortest path to `goals` goals in sequence, m.
     fn shortest_path(&self, goals: u64) -> f64 {
         let Some(more) = goals.checked_sub(1) else { return 0.0 };
         let (laps, rest) = (more / self.legs.len() as u64, more as usize % self.legs.len());
@@ -208,7 +211,7 @@ impl Referee {
         Outcome::Ok
     }
 
-    /// Progress of the run, with the shortest path to so many goals.
+    /// Returns the progress of the run, with the shortest path to `goals` goals.
     fn metrics(&self, goals: u64) -> Metrics {
         let GoalProgress { record, reached, arrived, .. } = self.course;
         Metrics {
@@ -224,7 +227,7 @@ impl Referee {
 }
 
 impl GoalProgress {
-    /// The verdict at a time (seconds) and a distance from the last goal (metres).
+    /// Returns the verdict at a time, s, and a distance from the last goal, m.
     fn verdict(&mut self, io: &Io, params: &Params, last_distance: f64, time: f64) -> Verdict {
         let (is_patrol, time_is_up) = (params.laps == 0, time >= params.time_limit);
         let caused = self.record.caused;

@@ -1,4 +1,4 @@
-//! The judges of a mission: they see the truth, and no robot sees them.
+//! Referees of a mission, which read ground truth, and which no robot reads.
 
 mod course;
 mod motion_record;
@@ -14,18 +14,19 @@ use slate_module::{Refusal, Setup, Text};
 use crate::error::{key, unknown};
 use crate::scenario::Scenario;
 
-/// The refusal of a referee whose robot is not in the world.
+/// Returns the refusal of a referee whose robot is not in the world.
 fn unknown_robot(setup: &Setup<'_>, robot: &str, scenario: &Scenario) -> Refusal {
     let known = scenario.placements.iter().map(|placement| placement.name.as_str());
     Refusal(format!("modules.{}.params.robot: {}", key(setup.name), unknown("robot", robot, known)))
 }
 
-/// The verdict on a mission that goes on.
+/// Returns the verdict on a running mission.
 fn running(reason: &str) -> Verdict {
     Verdict { state: MissionState::RUNNING, reason: Text::new(reason), ..Verdict::default() }
 }
 
-/// The verdict at the end of a mission in which the robot caused so many collisions: with one it has failed.
+/// Returns the verdict at the end of a mission with that many caused collisions.
+/// Any caused collision is a failure.
 fn ended(outcome: MissionOutcome, reason: &str, caused: u64) -> Verdict {
     let outcome = if caused > 0 { MissionOutcome::COLLIDED } else { outcome };
     let state = match outcome {

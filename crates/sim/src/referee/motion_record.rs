@@ -8,12 +8,12 @@ use crate::geometry::Point;
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct MotionRecord {
     last: Option<Point>,
-    /// Metres.
+    /// Path length, m.
     pub length: f64,
-    /// Metres.
+    /// Smallest clearance, m.
     pub clearance: f64,
     pub collisions: u64,
-    /// Those that it caused.
+    /// Collisions that it caused.
     pub caused: u64,
 }
 

@@ -12,7 +12,8 @@ use crate::scenario::Scenario;
 /// Performance of a following robot so far.
 #[interface]
 pub struct Pursuit {
-    /// Fraction of the time with a gap within the limits, since it was first within them.
+    /// Fraction of the time with a gap within the limits.
+    /// Counted since the gap was first within them.
     pub gap_in_band: f64,
     /// First time of a gap within the limits.
     #[unit("s")]
@@ -75,14 +76,14 @@ pub struct PursuitParams {
     min_fraction: f64,
 }
 
-/// How often a gap was of which size, in steps of 2 cm.
+/// Histogram of the gap, in bins of 2 cm.
 #[derive(Debug, Serialize, Deserialize)]
 struct GapCounts(Vec<u64>);
 
 impl GapCounts {
-    /// Size of a step, metres.
+    /// Width of a bin, m.
     const STEP: f64 = 0.02;
-    /// Number of steps; what is greater counts in the last one.
+    /// Number of bins; greater gaps count in the last one.
     const STEPS: usize = 512;
 
     fn add(&mut self, gap: f64) {
@@ -93,7 +94,7 @@ impl GapCounts {
         }
     }
 
-    /// The middle of the step that has the median, metres; zero without any.
+    /// Returns the centre of the median's bin, m; 0 for an empty histogram.
     fn median(&self) -> f64 {
         let all: u64 = self.0.iter().sum();
         let mut seen = 0;
@@ -117,18 +118,18 @@ impl Default for GapCounts {
 pub struct PursuitCourse {
     #[serde(alias = "conduct")]
     record: MotionRecord,
-    /// First time of a gap within its limits, seconds.
+    /// First time of a gap within the limits, s.
     since: Option<f64>,
-    /// Cycles since then, and those in which it was so.
+    /// Cycles since then, and those with a gap within the limits.
     cycles: (u64, u64),
-    /// Cycles since then by gap.
+    /// Histogram of the gaps since then.
     gaps: GapCounts,
-    /// The least and the greatest gap.
+    /// Smallest and largest gap, m.
     extremes: Option<(f64, f64)>,
     decided: bool,
 }
 
-/// Judges whether a robot follows another at a safe distance.
+/// Referee of a pursuit: the robot must follow another at a safe distance.
 #[derive(Debug)]
 pub struct PursuitReferee(PursuitCourse);
 
@@ -220,7 +221,8 @@ impl PursuitCourse {
         }
     }
 
-    /// Fraction of the time with a gap within the limits, since it was first within them.
+    /// Returns the fraction of the time with a gap within the limits.
+    /// Counted since the gap was first within them.
     fn fraction(&self) -> f64 {
         self.cycles.1 as f64 / math::max(self.cycles.0 as f64, 1.0)
     }
@@ -239,7 +241,7 @@ impl PursuitCourse {
         }
     }
 
-    /// Progress of the run at a gap, metres.
+    /// Returns the progress of the run for a gap, m.
     fn metrics(&self, gap: f64) -> Pursuit {
         let (minimum_gap, maximum_gap) = self.extremes.unwrap_or((gap, gap));
         Pursuit {
@@ -256,7 +258,7 @@ impl PursuitCourse {
         }
     }
 
-    /// The verdict when the leader has failed.
+    /// Returns the verdict after a failure of the leader.
     fn with_leader(&self, led: &Verdict) -> Verdict {
         let mut reason = Text::<64>::new("leader: ");
         // Writing to a text in place can't fail.

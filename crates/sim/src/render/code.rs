@@ -5,32 +5,33 @@ use qrcodegen::{QrCode, QrCodeEcc};
 use crate::render::texture::Texture;
 use crate::scenery::SignDescription;
 
-/// Light cells around a QR code, as its standard wants.
+/// Margin of a QR code in cells, as its standard requires.
 const QR_MARGIN: i32 = 4;
-/// Light cells around a tag.
+/// Margin of a tag in cells.
 const TAG_MARGIN: i32 = 1;
-/// Cells of a tag's side: 4 of data in a black frame.
+/// Side of a tag in cells: 4 of data in a black frame.
 const TAG_CELLS: i32 = 6;
 
-/// Codes of the family 16h5 of AprilTag (Olson, 2011, *AprilTag: A robust and flexible visual fiducial system*), with a Hamming
-/// distance of 5: a white cell is a set bit, row by row from the highest bit at the top left.
+/// Codes of the AprilTag family 16h5, with a Hamming distance of 5.
+/// Olson, 2011, *AprilTag: A robust and flexible visual fiducial system*. A white cell is a set bit, row by row from
+/// the highest bit at the top left.
 const TAG16H5: [u16; 30] = [
     0x231b, 0x2ea5, 0x346a, 0x45b9, 0x79a6, 0x7f6b, 0xb358, 0xe745, 0xfe59, 0x156d, 0x380b, 0xf0ab, 0x0d84,
     0x4736, 0x8c72, 0xaf10, 0x093c, 0x93b4, 0xa503, 0x468f, 0xe137, 0x5795, 0xdf42, 0x1c1d, 0xe9dc, 0x73ad,
     0xad5f, 0xd530, 0x07ca, 0xaf2e,
 ];
 
-/// A square of black and white cells.
+/// Square pattern of black and white cells.
 pub(crate) struct CellPattern {
     /// Number of cells of a side, without the white margin.
     side: i32,
     margin: i32,
-    /// Row by row from the top.
+    /// Cells, row by row from the top.
     is_black: Vec<bool>,
 }
 
 impl CellPattern {
-    /// The pattern of a sign; `None` when it has none, or too much text.
+    /// Returns the pattern of a sign; `None` without a code, or for too long a text.
     pub fn of(sign: &SignDescription) -> Option<Self> {
         match (&sign.qr, sign.april_tag) {
             (Some(text), _) => {
@@ -54,12 +55,12 @@ impl CellPattern {
         }
     }
 
-    /// How much wider the sign is than its code.
+    /// Returns the ratio of the sign's width to its code's.
     pub fn scale(&self) -> f64 {
         f64::from(self.side + 2 * self.margin) / f64::from(self.side)
     }
 
-    /// The whole sign, with its white margin.
+    /// Paints the whole sign, with its white margin.
     pub fn paint(&self) -> Texture {
         let whole = self.side + 2 * self.margin;
         Texture::paint([8, 8], |u, v| {

@@ -1,4 +1,5 @@
-//! From the radiance of a scene to the bytes of an image: distortion, motion during the exposure, noise and encoding.
+//! Image formation: from the radiance of a scene to the bytes of an image.
+//! It models distortion, motion during the exposure, noise and encoding.
 
 use slate_module::Random;
 
@@ -7,17 +8,17 @@ use crate::render::texture::Color;
 use crate::robot::CameraDescription;
 use crate::viewpoint::CameraMotion;
 
-/// Number of equally probable values of a normal deviate.
+/// Number of equiprobable values of the normal distribution.
 const DEVIATES: usize = 1024;
-/// Steps of brightness before encoding.
+/// Number of brightness levels before encoding.
 const STEPS: usize = 4096;
 /// Longest blur of a pixel, pixels.
 const LONGEST_BLUR: f32 = 64.0;
-/// Shorter blurs are not computed, pixels.
+/// Shortest blur that is computed, pixels.
 const SHORTEST_BLUR: f32 = 0.3;
-/// The exposure at which a white surface in full light is white, s.
+/// Exposure at which a white surface in full light is white, s.
 const USUAL_EXPOSURE: f64 = 0.01;
-/// How much wider than the image its picture without distortion may be.
+/// Largest ratio of the undistorted picture's width to the image's.
 const WIDEST: f64 = 2.0;
 
 /// Lens, shutter and sensor of a camera.
@@ -25,11 +26,11 @@ const WIDEST: f64 = 2.0;
 pub(crate) struct Exposure {
     size: [usize; 2],
     focal_length: [f32; 2],
-    /// Where each pixel is in the picture without distortion; empty without distortion.
+    /// Undistorted coordinates of each pixel; empty without distortion.
     places: Vec<[f32; 2]>,
     seconds: f32,
     sensitivity: f32,
-    /// Variances of a dark pixel, and of a white one beside that.
+    /// Variances: of a dark pixel, and the addition for a white one.
     variances: [f32; 2],
     deviates: Vec<f32>,
     encoded: Vec<u8>,
@@ -38,7 +39,7 @@ pub(crate) struct Exposure {
 }
 
 impl Exposure {
-    /// The exposure of a camera, and the raster for it.
+    /// Returns the exposure of a camera, and its raster.
     pub fn new(camera: &CameraDescription) -> (Self, Raster) {
         let size = [camera.width as usize, camera.height as usize];
         let (places, raster) = lens(camera);
@@ -60,7 +61,7 @@ impl Exposure {
         (exposure, raster)
     }
 
-    /// Exposes a picture, while the camera moves, as bytes of red, green and blue.
+    /// Exposes an image while the camera moves, as bytes of red, green and blue.
     pub fn expose(
         &mut self,
         raster: &Raster,
@@ -86,7 +87,7 @@ impl Exposure {
         self.row = row;
     }
 
-    /// Mean radiance of a pixel over the exposure, along the way that it sees.
+    /// Returns the mean radiance of a pixel over the exposure, along its motion path.
     #[inline]
     fn collect(&self, raster: &Raster, motion: &ImageMotion, x: usize, y: usize) -> Color {
         let [columns, rows] = raster.size();
@@ -137,13 +138,14 @@ impl Exposure {
     }
 }
 
-/// The nearest of so many columns or rows.
+/// Returns the index nearest to `value`, of `count` columns or rows.
 #[inline]
 fn nearest(value: f32, count: usize) -> usize {
     ((value + 0.5) as i32).clamp(0, count as i32 - 1) as usize
 }
 
-/// How a camera moves during an exposure: metres, radians, and the focal lengths and principal point of its raster.
+/// Camera motion during an exposure, with the intrinsics of its raster.
+/// Motion is in m and rad, focal lengths and principal point in pixels.
 struct ImageMotion {
     linear: [f32; 3],
     angular: [f32; 3],
@@ -161,8 +163,8 @@ impl ImageMotion {
         }
     }
 
-    /// How far what a pixel sees goes over the image, pixels (Longuet-Higgins and Prazdny, 1980, *The interpretation of a moving
-    /// retinal image*).
+    /// Returns the optical flow of a pixel during the exposure, pixels.
+    /// Longuet-Higgins and Prazdny, 1980, *The interpretation of a moving retinal image*.
     #[inline]
     fn way(&self, [u, v]: [f32; 2], inverse_depth: f32) -> [f32; 2] {
         let ([fx, fy], [cx, cy]) = (self.focal_length, self.center);
@@ -174,7 +176,7 @@ impl ImageMotion {
     }
 }
 
-/// Linear interpolation of the four nearest pixels.
+/// Interpolates the four nearest pixels linearly.
 #[inline]
 fn bilinear(raster: &Raster, u: f32, v: f32) -> Color {
     let [columns, rows] = raster.size();
@@ -193,7 +195,8 @@ fn bilinear(raster: &Raster, u: f32, v: f32) -> Color {
     [mixed(a[0], b[0], c[0], d[0]), mixed(a[1], b[1], c[1], d[1]), mixed(a[2], b[2], c[2], d[2])]
 }
 
-/// Where the pixels of a distorted image are in the picture without distortion, whose size and principal point follow.
+/// Returns the undistorted coordinates of all pixels of a distorted image.
+/// Size and principal point of the undistorted picture follow.
 #[allow(clippy::type_complexity, reason = "used once")]
 fn lens(camera: &CameraDescription) -> (Vec<[f32; 2]>, ([usize; 2], [f64; 2])) {
     let ([fx, fy], [cx, cy]) = (camera.focal_length, camera.center());
@@ -239,7 +242,7 @@ fn lens(camera: &CameraDescription) -> (Vec<[f32; 2]>, ([usize; 2], [f64; 2])) {
     (places.collect(), (size, [cx + left, cy + top]))
 }
 
-/// The ray of a distorted place, by fixed-point iteration.
+/// Returns the undistorted coordinates of a ray, by fixed-point iteration.
 fn undistort(distorted: [f64; 2], [k1, k2]: [f64; 2]) -> [f64; 2] {
     let mut place = distorted;
     for _ in 0..30 {
@@ -250,7 +253,7 @@ fn undistort(distorted: [f64; 2], [k1, k2]: [f64; 2]) -> [f64; 2] {
     place
 }
 
-/// The normal deviate of which a share of all is less.
+/// Returns the normal quantile of value `number`.
 fn deviate(number: usize) -> f32 {
     let share = (number as f64 + 0.5) / DEVIATES as f64;
     let below = |value: f64| 0.5 * libm::erfc(-value * std::f64::consts::FRAC_1_SQRT_2);
@@ -262,7 +265,7 @@ fn deviate(number: usize) -> f32 {
     (0.5 * (low + high)) as f32
 }
 
-/// Encoding of sRGB (IEC 61966-2-1).
+/// Encodes linear brightness as sRGB (IEC 61966-2-1).
 fn encoded(linear: f64) -> u8 {
     let value =
         if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 };

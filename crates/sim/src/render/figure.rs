@@ -1,4 +1,4 @@
-//! Pictures of people and of things in their colours, painted of rounded bones.
+//! Pictures of people and of decoys, composed of rounded bones.
 
 use slate_module::math::{cos, sin};
 
@@ -6,10 +6,10 @@ use crate::render::noise::Noise;
 use crate::render::texture::Texture;
 use crate::scenery::{DecoyShape, Posture};
 
-/// Number of phases of an arm that waves.
+/// Number of phases of a waving arm.
 pub(crate) const PHASES: u32 = 8;
 
-/// Hair, skin, and clothes of the upper and the lower body.
+/// Colours of hair, skin, and clothes of the upper and the lower body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outfit {
     hair: [f32; 3],
@@ -35,7 +35,7 @@ const TROUSERS: [[f32; 3]; 4] =
     [[0.17, 0.20, 0.31], [0.20, 0.20, 0.21], [0.36, 0.32, 0.25], [0.10, 0.16, 0.42]];
 
 impl Outfit {
-    /// The colours that belong to a name.
+    /// Returns the colours determined by a name.
     pub fn named(name: &str) -> Self {
         let hash = name
             .bytes()
@@ -51,7 +51,7 @@ impl Outfit {
     }
 }
 
-/// A rounded bone: from a point to another one, with a radius at each, m.
+/// Rounded bone between two points, with a radius at each, m.
 #[derive(Clone, Copy, Debug)]
 struct Bone {
     from: [f32; 2],
@@ -69,7 +69,8 @@ impl Bone {
         Self::new(center, center, [radius; 2], color)
     }
 
-    /// Distance from its outline, m, negative inside, and the share of the radius at which a point is off its axis.
+    /// Returns the distance from its outline, m, and the relative offset from its axis.
+    /// The distance is negative inside; the offset is a share of the radius.
     fn distance(&self, [x, y]: [f32; 2]) -> (f32, f32) {
         let (along, to) = (difference(self.to, self.from), difference([x, y], self.from));
         let length = along[0] * along[0] + along[1] * along[1];
@@ -86,7 +87,7 @@ fn difference(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-/// Width and height of the picture of a posture, m.
+/// Returns width and height of a posture's picture, m.
 pub(crate) fn extent(posture: Posture) -> [f64; 2] {
     match posture {
         Posture::Lying => [1.9, 0.75],
@@ -139,7 +140,7 @@ fn painted(below: [f32; 4], bone: &Bone, point: [f32; 2], texel: f32) -> [f32; 4
     mixed
 }
 
-/// The dark inside of a hole with a broken rim.
+/// Returns colour and opacity of a dark hole with a broken rim.
 fn hole([x, y]: [f32; 2], [width, height]: [f32; 2], texel: f32) -> [f32; 4] {
     let noise = Noise(0x401e);
     let rough = 0.03 * noise.smooth((x + 1.0) * 14.0, (y + 1.0) * 14.0, [64, 64]);
@@ -164,7 +165,8 @@ fn head(center: [f32; 2], outfit: Outfit) -> Vec<Bone> {
     ]
 }
 
-/// Upper arm, forearm and hand; with a direction the forearm is lifted along it.
+/// Returns upper arm, forearm and hand.
+/// `lift` is the direction of a lifted forearm.
 fn arm(
     shoulder: [f32; 2],
     side: f32,
@@ -258,7 +260,7 @@ fn trapped(outfit: Outfit, lift: Option<[f32; 2]>) -> Vec<Bone> {
     bones
 }
 
-/// Paints a thing in the colours of people.
+/// Paints a decoy in the colours of people.
 pub(crate) fn decoy(shape: DecoyShape, outfit: Outfit) -> Texture {
     let noise = Noise(0xdec0);
     Texture::paint([7, 7], |u, v| {

@@ -1,4 +1,4 @@
-//! Textures of materials: a square metre that repeats.
+//! Textures of materials: a repeating square metre.
 
 use std::sync::{Arc, OnceLock};
 
@@ -6,10 +6,11 @@ use crate::render::noise::Noise;
 use crate::render::texture::Texture;
 use crate::scenery::Material;
 
-/// Binary logarithm of the texels of a metre.
+/// Binary logarithm of the texels per metre.
 const SHIFT: u32 = 8;
 
-/// A square metre of a material that is as rough as said; a smooth one is painted once in a process.
+/// Returns the texture of a square metre of a material of that roughness.
+/// A smooth one is painted once per process.
 pub(crate) fn square_metre(of: Material, roughness: f64) -> Arc<Texture> {
     static SMOOTH: [OnceLock<Arc<Texture>>; 7] = [const { OnceLock::new() }; 7];
     match SMOOTH.get(of as usize).filter(|_| roughness == 0.0) {
@@ -18,7 +19,7 @@ pub(crate) fn square_metre(of: Material, roughness: f64) -> Arc<Texture> {
     }
 }
 
-/// Paints a square metre of a material; a rough one has bumps, from 0 to 1.
+/// Paints a square metre of a material; roughness from 0 to 1 adds bumps.
 fn material(material: Material, roughness: f64) -> Texture {
     let roughness = roughness as f32;
     let bumps = Noise(0x0b55);
@@ -153,7 +154,7 @@ fn wood(u: f32, v: f32) -> [f32; 3] {
     scaled(tone, (0.78 + 0.3 * fibers) * gap)
 }
 
-/// The smaller of two numbers, in any build alike.
+/// Minimum of two numbers, equal in all builds.
 trait MinimumOf {
     fn min_of(self, other: Self) -> Self;
 }

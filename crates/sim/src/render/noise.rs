@@ -1,11 +1,11 @@
-//! Value noise that repeats, for textures.
+//! Periodic value noise for textures.
 
-/// Pseudo-random numbers by place, from a seed.
+/// Pseudo-random numbers by position, from a seed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noise(pub u32);
 
 impl Noise {
-    /// A number from 0 to 1 that belongs to a cell.
+    /// Returns the number of a cell, 0 to 1.
     pub fn cell(self, x: i32, y: i32) -> f32 {
         let mut hash = self.0 ^ (x as u32).wrapping_mul(0x9e37_79b9) ^ (y as u32).wrapping_mul(0x85eb_ca6b);
         hash ^= hash >> 16;
@@ -16,7 +16,7 @@ impl Noise {
         (hash >> 8) as f32 * (1.0 / 16_777_216.0)
     }
 
-    /// Smooth noise from 0 to 1 that repeats after so many cells along x and y.
+    /// Returns smooth noise from 0 to 1 with a period of `width` and `height` cells.
     pub fn smooth(self, x: f32, y: f32, [width, height]: [i32; 2]) -> f32 {
         let (left, low) = (x.floor(), y.floor());
         let ease = |share: f32| share * share * (3.0 - 2.0 * share);
@@ -28,7 +28,8 @@ impl Noise {
         mix(mix(corner(0, 0), corner(1, 0), right), mix(corner(0, 1), corner(1, 1), right), up)
     }
 
-    /// Sum of smooth noise at doubling frequencies and halving strengths, from 0 to 1; the first one has so many cells from 0 to 1.
+    /// Returns a sum of octaves of smooth noise, 0 to 1.
+    /// Frequencies double and amplitudes halve; the first octave has `cells` from 0 to 1.
     pub fn fractal(self, u: f32, v: f32, cells: [i32; 2], octaves: u32) -> f32 {
         let (mut sum, mut most, mut strength) = (0.0, 0.0, 1.0);
         for octave in 0..octaves {

@@ -1,4 +1,4 @@
-//! Upright pictures in a world: signs on walls, and figures that turn to the camera.
+//! Upright pictures in a world: signs on walls, and billboards facing the camera.
 
 use std::sync::Arc;
 
@@ -13,40 +13,41 @@ use crate::scenery::{
 };
 use crate::viewpoint::{CameraPose, Vector, dot, plus};
 
-/// How far in front of its position a sign is, m.
+/// Distance of a sign in front of its position, m.
 const IN_FRONT: f64 = 0.005;
-/// Time of a wave of an arm, and of a fire's flicker, s.
+/// Period of a waving arm, and period of a fire's flicker, s.
 const WAVE: f64 = 1.2;
 const FLICKER: f64 = 0.8;
 /// Radiance of a fire, relative to a white surface in full light.
 const GLOW: f32 = 1.6;
 
-/// An upright rectangle with a picture.
+/// Upright rectangle with a picture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Panel {
     /// Middle of the lower edge.
     pub position: Vector,
     size: [f64; 2],
-    /// Direction that it faces; to the camera without.
+    /// Direction that it faces; the camera's for `None`.
     facing: Option<[f64; 2]>,
-    /// First of its pictures, of which it has 1 or [`PHASES`].
+    /// Number of its first picture, of 1 or [`PHASES`].
     pub texture: u16,
     phases: u32,
-    /// Time of all its pictures, s.
+    /// Period of its sequence of pictures, s.
     period: f64,
-    /// Whether other things are seen between its parts.
+    /// Presence of gaps through which other things are seen.
     pub has_gaps: bool,
     glows: bool,
 }
 
 impl Panel {
-    /// A standing person at a place, with a picture.
+    /// Returns a standing person at a position, with a picture.
     pub fn person(position: Vector, texture: u16) -> Self {
         let size = figure::extent(Posture::Standing);
         Self { position, size, facing: None, texture, phases: 1, period: WAVE, has_gaps: true, glows: false }
     }
 
-    /// Corners, plane and finish for a camera; `None` for its back. Times are in seconds.
+    /// Returns corners, plane and finish for a camera; `None` for its back.
+    /// `now` is in seconds.
     pub fn view(&self, pose: &CameraPose, now: f64, light: Color) -> Option<([Vector; 4], Plane, Finish)> {
         let right = match self.facing {
             None => pose.axes[0],
@@ -73,7 +74,7 @@ impl Panel {
     }
 }
 
-/// Panels of a scenery; their pictures are put behind those that are there.
+/// Returns the panels of a scenery; appends their pictures to `textures`.
 pub(crate) fn panels(scenery: &Scenery, textures: &mut Vec<Arc<Texture>>) -> Vec<Panel> {
     let mut panels = Vec::new();
     panels.extend(scenery.signs.iter().filter_map(|it| sign(it, textures)));

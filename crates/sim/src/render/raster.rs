@@ -1,4 +1,5 @@
-//! Flat surfaces in perspective, the nearest in front: a buffer of inverse depths, then colours where surfaces are seen.
+//! Rasterizer of flat surfaces in perspective with an inverse depth buffer.
+//! Colours are computed only where surfaces are visible.
 //!
 //! Inverse depth and texture coordinates by depth are linear over the image, so that each pixel is exact, however the camera is
 //! turned.
@@ -10,19 +11,19 @@ use slate_module::math::{max, min};
 use crate::render::texture::{Color, Texture};
 use crate::viewpoint::{CameraPose, Vector, dot, plus};
 
-/// Nothing nearer is seen, m.
+/// Near clipping distance, m.
 const NEAR: f64 = 0.02;
-/// Nothing farther is seen, m.
+/// Far clipping distance, m.
 pub(crate) const FAR: f64 = 60.0;
-/// From this distance on things fade into the background, m.
+/// Distance from which objects fade into the background, m.
 const CLEAR: f32 = 15.0;
-/// Where no surface is.
+/// Index of a pixel without a surface.
 const NOTHING: u16 = u16::MAX;
-/// Radiance behind all surfaces: at the horizon, and straight up.
+/// Radiance of the background at the horizon, and straight up.
 const HORIZON: Color = [0.42, 0.46, 0.50];
 const ZENITH: Color = [0.30, 0.36, 0.45];
 
-/// A number that is linear over the image: by column, by row, and at the corner.
+/// Linear function over the image: per column, per row, and at the corner.
 type Slope = [f32; 3];
 
 #[inline]
@@ -30,37 +31,37 @@ fn at(slope: &Slope, x: f32, y: f32) -> f32 {
     slope[0] * x + slope[1] * y + slope[2]
 }
 
-/// How a plane shows a texture: the place with the given coordinates, and which way they grow, per metre.
+/// Texture mapping of a plane: origin, and texture axes per metre.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plane {
     pub origin: Vector,
     pub u: Vector,
     pub v: Vector,
-    /// Coordinates at the origin.
+    /// Texture coordinates at the origin.
     pub start: [f64; 2],
 }
 
-/// What a surface looks like.
+/// Appearance of a surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Finish {
     pub texture: u16,
     /// Factor on the texture's colour.
     pub tint: Color,
-    /// Whether it gets darker towards v = 0, as a wall near the floor.
+    /// Shading towards v = 0, as of a wall near the floor.
     pub has_foot: bool,
-    /// Whether it shines itself.
+    /// Emission of light.
     pub glows: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Surface {
     inverse_depth: Slope,
-    /// Texture coordinates by depth, and what is taken from their product with depth.
+    /// Texture coordinates divided by depth, and the offsets of their products with it.
     coordinates: [(Slope, f32); 2],
     finish: Finish,
 }
 
-/// Picture of a camera without errors of its lens.
+/// Undistorted picture of a camera.
 #[derive(Clone, Debug)]
 pub(crate) struct Raster {
     width: usize,
@@ -71,14 +72,14 @@ pub(crate) struct Raster {
     seen: Vec<u16>,
     light: Vec<Color>,
     surfaces: Vec<Surface>,
-    /// Corners in the camera's frame, before and after the cut.
+    /// Corners in the camera's frame, before and after clipping.
     corners: [Vec<Vector>; 2],
-    /// Leftmost and rightmost place in each row.
+    /// Leftmost and rightmost position in each row.
     spans: Vec<(f64, f64)>,
 }
 
 impl Raster {
-    /// A black picture.
+    /// Creates a black picture.
     pub fn new([width, height]: [usize; 2], focal_length: [f64; 2], center: [f64; 2]) -> Self {
         let pixels = width * height;
         Self {
@@ -95,34 +96,35 @@ impl Raster {
         }
     }
 
-    /// Columns and rows.
+    /// Returns the numbers of columns and rows.
     pub fn size(&self) -> [usize; 2] {
         [self.width, self.height]
     }
 
-    /// Principal point, pixels.
+    /// Returns the principal point, pixels.
     pub fn center(&self) -> [f32; 2] {
         self.center.map(|center| center as f32)
     }
 
-    /// Radiance of each pixel, row by row from the top.
+    /// Returns the radiance of each pixel, row by row from the top.
     pub fn light(&self) -> &[Color] {
         &self.light
     }
 
-    /// Inverse depth along the optical axis of each pixel, 1/m; 0 where nothing is.
+    /// Returns the inverse depth of each pixel along the optical axis, 1/m.
+    /// It is 0 where nothing is.
     pub fn inverse_depths(&self) -> &[f32] {
         &self.inverse_depths
     }
 
-    /// Clears it.
+    /// Clears the picture.
     pub fn begin(&mut self) {
         self.inverse_depths.fill((1.0 / FAR) as f32);
         self.seen.fill(NOTHING);
         self.surfaces.clear();
     }
 
-    /// Draws a whole plane where it is nearest.
+    /// Draws an unbounded plane where it is nearest.
     pub fn draw_plane(&mut self, pose: &CameraPose, plane: &Plane, finish: Finish) {
         let Some((number, surface)) = self.add(pose, plane, finish) else { return };
         let rows =
@@ -144,7 +146,7 @@ impl Raster {
         }
     }
 
-    /// Gives each pixel the radiance of what is seen there.
+    /// Computes the radiance of each pixel from its visible surface.
     pub fn shade(&mut self, pose: &CameraPose, textures: &[Arc<Texture>]) {
         for row in 0..self.height {
             let (first, last) = (row * self.width, (row + 1) * self.width);
@@ -171,7 +173,7 @@ impl Raster {
         }
     }
 
-    /// Lays a polygon with opacity over what is seen, where it is nearer.
+    /// Blends a polygon with opacity over the picture where it is nearer.
     pub fn overlay(
         &mut self,
         pose: &CameraPose,
@@ -203,7 +205,7 @@ impl Raster {
         }
     }
 
-    /// Radiance of a row where no surface is.
+    /// Returns the radiance of a row where no surface is.
     fn background(&self, pose: &CameraPose, row: usize) -> Color {
         let down = (row as f64 - self.center[1]) / self.focal_length[1];
         let up = pose.axes[2][2] + pose.axes[1][2] * down;
@@ -238,13 +240,13 @@ impl Raster {
         Some((number, surface))
     }
 
-    /// The product of a vector with the ray of each pixel.
+    /// Returns the scalar product of a vector with the ray of each pixel.
     fn slope(&self, [x, y, z]: Vector) -> Slope {
         let ([fx, fy], [cx, cy]) = (self.focal_length, self.center);
         [(x / fx) as f32, (y / fy) as f32, (z - x * cx / fx - y * cy / fy) as f32]
     }
 
-    /// Notes where a convex polygon begins and ends in each row; returns the rows.
+    /// Computes the span of a convex polygon in each row; returns the rows.
     fn outline(&mut self, pose: &CameraPose, corners: &[Vector]) -> Option<std::ops::Range<usize>> {
         let [all, cut] = &mut self.corners;
         all.clear();
@@ -277,7 +279,7 @@ impl Raster {
         Some(rows)
     }
 
-    /// The columns of a row that are inside of the outline.
+    /// Returns the columns of a row inside the outline.
     fn columns(&self, row: usize) -> Option<(usize, usize)> {
         let (left, right) = self.spans[row];
         let column = |x: f64| max(min(x.ceil(), self.width as f64), 0.0) as usize;
@@ -287,7 +289,7 @@ impl Raster {
 }
 
 impl Surface {
-    /// Radiance and opacity at a pixel.
+    /// Returns the radiance and opacity at a pixel.
     #[inline]
     fn radiance(&self, x: f32, y: f32, inverse_depth: f32, texture: &Texture, haze: Color) -> (Color, f32) {
         let depth = 1.0 / inverse_depth;
@@ -341,7 +343,7 @@ fn cross(a: Vector, b: Vector) -> Vector {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Cuts off what is behind or at the camera.
+/// Clips the part at or behind the camera.
 fn cut_near(corners: &[Vector], cut: &mut Vec<Vector>) {
     cut.clear();
     for (number, from) in corners.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! A world as cameras see it.
+//! Renderer of a world for cameras.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,17 +16,17 @@ use crate::surroundings::{Mover, Surroundings};
 use crate::viewpoint::{CameraPose, Vector};
 use crate::world::World;
 
-/// Height of bodies, m, roughness of the floor and share of the ambient light where nothing is said of them.
+/// Default height of bodies, m, roughness of the floor and share of ambient light.
 const WALL_HEIGHT: f64 = 1.2;
 const ROUGHNESS: f64 = 0.2;
 const AMBIENCE: f64 = 0.6;
 /// Height of robots, m.
 const ROBOT_HEIGHT: f64 = 0.35;
-/// Number of differently dressed people.
+/// Number of different outfits.
 const OUTFITS: usize = 6;
-/// Where the light comes from, of length 1.
+/// Direction towards the light, of length 1.
 const LIGHT: Vector = [0.45, 0.30, 0.841];
-/// Height of parts of the floor above it, so that they are nearer, m.
+/// Height of parts of the floor above the rest, which makes them nearer, m.
 const PATCH: f64 = 0.001;
 /// Colours of robots.
 const ROBOTS: [Color; 4] = [[0.55, 0.12, 0.10], [0.12, 0.22, 0.50], [0.15, 0.35, 0.16], [0.45, 0.38, 0.10]];
@@ -44,11 +44,11 @@ pub struct RenderedWorld {
     /// Textures of the floor and of its parts.
     floors: Vec<u16>,
     panels: Vec<Panel>,
-    /// Pictures of people who walk.
+    /// Pictures of walking people.
     people: Vec<u16>,
 }
 
-/// Memory of a camera for what it sees.
+/// Scratch memory of a camera for the visible objects.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Visible {
     /// Numbers of bodies, with their distances.
@@ -59,7 +59,7 @@ pub(crate) struct Visible {
 }
 
 impl RenderedWorld {
-    /// Paints what a world has; `has_people` when people walk in it.
+    /// Creates the textures of a world; `has_people` is true if people walk in it.
     pub fn new(world: &World, has_people: bool) -> Self {
         let scenery = world.scenery.clone();
         let mut textures = Vec::new();
@@ -98,7 +98,7 @@ impl RenderedWorld {
         Self { scenery, wall_height, ambience, textures, materials, bodies, floors, panels, people }
     }
 
-    /// Draws what robot number `own` sees at a time, s.
+    /// Draws the view of robot number `own` at a time, s.
     pub(crate) fn draw(
         &self,
         own: usize,

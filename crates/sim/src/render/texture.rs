@@ -1,4 +1,4 @@
-//! Images that surfaces show, each also in halves of its size, so that far ones do not flicker.
+//! Textures with mipmaps: halved sizes of the image prevent aliasing at distance.
 
 /// Colour, or radiance, of red, green and blue.
 pub(crate) type Color = [f32; 3];
@@ -21,8 +21,9 @@ struct MipLevel {
 }
 
 impl Texture {
-    /// An image with 2 to that power columns and rows, from a function of the middle of each texel, from 0 to 1, the first row at
-    /// the bottom. Colours are roots of linear ones; the last number is the opacity.
+    /// Creates a texture of 2 to the power of `shifts` columns and rows.
+    /// `color` maps the middle of each texel, 0 to 1, the first row at the bottom. Colours are roots of linear ones;
+    /// the last number is the opacity.
     pub fn paint(shifts: [u32; 2], mut color: impl FnMut(f32, f32) -> [f32; 4]) -> Self {
         let [width, height] = shifts.map(|shift| 1_u32 << shift);
         let at = |index: u32, count: u32| (index as f32 + 0.5) / count as f32;
@@ -36,7 +37,8 @@ impl Texture {
         Self { levels }
     }
 
-    /// Linear colour and opacity at a place, when a pixel covers so much of the image: the greater of both directions, from 0 to 1.
+    /// Returns linear colour and opacity at a place.
+    /// `cover` is the share of the texture that a pixel covers: the greater of both directions, 0 to 1.
     #[inline]
     pub fn sample(&self, u: f32, v: f32, cover: f32) -> ([f32; 3], f32) {
         let Some(first) = self.levels.first() else { return ([0.0; 3], 0.0) };
@@ -58,7 +60,7 @@ impl MipLevel {
         Self { shifts, longest: (1_u32 << shifts[0].max(shifts[1])) as f32, texels }
     }
 
-    /// The mean of each four texels; none of a single one.
+    /// Returns the mean of each four texels; none of a single one.
     fn half(&self) -> Option<Self> {
         let [wide, high] = self.shifts;
         if wide == 0 && high == 0 {

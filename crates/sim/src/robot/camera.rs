@@ -3,21 +3,21 @@ use slate_interfaces::CameraInfo;
 
 use super::{is_deviation, is_rate};
 
-/// The most pixels of a row, and rows.
+/// Largest number of columns and of rows, pixels.
 const LONGEST: u32 = 1920;
-/// The longest exposure, s.
+/// Longest exposure, s.
 const LONGEST_EXPOSURE: f64 = 0.2;
 
-/// A camera, on a head if it has one.
+/// Camera, optionally on a head.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraDescription {
-    /// x, y and z in metres, then yaw and pitch in degrees: the pose of the camera, or of its head's axes, on the robot. A
-    /// positive pitch looks down.
+    /// Pose of the camera, or of its head's axes, on the robot.
+    /// x, y and z in metres, then yaw and pitch in degrees. A positive pitch looks down.
     pub mount: [f64; 5],
-    /// Pixels of a row.
+    /// Width of the image, pixels.
     pub width: u32,
-    /// Number of rows.
+    /// Height of the image, pixels.
     pub height: u32,
     /// Focal lengths, pixels.
     pub focal_length: [f64; 2],
@@ -29,14 +29,15 @@ pub struct CameraDescription {
     pub distortion: [f64; 2],
     /// Rate, Hz.
     pub rate: f64,
-    /// Time for which the shutter is open, s.
+    /// Exposure time, s.
     pub exposure: f64,
-    /// Brightness of the image, relative to the usual one at 10 ms.
+    /// Gain: brightness of the image, relative to that of 10 ms.
     #[serde(default = "one")]
     pub gain: f64,
-    /// Standard deviation of a dark pixel, relative to white.
+    /// Standard deviation of a dark pixel (read noise), relative to white.
     pub noise_read: f64,
-    /// Standard deviation that a white pixel has beside that; it grows with the square root of the brightness.
+    /// Additional standard deviation of a white pixel.
+    /// It grows with the square root of the brightness.
     pub noise_shot: f64,
     /// Pan-tilt head that carries it.
     #[serde(default)]
@@ -47,13 +48,13 @@ pub struct CameraDescription {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HeadDescription {
-    /// Least and greatest pan, rad, counter-clockwise from the front.
+    /// Smallest and largest pan, rad, counter-clockwise from the front.
     pub pan: [f64; 2],
-    /// Least and greatest tilt, rad; a positive one looks down.
+    /// Smallest and largest tilt, rad; a positive one looks down.
     pub tilt: [f64; 2],
-    /// Greatest rate of the pan, rad/s.
+    /// Maximum rate of the pan, rad/s.
     pub maximum_pan_rate: f64,
-    /// Greatest rate of the tilt, rad/s.
+    /// Maximum rate of the tilt, rad/s.
     pub maximum_tilt_rate: f64,
 }
 
@@ -62,24 +63,24 @@ fn one() -> f64 {
 }
 
 impl CameraDescription {
-    /// Principal point, pixels; centres of pixels have whole coordinates.
+    /// Returns the principal point, pixels; pixel centres have integer coordinates.
     pub fn center(&self) -> [f64; 2] {
         let middle = |pixels: u32| (f64::from(pixels) - 1.0) / 2.0;
         self.principal_point.unwrap_or([middle(self.width), middle(self.height)])
     }
 
-    /// Calibration, as its interface has it.
+    /// Returns the calibration as its interface.
     pub fn info(&self) -> CameraInfo {
         let ([fx, fy], [cx, cy]) = (self.focal_length, self.center());
         CameraInfo::pinhole([self.width, self.height], [fx, fy, cx, cy], self.distortion)
     }
 
-    /// Bytes of an image.
+    /// Returns the size of an image, bytes.
     pub fn bytes(&self) -> usize {
         self.width as usize * self.height as usize * 3
     }
 
-    /// Whether radius and distorted radius grow together as far as twice the corners of the image.
+    /// Returns whether distortion is monotonic up to twice the corners of the image.
     fn is_distortion_usable(&self) -> bool {
         let ([k1, k2], [fx, fy], [cx, cy]) = (self.distortion, self.focal_length, self.center());
         let (x, y) = (cx.abs() + f64::from(self.width), cy.abs() + f64::from(self.height));

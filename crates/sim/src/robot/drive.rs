@@ -9,27 +9,30 @@ pub struct DriveDescription {
     /// Kind of drive; differential by default.
     #[serde(default)]
     pub kind: DriveKind,
-    /// Metres.
+    /// Wheel radius, m.
     pub wheel_radius: f64,
-    /// Metres between the sides; of omni wheels the diameter of the circle on which they stand.
+    /// Distance between the sides, m.
+    /// For omni wheels, the diameter of the circle on which they stand.
     pub track: f64,
-    /// Radians per second.
+    /// Maximum wheel speed, rad/s.
     pub maximum_wheel_speed: f64,
-    /// Radians per second squared.
+    /// Maximum wheel acceleration, rad/s².
     pub maximum_wheel_acceleration: f64,
-    /// Metres between the axles. Of skid steering only, as all that follows.
+    /// Distance between the axles, m.
+    /// For skid steering only, as are the following ones.
     #[serde(default)]
     pub wheelbase: Option<f64>,
-    /// Effective track width for odometry: that of an equivalent differential drive, metres.
+    /// Effective track width for odometry, m.
+    /// It is that of an equivalent differential drive.
     #[serde(default)]
     pub odometry_track: Option<f64>,
-    /// How the wheels grip.
+    /// Friction of the wheels.
     #[serde(default)]
     pub friction: Option<Friction>,
-    /// How single wheels grip that do so in another way.
+    /// Friction of single wheels that differ.
     #[serde(default)]
     pub wheel_friction: WheelFriction,
-    /// Where omni wheels stand.
+    /// Positions of omni wheels.
     #[serde(default)]
     pub wheel_angles: Option<WheelAngles>,
 }
@@ -41,7 +44,8 @@ pub enum DriveKind {
     /// Two driven wheels on one axle, which roll without slipping.
     #[default]
     Differential,
-    /// Four driven wheels that all point ahead: they slip sideways when the robot turns.
+    /// Four driven wheels that all point ahead.
+    /// They slip sideways when the robot turns.
     SkidSteer,
     /// Three or four omni wheels on a circle: the robot moves in all directions.
     Omni,
@@ -51,31 +55,31 @@ pub enum DriveKind {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Friction {
-    /// Of the greatest force in the direction in which the wheel rolls.
+    /// Coefficient of the greatest force along the rolling direction.
     pub longitudinal: f64,
-    /// Of the greatest force across.
+    /// Coefficient of the greatest force across it.
     pub lateral: f64,
-    /// Of the force that brakes a wheel because it rolls.
+    /// Coefficient of the rolling resistance.
     #[serde(default)]
     pub rolling_resistance: f64,
 }
 
-/// Wheels that do not grip like the others, as one on ice.
+/// Friction of wheels that differ from the others, such as one on ice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WheelFriction {
-    /// Of the front left wheel.
+    /// Friction of the front left wheel.
     pub front_left: Option<Friction>,
-    /// Of the front right wheel.
+    /// Friction of the front right wheel.
     pub front_right: Option<Friction>,
-    /// Of the back left wheel.
+    /// Friction of the back left wheel.
     pub back_left: Option<Friction>,
-    /// Of the back right wheel.
+    /// Friction of the back right wheel.
     pub back_right: Option<Friction>,
 }
 
 impl WheelFriction {
-    /// Front left, front right, back left, back right.
+    /// Returns all wheels: front left, front right, back left, back right.
     pub fn all(&self) -> [(&'static str, Option<Friction>); 4] {
         [
             ("front_left", self.front_left),
@@ -143,7 +147,8 @@ impl DriveDescription {
 }
 
 impl DriveDescription {
-    /// Returns the key of an invalid or missing value of omni wheels, and the expectation.
+    /// Returns the key of an invalid or missing value of omni wheels.
+    /// The expectation follows.
     fn mistake_of_omni(&self) -> Option<(Vec<&'static str>, String)> {
         let is_omni = self.kind == DriveKind::Omni;
         match self.wheel_angles {

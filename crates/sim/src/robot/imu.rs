@@ -6,15 +6,17 @@ use super::{is_deviation, is_rate};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImuDescription {
-    /// x and y in metres, direction of its x axis in degrees.
+    /// Mount on the robot: x and y in m, direction of its x axis in degrees.
     pub mount: [f64; 3],
-    /// Standard deviation of an angular velocity, rad/s, about each axis.
+    /// Standard deviation of an angular velocity about each axis, rad/s.
     pub noise_angular_velocity: f64,
-    /// Standard deviation of an acceleration, m/s², along each axis.
+    /// Standard deviation of an acceleration along each axis, m/s².
     pub noise_acceleration: f64,
-    /// Standard deviation of an error of the angular velocity that stays for a run, rad/s.
+    /// Standard deviation of the constant bias of the angular velocity, rad/s.
+    /// The bias stays for a run.
     pub bias_angular_velocity: f64,
-    /// Standard deviation of an error of the acceleration that stays for a run, m/s².
+    /// Standard deviation of the constant bias of the acceleration, m/s².
+    /// The bias stays for a run.
     pub bias_acceleration: f64,
     /// Rate, Hz; each sweep by default.
     #[serde(default)]
@@ -22,7 +24,7 @@ pub struct ImuDescription {
 }
 
 impl ImuDescription {
-    /// Whether it measures without errors.
+    /// Returns whether it measures without errors.
     pub fn is_exact(&self) -> bool {
         let Self {
             noise_angular_velocity, noise_acceleration, bias_angular_velocity, bias_acceleration, ..

@@ -4,36 +4,39 @@ use slate_module::math::max;
 
 use super::{is_deviation, is_probability, is_rate};
 
-/// The most beams that a laser scanner has.
+/// Largest number of beams.
 const BEAMS: u32 = 1024;
 
-/// Distance between two obstacles from which a beam that hits both is a mixed pixel, m; nearer ones are one to it.
+/// Smallest depth step of a mixed pixel, m.
+/// Obstacles with a smaller step act as one.
 const LEAST_EDGE: f64 = 0.1;
-/// Distance from which the scanner tells their echoes apart, m: some times the length of a pulse.
+/// Largest depth step of a mixed pixel, m.
+/// Beyond it, some times the length of a pulse, the scanner separates the echoes.
 const GREATEST_EDGE: f64 = 3.0;
 
-/// A laser scanner.
+/// Laser scanner.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LaserDescription {
-    /// x and y in metres, direction of the middle of its field of view in degrees.
+    /// Mount on the robot: x and y in m, direction of the middle beam in degrees.
     pub mount: [f64; 3],
-    /// Metres.
+    /// Minimum range, m.
     pub range_min: f64,
-    /// Metres.
+    /// Maximum range, m.
     pub range_max: f64,
-    /// Full opening angle, from the first beam to the last, radians.
+    /// Field of view from the first beam to the last, rad.
     pub field_of_view: f64,
     /// Number of beams, evenly spaced.
     pub beams: u32,
-    /// Standard deviation of a range, metres.
+    /// Constant standard deviation of a range, m.
     pub noise_constant: f64,
     /// Standard deviation of a range, relative to it.
     pub noise_proportional: f64,
-    /// Probability that a beam does not come back.
+    /// Probability of a missing return.
     pub dropout: f64,
-    /// Probability that a beam which an edge splits measures a range between the obstacle and what is behind it: a mixed
-    /// pixel (Ye and Borenstein, 2002, *Characterization of a 2-D laser scanner for mobile robot obstacle negotiation*).
+    /// Probability of a mixed pixel for a beam that an edge splits.
+    /// It measures a range between the obstacle and the background (Ye and Borenstein, 2002, *Characterization of a 2-D
+    /// laser scanner for mobile robot obstacle negotiation*).
     #[serde(default)]
     pub mixed_pixels: f64,
     /// Rate, Hz; each sweep by default.
@@ -42,12 +45,13 @@ pub struct LaserDescription {
 }
 
 impl LaserDescription {
-    /// The angle between two beams, radians.
+    /// Returns the angle between two beams, rad.
     pub fn increment(&self) -> f64 {
         self.field_of_view / f64::from(self.beams - 1)
     }
 
-    /// The direction of a beam from the middle of the field of view, radians, counter-clockwise from the first one on.
+    /// Returns the direction of a beam from the middle of the field of view, rad.
+    /// Counter-clockwise from the first beam on.
     pub fn angle_of(&self, beam: u32) -> f64 {
         f64::from(beam) * self.increment() - self.field_of_view / 2.0
     }
@@ -79,7 +83,8 @@ impl LaserDescription {
         checks.into_iter().find(|(_, right, _)| !right).map(|(key, _, message)| (key, message))
     }
 
-    /// Measures distances along the beams, in their order, m; infinite without an obstacle, or a return.
+    /// Measures distances along the beams, in their order, m.
+    /// Infinite without an obstacle, or a return.
     pub fn measure(&self, distances: &[f64], random: &mut Random, ranges: &mut Vec<f32>) {
         let Self { range_min, range_max, noise_constant, noise_proportional, dropout, .. } = *self;
         let is_noisy = noise_constant > 0.0 || noise_proportional > 0.0 || dropout > 0.0;
@@ -101,7 +106,7 @@ impl LaserDescription {
         }
     }
 
-    /// The distance that a beam measures between two obstacles, one of which is next to the other.
+    /// Returns the range of a beam that two adjacent obstacles split, m.
     fn mix(&self, distance: f64, other: f64, random: &mut Random) -> f64 {
         if self.mixed_pixels <= 0.0 {
             return distance;

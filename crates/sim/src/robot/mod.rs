@@ -1,4 +1,4 @@
-//! Robots as TOML: body, drive, sensors and noise.
+//! Robots in TOML: body, drive, sensors and noise.
 
 mod camera;
 mod drive;
@@ -30,21 +30,22 @@ pub use robot_sensor::RobotSensorDescription;
 pub use sonar::SonarDescription;
 pub use wheel_angles::WheelAngles;
 
-/// A type of robot.
+/// Type of robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotDescription {
     /// Name.
     pub name: String,
-    /// Kilograms.
+    /// Mass, kg.
     pub mass: f64,
-    /// Corners of the convex body, in metres from the middle between the wheels; either way round.
+    /// Corners of the convex body, from the middle between the wheels, m.
+    /// Either way round.
     pub footprint: Vec<[f64; 2]>,
     /// Drive.
     pub drive: DriveDescription,
-    /// Imperfections.
+    /// Noise of the drive and its encoders.
     pub noise: NoiseDescription,
-    /// Profiles of its sonars, by name.
+    /// Profiles of the sonars, by name.
     #[serde(default)]
     pub sonar: BTreeMap<String, SonarDescription>,
     /// Laser scanners that it may carry, by name.
@@ -53,55 +54,57 @@ pub struct RobotDescription {
     /// Profiles of the sensor that sees other robots, by name.
     #[serde(default)]
     pub robot_sensor: BTreeMap<String, RobotSensorDescription>,
-    /// Profiles of its positioning system and compass, by name; exact without.
+    /// Profiles of the positioning system and compass, by name; exact without.
     #[serde(default)]
     pub positioning: BTreeMap<String, PositioningDescription>,
-    /// Profiles of its odometry, by name; without, its errors are those of `noise`.
+    /// Profiles of the odometry, by name.
+    /// Without one, its errors are those of `noise`.
     #[serde(default)]
     pub odometry: BTreeMap<String, OdometryDescription>,
-    /// Profiles of the inertial measurement unit that it may carry, by name; exact without.
+    /// Profiles of the optional inertial measurement unit, by name.
+    /// The unit is exact without profiles.
     #[serde(default)]
     pub imu: BTreeMap<String, ImuDescription>,
     /// Cameras that it may carry, by name.
     #[serde(default)]
     pub camera: BTreeMap<String, CameraDescription>,
-    /// Its bumpers.
+    /// Bumpers of the robot.
     #[serde(default)]
     pub bumper: Option<BumperDescription>,
 }
 
-/// Bumpers around the body: front and back.
+/// Front and back bumpers around the body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BumperDescription {
-    /// Least x of contacts of the front bumper, metres.
+    /// Smallest x of contacts of the front bumper, m.
     pub front: f64,
-    /// Greatest x of contacts of the back bumper, metres.
+    /// Largest x of contacts of the back bumper, m.
     pub back: f64,
 }
 
-/// Standard deviations.
+/// Standard deviations of the drive's errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NoiseDescription {
-    /// Of a factor on each wheel's radius that stays for a run.
+    /// Standard deviation of each wheel's radius factor, constant in a run.
     pub wheel_radius_bias: f64,
-    /// Of a factor on the track that stays for a run.
+    /// Standard deviation of the track factor, constant in a run.
     pub track_bias: f64,
-    /// Of the measured wheel speed, relative to it.
+    /// Standard deviation of the measured wheel speed, relative to it.
     pub wheel_speed: f64,
 }
 
 impl RobotDescription {
-    /// A robot that comes with the simulator.
+    /// Returns a built-in type of robot.
     pub fn named(name: &str) -> Option<Result<Self, DescriptionError>> {
         ROBOTS.iter().any(|(known, _)| *known == name).then(|| Self::load(name))
     }
 
-    /// A robot that comes with the simulator, by its name, or one from a file, by its path.
+    /// Loads a robot by the name of a built-in one, or by the path of a file.
     ///
     /// # Errors
-    /// When there is none, and as [`parse`](Self::parse).
+    /// If it does not exist, and as [`parse`](Self::parse).
     pub fn load(name: &str) -> Result<Self, DescriptionError> {
         let (source_name, text) = text_of("robot", name, &ROBOTS)?;
         Self::parse(&source_name, &text)
@@ -110,7 +113,7 @@ impl RobotDescription {
     /// Reads a robot.
     ///
     /// # Errors
-    /// Names the file, the line and what was expected.
+    /// The file, the line and the expectation.
     pub fn parse(source_name: &str, text: &str) -> Result<Self, DescriptionError> {
         let mut robot: Self = DescriptionError::parse(source_name, text).map_err(with_new_place)?;
         let wrong = |path: &[DocumentStep<'_>], message: &str| {
@@ -168,7 +171,7 @@ impl RobotDescription {
         })
     }
 
-    /// The body as robots know it of themselves.
+    /// Returns the chassis: the robot's own model of its body.
     pub fn chassis(&self) -> Chassis {
         let corners: Vec<_> = self.footprint.iter().map(|[x, y]| Point2 { x: *x, y: *y }).collect();
         Chassis {
@@ -181,13 +184,13 @@ impl RobotDescription {
         }
     }
 
-    /// The body around the middle between the wheels.
+    /// Returns the outline of the body around the middle between the wheels.
     pub fn outline(&self) -> Polygon {
         Polygon { points: self.footprint.iter().map(|[x, y]| Point::new(*x, *y)).collect() }
     }
 }
 
-/// Says where a setting is that has moved.
+/// Adds a hint about a setting that has moved.
 fn with_new_place(mut error: DescriptionError) -> DescriptionError {
     for key in ["position", "orientation"] {
         if error.message.starts_with(&format!("unknown field `{key}`")) {

@@ -2,13 +2,13 @@ use serde::{Deserialize, Serialize};
 
 use super::is_deviation;
 
-/// Systematic errors of the odometry, beside those of the wheels in `[noise]`.
+/// Systematic errors of the odometry, in addition to those of `[noise]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OdometryDescription {
-    /// Standard deviation of a factor on distances that stays for a run.
+    /// Standard deviation of the distance factor, constant in a run.
     pub distance_bias: f64,
-    /// Standard deviation of a factor on rotations that stays for a run.
+    /// Standard deviation of the rotation factor, constant in a run.
     pub turn_bias: f64,
 }
 

@@ -6,11 +6,11 @@ use super::{is_deviation, is_probability, is_rate};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PositioningDescription {
-    /// Standard deviation of x and of y, metres.
+    /// Standard deviation of x and of y, m.
     pub noise_position: f64,
-    /// Standard deviation of the heading, radians.
+    /// Standard deviation of the heading, rad.
     pub noise_orientation: f64,
-    /// Probability that a position is missing, and that a heading is.
+    /// Probability of a missing position, and of a missing heading.
     pub dropout: f64,
     /// Rate, Hz; each sweep by default.
     #[serde(default)]

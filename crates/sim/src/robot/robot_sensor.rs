@@ -6,29 +6,30 @@ use super::{is_deviation, is_probability, is_rate};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotSensorDescription {
-    /// x and y in metres, direction in degrees.
+    /// Mount on the robot: x and y in m, direction in degrees.
     pub mount: [f64; 3],
-    /// From the sensor to the reference point of the other, metres.
+    /// Maximum range from the sensor to the other's reference point, m.
     pub range_max: f64,
-    /// Full opening angle, radians; at most a full turn.
+    /// Field of view, rad; at most a full turn.
     pub field_of_view: f64,
-    /// Fraction of the other's width that must be visible.
+    /// Smallest visible fraction of the other's width.
     pub visible_share: f64,
-    /// Standard deviation of a range, metres.
+    /// Constant standard deviation of a range, m.
     pub noise_constant: f64,
     /// Standard deviation of a range, relative to it.
     pub noise_proportional: f64,
-    /// Standard deviation of a bearing, radians.
+    /// Standard deviation of a bearing, rad.
     pub noise_bearing: f64,
-    /// Probability that a robot is overlooked.
+    /// Probability of a missed robot.
     pub dropout: f64,
-    /// Probability that a whole measurement is missing.
+    /// Probability of a missing measurement.
     #[serde(default)]
     pub sweep_dropout: f64,
     /// Rate, Hz; each sweep by default.
     #[serde(default)]
     pub rate: Option<f64>,
-    /// Radius of the robots that it detects, metres, for the robot's own model of them; by default that of a Pioneer.
+    /// Radius of the robots that it detects, for the robot's own model of them, m.
+    /// By default that of a Pioneer.
     #[serde(default)]
     pub robot_radius: Option<f64>,
 }

@@ -2,31 +2,32 @@ use serde::{Deserialize, Serialize};
 
 use super::{is_deviation, is_probability, is_rate};
 
-/// A ring of sonars.
+/// Ring of sonars.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SonarDescription {
-    /// Metres.
+    /// Minimum range, m.
     pub range_min: f64,
-    /// Metres.
+    /// Maximum range, m.
     pub range_max: f64,
-    /// Full opening angle of a cone, radians.
+    /// Opening angle of a cone, rad.
     pub field_of_view: f64,
-    /// A face is heard when its normal is within this angle of the way to it, radians.
+    /// Maximum angle of incidence on a face that returns an echo, rad.
     pub maximum_incidence: f64,
-    /// Standard deviation of a range, metres.
+    /// Constant standard deviation of a range, m.
     pub noise_constant: f64,
     /// Standard deviation of a range, relative to it.
     pub noise_proportional: f64,
-    /// Probability that an echo is lost.
+    /// Probability of a lost echo.
     pub dropout: f64,
-    /// Probability that another sonar's pulse is heard before the own echo.
+    /// Probability of crosstalk: another sonar's pulse precedes the own echo.
     #[serde(default)]
     pub crosstalk: f64,
-    /// Rate of each sonar, Hz, fired in turns; without it all fire at each sweep.
+    /// Rate of each sonar, Hz; they fire in turns.
+    /// Without it, all fire at each sweep.
     #[serde(default)]
     pub rate: Option<f64>,
-    /// x and y in metres, direction in degrees.
+    /// Mount of each sonar on the robot: x and y in m, direction in degrees.
     pub placements: Vec<[f64; 3]>,
 }
 

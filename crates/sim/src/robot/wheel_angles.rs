@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 use slate_module::math::angle_between;
 
-/// Directions in which three or four omni wheels stand from the middle, degrees, counter-clockwise from the front.
+/// Directions of three or four omni wheels from the middle, degrees.
+/// Counter-clockwise from the front.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<f64>", into = "Vec<f64>")]
 pub struct WheelAngles {
@@ -10,12 +11,12 @@ pub struct WheelAngles {
 }
 
 impl WheelAngles {
-    /// The directions, in the order of the wheels.
+    /// Returns the directions, in the order of the wheels.
     pub fn degrees(&self) -> &[f64] {
         &self.degrees[..self.count]
     }
 
-    /// Number of different directions: three determine how the robot moves.
+    /// Returns the number of different directions; three determine the motion.
     pub fn directions(&self) -> usize {
         let is_same = |one: f64, other: f64| angle_between(one.to_radians(), other.to_radians()).abs() < 0.01;
         let angles = self.degrees();

@@ -1,4 +1,4 @@
-//! Worlds with robots in virtual time.
+//! Simulation of worlds with robots in virtual time.
 
 mod moving;
 mod robot;
@@ -30,60 +30,64 @@ use moving::Moving;
 pub use moving::MovingBodies;
 use robot::SimulatedRobot;
 
-/// A robot to be put into a world.
+/// Robot to be placed in a world.
 #[derive(Clone, Debug)]
 pub struct Placement {
     /// Name.
     pub name: String,
-    /// What it is. Of the profiles of the sensor that sees other robots it has that with the sonars' name, or else the
-    /// only one; of those of the positioning system and of the odometry the only one.
+    /// Description of the robot.
+    /// Of the profiles of the sensor that sees other robots it has that with the sonars' name, or else the only one; of
+    /// those of the positioning system and of the odometry the only one.
     pub description: RobotDescription,
-    /// Which profile its sonars have; empty for none.
+    /// Profile of the sonars; empty for none.
     pub sonar: String,
     /// Pose.
     pub pose: Pose,
-    /// Its script, if it does not obey commands.
+    /// Script of a robot that ignores commands.
     pub script: Option<RandomWalk>,
 }
 
 impl Placement {
-    /// The profile of its sensor that sees other robots, if it has one.
+    /// Returns the profile of the sensor that sees other robots, if any.
     pub fn robot_sensor(&self) -> Option<&RobotSensorDescription> {
         let profiles = &self.description.robot_sensor;
         let only = profiles.values().next().filter(|_| profiles.len() == 1);
         profiles.get(&self.sonar).or(only)
     }
 
-    /// The profile of its positioning system; an exact one unless the description has one profile.
+    /// Returns the profile of the positioning system.
+    /// An exact one unless the description has one profile.
     pub fn positioning(&self) -> PositioningDescription {
         only(&self.description.positioning)
     }
 
-    /// The profile of its inertial measurement unit, if it carries one; an exact one unless the description has one profile.
+    /// Returns the profile of the inertial measurement unit, if it carries one.
+    /// An exact one unless the description has one profile.
     pub fn imu(&self) -> ImuDescription {
         only(&self.description.imu)
     }
 
-    /// The profile of its odometry; no more errors than those of its wheels unless the description has one profile.
+    /// Returns the profile of the odometry.
+    /// Without one, errors are those of the wheels only.
     pub fn odometry(&self) -> OdometryDescription {
         only(&self.description.odometry)
     }
 }
 
-/// The only profile, or the exact one.
+/// Returns the only profile, or an exact one.
 fn only<T: Copy + Default>(profiles: &BTreeMap<String, T>) -> T {
     profiles.values().next().filter(|_| profiles.len() == 1).copied().unwrap_or_default()
 }
 
-/// Robots among static bodies.
+/// Simulation of robots among static bodies.
 #[derive(Serialize, Deserialize)]
 pub struct Simulation {
     physics: PhysicsWorld,
     surroundings: Surroundings,
     robots: Vec<SimulatedRobot>,
-    /// Those of each robot.
+    /// Sensors of each robot.
     sensors: Vec<Sensors>,
-    /// Nanoseconds.
+    /// Virtual time, ns.
     now: u64,
     step: u64,
     contacts: Vec<Contact>,
@@ -91,9 +95,10 @@ pub struct Simulation {
     /// People and doors.
     #[serde(default, skip_serializing_if = "Moving::is_empty")]
     moving: Moving,
-    /// Pressing contacts of each robot.
+    /// Contacts that each robot feels.
     felt: Vec<Felt>,
-    /// Memory for what is around a robot, for each thread. How many threads there are is no part of the state.
+    /// Scratch memory for the neighbourhood of a robot, one per thread.
+    /// The number of threads is no part of the state.
     #[serde(skip, default = "one_thread")]
     nearby: Vec<Nearby>,
 }
@@ -112,15 +117,16 @@ impl std::fmt::Debug for Simulation {
 }
 
 impl Simulation {
-    /// A world with robots at time 0; `step` is the time of a physics step in nanoseconds.
+    /// Creates a world with robots at time 0.
+    /// `step` is the physics step, ns.
     ///
     /// # Errors
-    /// When a robot's sensor profile is unknown, it does not fit where it stands, or its script needs other sensors.
+    /// If a robot's sensor profile is unknown, a robot is in collision, or its script needs other sensors.
     pub fn new(world: &World, robots: &[Placement], seed: u64, step: u64) -> Result<Self, DescriptionError> {
         Self::with_moving(world, robots, &MovingBodies::default(), seed, step)
     }
 
-    /// The same with people who walk and doors that open.
+    /// Creates a world with robots, people and doors.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -239,7 +245,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Refuses a robot that stands in something.
+    /// Refuses a robot in collision.
     fn find_room(&self, name: &str, hull: &Hull) -> Result<(), String> {
         let statics = self.surroundings.bodies().len();
         for number in 0..statics + self.robots.len() {
@@ -263,13 +269,13 @@ impl Simulation {
         self.nearby.resize_with(threads.max(1), Nearby::default);
     }
 
-    /// Takes over the state of another simulation of the same world and robots, as it was decoded.
+    /// Takes over a decoded state of another simulation of the same world and robots.
     pub fn resume(&mut self, mut state: Self) {
         state.set_map_of(self);
         *self = state;
     }
 
-    /// Takes over what is no part of the state of another simulation of the same world.
+    /// Takes over the parts that are no state from a simulation of the same world.
     fn set_map_of(&mut self, other: &Self) {
         self.surroundings.set_map(other.surroundings.map().cloned());
         self.moving.set_paths_of(&other.moving);
@@ -280,17 +286,17 @@ impl Simulation {
         }
     }
 
-    /// Virtual time, nanoseconds.
+    /// Returns the virtual time, ns.
     pub fn now(&self) -> u64 {
         self.now
     }
 
-    /// The time of a physics step, nanoseconds.
+    /// Returns the physics step, ns.
     pub fn step_time(&self) -> u64 {
         self.step
     }
 
-    /// Which number a robot has.
+    /// Returns the number of a robot.
     pub fn robot(&self, name: &str) -> Option<usize> {
         self.robots.iter().position(|robot| robot.name == name)
     }
@@ -305,29 +311,29 @@ impl Simulation {
         self.robots.len()
     }
 
-    /// Tells a robot how fast its wheels should turn: those of its two sides, or each of four. A scripted robot does what
-    /// its script says.
+    /// Sets the wheel speeds of a robot: those of its two sides, or each of four.
+    /// A scripted robot follows its script instead.
     pub fn command(&mut self, robot: usize, wheels: impl Into<FourWheels>) {
         if let Some(robot) = self.robots.get_mut(robot).filter(|robot| robot.script.is_none()) {
             robot.drive.command(wheels.into());
         }
     }
 
-    /// Tells a robot with omni wheels how fast they should turn, in their order, rad/s.
+    /// Sets the wheel speeds of a robot with omni wheels, in their order, rad/s.
     pub fn command_omni(&mut self, robot: usize, speeds: impl IntoIterator<Item = f64>) {
         if let Some(robot) = self.robots.get_mut(robot).filter(|robot| robot.script.is_none()) {
             robot.drive.command_omni(speeds);
         }
     }
 
-    /// Tells a robot with omni wheels how it should move.
+    /// Sets the velocity of a robot with omni wheels.
     pub fn command_velocity(&mut self, robot: usize, velocity: Velocity) {
         if let Some(robot) = self.robots.get_mut(robot).filter(|robot| robot.script.is_none()) {
             robot.drive.command_velocity(velocity);
         }
     }
 
-    /// Lets virtual time pass by one step, without sensing.
+    /// Advances virtual time by one step, without sensing.
     pub fn step(&mut self) {
         let step = self.step as f64 * 1e-9;
         for ((robot, sensors), felt) in self.robots.iter_mut().zip(&self.sensors).zip(&self.felt) {
@@ -394,32 +400,32 @@ impl Simulation {
         touching.update(physics, surroundings, *now, begin, feel);
     }
 
-    /// Where something presses on the robot.
+    /// Returns the contacts that the robot feels.
     pub fn felt(&self, robot: usize) -> Felt {
         self.felt[robot]
     }
 
-    /// Whether the robot has bumpers.
+    /// Returns whether the robot has bumpers.
     pub fn has_bumper(&self, robot: usize) -> bool {
         self.robots[robot].bumper.is_some()
     }
 
-    /// Whether the robot touches something.
+    /// Returns whether the robot touches something.
     pub fn touches(&self, robot: usize) -> bool {
         self.felt[robot].anywhere
     }
 
-    /// The contacts that began since they were taken last.
+    /// Takes the contacts that began since the last call.
     pub fn take_contacts(&mut self) -> Vec<Contact> {
         std::mem::take(&mut self.contacts)
     }
 
-    /// Where a robot really is.
+    /// Returns the true pose of a robot.
     pub fn pose(&self, robot: usize) -> Pose {
         self.robots[robot].pose
     }
 
-    /// Measures with the robot's positioning system and compass, if it is time to.
+    /// Measures with the robot's positioning system and compass, if due.
     pub fn fix(&mut self, robot: usize) -> Fix {
         let SimulatedRobot { positioning, pose, .. } = &mut self.robots[robot];
         positioning.measure(*pose, self.now)
@@ -430,12 +436,12 @@ impl Simulation {
         self.robots[robot].drive.odometry()
     }
 
-    /// The distance from the robot's body to the nearest other one, metres.
+    /// Returns the distance from the robot's body to the nearest other one, m.
     pub fn clearance(&self, robot: usize) -> f64 {
         self.surroundings.clearance(robot)
     }
 
-    /// Static bodies with their outlines.
+    /// Returns the static bodies with their outlines.
     pub fn bodies(&self) -> &[(String, Polygon)] {
         self.surroundings.bodies()
     }

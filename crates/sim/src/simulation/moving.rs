@@ -33,23 +33,23 @@ pub(super) struct Moving {
     /// Body of each person.
     bodies: Vec<RigidBodyHandle>,
     doors: Vec<Door>,
-    /// Memory for the velocities of all movers.
+    /// Scratch memory for the velocities of all movers.
     #[serde(skip)]
     velocities: Vec<Point>,
 }
 
 impl Moving {
-    /// Whether there is nothing.
+    /// Returns whether the world has neither people nor doors.
     pub fn is_empty(&self) -> bool {
         self.crowd.is_empty() && self.doors.is_empty()
     }
 
-    /// Takes over what is no part of the state from the same world.
+    /// Takes over the parts that are no state from the same world.
     pub fn set_paths_of(&mut self, other: &Self) {
         self.crowd.set_paths_of(&other.crowd);
     }
 
-    /// Name and motion of a mover, by its number behind the robots.
+    /// Returns name and motion of a mover, by its number after the robots.
     pub fn mover(&self, number: usize) -> (&str, Motion) {
         match number.checked_sub(self.crowd.people().len()) {
             None => {
@@ -66,7 +66,7 @@ impl Moving {
 }
 
 impl Simulation {
-    /// Puts people and doors in.
+    /// Adds people and doors.
     pub(super) fn add_moving(&mut self, moving: &MovingBodies, seed: u64) -> Result<(), DescriptionError> {
         if let Some(people) = &moving.people {
             self.moving.crowd = Crowd::new(people, seed);
@@ -93,7 +93,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Refuses a door in which a robot stands.
+    /// Refuses a door with a robot in its doorway.
     fn check_doorway(&self, name: &str, leaf: &Hull) -> Result<(), DescriptionError> {
         let hulls = self.surroundings.robots().iter();
         let mut robots = self.robots.iter().zip(hulls);
@@ -121,7 +121,7 @@ impl Simulation {
         handle
     }
 
-    /// Lets people and doors decide how they move in the next `step` seconds.
+    /// Computes the motion of people and doors in the next `step` seconds.
     pub(super) fn decide_moving(&mut self, step: f64) {
         if self.moving.is_empty() {
             return;
@@ -144,7 +144,7 @@ impl Simulation {
         }
     }
 
-    /// Takes over where physics has moved people and doors.
+    /// Updates people and doors from the physics.
     pub(super) fn place_moving(&mut self) {
         let robots = self.robots.len();
         let Moving { crowd, bodies, doors, .. } = &mut self.moving;
@@ -161,12 +161,12 @@ impl Simulation {
         }
     }
 
-    /// Names and poses of the people.
+    /// Returns names and poses of the people.
     pub fn people(&self) -> impl Iterator<Item = (&str, Pose)> {
         self.moving.crowd.people().iter().map(|person| (person.name.as_str(), person.pose()))
     }
 
-    /// Names of the doors, the poses of their leaves, and the parts of the doorways that are open.
+    /// Returns the doors: names, poses of their leaves, and open parts of the doorways.
     pub fn doors(&self) -> impl Iterator<Item = (&str, Pose, f64)> {
         self.moving.doors.iter().map(|door| (door.name.as_str(), door.pose(), door.opening))
     }

@@ -10,21 +10,21 @@ use crate::script::Wanderer;
 use crate::sonar::Echo;
 use crate::touching::Felt;
 
-/// A robot and its motion.
+/// Robot with its motion.
 #[derive(Serialize, Deserialize)]
 pub(super) struct SimulatedRobot {
     pub name: String,
     pub handle: RigidBodyHandle,
     pub mass: f64,
-    /// Against turning about the centre of mass.
+    /// Moment of inertia about the centre of mass, kg m².
     pub moment: f64,
-    /// Where the centre of mass is, in the robot's frame.
+    /// Centre of mass in the robot's frame.
     pub center: Point,
     pub pose: Pose,
-    /// Of the centre of mass, in the world.
+    /// Velocity of the centre of mass in the world, m/s.
     pub velocity: Point,
     pub turn: f64,
-    /// How its drive moves it.
+    /// Motion by the drive.
     pub motion: Motion,
     pub drive: Drive,
     pub script: Option<Wanderer>,
@@ -33,13 +33,13 @@ pub(super) struct SimulatedRobot {
 }
 
 impl SimulatedRobot {
-    /// How its body moves, with its drive or pushed.
+    /// Returns the motion of its body, by its drive or pushed.
     pub fn body_motion(&self) -> Motion {
         let center = self.pose.frame().apply(self.center);
         Motion { origin: center, velocity: self.velocity, angular: self.turn }
     }
 
-    /// Decides how the robot moves in the next `step` seconds.
+    /// Computes the robot's motion in the next `step` seconds.
     pub fn drive(&mut self, echoes: &[Echo], felt: Felt, step: f64) {
         if let Some(script) = &mut self.script {
             self.drive.command(script.decide(echoes, step).into());

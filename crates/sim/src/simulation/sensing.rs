@@ -19,13 +19,15 @@ use crate::sonar::{Echo, SonarRing};
 use crate::workers;
 
 impl Simulation {
-    /// Mounts a laser scanner on a robot. It looks from the next time on at which robots measure.
+    /// Mounts a laser scanner on a robot.
+    /// It measures from the next measurement of the robots on.
     pub fn mount_laser(&mut self, robot: usize, laser: &LaserDescription, seed: u64) {
         let random = Random::new(seed, &format!("simulation/{}/laser", self.robots[robot].name));
         self.sensors[robot].laser = Some(LaserScanner::new(laser, random));
     }
 
-    /// Mounts a camera on a robot, which sees that world. It looks from the next time on at which robots measure.
+    /// Mounts a camera that sees `world` on a robot.
+    /// It takes images from the next measurement of the robots on.
     pub fn mount_camera(
         &mut self,
         robot: usize,
@@ -37,12 +39,13 @@ impl Simulation {
         self.sensors[robot].camera = Some(CameraSensor::new(camera, world.clone(), random));
     }
 
-    /// Description of a robot's camera, if it carries one.
+    /// Returns the description of a robot's camera, if any.
     pub fn camera(&self, robot: usize) -> Option<&CameraDescription> {
         self.sensors[robot].camera.as_ref().map(CameraSensor::description)
     }
 
-    /// Newest image of a robot's camera: red, green and blue of each pixel, row by row from the top. Empty before the first.
+    /// Returns the newest image of a robot's camera; empty before the first.
+    /// Red, green and blue of each pixel, row by row from the top.
     pub fn image(&self, robot: usize) -> &[u8] {
         self.sensors[robot].camera.as_ref().map_or(&[], CameraSensor::pixels)
     }
@@ -53,7 +56,8 @@ impl Simulation {
         self.sensors[robot].camera.as_mut().filter(|camera| camera.last() == Some(now))?.shown(now)
     }
 
-    /// Sets pan and tilt of a camera's head, rad: limits hold, and no number keeps what was set.
+    /// Sets pan and tilt of a camera's head, rad, within the limits.
+    /// NaN keeps the previous setpoint.
     pub fn command_head(&mut self, robot: usize, angles: [f64; 2]) {
         if let Some(camera) = &mut self.sensors[robot].camera {
             camera.command(angles);
@@ -71,12 +75,13 @@ impl Simulation {
         self.sensors[robot].imu = Some(InertialSensor::new(imu, random));
     }
 
-    /// Mount and errors of a robot's inertial measurement unit, if it carries one.
+    /// Returns mount and errors of a robot's inertial measurement unit, if any.
     pub fn imu(&self, robot: usize) -> Option<&ImuDescription> {
         self.sensors[robot].imu.as_ref().map(InertialSensor::description)
     }
 
-    /// Returns the new reading of a robot's inertial measurement unit, with faults, if it is time to.
+    /// Returns a new reading of a robot's inertial measurement unit, if due.
+    /// It includes faults.
     pub fn shown_imu(&mut self, robot: usize) -> Option<InertialReading> {
         let own = &self.robots[robot];
         let body = own.body_motion();
@@ -102,7 +107,7 @@ impl Simulation {
         }
     }
 
-    /// Measures with all sensors.
+    /// Measures with all sensors of all robots.
     pub fn sense(&mut self) {
         let Self { sensors, surroundings, robots, now, nearby, .. } = self;
         let robots: &[_] = robots;
@@ -123,7 +128,7 @@ impl Simulation {
         sonar.as_ref().and_then(|_| sonar_display.show(echoes, self.now)).map(Vec::as_slice)
     }
 
-    /// The robot's laser scanner, if it carries one.
+    /// Returns the robot's laser scanner, if any.
     pub fn laser(&self, robot: usize) -> Option<&LaserScanner> {
         self.sensors[robot].laser.as_ref()
     }
@@ -136,7 +141,8 @@ impl Simulation {
         Some((ranges, laser.description()))
     }
 
-    /// Returns the new fix of a robot's positioning system and compass, with faults, if it is time to.
+    /// Returns a new fix of a robot's positioning system and compass, if due.
+    /// It includes faults.
     pub fn shown_fix(&mut self, robot: usize) -> Fix {
         let Fix { position, orientation } = self.fix(robot);
         let Sensors { position_display, orientation_display, .. } = &mut self.sensors[robot];

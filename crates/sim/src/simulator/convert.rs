@@ -1,4 +1,4 @@
-//! Values of the simulation as their interfaces have them.
+//! Conversion of simulated values to their interfaces.
 
 use slate_interfaces::{
     Contact, FourWheelSpeeds, Imu, Pose2, Position, Quaternion, SonarPlacement, SonarScan, Transform,
@@ -12,7 +12,7 @@ use crate::inertial::InertialReading;
 use crate::robot::ImuDescription;
 use crate::simulation::Simulation;
 
-/// The wheels stand before the first command.
+/// Converts wheel speeds; zero before the first command.
 pub(super) fn two_wheels(wheels: Option<&WheelSpeeds>) -> FourWheels {
     let WheelSpeeds { left, right } = wheels.copied().unwrap_or(WheelSpeeds::ZERO);
     Wheels { left, right }.into()
@@ -28,7 +28,7 @@ pub(super) fn pose2(pose: Pose) -> Pose2 {
     Pose2 { x: pose.x, y: pose.y, theta: pose.theta }
 }
 
-/// Where a sensor is mounted: x and y in metres, direction in degrees.
+/// Returns the mount of a sensor from x and y in metres and degrees.
 pub(super) fn mount(sensor: &str, [x, y, degrees]: [f64; 3]) -> Transform {
     Transform {
         parent: Text::new("base_link"),
@@ -40,13 +40,13 @@ pub(super) fn mount(sensor: &str, [x, y, degrees]: [f64; 3]) -> Transform {
     }
 }
 
-/// Rotation about z.
+/// Returns the rotation about z by an angle, rad.
 pub(super) fn rotation(angle: f64) -> Quaternion {
     let half = angle / 2.0;
     Quaternion { z: math::sin(half), w: math::cos(half), ..Quaternion::IDENTITY }
 }
 
-/// A measurement as its interface has it, with the covariances by the description.
+/// Returns a measurement as its interface, with covariances by the description.
 pub(super) fn measured(reading: &InertialReading, imu: &ImuDescription) -> Imu {
     let vector = |[x, y, z]: [f64; 3]| Vector3 { x, y, z };
     let diagonal = |x: f64, y: f64, z: f64| [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z];

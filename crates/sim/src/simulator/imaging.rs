@@ -1,4 +1,4 @@
-//! Cameras and their heads as ports show them.
+//! Ports of cameras and their heads.
 
 use slate_interfaces::{ImageFormat, PanTiltState, Position, Quaternion, Transform};
 use slate_module::{Text, math};
@@ -7,10 +7,11 @@ use super::ports::{CameraIo, HeadIo};
 use crate::robot::CameraDescription;
 use crate::simulation::Simulation;
 
-/// From x forward, y left and z up to the optical frame: x right, y down, z forward.
+/// Rotation from x forward, y left, z up to the optical frame (REP 103).
+/// The optical frame has x right, y down, z forward.
 const OPTICAL: Quaternion = Quaternion { x: -0.5, y: 0.5, z: -0.5, w: 0.5 };
 
-/// Writes the new image of a robot's camera, and at first what never changes.
+/// Publishes the new image of a robot's camera, and at first the constant outputs.
 pub(super) fn show_image(simulation: &mut Simulation, robot: usize, io: &CameraIo, is_first: bool) {
     let Some(camera) = simulation.camera(robot) else { return };
     let (width, height) = (camera.width, camera.height);
@@ -28,7 +29,7 @@ pub(super) fn show_image(simulation: &mut Simulation, robot: usize, io: &CameraI
     });
 }
 
-/// Commands the head of a camera, and writes where it is; `now` in nanoseconds.
+/// Commands the head of a camera and publishes its state; `now` in ns.
 pub(super) fn move_head(simulation: &mut Simulation, robot: usize, io: &HeadIo, now: u64) {
     // As with wheels, a command of now takes effect in the next cycle.
     if let Some(command) = io.pan_tilt_command.get() {
@@ -40,7 +41,7 @@ pub(super) fn move_head(simulation: &mut Simulation, robot: usize, io: &HeadIo, 
     io.camera_tilt.set(joint("camera_pan", "camera_tilt", about_y(tilt), Some(now)));
 }
 
-/// Where a camera or its head is mounted.
+/// Returns the mount of a camera or its head.
 fn base(camera: &CameraDescription) -> Transform {
     let [x, y, z, yaw, pitch] = camera.mount;
     let (turn, nod) = (about_z(yaw.to_radians()), about_y(pitch.to_radians()));
@@ -49,7 +50,7 @@ fn base(camera: &CameraDescription) -> Transform {
     Transform { translation: Position { x, y, z }, ..joint("base_link", "camera_base", rotation, None) }
 }
 
-/// A frame in its parent, at a time, or for ever.
+/// Returns the transform of a joint, at a time or fixed.
 fn joint(parent: &str, child: &str, rotation: Quaternion, now: Option<u64>) -> Transform {
     Transform {
         time: now.unwrap_or(0),

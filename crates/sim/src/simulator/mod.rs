@@ -1,5 +1,6 @@
-//! The simulator as a module: it lets the world go on at the beginning of each cycle, with the commands that the
-//! actuators got in the last one, and shows what the robots' sensors measure.
+//! Simulator module.
+//! At the beginning of each cycle it advances the world with the actuator commands of the last one, and publishes the
+//! measurements of the robots' sensors.
 
 mod convert;
 mod imaging;
@@ -29,17 +30,17 @@ use ports::{
     RobotIo, SightingsIo, SonarIo, TwoWheelsIo, WorldIo,
 };
 
-/// The embedded simulator.
+/// Embedded simulator.
 #[derive(Debug)]
 pub struct Simulator {
     simulation: Simulation,
-    /// Rings as their interface shows them, made once.
+    /// Sonar scans of the robots, prepared once.
     rings: Vec<SonarScan>,
-    /// The bodies, which never change.
+    /// Chassis of the robots, which never change.
     chassis: Vec<Chassis>,
     /// Errors of the robots' sensors.
     accuracy: Vec<SensorAccuracy>,
-    /// Which ports the robots have.
+    /// Ports of each robot.
     abilities: Vec<Abilities>,
     threads: usize,
     started: bool,

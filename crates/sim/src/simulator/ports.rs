@@ -1,4 +1,5 @@
-//! Ports of the simulator; their names begin with that of a robot, a person or a door.
+//! Ports of the simulator.
+//! Their names begin with that of a robot, a person or a door.
 
 use slate_interfaces::{
     Bumper, CameraInfo, Chassis, Clearance, Contacts, DoorState, FourWheelSpeeds, HolonomicTwist, Image, Imu,
@@ -28,7 +29,7 @@ pub(super) struct FourWheelsIo {
     pub wheels: Input<FourWheelSpeeds>,
 }
 
-/// Commands of a robot with omni wheels; the newer one holds.
+/// Commands of a robot with omni wheels; the newest one holds.
 #[ports]
 pub(super) struct OmniIo {
     /// Wheel command.
@@ -39,12 +40,12 @@ pub(super) struct OmniIo {
     pub twist: Input<HolonomicTwist>,
 }
 
-/// What each robot knows of its own body.
+/// Knowledge of each robot about its own body.
 #[ports]
 pub(super) struct ChassisIo {
     /// Geometry and limits.
     pub chassis: Output<Chassis>,
-    /// Errors of the sensors; nothing as long as they are exact.
+    /// Errors of the sensors; none while they are exact.
     pub accuracy: Output<SensorAccuracy>,
 }
 
@@ -64,7 +65,7 @@ pub(super) struct RobotIo {
     pub orientation: Output<Orientation>,
     /// Odometry of the wheels.
     pub odometry: Output<Odometry>,
-    /// Where the robot really is; for referees and reports, not for the robot.
+    /// True pose; for referees and reports, not for the robot.
     #[role("truth")]
     pub truth: Output<Pose2>,
     /// True clearance; for referees and reports, not for the robot.
@@ -84,14 +85,14 @@ pub(super) struct BumperIo {
 pub(super) struct LaserIo {
     /// Scan of the laser scanner.
     pub laser: Output<LaserScan>,
-    /// Where the laser scanner is mounted on the robot.
+    /// Pose of the laser scanner on the robot.
     pub laser_mount: Output<Transform>,
 }
 
 /// Outputs of a robot with a detector of robots.
 #[ports]
 pub(super) struct SightingsIo {
-    /// The robots that it sees.
+    /// Detected robots.
     pub sightings: Output<Sightings>,
 }
 
@@ -100,41 +101,41 @@ pub(super) struct SightingsIo {
 pub(super) struct ImuIo {
     /// Measurement of the inertial measurement unit.
     pub imu: Output<Imu>,
-    /// Where it is mounted on the robot.
+    /// Pose of the inertial measurement unit on the robot.
     pub imu_mount: Output<Transform>,
 }
 
-/// Outputs of a robot with a camera. Frames are `base_link`, `camera_base`, with a head `camera_pan` and `camera_tilt`, and
-/// `camera`, the optical frame.
+/// Outputs of a robot with a camera.
+/// Frames are `base_link`, `camera_base`, with a head `camera_pan` and `camera_tilt`, and `camera`, the optical frame.
 #[ports]
 pub(super) struct CameraIo {
     /// Image of the camera.
     pub camera: Output<Image>,
     /// Calibration of the camera.
     pub camera_info: Output<CameraInfo>,
-    /// Where the camera or its head is mounted on the robot.
+    /// Pose of the camera or its head on the robot.
     pub camera_base: Output<Transform>,
-    /// The optical frame of the camera on what carries it.
+    /// Pose of the camera's optical frame on its carrier.
     pub camera_mount: Output<Transform>,
 }
 
 /// Ports of a robot with a pan-tilt head.
 #[ports]
 pub(super) struct HeadIo {
-    /// Where the head should look.
+    /// Command of the head's direction.
     pub pan_tilt_command: Input<PanTiltCommand>,
     /// State of the head.
     pub pan_tilt: Output<PanTiltState>,
-    /// The pan joint.
+    /// Transform of the pan joint.
     pub camera_pan: Output<Transform>,
-    /// The tilt joint.
+    /// Transform of the tilt joint.
     pub camera_tilt: Output<Transform>,
 }
 
 /// Outputs of the world.
 #[ports]
 pub(super) struct WorldIo {
-    /// The contacts that began in the last cycle; for referees, not for robots.
+    /// Contacts that began in the last cycle; for referees, not for robots.
     #[role("truth")]
     pub contacts: Output<Contacts>,
 }
@@ -142,7 +143,7 @@ pub(super) struct WorldIo {
 /// Output of each person.
 #[ports]
 pub(super) struct PersonIo {
-    /// Where the person is; for referees and reports, not for robots.
+    /// True pose of the person; for referees and reports, not for robots.
     #[role("truth")]
     pub truth: Output<Pose2>,
 }
@@ -152,12 +153,12 @@ pub(super) struct PersonIo {
 pub(super) struct DoorIo {
     /// State of the door.
     pub door: Output<DoorState>,
-    /// Where its leaf is; for reports, not for robots.
+    /// True pose of its leaf; for reports, not for robots.
     #[role("truth")]
     pub truth: Output<Pose2>,
 }
 
-/// Which ports a robot has.
+/// Available ports of a robot.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Abilities {
     pub drive: DriveKind,

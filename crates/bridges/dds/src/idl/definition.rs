@@ -9,7 +9,7 @@ use super::lexer::{Lexer, TokenKind};
 use super::scope::{IdlDefinition, Scope};
 use super::{IdlEnum, IdlError, IdlKind, IdlMember, IdlStruct, MAX_DEPTH, MAX_MEMBERS, MAX_SIZE, TypeExtent};
 
-/// An annotation, such as `@key` or `@value(3)`.
+/// Annotation, such as `@key` or `@value(3)`.
 pub struct Annotation {
     pub name: String,
     pub argument: Option<String>,
@@ -210,7 +210,7 @@ impl DefinitionParser {
         }
     }
 
-    /// The number of an annotation, if it is there.
+    /// Returns the number of an annotation, if present.
     fn number_of(&self, annotations: &[Annotation], name: &str) -> Result<Option<i64>, IdlError> {
         let Some(own) = annotations.iter().find(|own| own.name == name) else { return Ok(None) };
         let number = own.argument.as_deref().and_then(|text| text.trim().parse().ok());

@@ -12,7 +12,7 @@ const MAX_FILE: u64 = 1 << 20;
 /// Most files that include each other.
 const MAX_INCLUDES: usize = 16;
 
-/// A token and its place.
+/// Token and its place.
 #[derive(Clone, Debug)]
 pub struct Token {
     pub kind: TokenKind,
@@ -23,11 +23,11 @@ pub struct Token {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TokenKind {
-    /// An identifier or a keyword.
+    /// Identifier or a keyword.
     Word(String),
-    /// A literal that begins with a digit.
+    /// Literal that begins with a digit.
     Number(String),
-    /// A text or a character.
+    /// Text or a character.
     Quoted,
     /// `::`
     Scope,
@@ -93,7 +93,8 @@ impl Lexer {
         }
     }
 
-    /// A line that begins with `#`. A file is included once, so guards against a second time are skipped.
+    /// Handles a line that begins with `#`.
+    /// A file is included once, so guards against a second time are skipped.
     fn directive(&mut self, name: &str, file: usize, line: usize, text: &str) -> Result<(), IdlError> {
         let wrong = |lexer: &Self, reason: String| Err(lexer.error_at(file, line, reason));
         let words = text.trim_start_matches('#').trim();
@@ -135,12 +136,12 @@ impl Lexer {
         IdlError { file: self.files.get(file).cloned().unwrap_or_default(), line, reason }
     }
 
-    /// An error at the token that was taken last.
+    /// Creates an error at the token that was taken last.
     pub fn error(&self, reason: impl Into<String>) -> IdlError {
         self.error_at(self.last.0, self.last.1, reason.into())
     }
 
-    /// File and line of the token that was taken last.
+    /// Returns the file and line of the token that was taken last.
     pub fn place(&self) -> String {
         let (file, line) = self.last;
         format!("{}:{line}", self.files.get(file).map_or("", String::as_str))
@@ -200,7 +201,7 @@ impl Scanner<'_> {
         }
     }
 
-    /// The rest of the line, without its end.
+    /// Returns the rest of the line, without its end.
     fn rest_of_line(&mut self) -> String {
         let text = self.rest.as_str();
         let (line, rest) = text.split_at(text.find('\n').unwrap_or(text.len()));

@@ -28,7 +28,7 @@ impl DefinitionParser {
         }
     }
 
-    /// A name, and the type with the arrays behind it.
+    /// Reads a name, and the type with the arrays after it.
     pub fn declarator(&mut self, kind: IdlKind) -> Result<(String, IdlKind), IdlError> {
         let name = self.name("a member")?;
         let mut count = None;
@@ -46,7 +46,7 @@ impl DefinitionParser {
         Ok((name, kind))
     }
 
-    /// A type that stands in so many others.
+    /// Reads a type that is nested at this depth.
     pub fn kind(&mut self, depth: usize) -> Result<IdlKind, IdlError> {
         if depth >= MAX_DEPTH {
             return Err(self.lexer.error(format!("types stand more than {MAX_DEPTH} deep")));
@@ -120,7 +120,7 @@ impl DefinitionParser {
         }
     }
 
-    /// A number of items or bytes, at least 1.
+    /// Reads a number of items or bytes, at least 1.
     pub fn bound(&mut self) -> Result<usize, IdlError> {
         let number = self.integer()?;
         let bound = u32::try_from(number).ok().filter(|bound| *bound > 0);
@@ -128,7 +128,7 @@ impl DefinitionParser {
         bound.map(|bound| bound as usize).ok_or_else(wrong)
     }
 
-    /// An integer, or the name of a constant.
+    /// Reads an integer, or the name of a constant.
     pub fn integer(&mut self) -> Result<i64, IdlError> {
         let sign = if self.is_next('-') { -1 } else { 1 };
         let number = match self.lexer.peek().clone() {
@@ -196,7 +196,7 @@ impl DefinitionParser {
         Ok(annotations)
     }
 
-    /// The text up to the closing parenthesis.
+    /// Reads the text up to the closing parenthesis.
     fn argument(&mut self) -> Result<String, IdlError> {
         let (mut text, mut open) = (String::new(), 1_usize);
         loop {
@@ -212,7 +212,7 @@ impl DefinitionParser {
         }
     }
 
-    /// A new name; `_` before one that would be a keyword is no part of it.
+    /// Reads a new name; `_` before a keyword is no part of it.
     pub fn name(&mut self, of: &str) -> Result<String, IdlError> {
         let word = self.word(&format!("the name of {of}"))?;
         let name = word.strip_prefix('_').unwrap_or(&word);

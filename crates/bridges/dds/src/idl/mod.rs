@@ -31,7 +31,7 @@ const MAX_SIZE: usize = 64 << 20;
 /// Most members of a type, with those of the structs in it.
 const MAX_MEMBERS: usize = 10_000;
 
-/// How large a type is.
+/// Size limits of a type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct TypeExtent {
     /// Nesting of types in it.
@@ -42,68 +42,69 @@ struct TypeExtent {
     members: usize,
 }
 
-/// A type of IDL.
+/// Type of IDL.
 #[derive(Clone, Debug, PartialEq)]
 pub enum IdlKind {
-    /// A number or truth value; characters and octets are numbers.
+    /// Number or truth value; characters and octets are numbers.
     Primitive(Primitive),
-    /// A named integer.
+    /// Named integer.
     Enumeration(Arc<IdlEnum>),
     /// UTF-8, of at most so many bytes.
     Text(Option<usize>),
     /// Members with names.
     Struct(Arc<IdlStruct>),
-    /// A fixed number of items.
+    /// Fixed number of items.
     Array(Box<IdlKind>, usize),
-    /// A list of at most so many items.
+    /// List of at most this many items.
     Sequence(Box<IdlKind>, Option<usize>),
 }
 
-/// A struct.
+/// Struct.
 #[derive(Debug, PartialEq)]
 pub struct IdlStruct {
     /// Name with its modules, such as `demo::Target`.
     pub name: String,
     /// File and line, such as `target.idl:3`.
     pub place: String,
-    /// Whether later versions of the type may append members; nothing when the file does not say.
+    /// Extensibility: true if later versions may append members.
+    /// `None` when the file does not say.
     pub is_appendable: Option<bool>,
     /// Members in their order, those of the base first.
     pub members: Vec<IdlMember>,
     extent: TypeExtent,
 }
 
-/// A member of a struct.
+/// Member of a struct.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IdlMember {
     /// Name.
     pub name: String,
     /// Type, typedefs resolved.
     pub kind: IdlKind,
-    /// Whether it is of the key, which tells instances apart.
+    /// Key member, which distinguishes instances.
     pub is_key: bool,
 }
 
-/// An enumeration.
+/// Enumeration.
 #[derive(Debug, PartialEq, Eq)]
 pub struct IdlEnum {
     /// Name with its modules.
     pub name: String,
-    /// The integer on the wire.
+    /// Integer on the wire.
     pub carrier: Primitive,
     /// Names and their values.
     pub values: Vec<(String, i64)>,
 }
 
 impl IdlStruct {
-    /// Whether values are of instances, which their key tells apart.
+    /// Returns whether values belong to instances, which their key distinguishes.
     pub fn has_key(&self) -> bool {
         self.members.iter().any(|member| member.is_key)
     }
 }
 
 impl IdlKind {
-    /// Its name in messages: `long`, `string`, `sequence of demo::Point`.
+    /// Returns its name for messages: `long`, `string`, `sequence of demo::Point`.
     pub fn describe(&self) -> String {
         match self {
             Self::Primitive(primitive) => primitive_name(*primitive).into(),
@@ -136,7 +137,7 @@ impl IdlKind {
     }
 }
 
-/// Name of a primitive in IDL.
+/// Returns the name of a primitive in IDL.
 fn primitive_name(primitive: Primitive) -> &'static str {
     match primitive {
         Primitive::Bool => "boolean",
@@ -153,7 +154,7 @@ fn primitive_name(primitive: Primitive) -> &'static str {
     }
 }
 
-/// The definitions of a file, and of those that it includes.
+/// Definitions of a file, and of those that it includes.
 ///
 /// ```
 /// use slate_dds::IdlFile;
@@ -196,7 +197,7 @@ impl IdlFile {
         Ok(Self { definitions: DefinitionParser::new(lexer).parse()? })
     }
 
-    /// The struct of a name with its modules, such as `demo::Target`.
+    /// Returns the struct of a name with its modules, such as `demo::Target`.
     pub fn structure(&self, name: &str) -> Option<Arc<IdlStruct>> {
         match self.definitions.get(name)? {
             IdlDefinition::Type(IdlKind::Struct(own)) => Some(Arc::clone(own)),

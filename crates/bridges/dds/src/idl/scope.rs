@@ -9,7 +9,7 @@ use super::IdlKind;
 pub enum IdlDefinition {
     Type(IdlKind),
     Constant(i64),
-    /// An enumerator, which is a name of its own and no type.
+    /// Enumerator, which is a name of its own and no type.
     Enumerator,
 }
 
@@ -29,12 +29,12 @@ impl Scope {
         self.modules.pop();
     }
 
-    /// How many modules are open.
+    /// Returns the number of open modules.
     pub fn depth(&self) -> usize {
         self.modules.len()
     }
 
-    /// A name with the modules that are open.
+    /// Returns a name with the open modules.
     pub fn whole(&self, name: &str) -> String {
         self.joined(self.modules.len(), name)
     }
@@ -49,7 +49,8 @@ impl Scope {
         self.definitions.insert(self.whole(name), definition).is_none()
     }
 
-    /// Resolves a name, from the innermost module outwards; one that begins with `::` is absolute.
+    /// Resolves a name, from the innermost module outwards.
+    /// A name that begins with `::` is absolute.
     pub fn find(&self, name: &str) -> Option<&IdlDefinition> {
         if let Some(whole) = name.strip_prefix("::") {
             return self.definitions.get(whole);

@@ -104,6 +104,7 @@ impl TypeMap {
         }
     }
 
+    /// Reads the items of a tail.
     /// Memory is allocated as items are read, as the number in the message may be wrong.
     fn read_tail(
         &self,
@@ -140,7 +141,8 @@ impl TypeMap {
         (0..count).try_for_each(|_| self.read(reader, None, &mut Vec::new()))
     }
 
-    /// Whether items are the same in memory and on the wire, but for the order of bytes.
+    /// Returns whether items have one layout in memory and on the wire.
+    /// Except for the byte order.
     pub(super) fn is_copied(&self) -> bool {
         matches!(self, Self::Number { wire, memory: Some(kind), .. } if wire == kind)
     }

@@ -100,7 +100,7 @@ fn length(memory: &[u8]) -> usize {
     u32::from_ne_bytes([memory[0], memory[1], memory[2], memory[3]]) as usize
 }
 
-/// A text in a value, up to where it is damaged.
+/// Returns a text in a value, up to damaged bytes.
 fn text(memory: &[u8], capacity: usize) -> &str {
     let bytes = &memory[4..4 + length(memory).min(capacity)];
     match std::str::from_utf8(bytes) {

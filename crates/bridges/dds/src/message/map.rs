@@ -1,4 +1,4 @@
-//! Which members of a struct are which fields of an interface.
+//! Mapping from the members of a struct to the fields of an interface.
 
 use std::sync::Arc;
 
@@ -6,7 +6,8 @@ use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 
 use crate::idl::{IdlKind, IdlStruct};
 
-/// A type on the wire, and where its parts are in a value; nowhere for parts that the interface lacks.
+/// Type on the wire with the offsets of its parts in a value.
+/// Parts that the interface lacks have none.
 #[derive(Debug)]
 pub enum TypeMap {
     Number {
@@ -38,7 +39,7 @@ pub enum WireCount {
     Counted(Option<usize>),
 }
 
-/// A list in a value.
+/// List in a value.
 #[derive(Clone, Copy, Debug)]
 pub struct MemoryList {
     pub kind: MemoryListKind,
@@ -49,7 +50,7 @@ pub struct MemoryList {
 #[derive(Clone, Copy, Debug)]
 pub enum MemoryListKind {
     Array,
-    /// With room for so many items.
+    /// Sequence with this capacity, items.
     Sequence(usize),
     Tail,
 }
@@ -65,7 +66,7 @@ pub struct StructMapper<'a> {
 }
 
 impl StructMapper<'_> {
-    /// The map of the struct and the interface as a whole.
+    /// Returns the map of the struct and the interface as a whole.
     ///
     /// # Errors
     /// A member and the field of its name have types that don't fit, in words.
@@ -149,7 +150,7 @@ fn joined(path: &str, name: &str) -> String {
     if path.is_empty() { name.into() } else { format!("{path}.{name}") }
 }
 
-/// Whether a field is there for the layout alone.
+/// Returns whether a field is padding of the layout.
 fn is_padding(name: &str) -> bool {
     let number = name.strip_prefix("reserved").or_else(|| name.strip_prefix("padding_"));
     number.is_some_and(|number| number.bytes().all(|letter| letter.is_ascii_digit()))
@@ -163,7 +164,8 @@ fn primitive(kind: &Kind) -> Option<Primitive> {
     }
 }
 
-/// Whether a number becomes another: truth values, integers and floats each among themselves.
+/// Returns whether a number converts to another.
+/// Truth values, integers and floats convert each among themselves.
 fn fits(wire: Primitive, memory: Option<Kind>) -> bool {
     let Some(memory) = memory else { return true };
     let class = |kind: Primitive| (kind == Primitive::Bool, kind.integers().is_some());

@@ -18,22 +18,23 @@ use map::{StructMapper, TypeMap};
 pub(crate) use xcdr::HEADER;
 use xcdr::{Encapsulation, XcdrReader, XcdrWriter};
 
-/// How values of an interface lie in messages of a topic: as a struct of IDL, or as ROS has them.
+/// Message format of an interface's values: a struct of IDL, or ROS's message.
 #[derive(Debug)]
 pub enum DdsMessage {
-    /// As the message that ROS has for the interface.
+    /// Message that ROS has for the interface.
     Ros {
-        /// The message.
+        /// Message.
         message: RosMessage,
         /// Name of the topic's type.
         type_name: String,
     },
-    /// As a struct of IDL.
+    /// Struct of IDL.
     Idl(IdlMessage),
 }
 
 impl DdsMessage {
-    /// The messages of an interface on a topic of a type; without one, of that which ROS 2 gives the interface.
+    /// Returns the messages of an interface on a topic of a type.
+    /// Without a type, of the one that ROS 2 gives the interface.
     ///
     /// # Errors
     /// A member of the struct and the field of its name have types that don't fit, in words.
@@ -50,7 +51,7 @@ impl DdsMessage {
         }
     }
 
-    /// Name of the topic's type.
+    /// Returns the name of the topic's type.
     pub fn type_name(&self) -> &str {
         match self {
             Self::Ros { type_name, .. } => type_name,
@@ -58,7 +59,7 @@ impl DdsMessage {
         }
     }
 
-    /// Whether a key tells instances apart.
+    /// Returns whether a key distinguishes instances.
     pub fn has_key(&self) -> bool {
         matches!(self, Self::Idl(own) if own.structure.has_key())
     }
@@ -71,7 +72,7 @@ impl DdsMessage {
         }
     }
 
-    /// Number of the encoding of messages that it writes, in their header.
+    /// Returns the number of its encoding, for the header of a message.
     pub fn identifier(&self) -> u8 {
         match self {
             Self::Ros { .. } => 1,
@@ -101,8 +102,8 @@ impl DdsMessage {
         }
     }
 
-    /// Appends the message of a value, with its header. `stamp` is its time, ns, and `frame` its coordinate frame, for messages of
-    /// ROS.
+    /// Appends the message of a value, with its header.
+    /// `stamp` is its time, ns, and `frame` its coordinate frame, for messages of ROS.
     ///
     /// # Errors
     /// The value does not fit, in words.
@@ -115,7 +116,7 @@ impl DdsMessage {
         }
     }
 
-    /// The value of a message with its header.
+    /// Decodes the value of a message with its header.
     ///
     /// # Errors
     /// It is no such message, or the interface has no room for it, in words.
@@ -127,7 +128,8 @@ impl DdsMessage {
     }
 }
 
-/// The type of DDS that ROS 2 gives a message: `sensor_msgs/msg/LaserScan` is `sensor_msgs::msg::dds_::LaserScan_`.
+/// Returns the DDS type that ROS 2 gives a message.
+/// `sensor_msgs/msg/LaserScan` is `sensor_msgs::msg::dds_::LaserScan_`.
 pub fn ros_type_name(message: &str) -> String {
     match message.rsplit_once('/') {
         Some((package, name)) => format!("{}::dds_::{name}_", package.replace('/', "::")),
@@ -135,7 +137,7 @@ pub fn ros_type_name(message: &str) -> String {
     }
 }
 
-/// Values of an interface as a struct of IDL, whose members are the fields of the same names.
+/// Interface's values as a struct of IDL, whose members are the fields by name.
 #[derive(Debug)]
 pub struct IdlMessage {
     descriptor: &'static Descriptor,
@@ -148,7 +150,7 @@ pub struct IdlMessage {
 }
 
 impl IdlMessage {
-    /// The messages of an interface as a struct.
+    /// Creates the messages of an interface as a struct.
     ///
     /// # Errors
     /// A member and the field of its name have types that don't fit, in words.
@@ -212,7 +214,7 @@ impl IdlMessage {
         written.inspect_err(|_| out.truncate(start))
     }
 
-    /// The value of a message with its header.
+    /// Decodes the value of a message with its header.
     ///
     /// # Errors
     /// It is no such message, or the interface has no room for it, in words.

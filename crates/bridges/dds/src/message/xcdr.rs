@@ -1,4 +1,4 @@
-//! Numbers and texts as they lie in a message: XCDR of both versions (DDS-XTypes 1.3, 7.4).
+//! Encoding of numbers and texts: XCDR of both versions (DDS-XTypes 1.3, 7.4).
 
 use slate_blackboard::interface::Primitive;
 
@@ -11,12 +11,12 @@ pub struct Encapsulation {
     /// XCDR2 aligns to 4 bytes at most, and has lengths before appendable structs.
     pub is_second: bool,
     pub is_little: bool,
-    /// Whether the value as a whole is appendable, in XCDR2.
+    /// Delimited encoding: the value as a whole is appendable, in XCDR2.
     pub is_delimited: bool,
 }
 
 impl Encapsulation {
-    /// That of a message with its header.
+    /// Returns the encoding of a message, from its header.
     ///
     /// # Errors
     /// The message is too short, or of a mutable type, in words.
@@ -34,7 +34,7 @@ impl Encapsulation {
         }
     }
 
-    /// The number of it in a header.
+    /// Returns its number in a header.
     pub fn identifier(self) -> u8 {
         let kind = match (self.is_second, self.is_delimited) {
             (false, _) => 0,
@@ -49,14 +49,14 @@ impl Encapsulation {
     }
 }
 
-/// A number or truth value, of any size.
+/// Number or truth value, of any size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum XcdrNumber {
     Integer(i128),
     Float(f64),
 }
 
-/// The number in the first bytes of memory.
+/// Loads the number in the first bytes of memory.
 pub fn load(kind: Primitive, memory: &[u8]) -> XcdrNumber {
     use XcdrNumber::{Float, Integer};
     fn first<const N: usize>(memory: &[u8]) -> [u8; N] {
@@ -173,7 +173,7 @@ impl<'a> XcdrReader<'a> {
         Ok(load(kind, &memory))
     }
 
-    /// A length or a count, of which each takes a byte at least.
+    /// Reads a length or a count of items with at least a byte each.
     pub fn length(&mut self) -> Result<usize, String> {
         let mut memory = [0; 4];
         self.numbers(&mut memory, 4)?;
@@ -192,13 +192,13 @@ impl<'a> XcdrReader<'a> {
         std::str::from_utf8(bytes).map_err(|_| "a text is not UTF-8".into())
     }
 
-    /// Begins a part that has its length before it; returns the end of what is around it.
+    /// Begins a part that has its length before it; returns the end of the outer part.
     pub fn begin(&mut self) -> Result<usize, String> {
         let length = self.length()?;
         Ok(std::mem::replace(&mut self.end, self.at + length))
     }
 
-    /// Ends it, and skips what is left of it.
+    /// Ends the part, and skips the rest of it.
     pub fn finish(&mut self, around: usize) {
         self.at = self.end;
         self.end = around;
@@ -208,7 +208,7 @@ impl<'a> XcdrReader<'a> {
 /// Writes a message, little end first.
 pub struct XcdrWriter<'a> {
     out: &'a mut Vec<u8>,
-    /// Where the message begins, behind its header.
+    /// Start of the message, after its header.
     start: usize,
     pub encapsulation: Encapsulation,
 }

@@ -16,7 +16,8 @@ use rustdds::{
 /// Time between an answer and the next probe.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// Time within which a probe is answered unless discovery is behind. Bridges read events every 100 ms.
+/// Timeout of a probe's answer, unless discovery is behind.
+/// Bridges read events every 100 ms.
 const ANSWER_TIMEOUT: Duration = Duration::from_millis(200);
 
 /// Time between repetitions of a probe. RustDDS handles faster ones as one.
@@ -25,7 +26,8 @@ const REPETITION_PERIOD: Duration = Duration::from_millis(1);
 /// Repetitions after which another probe follows, as the answer may be lost.
 const REPETITIONS: u32 = 4096;
 
-/// Longest time between probes while none was ever answered, as where a firewall closes the loopback interface.
+/// Maximum period of probes while none was ever answered.
+/// Such as where a firewall closes the loopback interface.
 const LONGEST_PERIOD: Duration = Duration::from_secs(60);
 
 /// Length of a probe, bytes.
@@ -73,7 +75,7 @@ impl DiscoveryProbe {
         Ok(Self { prefix, answers: Some(sender), watched, thread: Some(thread) })
     }
 
-    /// Returns the next event of the participant, if any, without the answers to probes.
+    /// Returns the next event of the participant, without the answers to probes.
     pub fn next_event(&self, status: &DomainParticipantStatusListener) -> Option<Event> {
         self.watched.store(true, Ordering::Relaxed);
         loop {
@@ -99,7 +101,8 @@ impl Drop for DiscoveryProbe {
     }
 }
 
-/// A probe as an RTPS message (2.5, 9.4): INFO_DST for `own`, and DATA with which `gone` disposes itself.
+/// Returns a probe as an RTPS message (2.5, 9.4).
+/// It has INFO_DST for `own`, and DATA with which `gone` disposes itself.
 fn message(own: [u8; 12], gone: [u8; 12]) -> [u8; LENGTH] {
     const VENDOR: [u8; 2] = [0x01, 0x12];
     const READER: [u8; 4] = [0, 1, 0, 0xc7];

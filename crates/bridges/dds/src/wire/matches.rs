@@ -8,16 +8,16 @@ use rustdds::{DomainParticipantStatusEvent as Event, EndpointDescription, GUID, 
 use slate_module::Level;
 use slate_runtime::Composer;
 
-/// An endpoint of the agent.
+/// Endpoint of the agent.
 #[derive(Debug)]
 pub struct OwnEndpoint {
-    /// The topic as its users call it.
+    /// Topic's name for its users.
     pub topic: String,
     /// Topic and type as DDS calls them.
     pub wire: (String, String),
-    /// The type as its users call it.
+    /// Type's name for its users.
     pub message: String,
-    /// Whether it reads.
+    /// Direction: true for a reader.
     pub is_reader: bool,
     /// Hash of its type, if that is compared.
     pub type_hash: Option<String>,
@@ -28,15 +28,15 @@ pub struct OwnEndpoint {
 pub struct MatchWords {
     /// Scheme of the bridge, for the log.
     pub scheme: &'static str,
-    /// The ends that write and read.
+    /// Words for the writing and the reading end.
     pub roles: [&'static str; 2],
-    /// Its name of a type of DDS.
+    /// Conversion of a DDS type to the middleware's name of it.
     pub message_name: fn(&str) -> String,
     /// Advice for two ends of different types.
     pub advice: &'static str,
 }
 
-/// The other ends of an agent's topics.
+/// Matched endpoints of an agent's topics.
 #[derive(Debug)]
 pub struct Matches {
     words: MatchWords,
@@ -46,14 +46,14 @@ pub struct Matches {
 
 #[derive(Debug, Default)]
 struct MatchState {
-    /// By own endpoint.
+    /// Matched endpoints by own endpoint.
     others: BTreeMap<GUID, BTreeSet<GUID>>,
     /// Texts that were logged.
     logged: BTreeSet<(GUID, String)>,
 }
 
 impl Matches {
-    /// None yet, said in the words of a middleware.
+    /// Creates an empty list with the words of a middleware.
     pub fn new(words: MatchWords) -> Self {
         Self { words, own: OnceLock::new(), state: Mutex::default() }
     }
@@ -72,12 +72,12 @@ impl Matches {
         self.own.get()?.get(guid)
     }
 
-    /// How many there are for an endpoint of the agent.
+    /// Returns the number of matches of the agent's endpoint.
     pub fn count(&self, own: GUID) -> usize {
         locked(&self.state).others.get(&own).map_or(0, BTreeSet::len)
     }
 
-    /// Whether another endpoint is the other end of one of the agent.
+    /// Returns whether two endpoints, one of them the agent's, are matched.
     pub fn has(&self, own: GUID, other: GUID) -> bool {
         locked(&self.state).others.get(&own).is_some_and(|others| others.contains(&other))
     }
@@ -125,8 +125,9 @@ impl Matches {
         }
     }
 
-    /// A topic of another type, or with a key here alone, is never matched, and nobody says so; one of another definition is, but
-    /// can't be read.
+    /// Logs an endpoint whose topic type differs.
+    /// A topic of another type, or with a key here alone, never matches, without a notice; one of another definition
+    /// does, but can't be read.
     fn note_type(
         &self,
         state: &mut MatchState,
@@ -173,7 +174,7 @@ impl Matches {
         }
     }
 
-    /// Which policy keeps two ends from each other, in the words of DDS.
+    /// Returns the QoS policy that keeps two endpoints apart, in the words of DDS.
     fn incompatible(&self, own: &OwnEndpoint, requested: &QosPolicies, offered: &QosPolicies) -> String {
         let who = self.role(own.is_reader);
         let (verb, effect) = match own.is_reader {
@@ -205,7 +206,7 @@ impl Matches {
     }
 }
 
-/// The type hash that an endpoint sends with its announcement, as `rmw` puts it there.
+/// Returns the type hash in an endpoint's announcement, as `rmw` puts it there.
 pub fn sent_type_hash(user_data: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(user_data);
     let mut entries = text.split(';').filter_map(|entry| entry.trim_matches('\0').split_once('='));
@@ -214,7 +215,8 @@ pub fn sent_type_hash(user_data: &[u8]) -> Option<String> {
     is_hash.then(|| hash.to_owned())
 }
 
-/// Whether the topic of an endpoint has a key, which the kind of its entity tells.
+/// Returns whether an endpoint's topic has a key.
+/// The kind of its entity tells.
 fn has_key(endpoint: GUID) -> bool {
     let [.., kind] = endpoint.to_bytes();
     matches!(kind & 0x0f, 0x02 | 0x07)
@@ -241,7 +243,7 @@ fn durability(qos: &QosPolicies) -> &'static str {
     }
 }
 
-/// None is the first version.
+/// Returns the representations in words; none stands for the first version.
 fn representations(qos: &QosPolicies) -> String {
     let listed = qos.data_representation().map(|own| own.value).unwrap_or_default();
     let names = listed.iter().map(|own| match *own {

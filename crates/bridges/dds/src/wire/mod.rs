@@ -1,4 +1,5 @@
-//! What bridges on RustDDS share: messages of any type, matches of endpoints, quality of service, and discovery.
+//! Common parts of the bridges on RustDDS.
+//! Messages of any type, matches of endpoints, quality of service, and discovery.
 
 mod discovery_probe;
 mod matches;

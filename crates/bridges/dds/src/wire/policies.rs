@@ -8,14 +8,16 @@ use rustdds::{Duration, QosPolicies, QosPolicyBuilder};
 
 use crate::quality::{Representation, TopicQuality};
 
-/// The longest that a reliable writer waits for room, in its own thread.
+/// Maximum time that a reliable writer waits for room, in its own thread.
 const BLOCKING: Duration = Duration::from_millis(100);
 
-/// Values for late readers that are kept at least. RustDDS tidies up every 6 s, so for so long it keeps more than the depth; with
-/// fewer it would wait for each acknowledgement.
+/// Minimum number of values kept for late readers.
+/// RustDDS tidies up every 6 s, so for so long it keeps more than the depth; with fewer it would wait for each
+/// acknowledgement.
 const KEPT: i32 = 64;
 
-/// Policies of an endpoint that keeps `depth` values, and reads or writes representations of messages.
+/// Returns the QoS policies of an endpoint that keeps `depth` values.
+/// It reads or writes the given representations of messages.
 pub fn policies(quality: TopicQuality, depth: i32, representations: &[Representation]) -> QosPolicies {
     let reliability = match quality.reliable {
         true => Reliability::Reliable { max_blocking_time: BLOCKING },

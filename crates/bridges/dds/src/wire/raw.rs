@@ -12,7 +12,7 @@ use rustdds::{Keyed, RepresentationIdentifier as Encoding};
 
 use crate::message::HEADER;
 
-/// A message with its header.
+/// Message with its header.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RawMessage(pub Vec<u8>);
 

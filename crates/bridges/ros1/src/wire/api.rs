@@ -1,4 +1,4 @@
-//! The API that a node has for the master and other nodes.
+//! API of a node for the master and other nodes.
 
 use slate_module::Level;
 use tokio::net::TcpStream;
@@ -32,7 +32,7 @@ fn pairs<'a>(pairs: impl Iterator<Item = (&'a str, &'a str)>) -> XmlValue {
     XmlValue::List(pairs.map(|(name, of)| XmlValue::List(vec![name.into(), of.into()])).collect())
 }
 
-/// The answer to a call.
+/// Answers a call.
 fn answer_call(node: &NodeContext, parts: &NodeParts, method: &str, arguments: &[XmlValue]) -> XmlValue {
     let text = |at: usize| arguments.get(at).and_then(XmlValue::as_text);
     match method {
@@ -71,7 +71,7 @@ fn answer_call(node: &NodeContext, parts: &NodeParts, method: &str, arguments: &
     }
 }
 
-/// Where a topic is.
+/// Answers with the address of a topic.
 fn answer_topic(
     node: &NodeContext,
     parts: &NodeParts,

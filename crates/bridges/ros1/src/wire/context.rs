@@ -18,35 +18,35 @@ use crate::settings::SCHEME;
 /// Different reasons that are logged.
 const MAX_LOGGED: usize = 256;
 
-/// Where a node is, and whom it belongs to.
+/// Addresses of a node, with its master and agent.
 pub struct NodeContext {
     pub master: MasterClient,
     /// Address of its API.
     pub api: String,
-    /// The machine, as others reach it.
+    /// Host name of the machine, as others reach it.
     pub host: String,
-    /// Where topics and services are.
+    /// Port of topics and services.
     pub port: u16,
     pub composer: Composer,
-    /// Whether it speaks with other machines.
+    /// Trusted network: it communicates with other machines.
     pub trusted: bool,
     logged: Mutex<BTreeSet<String>>,
-    /// How often it was registered.
+    /// Number of registrations.
     registrations: AtomicU64,
-    /// How often parameters of the node changed on the master.
+    /// Number of changes to the node's parameters on the master.
     parameter_changes: AtomicU64,
-    /// Wakes who keeps parameters.
+    /// Wake of the parameter synchronization.
     pub parameter_wake: Wake,
 }
 
-/// Whether an address is one of this machine.
+/// Returns whether an address is one of this machine.
 fn is_own(address: IpAddr) -> bool {
     // Sockets have no others.
     address.is_loopback() || UdpSocket::bind((address, 0)).is_ok()
 }
 
 impl NodeContext {
-    /// A node of a master, at a host with ports for calls and for connections.
+    /// Creates a node of a master, at a host with ports for calls and connections.
     pub fn new(
         master: MasterClient,
         host: String,
@@ -68,12 +68,12 @@ impl NodeContext {
         }
     }
 
-    /// Its name, from the root.
+    /// Returns its name, from the root.
     pub fn name(&self) -> &str {
         &self.master.node
     }
 
-    /// That another machine is reached only if the file says so.
+    /// Checks that another machine is reached only if the configuration permits it.
     ///
     /// # Errors
     /// When the address is on another machine, or unknown.
@@ -107,7 +107,7 @@ impl NodeContext {
         self.parameter_wake.notify(1);
     }
 
-    /// How often parameters of the node changed on the master, and how often the node was registered.
+    /// Returns the numbers of parameter changes on the master, and of registrations.
     pub fn parameter_changes(&self) -> (u64, u64) {
         (self.parameter_changes.load(Ordering::Acquire), self.registrations.load(Ordering::Acquire))
     }

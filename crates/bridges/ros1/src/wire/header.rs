@@ -1,4 +1,5 @@
-//! Header that both ends of a TCPROS connection exchange first, and framed messages.
+//! Connection header of TCPROS, and framed messages.
+//! Both ends of a connection exchange the header first.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -13,22 +14,22 @@ const MAX_HEADER_BYTES: u32 = 1 << 20;
 pub struct ConnectionHeader(BTreeMap<String, String>);
 
 impl ConnectionHeader {
-    /// A header of fields.
+    /// Creates a header of fields.
     pub fn of<'a>(fields: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
         Self(fields.into_iter().map(|(name, value)| (name.to_owned(), value.to_owned())).collect())
     }
 
-    /// The value of a field; empty without it.
+    /// Returns the value of a field; empty without it.
     pub fn get(&self, name: &str) -> &str {
         self.0.get(name).map_or("", String::as_str)
     }
 
-    /// The value of a field as it may stand in a log.
+    /// Returns the value of a field, safe for a log.
     pub fn shown(&self, name: &str) -> String {
         self.get(name).chars().filter(char::is_ascii_graphic).take(100).collect()
     }
 
-    /// Whether a type and its checksum are what the other end takes, which may be any.
+    /// Returns whether the other end takes a type and its checksum; it may take any.
     pub fn takes(&self, of: &str, checksum: &str) -> bool {
         let is_any = |name: &str| matches!(self.get(name), "" | "*");
         (is_any("type") || self.get("type") == of)
@@ -53,7 +54,7 @@ impl ConnectionHeader {
     /// Receives one.
     ///
     /// # Errors
-    /// When the connection is lost, or what comes is no header.
+    /// When the connection is lost, or the data are no header.
     pub async fn read(stream: &mut (impl AsyncRead + Unpin)) -> io::Result<Self> {
         let bytes = read_message(stream, MAX_HEADER_BYTES).await?;
         let mut rest = &bytes[..];
@@ -71,7 +72,7 @@ impl ConnectionHeader {
     }
 }
 
-/// A length as it stands before a message.
+/// Encodes the length before a message.
 ///
 /// # Errors
 /// When it does not fit.
@@ -79,7 +80,8 @@ pub fn length(length: usize) -> io::Result<[u8; 4]> {
     u32::try_from(length).map(u32::to_le_bytes).map_err(|_| wrong("it is longer than a message can be"))
 }
 
-/// Receives a message, without the length before it. Memory is taken as the bytes come.
+/// Receives a message, without the length before it.
+/// Memory is allocated as the bytes arrive.
 ///
 /// # Errors
 /// When the connection is lost, or the message is longer than `most`.
@@ -96,7 +98,7 @@ pub async fn read_message(stream: &mut (impl AsyncRead + Unpin), most: u32) -> i
     Ok(message)
 }
 
-/// That the other end of a topic means another message.
+/// Returns the text that the other end of a topic has another message type.
 pub fn misfit(topic: &str, role: &str, theirs: &ConnectionHeader, of: &str, checksum: &str) -> String {
     let [node, their_type, sum] = ["callerid", "type", "md5sum"].map(|name| theirs.shown(name));
     format!(
@@ -105,7 +107,7 @@ pub fn misfit(topic: &str, role: &str, theirs: &ConnectionHeader, of: &str, chec
     )
 }
 
-/// An error in what the other end sends.
+/// Creates the error of invalid data from the other end.
 pub fn wrong(reason: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, reason)
 }

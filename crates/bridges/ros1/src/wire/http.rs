@@ -1,4 +1,4 @@
-//! As much of HTTP as XML-RPC needs: one request a connection.
+//! Subset of HTTP for XML-RPC: one request per connection.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 
-/// How long the other side may take for a request or an answer.
+/// Timeout of the other side for a request or an answer.
 pub const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Bytes that the head of a request or an answer may have.
@@ -15,7 +15,7 @@ const HEAD: usize = 16 << 10;
 /// Bytes that a request or an answer may have.
 const BODY: usize = 4 << 20;
 
-/// Where an API is: `http://HOST:PORT/`.
+/// Address of an API: `http://HOST:PORT/`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HttpAddress {
     /// Host and port.
@@ -65,7 +65,7 @@ pub async fn post(address: &HttpAddress, body: &str) -> Result<String, String> {
     timeout(TIMEOUT, exchange).await.map_err(late)?
 }
 
-/// The body of the request that comes.
+/// Reads the body of the next request.
 ///
 /// # Errors
 /// Why no request could be read, in words.
@@ -88,7 +88,7 @@ pub async fn respond(stream: &mut TcpStream, status: &str, body: &str) -> std::i
     stream.shutdown().await
 }
 
-/// The first line and the body.
+/// Reads the first line and the body.
 async fn read(stream: &mut TcpStream) -> Result<(String, String), String> {
     let mut bytes = Vec::new();
     let end = loop {

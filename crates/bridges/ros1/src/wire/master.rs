@@ -3,10 +3,10 @@
 use super::http::{HttpAddress, post};
 use super::xml::{XmlValue, call, read_answer};
 
-/// Why a call has no value.
+/// Reason why a call has no value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CallError {
-    /// Nobody answers as ROS does.
+    /// No ROS peer answers.
     Unreachable(String),
     /// The answer is no.
     Refused(String),
@@ -19,7 +19,8 @@ impl std::fmt::Display for CallError {
     }
 }
 
-/// Calls a method, and returns the value that the answer has beside its code and its text.
+/// Calls a method, and returns the value of the answer.
+/// The answer also has a code and a text.
 ///
 /// # Errors
 /// The call was refused, or the other end was not reached.
@@ -39,11 +40,11 @@ pub async fn call_method(
     }
 }
 
-/// The master, for one node.
+/// Master, for one node.
 #[derive(Clone, Debug)]
 pub struct MasterClient {
     pub address: HttpAddress,
-    /// The node that calls.
+    /// Node that calls.
     pub node: String,
 }
 
@@ -51,7 +52,7 @@ impl MasterClient {
     /// Calls a method on behalf of the node.
     ///
     /// # Errors
-    /// Why there is no value.
+    /// Reason why no value was returned.
     pub async fn call(&self, method: &str, rest: Vec<XmlValue>) -> Result<XmlValue, CallError> {
         let arguments = [vec![XmlValue::from(self.node.as_str())], rest].concat();
         call_method(&self.address, method, &arguments).await

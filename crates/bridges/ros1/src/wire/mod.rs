@@ -1,4 +1,5 @@
-//! The wire of ROS 1: XML-RPC with the master and nodes, and TCPROS for topics and services.
+//! Protocols of ROS 1.
+//! XML-RPC with the master and nodes, and TCPROS for topics and services.
 
 mod api;
 mod context;

@@ -1,4 +1,4 @@
-//! A node: its two ports, and what the master knows of it.
+//! Node: its two ports, and its registration at the master.
 
 use std::future::Future;
 use std::net::{IpAddr, Ipv4Addr};
@@ -26,7 +26,7 @@ const MAX_CONNECTIONS: usize = 128;
 /// Period of the check whether the master still knows the node.
 const POLL_PERIOD: Duration = Duration::from_secs(1);
 
-/// A node of ROS 1.
+/// Node of ROS 1.
 pub struct RosNode {
     pub context: Arc<NodeContext>,
     parts: NodeParts,

@@ -10,12 +10,12 @@ pub struct NodeParts {
     pub publications: Vec<Arc<TopicPublication>>,
     pub subscriptions: Vec<Arc<TopicSubscription>>,
     pub services: Vec<RosrpcServer>,
-    /// Whether it has parameters.
+    /// Presence of parameters.
     pub has_parameters: bool,
 }
 
 impl NodeParts {
-    /// Whether the master knows the node by any of them.
+    /// Returns whether the master knows the node by any of its parts.
     pub fn are_registered(&self) -> bool {
         self.has_parameters
             || !(self.publications.is_empty() && self.subscriptions.is_empty() && self.services.is_empty())

@@ -1,4 +1,4 @@
-//! A topic that a node publishes.
+//! Topic that a node publishes.
 
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -14,10 +14,10 @@ use tokio::time::timeout;
 use super::header::{ConnectionHeader, length, misfit};
 use crate::checksum::message_checksum;
 
-/// How long a subscriber may take nothing of a message until it is dropped.
+/// Time without progress of a message after which a subscriber is dropped.
 const SEND_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// A topic, and the queues of its subscribers.
+/// Topic, and the queues of its subscribers.
 pub struct TopicPublication {
     pub topic: String,
     pub of: String,
@@ -25,14 +25,14 @@ pub struct TopicPublication {
     checksum: String,
     is_latched: bool,
     messages: broadcast::Sender<Arc<[u8]>>,
-    /// With its length; only of a latched topic.
+    /// Last message with its length; only of a latched topic.
     last: Mutex<Option<Arc<[u8]>>>,
     /// Messages that went before a slow subscriber took them.
     lost: AtomicU64,
 }
 
 impl TopicPublication {
-    /// A topic of a type; `depth` messages wait for a slow subscriber.
+    /// Creates a topic of a type; `depth` messages wait for a slow subscriber.
     ///
     /// # Errors
     /// A definition that lacks a message, in words.
@@ -59,7 +59,7 @@ impl TopicPublication {
         self.messages.receiver_count()
     }
 
-    /// Whether a message would be of use to somebody.
+    /// Returns whether a message would have a receiver.
     pub fn is_wanted(&self) -> bool {
         self.is_latched || self.subscribers() > 0
     }

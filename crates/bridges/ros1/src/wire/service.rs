@@ -18,7 +18,7 @@ use crate::checksum::service_checksum;
 /// Bytes that a request or a response may have.
 const MAX_MESSAGE_BYTES: u32 = 1 << 20;
 
-/// How long a client that is not persistent may take for its request.
+/// Timeout of a non-persistent client's request.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Period of the check whether an agent has begun.
@@ -27,7 +27,7 @@ const POLL_PERIOD: Duration = Duration::from_millis(2);
 /// Answers a request, or tells why it does not.
 pub type RequestHandler = Box<dyn Fn(&Json) -> Result<Json, String> + Send>;
 
-/// A service that a node offers.
+/// Service that a node offers.
 pub struct RosrpcServer {
     pub service: String,
     of: ServiceType,
@@ -36,7 +36,7 @@ pub struct RosrpcServer {
 }
 
 impl RosrpcServer {
-    /// A service of a type.
+    /// Creates a service of a type.
     ///
     /// # Errors
     /// A definition that lacks a message, in words.
@@ -117,7 +117,7 @@ impl RosrpcServer {
     }
 }
 
-/// The checksum of a service.
+/// Returns the checksum of a service.
 ///
 /// # Errors
 /// A definition that lacks a message, in words.
@@ -125,10 +125,11 @@ fn checksum(of: &ServiceType) -> Result<String, String> {
     service_checksum(of.name(), of.request().definition(), of.response().definition())
 }
 
-/// Calls a service, and returns its response; or else why it failed, as its server says.
+/// Calls a service, and returns its response.
+/// On failure, the reason that its server gives.
 ///
 /// # Errors
-/// Why there is no response, in words.
+/// Reason why no response came, in words.
 pub async fn call_service(
     node: &NodeContext,
     service: &str,

@@ -1,4 +1,4 @@
-//! A topic that a node subscribes to.
+//! Topic that a node subscribes to.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -25,16 +25,16 @@ const MAX_MESSAGE_BYTES: u32 = 64 << 20;
 /// Publishers of a topic that are connected with, at most.
 const MAX_PUBLISHERS: usize = 64;
 
-/// How long it takes until a lost publisher is connected with again: at first, and at most.
+/// Initial and maximum delay of reconnecting to a lost publisher.
 const RETRY: [Duration; 2] = [Duration::from_millis(50), Duration::from_secs(2)];
 
-/// The same of one that means another message.
+/// Delay of reconnecting to a publisher with another message type.
 const MISFIT: Duration = Duration::from_secs(5);
 
 /// Takes messages, or why one can't be taken.
 pub type MessageSink = Box<dyn Fn(Result<&[u8], String>) + Send + Sync>;
 
-/// A topic, and the publishers that the master knows.
+/// Topic, and the publishers that the master knows.
 pub struct TopicSubscription {
     pub topic: String,
     pub of: String,
@@ -43,7 +43,7 @@ pub struct TopicSubscription {
     sink: MessageSink,
     /// Addresses of their APIs.
     publishers: Mutex<BTreeSet<String>>,
-    /// Whether the master has to be asked for them.
+    /// Outdated publishers: the master must be asked for them.
     is_stale: AtomicBool,
     changed: Notify,
     connected: AtomicUsize,
@@ -58,7 +58,7 @@ impl Drop for Connected<'_> {
     }
 }
 
-/// Ends a task with what has it.
+/// Guard that ends a task when dropped.
 struct ReadingTask(JoinHandle<()>);
 
 impl Drop for ReadingTask {
@@ -68,7 +68,7 @@ impl Drop for ReadingTask {
 }
 
 impl TopicSubscription {
-    /// A topic of a type, whose messages go to a sink.
+    /// Creates a topic of a type, whose messages go to a sink.
     ///
     /// # Errors
     /// A definition that lacks a message, in words.
@@ -91,7 +91,8 @@ impl TopicSubscription {
         self.connected.load(Ordering::Relaxed)
     }
 
-    /// Subscribes at the master, and returns the publishers that it knows: addresses of their APIs.
+    /// Subscribes at the master, and returns the publishers that it knows.
+    /// They are addresses of their APIs.
     ///
     /// # Errors
     /// When the master refuses or is not reached.
@@ -109,7 +110,8 @@ impl TopicSubscription {
         self.changed.notify_one();
     }
 
-    /// Has the master asked for the publishers: that they have changed anybody can say.
+    /// Requests a query of the master for the publishers.
+    /// The notice of a change is not trusted, as any program can send it.
     pub fn ask_publishers(&self) {
         self.is_stale.store(true, Ordering::Release);
         self.changed.notify_one();
@@ -155,6 +157,8 @@ impl TopicSubscription {
         }
     }
 
+    /// Connects to a publisher.
+    ///
     /// # Errors
     /// When the publisher is not reached; invalid data when it means another message.
     async fn connect(&self, node: &NodeContext, publisher: &str) -> io::Result<TcpStream> {

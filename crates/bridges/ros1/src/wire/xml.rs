@@ -4,13 +4,13 @@ use std::fmt::Write;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
-/// How deep lists and structures may stand in each other.
+/// Maximum nesting of lists and structures.
 const MAX_DEPTH: usize = 16;
 
 /// Elements that a document may have.
 const MAX_ELEMENTS: u32 = 100_000;
 
-/// A value of XML-RPC.
+/// Value of XML-RPC.
 #[derive(Clone, Debug, PartialEq)]
 pub enum XmlValue {
     Integer(i32),
@@ -84,7 +84,7 @@ fn put(out: &mut String, name: &str, text: &str) {
     let _ = write!(out, "</{name}>");
 }
 
-/// The text of a call.
+/// Encodes a call.
 pub fn call(method: &str, arguments: &[XmlValue]) -> String {
     let mut out = String::from("<?xml version=\"1.0\"?><methodCall>");
     put(&mut out, "methodName", method);
@@ -92,7 +92,7 @@ pub fn call(method: &str, arguments: &[XmlValue]) -> String {
     out + "</methodCall>"
 }
 
-/// The text of an answer.
+/// Encodes an answer.
 pub fn answer(value: XmlValue) -> String {
     let mut out = String::from("<?xml version=\"1.0\"?><methodResponse>");
     parameters(&mut out, &[value]);
@@ -109,7 +109,7 @@ fn parameters(out: &mut String, values: &[XmlValue]) {
     out.push_str("</params>");
 }
 
-/// The method and the arguments of a call.
+/// Parses the method and the arguments of a call.
 ///
 /// # Errors
 /// When it is no call, in words.
@@ -121,7 +121,7 @@ pub fn read_call(text: &str) -> Result<(String, Vec<XmlValue>), String> {
     Ok((method.trim().into(), read_parameters(root)?))
 }
 
-/// The value of an answer.
+/// Parses the value of an answer.
 ///
 /// # Errors
 /// When it is no answer, or tells of a fault, in words.

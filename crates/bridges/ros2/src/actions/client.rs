@@ -22,13 +22,13 @@ use crate::wire::{NodeWire, RequestNumber, TopicReader, WireType};
 /// Period of the check for messages.
 const POLL_PERIOD: Duration = Duration::from_millis(5);
 
-/// The code that a goal is refused with that its server rejects.
+/// Refusal code of a goal that its server rejects.
 const REJECTED: u16 = 1;
 
-/// The code that a request to cancel is refused with when no goal is active.
+/// Refusal code of a cancel request without an active goal.
 const NO_GOAL: u16 = 2;
 
-/// An action that an outbox calls.
+/// Action that an outbox calls.
 pub struct ActionClient {
     call: ActionCall,
     ports: CallingPorts,
@@ -38,7 +38,7 @@ pub struct ActionClient {
     feedback: Arc<dyn TopicReader>,
     /// Places of the inputs for result and feedback among those that the bridge sets.
     places: (Option<usize>, Option<usize>),
-    /// Of the next goal: the node, then a number.
+    /// Identity of the next goal: the node, then a number.
     next: ([u8; 12], u32),
     reported: Option<String>,
 }
@@ -51,7 +51,7 @@ struct Outboxes {
 }
 
 impl ActionClient {
-    /// A client of an action; its inputs are appended to `inputs`.
+    /// Opens a client of an action; its inputs are appended to `inputs`.
     ///
     /// # Errors
     /// When a port does not fit, or the middleware refuses.
@@ -88,7 +88,7 @@ impl ActionClient {
         })
     }
 
-    /// Sends what the outbox has as goals, one after the other, until the end.
+    /// Sends the outbox's messages as goals, in sequence, until the end.
     pub fn run(mut self, context: &CallContext) {
         let wake = Arc::new(Wake::new());
         let waker = Waker::from(Arc::new(ReaderWaker(Arc::clone(&wake))));
@@ -216,7 +216,7 @@ impl ActionClient {
         Ok(if is_success { Answer::Done } else { Answer::Refused(u16::try_from(state).unwrap_or(REJECTED)) })
     }
 
-    /// The same reason is logged once.
+    /// Logs a reason unless it was logged before.
     fn report(&mut self, composer: &Composer, reason: String) {
         if self.reported.as_ref() != Some(&reason) {
             let text = format!("ros2: a goal of /{} is lost: {reason}", self.call.outbox);

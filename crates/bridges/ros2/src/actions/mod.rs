@@ -27,17 +27,17 @@ enum GoalState {
     Aborted = 6,
 }
 
-/// The name of a service or a topic of an action.
+/// Returns the name of a service or a topic of an action.
 fn part(action: &str, part: &str) -> String {
     format!("{action}/_action/{part}")
 }
 
-/// The identity of a goal as a message.
+/// Converts the identity of a goal to a message.
 fn uuid(id: [u8; 16]) -> Json {
     json!({ "uuid": id })
 }
 
-/// The identity in the field `goal_id` of a message.
+/// Returns the identity in the field `goal_id` of a message.
 fn goal_id(message: &Json) -> [u8; 16] {
     let mut id = [0; 16];
     let given = message["goal_id"]["uuid"].as_array().into_iter().flatten();

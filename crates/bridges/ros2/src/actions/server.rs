@@ -19,7 +19,7 @@ use crate::services::{ServeContext, ServiceServer, wait_for_start};
 use crate::settings::TABLE;
 use crate::wire::{NodeWire, Responder, TopicWriter, WireType};
 
-/// How long a thread sleeps when nothing comes.
+/// Sleep time of a thread while no messages arrive.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Goals that have ended, and whose results are kept.
@@ -28,13 +28,14 @@ const KEPT_GOALS: usize = 32;
 /// Requests for the result of one goal that wait at a time.
 const MAX_WAITING: usize = 64;
 
-/// Codes of the response to a request to cancel, as `action_msgs/srv/CancelGoal` has them.
+/// Codes of the response to a cancel request, as in `action_msgs/srv/CancelGoal`.
 const CANCEL_NONE: i8 = 0;
 const CANCEL_REJECTED: i8 = 1;
 const CANCEL_UNKNOWN_GOAL: i8 = 2;
 const CANCEL_TERMINATED: i8 = 3;
 
-/// An inbox that is the server of an action. It has one goal at a time; others are rejected meanwhile.
+/// Server of an action, backed by an inbox.
+/// It has one goal at a time; others are rejected meanwhile.
 pub struct ActionServer {
     offer: ActionOffer,
     operations: AgentOperations,
@@ -47,11 +48,11 @@ pub struct ActionServer {
     goal_pairs: FieldPairs,
     result_output: ActionOutput,
     feedback_output: Option<ActionOutput>,
-    /// The newest last; all but that have ended.
+    /// Goals, the newest last; all others have ended.
     known: VecDeque<KnownGoal>,
 }
 
-/// An output whose values a goal has.
+/// Output whose values a goal has.
 struct ActionOutput {
     topic: OutboundTopic,
     descriptor: &'static Descriptor,
@@ -72,7 +73,7 @@ impl ActionOutput {
         let _ = self.topic.take(&context.composer);
     }
 
-    /// The newest value, if it was not taken.
+    /// Takes the newest value, if it was not taken before.
     fn take(&mut self, context: &ServeContext) -> Result<Option<Json>, String> {
         let Some(value) = self.topic.take(&context.composer)? else { return Ok(None) };
         let tail = value.bytes.len().saturating_sub(self.descriptor.size);
@@ -83,7 +84,7 @@ impl ActionOutput {
 
 struct KnownGoal {
     id: [u8; 16],
-    /// When it was accepted.
+    /// Time of acceptance.
     stamp: Json,
     state: GoalState,
     result: Json,
@@ -202,7 +203,8 @@ impl ActionServer {
         json!({ "accepted": true, "stamp": stamp })
     }
 
-    /// Cancels the goal that a request means: that of its identity, or any that was accepted before its time; all with neither.
+    /// Cancels the goal that a request means.
+    /// That of its identity, or any that was accepted before its time; all with neither.
     fn cancel(&mut self, info: &Json) -> Json {
         let id = goal_id(info);
         let time = |stamp: &Json| (stamp["sec"].as_i64(), stamp["nanosec"].as_i64());
@@ -294,7 +296,8 @@ impl ActionServer {
     }
 }
 
-/// The present time as a message: that of the simulation in lockstep, else the date.
+/// Returns the present time as a message.
+/// That of the simulation in lockstep, else the date.
 fn stamp(context: &ServeContext) -> Json {
     const SECOND: u64 = 1_000_000_000;
     let time = date(&context.composer, context.composer.now());

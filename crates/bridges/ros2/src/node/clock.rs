@@ -1,4 +1,4 @@
-//! The agent's time as `/clock`.
+//! Agent's time as `/clock`.
 
 use std::sync::Arc;
 
@@ -15,7 +15,8 @@ const DEFINITION: &str = "builtin_interfaces/Time clock";
 const QUALITY: TopicQuality = TopicQuality { reliable: true, transient_local: false, depth: 10 };
 const SECOND: u64 = 1_000_000_000;
 
-/// `/clock`: the time of each cycle, or the newest when cycles follow faster than it is sent.
+/// Topic `/clock` with the time of each cycle.
+/// Only the newest one, when cycles follow faster than it is sent.
 pub struct ClockTopic {
     writer: Arc<dyn TopicWriter>,
     sent: Option<u64>,
@@ -28,7 +29,7 @@ impl ClockTopic {
         Ok(Self { writer: wire.writer(CLOCK, &WireType::from(&message), QUALITY)?, sent: None })
     }
 
-    /// What writes it.
+    /// Returns the writer of the topic.
     pub fn writer(&self) -> &Arc<dyn TopicWriter> {
         &self.writer
     }

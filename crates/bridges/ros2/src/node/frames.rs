@@ -12,16 +12,17 @@ use crate::wire::{NodeWire, TopicWriter, WireType};
 use slate_dds::TopicQuality;
 use slate_topics::RosError;
 
-/// Those of ROS's own broadcasters.
+/// Topic of moving transforms, with the quality of ROS's own broadcasters.
 pub const MOVING: (&str, TopicQuality) =
     ("/tf", TopicQuality { reliable: true, transient_local: false, depth: 100 });
-/// Late listeners receive the last message of each writer, which has all fixed transforms.
+/// Topic of static transforms with its quality of service.
+/// Late listeners receive the last message of each writer, which has all static transforms.
 pub const FIXED: (&str, TopicQuality) =
     ("/tf_static", TopicQuality { reliable: true, transient_local: true, depth: 1 });
-/// The message of both.
+/// Message of both topics.
 pub const MESSAGE: &str = "tf2_msgs/msg/TFMessage";
 
-/// Its type.
+/// Returns the type of transform messages.
 pub fn frames_type() -> WireType {
     WireType { name: MESSAGE.into(), hash: type_hash(&transforms_definition()).ok() }
 }

@@ -1,4 +1,4 @@
-//! The agent's log as `/rosout`.
+//! Agent's log as `/rosout`.
 
 use std::sync::Arc;
 

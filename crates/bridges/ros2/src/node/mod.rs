@@ -28,21 +28,21 @@ use transition_events::TransitionEvents;
 /// Period of the check whether something has changed without a notice.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
-/// A topic that a node publishes by itself.
+/// Topic that a node publishes by itself.
 trait NodeTopic: Send + Sync {
-    /// Publishes what is new.
+    /// Publishes the new values.
     ///
     /// # Errors
     /// Why it can't, in words.
     fn publish(&mut self, surface: &ControlSurface) -> Result<(), String>;
 
-    /// Whether each cycle is to be published, where cycles wait for nodes.
+    /// Returns whether each cycle must be published, where cycles wait for nodes.
     fn is_of_cycles(&self) -> bool {
         false
     }
 }
 
-/// All of them.
+/// Topics of a node.
 #[derive(Default)]
 pub struct NodeTopics {
     topics: Vec<Box<dyn NodeTopic>>,
@@ -51,7 +51,7 @@ pub struct NodeTopics {
 }
 
 impl NodeTopics {
-    /// Those that settings want.
+    /// Opens the topics of the settings.
     ///
     /// # Errors
     /// When the middleware refuses, or the agent has no time of its own to publish.
@@ -82,17 +82,17 @@ impl NodeTopics {
         Ok(Self { topics, clock, logged: Vec::new() })
     }
 
-    /// The writer of the time, if that is published.
+    /// Returns the writer of the time, if that is published.
     pub fn clock(&self) -> Option<&Arc<dyn TopicWriter>> {
         self.clock.as_ref()
     }
 
-    /// Whether no topic is to be published.
+    /// Returns whether the node has no topic to publish.
     pub fn is_empty(&self) -> bool {
         self.topics.is_empty()
     }
 
-    /// Those of each cycle, the time and frames, apart from the others.
+    /// Splits off the topics of each cycle, the time and frames.
     pub fn split_off_cycles(&mut self) -> Self {
         let topics = std::mem::take(&mut self.topics);
         let (cycles, others) = topics.into_iter().partition(|topic| topic.is_of_cycles());
@@ -100,7 +100,7 @@ impl NodeTopics {
         Self { topics: cycles, clock: self.clock.clone(), logged: Vec::new() }
     }
 
-    /// Publishes what is new, until the end.
+    /// Publishes the new values until the end.
     pub fn run(mut self, surface: &ControlSurface, wake: &Wake, ended: &AtomicBool) {
         while !ended.load(Ordering::Acquire) {
             self.publish(surface);
@@ -108,7 +108,7 @@ impl NodeTopics {
         }
     }
 
-    /// Publishes what is new.
+    /// Publishes the new values.
     pub fn publish(&mut self, surface: &ControlSurface) {
         for topic in &mut self.topics {
             // The same reason is logged once.

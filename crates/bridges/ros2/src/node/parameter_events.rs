@@ -21,7 +21,7 @@ const DEFINITION: &str = "builtin_interfaces/Time stamp\nstring node\nParameter[
                           Parameter[] changed_parameters\nParameter[] deleted_parameters\n";
 const SECOND: u64 = 1_000_000_000;
 
-/// `/parameter_events`: what was set, by whomever.
+/// Topic `/parameter_events` with all changes of parameters.
 pub struct ParameterEvents {
     writer: Arc<dyn TopicWriter>,
     message: MessageType,

@@ -3,7 +3,7 @@
 use slate_record::ros::WireFormat;
 use slate_topics::ServiceType;
 
-/// Name in the node, type, and what it does.
+/// Services: name in the node, type and function.
 pub const SERVICES: [(&str, &str, ParameterService); 6] = [
     ("get_parameters", "GetParameters", ParameterService::Get),
     ("get_parameter_types", "GetParameterTypes", ParameterService::Types),
@@ -82,7 +82,7 @@ string[] names
 string[] prefixes
 ";
 
-/// The type of a service of parameters.
+/// Returns the type of a service of parameters.
 ///
 /// # Errors
 /// The kind is unknown.

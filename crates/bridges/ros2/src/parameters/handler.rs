@@ -92,7 +92,8 @@ impl ParameterHandler {
     }
 }
 
-/// Names that begin with the prefixes, no deeper than wanted, and the prefixes that they have.
+/// Returns the names that begin with the prefixes, and the prefixes in them.
+/// The names are no deeper than wanted.
 fn list(table: &ParameterTable, request: &Json) -> Json {
     let prefixes: Vec<_> =
         request["prefixes"].as_array().into_iter().flatten().filter_map(Json::as_str).collect();

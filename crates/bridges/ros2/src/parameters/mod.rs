@@ -16,7 +16,7 @@ use definitions::{SERVICES, service_type};
 use handler::ParameterHandler;
 use slate_topics::RosError;
 
-/// The services of the node's parameters.
+/// Returns the services of the node's parameters.
 ///
 /// # Errors
 /// When the middleware refuses.

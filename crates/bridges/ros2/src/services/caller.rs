@@ -1,4 +1,4 @@
-//! The client's end of a service.
+//! Client's end of a service.
 
 use std::task::Waker;
 
@@ -14,7 +14,7 @@ pub struct ServiceCaller {
 }
 
 impl ServiceCaller {
-    /// A client of a service.
+    /// Opens a client of a service.
     ///
     /// # Errors
     /// When the middleware refuses.
@@ -22,7 +22,7 @@ impl ServiceCaller {
         Ok(Self { of: of.clone(), end: wire.caller(service, of)? })
     }
 
-    /// Whether a server is there.
+    /// Returns whether a server is available.
     pub fn has_server(&self) -> bool {
         self.end.has_server()
     }

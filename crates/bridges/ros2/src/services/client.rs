@@ -20,16 +20,16 @@ use crate::wire::NodeWire;
 /// Period of the check for messages.
 const POLL_PERIOD: Duration = Duration::from_millis(5);
 
-/// The code that a message is refused with whose response says `success: false`.
+/// Refusal code of a message whose response says `success: false`.
 const UNSUCCESSFUL: u16 = 1;
 
-/// A service that an outbox calls.
+/// Service that an outbox calls.
 pub struct ServiceClient {
     call: ServiceCall,
     pairs: FieldPairs,
     descriptor: &'static Descriptor,
     caller: ServiceCaller,
-    /// Place of the input for responses among those that the bridge sets, and its fields.
+    /// Index of the input for responses among the bridge's inputs, and its fields.
     response: Option<(usize, FieldPairs)>,
     reported: Option<String>,
 }
@@ -42,7 +42,8 @@ pub struct CallContext {
 }
 
 impl ServiceClient {
-    /// A client of a service; `response` is the place of its input for responses, and how they are values of it.
+    /// Opens a client of a service.
+    /// `response` is the index of its input for responses, with the pairs of fields that convert them to its values.
     ///
     /// # Errors
     /// When the outbox does not fit the service, or the middleware refuses.
@@ -58,7 +59,7 @@ impl ServiceClient {
         Ok(Self { call: call.clone(), pairs, descriptor, caller, response, reported: None })
     }
 
-    /// Sends what the outbox has as requests, one after the other, until the end.
+    /// Sends the outbox's messages as requests, in sequence, until the end.
     pub fn run(mut self, context: &CallContext) {
         let wake = Arc::new(Wake::new());
         let waker = Waker::from(Arc::new(ReaderWaker(Arc::clone(&wake))));
@@ -132,7 +133,7 @@ impl ServiceClient {
         Ok(if is_refused { Answer::Refused(UNSUCCESSFUL) } else { Answer::Done })
     }
 
-    /// The same reason is logged once.
+    /// Logs a reason unless it was logged before.
     fn report(&mut self, composer: &Composer, reason: String) {
         if self.reported.as_ref() != Some(&reason) {
             let ServiceCall { outbox, .. } = &self.call;
@@ -142,7 +143,7 @@ impl ServiceClient {
     }
 }
 
-/// The receiver of an outbox that is not linked; nothing while that is missing.
+/// Returns the receiver of an unlinked outbox; `None` while the outbox is missing.
 pub fn receiver_of(composer: &Composer, outbox: &str) -> Option<Receiver> {
     let (property, _) = composer.board().get(outbox)?;
     match property.carrier() {

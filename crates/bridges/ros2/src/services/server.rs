@@ -13,7 +13,7 @@ use slate_topics::{InboxHandler, ReaderWaker, RosError, ServiceType};
 
 use crate::wire::{NodeWire, RequestReader, Responder};
 
-/// How long a thread sleeps when nothing comes.
+/// Sleep time of a thread while no messages arrive.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Period of the check whether the first cycle has ended.
@@ -24,11 +24,13 @@ pub const DEPTH: usize = 10;
 
 /// Answers requests.
 pub trait ServiceHandler: Send + Sync {
-    /// The response to a request of a service, which is given by its place among those of the handler.
+    /// Returns the response to a request.
+    /// `service` is the index of the service among those of the handler.
     fn answer(&mut self, service: usize, request: &Json) -> Json;
 }
 
 impl ServiceHandler for InboxHandler {
+    /// Answers a request.
     /// A service of ROS 2 always has a response, also one that can't report a failure.
     fn answer(&mut self, _: usize, request: &Json) -> Json {
         let (Ok(response) | Err((_, response))) = InboxHandler::answer(self, request);
@@ -36,7 +38,7 @@ impl ServiceHandler for InboxHandler {
     }
 }
 
-/// A service that an agent offers.
+/// Service that an agent offers.
 pub struct ServiceServer {
     service: String,
     of: ServiceType,
@@ -53,7 +55,8 @@ impl ServiceServer {
         Ok(Self { service: service.into(), of: of.clone(), end: wire.server(service, of)?, reported: None })
     }
 
-    /// Takes the next request and the way to its client, if one has come; otherwise it wakes the waker.
+    /// Takes the next request and the responder to its client, if one has come.
+    /// Otherwise it registers the waker.
     pub fn take(&mut self, waker: &Waker, context: &ServeContext) -> Option<(Box<dyn Responder>, Json)> {
         // Set before the check, so that a later request wakes this thread.
         self.end.set_waker(waker);
@@ -81,7 +84,7 @@ impl ServiceServer {
         }
     }
 
-    /// The same reason is logged once.
+    /// Logs a reason unless it was logged before.
     fn report(&mut self, composer: &Composer, reason: String) {
         if self.reported.as_ref() != Some(&reason) {
             composer
@@ -111,7 +114,8 @@ impl ServeContext {
     }
 }
 
-/// Waits until a rerun can repeat messages, as it sends them after the cycle in which they came.
+/// Waits for the first cycle in lockstep, so that a rerun can repeat messages.
+/// A rerun sends them after the cycle in which they came.
 pub fn wait_for_start(context: &ServeContext) {
     while !context.is_ended() && context.composer.is_lockstep() && context.composer.cycles() == 0 {
         context.wake.wait_timeout(POLL_PERIOD);

@@ -1,11 +1,11 @@
-//! What a tool sees of a domain.
+//! Nodes and topics of a domain, as a tool sees them.
 
-/// A publisher or a subscription in a domain.
+/// Publisher or a subscription in a domain.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoundEndpoint {
-    /// The node that has it, such as `/talker`; nothing if that is not announced.
+    /// Node that has it, such as `/talker`; `None` if that is not announced.
     pub node: Option<String>,
-    /// The type as ROS calls it.
+    /// Type in ROS.
     pub message: String,
     /// Hash of the type, if the node sends one: nodes of Slate don't over DDS.
     pub type_hash: Option<String>,
@@ -15,11 +15,11 @@ pub struct FoundEndpoint {
     pub transient_local: bool,
 }
 
-/// A topic in a domain.
+/// Topic in a domain.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FoundTopic {
-    /// Its publishers.
+    /// Publishers.
     pub publishers: Vec<FoundEndpoint>,
-    /// Its subscriptions.
+    /// Subscriptions.
     pub subscriptions: Vec<FoundEndpoint>,
 }

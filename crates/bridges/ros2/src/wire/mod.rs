@@ -1,4 +1,4 @@
-//! The seam between a node and the middleware that carries it.
+//! Interface between a node and its middleware.
 
 #[cfg(feature = "dds")]
 mod dds;
@@ -18,12 +18,12 @@ use crate::settings::RosSettings;
 use crate::wire_settings::RosWireSettings;
 pub use found::{FoundEndpoint, FoundTopic};
 
-/// The type of a topic.
+/// Type of a topic.
 #[derive(Clone, Debug)]
 pub struct WireType {
-    /// As ROS calls it, such as `sensor_msgs/msg/LaserScan`.
+    /// Type in ROS notation, such as `sensor_msgs/msg/LaserScan`.
     pub name: String,
-    /// The hash by which nodes compare it.
+    /// Hash by which nodes compare the type.
     pub hash: Option<String>,
 }
 
@@ -39,7 +39,8 @@ impl From<&MessageType> for WireType {
     }
 }
 
-/// Connects a node with others. What is opened is there for others from [`announce`](NodeWire::announce) on.
+/// Middleware of a node.
+/// Opened endpoints are visible to others from [`announce`](NodeWire::announce) on.
 pub trait NodeWire: Send + Sync {
     /// Reads a topic.
     ///
@@ -88,7 +89,7 @@ pub trait NodeWire: Send + Sync {
     fn identity(&self) -> [u8; 12];
 }
 
-/// The subscription of a topic.
+/// Subscription of a topic.
 pub trait TopicReader: Send + Sync {
     /// Wakes a thread at the next message.
     fn set_waker(&self, waker: &Waker);
@@ -99,14 +100,14 @@ pub trait TopicReader: Send + Sync {
     /// It can't be read; the reason in words.
     fn take(&self) -> Result<Option<Vec<u8>>, String>;
 
-    /// How many messages had no room since the last call.
+    /// Returns the number of messages dropped for lack of room since the last call.
     fn take_dropped(&self) -> u64;
 
-    /// How many publishers it is connected with.
+    /// Returns the number of connected publishers.
     fn publishers(&self) -> usize;
 }
 
-/// The publisher of a topic.
+/// Publisher of a topic.
 pub trait TopicWriter: Send + Sync {
     /// Sends a message, in CDR with its header.
     ///
@@ -114,16 +115,16 @@ pub trait TopicWriter: Send + Sync {
     /// The middleware refuses it; the reason in words.
     fn write(&self, message: Vec<u8>) -> Result<(), String>;
 
-    /// How many subscriptions it is connected with.
+    /// Returns the number of connected subscriptions.
     fn subscriptions(&self) -> usize;
 
-    /// Whether anybody receives messages, also a program that is no node.
+    /// Returns whether any program receives messages, even one that is no node.
     fn has_receivers(&self) -> bool {
         self.subscriptions() > 0
     }
 }
 
-/// The server's end of a service.
+/// Server's end of a service.
 pub trait RequestReader: Send + Sync {
     /// Wakes a thread at the next request.
     fn set_waker(&self, waker: &Waker);
@@ -135,17 +136,18 @@ pub trait RequestReader: Send + Sync {
     fn take(&self) -> Result<Option<ServiceRequest>, String>;
 }
 
-/// A request of a service.
+/// Request of a service.
 pub struct ServiceRequest {
-    /// In CDR with its header.
+    /// Message in CDR with its header.
     pub message: Vec<u8>,
-    /// The way to the client.
+    /// Responder to the client.
     pub responder: Box<dyn Responder>,
 }
 
 /// Sends the response to a request.
 pub trait Responder: Send + Sync {
-    /// Sends it, in CDR with its header. It may wait until the client can receive it, but not when `is_ended`.
+    /// Sends the response, in CDR with its header.
+    /// It may wait until the client can receive it, but not when `is_ended`.
     ///
     /// # Errors
     /// The client does not listen, or the middleware refuses; the reason in words.
@@ -155,9 +157,9 @@ pub trait Responder: Send + Sync {
 /// Number of a request among those of its client.
 pub type RequestNumber = i64;
 
-/// The client's end of a service.
+/// Client's end of a service.
 pub trait RequestWriter: Send + Sync {
-    /// Whether a server is there.
+    /// Returns whether a server is available.
     fn has_server(&self) -> bool;
 
     /// Sends a request, in CDR with its header; its number identifies the response.
@@ -193,18 +195,18 @@ pub fn open(settings: &RosSettings, composer: &Composer) -> Result<Arc<dyn NodeW
     }
 }
 
-/// What a tool sees of a domain.
+/// View of a domain for tools.
 pub trait DomainView: Send {
-    /// Takes note of what has come and gone.
+    /// Updates the view by added and removed entities.
     fn take(&mut self);
 
-    /// The nodes by name.
+    /// Returns the nodes by name.
     fn nodes(&self) -> BTreeSet<String>;
 
-    /// The topics by name, without those of services.
+    /// Returns the topics by name, without those of services.
     fn topics(&self) -> BTreeMap<String, FoundTopic>;
 
-    /// The services by name, with the type of each.
+    /// Returns the services by name, with the type of each.
     fn services(&self) -> BTreeMap<String, String>;
 
     /// Reads a topic.

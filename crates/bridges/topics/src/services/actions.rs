@@ -18,13 +18,13 @@ const SUCCESS: &str = "success";
 /// Ports of an action that an agent offers.
 #[derive(Debug)]
 pub struct OfferedPorts {
-    /// The inbox, and how goals are its messages.
+    /// Inbox that receives goals, with its pairs of fields.
     pub inbox: FittingPort,
-    /// The output that ends a goal, and how its values are results.
+    /// Output that ends a goal, with its pairs of fields.
     pub result: FittingPort,
-    /// The output of feedback.
+    /// Output of feedback.
     pub feedback: Option<FittingPort>,
-    /// The inbox that cancels.
+    /// Inbox that cancels.
     pub cancel: Option<Arc<Property>>,
 }
 
@@ -50,7 +50,7 @@ impl OfferedPorts {
         })
     }
 
-    /// Whether a value of the result's output says that the goal was reached.
+    /// Returns whether a value of the result's output reports the goal as reached.
     pub fn is_success(value: &Json) -> bool {
         value.get(SUCCESS).and_then(Json::as_bool) != Some(false)
     }
@@ -59,11 +59,11 @@ impl OfferedPorts {
 /// Ports of an action that an outbox calls.
 #[derive(Debug)]
 pub struct CallingPorts {
-    /// The outbox, and how its messages are goals.
+    /// Outbox whose messages are goals, with its pairs of fields.
     pub outbox: FittingPort,
-    /// The input that is set to results.
+    /// Input that is set to results.
     pub result: Option<FittingPort>,
-    /// The input that is set to feedback.
+    /// Input that is set to feedback.
     pub feedback: Option<FittingPort>,
 }
 
@@ -85,14 +85,15 @@ impl CallingPorts {
         })
     }
 
-    /// The value of an input for results, with whether the goal was reached if it has a field for that.
+    /// Returns the value of an input for results.
+    /// It has whether the goal was reached, if the input has a field for that.
     pub fn result_value((property, pairs): &FittingPort, result: &Json, is_success: bool) -> Json {
         let has_field = property.descriptor().field(SUCCESS).is_some() && result.get(SUCCESS).is_none();
         pairs.value(result, &if has_field { json!({ SUCCESS: is_success }) } else { Json::Null })
     }
 }
 
-/// Checks that the ports of actions are there and fit; opens nothing.
+/// Checks that the ports of actions exist and fit; opens nothing.
 ///
 /// # Errors
 /// The first that does not fit.

@@ -1,4 +1,4 @@
-//! How messages of modules and requests of services fit each other.
+//! Matching of modules' messages and services' requests.
 
 use std::sync::Arc;
 
@@ -13,10 +13,11 @@ use crate::message_type::MessageType;
 use crate::misfit::{TopicMisfit, input, output};
 use crate::service_settings::{ServiceCall, ServiceOffer};
 
-/// A field of an interface that only fills up.
+/// Name of padding fields in an interface.
 const RESERVED: &str = "reserved";
 
-/// Fields of a message of ROS and of an interface that are the same: those of one name, or the only ones.
+/// Pairs of equivalent fields in a ROS message and an interface.
+/// Those of one name, or the only ones.
 #[derive(Clone, Debug)]
 pub struct FieldPairs {
     /// Name in the message, name in the interface.
@@ -24,7 +25,7 @@ pub struct FieldPairs {
 }
 
 impl FieldPairs {
-    /// The pairs of a message and an interface.
+    /// Creates the pairs of a message and an interface.
     pub fn new(message: &Schema, descriptor: &'static Descriptor) -> Self {
         let message: Vec<_> = message.field_names().collect();
         let own: Vec<_> = fields(descriptor).collect();
@@ -38,7 +39,7 @@ impl FieldPairs {
         Self { pairs }
     }
 
-    /// The value of a message, over those fields that `rest` has.
+    /// Converts a message to a value, over the fields of `rest`.
     pub fn value(&self, message: &Json, rest: &Json) -> Json {
         let mut value = rest.as_object().cloned().unwrap_or_default();
         for (theirs, own) in &self.pairs {
@@ -49,7 +50,7 @@ impl FieldPairs {
         Json::Object(value)
     }
 
-    /// The message of a value.
+    /// Converts a value to a message.
     pub fn message(&self, value: &Json) -> Json {
         let field = |(theirs, own): &(String, String)| Some((theirs.clone(), value.get(own)?.clone()));
         Json::Object(self.pairs.iter().filter_map(field).collect::<Map<_, _>>())
@@ -60,7 +61,7 @@ fn fields(descriptor: &'static Descriptor) -> impl Iterator<Item = &'static str>
     descriptor.fields.iter().map(|field| field.name).filter(|name| *name != RESERVED)
 }
 
-/// The bytes of a value of an interface; fields that it lacks are zero.
+/// Encodes a value of an interface; fields that it lacks are zero.
 ///
 /// # Errors
 /// A value does not fit; the reason in words.
@@ -72,13 +73,13 @@ pub fn bytes(descriptor: &'static Descriptor, shape: Shape, value: &Json) -> Res
     Ok(bytes)
 }
 
-/// The value of bytes of an interface.
+/// Decodes the bytes of an interface's value.
 pub fn json(descriptor: &'static Descriptor, bytes: &[u8], items: usize) -> Json {
     let view = View::new(descriptor, bytes, items);
     view.and_then(|view| serde_json::to_value(view.value()).ok()).unwrap_or_default()
 }
 
-/// Checks that the ports that services name are there and fit them; opens nothing.
+/// Checks that the ports that services name exist and fit them; opens nothing.
 ///
 /// # Errors
 /// The first that does not fit.
@@ -94,7 +95,7 @@ pub fn check_services(
     })
 }
 
-/// The inbox of a service, and how its requests are messages.
+/// Returns the inbox of a service, with the pairs for its requests.
 ///
 /// # Errors
 /// The inbox is missing, or does not fit.
@@ -103,7 +104,7 @@ pub fn inbox(composer: &Composer, offer: &ServiceOffer) -> Result<FittingPort, B
     port.inbox(composer, offer.of.request(), &offer.value)
 }
 
-/// The outbox that calls a service, and how its messages are requests.
+/// Returns the outbox that calls a service, with the pairs for its messages.
 ///
 /// # Errors
 /// The outbox is missing, or does not fit.
@@ -112,7 +113,7 @@ pub fn outbox(composer: &Composer, call: &ServiceCall) -> Result<FittingPort, Bo
     port.outbox(composer, call.of.request())
 }
 
-/// The input that is set to responses, and how those are its values.
+/// Returns the input that is set to responses, with the pairs for its values.
 ///
 /// # Errors
 /// The input is missing, or does not fit.
@@ -125,15 +126,15 @@ pub fn answer_input(
     port.input(composer, call.of.response())
 }
 
-/// A port that fits messages, and how those are its values.
+/// Port that fits messages, with the pairs of fields.
 pub type FittingPort = (Arc<Property>, FieldPairs);
 
-/// A port that a service or an action names.
+/// Port that a service or an action names.
 #[derive(Clone, Copy, Debug)]
 pub struct NamedPort<'n> {
-    /// Its path.
+    /// Path.
     pub path: &'n str,
-    /// The service or action.
+    /// Service or action.
     pub topic: &'n str,
     /// Place in the configuration.
     pub place: Option<Span>,
@@ -144,7 +145,8 @@ impl NamedPort<'_> {
         TopicMisfit::new(self.path, self.topic, reason, help).at(self.place)
     }
 
-    /// As an inbox that receives messages, with fields of `value` that those lack.
+    /// Returns the port as an inbox that receives messages.
+    /// `value` has the fields that the messages lack.
     ///
     /// # Errors
     /// The inbox is missing, or does not fit.
@@ -171,7 +173,7 @@ impl NamedPort<'_> {
         Ok((property, pairs))
     }
 
-    /// As an inbox or outbox of any interface.
+    /// Returns the port as an inbox or outbox of any interface.
     ///
     /// # Errors
     /// It is missing.
@@ -181,7 +183,7 @@ impl NamedPort<'_> {
         found.map(|(property, _)| property).map_err(|reason| self.misfit(reason, help))
     }
 
-    /// As an outbox whose messages are sent.
+    /// Returns the port as an outbox whose messages are sent.
     ///
     /// # Errors
     /// The outbox is missing, or does not fit.
@@ -191,7 +193,7 @@ impl NamedPort<'_> {
         Ok((property, pairs))
     }
 
-    /// As an output whose values are sent.
+    /// Returns the port as an output whose values are sent.
     ///
     /// # Errors
     /// The output is missing, or no field of it fits.
@@ -206,7 +208,7 @@ impl NamedPort<'_> {
         Ok((property, pairs))
     }
 
-    /// How values of a port are messages.
+    /// Returns the pairs of fields that convert values of a port to messages.
     fn sent(&self, property: &Property, of: &MessageType) -> Result<FieldPairs, Box<TopicMisfit>> {
         let descriptor = property.descriptor();
         let pairs = FieldPairs::new(of.schema(), descriptor);
@@ -216,7 +218,7 @@ impl NamedPort<'_> {
         Ok(pairs)
     }
 
-    /// As an input that is set to messages.
+    /// Returns the port as an input that is set to messages.
     ///
     /// # Errors
     /// The input is missing, or does not fit.
@@ -234,7 +236,7 @@ impl NamedPort<'_> {
     }
 }
 
-/// The inbox or outbox at a path, and its memory.
+/// Returns the inbox or outbox at a path, and its shape.
 fn mailbox(composer: &Composer, path: &str) -> Result<(Arc<Property>, Shape), String> {
     let (property, field) = composer.board().find(path).map_err(|error| error.to_string())?;
     match property.carrier() {

@@ -8,17 +8,17 @@ use crate::service_settings::ServiceOffer;
 
 /// Sends requests to an inbox.
 pub struct InboxHandler {
-    /// The service.
+    /// Service.
     pub offer: ServiceOffer,
-    /// How requests are messages.
+    /// Pairs of fields that convert requests to messages.
     pub pairs: FieldPairs,
     /// Sends them.
     pub operations: AgentOperations,
 }
 
 impl InboxHandler {
-    /// Sends the message of a request, and returns the response. Its fields `success` and `message`, if it has them, tell how the
-    /// message fares.
+    /// Sends the message of a request, and returns the response.
+    /// Its fields `success` and `message`, if it has them, report the outcome of the message.
     ///
     /// # Errors
     /// Why the message is not taken, when the response has no field that tells, with that response.

@@ -22,7 +22,7 @@ impl AgentOperations {
     /// Operations on behalf of a bridge, which the log calls by its scheme.
     ///
     /// # Errors
-    /// When the system lacks what waiting needs.
+    /// When the system has no resources for waiting.
     pub fn new(surface: &Arc<ControlSurface>, scheme: &str) -> std::io::Result<Self> {
         let caller = Caller {
             // Which of them are offered is up to the table of the bridge.
@@ -53,6 +53,7 @@ impl AgentOperations {
     }
 }
 
+/// Shutdown of the runtime in the background.
 /// A bridge that does not open drops it within a task, where a runtime must not wait for its own.
 impl Drop for AgentOperations {
     fn drop(&mut self) {

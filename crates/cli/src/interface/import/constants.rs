@@ -68,7 +68,7 @@ pub(super) fn enumerations<'a>(
     Ok((enumerations, others))
 }
 
-/// The field whose values a constant names, and what the constant is called there.
+/// Returns the field whose values a constant names, and the constant's name there.
 fn field_of<'a>(
     message: &'a DefinedMessage<'a>,
     constant: &DefinedConstant<'a>,
@@ -84,14 +84,15 @@ fn field_of<'a>(
     named.max_by_key(|(field, ..)| field.len())
 }
 
-/// `NOT_CHARGING` as `NotCharging`, if that becomes the same constant again.
+/// Converts `NOT_CHARGING` to `NotCharging`, if the constant stays the same.
 fn variant(name: &str) -> Option<String> {
     let variant = camel_case(&name.to_ascii_lowercase());
     let is_name = variant.starts_with(|first: char| first.is_ascii_alphabetic());
     (is_name && objection(&variant).is_none() && upper_case(&variant) == name).then_some(variant)
 }
 
-/// Value of an integer constant; nothing of another type, or beyond 64 bits with a sign.
+/// Returns the value of an integer constant.
+/// `None` for another type, or beyond 64 bits with a sign.
 fn value(constant: &DefinedConstant<'_>) -> Result<Option<i64>, String> {
     let DefinedConstant { name, value, item, .. } = constant;
     if !name.starts_with(|first: char| first.is_ascii_alphabetic()) {
@@ -116,7 +117,7 @@ fn value(constant: &DefinedConstant<'_>) -> Result<Option<i64>, String> {
     Err(format!("`{value}` is not a value of {name}: expected {expected}"))
 }
 
-/// A truth value.
+/// Parses a truth value.
 pub(super) fn boolean(text: &str) -> Option<bool> {
     match text {
         "true" | "True" | "1" => Some(true),
@@ -125,7 +126,7 @@ pub(super) fn boolean(text: &str) -> Option<bool> {
     }
 }
 
-/// A whole number, decimal or hexadecimal.
+/// Parses a whole number, decimal or hexadecimal.
 pub(super) fn integer(text: &str) -> Option<i128> {
     let (sign, digits) = text.strip_prefix('-').map_or((1, text), |digits| (-1, digits));
     let number = match digits.strip_prefix("0x").or_else(|| digits.strip_prefix("0X")) {

@@ -20,10 +20,12 @@ use crate::failure::Failure;
 
 #[derive(Debug, Args)]
 pub struct ImportInterface {
-    /// `.msg` file; messages in it are looked for beside it and in `PACKAGE/msg/NAME.msg` below the same root
+    /// `.msg` file; messages in it are looked for beside it
+    /// and in `PACKAGE/msg/NAME.msg` below the same root
     file: PathBuf,
 
-    /// Type, such as `my_package/msg/Sample` [default: by the path, `PACKAGE/msg/NAME.msg`]
+    /// Type, such as `my_package/msg/Sample`
+    /// [default: by the path, `PACKAGE/msg/NAME.msg`]
     #[arg(long = "type", value_name = "TYPE")]
     kind: Option<String>,
 
@@ -47,7 +49,7 @@ pub struct ImportInterface {
 /// Largest interface without its tail, bytes: its values lie in place.
 const MAX_SIZE: usize = 1 << 20;
 
-/// The source of the interface of a `.msg` file, and of those in it.
+/// Returns the source of the interface of a `.msg` file, and of nested ones.
 pub fn import(options: &ImportInterface) -> Result<String, Failure> {
     let refuse = |FileError { place, reason }: FileError| {
         // An empty file has no lines.
@@ -74,14 +76,14 @@ fn read(options: &ImportInterface) -> Result<DefinitionFiles, FileError> {
     DefinitionFiles::read(format, file, kind.as_deref())
 }
 
-/// Checks that values of the interface become messages of the definition, and come back whole.
+/// Checks the round trip of values: interface to message and back.
 fn check(files: &DefinitionFiles, source: &str) -> Result<(), FileError> {
     let found = parse::interfaces(source).map_err(|wrong| files.error_at(1, wrong.message))?;
     let Some(whole) = found.last() else { return Err(files.error_at(1, "it has no message".into())) };
     files.standard(whole.descriptor)?.check_decodable().map_err(|reason| files.error_at(1, reason))
 }
 
-/// A message that needs no definition.
+/// Returns a message that needs no definition.
 fn stamp(name: &str) -> DefinedMessage<'static> {
     let field = |name, primitive, doc| DefinedField {
         line: 1,
@@ -102,7 +104,7 @@ fn stamp(name: &str) -> DefinedMessage<'static> {
     }
 }
 
-/// An interface with the fields of a message.
+/// Interface with the fields of a message.
 struct ImportedInterface<'a> {
     name: String,
     message: &'a DefinedMessage<'a>,
@@ -115,11 +117,11 @@ struct ImportedInterface<'a> {
 
 struct ImportedField<'a> {
     defined: &'a DefinedField<'a>,
-    /// Its type in Rust.
+    /// Type in Rust.
     kind: String,
 }
 
-/// A type of Rust, and how it lies in memory.
+/// Rust type and its layout in memory.
 #[derive(Clone, Debug)]
 struct PlainType {
     name: String,
@@ -135,7 +137,7 @@ struct Importer<'a> {
     names: BTreeSet<String>,
     /// Types of messages, by package and name.
     types: BTreeMap<&'a str, PlainType>,
-    /// Those that stand in others come first.
+    /// Interfaces; nested ones come first.
     imported: Vec<ImportedInterface<'a>>,
 }
 
@@ -164,7 +166,8 @@ impl<'a> Importer<'a> {
         self.interface(whole, name, true).map(drop)
     }
 
-    /// Name of the interface of a message; with that of the package when it is taken.
+    /// Returns the interface's name for a message.
+    /// It includes the package when the name is taken.
     fn interface_name(&mut self, key: &str) -> String {
         let (package, name) = key.split_once('/').unwrap_or(("", key));
         let (package, name) = (camel_case(package), camel_case(name));
@@ -228,14 +231,14 @@ impl<'a> Importer<'a> {
         Ok(whole)
     }
 
-    /// Whether a field is a message without fields.
+    /// Returns whether a field is a message without fields.
     fn is_empty(&self, field: &DefinedField<'_>) -> bool {
         let DefinedItem::Message(key) = &field.item else { return false };
         let mut inner = self.messages.iter().filter(|message| message.key == *key);
         field.count == DefinedCount::One && inner.any(|message| message.fields.is_empty())
     }
 
-    /// Type of a field, or of its items.
+    /// Returns the type of a field, or of its items.
     fn item(
         &mut self,
         field: &DefinedField<'a>,
@@ -258,7 +261,7 @@ impl<'a> Importer<'a> {
         }
     }
 
-    /// Type of a message in another.
+    /// Returns the type of a message in another.
     fn message(&mut self, key: &str, line: usize) -> Result<PlainType, FileError> {
         if let Some(known) = self.types.get(key) {
             return Ok(known.clone());
@@ -282,7 +285,8 @@ impl<'a> Importer<'a> {
     }
 }
 
-/// Checks that a field can have that name in Rust, where keywords are raw but for a few.
+/// Checks that a field can have that name in Rust.
+/// Keywords become raw identifiers, with a few exceptions.
 fn check_name(name: &str) -> Result<(), String> {
     let is_name = name.starts_with(|first: char| first.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
@@ -294,12 +298,12 @@ fn check_name(name: &str) -> Result<(), String> {
     }
 }
 
-/// Whether a field is one message of that package and name.
+/// Returns whether a field is one message of that package and name.
 fn is_one(field: &DefinedField<'_>, key: &str) -> bool {
     field.count == DefinedCount::One && matches!(&field.item, DefinedItem::Message(own) if own == key)
 }
 
-/// Whether an interface of Slate is a message, field by field.
+/// Returns whether an interface of Slate equals a message, field by field.
 fn is_same(known: &Descriptor, message: &DefinedMessage<'_>) -> bool {
     let is_equal = |(own, field): (&slate::blackboard::interface::Field, &DefinedField<'_>)| {
         let is_number = matches!((own.kind, &field.item), (Kind::Primitive(own), DefinedItem::Number(theirs)) if own == *theirs);
@@ -310,7 +314,7 @@ fn is_same(known: &Descriptor, message: &DefinedMessage<'_>) -> bool {
         && known.fields.iter().zip(&message.fields).all(is_equal)
 }
 
-/// A list of items, of at most that many if the definition does not bound it.
+/// Returns a list of items; `items` bounds it if the definition does not.
 fn list(item: PlainType, count: DefinedCount, items: usize) -> PlainType {
     let PlainType { name, size, align } = item;
     // Nothing may pad a sequence, whose length has 32 bits.
@@ -332,12 +336,12 @@ fn list(item: PlainType, count: DefinedCount, items: usize) -> PlainType {
     }
 }
 
-/// `std_msgs/Header` as `std_msgs/msg/Header`.
+/// Converts `std_msgs/Header` to `std_msgs/msg/Header`.
 fn ros_name(key: &str) -> String {
     key.replacen('/', "/msg/", 1)
 }
 
-/// `arm_msgs` as `ArmMsgs`; letters that are capital stay.
+/// Converts `arm_msgs` to `ArmMsgs`; capital letters stay.
 fn camel_case(name: &str) -> String {
     let mut result = String::new();
     for word in name.split(|c: char| !c.is_ascii_alphanumeric()) {
@@ -348,7 +352,7 @@ fn camel_case(name: &str) -> String {
     result
 }
 
-/// That name, with a number when it is taken.
+/// Returns the name, with a number if it is taken.
 fn unique(name: String, taken: &mut BTreeSet<String>) -> String {
     let mut result = name.clone();
     let mut number = 2_usize;

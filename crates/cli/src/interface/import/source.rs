@@ -10,7 +10,8 @@ use super::{ImportInterface, ImportedField, ImportedInterface, ros_name};
 use crate::interface::comment;
 use crate::interface::word::objection;
 
-/// The source of interfaces, of which the last has the fields of the whole message.
+/// Returns the source of interfaces.
+/// The last one has the fields of the whole message.
 pub(super) fn source(options: &ImportInterface, name: &str, imported: &[ImportedInterface<'_>]) -> String {
     let topic = name.rsplit('/').next().unwrap_or_default().to_ascii_lowercase();
     let file = &options.file;
@@ -31,7 +32,7 @@ pub(super) fn source(options: &ImportInterface, name: &str, imported: &[Imported
     text
 }
 
-/// Writing into a string can't fail.
+/// Appends formatted text, which can't fail for a string.
 fn add(text: &mut String, more: std::fmt::Arguments<'_>) {
     let _ = text.write_fmt(more);
 }
@@ -111,7 +112,7 @@ fn constant_doc(constant: &DefinedConstant<'_>) -> String {
     }
 }
 
-/// The text in quotes, or as it is.
+/// Returns the text in quotes, or the whole text.
 fn unquoted(text: &str) -> &str {
     let inside = |quote| text.strip_prefix(quote).and_then(|text| text.strip_suffix(quote));
     inside('"').or_else(|| inside('\'')).unwrap_or(text)
@@ -131,7 +132,8 @@ fn documentation(lines: &[&str]) -> (String, String) {
     (text, unit.to_owned())
 }
 
-/// Whether a word in brackets is a unit, such as `m/s^2`, and not a range or a remark.
+/// Returns whether a word in brackets is a unit, such as `m/s^2`.
+/// Ranges and remarks are none.
 fn is_unit(word: &str) -> bool {
     let is_sign = |c: char| c.is_alphanumeric() || "/*^%°·-".contains(c);
     word.len() <= 16

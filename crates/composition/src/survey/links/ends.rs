@@ -1,4 +1,4 @@
-//! Both ends of a link, and what messages call them.
+//! Ends of a link and their names in messages.
 
 use super::sinks::LinkSink;
 use super::wire_name;
@@ -6,11 +6,11 @@ use crate::survey::names::join;
 use crate::survey::{Absent, LinkSource, Survey};
 use slate_configuration::Configuration;
 
-/// A property, and a field of it.
+/// Property and a field of it.
 pub(super) struct TargetField {
     pub target: LinkSource,
     pub field: String,
-    /// Whether last cycle's value is meant, as a link of an input on the way says.
+    /// Selection of last cycle's value by a link of an input between.
     pub previous: bool,
 }
 
@@ -20,7 +20,7 @@ impl TargetField {
     }
 }
 
-/// The name of the target of a link in messages.
+/// Returns the name of the target of a link in messages.
 pub(super) fn target_name(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -34,7 +34,7 @@ pub(super) fn target_name(
     }
 }
 
-/// The name of the port of a link in messages.
+/// Returns the name of the port of a link in messages.
 pub(super) fn sink_name(survey: &Survey<'_>, sink: &LinkSink) -> String {
     let module = &survey.modules[sink.module].module.name.value;
     join(&format!("{module}/{}", wire_name(survey, sink.module, sink.wire)), &sink.field)

@@ -1,4 +1,4 @@
-//! Links to and from programs that are no agents: whether the end in this agent is there and may have one.
+//! Links to and from programs that are no agents: checks of the end in this agent.
 
 use slate_blackboard::is_within;
 use slate_configuration::{Configuration, ExternalDirection, ExternalLink, Message, Mistake};
@@ -13,7 +13,7 @@ use crate::survey::block::{Block, FACT, FACT_HELP, Provenance, binds, role_permi
 use crate::survey::names::{deep_name, owner, port_at, split_module, split_port};
 use crate::survey::{LinkSource, Survey, Wire};
 
-/// What is wrong with a link, and what to do about it.
+/// Error of a link and advice for the user.
 type EndMistake = (Message, String);
 
 /// Checks the links that fill inputs.
@@ -55,7 +55,8 @@ pub(super) fn check_arriving<'a>(
     }
 }
 
-/// The input that a link fills, and the field of it; nothing when it is of a module that is not loaded.
+/// Returns the input and the field that a link fills.
+/// `None` if its module is not loaded.
 fn input(
     survey: &Survey<'_>,
     dormant: &[&str],
@@ -113,13 +114,13 @@ fn input(
     }
 }
 
-/// Why the input at a path can't be linked to another program: the rule of attachment.
+/// Returns the attachment rule that forbids another program as source of an input.
 pub fn bridge_refusal(survey: &Survey<'_>, path: &str) -> Option<Message> {
     attachment_refusal(survey, port_at(survey, path)?, path, "another program").map(|(message, _)| message)
 }
 
-/// Why a port can't read what comes from outside: that is of a driver, and a robot's blocks read it through a Sensor.
-/// The message names the source as `from` does.
+/// Returns the error for a port that may not read a source outside the agent.
+/// Only drivers may; a robot's blocks read it through a Sensor. The message names the source as `from` does.
 fn attachment_refusal(
     survey: &Survey<'_>,
     (module, port): (usize, usize),

@@ -1,4 +1,4 @@
-//! Checks that both ends of a link fit, and finds the conversion of its values.
+//! Compatibility of both ends of a link, and conversion of its values.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use crate::survey::writers::writers;
 use crate::survey::{Absent, Implied, LinkConversion, LinkSource, ResolvedLink, Survey, Surveyed, Wire};
 use slate_configuration::{Configuration, Link, Message, Mistake, Span};
 
-/// The interface of what a link leads to, as far as it is known before anything is made.
+/// Returns the interface of a link's source, if it is known before creation.
 fn interface_of(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -51,10 +51,10 @@ fn interface_of(
     }
 }
 
-/// A complaint: where, what, and what to do about it.
+/// Complaint: place, message and advice.
 type Complaint = (Span, Message, String);
 
-/// Joins what a link leads to with the port that it belongs to; nothing after a complaint.
+/// Joins the source of a link with its port; `None` after a complaint.
 pub(super) fn fit<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
@@ -74,20 +74,21 @@ pub(super) fn fit<'a>(
     }
 }
 
-/// A link and what is known of its ends.
+/// Link with the properties of its ends.
 struct BothEnds<'a, 's> {
     configuration: &'a Configuration,
     survey: &'s Survey<'a>,
     link: &'a Link,
-    /// The port of this agent, what it is called, its interface and its direction.
+    /// Port of this agent; its name, interface and direction follow.
     sink: &'s LinkSink,
     to: String,
     own: &'static Descriptor,
     direction: Direction,
-    /// The other end, the field of it, what it is called and where that is written, and its interface if that is known.
+    /// Source of the link; its field, name, place in the text and interface follow.
+    /// The interface is `None` until it is known.
     target: LinkSource,
     from: String,
-    /// Whether last cycle's value is meant.
+    /// Selection of last cycle's value.
     previous: bool,
     name: String,
     span: Span,
@@ -155,12 +156,12 @@ impl<'a, 's> BothEnds<'a, 's> {
         &self.survey.modules[self.sink.module]
     }
 
-    /// Ends that don't fit.
+    /// Refuses a link whose ends do not match.
     fn refuse<T>(&self, message: String, help: &str) -> Result<T, Complaint> {
         Err((self.span, Mistake::Ends.of(message), help.into()))
     }
 
-    /// Whether the other end takes messages.
+    /// Returns whether the other end takes messages.
     fn is_inbox(&self) -> bool {
         match self.target {
             LinkSource::Port(module, port) => {
@@ -175,7 +176,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         }
     }
 
-    /// Messages are sent to inboxes, and values are read.
+    /// Checks the directions: messages go to inboxes, and inputs read values.
     fn check_directions(&self) -> Result<(), Complaint> {
         let Self { to, name, .. } = self;
         let sends = self.direction == Direction::Outbox;
@@ -206,7 +207,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         Ok(())
     }
 
-    /// Blocks are attached as their roles say.
+    /// Checks that the roles of the ports allow the link.
     fn check_roles(&self) -> Result<(), Complaint> {
         let (Wire::Port(port), LinkSource::Port(module, other)) = (self.sink.wire, self.target) else {
             return Ok(());
@@ -241,7 +242,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         Err((self.span, Mistake::Attachment.of(message), help.into()))
     }
 
-    /// The filter of the link, if it has one.
+    /// Returns the filter of the link, if it has one.
     fn filter(&self) -> Result<Option<Filter>, Complaint> {
         filter(self.link, self.interface.unwrap_or(self.own)).map_err(|NoField { message, help }| {
             let span = self.link.filter.when.as_ref().map_or(self.span, |when| when.span);
@@ -260,12 +261,12 @@ impl<'a, 's> BothEnds<'a, 's> {
         }
     }
 
-    /// Whether both ends are named as wholes.
+    /// Returns whether both ends are named as wholes.
     fn is_whole(&self) -> bool {
         self.sink.field.is_empty() && self.from.is_empty() && self.sink.wire != Wire::Params
     }
 
-    /// Whether the port reads the property itself.
+    /// Returns whether the port reads the property itself, without conversion.
     fn is_plain(&self, has_filter: bool) -> bool {
         let known = self.interface.is_none_or(|interface| interface.hash == self.own.hash);
         // The process of an isolated module does not see what stands for a property of another agent, or of the agent.
@@ -280,6 +281,7 @@ impl<'a, 's> BothEnds<'a, 's> {
             && !(is_apart && self.direction != Direction::Outbox && self.sink.wire != Wire::Enabled)
     }
 
+    /// Checks links that must carry whole values.
     /// Queues and messages carry whole values, and a parameter has no last cycle.
     fn check_whole(&self, is_plain: bool) -> Result<(), Complaint> {
         let Self { to, name, own, .. } = self;
@@ -309,7 +311,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         Ok(())
     }
 
-    /// How the value becomes what the port takes.
+    /// Returns the conversion from the value to the type of the port.
     fn conversion(&self) -> Result<LinkConversion, Complaint> {
         let sink_place = self.sink_place()?;
         let Some(interface) = self.interface else {
@@ -351,7 +353,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         }
     }
 
-    /// The part of the port that the link fills.
+    /// Returns the part of the port that the link fills.
     fn sink_place(&self) -> Result<FieldPlace, Complaint> {
         let field = if self.sink.wire == Wire::Enabled { "value" } else { &self.sink.field };
         match FieldPlace::find(self.own, field) {
@@ -366,7 +368,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         }
     }
 
-    /// Whether last cycle's value is meant of what is written earlier in a cycle.
+    /// Returns whether the link reads last cycle's value of an earlier write.
     fn is_delayed(&self) -> bool {
         let own = self.surveyed();
         match self.target {
@@ -379,7 +381,8 @@ impl<'a, 's> BothEnds<'a, 's> {
     }
 }
 
-/// The first option of a link that is only for values. (Messages have `previous`, too: it sends them for the next cycle.)
+/// Returns the first option of a link that applies only to values.
+/// (Messages have `previous`, too: it sends them for the next cycle.)
 fn of_values(link: &Link) -> Option<(&'static str, Span)> {
     let Link { filter, transport, .. } = link;
     let said = [
@@ -394,7 +397,7 @@ fn of_values(link: &Link) -> Option<(&'static str, Span)> {
     said.into_iter().find_map(|(name, said)| Some((name, said?)))
 }
 
-/// The filter of a link, if it has one.
+/// Returns the filter of a link, if it has one.
 fn filter(link: &Link, descriptor: &'static Descriptor) -> Result<Option<Filter>, NoField> {
     let every = link.filter.every.as_ref().map(|every| every.value).filter(|every| *every > 1);
     let when = link.filter.when.as_ref().map(|when| when.value.as_str());
@@ -404,14 +407,14 @@ fn filter(link: &Link, descriptor: &'static Descriptor) -> Result<Option<Filter>
     Filter::new(descriptor, every, when).map(Some)
 }
 
-/// The interval that a parameter must be in.
+/// Returns the range of a parameter.
 fn range(survey: &Survey<'_>, sink: &LinkSink) -> Option<(f64, f64)> {
     let parameters = &survey.modules[sink.module].description.parameters;
     let parameter = parameters.iter().find(|parameter| parameter.name == sink.field)?;
     if sink.wire == Wire::Params { parameter.range } else { None }
 }
 
-/// Whether what a link leads to is written earlier in a cycle than modules of that stage run.
+/// Returns whether the source is written earlier in a cycle than a stage runs.
 fn is_earlier(
     configuration: &Configuration,
     survey: &Survey<'_>,

@@ -1,4 +1,5 @@
-//! Links to other agents. What is wrong at the other end makes a link wait, as that end may change.
+//! Links to other agents.
+//! A mistake at the other end makes a link wait, as that end may change.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -15,12 +16,12 @@ use crate::link::FieldPlace;
 use crate::survey::{LinkConversion, LinkSource, Misfit, Remote, ResolvedLink, Survey, Wire, rules};
 use slate_configuration::{Compression, Configuration, Link, Mistake, TEAM};
 
-/// The other agent that a link leads to, if it does.
+/// Returns the other agent that a link leads to, if any.
 pub(super) fn agent(configuration: &Configuration, link: &Link) -> Option<String> {
     path(configuration, link).map(|path| path.agent)
 }
 
-/// The target of a link in another agent.
+/// Returns the target of a link in another agent.
 pub fn path(configuration: &Configuration, link: &Link) -> Option<RemotePath> {
     let ends = [Some(link.from.value.clone()), link.destination()];
     ends.into_iter().flatten().find_map(|url| {
@@ -29,7 +30,8 @@ pub fn path(configuration: &Configuration, link: &Link) -> Option<RemotePath> {
     })
 }
 
-/// Why a link waits that says what is to carry its values, if the other agent is reached in another way.
+/// Returns the misfit of a link whose carrier differs from the agent's actual one.
+/// The link waits while it names another carrier.
 pub fn elsewhere(configuration: &Configuration, link: &Link) -> Option<Misfit> {
     let agent = agent(configuration, link).filter(|agent| agent != TEAM)?;
     let carrier = &link.transport.carrier.as_ref()?.value;
@@ -43,7 +45,7 @@ pub fn elsewhere(configuration: &Configuration, link: &Link) -> Option<Misfit> {
     })
 }
 
-/// The targets of links in other agents.
+/// Returns the targets of links in other agents.
 pub(super) fn all(configuration: &Configuration, catalogue: &Catalogue) -> Vec<Remote> {
     if !catalogue.shares {
         return Vec::new();
@@ -55,20 +57,20 @@ pub(super) fn all(configuration: &Configuration, catalogue: &Catalogue) -> Vec<R
 }
 
 impl Remote {
-    /// How messages call the property.
+    /// Returns the name of the property in messages.
     pub fn name(&self) -> String {
         let path = self.property.as_ref().map_or(&self.path.path, |found| &found.path);
         format!("/{}/{path}", self.path.agent)
     }
 
-    /// The field of the property that the link means.
+    /// Returns the field of the property that the link names.
     fn field(&self) -> Option<&str> {
         let rest = self.path.path.strip_prefix(self.property.as_ref()?.path.as_str())?;
         Some(rest.trim_start_matches('/'))
     }
 }
 
-/// Resolves a link; one that does not fit the other end waits.
+/// Resolves a link; it waits if it does not match the other end.
 pub(super) fn joint<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
@@ -80,19 +82,20 @@ pub(super) fn joint<'a>(
     remote.map_or((None, None), |remote| remote.joint(complaints))
 }
 
-/// A link to another agent that this one can have.
+/// Link to another agent that passes the checks of this end.
 struct RemoteLink<'a, 's> {
     configuration: &'a Configuration,
     survey: &'s Survey<'a>,
     link: &'a Link,
     /// The port of this agent.
     sink: &'s LinkSink,
-    /// Its target; an index of [`Survey::remote`].
+    /// Target of the link; an index of [`Survey::remote`].
     index: usize,
 }
 
 impl<'a, 's> RemoteLink<'a, 's> {
-    /// Nothing after a complaint: what is wrong with it is so whatever is at the other end.
+    /// Checks a link to another agent; `None` after a complaint.
+    /// Complaints are about mistakes that do not depend on the other end.
     fn checked(
         configuration: &'a Configuration,
         survey: &'s Survey<'a>,
@@ -118,7 +121,8 @@ impl<'a, 's> RemoteLink<'a, 's> {
         remote.can_be_carried(complaints).then_some(remote)
     }
 
-    /// Whether this program has what is to carry the values.
+    /// Checks that this program has the carrier and the compression of the link.
+    /// Returns false after a complaint.
     fn can_be_carried(&self, complaints: &mut Complaints<'a>) -> bool {
         let (transport, survey) = (&self.link.transport, self.survey);
         if let Some(carrier) = &transport.carrier
@@ -166,7 +170,7 @@ impl<'a, 's> RemoteLink<'a, 's> {
         }
     }
 
-    /// Resolves a link to a property that is there.
+    /// Resolves a link to a property that exists.
     fn known(
         &self,
         direction: Direction,
@@ -189,19 +193,20 @@ impl<'a, 's> RemoteLink<'a, 's> {
         (if direction == Direction::Queue { None } else { self.waiting() }, misfit)
     }
 
-    /// Why the link bypasses the architecture, if it does.
+    /// Returns the misfit of a link that bypasses the architecture.
     fn against_rules(&self, joint: &ResolvedLink<'a>) -> Option<Misfit> {
         let (_, message, help) = rules::refusal(self.configuration, self.survey, joint)?;
         Some(Misfit { message: message.replace("`//", "`slate://"), help })
     }
 
-    /// The link to a field of the property, if both ends fit.
+    /// Returns the link to a field of the property, if both ends match.
     fn fitted(&self, field: &str, complaints: &mut Complaints<'a>) -> Option<ResolvedLink<'a>> {
         let source = TargetField::new(LinkSource::Remote(self.index), field);
         fit::fit(self.configuration, self.survey, &[], self.link, self.sink, source, complaints)
     }
 
-    /// The link as it is until the property is there; nothing when the port has no such field.
+    /// Returns the link in its state until the property exists.
+    /// `None` if the port has no such field.
     fn waiting(&self) -> Option<ResolvedLink<'a>> {
         let description = &self.survey.modules[self.sink.module].description;
         let descriptor = match self.sink.wire {
@@ -225,7 +230,8 @@ impl<'a, 's> RemoteLink<'a, 's> {
     }
 }
 
-/// Whether a link to what the team knows makes sense here.
+/// Checks that a link to the team's knowledge makes sense in this agent.
+/// Returns false after a complaint.
 fn takes_part<'a>(
     configuration: &'a Configuration,
     link: &'a Link,

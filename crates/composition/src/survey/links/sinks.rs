@@ -1,4 +1,5 @@
-//! The port of this agent that a link belongs to: the input that it fills, or the outbox whose messages it carries.
+//! Ports of this agent that links belong to.
+//! A sink is the input that a link fills, or the outbox whose messages it carries.
 
 use slate_blackboard::Url;
 use slate_module::{Direction, PortDescription};
@@ -9,18 +10,18 @@ use crate::survey::names::{SERVICE, deep_name, is_service, owner, split_module, 
 use crate::survey::{Survey, Wire};
 use slate_configuration::{Configuration, Link, Message, Mistake, Span};
 
-/// The end of a link in this agent: an input or a field of one, or an outbox.
+/// End of a link in this agent: an input, a field of one, or an outbox.
 #[derive(Clone, Debug)]
 pub(super) struct LinkSink {
     pub module: usize,
     pub wire: Wire,
     pub field: String,
-    /// Whether it is an outbox, so that the link leads from it to an inbox.
+    /// Flag of an outbox: the link leads from it to an inbox.
     pub sends: bool,
 }
 
 impl LinkSink {
-    /// The other end of the link, and where that is written.
+    /// Returns the other end of the link and its place in the configuration.
     pub fn far(&self, link: &Link) -> (Url, Span) {
         match link.destination().filter(|_| self.sends) {
             Some(inbox) => (inbox, link.to.span),
@@ -29,7 +30,8 @@ impl LinkSink {
     }
 }
 
-/// Finds it; nothing when it is of a module that is not loaded, or after a complaint.
+/// Finds the port that a link belongs to.
+/// `None` if its module is not loaded, or after a complaint.
 pub(super) fn sink<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
@@ -105,7 +107,7 @@ pub(super) fn sink<'a>(
     None
 }
 
-/// Why the destination of a link is of no module, and what to do about it.
+/// Returns the error and the advice for a destination that belongs to no module.
 fn unowned<'a>(configuration: &'a Configuration, survey: &Survey<'a>, link: &'a Link) -> (Message, String) {
     let to = &link.to.value;
     let is_of = |name: &str| to.strip_prefix(name) == Some("/command");
@@ -119,7 +121,7 @@ fn unowned<'a>(configuration: &'a Configuration, survey: &Survey<'a>, link: &'a 
     (Mistake::Name.of(format!("no module owns `{to}`")), help)
 }
 
-/// The outbox whose messages an inbox takes.
+/// Returns the outbox whose messages an inbox takes.
 fn sender<'a>(
     survey: &Survey<'a>,
     dormant: &[&str],
@@ -153,7 +155,8 @@ fn sender<'a>(
     None
 }
 
-/// The outbox that a link names as its source, or what is there instead and what to do about it.
+/// Returns the outbox that a link names as its source.
+/// The error names the port found instead and gives advice.
 fn outbox(survey: &Survey<'_>, link: &Link) -> Result<LinkSink, (Message, String)> {
     let (to, path) = (&link.to.value, link.from.value.path_in(""));
     let Some((module, rest)) = split_module(&survey.modules, &path) else {
@@ -190,7 +193,8 @@ fn outbox(survey: &Survey<'_>, link: &Link) -> Result<LinkSink, (Message, String
     }
 }
 
-/// The right line in place of a link that is written the wrong way round, with all that send to the same inbox.
+/// Returns the correct line for a link with swapped ends.
+/// It lists all senders to the same inbox.
 fn turned<'a>(configuration: &'a Configuration, survey: &Survey<'a>, link: &'a Link) -> String {
     let sends = |link: &&Link| {
         let port = split_module(&survey.modules, &link.to.value);
@@ -209,7 +213,7 @@ fn turned<'a>(configuration: &'a Configuration, survey: &Survey<'a>, link: &'a L
     format!("{} = {source}", written(configuration, link.from.span))
 }
 
-/// A name as it is written, in quotes.
+/// Returns a name as written, in quotes.
 fn written(configuration: &Configuration, span: Span) -> String {
     let text = configuration.text_at(span).trim();
     if text.starts_with(['"', '\'']) { text.to_owned() } else { format!("\"{text}\"") }

@@ -1,11 +1,12 @@
-//! The forgotten slash in front of a name of the agent.
+//! Help for an agent's name without its leading slash.
 
 use slate_configuration::{Configuration, Span};
 
 use crate::survey::names::{split_module, split_port};
 use crate::survey::{Implied, Survey};
 
-/// Help for a name of a robot's scope that is one of the agent's: the same with a slash in front is meant.
+/// Returns help if a name of a robot's scope needs a leading slash.
+/// With the slash it is a name of the agent.
 pub fn without_slash(
     configuration: &Configuration,
     survey: &Survey<'_>,

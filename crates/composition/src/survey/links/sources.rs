@@ -1,4 +1,4 @@
-//! The target of a link, through the links of other inputs.
+//! Resolution of a link's source through the links of other inputs.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ pub(super) struct LinkSources<'s, 'a> {
     sinks: &'s [Option<LinkSink>],
     complaints: &'s mut Complaints<'a>,
     found: Vec<JointState<'a>>,
-    /// The links that are being followed, from the outermost.
+    /// Links being followed, outermost first.
     open: Vec<usize>,
     pub absent: Vec<Absent>,
     pub misfits: BTreeMap<String, Misfit>,
@@ -31,7 +31,7 @@ pub(super) struct LinkSources<'s, 'a> {
 #[derive(Clone)]
 enum JointState<'a> {
     NotYet,
-    /// Nothing after a complaint.
+    /// Link that was resolved; `None` after a complaint.
     ResolvedLink(Option<ResolvedLink<'a>>),
 }
 
@@ -61,7 +61,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         &self.survey.modules
     }
 
-    /// Resolves a link; nothing after a complaint.
+    /// Resolves a link; `None` after a complaint.
     pub fn joint(&mut self, link: usize) -> Option<ResolvedLink<'a>> {
         if let JointState::ResolvedLink(joint) = &self.found[link] {
             return joint.clone();
@@ -111,7 +111,8 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         fit::fit(self.configuration, self.survey, &self.absent, link, sink, source, self.complaints)
     }
 
-    /// Whether a link inside of this agent has no options of links to other agents.
+    /// Checks that a link inside of this agent has no options for remote links.
+    /// Returns false after a complaint.
     fn is_own(&mut self, link: &Link, far: &Url) -> bool {
         let transport = &link.transport;
         let said = [
@@ -129,12 +130,13 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         said.iter().all(Option::is_none)
     }
 
-    /// The property at a path and the field of it, for a link that leaves the agent; nothing after a complaint.
+    /// Returns the property and the field at a path, for a link that leaves the agent.
+    /// `None` after a complaint.
     pub fn end(&mut self, span: Span, path: &str) -> Option<(LinkSource, String)> {
         self.source(span, path).map(|TargetField { target, field, previous: _ }| (target, field))
     }
 
-    /// Whether messages go there.
+    /// Returns whether a source takes messages.
     pub fn is_inbox(&self, target: LinkSource) -> bool {
         match target {
             LinkSource::Port(module, port) => {
@@ -149,7 +151,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         self.complaints.add(span, message, help);
     }
 
-    /// Resolves a path; nothing after a complaint.
+    /// Resolves a path; `None` after a complaint.
     fn source(&mut self, span: Span, path: &str) -> Option<TargetField> {
         if let Some(source) = self.actuator(path).or_else(|| self.played(path)) {
             return Some(source);
@@ -184,7 +186,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         self.port(span, path, (module, at), field)
     }
 
-    /// Resolves a path that begins with the name of no loaded module.
+    /// Resolves a path that does not begin with a loaded module's name.
     fn of_no_module(&mut self, span: Span, path: &str) -> Option<TargetField> {
         if let Some(module) = owner(self.dormant, path) {
             return Some(self.absent(module, path));
@@ -235,8 +237,8 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         None
     }
 
-    /// Where the link of another input leads, when that is linked as a whole to a value of its own type; else its own
-    /// values are meant.
+    /// Follows the link of another input to its source.
+    /// Only if that input is linked as a whole to a value of its own type; else its own values are meant.
     fn follow(&mut self, span: Span, module: usize, wire: Wire, field: &str) -> Option<Option<TargetField>> {
         let is_it = |sink: &Option<LinkSink>| {
             sink.as_ref().is_some_and(|sink| (sink.module, sink.wire) == (module, wire))
@@ -265,7 +267,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         Some(Some(TargetField { target: joint.target, field: join(&joint.from, field), previous }))
     }
 
-    /// Refuses a link to a queue that takes only some values: they are on no property.
+    /// Refuses a link to a queue with a filter, as no property has the filtered values.
     fn refuse_filtered(&mut self, span: Span, module: usize, wire: Wire, joint: &ResolvedLink<'a>) {
         let queue = self.survey.wire_path(module, wire);
         let source = ends::target_name(self.configuration, self.survey, &self.absent, joint.target);
@@ -274,8 +276,8 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         self.complaints.add(span, Mistake::Ends.of(message), help);
     }
 
-    /// Whether the links to parameters of a module lead somewhere, and not back to them. Their values are the module's
-    /// own, so nothing else is asked of these links.
+    /// Returns whether the links to parameters of a module do not lead back to them.
+    /// Their values are the module's own, so no other check applies to these links.
     fn has_an_end(&mut self, module: usize, field: &str) -> bool {
         let meets = |sink: &Option<LinkSink>| {
             sink.as_ref().is_some_and(|sink| {
@@ -300,7 +302,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         })
     }
 
-    /// The played property at a path, or at the beginning of one that leads to a field.
+    /// Returns the played property at a path; the rest of the path is a field.
     fn played(&self, path: &str) -> Option<TargetField> {
         let mut played = self.survey.played.iter().enumerate();
         let (index, played) = played.find(|(_, played)| is_within(path, &played.path))?;

@@ -1,21 +1,21 @@
-//! Why the ends of a link don't fit, in words.
+//! Messages about ends of a link that do not fit.
 
 use slate_blackboard::interface::Descriptor;
 use slate_configuration::{Message, Mistake};
 
 use crate::survey::block::Block;
 
-/// Help: the rule of links.
+/// Advice: the rule of links.
 pub(super) const HELP: &str = "both ends of a link carry the same interface, or one that converts exactly: to wider numbers, whole \
                     numbers to a smaller unit, and interfaces with such fields of the same names";
 
-/// Message and help: a command that no gate has passed leads nowhere but to one.
+/// Returns the error and the advice for a command that did not pass a gate.
 pub fn past_gate(path: &str) -> (Message, &'static str) {
     let message = Mistake::PastGate.of(format!("`/{path}` is a command that has not passed its gate"));
     (message, "link to the command that passed its gate: `<actuator>/command`")
 }
 
-/// Message: both ends carry different interfaces.
+/// Returns the message about ends with different interfaces.
 pub(super) fn different(to: &str, from: &str, own: &Descriptor, other: &Descriptor) -> String {
     if own.name == other.name {
         format!(
@@ -27,7 +27,8 @@ pub(super) fn different(to: &str, from: &str, own: &Descriptor, other: &Descript
     }
 }
 
-/// Message: two ports can't be attached, in terms of blocks; `from` stands in it as it is. The other port has a role and a block.
+/// Returns the message about two ports whose roles can't be attached.
+/// It is in terms of blocks, and `from` is inserted verbatim. The other port has a role and a block.
 pub(super) fn roles(to: &str, own: &str, from: &str, (other, block): (&str, Option<Block>)) -> String {
     let what = match other {
         "" if let Some(block) = block => format!("an output of {}", block.name()),

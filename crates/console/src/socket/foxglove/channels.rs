@@ -11,17 +11,18 @@ use slate_record::ros::{self, Definition, Shown, Standard};
 use super::Out;
 use slate_control::{ControlSurface, Sample, frames, is_transform};
 
-/// How values of an interface become messages.
+/// Conversion of an interface's values to messages.
 pub(super) enum Form {
-    /// As ROS has them.
+    /// Standard message of ROS.
     Standard(Box<Standard>),
-    /// As messages of their own.
+    /// Message type derived from the interface.
     Own(&'static Descriptor, Definition),
-    /// As messages of their own, without what is there for the layout alone.
+    /// Message type derived from the interface, without its padding fields.
     Shown(&'static Descriptor, Box<Shown>),
 }
 
 impl Form {
+    /// Creates the form for an interface.
     /// `name` is that of the interface, or another one when two have it.
     fn new(descriptor: &'static Descriptor, name: &str) -> Self {
         match ros::standard(descriptor) {
@@ -44,7 +45,8 @@ impl Form {
         }
     }
 
-    /// Appends the message of a value; `frame` is the one in which it is told unless it says its own.
+    /// Appends the message of a value.
+    /// `frame` is used unless the value names its own frame.
     pub fn encode(&self, sample: &Sample, frame: &str, out: &mut Vec<u8>) -> Result<(), ros::Error> {
         // Its channel tells of the whole, whatever room the value has.
         let length = sample.property.descriptor().shape(sample.items).bytes(sample.items);
@@ -61,19 +63,19 @@ impl Form {
     }
 }
 
-/// The channels that a client was told of.
+/// Channels advertised to a client.
 #[derive(Default)]
 pub(super) struct Channels {
-    /// By number: the path, and how its values are told.
+    /// Channels by number: the path, and the form of its messages.
     present: BTreeMap<u32, (String, u64, Arc<Form>)>,
-    /// Those of the transforms: moving ones, and fixed ones.
+    /// Channels of the transforms: moving ones, and static ones.
     transforms: [Option<u32>; 2],
     forms: BTreeMap<u64, Arc<Form>>,
     names: BTreeMap<&'static str, u32>,
     last: u32,
 }
 
-/// The topics of the transforms.
+/// Topics of the transforms.
 const TRANSFORMS: [&str; 2] = ["/tf", "/tf_static"];
 
 impl Channels {
@@ -81,12 +83,13 @@ impl Channels {
         self.present.get(&number).map(|(path, _, form)| (path.as_str(), form))
     }
 
-    /// Whether a channel is one of transforms, and then whether of fixed ones.
+    /// Returns whether a channel of transforms has static ones.
+    /// `None` for any other channel.
     pub fn transforms(&self, number: u32) -> Option<bool> {
         self.transforms.iter().position(|own| *own == Some(number)).map(|place| place == 1)
     }
 
-    /// The transforms that have become known, as channels.
+    /// Returns the newly known transforms, as channels.
     fn new_transforms(&mut self, surface: &ControlSurface) -> Vec<Json> {
         let mut properties = surface.board().properties().into_iter();
         let has_told = properties.any(|property| is_transform(&property));
@@ -151,7 +154,7 @@ impl Channels {
         form
     }
 
-    /// Which module publishes what, and which reads it.
+    /// Returns the graph of publishing and reading modules.
     pub fn graph(&self, surface: &ControlSurface) -> Json {
         let composer = surface.agent.composer();
         let modules: Vec<String> = composer.modules().into_iter().map(|module| module.name).collect();
@@ -188,7 +191,7 @@ fn advertised(number: u32, topic: &str, definition: &Definition) -> Json {
     })
 }
 
-/// The topics that one graph has and a later one has not.
+/// Returns the topics of one graph that are missing in a later one.
 pub(super) fn removed(before: Option<&Json>, after: &Json) -> Json {
     let names = |graph: &Json| -> BTreeSet<String> {
         let lists =

@@ -1,4 +1,5 @@
-//! The WebSocket protocol of Foxglove, which Foxglove, Lichtblick and PlotJuggler speak.
+//! WebSocket protocol of Foxglove.
+//! Foxglove, Lichtblick and PlotJuggler speak it.
 //!
 //! Each property is a channel with ROS 2 messages: that which ROS has for it, or else one of its own. Where robots are comes as the
 //! transforms of their frames, too. Each parameter of a module
@@ -28,39 +29,40 @@ use slate_control::operations::by_name;
 use slate_control::{Caller, ControlSurface, Dispatcher, Operation, TransformStream, Watcher, apart, frames};
 use slate_record::ros;
 
-/// By which names the protocol goes; both are the same.
+/// Names of the protocol; both are the same.
 pub(super) const PROTOCOLS: [&str; 2] = ["foxglove.websocket.v1", "foxglove.sdk.v1"];
 
-/// How often it is looked for news, and for properties that came or went.
+/// Polling period for new values and for added or removed properties.
 const LOOK: Duration = Duration::from_millis(10);
 const SURVEY: Duration = Duration::from_secs(1);
 
-/// How often the time is told, when the agent has one of its own.
+/// Period of time messages, when the agent has its own clock.
 const CLOCK: Duration = Duration::from_millis(100);
 
-/// After how long of sending a client is told that it is slow.
+/// Duration of sending after which a client is warned that it is slow.
 const SLOW: Duration = Duration::from_millis(250);
 
-/// From this size on values are encoded in another thread, bytes.
+/// Size from which values are encoded in another thread, bytes.
 const LARGE: usize = 4096;
 
-/// Size of all requests of a client that wait for the one before them, bytes; what exceeds it is refused.
+/// Maximum size of a client's queued requests, bytes.
+/// They wait for the one before them; excess requests are refused.
 const WAITING: usize = 2 << 20;
 
 /// Refusal of such a request.
 const OVERLOADED: &str = "too many requests of this client wait: one is refused";
 
-/// How many subscriptions a client may have.
+/// Maximum number of subscriptions of a client.
 const MOST: usize = 512;
 
-/// A client's subscription of `/tf`, or of `/tf_static`.
+/// Client's subscription of `/tf`, or of `/tf_static`.
 struct ClientTransforms {
     is_fixed: bool,
     stream: TransformStream,
 }
 
 impl ClientTransforms {
-    /// The message of what is new, and its time.
+    /// Returns the message of the new values, and its time.
     fn look(&mut self, surface: &ControlSurface) -> Option<(u64, Vec<u8>)> {
         let (time, moving, fixed) = self.stream.take(surface);
         let told = if self.is_fixed { fixed } else { moving };
@@ -70,13 +72,13 @@ impl ClientTransforms {
     }
 }
 
-/// What goes out.
+/// Outgoing message.
 enum Out {
     Text(String),
     Bytes(Vec<u8>),
 }
 
-/// What one client wants, and what it was told.
+/// Subscriptions of a client, and the state last sent to it.
 struct Session {
     surface: Arc<ControlSurface>,
     dispatcher: Arc<Dispatcher>,
@@ -84,13 +86,13 @@ struct Session {
     who: String,
     channels: Channels,
     subscriptions: BTreeMap<u32, Subscription>,
-    /// Its subscriptions of transforms.
+    /// Subscriptions of transforms.
     transforms: BTreeMap<u32, ClientTransforms>,
-    /// The channels that the client publishes, by its numbers.
+    /// Channels that the client publishes, by its numbers.
     published: BTreeMap<u32, publish::Channel>,
-    /// What it drives.
+    /// Actuators that it drives.
     controls: BTreeMap<String, Teleoperation>,
-    /// The parameters that it is told of, as they were told.
+    /// Parameters that it watches, with the values sent last.
     watched: BTreeMap<String, serde_json::Value>,
     wants_graph: bool,
     graph: Option<serde_json::Value>,
@@ -100,7 +102,7 @@ struct Subscription {
     channel: u32,
     watcher: Watcher,
     form: Arc<Form>,
-    /// The frame in which its values are told.
+    /// Frame of its values.
     frame: String,
 }
 
@@ -177,7 +179,8 @@ pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listen
     futures_util::future::select(hears, tells).await;
 }
 
-/// Carries out what a client says, in its turn and apart, as it may take long or wait for modules.
+/// Carries out a client's message in its turn, on a separate thread.
+/// It may take long or wait for modules.
 async fn carry_out(mut session: Session, said: &Said) -> Option<(Session, Vec<Out>)> {
     let request = match said {
         Said::Text(text) => FoxgloveRequest::parse(text),
@@ -202,7 +205,8 @@ async fn carry_out(mut session: Session, said: &Said) -> Option<(Session, Vec<Ou
     carried.await
 }
 
-/// Waits for work, and sends what is answered meanwhile; nothing when the client is gone.
+/// Waits for work, and sends answers in the meantime.
+/// `None` if the client is gone.
 async fn meanwhile<T>(
     work: impl Future<Output = Option<T>>,
     answers: &mut mpsc::UnboundedReceiver<Out>,
@@ -222,7 +226,7 @@ async fn meanwhile<T>(
     }
 }
 
-/// False when the client is gone.
+/// Sends messages; false when the client is gone.
 async fn send(sink: &mut Sink, out: Vec<Out>) -> bool {
     for message in out {
         let good = match message {
@@ -255,7 +259,7 @@ impl Session {
         }
     }
 
-    /// What a client is told first.
+    /// Returns the first messages to a client.
     fn greeting(&mut self) -> Vec<Out> {
         let mut capabilities =
             vec!["clientPublish", "parameters", "parametersSubscribe", "services", "connectionGraph"];
@@ -281,7 +285,7 @@ impl Session {
         self.make(request).unwrap_or_else(|reason| vec![status(1, &reason, None)])
     }
 
-    /// The operation of a request, whose turn is waited for.
+    /// Returns the operation of a request that must wait for its turn.
     fn operation(&self, request: &FoxgloveRequest) -> Option<&'static Operation> {
         match request {
             FoxgloveRequest::SetParameters { .. } => by_name("write"),
@@ -359,7 +363,7 @@ impl Session {
         Ok(())
     }
 
-    /// Sends what is new; nothing when the client is gone.
+    /// Sends the new values; `None` when the client is gone.
     async fn tell(mut self, sink: &mut Sink) -> Option<Self> {
         let ids: Vec<u32> = self.subscriptions.keys().copied().collect();
         for id in ids {
@@ -397,7 +401,7 @@ impl Session {
         Some(self)
     }
 
-    /// Who publishes what, and who reads it, when that has changed.
+    /// Returns the changed graph of publishers and subscribers, if any.
     fn graph_changed(&mut self) -> Vec<Out> {
         if !self.wants_graph {
             return Vec::new();
@@ -433,7 +437,8 @@ fn encode(id: u32, subscription: &mut Subscription) -> Vec<Vec<u8>> {
     samples.unwrap_or_default().into_iter().filter_map(message).collect()
 }
 
-/// Something to be told to people: 0 is news, 1 a warning, 2 an error.
+/// Creates a status message for people.
+/// Level 0 is information, 1 a warning, 2 an error.
 fn status(level: u8, text: &str, id: Option<&str>) -> Out {
     let mut status = json!({ "op": "status", "level": level, "message": text });
     if let Some(id) = id {

@@ -7,7 +7,7 @@ use slate_blackboard::interface::{Kind, Value};
 use super::{Out, Session, status};
 
 impl Session {
-    /// All parameters, or those that are named, as they are.
+    /// Returns the current values of all parameters, or of the named ones.
     fn values(&self, names: &[String]) -> Vec<(String, Json)> {
         let mut values = Vec::new();
         for property in self.surface.board().properties() {
@@ -30,7 +30,8 @@ impl Session {
         message(self.values(names), id)
     }
 
-    /// Sets parameters as a developer does over HTTP; the answer says how they are then.
+    /// Sets parameters as a developer does over HTTP.
+    /// The answer has their values afterwards.
     pub(super) fn set_parameters(&mut self, values: &[(String, Json)], id: Option<&str>) -> Vec<Out> {
         let mut out = Vec::new();
         for (name, value) in values {
@@ -50,7 +51,7 @@ impl Session {
         self.watched.extend(self.values(names));
     }
 
-    /// Those that are watched and are not what was told last.
+    /// Returns the watched parameters that differ from the values sent last.
     pub(super) fn parameters_changed(&mut self) -> Vec<Out> {
         if self.watched.is_empty() {
             return Vec::new();
@@ -63,7 +64,7 @@ impl Session {
     }
 }
 
-/// A value as clients show it: what is not finite is text there.
+/// Converts a value for clients: numbers that are not finite become text.
 fn told(value: &Value) -> Json {
     match value {
         Value::Float(number) if !number.is_finite() => json!(number.to_string()),

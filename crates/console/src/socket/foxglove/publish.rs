@@ -1,4 +1,4 @@
-//! What clients publish, and where it goes.
+//! Publications of clients, and their destinations.
 
 use serde_json::{Value as Json, json};
 use slate_blackboard::Access;
@@ -10,18 +10,19 @@ use slate_control::Operation;
 use slate_control::Role;
 use slate_control::operations::by_name;
 
-/// Where the messages of a channel go.
+/// Destination of a channel's messages.
 pub(super) enum Channel {
-    /// To an actuator, as long as they come.
+    /// Actuator that receives the messages while they come.
     Actuator(String),
-    /// To a mailbox.
+    /// Mailbox that receives the messages.
     Mailbox(String),
-    /// To an input.
+    /// Input that is set to the messages.
     Setting(String),
 }
 
 impl Channel {
-    /// The operation that a message of the channel is; none for a command of an actuator.
+    /// Returns the operation that a message of the channel is.
+    /// `None` for a command of an actuator.
     pub fn operation(&self) -> Option<&'static Operation> {
         match self {
             Self::Actuator(_) => None,
@@ -39,7 +40,7 @@ impl Channel {
 }
 
 impl Session {
-    /// Where a channel goes, if anywhere.
+    /// Returns the destination of a channel; an error if it has none.
     pub(super) fn publishing(&self, channel: Advertised) -> Result<Channel, String> {
         let topic = &channel.topic;
         if self.caller.role < Role::Operator {
@@ -84,7 +85,7 @@ impl Session {
         done.map(drop).map_err(|problem| problem.to_string())
     }
 
-    /// A command of a person, which holds as long as any of teleoperation does.
+    /// Commands an actuator by a person, with the hold time of teleoperation.
     fn drive(&mut self, actuator: &str, body: &Json) -> Result<(), String> {
         if !self.controls.contains_key(actuator) {
             let taken = self.surface.agent.composer().take_controls(actuator, &self.who);
@@ -98,7 +99,8 @@ impl Session {
     }
 }
 
-/// The message `Twist` of ROS in the plane, when a robot takes that; anything else as it is.
+/// Converts a ROS `Twist` to a planar one, if the robot takes that.
+/// Any other message stays unchanged.
 fn plain(descriptor: &Descriptor, body: &Json) -> Json {
     let (forward, turning) = (body.pointer("/linear/x"), body.pointer("/angular/z"));
     match (forward, turning) {

@@ -1,12 +1,12 @@
-//! What clients say.
+//! Requests of clients.
 
 use serde::Deserialize;
 use serde_json::Value as Json;
 
-/// What a client asks for.
+/// Request of a client.
 #[derive(Debug)]
 pub(super) enum FoxgloveRequest {
-    /// Its numbers, each with that of a channel.
+    /// Numbers, each with that of a channel.
     Subscribe(Vec<(u32, u32)>),
     Unsubscribe(Vec<u32>),
     Advertise(Vec<(u32, Advertised)>),
@@ -29,14 +29,14 @@ pub(super) enum FoxgloveRequest {
     Call(Call),
 }
 
-/// A channel that a client publishes.
+/// Channel that a client publishes.
 #[derive(Debug)]
 pub(super) struct Advertised {
     pub topic: String,
     pub encoding: String,
 }
 
-/// A call of a service.
+/// Call of a service.
 #[derive(Debug)]
 pub(super) struct Call {
     pub service: u32,
@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Whatever comes, it is read or refused in words.
+        /// Property: any bytes are parsed, or refused in words.
         #[test]
         fn any_bytes_are_read_or_refused(bytes in proptest::collection::vec(any::<u8>(), 0..40), kind in 0u8..4) {
             let mut message = vec![kind];
@@ -171,7 +171,7 @@ mod tests {
             let _ = FoxgloveRequest::parse(&String::from_utf8_lossy(&bytes));
         }
 
-        /// A call is what was packed.
+        /// Property: a call equals the one that was packed.
         #[test]
         fn a_call_is_what_was_packed(service: u32, id: u32, encoding in "[a-z]{0,8}", payload in proptest::collection::vec(any::<u8>(), 0..20)) {
             let mut bytes = vec![2];

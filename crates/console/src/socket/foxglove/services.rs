@@ -7,10 +7,10 @@ use slate_control::{Caller, Dispatcher};
 use super::request::{Call, FoxgloveRequest};
 use super::{Out, Said};
 
-/// The operations that are services.
+/// Operations that are services.
 const NAMES: [&str; 3] = [STOP, "reset", "arm"];
 
-/// Says which there are; each is known by its place among them, from 1.
+/// Returns the advertisement of the services, numbered from 1.
 pub(super) fn advertise() -> Out {
     let schema =
         |text: &str| json!({ "type": "object", "properties": { text: { "type": "string" } } }).to_string();
@@ -34,14 +34,14 @@ pub(super) fn advertise() -> Out {
     Out::Text(json!({ "op": "advertiseServices", "services": services }).to_string())
 }
 
-/// The call of a stop in a message, if it is one.
+/// Returns the call of a stop in a message, if it is one.
 pub(super) fn stop_call(said: &Said) -> Option<Call> {
     let Said::Binary(bytes) = said else { return None };
     let Ok(FoxgloveRequest::Call(call)) = FoxgloveRequest::parse_bytes(bytes) else { return None };
     (name(&call) == Some(STOP)).then_some(call)
 }
 
-/// The operation of a call.
+/// Returns the operation of a call.
 pub(super) fn name(call: &Call) -> Option<&'static str> {
     (call.service as usize).checked_sub(1).and_then(|number| NAMES.get(number)).copied()
 }

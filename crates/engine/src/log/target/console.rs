@@ -27,7 +27,8 @@ impl LogTarget for ConsoleTarget {
     }
 }
 
-/// As <https://no-color.org> has it: any value but the empty one says no.
+/// Returns true if the output may be coloured, as <https://no-color.org> defines.
+/// Any value of `NO_COLOR` but the empty one disables colour.
 fn wants_colour(terminal: bool, no_color: Option<&OsStr>, term: Option<&OsStr>) -> bool {
     terminal && no_color.is_none_or(OsStr::is_empty) && term.is_none_or(|term| term != "dumb")
 }

@@ -5,26 +5,27 @@ use std::path::{Path, PathBuf};
 use super::outage::Outage;
 use super::{LogTarget, Record};
 
-/// How much of the log is kept in files.
+/// Limits of the log kept in files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rotation {
-    /// The size that a file does not exceed unless a single line does, bytes.
+    /// Maximum size of a file, bytes, unless a single line exceeds it.
     pub size: u64,
-    /// How many older files are kept beside the one that is written.
+    /// Number of older files kept beside the current one.
     pub keep: u32,
 }
 
-/// A file with a line for each record. When it is full, it becomes `<path>.1`, the older one `<path>.2`, and so on.
+/// Log file with a line for each record, rotated when full.
+/// A full file becomes `<path>.1`, the older one `<path>.2`, and so on.
 ///
 /// A full disk stops the file, not the robot: the log says so once, and the file goes on when there is space again.
 #[derive(Debug)]
 pub struct FileTarget {
     path: PathBuf,
     rotation: Rotation,
-    /// Nothing after an error, so that the next line tries anew.
+    /// Open file; `None` after an error, so that the next line opens it again.
     file: Option<Opened>,
     outage: Outage,
-    /// What messages call it.
+    /// Name in messages.
     place: String,
 }
 
@@ -32,12 +33,13 @@ pub struct FileTarget {
 struct Opened {
     file: File,
     size: u64,
-    /// Whether it is a file on a disk, which can be renamed and cut.
+    /// True for a file on a disk, which can be renamed and truncated.
     regular: bool,
 }
 
 impl FileTarget {
-    /// Opens the file to append to it, and makes its folder if there is none. A full disk is no error yet.
+    /// Opens the file for appending, and creates its folder if missing.
+    /// A full disk is no error yet.
     ///
     /// # Errors
     /// When it can't be opened for another reason.
@@ -86,7 +88,8 @@ impl FileTarget {
         Ok(())
     }
 
-    /// Makes room at `path`. After an error the next attempt goes on where this one stopped.
+    /// Rotates the files to free `path`.
+    /// After an error the next attempt continues at the failed step.
     fn rotate(&self) -> io::Result<()> {
         let keep = self.rotation.keep;
         if keep == 0 {

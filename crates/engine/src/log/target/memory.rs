@@ -3,17 +3,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{LogTarget, Record};
 
-/// The last lines in memory, for displays and tests.
+/// Last lines in memory, for displays and tests.
 #[derive(Clone, Debug, Default)]
 pub struct MemoryTarget {
     lines: Arc<Mutex<VecDeque<Record>>>,
 }
 
 impl MemoryTarget {
-    /// How many lines are kept.
+    /// Number of lines kept.
     pub const CAPACITY: usize = 1000;
 
-    /// A copy of the lines.
+    /// Returns a copy of the lines.
     pub fn lines(&self) -> Vec<Record> {
         self.lines.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
     }

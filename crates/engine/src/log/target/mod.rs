@@ -1,4 +1,4 @@
-//! Where lines of the log go.
+//! Targets of the log.
 
 mod console;
 mod file;
@@ -16,17 +16,20 @@ pub use syslog::{SyslogAddress, SyslogTarget};
 use super::Record;
 use super::record::level_name;
 
-/// Where lines of the log go.
+/// Target of the log.
 pub trait LogTarget: Send {
-    /// Takes a line. No module waits for it, but other targets do, so it should not take long.
+    /// Writes a line.
+    /// No module waits for it, but other targets do, so it should not take long.
     fn write(&mut self, record: &Record);
 
-    /// Called when no line comes for some milliseconds. True asks to be called again as soon.
+    /// Performs pending work when no line has come for some milliseconds.
+    /// True requests another call as soon.
     fn idle(&mut self) -> bool {
         false
     }
 
-    /// What the log should say about this target, such as that its disk is full; asked after each line.
+    /// Returns a message about the target for the log, such as that its disk is full.
+    /// Called after each line.
     fn complaint(&mut self) -> Option<String> {
         None
     }

@@ -1,6 +1,7 @@
 use std::io;
 
-/// A target that can't write for a while: said once at the beginning and once at the end, not with every line.
+/// Outage of a target, reported once at its beginning and once at its end.
+/// Not with every line.
 #[derive(Debug, Default)]
 pub(super) struct Outage {
     lost: u64,
@@ -27,12 +28,12 @@ impl Outage {
         }
     }
 
-    /// Whether the last line could not be written.
+    /// Returns true if the last line could not be written.
     pub fn is_on(&self) -> bool {
         self.lost > 0
     }
 
-    /// What to say, once.
+    /// Returns the message to report, once.
     pub fn complaint(&mut self) -> Option<String> {
         self.complaint.take()
     }

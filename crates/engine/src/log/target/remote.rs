@@ -8,10 +8,11 @@ use slate_module::Level;
 
 use super::{LogTarget, Record};
 
-/// Subscribers over TCP: each gets every line from then on, as JSON, one object a line.
+/// Log target for subscribers over TCP.
+/// Each receives every line from its connection on, as JSON, one object a line.
 ///
-/// A subscriber that reads too slowly, or not at all, loses lines and is told how many; it holds nobody up. Whoever
-/// can reach the address can read the log, so it should be one of this computer or of a network of friends.
+/// A subscriber that reads too slowly, or not at all, loses lines and receives their number; it delays nobody.
+/// Everybody who reaches the address can read the log, so it should be one of this computer or of a trusted network.
 #[derive(Debug)]
 pub struct RemoteTarget {
     listener: TcpListener,
@@ -22,21 +23,21 @@ pub struct RemoteTarget {
 #[derive(Debug)]
 struct Subscriber {
     stream: TcpStream,
-    /// What the system did not take yet.
+    /// Bytes that the system has not accepted yet.
     waiting: VecDeque<u8>,
-    /// Lines that this subscriber lost and was not told of yet.
+    /// Number of lines lost for this subscriber and not reported yet.
     lost: u64,
-    /// When the last of them was logged, nanoseconds of the agent's time.
+    /// Time of the last lost line, ns of the agent's time.
     lost_at: u64,
 }
 
 /// More subscribers are turned away.
 const SUBSCRIBERS: usize = 32;
 
-/// How much waits for a slow subscriber, bytes; a line comes on top.
+/// Buffer for a slow subscriber, bytes; it may exceed this by one line.
 const WAITING: usize = 256 * 1024;
 
-/// How long the end waits for a subscriber that is behind.
+/// Maximum wait at the end for a subscriber that is behind.
 const LAST_LINES: Duration = Duration::from_millis(50);
 
 impl RemoteTarget {
@@ -50,12 +51,13 @@ impl RemoteTarget {
         Ok(Self { address: listener.local_addr()?, listener, subscribers: Vec::new() })
     }
 
-    /// Where it listens.
+    /// Returns the address on which it listens.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// Takes in who has come since: connections wait in the system until there is a line for them.
+    /// Accepts new connections.
+    /// They wait in the system until there is a line for them.
     fn accept(&mut self) {
         while let Ok((stream, _)) = self.listener.accept() {
             // One that is turned away sees the end of the stream.
@@ -119,7 +121,7 @@ impl Subscriber {
         }
     }
 
-    /// Gives the system what it takes without waiting.
+    /// Writes as much as the system accepts without waiting.
     fn flush(&mut self) -> io::Result<()> {
         while !self.waiting.is_empty() {
             match self.stream.write(self.waiting.as_slices().0) {

@@ -10,18 +10,18 @@ use slate_module::Level;
 use super::outage::Outage;
 use super::{LogTarget, Record};
 
-/// The syslog of this computer or of another one.
+/// Syslog of this computer or of another one.
 ///
 /// One that can't be reached is said once and tried again with every line. Over UDP nobody can tell whether a line
 /// arrived, only that the network is down.
 #[derive(Debug)]
 pub struct SyslogTarget {
     address: SyslogAddress,
-    /// Nothing after an error, so that the next line tries anew.
+    /// Socket; `None` after an error, so that the next line opens it again.
     socket: Option<Socket>,
     outage: Outage,
     agent: String,
-    /// What messages call it.
+    /// Name in messages.
     place: String,
 }
 
@@ -34,11 +34,11 @@ enum Socket {
 /// "User-level messages", as any program's are.
 const FACILITY: u8 = 1;
 
-/// How long a full syslog is waited for; after that it is tried without waiting.
+/// Maximum wait for a full syslog; after that it is tried without waiting.
 const PATIENCE: Duration = Duration::from_millis(10);
 
 impl SyslogTarget {
-    /// The syslog there, for the agent of that name.
+    /// Returns a target for the syslog at `address`, for the agent of that name.
     pub fn new(address: SyslogAddress, agent: &str) -> Self {
         let place = match &address {
             SyslogAddress::Socket(path) => format!("the syslog at {}", slate_configuration::printable(path)),
@@ -106,14 +106,15 @@ fn priority(level: Level) -> u8 {
     FACILITY * 8 + severity
 }
 
-/// A message for the local socket: its time is that of its arrival, as the agent's may be virtual.
+/// Formats a message for the local socket, without a time.
+/// Its time is that of its arrival, as the agent's may be virtual.
 fn local(record: &Record, agent: &str) -> String {
     let process = std::process::id();
     format!("<{}>{agent}[{process}]: {}: {}", priority(record.level), record.module, record.message())
 }
 
-/// A message with fields as structured data. The number is the one that RFC 5612 keeps for examples, as no other is
-/// assigned to Slate.
+/// Formats a message with its fields as structured data.
+/// The number is the one that RFC 5612 keeps for examples, as no other is assigned to Slate.
 fn structured(record: &Record, agent: &str) -> String {
     let (priority, process) = (priority(record.level), std::process::id());
     let time = record.time as f64 * 1e-9;
@@ -138,7 +139,8 @@ fn structured(record: &Record, agent: &str) -> String {
     message
 }
 
-/// A name of structured data: at most 32 visible characters of ASCII without `=`, `]` and `"`.
+/// Formats a name of structured data.
+/// At most 32 visible characters of ASCII without `=`, `]` and `"`.
 fn name(key: &str) -> String {
     let allowed = |c: char| c.is_ascii_graphic() && !matches!(c, '=' | ']' | '"');
     let name: String = key.chars().take(32).map(|c| if allowed(c) { c } else { '_' }).collect();

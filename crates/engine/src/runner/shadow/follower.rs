@@ -1,4 +1,4 @@
-//! The thread in which new code makes the steps of the old.
+//! Thread in which new code makes the steps of the old.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use super::{ShadowExchange, ShadowState};
 use crate::log::ModuleLog;
 use crate::runner::{AlignedMemory, Retired};
 
-/// The thread's end.
+/// State of the shadow's thread.
 pub(super) struct Follower {
     pub ports: Vec<Carried>,
     pub params: usize,
@@ -27,7 +27,7 @@ pub(super) struct Follower {
 unsafe impl Send for Follower {}
 
 impl Follower {
-    /// Makes every step that the old code makes, until it is told to stop.
+    /// Makes every step of the old code, until it is stopped.
     pub fn follow(mut self) {
         let shared = Arc::clone(&self.shared);
         let mut state = ShadowState::default();
@@ -122,7 +122,7 @@ impl Follower {
         code
     }
 
-    /// The first port to which the new code wrote something else.
+    /// Returns the first port whose value differs between the new code and the old.
     fn difference(&self, snapshot: &mut Snapshot, outputs: &mut [PortCopy]) -> Option<&str> {
         let ports = self.ports.iter().zip(&mut snapshot.ports).zip(outputs);
         let mut different =

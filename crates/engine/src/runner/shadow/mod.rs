@@ -1,5 +1,5 @@
-//! New code beside the old: it makes the same steps on the same inputs in a thread of its own, and what it writes is
-//! compared and thrown away. So whatever it does, the module does not notice.
+//! Shadow: new code beside the old, with the same steps on the same inputs.
+//! It runs in a thread of its own, and its outputs are compared and dropped. So the module is never affected.
 
 mod follower;
 mod snapshot;
@@ -20,27 +20,28 @@ use crate::log::ModuleLog;
 use follower::Follower;
 use snapshot::{Snapshot, carried};
 
-/// How new code compares with the old: `/module/shadow`.
+/// Comparison of new code with the old, as the property `/module/shadow`.
 #[interface]
 pub struct ShadowState {
     /// Steps made.
     pub ticks: u64,
     /// Steps in which it wrote something else.
     pub differences: u64,
-    /// Steps that it missed because it was too slow; from then on its state may be another one.
+    /// Number of steps missed because the new code was too slow.
+    /// From then on its state may differ.
     pub skipped: u64,
     /// Steps in which it panicked.
     pub panics: u64,
-    /// The module's step in which it first wrote something else; 0 for none.
+    /// First step of the module with a difference; 0 for none.
     pub first_difference: u64,
-    /// The port with that difference.
+    /// Port with that difference.
     pub port: Text<60>,
 }
 
 /// Steps that the new code may lag behind.
 const LAG: usize = 16;
 
-/// The tick's end of a shadow.
+/// Shadow, at the side of the tick.
 pub struct Shadow {
     shared: Arc<ShadowExchange>,
     current: Option<Box<Snapshot>>,
@@ -54,14 +55,14 @@ struct ShadowExchange {
     stop: AtomicBool,
     skipped: AtomicU64,
     panics: AtomicU64,
-    /// The thread has it during each call; the tick's end never waits for it.
+    /// New code; the thread holds it during each call, and the tick never waits for it.
     new: Mutex<Option<New>>,
 }
 
-/// The new code.
+/// New code.
 struct New {
     code: Retired,
-    /// The state that it begins with, until it has taken it over.
+    /// Initial state, until it was restored.
     state: Option<Vec<u8>>,
 }
 
@@ -70,7 +71,7 @@ impl ShadowExchange {
         self.new.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The new code, when it is in no call.
+    /// Locks the new code; `None` while it is in a call.
     fn try_locked(&self) -> Option<MutexGuard<'_, Option<New>>> {
         match self.new.try_lock() {
             Ok(new) => Some(new),
@@ -113,7 +114,7 @@ impl Shadow {
         Ok(Self { shared, current: None, thread })
     }
 
-    /// Gives the new code the state that it begins with, which it takes over in its own thread.
+    /// Sets the initial state of the new code, which it restores in its own thread.
     pub fn begin_with(&self, state: Vec<u8>) {
         // Nothing was given to it yet, so that nobody has it for long.
         if let Some(new) = &mut *self.shared.locked() {
@@ -122,7 +123,7 @@ impl Shadow {
         self.shared.wake.notify(1);
     }
 
-    /// Before a step of the old code: keeps what it will see.
+    /// Records the inputs of a step of the old code.
     pub fn before(&mut self, frame: &Frame, slots: &[PortSlot], random: Random) {
         if self.current.is_some() {
             // The last step came too late and wrote nothing.
@@ -136,7 +137,7 @@ impl Shadow {
         self.current = Some(snapshot);
     }
 
-    /// After a step of the old code: keeps what it wrote, and lets the new code make the same step.
+    /// Records the outputs of the old code's step, and starts the new code's.
     pub fn after(&mut self, slots: &[PortSlot]) {
         if let Some(mut snapshot) = self.current.take() {
             snapshot.keep(slots);
@@ -146,24 +147,26 @@ impl Shadow {
         }
     }
 
-    /// How often the new code has panicked.
+    /// Returns the number of panics of the new code.
     pub fn panics(&self) -> u64 {
         self.shared.panics.load(Ordering::Relaxed)
     }
 
-    /// Whether the new code has made all steps of the old, and is in no call.
+    /// Returns true if the new code has made all steps of the old, and is in no call.
     pub fn has_caught_up(&self) -> bool {
         let out = LAG - usize::from(self.current.is_some());
         self.shared.free.len() == out
             && self.shared.try_locked().is_some_and(|new| new.as_ref().is_some_and(|new| new.state.is_none()))
     }
 
-    /// Takes the new code out, which must have [caught up](Shadow::has_caught_up): then nobody has it for long.
+    /// Takes the new code out.
+    /// It must have [caught up](Shadow::has_caught_up): then nobody has it for long.
     pub fn take_new(&self) -> Option<Retired> {
         self.shared.locked().take().map(|new| new.code)
     }
 
-    /// Ends the new code's steps, and waits for it no longer than `limit`: a thread that hangs keeps what it uses.
+    /// Ends the new code's steps, with a wait of at most `limit`.
+    /// A thread that hangs keeps its resources.
     pub fn end(self, limit: Duration) {
         self.stop();
         let mut waited = Duration::ZERO;
@@ -179,7 +182,7 @@ impl Shadow {
     }
 }
 
-/// How often is looked whether the thread has ended.
+/// Interval at which the end of the thread is polled.
 const LOOK: Duration = Duration::from_millis(1);
 
 impl Drop for Shadow {

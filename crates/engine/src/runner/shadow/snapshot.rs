@@ -1,4 +1,4 @@
-//! What a step of the old code saw and wrote, for the new code to make the same step.
+//! Inputs and outputs of a step of the old code, for the same step of the new.
 
 use std::cell::Cell;
 
@@ -8,7 +8,7 @@ use slate_module::{Description, Direction, Entry, Flags, Frame, PortSlot, Random
 
 use crate::runner::AlignedMemory;
 
-/// What a port carries, and how much of it.
+/// Shape of a port's values, and their number.
 pub(super) struct Carried {
     pub name: String,
     pub direction: Direction,
@@ -17,7 +17,7 @@ pub(super) struct Carried {
     pub form: CanonicalForm,
 }
 
-/// What the ports of a module carry.
+/// Returns the shapes of a module's ports.
 pub(super) fn carried(description: &Description) -> Vec<Carried> {
     let of = |port: &slate_module::PortDescription| Carried {
         name: port.name.clone(),
@@ -29,7 +29,7 @@ pub(super) fn carried(description: &Description) -> Vec<Carried> {
     description.ports.iter().map(of).collect()
 }
 
-/// What a step saw and wrote.
+/// Inputs and outputs of a step.
 pub(super) struct Snapshot {
     pub now: u64,
     pub elapsed: u64,
@@ -40,13 +40,13 @@ pub(super) struct Snapshot {
     pub ports: Vec<PortCopy>,
 }
 
-/// What a port held.
+/// Copy of a port.
 pub(super) struct PortCopy {
     pub slot: PortSlot,
     shape: Shape,
-    /// Input: the value. Output: what the old code wrote.
+    /// Input: value. Output: value of the old code.
     pub value: AlignedMemory,
-    /// Queue and inbox: the values. Outbox: what the old code sent.
+    /// Queue and inbox: values. Outbox: messages of the old code.
     pub values: Vec<AlignedMemory>,
     pub entries: Vec<Entry>,
 }
@@ -107,13 +107,14 @@ impl PortCopy {
         Self { slot, shape: port.shape, value: AlignedMemory::zeroed(size), values, entries }
     }
 
-    /// How many of so many tail items the copy has room for, and the bytes of a value with them.
+    /// Returns the number of tail items that fit, at most `items`, and the size.
+    /// The size is that of a value with them, bytes.
     pub fn extent(&self, items: usize) -> (usize, usize) {
         let items = items.min(self.shape.capacity);
         (items, self.shape.bytes(items))
     }
 
-    /// Copies what a step will see.
+    /// Copies the inputs of a step.
     pub fn see(&mut self, slot: &PortSlot) {
         let own = &mut self.slot;
         (own.schema, own.stamp, own.missed, own.capacity) =
@@ -137,7 +138,7 @@ impl PortCopy {
         }
     }
 
-    /// Copies what a step wrote.
+    /// Copies the outputs of a step.
     pub fn keep(&mut self, slot: &PortSlot) {
         match self.slot.direction {
             INPUT | QUEUE | INBOX => {}

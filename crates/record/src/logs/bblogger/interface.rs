@@ -2,8 +2,8 @@
 
 use crate::ros::{CdrWriter, Definition};
 
-/// The interfaces that come with Fawkes and that logs are made of. Each begins with the time of its value, as two numbers of 64 bits.
-/// Enumerations lie there as numbers of 32 bits.
+/// The interfaces of Fawkes that occur in logs.
+/// Each begins with the time of its value, as two numbers of 64 bits. Enumerations are numbers of 32 bits.
 const INTERFACES: &[(&str, &str)] = &[
     (
         "BatteryInterface",
@@ -97,7 +97,7 @@ const INTERFACES: &[(&str, &str)] = &[
     ),
 ];
 
-/// Where the fields of an interface are.
+/// Offsets of the fields of an interface.
 pub(super) struct Layout {
     fields: Vec<Field>,
 }
@@ -105,7 +105,7 @@ pub(super) struct Layout {
 struct Field {
     name: &'static str,
     of: &'static str,
-    /// How many; of a text its bytes.
+    /// Number of elements; for a text, of its bytes.
     count: Option<usize>,
     /// Bytes of one.
     size: usize,
@@ -119,7 +119,7 @@ pub(super) struct Values<'a> {
 }
 
 impl Values<'_> {
-    /// A number's bytes, little end first.
+    /// Returns a number's bytes, little end first.
     fn little(&self, offset: usize, size: usize) -> [u8; 8] {
         let mut bytes = [0; 8];
         // A layout fits its data.
@@ -133,8 +133,8 @@ impl Values<'_> {
 }
 
 impl Layout {
-    /// How that interface lies in so many bytes, if it is known: as compilers lay it out, or with nothing aligned to more than four
-    /// bytes, as it was once.
+    /// Returns the layout of that interface with that size in bytes, if it is known.
+    /// The layout is that of today's compilers, or the earlier one in which nothing is aligned to more than four bytes.
     pub fn of(interface: &str, bytes: usize) -> Option<Self> {
         let (_, text) = INTERFACES.iter().find(|(name, _)| *name == interface)?;
         [8, 4]
@@ -197,7 +197,8 @@ impl Layout {
         Ok(())
     }
 
-    /// A text up to its end; what is no UTF-8 in it is shown as that.
+    /// Returns a text up to its end.
+    /// Bytes that are not UTF-8 are replaced.
     fn string(&self, values: &Values<'_>, field: &Field) -> String {
         let bytes =
             values.data.get(field.offset..field.offset + field.count.unwrap_or(0)).unwrap_or_default();
@@ -214,7 +215,7 @@ impl Layout {
         field.map_or_else(String::new, |field| self.string(values, field))
     }
 
-    /// The numbers of a field; none if there is no such field.
+    /// Returns the numbers of a field; none if there is no such field.
     pub fn numbers(&self, values: &Values<'_>, name: &str) -> Vec<f64> {
         let Some(field) = self.field(name) else { return Vec::new() };
         let number = |i: usize| {

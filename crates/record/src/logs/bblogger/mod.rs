@@ -1,8 +1,9 @@
-//! Files of the blackboard logger of Fawkes (`bblogger`): the values that one interface had, as they lay in memory.
+//! Files of the blackboard logger of Fawkes (`bblogger`).
+//! They hold the values of one interface, as laid out in memory.
 //!
-//! Each value becomes a message with all fields of the interface; those of lasers, motors and places also become values of Slate's own
-//! interfaces. A file says what its interface is called, but not what is in it: that is known of the interfaces that come with Fawkes,
-//! and others are kept as bytes.
+//! Each value becomes a message with all fields of the interface; those of lasers, motors and poses also become values
+//! of Slate's own interfaces. A file has the name of its interface, but not its definition: that is known of the
+//! interfaces that come with Fawkes, and others are kept as bytes.
 
 mod interface;
 
@@ -38,7 +39,7 @@ struct Head {
     id: String,
     hash: String,
     is_big: bool,
-    /// How many values there are; 0 if that has to be counted.
+    /// Number of values; 0 if they must be counted.
     items: u32,
     data_size: u32,
     /// Microseconds.
@@ -82,7 +83,7 @@ impl Head {
     }
 }
 
-/// A text that ends with a zero, or with its place.
+/// Returns a text that ends with a zero, or with its field.
 fn text(bytes: &[u8]) -> Result<String, String> {
     let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
     String::from_utf8(bytes[..end].to_vec()).map_err(|_| "a name in its head is not UTF-8".into())
@@ -148,7 +149,7 @@ pub(super) fn read<W: Write>(
     }
 }
 
-/// Fills a buffer as far as there is something.
+/// Fills a buffer, or as much of it as the file has.
 fn fill(input: &mut impl Read, buffer: &mut [u8]) -> std::io::Result<usize> {
     let mut filled = 0;
     while filled < buffer.len() {
@@ -162,7 +163,7 @@ fn fill(input: &mut impl Read, buffer: &mut [u8]) -> std::io::Result<usize> {
     Ok(filled)
 }
 
-/// Why a value is not written.
+/// Reason why a value is not written.
 enum ValueFault {
     Wrong(String),
     Failed(Error),
@@ -209,7 +210,7 @@ impl<W: Write> Log<'_, W> {
         Ok(())
     }
 
-    /// The value as one of an own interface, if there is one for it.
+    /// Returns the value as one of Slate's interfaces, if one matches.
     fn standard(&mut self, time: u64, values: &Values<'_>) -> Result<(), Error> {
         let Some(layout) = &self.layout else { return Ok(()) };
         let number = |name: &str| layout.numbers(values, name).first().copied().unwrap_or_default();

@@ -2,7 +2,7 @@ use slate_interfaces::Pose2;
 
 use crate::logs::words::Words;
 
-/// When a message was sent, nanoseconds, and by which host.
+/// Time at which a message was sent, nanoseconds, and the host that sent it.
 pub(super) type Sent = (u64, String);
 
 /// Content of a line.
@@ -19,7 +19,7 @@ pub(super) enum CarmenEntry {
     },
     Odometry {
         pose: Pose2,
-        /// Metres and radians a second.
+        /// Twist, metres and radians per second.
         twist: (f64, f64),
         acceleration: f64,
         sent: Sent,
@@ -38,7 +38,7 @@ pub(super) struct Scan {
     /// The name of the line in lower case.
     pub topic: String,
     pub ranges: Vec<f32>,
-    /// Where the laser was, and where the robot.
+    /// Poses of the laser and of the robot.
     pub poses: Option<(Pose2, Pose2)>,
     pub device: Option<Device>,
     /// Speeds, safety distances, and where the robot turns.
@@ -68,7 +68,7 @@ pub(super) fn is_known(word: &str) -> bool {
 }
 
 impl CarmenEntry {
-    /// Nothing for a line that is another system's.
+    /// Parses a line; `None` for a line of another system.
     pub fn parse(line: &str) -> Result<Option<Self>, String> {
         let mut words = Words::new(line);
         let name = words.word("its name")?;
@@ -95,7 +95,7 @@ impl CarmenEntry {
         Ok(Some(entry))
     }
 
-    /// When and by which host it was sent, if it says so.
+    /// Returns the time at which the entry was sent, and its host, if it has them.
     pub fn sent(&self) -> Option<(u64, &str)> {
         match self {
             Self::Parameter { sent, .. } => sent.as_ref(),
@@ -107,7 +107,7 @@ impl CarmenEntry {
     }
 }
 
-/// The end of each line.
+/// Returns the end of each line.
 fn sent(words: &mut Words<'_>) -> Result<Sent, String> {
     let time = words.seconds("the time at which it was sent")?;
     let host = words.word("the host")?.to_owned();
@@ -116,7 +116,8 @@ fn sent(words: &mut Words<'_>) -> Result<Sent, String> {
     Ok((time, host))
 }
 
-/// A value may have several words, and the old form does not say when it was sent.
+/// Parses a parameter.
+/// Its value may have several words, and the old form does not say when it was sent.
 fn parameter(words: &Words<'_>) -> Result<CarmenEntry, String> {
     let rest = words.rest();
     let (name, rest) = rest.split_first().ok_or("it ends where the name of a parameter should stand")?;

@@ -1,4 +1,4 @@
-//! Directions of a laser's beams and its maximum range, which lines of the old form leave out.
+//! Beam directions and maximum range of a laser, which lines of the old form omit.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -7,10 +7,10 @@ const RANGE_MAX: f64 = 80.0;
 
 /// Parameters of the two lasers, with the usual defaults.
 ///
-/// A laser of 180 or 181 beams has one in each degree, one of 360 or 361 in each half, one of 400 or 401 in each quarter, and its middle
-/// looks to the front; of an even number of beams the last is missing. Any other one covers 180 degrees. What
-/// `laser_front_laser_resolution` says in degrees goes before that. It sees 80 m, or as far as `robot_front_laser_max` says. Of the
-/// laser at the back it is `rear` instead of `front`.
+/// A laser of 180 or 181 beams has one in each degree, one of 360 or 361 in each half, one of 400 or 401 in each
+/// quarter, and its middle beam looks to the front; of an even number of beams the last is missing. Any other one
+/// covers 180 degrees. The parameter `laser_front_laser_resolution`, degrees, precedes that. The maximum range is 80 m,
+/// or `robot_front_laser_max`. The parameters of the laser at the back have `rear` instead of `front`.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Geometry {
     front: LaserParameters,
@@ -21,7 +21,7 @@ pub(super) struct Geometry {
 struct LaserParameters {
     /// Radians.
     resolution: Option<f64>,
-    /// Metres.
+    /// Maximum range, metres.
     range_max: Option<f64>,
 }
 
@@ -45,7 +45,8 @@ impl Geometry {
         }
     }
 
-    /// Direction of the first beam and angle from beam to beam in radians, and the longest range in metres.
+    /// Returns the first beam's direction, the angle increment, and the maximum range.
+    /// Angles in radians, range in metres.
     pub fn of(&self, topic: &str, beams: usize) -> (f64, f64, f64) {
         let told = match topic {
             "flaser" => self.front,

@@ -1,5 +1,6 @@
-//! Logs of CARMEN: a line for each message, which says what it is, what is in it, when it was sent, by which host, and when it
-//! was logged.
+//! Logs of CARMEN: a line for each message.
+//! A line has the message's kind, its content, the time at which it was sent, the host that sent it, and the time at
+//! which it was logged.
 //!
 //! The times are those at which messages were sent, as that is what sensors' values are of.
 
@@ -49,7 +50,7 @@ fn definition((name, text): (&str, &str)) -> Definition {
     Definition { name: name.into(), text: text.into() }
 }
 
-/// Whether a line is one of CARMEN's that says what no other log does.
+/// Returns true if a line can only be one of CARMEN's.
 pub(super) fn is_line(line: &str) -> bool {
     let mut words = Words::new(line);
     let is_known = words.word("").is_ok_and(entry::is_known);
@@ -89,7 +90,8 @@ pub(super) fn read<W: Write>(
 struct Log<'a, W> {
     output: &'a mut Output<W>,
     geometry: Geometry,
-    /// Parameters that say no time of their own; they have that of the next line that has one.
+    /// Parameters without a time of their own.
+    /// They get that of the next line that has one.
     untimed: Vec<(String, String)>,
     host: Option<String>,
     buffer: Vec<u8>,

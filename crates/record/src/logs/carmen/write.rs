@@ -29,8 +29,9 @@ const HEAD: &str = "\
 # message_name [message contents] ipc_timestamp ipc_hostname logger_timestamp
 ";
 
-/// Writes what is selected of a recording as lines of CARMEN's logger: sweeps of lasers and odometry, of Slate's interfaces as well
-/// as ROS's messages, and what [`import`](crate::logs::import) has made of a log of CARMEN.
+/// Writes the selected messages of a recording as lines of CARMEN's logger.
+/// These are laser scans and odometry, of Slate's interfaces as well as ROS's messages, and everything that
+/// [`import`](crate::logs::import) has made of a log of CARMEN.
 ///
 /// A sweep becomes the line that it came from. Any other one becomes `ROBOTLASER1`, that of another topic `ROBOTLASER2` and so on, at
 /// the pose of the newest odometry, or `RAWLASER1` as long as there is none. Numbers are written with all their digits. The time at
@@ -137,7 +138,7 @@ impl Log {
         Ok(())
     }
 
-    /// A message of the same time.
+    /// Returns a message of the same time.
     fn at(&self, topic: &str, time: u64) -> Option<&Value> {
         self.newest.get(topic).filter(|(own, _)| *own == time).map(|(_, value)| value)
     }
@@ -231,7 +232,8 @@ impl Log {
     }
 }
 
-/// Whether the sweeps of a topic of an imported log know where the robot was, and the laser's number.
+/// Returns whether the topic's scans have the robot's pose, and the laser's number.
+/// The topic is one of an imported log.
 fn numbered(topic: &str) -> Option<(bool, u8)> {
     let group = topic.strip_suffix("/scan")?.rsplit('/').next()?;
     let (is_robot, number) = match (group.strip_prefix("robotlaser"), group.strip_prefix("rawlaser")) {
@@ -243,14 +245,14 @@ fn numbered(topic: &str) -> Option<(bool, u8)> {
     Some((is_robot, number))
 }
 
-/// Whether a topic belongs to the sweeps, odometry and true poses of an imported log.
+/// Returns true for topics of scans, odometry and true poses of an imported log.
 fn is_part(topic: &str) -> bool {
     ["/laser_pose", "/robot_pose", "/device", "/motion", "/acceleration", "/truepos/odometry_pose"]
         .iter()
         .any(|end| topic.ends_with(end))
 }
 
-/// The numbers of a list.
+/// Returns the numbers of a list.
 fn items(value: &Value, name: &str) -> Vec<String> {
     match value {
         Value::Message(value) => match value.get(name) {
@@ -263,7 +265,8 @@ fn items(value: &Value, name: &str) -> Vec<String> {
     }
 }
 
-/// Seconds with microseconds, as CARMEN has them, and more digits only where they say something.
+/// Formats seconds with microseconds, as in CARMEN.
+/// More digits are written only where they are significant.
 fn micro(time: u64) -> String {
     let text = seconds(time);
     match text.strip_suffix("000") {

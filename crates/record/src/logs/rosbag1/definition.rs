@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use super::message::{BagMessageType, Count, Field, Item, Types};
 use crate::ros::Definition;
 
-/// How deep messages may stand in each other.
+/// Maximum nesting depth of messages.
 const DEEPEST: usize = 32;
 
 impl Types {
-    /// Reads the definition of the message `name`, such as `sensor_msgs/LaserScan`, with those of the messages in it.
+    /// Parses the definition of the message `name`, such as `sensor_msgs/LaserScan`.
+    /// `text` holds the definitions of nested messages as well.
     pub fn parse(name: &str, text: &str) -> Result<Self, String> {
         let mut sections: Vec<(String, Vec<(usize, &str)>)> = vec![(name.to_owned(), Vec::new())];
         let mut is_opened = false;
@@ -62,7 +63,7 @@ impl Types {
         Some(own)
     }
 
-    /// The same message as ROS 2 has it.
+    /// Returns the definition of the same message in ROS 2.
     pub fn definition(&self, name: &str) -> Definition {
         let mut text = String::new();
         for (i, kind) in self.kinds.iter().enumerate() {
@@ -156,7 +157,8 @@ impl BagMessageType {
         Ok(())
     }
 
-    /// Whether a field is left out as ROS 2 lacks it: the counter of a ROS 1 header.
+    /// Returns true if a field is omitted because ROS 2 lacks it.
+    /// This is the counter of a ROS 1 header.
     pub fn is_left_out(&self, field: &Field) -> bool {
         self.name == "std_msgs/Header" && field.name == "seq"
     }

@@ -23,7 +23,7 @@ pub(super) struct Field {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Item {
-    /// Its bytes, and its name in ROS 2.
+    /// Size in bytes, and name in ROS 2.
     Number(usize, &'static str),
     Bool,
     Text,
@@ -43,7 +43,8 @@ pub(super) enum Count {
 struct Input<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// How many values may follow: hostile definitions have messages without bytes in lists without an end.
+    /// Maximum number of values that may follow.
+    /// Hostile definitions have messages without bytes in endless lists.
     room: usize,
 }
 
@@ -80,7 +81,7 @@ impl Types {
         }
     }
 
-    /// Without `out`, what is read is left out.
+    /// Reads a message; without `out` it is skipped.
     fn message(
         &self,
         index: usize,

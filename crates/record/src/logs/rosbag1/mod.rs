@@ -1,4 +1,5 @@
-//! Recordings of ROS 1: rosbag's format 2.0, with chunks as they are, or made smaller by bzip2 or LZ4.
+//! Recordings of ROS 1: rosbag format 2.0.
+//! Chunks are uncompressed, or compressed by bzip2 or LZ4.
 //!
 //! Messages become those of ROS 2: the same fields, but for the sequence number of a `std_msgs/Header`, which ROS 2 does not have.
 
@@ -23,10 +24,11 @@ use crate::storage::{Error, MAXIMUM_RECORD};
 /// First bytes of a file.
 pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 
-/// Whose messages they are.
+/// Connection of a bag: topic and type of its messages.
 struct BagConnection {
     topic: String,
-    /// Nothing when its definition can't be read, which is told.
+    /// Types of the messages.
+    /// `None` if the definition can't be read, which is reported.
     types: Option<Types>,
     definition: Definition,
     /// Connections of one topic and type are one channel.
@@ -72,7 +74,7 @@ pub(super) fn read<W: Write>(
     }
 }
 
-/// How often a damaged file is gone on with.
+/// Maximum number of resumptions in a damaged file.
 const RESUMES: u64 = 1000;
 
 struct Log<'a, W> {
@@ -82,11 +84,12 @@ struct Log<'a, W> {
     path: &'a Path,
     connections: BTreeMap<u32, BagConnection>,
     buffer: Vec<u8>,
-    /// Where the index is that stands at the end, and of how many connections, as the head says.
+    /// Offset of the index at the end and its number of connections, from the header.
     index: Option<(u64, u64)>,
 }
 
 impl<W: Write> Log<'_, W> {
+    /// Checks the end of the file.
     /// A file can end where a record does, and not be whole.
     fn end(&mut self, length: u64) -> Result<(), Error> {
         match self.index {
@@ -216,7 +219,7 @@ impl<W: Write> Log<'_, W> {
     }
 }
 
-/// The records of a chunk.
+/// Returns the records of a chunk.
 fn unpack(compression: &str, bytes: &[u8], size: u64) -> Result<Vec<u8>, String> {
     if size > MAXIMUM_RECORD {
         return Err(format!("it should have {size} bytes, and at most {MAXIMUM_RECORD} are read"));

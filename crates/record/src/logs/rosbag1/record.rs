@@ -13,7 +13,7 @@ pub(super) struct BagRecord {
 const LONGEST_HEADER: u64 = 16 << 20;
 
 impl BagRecord {
-    /// `name=value`, each with its length before it.
+    /// Parses fields `name=value`, each with its length before it.
     pub fn fields(mut bytes: &[u8]) -> Result<BTreeMap<Vec<u8>, Vec<u8>>, String> {
         let mut fields = BTreeMap::new();
         while !bytes.is_empty() {
@@ -34,7 +34,7 @@ impl BagRecord {
         field.ok_or_else(|| format!("it has no `{}`", String::from_utf8_lossy(name)))
     }
 
-    /// A little-endian number.
+    /// Returns a little-endian number.
     pub fn number(&self, name: &[u8], size: usize) -> Result<u64, String> {
         let field = self.field(name)?;
         if field.len() != size {
@@ -61,12 +61,12 @@ impl<R: Read> Records<R> {
         Self { input, place }
     }
 
-    /// Where the next one begins.
+    /// Returns the offset of the next record.
     pub fn place(&self) -> u64 {
         self.place
     }
 
-    /// The next one; nothing at the end.
+    /// Returns the next record; `None` at the end.
     pub fn next(&mut self) -> Result<Option<BagRecord>, String> {
         let Some(header) = self.part(LONGEST_HEADER, true)? else { return Ok(None) };
         let header = BagRecord::fields(&header)?;
@@ -74,7 +74,8 @@ impl<R: Read> Records<R> {
         Ok(Some(BagRecord { header, data }))
     }
 
-    /// Bytes with their length before them; memory is taken as they come.
+    /// Reads bytes with their length before them.
+    /// Memory is allocated as they come.
     fn part(&mut self, most: u64, may_end: bool) -> Result<Option<Vec<u8>>, String> {
         let length = self.bytes(4)?;
         if length.is_empty() && may_end {

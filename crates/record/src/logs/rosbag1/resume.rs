@@ -1,4 +1,4 @@
-//! Where a damaged file goes on: at the next chunk.
+//! Resumption of a damaged file at its next chunk.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -8,13 +8,13 @@ use super::record::BagRecord;
 /// Field in the header of each chunk.
 const CHUNK: &[u8] = b"\x04\0\0\0op=\x05";
 
-/// No header of a chunk is longer, bytes.
+/// Maximum size of a chunk's header, bytes.
 const LONGEST: usize = 256;
 
-/// How much is looked through at once, bytes.
+/// Size of the search window, bytes.
 const WINDOW: usize = 1 << 20;
 
-/// The place of the first whole chunk that begins at `from` or behind it.
+/// Returns the place of the first whole chunk that begins at `from` or behind it.
 pub(super) fn next_chunk(file: &mut File, from: u64) -> io::Result<Option<u64>> {
     let length = file.metadata()?.len();
     let mut window = Vec::new();
@@ -42,7 +42,7 @@ fn candidates(window: &[u8]) -> impl Iterator<Item = usize> + '_ {
     fields.flat_map(|(field, _)| field.saturating_sub(LONGEST)..field.saturating_sub(3))
 }
 
-/// The bytes of the header and of the data of a chunk, with their lengths, if one begins there.
+/// Returns the lengths of a chunk's header and data, bytes, if one begins there.
 fn chunk_at(bytes: &[u8]) -> Option<(u64, u64)> {
     let (length, rest) = bytes.split_first_chunk()?;
     let header = u32::from_le_bytes(*length) as usize;

@@ -1,4 +1,5 @@
-//! Recordings of ROS 2: a folder with `metadata.yaml` and one or several MCAP files, which are one recording.
+//! Recordings of ROS 2: a folder with `metadata.yaml` and its MCAP files.
+//! One or several MCAP files are one recording.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -7,7 +8,7 @@ use crate::storage::Error;
 /// Name of the file that describes the folder.
 pub const DESCRIPTION: &str = "metadata.yaml";
 
-/// The files of a folder, in their order.
+/// Returns the files of a folder, in their order.
 pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let path = folder.join(DESCRIPTION);
     let text = std::fs::read_to_string(&path).map_err(|source| Error::Read { path: path.clone(), source })?;
@@ -47,7 +48,8 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     about.files.into_iter().map(inside).collect()
 }
 
-/// The needed part of a description, which one program writes, always in the same manner.
+/// The used part of a description.
+/// One program writes it, always in the same manner.
 #[derive(Default)]
 struct Description {
     storage: Option<String>,

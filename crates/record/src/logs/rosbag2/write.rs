@@ -17,9 +17,10 @@ use crate::storage::{Decoder, Error, Message, Selection, Unread, interface, whol
 pub struct RosExport<'a> {
     /// Interfaces whose messages ROS has, besides the well-known ones.
     pub interfaces: &'a [&'static Descriptor],
-    /// The robots, and the topics that tell where they are in the map; those whose true places are recorded unless given.
+    /// The robots, with the topics of their poses in the map.
+    /// By default, those whose true poses are recorded.
     pub robots: &'a [Followed],
-    /// The topic that tells it of a robot instead, such as `/r2/pose`.
+    /// Topic of a robot's pose instead of these, such as `/r2/pose`.
     pub pose: Option<&'a str>,
 }
 
@@ -28,7 +29,8 @@ pub struct RosExport<'a> {
 pub struct RosLog {
     /// Messages that are now those of ROS.
     pub standard: u64,
-    /// Messages that are as they were, but for fields that are not used: ROS has none for them, or they were its own already.
+    /// Messages without a ROS counterpart, or already in ROS's format.
+    /// They are unchanged but for unused fields.
     pub others: u64,
     /// Transforms in `/tf` and `/tf_static`.
     pub transforms: u64,
@@ -38,11 +40,11 @@ pub struct RosLog {
     pub unread: Vec<Unread>,
 }
 
-/// Writes what is selected of a recording with the messages that ROS 2 has for the values, such as `sensor_msgs/msg/LaserScan`, so
-/// that its tools show them; what ROS has no message for stays as it is. Frames are those of REP-105: maps, ways and poses in them
-/// are told in `map`, odometry in `odom`, and all else in `base_link`; of several robots each has [its own](ros::Frames). Where robots are
-/// in the map, and by their odometry, are the transforms in `/tf`; what modules tell as a `Transform` is there as well, or in
-/// `/tf_static`.
+/// Exports the selected messages of a recording as ROS 2 messages, for ROS's tools.
+/// A value becomes its ROS message, such as `sensor_msgs/msg/LaserScan`; a value without a ROS message stays unchanged.
+/// Frames are those of REP-105: maps, paths and poses in them are in `map`, odometry is in `odom`, and all else in
+/// `base_link`; of several robots each has [its own](ros::Frames). Poses of robots in the map, and by their odometry,
+/// are the transforms in `/tf`; each `Transform` that modules publish is there as well, or in `/tf_static`.
 ///
 /// # Errors
 /// When the recording is damaged, `out` can't be written, or no topic of that name has poses for the transforms.
@@ -125,7 +127,7 @@ pub fn export_ros(
 /// Treatment of the messages of a channel.
 enum ExportForm {
     Standard(&'static Descriptor, Box<Standard>),
-    /// As it was, without what is there for the layout alone.
+    /// Message without the fields that exist for the layout alone.
     Shown(Box<Shown>),
     Same,
     Unknown,

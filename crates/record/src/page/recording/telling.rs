@@ -13,7 +13,7 @@ impl Recording {
         self.texts.get(text)?.get(key)
     }
 
-    /// Title of the page.
+    /// Returns the title of the page.
     fn title(&self) -> String {
         let file = self.path.file_name().unwrap_or_default().to_string_lossy();
         let name = self.about("run", "agent").cloned().unwrap_or_else(|| file.into_owned());
@@ -27,7 +27,7 @@ impl Recording {
         self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
-    /// The page of a recording alone.
+    /// Returns the page of a recording alone.
     pub fn tell(mut self, known: &Known) -> Result<Story, Error> {
         let (title, source) = (self.title(), format!("From the recording {}.", self.file()));
         let mut sections = vec![self.summary()];
@@ -77,7 +77,7 @@ impl Recording {
         section
     }
 
-    /// How far the robots were from other things, and from each other.
+    /// Draws the distances of the robots to objects and to each other.
     pub fn distances(&mut self, trajectory: &Trajectory) -> Result<Section, Error> {
         let mut section = Section::new("Distances");
         let mut series: Vec<(String, Series)> = self
@@ -91,7 +91,7 @@ impl Recording {
         Ok(section)
     }
 
-    /// The sections behind the pictures.
+    /// Returns the sections behind the pictures.
     pub fn sections(&self) -> Vec<Section> {
         let mut decisions = Section::new("Decisions");
         decisions.text(
@@ -170,12 +170,12 @@ impl Recording {
     }
 }
 
-/// The title of a picture of the start of what has that title.
+/// Returns the title of the picture of the start, from the title of the run.
 fn start_title(title: &str) -> String {
     format!("{}: the start", title.rsplit_once(": ").map_or(title, |(run, _)| run))
 }
 
-/// The pictures of the ways of robots.
+/// Returns the pictures of the robots' paths.
 fn ways(
     title: &str,
     caption: &str,
@@ -199,9 +199,10 @@ fn ways(
     Ok(Some(section))
 }
 
-/// How far robots are from each other: between the points that their poses are of.
+/// Returns the distances between robots.
+/// They are between the points that their poses refer to.
 pub(in crate::page) fn between(trajectory: &Trajectory) -> Vec<(String, Series)> {
-    /// Of more, no picture can be read.
+    /// Maximum number of robots in a readable picture.
     const MOST: usize = 4;
     let robots = trajectory.robots();
     let mut pairs = Vec::new();

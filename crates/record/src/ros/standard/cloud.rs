@@ -4,14 +4,15 @@ use super::source::ValueBytes;
 use super::{Error, FieldLocation, Items, Primitive, RosPrimitive};
 use crate::ros::cdr::{CdrWriter, wire_length};
 
-/// Where something was heard by sonars, as points in the plane of the robot.
+/// Sonar echoes as a point cloud in the plane of the robot.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cloud {
     placements: List<3>,
     echoes: List<2>,
 }
 
-/// A list of interfaces: how many there are, where they begin, how far one is from the next, and numbers in each.
+/// List of interfaces: count, start, size of an item, and numbers in each.
+/// Start and size in bytes.
 #[derive(Clone, Copy, Debug)]
 struct List<const N: usize> {
     count: Items,
@@ -24,7 +25,7 @@ struct List<const N: usize> {
 const NUMBER: usize = 4;
 
 impl Cloud {
-    /// Of a value with placements of sonars and as many echoes.
+    /// Returns the cloud of a value with placements of sonars and as many echoes.
     pub fn of(descriptor: &'static Descriptor) -> Option<Self> {
         Some(Self {
             placements: List::of(descriptor, "placements", ["x", "y", "theta"])?,
@@ -32,7 +33,7 @@ impl Cloud {
         })
     }
 
-    /// Where the middle of each cone was hit in which something was heard.
+    /// Iterates over the points of the echoes heard, in the middle of each cone.
     pub fn heard(&self, value: &ValueBytes<'_>) -> impl Iterator<Item = [f64; 2]> {
         let count = value.count(self.placements.count).min(value.count(self.echoes.count));
         (0..count).filter_map(|item| {
@@ -55,7 +56,7 @@ impl Cloud {
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Appends what the numbers of a point are.
+/// Appends the description of a point's numbers.
 pub(super) fn axes(writer: &mut CdrWriter<'_>) -> Result<(), Error> {
     /// `FLOAT32` of `sensor_msgs/PointField`.
     const SINGLE: u8 = 7;

@@ -7,7 +7,8 @@ use super::{
 };
 use crate::ros::schema::{Count, FieldType, Item};
 
-/// The steps that encode a value as message `name`; `None` when it does not fit.
+/// Returns the steps that encode a value as message `name`.
+/// `None` if it does not fit.
 pub(super) fn steps(
     descriptor: &'static Descriptor,
     name: &str,
@@ -18,7 +19,8 @@ pub(super) fn steps(
     compiler.used.then_some(compiler.steps)
 }
 
-/// The steps that encode a value as a message that was defined for it: fields of the same name fit, or the only ones of both.
+/// Compiles the steps that encode a value as a message that was defined for it.
+/// Fields of the same name must fit, or the only ones of both.
 ///
 /// # Errors
 /// The path of a field of the message that does not fit, and the reason in words.
@@ -53,7 +55,8 @@ pub(super) fn checked_steps(
     }
 }
 
-/// The only field of a message beside its header, and that of an interface, if they have other names.
+/// Returns the only field of a message and of an interface, if their names differ.
+/// The header of the message does not count.
 fn only_fields(descriptor: &'static Descriptor, schema: &Schema) -> Option<(usize, &'static str)> {
     let record = &schema.records()[0];
     let is_header = |of: &FieldType| match of.item {
@@ -70,11 +73,11 @@ struct Compiler<'a> {
     message: &'a str,
     schema: &'a Schema,
     steps: Vec<MessageStep>,
-    /// Whether anything of the value is in the message.
+    /// Set if the message has any part of the value.
     used: bool,
-    /// Whether a field of the same name must fit.
+    /// Set if a field of the same name must fit.
     is_checked: bool,
-    /// Path of the first field that does not fit, and that of its field of the interface.
+    /// Path of the first field that does not fit, and of its field of the interface.
     misfit: Option<(String, Option<String>)>,
 }
 
@@ -83,7 +86,7 @@ impl<'a> Compiler<'a> {
         Self { descriptor, message, schema, steps: Vec::new(), used: false, is_checked: false, misfit: None }
     }
 
-    /// The whole message, of which the field at an index has the value of the only field of the interface.
+    /// Compiles the message whose field at an index has the interface's only field.
     fn only_record(&mut self, at: usize, own: &str) -> Option<()> {
         let schema = self.schema;
         let record = &schema.records()[0];
@@ -93,7 +96,7 @@ impl<'a> Compiler<'a> {
         Some(())
     }
 
-    /// `scope` is where in the value the fields of the same name are.
+    /// Compiles a record; `scope` is the path of the value's fields of the same name.
     fn record(&mut self, index: usize, path: &str, scope: Option<&str>) -> Option<()> {
         let schema = self.schema;
         let record = &schema.records()[index];
@@ -106,7 +109,7 @@ impl<'a> Compiler<'a> {
         Some(())
     }
 
-    /// The rules of a field of the message.
+    /// Returns the rules of a field of the message.
     fn rules<'s>(&self, path: &'s str) -> impl Iterator<Item = &'static FieldOrigin> + use<'s, '_> {
         let rules =
             RULES.iter().filter(move |(message, field, _)| *message == self.message && *field == path);
@@ -168,12 +171,14 @@ impl<'a> Compiler<'a> {
         self.steps.push(MessageStep { field: path.to_owned(), encode });
     }
 
-    /// The source of a field: where the message was defined for the interface, that of the same name goes before one by a rule.
+    /// Selects the source of a field.
+    /// If the message was defined for the interface, the source of the same name precedes the one by a rule.
     fn first<T>(&self, ruled: Option<T>, same: Option<T>) -> Option<T> {
         if self.is_checked { same.or(ruled) } else { ruled.or(same) }
     }
 
-    /// Whether the interface has an interface there, such as a time of its own.
+    /// Returns true if the interface has a nested interface there.
+    /// An example is a time of its own.
     fn is_nested(&self, same: Option<&str>) -> bool {
         same.and_then(|same| self.find(same)).is_some_and(|(kind, _)| matches!(kind, Kind::Nested(_)))
     }
@@ -336,20 +341,20 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Where the covariance of a pose in the plane is.
+    /// Returns the offset of the covariance of a pose in the plane.
     fn covariance(&self, path: &str) -> Option<usize> {
         let (kind, offset) = self.find(path)?;
         matches!(kind, Kind::Array(Kind::Primitive(Primitive::F64), 9)).then_some(offset)
     }
 
-    /// How many items a list of numbers has, what they are, and where they begin.
+    /// Returns count, type and offset of the items of a list of numbers.
     fn items(&self, path: &str) -> Option<(Items, Primitive, usize)> {
         let (kind, offset) = self.find(path)?;
         let (items, item, start) = list(&kind, offset)?;
         Some((items, Primitive::of(item)?, start))
     }
 
-    /// The step that encodes a list of interfaces as a list of messages.
+    /// Returns the step that encodes a list of interfaces as a list of messages.
     fn messages(
         &self,
         index: usize,
@@ -383,7 +388,8 @@ impl<'a> Compiler<'a> {
     }
 }
 
-/// Whether a list in a message has its length before it; `None` when one of the interface does not fit it.
+/// Returns whether a list in a message has its length before it.
+/// `None` if a list of the interface does not fit it.
 fn is_counted(theirs: Count, own: Items) -> Option<bool> {
     match (theirs, own) {
         (Count::Fixed(wanted), Items::Fixed(count)) if wanted == count => Some(false),
@@ -392,7 +398,7 @@ fn is_counted(theirs: Count, own: Items) -> Option<bool> {
     }
 }
 
-/// How many items a list has, what they are, and where they begin.
+/// Returns count, type and offset of the items of a list.
 fn list(kind: &Kind, offset: usize) -> Option<(Items, &'static Kind, usize)> {
     Some(match kind {
         Kind::Array(item, count) => (Items::Fixed(*count), item, offset),

@@ -10,10 +10,11 @@ use super::{
 use crate::ros::{Error, Value};
 
 impl Standard {
-    /// Whether a message tells all fields of a value, so that [`decode`](Standard::decode) can read it.
+    /// Checks that a message carries all fields of a value.
+    /// Only then can [`decode`](Standard::decode) read it.
     ///
     /// # Errors
-    /// The field of the interface that no message tells, in words.
+    /// The field of the interface that no message carries, in words.
     pub fn check_decodable(&self) -> Result<(), String> {
         let mut told = vec![false; self.descriptor.size];
         let mut has_tail = self.descriptor.tail().is_none();
@@ -32,8 +33,8 @@ impl Standard {
         }
     }
 
-    /// The value of a message; CDR may have either byte order. What the interface lacks is left out; a turn in
-    /// space becomes the one around z.
+    /// Decodes the value of a message; CDR may have either byte order.
+    /// Fields that the interface lacks are left out; a rotation in space becomes the one around z.
     ///
     /// # Errors
     /// When it is no such message, or the interface has no room for its lists and texts.
@@ -52,7 +53,7 @@ struct DecodedValue {
     tail: Vec<u8>,
 }
 
-/// Takes note of the bytes of a value that a message tells, by the first of each field.
+/// Marks the bytes of a value that a message carries, by the first of each field.
 fn note(step: &EncodeStep, told: &mut [bool], has_tail: &mut bool) {
     let mut mark = |offset: usize| told[offset] = true;
     match step {
@@ -84,7 +85,7 @@ fn note_items(count: Items, start: usize, mut mark: impl FnMut(usize), has_tail:
     }
 }
 
-/// The first field that is not told, by its path.
+/// Returns the path of the first field that the message does not carry.
 fn untold(descriptor: &Descriptor, offset: usize, told: &[bool]) -> Option<String> {
     descriptor.fields.iter().find_map(|field| match field.kind {
         Kind::Tail(_) => None,
@@ -167,7 +168,7 @@ impl DecodedValue {
         store(place.0, number, &mut self.bytes[place.1..]);
     }
 
-    /// Where the items of a list are.
+    /// Returns the buffer of the items of a list.
     fn memory(&mut self, count: Items) -> &mut Vec<u8> {
         match count {
             Items::Tail => &mut self.tail,
@@ -175,7 +176,7 @@ impl DecodedValue {
         }
     }
 
-    /// Makes room for the items of a list; returns where they begin in their memory.
+    /// Reserves space for the items of a list; returns its offset.
     fn room(&mut self, count: Items, start: usize, items: usize, size: usize) -> Result<usize, String> {
         match count {
             Items::Fixed(expected) if expected != items => {
@@ -200,7 +201,7 @@ impl DecodedValue {
         store_text(capacity, text, &mut self.bytes[offset..])
     }
 
-    /// Takes the numbers of items that have names.
+    /// Reads the numbers of items by their names.
     fn named(
         &mut self,
         places: &[FieldLocation],
@@ -217,7 +218,7 @@ impl DecodedValue {
         Ok(())
     }
 
-    /// Takes the covariance of x, y and the turn around z out of that in space.
+    /// Reads the covariance of x, y and the rotation around z from that in space.
     fn covariance(&mut self, start: usize, field: &Value) {
         const IN_SPACE: [usize; 3] = [0, 1, 5];
         let Value::Numbers(numbers) = field else { return };
@@ -229,7 +230,7 @@ impl DecodedValue {
     }
 }
 
-/// The field at a path.
+/// Returns the field at a path.
 fn look<'a>(value: &'a Value, path: &str) -> Option<&'a Value> {
     path.split('/').filter(|name| !name.is_empty()).try_fold(value, |value, name| value.get(name))
 }
@@ -245,7 +246,7 @@ fn number(value: &Value) -> Option<Scalar> {
     }
 }
 
-/// The turn around z of a quaternion, in (-pi, pi].
+/// Returns the rotation around z of a quaternion, in (-pi, pi].
 fn angle(sine: &Value, cosine: Option<&Value>) -> f64 {
     let float = |value: Option<&Value>| value.and_then(Value::as_f64).unwrap_or(0.0);
     let angle = 2.0 * libm::atan2(float(Some(sine)), float(cosine));

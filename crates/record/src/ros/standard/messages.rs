@@ -1,12 +1,12 @@
-//! The messages of ROS 2's `common_interfaces` that interfaces of robots are, and how to fill them, as of ROS 2 Jazzy; and what ROS 1
-//! Noetic has in their place.
+//! Messages of ROS 2's `common_interfaces` for robot interfaces, and their rules.
+//! The rules fill the messages, as of ROS 2 Jazzy; and those that ROS 1 Noetic has in their place.
 
 use std::collections::BTreeSet;
 
 use crate::ros::cdr::WireFormat;
 use crate::ros::definition::SEPARATOR;
 
-/// Where a field of a standard message comes from, when that is no field of its own name.
+/// Source of a standard message's field, if it is not the field of the same name.
 pub(super) enum FieldOrigin {
     /// A field of the interface, or all fields of one.
     Field(&'static str),
@@ -20,33 +20,35 @@ pub(super) enum FieldOrigin {
     NamedFrame(&'static str),
     /// The name of an enumeration's constant, in lower case.
     Name(&'static str),
-    /// Numbers of several fields as a list: what the list's items are called, and the fields.
+    /// Numbers of several fields as a list.
+    /// The names of the list's items, and the fields.
     Listed(&'static [(&'static str, &'static str)]),
     /// Names of such items.
     Called(&'static [(&'static str, &'static str)]),
     /// Number of each value of an enumeration, from 0 on; the last for all others.
     Among(&'static str, &'static [f64]),
-    /// How far in front something is of which distance and bearing are known.
+    /// Distance to the front (x) from range and bearing.
     Along { range: &'static str, bearing: &'static str },
-    /// How far to the left that is.
+    /// Distance to the left (y) from range and bearing.
     Across { range: &'static str, bearing: &'static str },
-    /// How many echoes of sonars were heard, that many times.
+    /// Number of echoes heard by sonars, times a factor.
     Heard(f64),
     /// The axes of the points at which they were.
     Axes,
-    /// These points.
+    /// Points of the echoes.
     Points,
-    /// Sine of half an angle: what a turn around the vertical is as a quaternion.
+    /// Sine of half an angle.
+    /// It is the z component of the quaternion of a rotation around the vertical.
     HalfSine(&'static str),
     /// Cosine of half an angle.
     HalfCosine(&'static str),
-    /// A number, or infinity when the truth value is false.
+    /// Number, or infinity if the boolean is false.
     When { number: &'static str, holds: &'static str },
     /// End of the last step.
     Last { first: &'static str, step: &'static str, items: &'static str },
     /// Covariance in space of that of x, y and theta, row after row.
     Covariance(&'static str),
-    /// A time in nanoseconds, or the message's when the truth value holds.
+    /// Time in nanoseconds, or the message's if the boolean is true.
     Time { time: &'static str, unless: &'static str },
 }
 
@@ -65,7 +67,8 @@ const FOUR_WHEELS: &[(&str, &str)] = &[
     ("back_right_wheel", "back_right"),
 ];
 
-/// Message, field in it, where that comes from. A rule whose fields the interface does not have is left out.
+/// Rules: message, field in it, and source of the field.
+/// A rule whose fields the interface lacks is left out.
 pub(super) const RULES: &[(&str, &str, FieldOrigin)] = &[
     ("diagnostic_msgs/DiagnosticStatus", "level", Among("state", &[0.0, 0.0, 2.0, 3.0])),
     ("diagnostic_msgs/DiagnosticStatus", "name", Text("mission")),
@@ -390,7 +393,7 @@ const MESSAGES: &[(&str, &str)] = &[
     ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
 ];
 
-/// Those that ROS 1 has otherwise.
+/// Messages that differ in ROS 1.
 const MESSAGES_OF_ROS1: &[(&str, &str)] = &[
     ("geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"),
     (
@@ -482,13 +485,14 @@ const MESSAGES_OF_ROS1: &[(&str, &str)] = &[
     ("std_msgs/Header", "uint32 seq\ntime stamp\nstring frame_id\n"),
 ];
 
-/// The fields of a message such as `std_msgs/Header`.
+/// Returns the fields of a message such as `std_msgs/Header`.
 pub(in crate::ros) fn message_body(format: WireFormat, name: &str) -> Option<&'static str> {
     let own = if format == WireFormat::Ros1 { MESSAGES_OF_ROS1 } else { &[] };
     own.iter().chain(MESSAGES).find(|(known, _)| *known == name).map(|(_, body)| *body)
 }
 
-/// The whole definition of a message such as `std_msgs/Header`, followed by those of the messages in it.
+/// Returns the whole definition of a message such as `std_msgs/Header`.
+/// Those of the messages in it follow.
 pub(super) fn text(name: &str, format: WireFormat) -> Option<String> {
     let body = |name: &str| message_body(format, name);
     let inside = |body: &'static str| {

@@ -17,10 +17,10 @@ use super::names::own_frame;
 use super::schema::reference;
 use super::{Definition, Error, Primitive, RosPrimitive, Schema};
 
-/// How a value becomes the message that ROS has for it.
+/// Conversion of a value to its standard ROS message.
 ///
-/// The message has what the value has: fields of the same name, and those that [are the same](standard) by another name. What
-/// the value does not tell is 0, or what the message's definition wants for "unknown".
+/// The message has the content of the value: fields of the same name, and those that [are the same](standard) by
+/// another name. Fields that the value lacks are 0, or the value for "unknown" in the message's definition.
 #[derive(Debug)]
 pub struct Standard {
     format: WireFormat,
@@ -30,7 +30,7 @@ pub struct Standard {
     steps: Vec<MessageStep>,
 }
 
-/// What is appended for a field of a message.
+/// Step that appends a field of a message.
 #[derive(Debug)]
 struct MessageStep {
     /// Path of the field.
@@ -52,8 +52,8 @@ enum EncodeStep {
         start: usize,
         from: Primitive,
     },
-    /// A list of messages, with its length before it or without: where its items begin in the value, what they are there, and what
-    /// is appended for each.
+    /// A list of messages, with its length before it or without.
+    /// It has the offset of its items in the value, their interface, and the steps for each.
     Messages {
         counted: bool,
         count: Items,
@@ -61,7 +61,8 @@ enum EncodeStep {
         item: &'static Descriptor,
         steps: Vec<MessageStep>,
     },
-    /// A list of texts, with its length before it or without: where its items begin in the value, and the capacity of each.
+    /// A list of texts, with its length before it or without.
+    /// It has the offset of its items in the value, and the capacity of each.
     TextList {
         counted: bool,
         count: Items,
@@ -76,7 +77,8 @@ enum EncodeStep {
     Axes,
     /// Points, with the count of their bytes.
     Points(Cloud),
-    /// The covariance of a pose in space, from the offset of that of x, y and theta in the plane.
+    /// Covariance of a pose in space, from that of x, y and theta in the plane.
+    /// The offset is that of the latter.
     Covariance(usize),
     /// A list of that many zeros; without a length unless it is empty.
     Zeros(Primitive, Option<usize>),
@@ -108,14 +110,14 @@ enum TextSource {
     Frame,
     /// A frame of the robot that the value is of.
     OfRobot(&'static str),
-    /// Such a frame, which the value names: offset and capacity.
+    /// A frame of the robot that the value names: offset and capacity.
     Named(usize, usize),
     /// Offset and capacity.
     Field(usize, usize),
     Name(FieldLocation, &'static Enumeration),
 }
 
-/// How many items a list of a value has.
+/// Number of items of a list of a value.
 #[derive(Clone, Copy, Debug)]
 enum Items {
     Fixed(usize),
@@ -124,36 +126,38 @@ enum Items {
     Tail,
 }
 
-/// The definition of a message of ROS that is known here, such as `sensor_msgs/msg/LaserScan`, without the comments.
+/// Returns the definition of a known ROS message.
+/// An example is `sensor_msgs/msg/LaserScan`. It has no comments.
 pub fn message_definition(name: &str) -> Option<Definition> {
     let (package, own) = name.split_once("/msg/")?;
     Some(Definition { name: name.into(), text: text(&format!("{package}/{own}"), WireFormat::Cdr)? })
 }
 
-/// The message that the interface says it is (`ros = "sensor_msgs/msg/LaserScan"`).
+/// Returns the conversion to the message that the interface names.
+/// An example is `ros = "sensor_msgs/msg/LaserScan"`.
 ///
-/// Returns nothing when it says none, or one that is not known here, or its fields don't fit that.
+/// `None` if the interface names no message, or an unknown one, or its fields do not fit the message.
 ///
-/// | message | what is not a field of the same name |
+/// | message | fields other than those of the same name |
 /// |---|---|
-/// | all | `header` has the time and the frame that are given, but what is told in a map has `map`, and odometry `odom` (REP 105); covariances are 0, which means unknown |
+/// | all | `header` has the time and the frame that are given, but values in a map have `map`, and odometry `odom` (REP 105); covariances are 0, which means unknown |
 /// | `sensor_msgs/LaserScan` | `angle_max` is the direction of the last beam |
 /// | `sensor_msgs/Image` | `encoding` is the name of `format` in lower case |
-/// | `sensor_msgs/NavSatFix` | `status` has the kind of the fix; which systems are used, and where the covariance comes from, is not told |
-/// | `sensor_msgs/Range` | `range` is infinite when nothing was heard |
-/// | `sensor_msgs/BatteryState` | what is not measured is NaN |
-/// | `nav_msgs/OccupancyGrid` | `info` has where the cells are; when it was loaded is 0 |
-/// | `nav_msgs/Odometry` | a turn in the plane is one around z; the child is the robot's `base_link` |
-/// | `nav_msgs/Path` | `poses` are the points, each with the header and no turn |
-/// | `geometry_msgs/Point` | what is in the plane has a `z` of 0 |
-/// | `geometry_msgs/PoseWithCovarianceStamped` | a turn in the plane is one around z, with its covariances |
-/// | `geometry_msgs/Quaternion` | a heading in the plane is a turn around z |
-/// | `diagnostic_msgs/DiagnosticStatus` | a mission is in order until it has failed |
-/// | `geometry_msgs/PolygonStamped` | the outline of a chassis; the rest of it is not told |
-/// | `geometry_msgs/PoseArray`, `geometry_msgs/PointStamped` | robots that are seen are where range and bearing say; who they are is not told |
+/// | `sensor_msgs/NavSatFix` | `status` has the kind of the fix; the systems used and the source of the covariance are left out |
+/// | `sensor_msgs/Range` | `range` is infinite without an echo |
+/// | `sensor_msgs/BatteryState` | unmeasured fields are NaN |
+/// | `nav_msgs/OccupancyGrid` | `info` has the pose and size of the cells; the time of loading is 0 |
+/// | `nav_msgs/Odometry` | a rotation in the plane is one around z; the child is the robot's `base_link` |
+/// | `nav_msgs/Path` | `poses` are the points, each with the header and no rotation |
+/// | `geometry_msgs/Point` | a point in the plane has a `z` of 0 |
+/// | `geometry_msgs/PoseWithCovarianceStamped` | a rotation in the plane is one around z, with its covariances |
+/// | `geometry_msgs/Quaternion` | a heading in the plane is a rotation around z |
+/// | `diagnostic_msgs/DiagnosticStatus` | a mission is OK until it has failed |
+/// | `geometry_msgs/PolygonStamped` | the outline of a chassis, without its other fields |
+/// | `geometry_msgs/PoseArray`, `geometry_msgs/PointStamped` | positions of detected robots from range and bearing, without their identities |
 /// | `sensor_msgs/CameraInfo` | the whole image, without binning |
 /// | `sensor_msgs/JointState` | the speeds of wheels, which have names such as `front_left_wheel`, or the joints `pan` and `tilt` of a head |
-/// | `sensor_msgs/PointCloud2` | of sonars, where something was heard, on the axis of its cone |
+/// | `sensor_msgs/PointCloud2` | points of sonar echoes, on the axes of the cones |
 /// | `std_msgs/Float64` | a distance |
 /// | `geometry_msgs/Twist` | forward is x, turning is around z |
 /// | `geometry_msgs/TransformStamped` | `header` has the value's own parent, and its own time unless it is fixed |
@@ -161,8 +165,8 @@ pub fn standard(descriptor: &'static Descriptor) -> Option<Standard> {
     standard_in(WireFormat::Cdr, descriptor)
 }
 
-/// The same as the ROS of a format defines it: the messages of ROS 1 are called `sensor_msgs/LaserScan`, and a `header` has a
-/// `seq`, which is 0.
+/// Returns the conversion of an interface to its message in the ROS of a format.
+/// The messages of ROS 1 are called `sensor_msgs/LaserScan`, and a `header` has a `seq`, which is 0.
 pub fn standard_in(format: WireFormat, descriptor: &'static Descriptor) -> Option<Standard> {
     let (package, name) = descriptor.ros.split_once("/msg/")?;
     let short = format!("{package}/{name}");
@@ -174,7 +178,8 @@ pub fn standard_in(format: WireFormat, descriptor: &'static Descriptor) -> Optio
 }
 
 impl Standard {
-    /// Values of an interface as messages of a definition: fields of the same name fit, or the only ones of both.
+    /// Returns the conversion of an interface's values to messages of a definition.
+    /// Fields of the same name must fit, or the only ones of both.
     ///
     /// # Errors
     /// The path of a field that does not fit, empty when none does, and the reason in words.
@@ -188,12 +193,13 @@ impl Standard {
         Ok(Self { format, descriptor, definition, schema, steps })
     }
 
-    /// The message, as ROS defines it, without the comments.
+    /// Returns the message definition of ROS, without the comments.
     pub fn definition(&self) -> &Definition {
         &self.definition
     }
 
-    /// Appends the message of a value, little end first. Nothing is allocated when `out` has room.
+    /// Appends the message of a value, little-endian.
+    /// Nothing is allocated if `out` has room.
     ///
     /// `bytes` is the value as it lies in memory, with its tail; `stamp` is its time in nanoseconds, and `frame` what it is told
     /// in, such as `base_link`: they are the `header` of messages that have one. Where a robot has frames of its own, as in
@@ -210,12 +216,12 @@ impl Standard {
     }
 }
 
-/// The robot that a frame is of, such as `r1` of `r1/base_link`; empty when it names none.
+/// Returns the robot of a frame, such as `r1` of `r1/base_link`; empty without one.
 fn robot(frame: &str) -> &str {
     frame.rsplit_once('/').map_or("", |(robot, _)| robot)
 }
 
-/// Appends what the steps make of a value.
+/// Appends a value by its steps.
 fn append(
     steps: &[MessageStep],
     value: &ValueBytes<'_>,
@@ -306,7 +312,7 @@ fn begin_list(
     Ok(count)
 }
 
-/// Appends the covariance of a pose in space, from that of x, y and theta in the plane.
+/// Appends the covariance of a pose in space, from that of x, y and theta.
 fn covariance(value: &ValueBytes<'_>, start: usize, writer: &mut CdrWriter<'_>) {
     // x, y and the turn around z among x, y, z and the turns around them.
     const IN_PLANE: [Option<usize>; 6] = [Some(0), Some(1), None, None, None, Some(2)];

@@ -4,7 +4,7 @@ use super::{Error, FieldLocation, Items, NumberSource, Primitive, RosPrimitive};
 use crate::ros::Value;
 use crate::ros::cdr::CdrWriter;
 
-/// A number on its way from one type to another.
+/// Number during the conversion of its type.
 #[derive(Clone, Copy)]
 pub(super) enum Scalar {
     Whole(i128),

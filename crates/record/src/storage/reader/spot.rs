@@ -1,4 +1,4 @@
-//! Messages that are read again, by the places where they stand.
+//! Repeated reading of messages by their places.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Seek};
@@ -7,7 +7,7 @@ use super::{Message, Reader};
 use crate::storage::Error;
 use crate::storage::record::{Chunk, FRAME, Record};
 
-/// Where a message stands in its file.
+/// Location of a message in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Spot {
     /// The chunk, or the record outside of chunks.
@@ -16,7 +16,7 @@ pub(crate) struct Spot {
     end: u32,
 }
 
-/// Chunks that were read by the places of their messages, each with when it was wanted last.
+/// Cache of chunks, each with the time of its last use.
 #[derive(Default)]
 pub(super) struct Kept {
     chunks: BTreeMap<u64, (u64, Vec<u8>)>,
@@ -24,8 +24,8 @@ pub(super) struct Kept {
     wanted: u64,
 }
 
-/// In a chunk that is not compressed, the bytes before its records: two times, a length, a checksum, a text without letters, and
-/// a length.
+/// Size of an uncompressed chunk's header, bytes.
+/// It has two times, a length, a checksum, an empty text, and a length.
 const UNCOMPRESSED: u64 = 8 + 8 + 8 + 4 + 4 + 8;
 
 /// Maximum size of the kept chunks besides the last one, bytes.
@@ -42,7 +42,7 @@ impl Kept {
         }
     }
 
-    /// Whether it is there; it is wanted now.
+    /// Returns true if the chunk is in the cache, and marks it as used.
     fn has(&mut self, at: u64) -> bool {
         self.wanted += 1;
         let found = self.chunks.get_mut(&at);
@@ -51,7 +51,7 @@ impl Kept {
 }
 
 impl<R: Read + Seek> Reader<R> {
-    /// The next message, where it stands, and the checksum of its record.
+    /// Returns the next message, its location, and the checksum of its record.
     pub(crate) fn next_spot(&mut self) -> Result<Option<(Spot, u32, Message<'_>)>, Error> {
         let Some((start, end)) = self.find()? else { return Ok(None) };
         // A chunk is not longer than that.
@@ -60,7 +60,7 @@ impl<R: Read + Seek> Reader<R> {
         Ok(Some((spot, crc32fast::hash(record), self.message(record)?)))
     }
 
-    /// A message that was read before, once all of the file was read.
+    /// Returns a message again, once all of the file was read.
     pub(crate) fn message_at(&mut self, spot: Spot) -> Result<Message<'_>, Error> {
         if !self.kept.has(spot.at) {
             self.records.clear();
@@ -80,8 +80,8 @@ impl<R: Read + Seek> Reader<R> {
         self.message(record.ok_or_else(|| self.changed(spot))?)
     }
 
-    /// As [`message_at`](Reader::message_at), for one of which those around it are not wanted: nothing but its record is read,
-    /// unless its chunk is compressed, and checked by its checksum.
+    /// Reads a message as [`message_at`](Reader::message_at), without those around it.
+    /// Only its record is read, unless its chunk is compressed, and checked by its checksum.
     pub(crate) fn message_alone(&mut self, spot: Spot, checksum: u32) -> Result<Message<'_>, Error> {
         let chunks = &self.outline.chunks;
         let chunk = chunks.binary_search_by_key(&spot.at, |chunk| chunk.chunk_start_offset);

@@ -17,19 +17,20 @@ use super::memory::{Region, Regions};
 use super::ready;
 use crate::carrier::{Link, SharedMemory};
 
-/// The largest packet, bytes: a few of them fit into a socket's buffer.
+/// Largest packet, bytes; a few of them fit into a socket's buffer.
 const LARGEST: usize = 48 << 10;
 
-/// The first byte of what is not a session's packet: memory that this end wants to fill comes with it.
+/// First byte of a packet that transfers memory, and is none of a session.
+/// The memory is for this end to fill.
 const MEMORY: u8 = b'M';
 
-/// Two processes, or two agents in one.
+/// Link between two processes, or two agents in one.
 #[derive(Debug)]
 pub(super) struct LocalLink {
     socket: OwnedFd,
-    /// How long the socket waits for a packet.
+    /// Current receive timeout of the socket.
     patience: Mutex<Duration>,
-    /// What this end fills, and what the other one does.
+    /// Regions that this end fills, and regions that the other end fills.
     own: Mutex<Regions>,
     others: Mutex<Regions>,
 }
@@ -54,7 +55,7 @@ impl LocalLink {
         })
     }
 
-    /// Lets the other end map memory; false when there is no room for the packet now.
+    /// Transfers memory to the other end; false if the packet can't be sent now.
     fn hand_over(&self, class: u8, file: BorrowedFd<'_>) -> bool {
         let files = [file];
         let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];

@@ -1,12 +1,13 @@
-//! Memory that two agents see: regions of slots, one region for each size, made by the end that fills it.
+//! Shared memory of two agents: regions of slots, one region per size.
+//! The end that fills a region creates it.
 //!
-//! A slot's word is 0 while it is free, else the number of the value in it. The end that fills it looks for a free one
-//! and sets the number; the other one sets 0 when it has taken the value, or when nobody there reads it any more: until
-//! then it may lend it, which the word says. Nothing of it has a name, and each link has its own, so when a process dies
-//! nothing is left but what the other one drops with the link, and with the values that it still reads.
+//! A slot's word is 0 while the slot is free, else the number of its value. The end that fills the region finds a free
+//! slot and sets the number. The other end sets 0 when it has taken the value, or when its last reader has released it;
+//! until then it may lend the value, which the word indicates. The memory has no name, and each link has its own. So
+//! when a process dies, only the other end still holds it, until it drops the link and the values that it reads.
 //!
-//! A region takes memory for the slots that have been in use at once, as pages that were never touched take none. Those
-//! are the first ones: with a reader that keeps up, two or three of each property.
+//! A region uses memory only for slots that have been in use at once, as untouched pages use none. These are the first
+//! slots: two or three per property with a reader that keeps up.
 #![allow(
     unsafe_code,
     reason = "memory that another process sees too is mapped here and nowhere else in this crate"
@@ -23,36 +24,36 @@ use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, fcntl_get_seals, fstat,
 use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
 use slate_blackboard::channel::LentBytes;
 
-/// Values that a region holds at once, of all properties of that size: so many that a few properties and a few readers
-/// of each have those that they need.
+/// Slots of a region, for all properties of that size.
+/// Enough for a few properties with a few readers each.
 const SLOTS: usize = 32;
 
-/// How many of them are lent at most. The rest always comes back at once, so that a reader that never lets go of what it
-/// reads does not keep the other end from sending more.
+/// Largest number of lent slots.
+/// The others always return at once, so a reader that never releases a value does not block the other end.
 const LENT: usize = 24;
 
-/// The word of a slot whose value is lent, which no value has as its number.
+/// Word of a slot whose value is lent, which is no number of a value.
 const ON_LOAN: u32 = u32::MAX;
 
-/// Values are rounded up to a multiple of this at most.
+/// Largest alignment of values, bytes.
 const ALIGN: usize = 64;
 
-/// Bytes before the first slot: a cache line for each slot's word, and the rest of a page.
+/// Size of the header, bytes: a cache line per slot's word, padded to a page.
 const HEAD: usize = 4096;
 
 const LINE: usize = 64;
 
-/// Slots have 2 to the power of these bytes.
+/// Binary logarithms of the slot sizes, bytes.
 const CLASSES: std::ops::RangeInclusive<u8> = 14..=26;
 
-/// One size of slots.
+/// Region of slots of one size.
 #[derive(Debug)]
 pub(super) struct Region {
     class: u8,
     base: NonNull<u8>,
-    /// Counts the values that were put in.
+    /// Number of the last stored value.
     number: u32,
-    /// How many values are lent.
+    /// Number of lent values.
     lent: AtomicUsize,
 }
 
@@ -76,7 +77,7 @@ impl Region {
         Some(Self { class, base, number: 0, lent: AtomicUsize::new(0) })
     }
 
-    /// Memory that this process fills, and its file for the other one.
+    /// Creates memory that this process fills, and its file for the other one.
     fn own(class: u8) -> Option<(Self, OwnedFd)> {
         let file = memfd_create("slate-share", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING).ok()?;
         ftruncate(&file, Self::length(class) as u64).ok()?;
@@ -84,7 +85,7 @@ impl Region {
         Some((Self::map(class, file.as_fd())?, file))
     }
 
-    /// Memory that the other process fills; nothing when it is not what it should be.
+    /// Maps memory that the other process fills; `None` if it is invalid.
     pub fn theirs(class: u8, file: OwnedFd) -> Option<Self> {
         if !CLASSES.contains(&class) {
             return None;
@@ -105,7 +106,7 @@ impl Region {
         unsafe { self.base.add(HEAD + slot * (1 << self.class)).as_ptr() }
     }
 
-    /// Puts a value that fits into a free slot; the slot and the value's number.
+    /// Stores a value in a free slot; returns the slot and the value's number.
     fn put(&mut self, bytes: &[u8]) -> Option<(u8, u32)> {
         let slot = (0..SLOTS).find(|slot| self.word(*slot).load(Ordering::Acquire) == 0)?;
         self.number = self.number % (ON_LOAN - 1) + 1;
@@ -116,7 +117,7 @@ impl Region {
         Some((slot as u8, self.number))
     }
 
-    /// Takes the value out of the slot for as long as what is returned lives.
+    /// Takes the value out of the slot while the returned loan exists.
     fn lend(self: &Arc<Self>, slot: u8, number: u32, length: usize) -> Option<LentMemory> {
         let slot = usize::from(slot);
         let size = 1 << self.class;
@@ -160,7 +161,7 @@ impl Drop for Region {
     }
 }
 
-/// A value that is read where it is.
+/// Lent value, read in place.
 #[derive(Debug)]
 struct LentMemory {
     region: Arc<Region>,
@@ -185,7 +186,7 @@ impl Drop for LentMemory {
     }
 }
 
-/// The regions of one end of a link.
+/// Regions of one end of a link.
 #[derive(Debug, Default)]
 pub(super) struct Regions(BTreeMap<u8, Arc<Region>>);
 
@@ -195,7 +196,7 @@ impl Regions {
         self.0.entry(region.class).or_insert_with(|| Arc::new(region));
     }
 
-    /// Puts a value into a slot, for which a region may have to be handed over first.
+    /// Stores a value in a slot; hands a new region over first if needed.
     pub fn place(
         &mut self,
         bytes: &[u8],

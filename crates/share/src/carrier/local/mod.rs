@@ -1,4 +1,5 @@
-//! Agents of one machine: a Unix socket that keeps packets apart, and shared memory for big values.
+//! Carrier between agents of one machine.
+//! It uses a Unix socket that preserves packets, and shared memory for large values.
 //!
 //! Endpoints are `local:NAME`, which is `$XDG_RUNTIME_DIR/slate/NAME.share`, and `local:/a/path`. Only the user who runs
 //! an agent reaches it.
@@ -20,10 +21,10 @@ use super::{Carrier, CarrierError, Link, Listener, ready};
 use link::LocalLink;
 use place::LocalAddress;
 
-/// How many links may wait to be accepted.
+/// Largest number of links that wait to be accepted.
 const BACKLOG: i32 = 64;
 
-/// Carries packets between agents of one user on one machine.
+/// Carrier between agents of one user on one machine.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Local;
 
@@ -71,7 +72,7 @@ fn system(endpoint: &str, error: Errno) -> CarrierError {
     CarrierError::System { endpoint: endpoint.into(), error: error.into() }
 }
 
-/// Whether this user's process is at the other end.
+/// Checks that the process at the other end belongs to this user.
 fn check_user(socket: &OwnedFd, endpoint: &str) -> Result<(), CarrierError> {
     let other = rustix::net::sockopt::socket_peercred(socket).map_err(|error| system(endpoint, error))?.uid;
     let own = rustix::process::geteuid();
@@ -82,7 +83,7 @@ fn check_user(socket: &OwnedFd, endpoint: &str) -> Result<(), CarrierError> {
     Err(CarrierError::Unsafe { endpoint: endpoint.into(), reason })
 }
 
-/// Listens at a socket with a name, which it takes away at its end.
+/// Listener at a named socket, which it removes at its end.
 #[derive(Debug)]
 struct LocalListener {
     socket: OwnedFd,

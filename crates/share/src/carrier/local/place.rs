@@ -1,4 +1,4 @@
-//! Where a socket is, and whose it is.
+//! Paths of sockets and their owners.
 
 use std::fs::{self, DirBuilder};
 use std::io::ErrorKind;
@@ -11,7 +11,7 @@ use crate::carrier::CarrierError;
 
 const EXPECTED: &str = "local:NAME (letters, digits, _ and -) or local:/a/path";
 
-/// The path of an endpoint's socket.
+/// Returns the path of an endpoint's socket.
 pub(super) fn path(endpoint: &str) -> Result<PathBuf, CarrierError> {
     let wrong = || CarrierError::NoEndpoint { endpoint: endpoint.into(), expected: EXPECTED };
     let name = endpoint.strip_prefix("local:").ok_or_else(wrong)?;
@@ -25,16 +25,16 @@ pub(super) fn path(endpoint: &str) -> Result<PathBuf, CarrierError> {
     Ok(folder().join(format!("{name}.share")))
 }
 
-/// A path that nobody else listens at as long as this lives.
+/// Path of a socket, locked against other listeners.
 #[derive(Debug)]
 pub(super) struct LocalAddress {
     path: PathBuf,
-    /// Goes last.
+    /// Lock of the path; dropped last.
     _lock: Lock,
 }
 
 impl LocalAddress {
-    /// Takes an endpoint. What an agent left that was killed makes room.
+    /// Takes an endpoint; replaces the socket of an agent that was killed.
     pub fn take(endpoint: &str) -> Result<Self, CarrierError> {
         let path = path(endpoint)?;
         let system = |error| CarrierError::System { endpoint: endpoint.into(), error };

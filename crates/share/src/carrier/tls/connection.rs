@@ -1,4 +1,5 @@
-//! Packets in an encrypted stream: each with its length before it, two bytes, the lower one first.
+//! Packets in an encrypted stream.
+//! Each is preceded by its length: two bytes, little-endian.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -11,23 +12,23 @@ use super::credentials::{LoadedCredentials, common_name, expires, explain};
 use super::settings::{client, server};
 use slate_tls::ShownCertificate;
 
-/// The largest packet, bytes.
+/// Largest packet, bytes.
 pub(super) const LARGEST: usize = 31 << 10;
 
 const HEAD: usize = 2;
 
-/// Room for what was decrypted that is kept while nothing comes, bytes.
+/// Capacity of the decrypted buffer that is kept while idle, bytes.
 const KEPT: usize = 32 << 10;
 
-/// One end of the stream. It waits for nothing.
+/// One end of the stream, which never blocks.
 pub(super) struct TlsConnection {
     tls: rustls::Connection,
-    /// Bytes that were decrypted, and how many of them are taken.
+    /// Decrypted bytes; the number of consumed ones follows.
     incoming: Vec<u8>,
     taken: usize,
-    /// When the first of both certificates is no longer valid, seconds of the calendar.
+    /// Expiry of the first of both certificates, s since 1970.
     expires: i64,
-    /// Whom the other end's certificate names.
+    /// Name in the other end's certificate.
     agent: Option<String>,
     shown: ShownCertificate,
 }
@@ -55,17 +56,17 @@ impl TlsConnection {
         Self { tls, incoming: Vec::new(), taken: 0, expires, agent: None, shown }
     }
 
-    /// Whom the other end's certificate names, as soon as that is proven.
+    /// Returns the name in the other end's certificate, once it is proven.
     pub fn agent(&self) -> Option<&str> {
         self.agent.as_deref()
     }
 
-    /// Whether something waits until the socket takes it.
+    /// Returns whether data waits for the socket.
     pub fn is_full(&self) -> bool {
         self.tls.wants_write()
     }
 
-    /// Hands over what waits, as far as the socket takes it.
+    /// Writes pending bytes, as far as the socket takes them.
     pub fn flush(&mut self, mut socket: &TcpStream) -> io::Result<()> {
         while self.tls.wants_write() {
             match self.tls.write_tls(&mut socket) {
@@ -78,7 +79,7 @@ impl TlsConnection {
         Ok(())
     }
 
-    /// Puts a packet into the stream.
+    /// Encrypts a packet into the stream.
     pub fn put(&mut self, packet: &[u8]) -> io::Result<()> {
         self.check_certificates()?;
         let length = u16::try_from(packet.len()).map_err(io::Error::other)?;
@@ -102,7 +103,7 @@ impl TlsConnection {
         }
     }
 
-    /// The next packet, when all of it has come.
+    /// Returns the next packet if it is complete.
     fn whole(&self) -> io::Result<Option<&[u8]>> {
         let waiting = &self.incoming[self.taken..];
         let Some((head, rest)) = waiting.split_first_chunk::<HEAD>() else { return Ok(None) };
@@ -114,7 +115,7 @@ impl TlsConnection {
         Ok(rest.get(..length))
     }
 
-    /// Reads what has come; false when there is nothing.
+    /// Reads available bytes; false if there are none.
     fn advance(&mut self, mut socket: &TcpStream) -> io::Result<bool> {
         match self.tls.read_tls(&mut socket) {
             Ok(0) => return Err(ended()),
@@ -142,7 +143,7 @@ impl TlsConnection {
         Ok(true)
     }
 
-    /// Who is at the other end is known when the handshake is over.
+    /// Stores the name of the other agent once the handshake is complete.
     fn learn_agent(&mut self) -> io::Result<()> {
         if self.agent.is_none()
             && !self.tls.is_handshaking()
@@ -166,7 +167,7 @@ impl TlsConnection {
         Err(io::Error::new(ErrorKind::PermissionDenied, "a certificate of the link has expired"))
     }
 
-    /// Says that nothing more comes.
+    /// Announces the end of the stream to the other end.
     pub fn finish(&mut self, socket: &TcpStream) {
         self.tls.send_close_notify();
         // If there is no room for it, the end of the stream says it too.
@@ -178,7 +179,7 @@ fn ended() -> io::Error {
     io::Error::new(ErrorKind::ConnectionAborted, "the other end closed the link")
 }
 
-/// Why there is no link, to whoever shows the certificate of that name.
+/// Describes a TLS error for an agent whose certificate has the name `shown`.
 fn words(error: &rustls::Error, shown: Option<&str>) -> String {
     match error {
         rustls::Error::InvalidCertificate(_) => {

@@ -1,4 +1,4 @@
-//! The files that say who an agent is, and who the others may be.
+//! Certificate files that identify this agent and authenticate others.
 
 use std::fs;
 use std::os::unix::fs::MetadataExt;
@@ -17,8 +17,9 @@ use slate_runtime::printable_text;
 use slate_runtime::sharing::{About, SharingError};
 use x509_parser::prelude::{FromDer, X509Certificate};
 
-/// An agent's certificate, its key, and the authority of all agents, which fit together. The files are read again for each
-/// link, so those that are renewed hold from the next link on.
+/// Certificate and key of an agent, and the certificate authority of all agents.
+/// They are checked to fit together. The files are read again for each link, so renewed ones apply from the next link
+/// on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Credentials {
     agent: String,
@@ -27,10 +28,10 @@ pub struct Credentials {
     authority: PathBuf,
 }
 
-/// So long before its end a certificate is told of, seconds.
+/// Time before expiry at which a certificate causes a warning, s.
 const WEEK: i64 = 7 * 24 * 3600;
 
-/// What the files hold.
+/// Content of the files.
 pub(super) struct LoadedCredentials {
     pub chain: Vec<CertificateDer<'static>>,
     pub key: PrivateKeyDer<'static>,
@@ -38,14 +39,14 @@ pub(super) struct LoadedCredentials {
     pub provider: Arc<CryptoProvider>,
 }
 
-/// Where they are, in PEM.
+/// Paths of the files, in PEM format.
 #[derive(Clone, Copy, Debug)]
 pub struct Files<'a> {
-    /// The agent's certificate, and those between it and the authority's.
+    /// Certificate of the agent, and the chain up to the authority's.
     pub certificate: &'a Path,
-    /// The private key that belongs to it.
+    /// Private key of the certificate.
     pub key: &'a Path,
-    /// The certificates of those who may sign certificates of agents.
+    /// Certificates of the authorities that sign agents' certificates.
     pub authority: &'a Path,
 }
 
@@ -57,8 +58,8 @@ impl Credentials {
     /// Reads the files of the agent of that name.
     ///
     /// # Errors
-    /// When one of them can't be read or is none, when they don't belong together, when others may read the key, when
-    /// the certificate is another agent's, or not valid now.
+    /// If a file can't be read or is malformed, if the files do not belong together, if other users may read the key,
+    /// or if the certificate is another agent's or not valid now.
     pub fn load(files: Files<'_>, agent: &str) -> Result<Self, SharingError> {
         LoadedCredentials::new(files, agent)?;
         Ok(Self {
@@ -69,7 +70,8 @@ impl Credentials {
         })
     }
 
-    /// What will keep links from beginning, now or within a week, as the files are at the moment.
+    /// Returns a warning if links will fail now or within a week.
+    /// It reads the files in their current state.
     #[allow(clippy::disallowed_methods, reason = "certificates go by the calendar")]
     pub fn warning(&self) -> Option<String> {
         let loaded = match self.read() {
@@ -90,7 +92,7 @@ impl Credentials {
         })
     }
 
-    /// What the files hold now.
+    /// Reads the current content of the files.
     pub(super) fn read(&self) -> Result<LoadedCredentials, SharingError> {
         let files = Files { certificate: &self.certificate, key: &self.key, authority: &self.authority };
         LoadedCredentials::new(files, &self.agent)
@@ -141,7 +143,7 @@ fn key(path: &Path) -> Result<PrivateKeyDer<'static>, SharingError> {
     })
 }
 
-/// The certificate has to be this agent's.
+/// Checks that the certificate is this agent's.
 fn check_name(certificate: &CertificateDer<'_>, path: &Path, agent: &str) -> Result<(), SharingError> {
     let name = common_name(certificate);
     if name.as_deref() == Some(agent) {
@@ -158,13 +160,13 @@ fn check_name(certificate: &CertificateDer<'_>, path: &Path, agent: &str) -> Res
     Err(refused(About::Certificate, message, &format!("make one with the common name (CN) `{agent}`")))
 }
 
-/// When a certificate is no longer valid, seconds of the calendar.
+/// Returns the expiry of a certificate, s since 1970.
 pub(super) fn expires(certificate: &CertificateDer<'_>) -> i64 {
     X509Certificate::from_der(certificate)
         .map_or(i64::MIN, |(_, parsed)| parsed.validity().not_after.timestamp())
 }
 
-/// The name of the agent whose certificate that is.
+/// Returns the agent's name in a certificate.
 pub(super) fn common_name(certificate: &CertificateDer<'_>) -> Option<String> {
     let (_, certificate) = X509Certificate::from_der(certificate).ok()?;
     certificate.subject().iter_common_name().next()?.as_str().ok().map(Into::into)
@@ -201,7 +203,8 @@ fn roots(authority: &[CertificateDer<'static>], path: &Path) -> Result<RootCertS
     Ok(roots)
 }
 
-/// Whether others will take the certificate: it is valid now, signed by the authority, and for both ends.
+/// Checks that other agents will accept the certificate.
+/// It must be valid now, signed by the authority, and usable for both ends.
 fn check_chain(
     certificate: &[CertificateDer<'static>],
     roots: &Arc<RootCertStore>,
@@ -229,7 +232,7 @@ fn check_chain(
     })
 }
 
-/// What is wrong with a certificate, and what to do.
+/// Returns the error of a certificate and the advice for the user.
 pub(super) fn explain(error: &rustls::Error) -> (String, &'static str) {
     use rustls::CertificateError::{
         BadSignature, Expired, ExpiredContext, NotValidYet, NotValidYetContext, UnknownIssuer,

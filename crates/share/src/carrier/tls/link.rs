@@ -11,10 +11,10 @@ use super::connection::{LARGEST, TlsConnection};
 use super::{Credentials, PATIENCE};
 use crate::carrier::{CarrierError, Link, ready};
 
-/// What the system is asked to keep of what the other end has not taken, bytes; it may allow less.
+/// Requested size of the send buffer, bytes; the system may allow less.
 const ROOM: usize = 512 << 10;
 
-/// A link to one agent.
+/// Link to one agent.
 pub(super) struct TlsLink {
     socket: TcpStream,
     other: SocketAddr,
@@ -22,9 +22,10 @@ pub(super) struct TlsLink {
     agent: OnceLock<String>,
 }
 
-/// What both threads of a link use, each for as long as it takes to encrypt a packet.
+/// State that both threads of a link use.
+/// Each holds it for as long as it takes to encrypt a packet.
 enum TlsLinkState {
-    /// Somebody came, and was not listened to yet.
+    /// Accepted connection before its handshake.
     Accepted(Credentials),
     Open(Box<TlsConnection>),
     Closed(ErrorKind, String),
@@ -42,7 +43,7 @@ fn set_up(socket: &TcpStream) -> io::Result<()> {
     Ok(set_socket_send_buffer_size(socket, ROOM)?)
 }
 
-/// That so much time from now has passed.
+/// Returns a function for the time left until `limit` from now.
 #[allow(clippy::disallowed_methods, reason = "the host says how long it waits for a network")]
 fn timer(limit: Duration) -> impl Fn() -> Duration {
     let start = Instant::now();
@@ -55,12 +56,12 @@ impl TlsLink {
         Ok(Self { socket, other, state: Mutex::new(state), agent: OnceLock::new() })
     }
 
-    /// A link that somebody began.
+    /// Creates a link from an accepted connection.
     pub fn accepted(socket: TcpStream, from: SocketAddr, credentials: Credentials) -> io::Result<Self> {
         Self::new(socket, from, TlsLinkState::Accepted(credentials))
     }
 
-    /// Begins a link.
+    /// Opens a link to an address.
     pub fn dial(
         endpoint: &str,
         address: SocketAddr,
@@ -105,7 +106,7 @@ impl TlsLink {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Reads from the connection. What fails ends the link.
+    /// Reads from the connection; an error ends the link.
     fn listen<T>(&self, call: impl FnOnce(&mut TlsConnection) -> io::Result<T>) -> io::Result<T> {
         let mut state = self.state();
         let result = self.with(&mut state, call);
@@ -115,7 +116,8 @@ impl TlsLink {
         result
     }
 
-    /// Writes to the connection. When that fails, what came may say why; so it does not end the link.
+    /// Writes to the connection.
+    /// A failure does not end the link, as received data may give the reason.
     fn write<T>(&self, call: impl FnOnce(&mut TlsConnection) -> io::Result<T>) -> io::Result<T> {
         self.with(&mut self.state(), call)
     }
@@ -133,7 +135,7 @@ impl TlsLink {
         result
     }
 
-    /// Ends the link for that reason, if it has not ended.
+    /// Ends the link with that reason, unless it has ended.
     fn end(&self, state: &mut TlsLinkState, kind: ErrorKind, reason: &str) {
         if let TlsLinkState::Open(connection) = state {
             connection.finish(&self.socket);
@@ -162,7 +164,7 @@ impl TlsLinkState {
     }
 }
 
-/// What the socket has to be ready for.
+/// Returns the events to wait for at the socket.
 fn interest(connection: &TlsConnection) -> PollFlags {
     if connection.is_full() { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN }
 }

@@ -9,7 +9,7 @@ use super::Credentials;
 use super::link::TlsLink;
 use crate::carrier::{CarrierError, Link, Listener, ready};
 
-/// Listens at one address.
+/// Listener at one address.
 #[derive(Debug)]
 pub(super) struct TlsListener {
     socket: TcpListener,

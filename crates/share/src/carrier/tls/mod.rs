@@ -1,7 +1,7 @@
-//! Agents of several machines, over TLS 1.3 on TCP, with certificates of both ends.
+//! Carrier between machines: TLS 1.3 on TCP, with certificates of both ends.
 //!
-//! Endpoints are `tls:HOST:PORT`. Nothing is listened at and nobody is looked for but what they name. An agent is who its
-//! certificate says, at whatever address it is.
+//! Endpoints are `tls:HOST:PORT`. Only configured endpoints are listened at and dialled; no discovery takes place. The
+//! certificate identifies an agent, regardless of its address.
 
 mod connection;
 mod credentials;
@@ -19,13 +19,13 @@ pub use credentials::{Credentials, Files};
 use link::TlsLink;
 use listener::TlsListener;
 
-/// How long a host's name, a connection, and its handshake may take, each. The thread of the agent that is dialled waits
-/// for it, and nobody else. A first packet that is lost is sent again after a second.
+/// Timeout of name resolution, of connecting and of the handshake, each.
+/// Only the thread of the dialled agent waits for it. A lost first packet is sent again after 1 s.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 const EXPECTED: &str = "tls:HOST:PORT, such as tls:192.168.1.5:7447 or tls:[::1]:7447";
 
-/// Carries packets over TLS.
+/// Carrier over TLS.
 #[derive(Clone, Debug, Default)]
 pub struct Tls {
     credentials: Option<Credentials>,
@@ -33,13 +33,14 @@ pub struct Tls {
 }
 
 impl Tls {
-    /// Shows and takes certificates. It leaves this machine only when `is_restricted`: when it is said what each agent may
-    /// do.
+    /// Creates the carrier with certificates.
+    /// It reaches other machines only if `is_restricted`: if the rights of each agent are configured.
     pub fn new(credentials: Credentials, is_restricted: bool) -> Self {
         Self { credentials: Some(credentials), is_restricted }
     }
 
-    /// Nothing is carried without certificates, nor to other machines without rights.
+    /// Returns the credentials for an endpoint.
+    /// Error without certificates, and for other machines if no rights are configured.
     fn credentials(&self, endpoint: &str, is_here: bool) -> Result<&Credentials, CarrierError> {
         let refuse = |reason: &str| CarrierError::Unsafe { endpoint: endpoint.into(), reason: reason.into() };
         let credentials = self.credentials.as_ref();

@@ -1,4 +1,4 @@
-//! How the two ends of a link speak TLS.
+//! TLS settings of both ends of a link.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use slate_tls::{ClientVerifier, ServerVerifier, ShownCertificate};
 
 use super::credentials::LoadedCredentials;
 
-/// How the end that dials does it.
+/// Returns the settings of the end that dials.
 pub(super) fn client(
     loaded: LoadedCredentials,
     shown: ShownCertificate,
@@ -24,7 +24,7 @@ pub(super) fn client(
     Ok(Arc::new(settings))
 }
 
-/// How the end that is dialled does it.
+/// Returns the settings of the end that is dialled.
 pub(super) fn server(
     loaded: LoadedCredentials,
     shown: ShownCertificate,

@@ -1,12 +1,12 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Keys about which something may have changed.
+/// Keys whose facts may have changed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Changed {
-    /// These, in order.
+    /// Changed keys, in order.
     Keys(BTreeSet<Arc<[u8]>>),
-    /// More than are remembered: look at all, also at those that were there before.
+    /// Overflow: any key may have changed, including removed ones.
     All,
 }
 

@@ -1,4 +1,4 @@
-//! What is held of the lives of all robots.
+//! Stored lives of all robots.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,7 +8,7 @@ use super::stage::LifeStage;
 use crate::knowledge::wire::{Claim, Message, write_section};
 use crate::knowledge::{Fact, Limits, Version};
 
-/// The lives that are held, and those of which parts are put aside until the rest is there.
+/// Stored lives, and incomplete ones that are still being received.
 #[derive(Clone, Debug, Default)]
 pub(super) struct HeldLives {
     pub origins: BTreeMap<u32, OriginLives>,
@@ -17,12 +17,12 @@ pub(super) struct HeldLives {
 }
 
 impl HeldLives {
-    /// What is stated about the key, by origin.
+    /// Returns the facts about the key, by origin.
     pub fn facts<'a>(&'a self, key: &'a [u8]) -> impl Iterator<Item = Fact<'a>> {
         self.origins.iter().filter_map(move |(robot, origin)| origin.fact(*robot, key))
     }
 
-    /// All keys about which something is stated, in order.
+    /// Returns all keys with facts, in order.
     pub fn keys(&self) -> BTreeSet<&[u8]> {
         let mut keys = BTreeSet::new();
         for (robot, origin) in &self.origins {
@@ -31,7 +31,7 @@ impl HeldLives {
         keys
     }
 
-    /// The version of each life, by origin, the newest life first.
+    /// Returns the version of each life, by origin, newest life first.
     pub fn versions(&self) -> impl Iterator<Item = (u32, Version)> {
         self.origins.iter().flat_map(|(robot, origin)| {
             let versions = origin.lives.iter();
@@ -39,13 +39,13 @@ impl HeldLives {
         })
     }
 
-    /// The memory of all lives, bytes.
+    /// Returns the memory of all lives, bytes.
     pub fn bytes(&self) -> usize {
         let lives = self.origins.values().flat_map(|origin| &origin.lives).map(|life| life.bytes());
         lives.chain(self.stages.values().map(|stage| stage.bytes)).sum()
     }
 
-    /// How much of a life is held or being received.
+    /// Returns the version of a life that is stored or being received.
     pub fn claim(&self, origin: u32, epoch: u64) -> Claim {
         let known = self.origins.get(&origin).map_or(0, |origin| origin.version(epoch));
         let mut claim = Claim::known(origin, epoch, known);
@@ -57,7 +57,7 @@ impl HeldLives {
         claim
     }
 
-    /// What is held or being received, from that origin on.
+    /// Returns the claims about all lives, from that origin on.
     pub fn claims(&self, first: u32) -> Vec<Claim> {
         let mut claims: Vec<Claim> = (self.origins.range(first..))
             .flat_map(|(origin, held)| {
@@ -74,7 +74,8 @@ impl HeldLives {
         claims
     }
 
-    /// Appends all lives to what is saved, in messages of a length and as many sections as it takes.
+    /// Appends all lives to `saved`, as messages of limited length.
+    /// Each has as many sections as fit.
     pub fn save(&self, saved: &mut Vec<u8>, limits: &Limits) {
         for (robot, origin) in &self.origins {
             for life in &origin.lives {

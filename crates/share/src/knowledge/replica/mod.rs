@@ -20,7 +20,7 @@ use super::version::{epoch, number};
 use super::wire::{Message, WireReader};
 use super::{Fact, Limits, RestoreError, Version, View};
 
-/// What one robot holds of its team's knowledge; see [the module](super).
+/// Replica of a team's knowledge on one robot; see [the module](super).
 ///
 /// Give it a message with [`receive`](Self::receive), let it [`tick`](Self::tick) 5 times a second or so, and after
 /// either, and after stating facts, send all that [`outgoing`](Self::outgoing) has.
@@ -28,31 +28,32 @@ use super::{Fact, Limits, RestoreError, Version, View};
 pub struct Replica {
     robot: u32,
     limits: Limits,
-    /// The epoch of the present life, from its first statement on.
+    /// Epoch of the current life, from its first statement on.
     epoch: u64,
-    /// How often this run had to begin another life.
+    /// Number of additional lives begun in this run.
     rises: u32,
     held: HeldLives,
     spreader: Spreader,
     counters: Counters,
 }
 
-/// What did not go as it should.
+/// Counters of errors and losses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Parts of lives that exceed the [`Limits`], such as those of a robot too many.
+    /// Parts of lives that exceed the [`Limits`], such as those of too many robots.
     pub refused: u64,
-    /// Messages dropped as too many waited to be sent.
+    /// Messages dropped because too many waited.
     pub dropped: u64,
-    /// Another robot has the same number: this one no longer begins new lives, and the team does not agree on its facts.
+    /// Conflict of robot numbers: another robot has the same number.
+    /// This one no longer begins new lives, and the team does not agree on its facts.
     pub contested: bool,
 }
 
 impl Replica {
-    /// The replica of the robot with that number, which no other robot of the team has, when nothing was saved. `random`
-    /// must differ from start to start.
+    /// Creates the empty replica of the robot with that number.
+    /// The number must be unique in the team. `random` must differ from start to start.
     ///
-    /// [`Limits::message`] is raised to what the other limits need.
+    /// [`Limits::message`] is raised to the minimum that the other limits require.
     pub fn new(robot: u32, random: u32, limits: Limits) -> Self {
         let lives = limits.lives.max(1);
         let statement = limits.key.saturating_add(limits.value).saturating_add(160);
@@ -69,80 +70,83 @@ impl Replica {
         }
     }
 
-    /// The robot's number.
+    /// Returns the robot's number.
     pub fn robot(&self) -> u32 {
         self.robot
     }
 
-    /// Notes that messages reach that robot.
+    /// Adds a neighbour that messages reach.
     pub fn meet(&mut self, robot: u32) {
         if robot != self.robot {
             self.spreader.meet(robot);
         }
     }
 
-    /// Notes that messages do not reach that robot any more; those that wait for it are dropped.
+    /// Removes a neighbour that messages no longer reach.
+    /// Messages that wait for it are dropped.
     pub fn part(&mut self, robot: u32) {
         self.spreader.part(robot);
     }
 
-    /// Compares what is known with some neighbours. Call it regularly: 5 times a second is usual. The time between two
-    /// calls is what the team's clocks, which are not asked, are replaced by.
+    /// Compares the stored versions with some neighbours.
+    /// Call it regularly; 5 Hz is usual. Ticks replace the team's clocks, which are not used.
     pub fn tick(&mut self) {
         self.held.stages.retain(|_, stage| stage.wait());
         self.spreader.compare(&self.held);
     }
 
-    /// A message that says nothing but that a robot is there: the digest of no origins.
+    /// Returns a message that only shows presence: the digest of no origins.
     pub fn greeting() -> Vec<u8> {
         Message::digest(1, 0).finish()
     }
 
-    /// The next message to send, as long as there are any.
+    /// Returns the next message to send; `None` if there is none.
     pub fn outgoing(&mut self) -> Option<Outgoing> {
         self.spreader.next(&self.held)
     }
 
-    /// What is stated about the key, by origin.
+    /// Returns the facts about the key, by origin.
     pub fn facts<'a>(&'a self, key: &'a [u8]) -> impl Iterator<Item = Fact<'a>> {
         self.held.facts(key)
     }
 
-    /// What is stated about the key, as that view shows it: at most one fact unless it is [`View::Union`].
+    /// Returns the facts about the key that a view selects.
+    /// At most one fact, except for [`View::Union`].
     pub fn view<'a>(&'a self, key: &'a [u8], view: View) -> Vec<Fact<'a>> {
         view.of(self.facts(key))
     }
 
-    /// All keys about which something is stated, in order.
+    /// Returns all keys with facts, in order.
     pub fn keys(&self) -> BTreeSet<&[u8]> {
         self.held.keys()
     }
 
-    /// The keys about which something may have changed since the last call. So many are remembered as one life may have
-    /// facts.
+    /// Returns the keys whose facts may have changed since the last call.
+    /// At most as many are remembered as one life may have facts.
     pub fn take_changed(&mut self) -> Changed {
         std::mem::take(&mut self.held.changed)
     }
 
-    /// How much of each life is held: the version of its last statement, by origin, the newest life first. Replicas with the
-    /// same versions hold the same facts.
+    /// Returns the stored version of each life, by origin, newest life first.
+    /// Replicas with the same versions hold the same facts.
     pub fn versions(&self) -> impl Iterator<Item = (u32, Version)> {
         self.held.versions()
     }
 
-    /// What did not go as it should since the start.
+    /// Returns the counters of errors and losses since the start.
     pub fn counters(&self) -> Counters {
         Counters { dropped: self.spreader.dropped, ..self.counters }
     }
 
-    /// The memory of all facts and messages, bytes, by the measure of [`Limits::memory`].
+    /// Returns the memory of all facts and messages, bytes.
+    /// The measure is that of [`Limits::memory`].
     pub fn memory(&self) -> usize {
         let changed = self.held.changed.len() * (FACT_BYTES + self.limits.key);
         self.held.bytes() + self.spreader.bytes() + changed
     }
 
-    /// All that is known, for [`restore`](Self::restore). Save it now and then, such as at the end of a mission; nothing
-    /// depends on how old it is.
+    /// Serializes all facts for [`restore`](Self::restore).
+    /// Save occasionally, such as at the end of a mission; correctness does not depend on the age of the save.
     pub fn save(&self) -> Vec<u8> {
         let mut saved = [self.robot.to_le_bytes(), number(self.epoch).to_le_bytes()].concat();
         self.held.save(&mut saved, &self.limits);
@@ -151,9 +155,9 @@ impl Replica {
         saved
     }
 
-    /// The replica of a robot that comes back with what it had [saved](Self::save). `random` must differ from start to
-    /// start. The facts that it stated itself are those of an earlier life of it: they stand until it states something
-    /// else about their keys or retracts them.
+    /// Restores the replica of a robot from its [saved](Self::save) bytes.
+    /// `random` must differ from start to start. The robot's own facts belong to an earlier life: they hold until it
+    /// states new facts about their keys or retracts them.
     ///
     /// # Errors
     /// When the bytes are damaged, another robot's, or were saved with other limits.

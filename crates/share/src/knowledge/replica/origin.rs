@@ -2,10 +2,10 @@ use super::Changed;
 use crate::knowledge::life::{Life, LifeEntry};
 use crate::knowledge::{Fact, Limits, Statement, Version};
 
-/// The lives of one robot that are held.
+/// Stored lives of one robot.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OriginLives {
-    /// The newest first.
+    /// Lives, newest first.
     pub lives: Vec<Life>,
 }
 
@@ -18,7 +18,7 @@ impl OriginLives {
         self.life(epoch).map_or(0, |life| life.version)
     }
 
-    /// The life, made when it is not there.
+    /// Returns the life, which is created if it is missing.
     pub fn life_mut(&mut self, epoch: u64) -> &mut Life {
         let at = self.lives.partition_point(|life| life.epoch > epoch);
         if self.lives.get(at).is_none_or(|life| life.epoch != epoch) {
@@ -27,7 +27,7 @@ impl OriginLives {
         &mut self.lives[at]
     }
 
-    /// Whether a life of that epoch is closed, or too long ago to be held.
+    /// Returns whether a life of that epoch is closed or too old to be stored.
     pub fn is_void(&self, epoch: u64, limits: &Limits) -> bool {
         let closed = self.lives.iter().any(|life| life.closes && life.epoch > epoch);
         closed
@@ -35,7 +35,7 @@ impl OriginLives {
                 && self.lives.last().is_some_and(|oldest| oldest.epoch > epoch)
     }
 
-    /// Drops lives that are closed or too long ago; their keys have changed.
+    /// Drops lives that are closed or too old; their keys count as changed.
     pub fn drop_void(&mut self, limits: &Limits, changed: &mut Changed) {
         let closing = self.lives.iter().position(|life| life.closes).map_or(usize::MAX, |at| at + 1);
         let keep = closing.min(limits.lives);
@@ -44,7 +44,7 @@ impl OriginLives {
         }
     }
 
-    /// The last word about the key: that of the newest life that has one.
+    /// Returns the last statement about the key, from the newest life with one.
     pub fn last_word(&self, key: &[u8]) -> Option<(Version, &LifeEntry)> {
         self.lives.iter().find_map(|life| {
             let (sequence, entry) = life.entry(key)?;

@@ -4,16 +4,18 @@ use crate::knowledge::life::{Life, LifeEntry, StatementBody};
 use crate::knowledge::version::{epoch, number};
 use crate::knowledge::{Refusal, Statement, Version};
 
-/// How often a robot begins another life in one run: after a lost disk once for each life that it hears of late. More
-/// often only when another robot has the same number.
+/// Largest number of additional lives in one run.
+/// After a lost disk one is begun for each life that it hears of late. More are needed only if another robot has the
+/// same number.
 const RISES: u32 = 8;
 
 impl Replica {
-    /// States a fact, in the place of what this robot stated about the key before. `now` is the robot's clock, nanoseconds.
+    /// States a fact; it replaces this robot's earlier statement about the key.
+    /// `now` is the robot's clock, ns.
     ///
     /// # Errors
-    /// When the key or the value is too long, the certainty is none, or the robot states as much as it may; then nothing
-    /// is changed.
+    /// If the key or the value is too long, the certainty is invalid, or the robot's limits are reached; nothing is
+    /// changed then.
     pub fn state(&mut self, now: u64, key: &[u8], statement: Statement<'_>) -> Result<Version, Refusal> {
         let (length, limit) = (statement.value.len(), self.limits.value);
         if length > limit {
@@ -35,11 +37,11 @@ impl Replica {
         })
     }
 
-    /// Retracts what this robot states about the key, also if it stated it in an earlier life; false when it states
-    /// nothing about it. What other robots state about the key stays.
+    /// Retracts this robot's statement about the key, also one of an earlier life.
+    /// Returns false if it states nothing about the key. Statements of other robots stay.
     ///
     /// # Errors
-    /// When the robot states as much as it may and the fact is one of an earlier life; then nothing is changed.
+    /// If the robot's limits are reached and the fact is one of an earlier life; nothing is changed then.
     pub fn retract(&mut self, now: u64, key: &[u8]) -> Result<bool, Refusal> {
         let fact = self.held.origins.get(&self.robot).and_then(|own| own.fact(self.robot, key));
         if fact.is_none() {
@@ -93,8 +95,9 @@ impl Replica {
         version
     }
 
-    /// Forgets all but the newest retractions of the present life. As a forgotten retraction could not hold against a fact
-    /// of an earlier life, those are closed; what stands of them is stated anew before.
+    /// Forgets all but the newest `keep` retractions of the current life.
+    /// A forgotten retraction can't override a fact of an earlier life, so earlier lives are closed. Their valid facts
+    /// are stated again first.
     fn forget_retractions(&mut self, keep: usize) {
         let Some(life) = self.own_life() else { return };
         if life.retractions() <= keep || !self.adopt(1) {
@@ -106,7 +109,8 @@ impl Replica {
         self.close(floor.unwrap_or_default());
     }
 
-    /// Closes all earlier lives and forgets retractions up to that number, which makes another version of the present one.
+    /// Closes all earlier lives and forgets retractions up to `floor`.
+    /// This is a new version of the current life.
     fn close(&mut self, floor: u64) {
         let known = self.own_life().map_or(0, |life| life.version);
         self.spreader.tell_of(self.robot, self.epoch, Fresh { after: known, from: None });
@@ -118,8 +122,8 @@ impl Replica {
         own.drop_void(&self.limits, &mut self.held.changed);
     }
 
-    /// States anew what stands of the earlier lives from that rank on; the present one has rank 0. Says whether all of
-    /// it is stated anew now.
+    /// States the valid facts of earlier lives again, from life `rank` on.
+    /// The current life has rank 0. Returns whether all of them were stated.
     pub(super) fn adopt(&mut self, rank: usize) -> bool {
         let Some(own) = self.held.origins.get(&self.robot) else { return true };
         // The present life begins with its first statement.
@@ -142,12 +146,14 @@ impl Replica {
         true
     }
 
-    /// Whether somebody else has said that in the name of this robot, or this robot in a life that it does not know of.
+    /// Returns whether `version` of `epoch` is newer than this robot's own life.
+    /// Another robot stated it in this one's name, or this robot in a life that it does not know of.
     pub(super) fn is_overruled_by(&self, epoch: u64, version: u64) -> bool {
         epoch > self.epoch || epoch == self.epoch && version > self.own_life().map_or(0, |life| life.version)
     }
 
-    /// Begins another life, after that one, and states in it all that was stated in this run.
+    /// Begins a new life after epoch `seen`.
+    /// All statements of this run are stated in it again.
     pub(super) fn rise_above(&mut self, seen: u64) {
         let next = number(seen).max(number(self.epoch)).checked_add(1);
         let Some(next) = next.filter(|_| self.rises < RISES) else {

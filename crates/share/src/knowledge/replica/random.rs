@@ -1,4 +1,4 @@
-/// Chooses neighbours (splitmix64). Seeded by the host.
+/// Random selection of neighbours (splitmix64), seeded by the host.
 #[derive(Clone, Debug)]
 pub(super) struct Random(u64);
 
@@ -7,7 +7,7 @@ impl Random {
         Self(seed)
     }
 
-    /// A number below the limit, 0 when that is 0.
+    /// Returns a number below the limit; 0 for a limit of 0.
     pub fn below(&mut self, limit: usize) -> usize {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut mixed = self.0;

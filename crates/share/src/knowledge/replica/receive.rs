@@ -7,22 +7,22 @@ use crate::knowledge::MessageError;
 use crate::knowledge::life::Life;
 use crate::knowledge::wire::{Claim, LifeSection, Message};
 
-/// What a part of a life has brought.
+/// Result of a received part of a life.
 enum Learned {
     Nothing,
-    /// It was taken over.
+    /// New facts, which were applied.
     Something,
-    /// It was put aside until the rest is there.
+    /// Part that is kept until the rest arrives.
     Part,
-    /// What comes before it is missing.
+    /// The parts before it are missing.
     Gap,
 }
 
 impl Replica {
-    /// Takes over what another robot says, and prepares the answers.
+    /// Applies a message of another robot, and prepares the answers.
     ///
     /// # Errors
-    /// When the bytes are no message; then nothing is changed.
+    /// If the message is invalid; nothing is changed then.
     pub fn receive(&mut self, from: u32, message: &[u8]) -> Result<(), MessageError> {
         match Message::decode(message, &self.limits)? {
             Message::Digest { first, last, claims } => self.compare(from, first, last, &claims),
@@ -58,7 +58,7 @@ impl Replica {
         Ok(())
     }
 
-    /// Tells what is newer here, and asks for what is newer there.
+    /// Compares a digest: sends newer lives, and requests those that are newer there.
     fn compare(&mut self, from: u32, first: u32, last: u32, claims: &[Claim]) {
         self.defend(claims);
         let (mut offers, mut wants) = (Vec::new(), Vec::new());
@@ -100,7 +100,7 @@ impl Replica {
         }
     }
 
-    /// Sees to it that this robot has the last word about itself.
+    /// Ensures that this robot has the last statement about itself.
     fn defend(&mut self, claims: &[Claim]) {
         let own = claims.partition_point(|claim| claim.origin < self.robot);
         // The newest of its lives stands first.
@@ -111,7 +111,7 @@ impl Replica {
         }
     }
 
-    /// Takes back what this robot has saved.
+    /// Restores the saved lives from a message.
     pub(super) fn take_back(&mut self, message: &[u8]) -> Result<(), MessageError> {
         if let Message::Sections { sections, .. } = Message::decode(message, &self.limits)? {
             for section in &sections {
@@ -176,7 +176,7 @@ impl Replica {
         Learned::Part
     }
 
-    /// Takes over all that was put aside of a life.
+    /// Applies all parts of a life that were put aside.
     fn take_over(&mut self, robot: u32, epoch: u64, stage: LifeStage, from: Option<u32>) -> Learned {
         let held = self.held.origins.get(&robot).and_then(|origin| origin.life(epoch));
         let known = held.map_or(0, |held| held.version);

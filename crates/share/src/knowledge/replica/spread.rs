@@ -5,31 +5,31 @@ use super::random::Random;
 use crate::knowledge::Limits;
 use crate::knowledge::wire::{Claim, Message, WireWriter, write_section};
 
-/// To how many neighbours a tick compares what is known.
+/// Number of neighbours that a tick compares with.
 const COMPARED: usize = 2;
 
-/// To how many neighbours fresh facts go at once.
+/// Number of neighbours that receive fresh facts at once.
 const TOLD: usize = 2;
 
-/// A message to send.
+/// Outgoing message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outgoing {
-    /// The robot that it is for.
+    /// Robot that receives it.
     pub to: u32,
-    /// Give them to its [`Replica::receive`](super::Replica::receive).
+    /// Bytes for the receiver's [`Replica::receive`](super::Replica::receive).
     pub bytes: Vec<u8>,
 }
 
-/// A life of which a newer version is known, and nobody was told yet.
+/// Life with a newer version that was not sent yet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fresh {
-    /// The version that was known before.
+    /// Version before the change.
     pub after: u64,
-    /// Who told it.
+    /// Robot from which it was received; `None` for this robot.
     pub from: Option<u32>,
 }
 
-/// A life of which another robot knows less.
+/// Offer of a life to a robot with an older version of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LifeOffer {
     origin: u32,
@@ -48,17 +48,17 @@ impl LifeOffer {
     }
 }
 
-/// Tells neighbours what is new, and compares what is known with theirs.
+/// Dissemination: sends fresh facts to neighbours, and compares lives with theirs.
 #[derive(Clone, Debug)]
 pub(super) struct Spreader {
     limits: Limits,
     random: Random,
     neighbours: Vec<u32>,
-    /// Where the next digest begins, when one has no room for all.
+    /// Origin at which the next digest begins, if one has no room for all.
     cursor: u32,
     fresh: BTreeMap<(u32, u64), Fresh>,
     outgoing: VecDeque<Outgoing>,
-    /// Messages dropped as too many waited to be sent.
+    /// Messages dropped because too many waited.
     pub dropped: u64,
 }
 
@@ -75,20 +75,21 @@ impl Spreader {
         }
     }
 
-    /// Notes that messages reach that robot.
+    /// Adds a neighbour that messages reach.
     pub fn meet(&mut self, robot: u32) {
         if let Err(at) = self.neighbours.binary_search(&robot) {
             self.neighbours.insert(at, robot);
         }
     }
 
-    /// Notes that messages do not reach that robot any more; those that wait for it are dropped.
+    /// Removes a neighbour that messages no longer reach.
+    /// Messages that wait for it are dropped.
     pub fn part(&mut self, robot: u32) {
         self.neighbours.retain(|neighbour| *neighbour != robot);
         self.outgoing.retain(|message| message.to != robot);
     }
 
-    /// Notes that neighbours are to be told of a life.
+    /// Marks a life as fresh, to be sent to neighbours.
     pub fn tell_of(&mut self, origin: u32, epoch: u64, fresh: Fresh) {
         // What has no room is left to comparison.
         if self.fresh.len() < self.limits.robots.saturating_mul(self.limits.lives) {
@@ -96,17 +97,17 @@ impl Spreader {
         }
     }
 
-    /// Tells nobody what was new until now.
+    /// Clears the fresh lives without sending them.
     pub fn forget_fresh(&mut self) {
         self.fresh.clear();
     }
 
-    /// The memory of messages, bytes.
+    /// Returns the memory of messages, bytes.
     pub fn bytes(&self) -> usize {
         self.outgoing.iter().map(|message| message.bytes.len()).sum()
     }
 
-    /// Compares what is known with some neighbours.
+    /// Sends a digest to some neighbours, for comparison.
     pub fn compare(&mut self, held: &HeldLives) {
         let (digest, next) = self.digest(held, self.cursor);
         self.cursor = next;
@@ -115,7 +116,7 @@ impl Spreader {
         }
     }
 
-    /// The next message to send, as long as there are any.
+    /// Returns the next message to send; `None` if there is none.
     pub fn next(&mut self, held: &HeldLives) -> Option<Outgoing> {
         if self.outgoing.is_empty() && !self.fresh.is_empty() {
             self.tell(held);
@@ -123,7 +124,8 @@ impl Spreader {
         self.outgoing.pop_front()
     }
 
-    /// Tells some neighbours what is fresh, as far as it has room in one message; the rest is left to comparison.
+    /// Sends fresh facts to some neighbours, as far as they fit into one message.
+    /// The comparison covers the rest.
     fn tell(&mut self, held: &HeldLives) {
         let fresh = std::mem::take(&mut self.fresh);
         for to in self.some_neighbours(TOLD) {
@@ -156,7 +158,8 @@ impl Spreader {
         }
     }
 
-    /// All that is known of the origins from that one on, as far as it has room; and where the next digest begins.
+    /// Returns a digest of all lives from origin `first` on, as far as it has room.
+    /// The second value is the origin at which the next digest begins.
     pub fn digest(&self, held: &HeldLives, first: u32) -> (Vec<u8>, u32) {
         let mut claims = WireWriter::new(&[]);
         // What the header may take.
@@ -199,7 +202,8 @@ impl Spreader {
         }
     }
 
-    /// Writes what is newer than the offer says; false when not all of it had room.
+    /// Writes the part of a life that is newer than the offer.
+    /// Returns false if not all of it had room.
     fn write_offer(&self, held: &HeldLives, writer: &mut WireWriter, offer: &LifeOffer) -> bool {
         let life = held.origins.get(&offer.origin).and_then(|origin| origin.life(offer.epoch));
         match life {
@@ -212,7 +216,7 @@ impl Spreader {
         }
     }
 
-    /// Asks for what is newer than the claims.
+    /// Requests lives that are newer than the claims.
     pub fn request(&mut self, to: u32, wants: Vec<Claim>) {
         if wants.is_empty() {
             return;

@@ -2,28 +2,29 @@ use crate::knowledge::Limits;
 use crate::knowledge::life::{Life, LifeEntry};
 use crate::knowledge::wire::LifeSection;
 
-/// After how many ticks without another part a life that is received in parts is given up, so that who sent them need
-/// not come back.
+/// Ticks without another part after which a partly received life is dropped.
+/// The sender may never return.
 const PATIENCE: u32 = 8;
 
-/// A newer version of a life, as far as its parts are there.
+/// Partly received newer version of a life.
 ///
-/// Its parts may be of versions that grow, as the author goes on while they are sent: then it also has what is replaced
-/// in later parts, and is exact at the version of its last part. What was retracted meanwhile is in later parts too, as
-/// no part may have a floor above `base`.
+/// Its parts may belong to growing versions, as the author goes on during the transfer. It then also contains entries
+/// that later parts replace, and is exact at the version of its last part. Meanwhile retracted facts are in later
+/// parts, too, as no part may have a floor above `base`.
 #[derive(Clone, Debug)]
 pub(super) struct LifeStage {
-    /// What changed since this version is collected; for a whole life, the version of its first part.
+    /// Version whose changes are collected.
+    /// For a whole life, the version of its first part.
     pub base: u64,
-    /// Up to here it is there.
+    /// Position up to which entries are received.
     pub position: u64,
-    /// Whether it takes the place of all that is held of the life.
+    /// Replacement of the whole stored life, not only of changes.
     pub whole: bool,
-    /// What is there, in order.
+    /// Received entries, in order.
     pub entries: Vec<(u64, LifeEntry)>,
-    /// What it counts for, bytes.
+    /// Memory of the entries, bytes, by the measure of [`Limits::bytes`].
     pub bytes: usize,
-    /// What the last part said of the life.
+    /// Version, floor and closing flag of the last part.
     pub version: u64,
     pub floor: u64,
     pub closes: bool,
@@ -31,7 +32,7 @@ pub(super) struct LifeStage {
 }
 
 impl LifeStage {
-    /// Begins at what is known, or at nothing for a whole life.
+    /// Begins at the known version, or at 0 for a whole life.
     pub fn new(section: &LifeSection<'_>, known: u64, whole: bool) -> Self {
         let (base, position) = if whole { (section.version, 0) } else { (known, known) };
         Self {
@@ -47,7 +48,7 @@ impl LifeStage {
         }
     }
 
-    /// Whether the part continues it.
+    /// Returns whether the part continues the received ones.
     pub fn takes(&self, section: &LifeSection<'_>) -> bool {
         section.version >= self.version
             && section.floor <= self.base
@@ -55,7 +56,8 @@ impl LifeStage {
             && section.through > self.position
     }
 
-    /// Takes a part that [continues](Self::takes) it; false when it is larger than any life may become.
+    /// Appends a part that [continues](Self::takes) the received ones.
+    /// Returns false if they exceed the limits of a life.
     pub fn extend(&mut self, section: &LifeSection<'_>, limits: &Limits) -> bool {
         for entry in section.entries(self.position, limits) {
             let (sequence, entry) = (entry.sequence, entry.to_entry());
@@ -68,7 +70,7 @@ impl LifeStage {
         self.entries.len() / 2 <= limits.facts && self.bytes / 2 <= limits.bytes
     }
 
-    /// Makes the life what it is at the version of the last part.
+    /// Brings the life to the version of the last part.
     pub fn finish(self, life: &mut Life) {
         for (sequence, entry) in self.entries {
             life.insert(sequence, entry);
@@ -77,7 +79,7 @@ impl LifeStage {
         life.raise_floor(self.floor);
     }
 
-    /// Lets a tick pass; says whether there is still hope.
+    /// Counts a tick; returns false if the stage has timed out.
     pub fn wait(&mut self) -> bool {
         self.idle += 1;
         self.idle <= PATIENCE

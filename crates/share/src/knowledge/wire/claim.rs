@@ -2,26 +2,28 @@ use super::{WireReader, WireWriter};
 use crate::knowledge::MessageError;
 use crate::knowledge::version::{epoch, number};
 
-/// How much of a life somebody knows.
+/// State of a life as one robot stores it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Claim {
     pub origin: u32,
     pub epoch: u64,
-    /// The version of the life that is known.
+    /// Stored version of the life.
     pub known: u64,
-    /// The version from which retractions must be told; less than the floor of who tells means: the whole life.
+    /// Version from which the robot needs retractions.
+    /// If it is below the sender's floor, the robot needs the whole life.
     pub base: u64,
-    /// How far a newer version is received already. The same as `known` and `base` when none is being received.
+    /// Received position of a newer version.
+    /// Equals `known` and `base` if no newer version is being received.
     pub position: u64,
 }
 
 impl Claim {
-    /// That a version is known, and no newer one is being received.
+    /// Creates the claim of a known version without a newer one being received.
     pub fn known(origin: u32, epoch: u64, known: u64) -> Self {
         Self { origin, epoch, known, base: known, position: known }
     }
 
-    /// By what claims are ordered in a message: origins upwards, the newest life of an origin first.
+    /// Sort key of claims in a message: origins ascending, an origin's newest first.
     pub fn place(&self) -> (u32, std::cmp::Reverse<u64>) {
         (self.origin, std::cmp::Reverse(self.epoch))
     }
@@ -50,7 +52,8 @@ impl Claim {
         Ok(claim)
     }
 
-    /// All up to the end of the message, in order and each life once.
+    /// Reads all claims to the end of the message.
+    /// They must be in order, and each life must occur once.
     pub fn read_all(reader: &mut WireReader<'_>) -> Result<Vec<Self>, MessageError> {
         let mut claims: Vec<Self> = Vec::new();
         while !reader.is_empty() {

@@ -1,8 +1,8 @@
-//! What robots say to each other, as bytes.
+//! Wire format of messages between robots.
 //!
 //! A message is a version of the format, a kind, and items up to its end. Numbers are LEB128 varints unless their width
-//! is named. Whoever decodes a message goes through all of it first, and allocates in proportion to what is there, not to what it
-//! says of its length.
+//! is given. The decoder validates the whole message first, and allocates in proportion to its actual size, not to the
+//! lengths that it claims.
 
 mod claim;
 mod reader;
@@ -16,20 +16,20 @@ pub(crate) use writer::WireWriter;
 
 use super::{Limits, MessageError};
 
-/// Changes with the format; another one is refused.
+/// Version of the format; messages of others are refused.
 const FORMAT: u8 = 1;
 
 const DIGEST: u8 = 0;
 const REQUEST: u8 = 1;
 const SECTIONS: u8 = 2;
 
-/// A message, gone through.
+/// Decoded message.
 pub(crate) enum Message<'a> {
-    /// All that the sender knows of the origins from the first to the last.
+    /// Claims of the sender about origins `first` to `last`.
     Digest { first: u32, last: u32, claims: Vec<Claim> },
-    /// The sender wants what is newer than this, of these lives.
+    /// Request for newer versions of these lives.
     Request { claims: Vec<Claim> },
-    /// Parts of lives. With `more`, the sender had more than fitted.
+    /// Parts of lives; with `more`, further ones did not fit.
     Sections { more: bool, sections: Vec<LifeSection<'a>> },
 }
 
@@ -75,12 +75,12 @@ impl<'a> Message<'a> {
         WireWriter::new(&[FORMAT, REQUEST])
     }
 
-    /// Followed by sections; `more` is set later.
+    /// Begins a message of sections; `more` is set later.
     pub fn sections() -> WireWriter {
         WireWriter::new(&[FORMAT, SECTIONS, 0])
     }
 
-    /// Says in a message with sections that there is more.
+    /// Sets the flag `more` in a message of sections.
     pub fn set_more(bytes: &mut [u8]) {
         if let Some(more) = bytes.get_mut(2) {
             *more = 1;

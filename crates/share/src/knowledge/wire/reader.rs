@@ -1,6 +1,6 @@
 use crate::knowledge::MessageError;
 
-/// Reads from the front of bytes, and never beyond them.
+/// Bounds-checked reader from the front of bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WireReader<'a> {
     rest: &'a [u8],
@@ -16,7 +16,7 @@ impl<'a> WireReader<'a> {
         self.rest.is_empty()
     }
 
-    /// The error that something else should be here.
+    /// Returns the error of unexpected content at this position.
     pub fn expected(&self, expected: &'static str) -> MessageError {
         MessageError { at: self.length - self.rest.len(), length: self.length, expected }
     }
@@ -69,14 +69,14 @@ impl<'a> WireReader<'a> {
         u32::try_from(number).map_err(|_| self.expected("a number of 32 bits"))
     }
 
-    /// A length within a limit.
+    /// Reads a length within a limit.
     pub fn length(&mut self, limit: usize) -> Result<usize, MessageError> {
         let length = self.number()?;
         (usize::try_from(length).ok().filter(|length| *length <= limit))
             .ok_or_else(|| self.expected("a length within the limits"))
     }
 
-    /// What lies between here and a later reader of the same bytes.
+    /// Returns the bytes between here and a later reader of the same bytes.
     pub fn until(&self, later: &WireReader<'a>) -> WireReader<'a> {
         let length = self.rest.len() - later.rest.len();
         Self { rest: self.rest.get(..length).unwrap_or_default(), length }

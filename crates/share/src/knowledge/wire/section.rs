@@ -4,7 +4,7 @@ use crate::knowledge::life::{Life, LifeEntry, StatementBody};
 use crate::knowledge::version::{epoch, number};
 use crate::knowledge::{Limits, MessageError};
 
-/// A part of a life: all that is left at `version` of what was stated after `after`, up to `through`.
+/// Part of a life: entries after `after` up to `through` that remain at `version`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LifeSection<'a> {
     pub origin: u32,
@@ -17,7 +17,7 @@ pub(crate) struct LifeSection<'a> {
     entries: WireReader<'a>,
 }
 
-/// An entry in a message.
+/// Entry of a life in a message.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EntryView<'a> {
     pub sequence: u64,
@@ -63,7 +63,7 @@ impl<'a> LifeSection<'a> {
         Ok(Self { origin, epoch, after, through, version, floor, closes, entries })
     }
 
-    /// Its entries with a number above that.
+    /// Returns the entries with numbers greater than `above`.
     pub fn entries(&self, above: u64, limits: &Limits) -> impl Iterator<Item = EntryView<'a>> {
         let (mut reader, mut previous, limits) = (self.entries, self.after, *limits);
         std::iter::from_fn(move || {
@@ -132,11 +132,12 @@ fn entry_length(step: u64, entry: &LifeEntry) -> usize {
     head + number_length(entry.time) + number_length(ahead) + 1 + body
 }
 
-/// The most that stands in a section before its entries: its origin, its epoch, four versions, a flag and a count.
+/// Largest header of a section, bytes.
+/// It has the origin, the epoch, four versions, a flag and a count.
 const HEADER: usize = 5 + 9 + 4 * 10 + 1 + 10;
 
-/// Writes what is left of the life after that statement, as far as it fits into a message of that length. Says up to
-/// which statement; nothing is written when not even one entry fits.
+/// Writes the entries of a life after a statement, as far as they fit the length.
+/// Returns the last statement written; writes nothing if not even one entry fits.
 pub(crate) fn write_section(
     writer: &mut WireWriter,
     origin: u32,

@@ -1,11 +1,11 @@
-/// Makes a message.
+/// Writer of a message.
 #[derive(Clone, Debug)]
 pub(crate) struct WireWriter {
     bytes: Vec<u8>,
     header: usize,
 }
 
-/// How many bytes a number takes.
+/// Returns the encoded length of a number, bytes.
 pub(crate) fn number_length(number: u64) -> usize {
     // A zero takes one byte as well.
     (70 - (number | 1).leading_zeros() as usize) / 7
@@ -23,7 +23,7 @@ impl WireWriter {
         self.bytes.len()
     }
 
-    /// Whether nothing was written after the header.
+    /// Returns whether nothing follows the header.
     pub fn is_empty(&self) -> bool {
         self.bytes.len() == self.header
     }
@@ -32,7 +32,7 @@ impl WireWriter {
         self.bytes
     }
 
-    /// Takes back what was written beyond that length.
+    /// Truncates the message to that length.
     pub fn cut(&mut self, length: usize) {
         self.bytes.truncate(length);
     }

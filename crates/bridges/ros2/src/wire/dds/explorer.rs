@@ -30,7 +30,7 @@ pub struct DdsView {
     participant: RosParticipant,
     entities: RosDataReader,
     schema: Schema,
-    /// By endpoint: whether it writes, and what it is.
+    /// Endpoints: whether each writes, and its description.
     endpoints: BTreeMap<GUID, (bool, EndpointDescription)>,
     /// Nodes by endpoint, and all of them by participant.
     nodes: BTreeMap<GUID, String>,

@@ -1,17 +1,18 @@
-//! Announcement of the agent's node to ROS's tools: `rmw_dds_common/msg/ParticipantEntitiesInfo`.
+//! Announcement of the agent's node to ROS's tools.
+//! It is `rmw_dds_common/msg/ParticipantEntitiesInfo`.
 
 use rustdds::GUID;
 
 use crate::name::NodeName;
 use slate_dds::wire::RawMessage;
 
-/// Its topic, which has no prefix.
+/// Topic, which has no prefix.
 pub const TOPIC: &str = "ros_discovery_info";
 
-/// Its message.
+/// Message.
 pub const MESSAGE: &str = "rmw_dds_common/msg/ParticipantEntitiesInfo";
 
-/// The message of a participant with one node, as ROS 2 from Iron on has it.
+/// Returns the message of a participant with one node, as in ROS 2 from Iron on.
 pub fn entities(participant: GUID, node: &NodeName, readers: &[GUID], writers: &[GUID]) -> RawMessage {
     let mut message = GraphMessage(vec![0, 1, 0, 0]);
     message.0.extend(participant.to_bytes());
@@ -25,7 +26,8 @@ pub fn entities(participant: GUID, node: &NodeName, readers: &[GUID], writers: &
     RawMessage(message.0)
 }
 
-/// A message in little-endian CDR. Its header has as many bytes as the largest alignment in it.
+/// Message in little-endian CDR.
+/// Its header has as many bytes as the largest alignment in it.
 struct GraphMessage(Vec<u8>);
 
 impl GraphMessage {

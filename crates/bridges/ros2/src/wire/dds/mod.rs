@@ -1,4 +1,4 @@
-//! The wire of DDS: a participant of RustDDS.
+//! Wire of DDS: a participant of RustDDS.
 
 mod explorer;
 mod graph;
@@ -34,11 +34,11 @@ const WORDS: MatchWords = MatchWords {
 /// Quality of service of services.
 const SERVICE: TopicQuality = TopicQuality { reliable: true, transient_local: false, depth: 10 };
 
-/// A node in a domain of DDS.
+/// Node in a domain of DDS.
 pub struct DdsWire {
     participant: RosParticipant,
     matches: Arc<Matches>,
-    /// Until the node is announced.
+    /// Endpoints, until the node is announced.
     own: Mutex<BTreeMap<GUID, OwnEndpoint>>,
 }
 

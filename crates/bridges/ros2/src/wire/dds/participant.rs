@@ -1,4 +1,4 @@
-//! An agent in a domain of DDS.
+//! Agent in a domain of DDS.
 
 use std::net::{IpAddr, Ipv4Addr};
 
@@ -22,7 +22,7 @@ pub type RosDataReader = SimpleDataReader<RawMessage, RawAdapter>;
 /// Writes a topic.
 pub type RosDataWriter = DataWriter<RawMessage, RawAdapter>;
 
-/// A participant of DDS with the node of an agent.
+/// Participant of DDS with the node of an agent.
 pub struct RosParticipant {
     node: NodeName,
     domain: u16,
@@ -43,7 +43,7 @@ impl RosParticipant {
         Self::join(settings.domain, settings.trusted, settings.node.clone())
     }
 
-    /// As [`open`](RosParticipant::open), by what that needs.
+    /// Joins a domain; see [`open`](RosParticipant::open).
     ///
     /// # Errors
     /// When DDS refuses.
@@ -122,12 +122,12 @@ impl RosParticipant {
         writer.map_err(|error| refused(self.domain, &error))
     }
 
-    /// Its identity.
+    /// Returns its identity.
     pub fn guid(&self) -> GUID {
         self.participant.guid()
     }
 
-    /// Tells the others of the node, with what it reads and writes.
+    /// Announces the node to others, with its readers and writers.
     ///
     /// # Errors
     /// When DDS refuses.

@@ -10,22 +10,23 @@ use slate_dds::wire::{Matches, RawMessage};
 use super::participant::{RosDataReader, RosDataWriter};
 use crate::wire::{RequestNumber, RequestReader, RequestWriter, Responder, ServiceRequest};
 
-/// How long a response waits until its client can hear it.
+/// Time that a response waits until its client is matched.
 const MATCH: Duration = Duration::from_secs(2);
 
 /// Period of the check whether it can.
 const POLL_PERIOD: Duration = Duration::from_millis(2);
 
-/// The bit in the kind of an entity which readers have and writers don't (RTPS 2.5, 9.3.1.2).
+/// Bit of readers in the kind of an entity (RTPS 2.5, 9.3.1.2).
+/// Writers don't have it.
 const READER: u8 = 0x04;
 
-/// A service that is offered.
+/// Offered service.
 pub struct DdsServer {
     reader: RosDataReader,
     replies: Arc<Replies>,
 }
 
-/// Where responses go.
+/// Writer of responses.
 struct Replies {
     writer: RosDataWriter,
     matches: Arc<Matches>,
@@ -56,7 +57,7 @@ impl RequestReader for DdsServer {
     }
 }
 
-/// The way to the client of a request.
+/// Responder to the client of a request.
 struct DdsResponder {
     identity: SampleIdentity,
     replies: Arc<Replies>,
@@ -85,7 +86,7 @@ impl Responder for DdsResponder {
     }
 }
 
-/// A service that is called.
+/// Client of a service.
 pub struct DdsCaller {
     reader: RosDataReader,
     writer: RosDataWriter,

@@ -9,7 +9,7 @@ use slate_dds::wire::{Matches, RawMessage};
 use super::participant::{RosDataReader, RosDataWriter};
 use crate::wire::{TopicReader, TopicWriter};
 
-/// A subscription.
+/// Subscription.
 pub struct DdsTopicReader {
     pub reader: RosDataReader,
     pub matches: Arc<Matches>,
@@ -38,7 +38,7 @@ impl TopicReader for DdsTopicReader {
     }
 }
 
-/// A publisher.
+/// Publisher.
 pub struct DdsTopicWriter {
     pub writer: RosDataWriter,
     pub matches: Arc<Matches>,

@@ -1,4 +1,4 @@
-//! What lies beside each message of `rmw_zenoh`.
+//! Attachment of each message of `rmw_zenoh`.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -8,19 +8,19 @@ pub type Gid = [u8; 16];
 /// Bytes of an attachment: two numbers, the length of an identity, and that.
 const LENGTH: usize = 33;
 
-/// The attachment of a message.
+/// Attachment of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MessageAttachment {
     /// Number of the message among those of its endpoint, from 1.
     pub sequence_number: i64,
-    /// When it was sent, ns since 1970.
+    /// Time of sending, ns since 1970.
     pub source_timestamp: i64,
-    /// The endpoint; in a response, that of the client.
+    /// Endpoint; in a response, that of the client.
     pub source: Gid,
 }
 
 impl MessageAttachment {
-    /// That of a message which is sent now.
+    /// Creates the attachment of a message that is sent now.
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
     pub fn now(sequence_number: i64, source: Gid) -> Self {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
@@ -28,7 +28,7 @@ impl MessageAttachment {
         Self { sequence_number, source_timestamp, source }
     }
 
-    /// Its bytes, as Zenoh's serializer lays them.
+    /// Encodes it as Zenoh's serializer does.
     pub fn encode(&self) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(LENGTH);
         bytes.extend(self.sequence_number.to_le_bytes());
@@ -38,7 +38,7 @@ impl MessageAttachment {
         bytes
     }
 
-    /// That of bytes; nothing if they are none.
+    /// Decodes an attachment; `None` if the bytes are none.
     pub fn decode(bytes: &[u8]) -> Option<Self> {
         let (sequence_number, bytes) = bytes.split_first_chunk()?;
         let (source_timestamp, bytes) = bytes.split_first_chunk()?;

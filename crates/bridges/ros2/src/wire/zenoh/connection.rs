@@ -1,4 +1,5 @@
-//! The session of a node, in the background: the agent runs whether a router is there or not.
+//! Session of a node, in the background.
+//! The agent runs whether a router is available or not.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -23,25 +24,25 @@ use super::session_endpoint::SessionEndpoint;
 use super::token::tokens_of;
 use crate::settings::TABLE;
 
-/// How long it waits before it tries again.
+/// Delay before the next attempt.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// The advice for a router that is not there.
+/// Advice for an unreachable router.
 pub const HELP: &str = "start it, as by `ros2 run rmw_zenoh_cpp rmw_zenohd`; or name another one in [ros2]: router = \"tcp/localhost:7447\"";
 
-/// What a session declares.
+/// Declarations of a session.
 pub struct NodeSession {
     pub identity: ZenohId,
     pub router: NetworkEndpoint,
     pub domain: u16,
     pub node_token: String,
-    /// With their tokens.
+    /// Endpoints with their tokens.
     pub endpoints: Vec<(String, Arc<dyn SessionEndpoint>)>,
     pub graph: Arc<Graph>,
     pub composer: Composer,
 }
 
-/// What keeps the node on the network.
+/// Connection that keeps the node on the network.
 struct Joined {
     session: Session,
     _graph: Subscriber<()>,
@@ -49,7 +50,7 @@ struct Joined {
     _tokens: Vec<LivelinessToken>,
 }
 
-/// The session, which ends when this is dropped.
+/// Session, which ends when dropped.
 pub struct RouterConnection {
     joined: Arc<Mutex<Option<Joined>>>,
     ended: Arc<AtomicBool>,
@@ -58,7 +59,8 @@ pub struct RouterConnection {
 }
 
 impl RouterConnection {
-    /// Connects in a thread, and again until a router is there. Later losses are Zenoh's to mend.
+    /// Connects in a thread, and retries until a router is available.
+    /// Zenoh itself restores later losses.
     ///
     /// # Errors
     /// When no thread is left.
@@ -169,7 +171,7 @@ pub fn open_session(router: &NetworkEndpoint, identity: ZenohId) -> Result<Sessi
     open_client(router, &more)
 }
 
-/// Has a graph follow the tokens of a domain.
+/// Makes a graph follow the tokens of a domain.
 ///
 /// # Errors
 /// When Zenoh refuses.

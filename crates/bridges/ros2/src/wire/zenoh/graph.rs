@@ -1,4 +1,4 @@
-//! The nodes and endpoints of a domain, by their liveliness tokens.
+//! Nodes and endpoints of a domain, by their liveliness tokens.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -11,23 +11,24 @@ use super::queue::locked;
 use super::token::{EndpointKind, Entity, GraphEndpoint};
 use crate::name::message_name;
 
-/// The most entities of others that are kept, and the bytes of their tokens: what others announce must not fill the memory.
+/// Maximum number of others' entities that are kept, and of their tokens' bytes.
+/// Announcements of others must not fill the memory.
 const MAX_ENTITIES: usize = 100_000;
 const MAX_BYTES: usize = 16 << 20;
-/// The most mismatches that are remembered, so that each is logged once.
+/// Maximum number of mismatches that are remembered, so that each is logged once.
 const MAX_LOGGED: usize = 1_000;
 
-/// What is there.
+/// Graph of the nodes and endpoints of a domain.
 pub struct Graph {
     domain: u16,
-    /// The session whose endpoints match each other without a word.
+    /// Session whose endpoints match each other without an announcement.
     session: String,
     state: Mutex<GraphState>,
 }
 
 #[derive(Default)]
 struct GraphState {
-    /// By token.
+    /// Entities by token.
     entities: BTreeMap<String, Entity>,
     /// Bytes of the tokens.
     bytes: usize,
@@ -46,7 +47,8 @@ impl Graph {
         Self { domain, session: session.into(), state: Mutex::default() }
     }
 
-    /// Adds an endpoint of this node; returns the number of its other ends, which follows the graph.
+    /// Adds an endpoint of this node.
+    /// Returns the number of its other ends, which follows the graph.
     pub fn add_own(&self, endpoint: &GraphEndpoint) -> Arc<AtomicUsize> {
         let mut state = locked(&self.state);
         state.own.push(endpoint.clone());
@@ -93,7 +95,7 @@ impl Graph {
         state.entities.insert(token.into(), entity);
     }
 
-    /// Logs endpoints that have come and can't match those of this node, each mismatch once.
+    /// Logs new endpoints that can't match those of this node, each mismatch once.
     pub fn log_mismatches(&self, scheme: &str, composer: &Composer) {
         for text in self.take_mismatches() {
             composer.log(Level::Warn, &format!("{scheme}: {text}"));
@@ -111,7 +113,7 @@ impl Graph {
         ends.filter(|text| logged.len() < MAX_LOGGED && logged.insert(text.clone())).collect()
     }
 
-    /// What is there.
+    /// Returns all entities.
     pub fn entities(&self) -> Vec<Entity> {
         locked(&self.state).entities.values().cloned().collect()
     }
@@ -121,7 +123,8 @@ fn count_of(state: &mut GraphState, kind: EndpointKind, key: String) -> Arc<Atom
     Arc::clone(state.counts.entry((kind, key)).or_default())
 }
 
-/// Why two ends of one name exchange nothing: Zenoh delivers by the key, which has type and hash.
+/// Returns the reason why two ends of one name exchange nothing.
+/// Zenoh delivers by the key, which has type and hash.
 fn mismatch(own: &GraphEndpoint, other: &GraphEndpoint) -> Option<String> {
     let (name, word) = (&own.name, other.kind.word());
     let (here, there) = (message_name(&own.type_name), message_name(&other.type_name));

@@ -1,4 +1,4 @@
-//! The wire of `rmw_zenoh`: a client of a router of Zenoh.
+//! Wire of `rmw_zenoh`: a client of a router of Zenoh.
 
 mod attachment;
 mod connection;
@@ -34,20 +34,20 @@ use topics::{ZenohTopicReader, ZenohTopicWriter};
 /// Quality of service of services.
 const SERVICE: TopicQuality = TopicQuality { reliable: true, transient_local: false, depth: 10 };
 
-/// A node on Zenoh.
+/// Node on Zenoh.
 pub struct ZenohWire {
     owner: TokenOwner,
     identity: ZenohId,
     router: NetworkEndpoint,
     composer: Composer,
     graph: Arc<Graph>,
-    /// Until the node is announced: endpoints and their tokens.
+    /// Endpoints and their tokens, until the node is announced.
     endpoints: Mutex<Vec<(String, Arc<dyn SessionEndpoint>)>>,
     connection: Mutex<Option<RouterConnection>>,
 }
 
 impl ZenohWire {
-    /// The node of settings; it is connected when it is announced.
+    /// Creates the node of settings; it connects when it is announced.
     pub fn open(settings: &RosSettings, router: &NetworkEndpoint, composer: &Composer) -> Self {
         let identity = ZenohId::default();
         let session = identity.to_string();
@@ -58,7 +58,8 @@ impl ZenohWire {
         Self { owner, identity, router, composer, graph, endpoints, connection }
     }
 
-    /// Adds an endpoint, which a function makes of its key, its identity and the number of its other ends.
+    /// Adds an endpoint that a function creates.
+    /// It receives its key, its identity and the number of its other ends.
     fn add<D: SessionEndpoint + 'static>(
         &self,
         endpoint: &GraphEndpoint,
@@ -147,6 +148,7 @@ fn service_endpoint(kind: EndpointKind, service: &str, of: &ServiceType) -> Resu
     Ok(GraphEndpoint { kind, name: service.into(), type_name: type_name(of.name()), hash, quality: SERVICE })
 }
 
+/// Creates the error of a type without a hash.
 /// The key of messages has the hash of their type.
 fn without_hash(name: &str) -> RosError {
     RosError::definition(name, "its definition is not complete, so it has no type hash".into())

@@ -5,12 +5,14 @@ use slate_dds::TopicQuality;
 /// Depth that `rmw_zenoh` has where nothing is said.
 const DEPTH: u16 = 42;
 
-/// `RELIABLE` and `BEST_EFFORT`, `TRANSIENT_LOCAL` and `VOLATILE` as `rmw` numbers them.
+/// QoS values as `rmw` numbers them.
+/// `RELIABLE` and `BEST_EFFORT`, `TRANSIENT_LOCAL` and `VOLATILE`.
 const BEST_EFFORT: &str = "2";
 const TRANSIENT_LOCAL: &str = "1";
 
-/// The text of a quality of service. What is as `rmw_zenoh` has it without a word is left out: reliable, volatile, the last 42 values,
-/// no deadline, no lifespan, automatic liveliness.
+/// Encodes a quality of service as text.
+/// The defaults of `rmw_zenoh` are left out: reliable, volatile, the last 42 values, no deadline, no lifespan,
+/// automatic liveliness.
 pub fn encode(quality: TopicQuality) -> String {
     let reliability = if quality.reliable { "" } else { BEST_EFFORT };
     let durability = if quality.transient_local { TRANSIENT_LOCAL } else { "" };

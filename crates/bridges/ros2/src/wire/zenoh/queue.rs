@@ -1,4 +1,4 @@
-//! What Zenoh delivers, until a thread of the bridge takes it.
+//! Queue of samples from Zenoh to a thread of the bridge.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -7,14 +7,15 @@ use std::task::Waker;
 /// Bytes of items that wait, at most; a larger one waits alone.
 const MAX_BYTES: usize = 64 << 20;
 
-/// A bounded queue between Zenoh's threads and one of the bridge. The oldest goes when there is no room.
+/// Bounded queue between Zenoh's threads and one of the bridge.
+/// The oldest value is dropped when it is full.
 pub struct ReceiveQueue<T> {
     room: usize,
     state: Mutex<ReceiveQueueState<T>>,
 }
 
 struct ReceiveQueueState<T> {
-    /// With their sizes.
+    /// Values with their sizes.
     items: VecDeque<(T, usize)>,
     bytes: usize,
     dropped: u64,
@@ -53,7 +54,7 @@ impl<T> ReceiveQueue<T> {
         Some(item)
     }
 
-    /// How many had no room since the last call.
+    /// Returns the number of values dropped for lack of room since the last call.
     pub fn take_dropped(&self) -> u64 {
         std::mem::take(&mut locked(&self.state).dropped)
     }

@@ -16,14 +16,15 @@ use crate::wire::{RequestNumber, RequestReader, RequestWriter, Responder, Servic
 /// Requests and responses that may wait for their thread.
 const ROOM: usize = 64;
 
-/// How long the way of a response is kept open; clients give up by themselves.
+/// Time that the way of a response is kept open; clients time out by themselves.
 const TIMEOUT: Duration = Duration::from_secs(600);
 
-/// The end of the service that has the result of an action, which takes as long as the action.
+/// Suffix of the service with an action's result.
+/// Its response takes as long as the action.
 const GET_RESULT: &str = "/_action/get_result";
 const RESULT_TIMEOUT: Duration = Duration::from_millis(u64::MAX);
 
-/// A service that is offered.
+/// Offered service.
 pub struct ZenohServer {
     key: String,
     queue: Arc<ReceiveQueue<Query>>,
@@ -64,7 +65,7 @@ impl RequestReader for Arc<ZenohServer> {
     }
 }
 
-/// The way to the client of a request.
+/// Responder to the client of a request.
 struct ZenohResponder {
     query: Query,
     key: String,
@@ -81,7 +82,7 @@ impl Responder for ZenohResponder {
     }
 }
 
-/// A service that is called.
+/// Client of a service.
 pub struct ZenohCaller {
     key: String,
     gid: Gid,

@@ -1,6 +1,6 @@
 use zenoh::{Result, Session};
 
-/// An endpoint, which is there for others once it is declared at the session.
+/// Endpoint, visible to others once it is declared at the session.
 pub trait SessionEndpoint: Send + Sync {
     /// Declares it.
     ///

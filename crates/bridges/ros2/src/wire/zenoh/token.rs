@@ -1,4 +1,4 @@
-//! Keys of `rmw_zenoh`: those of messages, and liveliness tokens of nodes and endpoints.
+//! Keys of `rmw_zenoh`: messages, and liveliness tokens of nodes and endpoints.
 
 use slate_dds::TopicQuality;
 use xxhash_rust::xxh3::xxh3_128;
@@ -10,13 +10,13 @@ use crate::name::NodeName;
 /// First part of tokens.
 const ADMINISTRATION: &str = "@ros2_lv";
 
-/// In place of `/` in names.
+/// Replacement of `/` in names.
 const SLASH: char = '%';
 
-/// The longest token that is read.
+/// Maximum length of a token, bytes.
 const MAX_LENGTH: usize = 2_000;
 
-/// What a node has.
+/// Kind of a node's endpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EndpointKind {
     Publisher,
@@ -29,7 +29,7 @@ impl EndpointKind {
     const ALL: [(Self, &'static str); 4] =
         [(Self::Publisher, "MP"), (Self::Subscription, "MS"), (Self::Server, "SS"), (Self::Client, "SC")];
 
-    /// The other end.
+    /// Returns the other end.
     pub fn other(self) -> Self {
         match self {
             Self::Publisher => Self::Subscription,
@@ -39,7 +39,7 @@ impl EndpointKind {
         }
     }
 
-    /// As ROS calls it.
+    /// Returns the word of ROS for it.
     pub fn word(self) -> &'static str {
         match self {
             Self::Publisher => "publisher",
@@ -54,41 +54,41 @@ impl EndpointKind {
     }
 }
 
-/// A publisher, a subscription, or an end of a service.
+/// Publisher, a subscription, or an end of a service.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraphEndpoint {
     pub kind: EndpointKind,
     /// Topic or service, such as `/scan`.
     pub name: String,
-    /// The type as DDS calls it, such as `sensor_msgs::msg::dds_::LaserScan_`.
+    /// Type in DDS, such as `sensor_msgs::msg::dds_::LaserScan_`.
     pub type_name: String,
     pub hash: String,
     pub quality: TopicQuality,
 }
 
 impl GraphEndpoint {
-    /// The key of its messages.
+    /// Returns the key of its messages.
     pub fn key(&self, domain: u16) -> String {
         format!("{domain}/{}/{}/{}", self.name.trim_matches('/'), self.type_name, self.hash)
     }
 }
 
-/// A node, as tokens name it.
+/// Node that owns tokens.
 #[derive(Clone, Debug)]
 pub struct TokenOwner {
     pub domain: u16,
-    /// The session of Zenoh.
+    /// Session of Zenoh.
     pub session: String,
     pub node: NodeName,
 }
 
 impl TokenOwner {
-    /// The token of the node.
+    /// Returns the token of the node.
     pub fn node_token(&self) -> String {
         self.token("0", "NN")
     }
 
-    /// The token of one of its endpoints, which a number tells from the others.
+    /// Returns the token of one of its endpoints, distinguished by a number.
     pub fn endpoint_token(&self, endpoint: &GraphEndpoint, number: usize) -> String {
         let GraphEndpoint { kind, name, type_name, hash, quality } = endpoint;
         format!(
@@ -109,23 +109,23 @@ impl TokenOwner {
     }
 }
 
-/// The key expression of all tokens of a domain.
+/// Returns the key expression of all tokens of a domain.
 pub fn tokens_of(domain: u16) -> String {
     format!("{ADMINISTRATION}/{domain}/**")
 }
 
-/// Identity of an endpoint, as all nodes compute it from its token.
+/// Returns the identity of an endpoint, as all nodes compute it from its token.
 pub fn gid(token: &str) -> Gid {
     xxh3_128(token.as_bytes()).to_le_bytes()
 }
 
-/// What a token of others says.
+/// Entity that another session's token announces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entity {
     pub session: String,
-    /// The node, such as `/robots/r2`.
+    /// Node, such as `/robots/r2`.
     pub node: String,
-    /// Nothing for the node itself.
+    /// Endpoint; `None` for the node itself.
     pub endpoint: Option<GraphEndpoint>,
 }
 

@@ -24,10 +24,11 @@ use crate::wire::{TopicReader, TopicWriter};
 /// Messages that may wait for their thread, at least.
 const ROOM: usize = 64;
 
-/// How soon after a message subscriptions learn its number, so that they ask for it if it was lost.
+/// Period at which subscriptions learn the number of the last message.
+/// So they request it if it was lost.
 const HEARTBEAT: Duration = Duration::from_millis(500);
 
-/// A subscription.
+/// Subscription.
 pub struct ZenohTopicReader {
     key: String,
     quality: TopicQuality,
@@ -84,24 +85,24 @@ impl TopicReader for ZenohTopicReader {
     }
 }
 
-/// A publisher.
+/// Publisher.
 pub struct ZenohTopicWriter {
     key: String,
     gid: Gid,
     quality: TopicQuality,
     subscriptions: Arc<AtomicUsize>,
-    /// Whether Zenoh has a subscriber, which need not be a node.
+    /// Matching state: Zenoh has a subscriber, which need not be a node.
     is_matched: Arc<AtomicBool>,
     state: Mutex<WriterState>,
 }
 
 #[derive(Default)]
 struct WriterState {
-    /// Before the publisher, which it is of.
+    /// Listener, dropped before its publisher.
     _matching: Option<MatchingListener<()>>,
     publisher: Option<AdvancedPublisher<'static>>,
     sent: i64,
-    /// The last messages for late subscriptions, until there is a router.
+    /// Last messages for late subscriptions, until a router is available.
     kept: VecDeque<Vec<u8>>,
 }
 

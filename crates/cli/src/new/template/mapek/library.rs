@@ -1,4 +1,4 @@
-//! A robot in MAPE-K: it drives to a target, and backs off from obstacles that come too near.
+//! Robot in MAPE-K that drives to a target and backs off from near obstacles.
 //!
 //! `cargo test` tests the blocks without a robot, `slate run PROJECT_NAME.toml` runs them in the simulator.
 
@@ -132,7 +132,7 @@ impl Monitor for PoseMonitor {
     }
 }
 
-/// Whether the robot is at its target.
+/// Arrival of the robot at its target.
 #[interface]
 #[derive(PartialEq)]
 pub struct AtTarget {
@@ -248,7 +248,8 @@ plugin!(
     robot = robot
 );
 
-/// The robot of PROJECT_NAME.toml as a program: slate run target/debug/libMODULE_KIND.so
+/// Creates the robot of PROJECT_NAME.toml as a program.
+/// Run it with: slate run target/debug/libMODULE_KIND.so
 ///
 /// Its simulated devices are part of the world.
 pub fn robot() -> Robot {

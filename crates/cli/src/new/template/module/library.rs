@@ -4,7 +4,7 @@
 
 use slate_plugin::prelude::*;
 
-/// The nearest obstacle.
+/// Nearest obstacle.
 #[interface]
 #[derive(PartialEq)]
 pub struct Nearest {
@@ -29,7 +29,7 @@ pub struct Params {
     inertia: f64,
 }
 
-/// The module; the host owns its state and can save it.
+/// Module; the host owns its state and can save it.
 pub struct NearestObstacle;
 
 /// Finds the nearest echo.

@@ -33,7 +33,7 @@ pub struct Params {
     track: f64,
 }
 
-/// The module; the host owns its state and can save it.
+/// Module; the host owns its state and can save it.
 pub struct Follower;
 
 /// Turns to the target and drives there.
