@@ -32,3 +32,7 @@ deny:
 # A file per package, as the registry receives it.
 package:
     cargo package --workspace
+
+# The wheel for Python, in python/target/wheels.
+wheel:
+    python/build

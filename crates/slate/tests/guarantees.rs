@@ -55,10 +55,10 @@ fn ledger() -> Vec<Chapter> {
     chapters
 }
 
-/// The names of all functions that are tests, in the sources of the workspace.
+/// The names of all functions that are tests, in the sources of the workspace and of the Python package.
 fn tests() -> BTreeSet<String> {
     let mut found = BTreeSet::new();
-    for folder in ["crates", "examples"] {
+    for folder in ["crates", "examples", "python/tests"] {
         look(&root().join(folder), &mut found);
     }
     found
@@ -70,6 +70,11 @@ fn look(folder: &Path, found: &mut BTreeSet<String>) {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         if path.is_dir() && name != "target" {
             look(&path, found);
+        } else if name.ends_with(".py") {
+            let text = read(&path);
+            let functions = text.lines().filter_map(|line| line.trim().strip_prefix("def "));
+            let names = functions.filter_map(|rest| rest.split('(').next());
+            found.extend(names.filter(|name| name.starts_with("test_")).map(str::to_owned));
         } else if name.ends_with(".rs") {
             let text = read(&path);
             let mut is_test = false;

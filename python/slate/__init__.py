@@ -1,0 +1,30 @@
+"""Slate: a robot software framework; this package is its program and a client of its agents.
+
+>>> agent = slate.connect("exp1")
+>>> agent["/simulator/r2/truth"].value
+{'x': -0.44, 'y': 1.46, 'theta': -1.79}
+"""
+
+from ._slate import AgentError, AgentUnreachable, NoAgent, Refused, VersionMismatch, __version__, agents
+from .agent import Agent, connect
+from .property import Property, Sample
+from .program import ProgramError, batch, program, run, start
+
+__all__ = [
+    "Agent",
+    "AgentError",
+    "AgentUnreachable",
+    "NoAgent",
+    "ProgramError",
+    "Property",
+    "Refused",
+    "Sample",
+    "VersionMismatch",
+    "__version__",
+    "agents",
+    "batch",
+    "connect",
+    "program",
+    "run",
+    "start",
+]

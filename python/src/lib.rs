@@ -1,0 +1,38 @@
+//! Connections to agents, for the package `slate`.
+//!
+//! Values cross as JSON text, which Python's own module reads; the package gives them their shape.
+
+mod connection;
+mod worker;
+
+use pyo3::prelude::*;
+
+/// Extension module of the package `slate`.
+#[pymodule]
+mod _slate {
+    #[pymodule_export]
+    use super::connection::{AgentError, AgentUnreachable, Connection, NoAgent, Refused, VersionMismatch};
+
+    use pyo3::prelude::*;
+    use slate_runtime::directory;
+
+    /// Names of the agents that run on this computer.
+    #[pyfunction]
+    fn agents() -> Vec<String> {
+        directory::agents()
+    }
+
+    /// Name of the agent that a process runs; None if it runs none.
+    #[pyfunction]
+    fn agent_of(process: u32) -> Option<String> {
+        let holder =
+            |name: &String| directory::Lock::holder(&directory::folder().join(format!("{name}.lock")));
+        directory::agents().into_iter().find(|name| holder(name) == Some(process))
+    }
+
+    /// Version of this package, which is that of the program `slate`.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,35 @@
+"""The Python code of the book's chapter does what it says."""
+
+import os
+import re
+import tempfile
+import unittest
+import unittest.mock
+from pathlib import Path
+
+import slate
+
+CHAPTER = Path(__file__).parents[2] / "book/src/47-python.md"
+
+
+class Book(unittest.TestCase):
+    def test_the_code_of_the_chapter_runs(self):
+        blocks = re.findall(r"^```python\n(.*?)^```", CHAPTER.read_text(), re.M | re.S)
+        self.assertEqual(len(blocks), 3)
+        before = os.getcwd()
+        with tempfile.TemporaryDirectory() as folder:
+            os.chdir(folder)
+            try:
+                names = {}
+                alone = unittest.mock.patch.dict(os.environ, XDG_RUNTIME_DIR=folder)
+                with alone, slate.start("exp1", seed=0):
+                    for block in blocks[:-1]:
+                        exec(block, names)
+                exec(blocks[-1], names)
+            finally:
+                os.chdir(before)
+        self.assertEqual(names["summary"]["seed"], 3)
+
+
+if __name__ == "__main__":
+    unittest.main()
