@@ -1,4 +1,4 @@
-//! `[actuators]`: the gates in front of what moves.
+//! `[actuators]`: the gates of the actuators.
 
 use slate_blackboard::Url;
 
@@ -10,10 +10,10 @@ use super::source::{Sources, Span, Spanned};
 use super::value::{Table, TableEntry};
 use crate::mistake::Mistake;
 
-/// How long a command is followed when nothing else is said, nanoseconds.
+/// Default time to live of a command, ns.
 const TIME_TO_LIVE: u64 = 100_000_000;
 
-/// Reads `[actuators]` of an agent.
+/// Reader of `[actuators]`.
 pub(super) struct ActuatorReader<'a> {
     pub(super) sources: &'a Sources,
     pub(super) problems: &'a mut Problems,
@@ -21,7 +21,7 @@ pub(super) struct ActuatorReader<'a> {
 }
 
 impl ActuatorReader<'_> {
-    /// The actuators, by name.
+    /// Reads the actuators, by name.
     pub(super) fn actuators(&mut self, root: &Table) -> Vec<Actuator> {
         let table = self.problems.table(root, "actuators");
         table
@@ -86,7 +86,7 @@ impl ActuatorReader<'_> {
         texts.into_iter().filter_map(url).collect()
     }
 
-    /// The commands of a list that are not taken off it, in the order in which they are written.
+    /// Returns the commands of a list that are not removed, in the written order.
     fn named_commands(&mut self, list: &TableEntry) -> Vec<Spanned<String>> {
         let Some(table) = self.problems.as_table("commands", list) else { return Vec::new() };
         let named = table.iter().filter_map(|(name, entry)| {

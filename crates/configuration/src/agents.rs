@@ -1,4 +1,4 @@
-//! Several agents in one file.
+//! Description of several agents in one file.
 
 use std::collections::BTreeMap;
 
@@ -8,40 +8,40 @@ use super::source::{SourceKind, Span, Spanned};
 use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
-/// One of several agents.
+/// Agent among several, with the names of the others.
 #[derive(Clone, Debug)]
 pub(super) struct Described {
     pub(super) name: String,
     pub(super) others: Vec<String>,
 }
 
-/// The agents that the texts of a configuration describe, and which of them is read.
+/// Agents that the texts of a configuration describe, and the wanted one.
 #[derive(Default)]
 pub(super) struct AgentTables {
-    /// The one that is wanted, if one is named.
+    /// Name of the wanted agent, if given.
     pub(super) wanted: Option<String>,
-    /// All of them, and where each is first.
+    /// Names of all agents, with the first place of each.
     pub(super) known: BTreeMap<String, Span>,
-    /// The parts of the file that each of them runs.
+    /// Parts of the file that each of them runs.
     pub(super) division: Division,
-    /// Whether the wanted one's table says how it is called.
+    /// True if the wanted agent's table sets its name.
     is_named: bool,
-    /// Whether another of them has the module that is the time source.
+    /// True if another agent has the module that is the time source.
     pub(super) clock_elsewhere: bool,
 }
 
 impl AgentTables {
-    /// None yet.
+    /// Makes empty tables.
     pub(super) fn of(wanted: Option<String>) -> Self {
         Self { wanted, ..Self::default() }
     }
 
-    /// The wanted one, if the texts describe it.
+    /// Returns the wanted agent, if the texts describe it.
     pub(super) fn chosen(&self) -> Option<String> {
         self.wanted.clone().filter(|wanted| self.known.contains_key(wanted))
     }
 
-    /// The wanted one and the others, if the texts describe it.
+    /// Returns the wanted agent and the others, if the texts describe it.
     pub(super) fn described(&self) -> Option<Described> {
         let name = self.chosen()?;
         let others = self.known.keys().filter(|other| **other != name).cloned().collect();
@@ -61,13 +61,14 @@ impl AgentTables {
         true
     }
 
-    /// Notes whether the wanted one's table names it.
+    /// Notes if the wanted agent's table names it.
     pub(super) fn note_name(&mut self, own: &Table) {
         self.is_named |= own.at(["agent", "name"].into_iter()).is_some();
     }
 
-    /// The setting that names the agent like its table, unless that says otherwise: files that it includes may be those
-    /// of others too.
+    /// Returns the setting that names the agent after its table.
+    /// `None` if its table sets another name. An included file may belong to other agents too, so its name does not
+    /// count.
     pub(super) fn own_name(&self) -> Option<Table> {
         let wanted = self.wanted.as_ref().filter(|_| !self.is_named)?;
         let (name, &key) = self.known.get_key_value(wanted)?;
@@ -77,8 +78,8 @@ impl AgentTables {
         Some(table("agent", entry(Value::Table(name))))
     }
 
-    /// The part of a setting for the wanted agent; nothing if it is for another one, or wrong. Texts may be missing when
-    /// they are `incomplete`.
+    /// Returns the part of a setting for the wanted agent.
+    /// `None` if the setting is for another agent, or wrong. Texts may be missing if they are `incomplete`.
     pub(super) fn of_wanted(
         &mut self,
         kind: SourceKind,
@@ -110,7 +111,7 @@ impl AgentTables {
         own
     }
 
-    /// Whether it is clear which agent is meant; else a problem is added.
+    /// Returns true if one agent is chosen, else reports a problem.
     pub(super) fn is_chosen(&self, incomplete: bool, problems: &mut Problems) -> bool {
         let first = self.known.values().next().copied();
         match (self.wanted.as_deref(), first) {
@@ -131,7 +132,8 @@ impl AgentTables {
         }
     }
 
-    /// Adds a problem with a name that no agent has. It may stand in what could not be read of `incomplete` texts.
+    /// Reports a name that no agent has.
+    /// With `incomplete` texts it reports nothing, as the name may be in an unreadable text.
     pub(super) fn unknown(&self, name: &str, span: Option<Span>, incomplete: bool, problems: &mut Problems) {
         if incomplete {
             return;

@@ -1,11 +1,12 @@
-//! Ports that a bridge to other programs reads or fills, as the table of the bridge names them.
+//! Ports that a bridge to other programs reads or fills.
+//! The table of the bridge names them.
 
 use crate::{Configuration, Spanned, Table, Value};
 
 /// Tables of `[ros2]` whose keys are inputs.
 const FILLED: [&str; 2] = ["read", "frames"];
 
-/// Tables of `[ros2]` whose entries name ports, and by which keys.
+/// Tables of `[ros2]` whose entries name ports, with the keys for them.
 const NAMED: [(&str, &[&str]); 3] = [
     ("write", &["from"]),
     ("serve", &["to", "result", "feedback", "cancel"]),
@@ -15,16 +16,16 @@ const NAMED: [(&str, &[&str]); 3] = [
 /// Tables of bridges.
 const BRIDGES: [&str; 3] = ["dds", "ros1", "ros2"];
 
-/// The ports of a configuration that a bridge reads or fills.
+/// Ports of a configuration that a bridge reads or fills.
 pub struct BridgedPorts<'c>(pub &'c Configuration);
 
 impl<'c> BridgedPorts<'c> {
-    /// Whether the messages of an outbox leave the agent over a bridge.
+    /// Returns true if the messages of an outbox leave the agent over a bridge.
     pub fn is_outgoing(&self, outbox: &str) -> bool {
         self.is_named(outbox, "call", &["from", "cancel"])
     }
 
-    /// Whether a bridge reads a port, or fills it.
+    /// Returns true if a bridge reads or fills a port.
     pub fn has(&self, port: &str) -> bool {
         FILLED.iter().any(|table| self.entries(table).any(|(key, _)| self.is_path(key, port)))
             || NAMED.iter().any(|(table, keys)| self.is_named(port, table, keys))

@@ -11,7 +11,8 @@ use super::stages::LoopReader;
 use super::value::{Table, Value};
 use crate::mistake::Mistake;
 
-/// Reads what an agent is out of the merged settings; what is wrong is added to `problems`.
+/// Reader of an agent's model from the merged settings.
+/// It adds mistakes to `problems`.
 pub(super) struct Build<'a> {
     pub(super) sources: &'a Sources,
     pub(super) problems: &'a mut Problems,
@@ -28,7 +29,8 @@ impl Build<'_> {
         self.problems.unknown_keys(root, "at the top", &known);
     }
 
-    /// Names of the settings that choose a variant. Reports invalid choices, and unknown keys in variants.
+    /// Returns the names of the settings that choose a variant.
+    /// Reports invalid choices, and unknown keys in variants.
     fn choices<'a>(&mut self, root: &'a Table, sections: &[&str]) -> Vec<&'a str> {
         let Some(choices) = self.problems.table(root, CHOICES) else { return Vec::new() };
         // What a variant can't set is reported where it is read.
@@ -71,7 +73,8 @@ impl Build<'_> {
         choices.iter().map(|(name, _)| name).collect()
     }
 
-    /// None only after a problem was added: the built-in defaults hold all that has no other default.
+    /// Reads the agent's name, seed and loop; `None` only after a problem.
+    /// The built-in defaults contain everything that has no other default.
     pub(super) fn agent(&mut self, root: &Table, main: Span) -> Option<Agent> {
         let empty = Table::default();
         let agent = self.problems.table(root, "agent").unwrap_or(&empty);
@@ -122,7 +125,7 @@ impl Build<'_> {
         self.sources.rank(first).cmp(&self.sources.rank(second))
     }
 
-    /// An input either has a link or holds a value: what the later layer says.
+    /// Leaves either the link or the value of each input, that of the later layer.
     pub(super) fn links_or_values(&mut self, modules: &mut [Module], links: &mut WrittenLinks) {
         for module in modules {
             let name = &module.name.value;
@@ -153,7 +156,7 @@ impl Build<'_> {
     }
 }
 
-/// The stem of a file's name, as far as an agent can have it.
+/// Returns the stem of a file's name, restricted to an agent's letters.
 fn name_of_file(file: &str) -> String {
     let stem =
         Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();

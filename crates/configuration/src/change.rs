@@ -1,21 +1,21 @@
 use super::value::Value;
 
-/// A setting that changes.
+/// Change of a setting.
 #[derive(Clone, Debug)]
 pub struct Change {
-    /// Its path, as `--set` takes it; the names of robots are part of those of their modules.
+    /// Path as of `--set`; module names include those of their robots.
     pub path: String,
-    /// The value until now, if there was one.
+    /// Value before the change, if any.
     pub before: Option<Value>,
-    /// The value from now on, if there is one.
+    /// Value after the change, if any.
     pub after: Option<Value>,
     pub(super) names: Vec<String>,
-    /// With how many of the names there was something before.
+    /// Number of leading names that existed before the change.
     pub(super) known: usize,
 }
 
 impl Change {
-    /// The names of the path, such as `modules`, `r2/planner`, `params`, `speed`.
+    /// Names of the path, such as `modules`, `r2/planner`, `params`, `speed`.
     pub fn names(&self) -> &[String] {
         &self.names
     }

@@ -1,4 +1,5 @@
-//! Variants of a configuration: `controller = "rocs"` applies the settings of `[choices.controller.rocs]`.
+//! Variants of a configuration.
+//! `controller = "rocs"` applies the settings of `[choices.controller.rocs]`.
 
 use std::collections::BTreeMap;
 
@@ -19,14 +20,14 @@ pub struct Variant<'a> {
     pub name: &'a str,
     /// Place of its name.
     pub span: Span,
-    /// Whether it is chosen.
+    /// True for the chosen variant.
     pub is_chosen: bool,
-    /// Whether it has settings; the one without is the configuration as written.
+    /// True if it has settings; one without is the configuration as written.
     pub has_settings: bool,
 }
 
 impl<'a> Variant<'a> {
-    /// All variants, by name of the choice.
+    /// Returns all variants, by name of the choice.
     pub fn all(configuration: &'a Configuration) -> impl Iterator<Item = Self> {
         let all = configuration.table(CHOICES).into_iter().flat_map(Table::iter);
         all.flat_map(|(choice, variants)| {
@@ -42,21 +43,22 @@ impl<'a> Variant<'a> {
         })
     }
 
-    /// The chosen variants, by name of the choice.
+    /// Returns the chosen variants, by name of the choice.
     pub fn chosen(configuration: &'a Configuration) -> impl Iterator<Item = Self> {
         Self::all(configuration).filter(|variant| variant.is_chosen)
     }
 
-    /// The setting that chooses it, such as `controller = "rocs"`.
+    /// Returns the setting that chooses it, such as `controller = "rocs"`.
     pub fn setting(&self) -> String {
         format!("{} = {:?}", path::render(&[self.choice.into()]), self.name)
     }
 }
 
 impl Layers {
-    /// Applies the variants that the files choose, or `settings` above them, in the order of their names; checks the others.
+    /// Applies the chosen variants in the order of their names.
+    /// The files choose them, or `settings` above the files. The other variants are checked.
     ///
-    /// A recorded text (`is_recorded`) has what its variants set.
+    /// A recorded text (`is_recorded`) contains the settings of its variants already.
     pub(super) fn choose<'a>(&mut self, settings: impl Iterator<Item = &'a str>, is_recorded: bool) {
         self.drop_choices();
         let Some(choices) = self.merged.get(CHOICES).and_then(|choices| choices.as_table()).cloned() else {
@@ -87,7 +89,7 @@ impl Layers {
         }
     }
 
-    /// Removes the choices of included files that are `false`, with the settings that choose.
+    /// Removes choices of included files that are `false`, with their settings.
     fn drop_choices(&mut self) {
         let choices = self.merged.entries.get_mut(CHOICES).map(|entry| &mut entry.value.value);
         let Some(Value::Table(choices)) = choices else { return };
@@ -98,7 +100,7 @@ impl Layers {
         }
     }
 
-    /// Reads a variant: a part of the texts with its settings, above everything read before.
+    /// Reads a variant as a part of the texts, above everything read before.
     fn variant(&mut self, path: [&str; 3], mut settings: Table, choices: &[&str]) -> Table {
         for key in ["include", "agents", CHOICES].iter().chain(choices) {
             if let Some(TableEntry { key: span, .. }) = settings.entries.remove(*key) {
@@ -113,7 +115,7 @@ impl Layers {
         super::scope::flatten(settings, &mut self.problems)
     }
 
-    /// Reports settings of modules and actuators that nothing describes.
+    /// Reports settings of undescribed modules and actuators.
     fn refuse_ghosts(&mut self, settings: &mut Table) {
         // A module may be another agent's.
         if !self.incomplete && self.agents.known.is_empty() {
@@ -122,7 +124,7 @@ impl Layers {
         }
     }
 
-    /// A source for a table of a text, above everything read before.
+    /// Makes a source for a table of a text, above everything read before.
     fn part_at(&mut self, text: usize, path: &[&str]) -> usize {
         let TextPlace { part_of, table, own, .. } = &self.sources.0[text].place;
         let (whole, own) = (part_of.unwrap_or(text), *own);

@@ -1,14 +1,16 @@
-//! What two sets of values differ in.
+//! Differences between two tables of values.
 
 use std::collections::BTreeSet;
 
 use super::source::Spanned;
 use super::value::{Table, Value};
 
-/// A path with the values that two tables have there; at least one of them is no table, or an empty one.
+/// Path with the values of two tables there.
+/// At least one of them is no table, or an empty one.
 pub(super) type ValuePair<'a> = (Vec<String>, Option<&'a Spanned<Value>>, Option<&'a Spanned<Value>>);
 
-/// Calls with every value below a table that is no table itself, or an empty one, in the order of the paths.
+/// Calls `found` with each leaf below a table, in the order of the paths.
+/// Leaves are values that are no tables, and empty tables.
 pub(super) fn leaves<'a>(
     table: &'a Table,
     path: &[String],
@@ -23,7 +25,7 @@ pub(super) fn leaves<'a>(
     }
 }
 
-/// Where two tables differ, in the order of the paths.
+/// Returns the differences between two tables, in the order of the paths.
 pub(super) fn differences<'a>(old: &'a Table, new: &'a Table) -> Vec<ValuePair<'a>> {
     let mut found = Vec::new();
     tables(Some(old), Some(new), &[], &mut found);
@@ -69,7 +71,7 @@ fn values<'a>(
     tables(old_table, new_table, &path, found);
 }
 
-/// Whether two values are equal, wherever they are written.
+/// Returns true if two values are equal, wherever they are written.
 pub(super) fn same(old: &Value, new: &Value) -> bool {
     match (old, new) {
         (Value::Float(old), Value::Float(new)) => old.to_bits() == new.to_bits(),

@@ -1,6 +1,6 @@
 //! Comparisons of numbers in the conditions of links and snapshots.
 
-/// A comparison of two numbers.
+/// Comparison of two numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Comparison {
     /// `<`
@@ -17,7 +17,8 @@ pub enum Comparison {
     Unequal,
 }
 
-/// As they are written; those of two characters first, as others begin them.
+/// Signs of the comparisons.
+/// Those of two characters come first, as they begin with others.
 const SIGNS: [(&str, Comparison); 6] = [
     ("<=", Comparison::AtMost),
     (">=", Comparison::AtLeast),
@@ -28,7 +29,7 @@ const SIGNS: [(&str, Comparison); 6] = [
 ];
 
 impl Comparison {
-    /// Splits a text such as `range < 0.5` at its sign; nothing when there is none.
+    /// Splits a text such as `range < 0.5` at its sign; `None` without a sign.
     pub fn split(text: &str) -> Option<(&str, Self, &str)> {
         SIGNS.iter().find_map(|(sign, comparison)| {
             let (before, behind) = text.split_once(sign)?;
@@ -36,7 +37,7 @@ impl Comparison {
         })
     }
 
-    /// Whether it holds.
+    /// Returns true if the comparison holds.
     pub fn holds(self, one: f64, other: f64) -> bool {
         match self {
             Self::Less => one < other,

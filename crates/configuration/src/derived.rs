@@ -1,5 +1,6 @@
-//! What a configuration's links fill and carry, and modules and links that are not written: modules of plugins that were loaded
-//! by hand, and inferred links.
+//! Derived parts of a configuration.
+//! These are the inputs and properties of its links, and modules and links that are not written: modules of plugins
+//! loaded by hand, and inferred links.
 
 use slate_blackboard::is_within;
 
@@ -12,30 +13,33 @@ use super::source::{SettingSource, SourceKind, Span, Spanned};
 use super::value::{Table, Value};
 
 impl Configuration {
-    /// The links to and from programs that are no agents.
+    /// Links to and from external programs, which are no agents.
     pub fn external_links(&self) -> &[ExternalLink] {
         &self.external
     }
 
-    /// Those with a scheme.
+    /// External links of a scheme.
     pub fn links_of_scheme(&self, scheme: &str) -> impl Iterator<Item = &ExternalLink> {
         self.external.iter().filter(move |link| link.other.value.scheme == scheme)
     }
 
-    /// Whether a link fills an input or a part of it, from this agent, another one or a program that is no agent.
+    /// Returns true if a link fills an input or a part of it.
+    /// Its source is in this agent, in another one or in a program that is no agent.
     pub fn is_filled(&self, input: &str) -> bool {
         let fills = |link: &Link| is_within(&link.to.value, input);
         self.links.iter().any(fills) || self.external.iter().any(|link| link.fills(input))
     }
 
-    /// Whether a link to a program that is no agent carries a property or a part of it.
+    /// Returns true if a link carries a property, or a part of it, to a program.
+    /// The program is no agent.
     pub fn is_sent_outside(&self, path: &str) -> bool {
         let is_out = |link: &&ExternalLink| link.direction == ExternalDirection::Out;
         let mut sent = self.external.iter().filter(is_out);
         sent.any(|link| is_within(&link.path.value, path))
     }
 
-    /// Whether an input is linked, or has a value, or is to have neither. That others read it says nothing of it.
+    /// Returns true if the configuration decides on an input.
+    /// The input has a link or a value, or must have neither. Readers of the input do not count.
     pub fn says_of_port(&self, path: &str) -> bool {
         let fills = |link: &Link| !link.is_inferred() && is_within(&link.to.value, path);
         let has_value = |name: &str, port: &str| {
@@ -48,14 +52,15 @@ impl Configuration {
             || self.is_left_out(path)
     }
 
-    /// Whether an outbox has a receiver, or is to have none.
+    /// Returns true if an outbox has a receiver, or must have none.
     pub fn says_of_outbox(&self, path: &str) -> bool {
         let sends = |link: &Link| !link.is_inferred() && link.from.value.path_in("") == path;
         self.links.iter().any(sends) || self.says_of_port(path)
     }
 
-    /// Whether a port is to be without a link: `false` stands for it, or for it as one of an inbox's senders. An inbox
-    /// is also when `false` stands in the list of its senders: then it has only those that are named.
+    /// Returns true if a port must stay without a link.
+    /// `false` is set for the port, or for it as one of an inbox's senders. An inbox also counts if `false` is in the
+    /// list of its senders: it then has only the listed ones.
     pub fn is_left_out(&self, path: &str) -> bool {
         let Some(links) = self.table("links") else { return false };
         let is_false = |senders: &Table, name: &str| {
@@ -70,27 +75,27 @@ impl Configuration {
         })
     }
 
-    /// A link as it would be written, in a line.
+    /// Returns a link as written in a configuration, in one line.
     pub fn link_line(&self, link: &Link) -> String {
         let (path, value) = link.setting();
         format!("{path} = {value}")
     }
 
-    /// The same with links that are not written.
+    /// Returns the configuration with additional inferred links.
     pub fn with_inferred(&self, links: impl IntoIterator<Item = Link>) -> Self {
         let mut configuration = self.clone();
         configuration.links.extend(links);
         configuration
     }
 
-    /// The same without those of the ports that `gone` names.
+    /// Returns the configuration without the inferred links of the ports in `gone`.
     pub fn without_inferred(&self, gone: impl Fn(&str) -> bool) -> Self {
         let mut configuration = self.clone();
         configuration.links.retain(|link| !link.inferred_port().is_some_and(|port| gone(&port)));
         configuration
     }
 
-    /// The inferred links.
+    /// Returns the inferred links.
     pub fn inferred_links(&self) -> Vec<InferredLink> {
         let ends = |link: &Link| match link.wiring {
             Wiring::Written => None,
@@ -101,7 +106,8 @@ impl Configuration {
         self.links.iter().filter_map(ends).collect()
     }
 
-    /// The same with these inferred links instead of its own, except for ports of which it says something.
+    /// Returns the configuration with these inferred links in place of its own.
+    /// Ports that it decides on are excluded.
     pub fn with_inferred_links(&self, links: &[InferredLink]) -> Self {
         let nowhere = Span { source: 0, start: 0, end: 0 };
         let link = |own: &InferredLink| Link::inferred(&own.to, &own.from, own.sends, nowhere);
@@ -111,8 +117,8 @@ impl Configuration {
         configuration.with_inferred(links)
     }
 
-    /// What inference gives the setting of a link, by the names of its path: a source, the senders of an inbox, or
-    /// `true` for one of them.
+    /// Returns the inferred value of a link's setting, by the names of its path.
+    /// It is a source, the senders of an inbox, or `true` for one of them.
     pub fn inferred_value(&self, names: &[String]) -> Option<Value> {
         let [section, to, sender @ ..] = names else { return None };
         let is_it = |link: &&Link| section == "links" && link.is_inferred() && link.to.value == *to;
@@ -131,7 +137,8 @@ impl Configuration {
         }
     }
 
-    /// Those of some inferred links whose ports have no link here, and of which this configuration says nothing.
+    /// Returns those inferred links whose ports are undecided here.
+    /// Such ports have no link, and the configuration does not decide on them.
     pub(super) fn open_links(&self, links: &[Link]) -> Vec<Link> {
         let open = |link: &&Link| {
             let port = link.inferred_port();
@@ -160,7 +167,8 @@ impl Configuration {
         links.iter().filter(open).filter_map(at).collect()
     }
 
-    /// The same with another module of that kind, which a plugin brought that was loaded by hand from `origin`.
+    /// Returns the configuration with another module of a kind.
+    /// A plugin that was loaded by hand from `origin` brought the module.
     pub fn with_module(&self, name: &str, kind: &str, origin: &str) -> Self {
         let mut configuration = self.clone();
         let text = format!("modules.\"{name}\".kind = \"{kind}\"");
@@ -191,8 +199,8 @@ impl Configuration {
         configuration
     }
 
-    /// The same with the modules that [`with_module`](Configuration::with_module) added to another one, and with its links
-    /// that are not written.
+    /// Returns the configuration with the unwritten modules and links of another.
+    /// The modules are those that [`with_module`](Configuration::with_module) added there.
     pub fn with_loaded_of(&self, other: &Self) -> Self {
         let missing = |module: &&Module| {
             other.is_loaded(module) && !self.modules.iter().any(|own| own.name.value == module.name.value)
@@ -206,12 +214,13 @@ impl Configuration {
         configuration.with_inferred(links)
     }
 
-    /// Whether a module of this configuration came with a plugin that was loaded by hand.
+    /// Returns true if a module came with a plugin that was loaded by hand.
     pub fn is_loaded(&self, module: &Module) -> bool {
         self.sources.of(module.name.span).kind == SourceKind::Plugin
     }
 
-    /// The same without those modules that [`with_module`](Configuration::with_module) added.
+    /// Returns the configuration without some modules loaded by hand.
+    /// Only those count that [`with_module`](Configuration::with_module) added.
     pub fn without_loaded(&self, names: &[String]) -> Self {
         let mut configuration = self.clone();
         configuration

@@ -1,4 +1,4 @@
-//! All agents that a file describes.
+//! Reading of all agents that a file describes.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,8 @@ use super::files::Files;
 use super::read::{Main, ReadOutcome, ReadRequest, layers, read};
 use super::{Diagnostic, Options, Report, report};
 
-/// Reads a configuration, and checks what the file says of other agents, which may be started on other computers.
+/// Reads a configuration, and checks the file's other agents.
+/// These may be started on other computers.
 pub(super) fn read_all(main: &Main, options: &Options) -> ReadOutcome {
     let mut read_one = read(&ReadRequest::new(main, options), Files::default());
     let mut said = BTreeSet::new();
@@ -40,7 +41,7 @@ pub(super) fn read_all(main: &Main, options: &Options) -> ReadOutcome {
     read_one
 }
 
-/// The names of the agents that a file describes.
+/// Returns the names of the agents that a file describes.
 pub(super) fn names(main: &Main, options: &Options) -> Result<Vec<String>, Report> {
     let layers = layers(&ReadRequest::new(main, options), Files::default());
     if layers.incomplete {

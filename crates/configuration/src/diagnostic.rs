@@ -7,7 +7,7 @@ use super::set::first_equals;
 use super::source::{SourceKind, Sources, Span};
 use crate::mistake::{Message, Mistake};
 
-/// A mistake in a configuration: message, place and help.
+/// Mistake in a configuration: message, place and help.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
     message: String,
@@ -22,12 +22,13 @@ struct DiagnosticPlace {
     label: LabeledSpan,
     line: usize,
     column: usize,
-    /// Whether somebody has written the text: that of a change at run time is made of what a tool asks for.
+    /// True if the text was written by hand.
+    /// The text of a change at run time is made from a tool's request.
     is_written: bool,
 }
 
 impl Diagnostic {
-    /// Something wrong that no text shows, such as a file that can't be read.
+    /// Diagnostic without a place in a text, such as for an unreadable file.
     pub fn without_place(message: impl Into<Message>, help: impl Into<Option<String>>) -> Self {
         let Message { text, mistake } = message.into();
         Self { message: text, mistake, help: help.into(), place: None }
@@ -53,17 +54,17 @@ impl Diagnostic {
         }
     }
 
-    /// DiagnosticPlace, message and help in a line.
+    /// Returns place, message and help in one line.
     pub(super) fn in_a_line(&self) -> String {
         DiagnosticLine(self).to_string()
     }
 
-    /// Whether it is at a place in a text that somebody has written.
+    /// Returns true if it is at a place in a text written by hand.
     pub fn is_written(&self) -> bool {
         self.place.as_ref().is_some_and(|place| place.is_written)
     }
 
-    /// The message, behind its place in a text that somebody has written.
+    /// Message after its place in a text written by hand.
     pub fn placed(&self) -> String {
         match self.place.as_ref().filter(|place| place.is_written) {
             Some(DiagnosticPlace { source, line, column, .. }) => {
@@ -76,14 +77,15 @@ impl Diagnostic {
         }
     }
 
-    /// The setting that a change at run time is of; that of a link is said with it.
+    /// Returns the setting of a change at run time.
+    /// A link's message contains it already.
     fn setting(&self) -> Option<&str> {
         let text = self.place.as_ref().filter(|place| !place.is_written)?.source.inner();
         let path = text[..first_equals(text)?].trim();
         (!path.starts_with("links")).then_some(path)
     }
 
-    /// Whether it is at the place of another one.
+    /// Returns true if it is at the same place as another diagnostic.
     pub fn is_at_place_of(&self, other: &Self) -> bool {
         let place = |one: &Self| {
             let place = one.place.as_ref()?;
@@ -92,7 +94,7 @@ impl Diagnostic {
         place(self).is_some_and(|own| place(other) == Some(own))
     }
 
-    /// The same with such words before the message.
+    /// Returns the diagnostic with words before its message.
     pub fn prefixed(mut self, words: &str) -> Self {
         self.message.insert_str(0, words);
         self
@@ -103,7 +105,7 @@ impl Diagnostic {
         &self.message
     }
 
-    /// Of which kind it is, if it has one.
+    /// Kind of the mistake, if any.
     pub fn mistake(&self) -> Option<Mistake> {
         self.mistake
     }
@@ -146,7 +148,7 @@ impl miette::Diagnostic for Diagnostic {
     }
 }
 
-/// All that is wrong with a configuration, up to 200 mistakes.
+/// Mistakes of a configuration, at most 200.
 ///
 /// `Display` writes a line for each, [`Report::render`] and `Debug` show file, line and caret.
 #[derive(Clone)]
@@ -154,11 +156,11 @@ pub struct Report {
     diagnostics: Vec<Diagnostic>,
 }
 
-/// How many mistakes a report shows; nobody reads more at once.
+/// Most mistakes that a report shows.
 pub(super) const MOST: usize = 200;
 
 impl Report {
-    /// The first of those that are wrong, and how many there are besides.
+    /// Makes a report of the first mistakes, and the number of omitted ones.
     pub(super) fn of(mut diagnostics: Vec<Diagnostic>, unsaid: usize) -> Self {
         let unsaid = unsaid + diagnostics.len().saturating_sub(MOST);
         diagnostics.truncate(MOST);
@@ -175,12 +177,13 @@ impl Report {
         &self.diagnostics
     }
 
-    /// Of which kind the first of them is that has one.
+    /// Kind of the first mistake that has one.
     pub fn mistake(&self) -> Option<Mistake> {
         self.diagnostics.iter().find_map(Diagnostic::mistake)
     }
 
-    /// The report for a terminal: code, message, excerpt with a caret, and help for each.
+    /// Renders the report for a terminal.
+    /// Each mistake has a code, message, excerpt with a caret, and help.
     pub fn render(&self, colour: bool) -> String {
         let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
         let handler = GraphicalReportHandler::new_themed(theme).with_links(false).with_width(110);
@@ -194,7 +197,7 @@ impl Report {
     }
 }
 
-/// A diagnostic whose message has its code in front: `error[S016]: a Plan reads ...`.
+/// Diagnostic with its code before the message: `error[S016]: a Plan reads ...`.
 #[derive(Debug)]
 struct Coded<'a>(&'a Diagnostic);
 
@@ -235,7 +238,7 @@ impl From<Vec<Diagnostic>> for Report {
     }
 }
 
-/// A diagnostic in one line: `exp1.toml:3:1: message (help)`.
+/// Diagnostic in one line: `exp1.toml:3:1: message (help)`.
 struct DiagnosticLine<'a>(&'a Diagnostic);
 
 impl fmt::Display for DiagnosticLine<'_> {

@@ -1,5 +1,6 @@
-//! Divides what stands outside of `agents` among several agents, so that one file serves robots in one agent and robots in
-//! agents of their own.
+//! Division of a file's modules, links and actuators among several agents.
+//! Tables outside of `agents` are divided, so that one file serves robots in one agent and robots in agents of their
+//! own.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,21 +14,21 @@ use super::source::{SourceKind, Sources, Span, Spanned};
 use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
-/// The agents of a file, with what each says that it runs.
+/// Agents of a file, with the parts that each runs.
 #[derive(Default)]
 pub(super) struct Division(BTreeMap<String, AgentPart>);
 
 struct AgentPart {
-    /// How others find it.
+    /// Name under which others find it.
     called: String,
-    /// Where it is described.
+    /// Place of its description.
     key: Span,
-    /// Robots and modules; nothing without `runs`.
+    /// Robots and modules that it runs; `None` without `runs`.
     runs: Option<Vec<Spanned<String>>>,
 }
 
 impl Division {
-    /// Notes what a text says of an agent; a later one overrides it.
+    /// Notes the table of an agent in a text; a later one overrides it.
     pub(super) fn note(&mut self, agent: &str, entry: &TableEntry, table: &Table, problems: &mut Problems) {
         let part = self.0.entry(agent.into()).or_insert_with(|| AgentPart {
             called: agent.into(),
@@ -42,8 +43,8 @@ impl Division {
         }
     }
 
-    /// Leaves in `merged` what one agent runs. What it reads of the others gets their names. Says whether another one
-    /// has the clock.
+    /// Reduces `merged` to the modules, links and actuators of one agent.
+    /// Properties of other agents that it reads get their names. Returns true if another agent has the clock.
     pub(super) fn leave(
         &self,
         agent: &str,
@@ -90,7 +91,8 @@ impl Division {
         is_elsewhere
     }
 
-    /// Lets an agent find the others on this machine, unless the file says where they are.
+    /// Adds the endpoints of the other agents on this machine.
+    /// Endpoints of the file take precedence.
     fn introduce(&self, agent: &str, merged: &mut Table) {
         let empty = |key| TableEntry { key, value: Spanned::new(Value::Table(Table::default()), key) };
         let mut table = merged;
@@ -107,9 +109,10 @@ impl Division {
     }
 }
 
-/// The first names of modules and actuators, which are those of robots where there are some.
+/// First parts of the names of modules and actuators.
+/// For those of a robot it is the robot's name.
 struct ScopeNames {
-    /// Where each is written first.
+    /// Place where each is written first.
     common: BTreeMap<String, Span>,
     /// The names in the agent's own table.
     own: BTreeSet<String>,
@@ -130,7 +133,7 @@ impl ScopeNames {
     }
 }
 
-/// A file as one of its agents sees it.
+/// View of a file for one of its agents.
 struct AgentSide<'a> {
     parts: &'a BTreeMap<String, AgentPart>,
     agent: &'a str,
@@ -138,18 +141,18 @@ struct AgentSide<'a> {
 }
 
 impl AgentSide<'_> {
-    /// The agent that says it runs something of that name.
+    /// Returns the agent whose `runs` contains a name.
     fn runner(&self, name: &str) -> Option<&str> {
         let runs = |part: &AgentPart| part.runs.iter().flatten().any(|run| run.value == name);
         self.parts.iter().find(|(_, part)| runs(part)).map(|(agent, _)| agent.as_str())
     }
 
-    /// Agents that run whatever no other one says that it runs.
+    /// Returns the agents without `runs`, which run the rest.
     fn others(&self) -> impl Iterator<Item = &str> {
         self.parts.iter().filter(|(_, part)| part.runs.is_none()).map(|(agent, _)| agent.as_str())
     }
 
-    /// The agent that has something of that name; nothing when that is unknown.
+    /// Returns the agent that has a module or robot; `None` if it is unknown.
     fn owner(&self, name: &str) -> Option<&str> {
         if let Some(runner) = self.runner(name) {
             return Some(runner);
@@ -189,7 +192,8 @@ impl AgentSide<'_> {
         }
     }
 
-    /// A change at run time is one of this agent, and would be lost on what another one runs.
+    /// Reports changes at run time that belong to other agents.
+    /// They would be lost here.
     fn check_changes(&self, changes: &[Table], problems: &mut Problems) {
         let sections = changes.iter().flat_map(|change| SECTIONS.map(|section| change.get(section)));
         let tables = sections.flatten().filter_map(|section| section.as_table());
@@ -202,7 +206,7 @@ impl AgentSide<'_> {
         }
     }
 
-    /// Whether the agent has a module, an actuator or the input of a link.
+    /// Returns true if the agent has a module, an actuator or the input of a link.
     fn keeps(&self, name: &str, entry: &TableEntry, sources: &Sources, problems: &mut Problems) -> bool {
         let is_own = is_own(sources, entry.key);
         match self.runner(first(name)) {
@@ -216,7 +220,7 @@ impl AgentSide<'_> {
         }
     }
 
-    /// The URL of what another agent has, for a path in the file.
+    /// Returns the URL of another agent's property, for a path in the file.
     fn address(&self, text: &str) -> Option<String> {
         let url = Url::parse(text).ok().filter(|url| url.agent().is_none() && text.starts_with('/'))?;
         let path = url.path_in("");
@@ -225,7 +229,8 @@ impl AgentSide<'_> {
     }
 }
 
-/// What decides who has something: its own name, or that of the property that a link carries out of all agents.
+/// Returns the name that decides on the owner of a setting.
+/// It is the setting's name, or for a link out of all agents that of its property.
 fn owner_of<'t>(name: &'t str, entry: &'t TableEntry) -> &'t str {
     if ExternalUrl::parse(name).is_none() {
         return name;
@@ -237,13 +242,13 @@ fn owner_of<'t>(name: &'t str, entry: &'t TableEntry) -> &'t str {
     source.map_or(name, |source| source.trim_start_matches('/'))
 }
 
-/// Whether something is written in the table of one agent, or was brought to it at run time.
+/// Returns true if a place is in one agent's table, or a change at run time.
 fn is_own(sources: &Sources, span: Span) -> bool {
     let source = &sources.0[span.source];
     source.place.own || source.kind == SourceKind::Change
 }
 
-/// The first of the names that slashes separate.
+/// Returns the first part of a name, up to a slash.
 fn first(name: &str) -> &str {
     name.split('/').next().unwrap_or(name)
 }

@@ -9,7 +9,8 @@ use super::source::{Span, Spanned};
 use super::value::{Table, TableEntry, Value};
 
 impl Value {
-    /// The value of a TOML item; what no setting can be (a date) is a problem.
+    /// Reads the value of a TOML item.
+    /// Types that no setting has, such as dates, are problems.
     pub(super) fn of_item(
         item: &toml_edit::Item,
         key: Span,
@@ -67,7 +68,7 @@ impl Value {
 }
 
 impl Table {
-    /// The table of a document; `source` is the text that it stands in.
+    /// Reads the table of a document; `source` is its text.
     pub(super) fn of_item(table: &dyn TableLike, source: usize, problems: &mut Problems) -> Self {
         let mut entries = BTreeMap::new();
         for (name, item) in table.iter() {

@@ -1,4 +1,4 @@
-//! Settings of which only one can hold.
+//! Settings that exclude each other.
 
 use std::cmp::Ordering;
 
@@ -7,8 +7,8 @@ use super::source::Sources;
 use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
-/// The path of the setting that this one takes the place of, if that stands there: of `every` it is `on`, of a link
-/// it is the value of the input.
+/// Returns the path of the setting that this one replaces, if that exists.
+/// For `every` it is `on`, for a link the value of the input.
 pub(super) fn counterpart(path: &[String]) -> Option<Vec<String>> {
     let path: Vec<&str> = path.iter().map(String::as_str).collect();
     let other = match path[..] {
@@ -28,7 +28,7 @@ pub(super) fn counterpart(path: &[String]) -> Option<Vec<String>> {
     Some(other.into_iter().map(String::from).collect())
 }
 
-/// Of settings that exclude each other, leaves the ones of the later layer.
+/// Keeps the settings of the later layer among those that exclude each other.
 pub(super) fn settle(merged: &mut Table, sources: &Sources) {
     let mut lost = Vec::new();
     let mut candidates = |section: &str, found: &dyn Fn(&str, &Table) -> Vec<Vec<String>>| {
@@ -70,7 +70,8 @@ pub(super) fn settle(merged: &mut Table, sources: &Sources) {
     }
 }
 
-/// Of two keys that exclude each other, the one that the later layer sets; one layer can't set both.
+/// Returns that of two exclusive keys which the later layer sets.
+/// One layer can't set both.
 pub(super) fn one_of<'k, 't>(
     sources: &Sources,
     problems: &mut Problems,

@@ -1,21 +1,23 @@
-//! Links to programs that are no agents, which bridges carry.
+//! Links to external programs, which are no agents; bridges carry them.
 
 use std::fmt;
 
 use super::source::Spanned;
 use super::value::Table;
 
-/// An address outside of all agents, such as `ros2:/scan`: its scheme names the bridge.
+/// Address outside of all agents, such as `ros2:/scan`.
+/// The scheme names the bridge.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ExternalUrl {
     /// The scheme, such as `ros2`.
     pub scheme: String,
-    /// What the bridge calls it, such as `/scan`.
+    /// Address for the bridge, such as `/scan`.
     pub address: String,
 }
 
 impl ExternalUrl {
-    /// Reads one; nothing of a text without a scheme, or with `slate:` or two slashes, as no bridge names a host.
+    /// Parses an address.
+    /// `None` for a text without a scheme, with `slate:`, or with two slashes, as no bridge names a host.
     ///
     /// ```
     /// use slate_configuration::ExternalUrl;
@@ -41,7 +43,7 @@ impl fmt::Display for ExternalUrl {
     }
 }
 
-/// Direction of a link to or from a program that is no agent.
+/// Direction of a link to or from an external program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExternalDirection {
     /// The program fills an input.
@@ -50,21 +52,21 @@ pub enum ExternalDirection {
     Out,
 }
 
-/// A link between this agent and a program that is no agent.
+/// Link between this agent and an external program.
 #[derive(Clone, Debug)]
 pub struct ExternalLink {
-    /// The path in this agent: of the input, or of the property.
+    /// Path in this agent: of the input, or of the property.
     pub path: Spanned<String>,
     /// The other end.
     pub other: Spanned<ExternalUrl>,
-    /// Whether values come or leave.
+    /// Direction of the values.
     pub direction: ExternalDirection,
-    /// What its table says beside `from`; the bridge knows the keys.
+    /// Options of its table beside `from`; the bridge defines the keys.
     pub options: Table,
 }
 
 impl ExternalLink {
-    /// Destination and source, as they are written.
+    /// Destination and source, as written.
     pub fn ends(&self) -> (String, String) {
         let (own, other) = (self.path.value.clone(), self.other.value.to_string());
         match self.direction {
@@ -73,12 +75,12 @@ impl ExternalLink {
         }
     }
 
-    /// The keys and values of its table beside `from`.
+    /// Keys and values of its table beside `from`.
     pub fn option_texts(&self) -> Vec<(String, String)> {
         self.options.iter().map(|(name, entry)| (name.to_owned(), entry.value.value.to_string())).collect()
     }
 
-    /// Whether it fills an input, or a part of it.
+    /// Returns true if it fills an input, or a part of it.
     pub fn fills(&self, input: &str) -> bool {
         self.direction == ExternalDirection::In && slate_blackboard::is_within(&self.path.value, input)
     }

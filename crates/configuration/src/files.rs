@@ -2,24 +2,25 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A configuration file is small; anything above is a mistake (bytes).
+/// Largest configuration file, bytes; a larger one must be a mistake.
 const LARGEST_FILE: u64 = 16 << 20;
 
-/// The texts of files by the path that names them, each read once.
+/// Texts of files by path, each read once.
 ///
-/// A configuration that is read with the files of an earlier one gets the same texts, whatever is on the disk.
+/// A configuration that is read with the files of an earlier one gets the same texts, even if the disk has others.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Files(BTreeMap<PathBuf, Result<File, Unreadable>>);
 
-/// A file that was read.
+/// File that was read.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct File {
-    /// The same for all paths that lead to it.
+    /// Canonical path, the same for all paths that lead to the file.
     pub(super) canonical: PathBuf,
     pub(super) text: Arc<str>,
 }
 
-/// Why a file was not read, and what helps if that is another thing than another path.
+/// Reason for which a file can't be read, with a remedy.
+/// `None` if the remedy is another path.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Unreadable {
     pub(super) reason: String,
@@ -27,27 +28,27 @@ pub(super) struct Unreadable {
 }
 
 impl Files {
-    /// The file at a path, read unless it is known.
+    /// Returns the file at a path, read unless it is known.
     pub(super) fn read(&mut self, path: &Path) -> Result<File, Unreadable> {
         self.0.entry(path.to_owned()).or_insert_with(|| read(path)).clone()
     }
 
-    /// The file at a path, if it was read.
+    /// Returns the file at a path, if it was read.
     pub(super) fn get(&self, path: &Path) -> Option<&File> {
         self.0.get(path)?.as_ref().ok()
     }
 
-    /// The files on the disk now, of all paths of both.
+    /// Reads the present files of all paths of both.
     pub(super) fn fresh(&self, more: &Self) -> Self {
         Self(self.0.keys().chain(more.0.keys()).map(|path| (path.clone(), read(path))).collect())
     }
 
-    /// Whether the other one says the same about all files of this one.
+    /// Returns true if another one has the same content for all files of this one.
     pub(super) fn hold_in(&self, other: &Self) -> bool {
         self.0.iter().all(|(path, file)| other.0.get(path) == Some(file))
     }
 
-    /// Changes the text of a file, by whatever paths it is known.
+    /// Changes the text of a file, for all paths that lead to it.
     pub(super) fn replace(&mut self, canonical: &Path, text: &Arc<str>) {
         for file in self.0.values_mut().flatten().filter(|file| file.canonical == canonical) {
             file.text = Arc::clone(text);
@@ -55,24 +56,25 @@ impl Files {
     }
 }
 
-/// The files of a configuration while they are read.
+/// Walk over the files of a configuration while they are read.
 #[derive(Default)]
 pub(super) struct FileWalk {
-    /// Files that are known already, and after reading all of them.
+    /// Known files, after reading all of them.
     pub(super) files: Files,
-    /// Files that were read, each by the path that is the same for all that lead to it.
+    /// Files that were read, each by its canonical path.
     pub(super) read: BTreeSet<PathBuf>,
     /// Files that include the current one, outermost first.
     open: Vec<PathBuf>,
 }
 
 impl FileWalk {
-    /// Begins with files that are known already.
+    /// Begins with known files.
     pub(super) fn of(files: Files) -> Self {
         Self { files, ..Self::default() }
     }
 
-    /// Enters a file until [`leave`](Self::leave): its text, or nothing when it was read before.
+    /// Enters a file until [`leave`](Self::leave), and returns its text.
+    /// `None` if the file was read before.
     pub(super) fn enter(&mut self, path: &Path) -> Result<Option<Arc<str>>, Unreadable> {
         let File { canonical, text } = self.files.read(path)?;
         if self.open.contains(&canonical) {

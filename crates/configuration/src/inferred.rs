@@ -1,4 +1,4 @@
-//! Links that are not written: types and roles of blocks determine them.
+//! Inferred links, determined by types and roles of blocks.
 
 use serde::{Deserialize, Serialize};
 use slate_blackboard::Url;
@@ -7,19 +7,20 @@ use super::model::{Filter, Link, Transport, Wiring};
 use super::path::{link_setting, sender_setting};
 use super::source::{Span, Spanned};
 
-/// The ends of an inferred link.
+/// Ends of an inferred link.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InferredLink {
     /// The path of the input or inbox.
     pub to: String,
     /// The path of the property or outbox.
     pub from: String,
-    /// Whether it carries messages.
+    /// True if it carries messages.
     pub sends: bool,
 }
 
 impl Link {
-    /// A link between two paths that is not written; `at` is what complaints of it point at.
+    /// Makes an inferred link between two paths.
+    /// Complaints about it point to `at`.
     pub fn inferred(to: &str, from: &str, sends: bool, at: Span) -> Option<Self> {
         Some(Self {
             to: Spanned::new(to.into(), at),
@@ -34,17 +35,17 @@ impl Link {
         })
     }
 
-    /// Whether it is not written.
+    /// Returns true if the link is inferred.
     pub fn is_inferred(&self) -> bool {
         self.wiring != Wiring::Written
     }
 
-    /// Whether it is an inferred link that carries messages.
+    /// Returns true if it is an inferred link that carries messages.
     pub fn carries_messages(&self) -> bool {
         self.wiring == Wiring::Inferred { sends: true }
     }
 
-    /// The setting that would make it, and its value.
+    /// Returns the setting that would make the link, and its value.
     pub fn setting(&self) -> (String, String) {
         let from = self.from.value.to_string();
         match self.wiring {
@@ -53,7 +54,8 @@ impl Link {
         }
     }
 
-    /// The port that has it: the input that it fills, or the outbox that sends.
+    /// Returns the port of an inferred link.
+    /// It is the input that it fills, or the outbox that sends.
     pub(super) fn inferred_port(&self) -> Option<String> {
         match self.wiring {
             Wiring::Written => None,

@@ -1,4 +1,5 @@
-//! A configuration as text, layer by layer, so that changes made at run time can be taken back in another process.
+//! Configuration as text, layer by layer.
+//! Another process can revert changes made at run time.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +10,7 @@ use super::source::SourceKind;
 use super::value::Table;
 use super::{Configuration, Database, Options, Report};
 
-/// The layers of a configuration.
+/// Layers of a configuration.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layered {
     /// The settings of the files and the defaults of the program, as TOML.
@@ -21,12 +22,12 @@ pub struct Layered {
 }
 
 impl Configuration {
-    /// The settings of the files, a line each, without those that `is_left_out`.
+    /// Returns the files' settings, a line each, except those that `is_left_out`.
     pub fn file_lines(&self, is_left_out: &dyn Fn(&str) -> bool) -> Vec<String> {
         lines(&self.base, &|path| !is_left_out(&render(path)))
     }
 
-    /// The settings of a layer above the files, in their order, of what this agent has.
+    /// Returns this agent's settings of a layer above the files, in order.
     pub fn lines_of(&self, kind: SourceKind, is_left_out: &dyn Fn(&str) -> bool) -> Vec<String> {
         let is_own = |path: &[String]| {
             let owner = &path[..path.len().min(2)];
@@ -39,7 +40,7 @@ impl Configuration {
             .collect()
     }
 
-    /// Whether another configuration has the same at a path.
+    /// Returns true if another configuration has the same value at a path.
     pub fn agrees_with(&self, other: &Self, names: &[String]) -> bool {
         match (self.merged.entry(names), other.merged.entry(names)) {
             (Some(own), Some(other)) => same(&own.value, &other.value),
@@ -48,7 +49,8 @@ impl Configuration {
         }
     }
 
-    /// Whether another configuration has the same settings, wherever each comes from.
+    /// Returns true if another configuration has the same settings.
+    /// Their origins do not matter.
     pub fn is_same_as(&self, other: &Self) -> bool {
         differences(&self.merged, &other.merged).is_empty()
     }
@@ -65,10 +67,11 @@ fn lines(table: &Table, is_kept: &dyn Fn(&[String]) -> bool) -> Vec<String> {
 }
 
 impl Layered {
-    /// The configuration that they make. `sets` are settings of the command line that go over all of them.
+    /// Makes the configuration of the layers.
+    /// `sets` are settings of the command line above all of them.
     ///
     /// # Errors
-    /// Everything that is wrong with any of the layers.
+    /// All mistakes in any of the layers.
     pub fn database(
         &self,
         name: &str,

@@ -18,35 +18,36 @@ use crate::mistake::Mistake;
 /// Name of the table with the variants.
 pub(super) const CHOICES: &str = "choices";
 
-/// Reads the texts of a configuration and merges what they say.
+/// Reader of a configuration's texts, which merges their settings.
 #[derive(Default)]
 pub(super) struct Layers {
     pub(super) sources: Sources,
     pub(super) problems: Problems,
     pub(super) merged: Table,
-    /// Whether a text is missing from `merged`, so that what seems to be wrong there may be right.
+    /// True if a text is missing from `merged`.
+    /// An apparent mistake in `merged` may then be none.
     pub(super) incomplete: bool,
-    /// The files that are read, and those that include the current one.
+    /// Read files, and those that include the current one.
     pub(super) walk: FileWalk,
     /// The tables of single settings.
     pub(super) flat_sets: Vec<Table>,
-    /// The agents that the texts describe, and which of them is wanted.
+    /// Agents that the texts describe, and the wanted one.
     pub(super) agents: AgentTables,
-    /// Whether what is read now belongs to the wanted one's table.
+    /// True while the wanted agent's table is read.
     pub(super) own: bool,
-    /// Whether the agent may run on another machine, which has files that are not here.
+    /// True if the agent may run on another machine with other files.
     pub(super) elsewhere: bool,
     /// The application's settings that are paths.
     pub(super) paths: Vec<Vec<String>>,
     /// Path and text of the program's embedded files.
     pub(super) embedded: Vec<(&'static str, &'static str)>,
-    /// The text that includes the current one in the end.
+    /// Text that includes the current one in the end.
     root: Option<usize>,
     ranks: usize,
 }
 
 impl Layers {
-    /// Nothing yet, of that agent if there are several.
+    /// Makes empty layers, for that agent if there are several.
     pub(super) fn of(agent: Option<String>, files: Files, elsewhere: bool) -> Self {
         Self { agents: AgentTables::of(agent), walk: FileWalk::of(files), elsewhere, ..Self::default() }
     }
@@ -60,7 +61,7 @@ impl Layers {
         );
     }
 
-    /// Reads a file; `asked` is where another one includes it.
+    /// Reads a file; `asked` is the place of the `include`.
     pub(super) fn file(&mut self, path: &Path, asked: Option<Span>) {
         match self.walk.enter(path) {
             Ok(Some(text)) => {
@@ -85,7 +86,7 @@ impl Layers {
         }
     }
 
-    /// Reads a text; it includes files from the folder of `path`, or else of `name`.
+    /// Reads a text; included files are relative to `path`, or else to `name`.
     pub(super) fn text(&mut self, name: String, kind: SourceKind, path: Option<&Path>, text: Arc<str>) {
         let id = self.push(name, kind, path, Arc::clone(&text));
         let document = match Document::parse(Arc::clone(&self.sources.0[id].text)) {
@@ -109,7 +110,8 @@ impl Layers {
         }
     }
 
-    /// The embedded file that a text without a file of its own includes; empty when it was read before.
+    /// Returns the embedded file that an embedded text includes.
+    /// It is empty if it was read before.
     fn take_embedded(&mut self, id: usize, path: &Path) -> Option<Arc<str>> {
         if self.sources.0[id].path().is_some() {
             return None;
@@ -118,7 +120,7 @@ impl Layers {
         Some(std::mem::take(text).into())
     }
 
-    /// Takes over what a text says, or the part of it that is a source of its own.
+    /// Merges a text, or the part of it that is a source of its own.
     pub(super) fn table(&mut self, id: usize, mut table: Table) {
         if let Some(TableEntry { value, .. }) = table.entries.remove("include") {
             let source = &self.sources.0[id];
@@ -142,7 +144,8 @@ impl Layers {
         merge_layer(&mut self.merged, flat);
     }
 
-    /// Settings of the command line or of run time; they change what the files set up, and add nothing by mistake.
+    /// Adds settings of the command line or of run time.
+    /// They change what the files set up, and must not add modules or actuators by mistake.
     pub(super) fn sets<'a>(&mut self, kind: SourceKind, settings: impl IntoIterator<Item = Written<'a>>) {
         for Written { text, equals } in settings {
             let id = self.setting(kind, text);
@@ -169,7 +172,8 @@ impl Layers {
         }
     }
 
-    /// Takes out of a setting what names a module or an actuator that no file has, unless it is set up from the ground.
+    /// Removes unknown modules and actuators from a setting.
+    /// A module or actuator that the setting founds, such as by its `kind`, is kept.
     pub(super) fn refuse_new(
         &mut self,
         was_good: bool,
@@ -205,7 +209,7 @@ impl Layers {
         });
     }
 
-    /// Notes the agents that a text describes, and takes over what it says of the wanted one.
+    /// Notes the agents of a text, and merges the table of the wanted one.
     fn table_of_wanted(&mut self, text: usize, agents: &TableEntry) {
         if self.own {
             let help = "one agent has no others in it: write them in the file that includes this one";
@@ -229,14 +233,15 @@ impl Layers {
         self.own = false;
     }
 
-    /// Names the agent like its table, unless that says otherwise.
+    /// Names the agent after its table, unless the table sets another name.
     pub(super) fn name_agent(&mut self) {
         if let Some(name) = self.agents.own_name() {
             self.merged.merge(name);
         }
     }
 
-    /// Leaves what the wanted agent runs, here and in the tables of what the files say.
+    /// Reduces the settings to those of the wanted agent.
+    /// The same reduction is made in the tables of the files' settings.
     pub(super) fn divide<const N: usize>(
         &mut self,
         mut of_files: [Table; N],
@@ -252,7 +257,8 @@ impl Layers {
         of_files
     }
 
-    /// Puts back what files say otherwise and only the next start can have, here and in what the files say.
+    /// Reverts changes of files that only the next start can make.
+    /// They are reverted here and in the files' settings, which it returns.
     pub(super) fn hold(&mut self, waiting: &[Change], mut of_files: Table) -> Table {
         for Change { path, before, names, known, .. } in waiting {
             let Some(value) = before else {
@@ -270,7 +276,7 @@ impl Layers {
         of_files
     }
 
-    /// A source of one setting, above those that are there.
+    /// Adds a source of one setting, above the present ones.
     pub(super) fn setting(&mut self, kind: SourceKind, text: &str) -> usize {
         self.sources.0.push(SettingSource::setting(kind, text));
         let id = self.sources.0.len() - 1;
@@ -293,7 +299,7 @@ impl Layers {
         id
     }
 
-    /// A source of what stands in a table of a text; `own` if it is the wanted agent's alone.
+    /// Adds a source for a table of a text; `own` if it is the wanted agent's alone.
     pub(super) fn part(&mut self, text: usize, table: Vec<String>, own: bool) -> usize {
         let SettingSource { name, kind, path, text: whole, place, .. } = &self.sources.0[text];
         let place = TextPlace { root: place.root, part_of: Some(text), table, own };
@@ -316,7 +322,8 @@ impl Layers {
     }
 }
 
-/// Takes out what is at a path, and the tables that only led there from the first `known` names.
+/// Removes the value at a path.
+/// Tables above it that become empty are removed too, except those of the first `known` names.
 fn take_out(table: &mut Table, path: &[String], known: usize) {
     table.remove(path);
     let parents = (known + 1..path.len()).rev().map(|depth| &path[..depth]);
@@ -328,7 +335,8 @@ fn take_out(table: &mut Table, path: &[String], known: usize) {
     }
 }
 
-/// Makes what stands at a path of a file's table relative to its folder, when it is a path and no name.
+/// Makes a path in a file's table relative to the file's folder.
+/// Names are left unchanged.
 fn beside(table: &mut Table, path: &[String], folder: &Path) {
     let Some((name, rest)) = path.split_first() else { return };
     let named = table.entries.iter_mut().filter(|(own, _)| name == "*" || *own == name);
@@ -343,13 +351,14 @@ fn beside(table: &mut Table, path: &[String], folder: &Path) {
     }
 }
 
-/// Whether a text is the path of a file, and no name of what comes with the application.
+/// Returns true if a text is the path of a file.
+/// Else it is the name of a part of the application.
 fn is_path(text: &str) -> bool {
     let extensions = [".toml", ".yaml", ".pnml", ".xml", ".lua", ".golog"];
     text.contains('/') || extensions.iter().any(|extension| text.ends_with(extension))
 }
 
-/// The problem of a syntax error, with help.
+/// Returns the problem of a syntax error, with help.
 fn syntax_problem(error: &TomlError, source: usize, text: &str) -> Problem {
     let range = error.span().unwrap_or(0..0);
     let place = text.get(range.clone()).unwrap_or("").trim();

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use slate_module::Level;
 
-/// Which lines of which module are logged.
+/// Log levels by module.
 ///
 /// A level may name a module or what its name begins with, such as `r2` for `r2/planner`; the longest name wins.
 ///
@@ -24,13 +24,13 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// One level for all modules.
+    /// Makes one level for all modules.
     pub fn new(level: Level) -> Self {
         Self { most: level, named: BTreeMap::new() }
     }
 
-    /// Sets the level of a module, of all whose names go on from that one after a slash, or of those that no level
-    /// names.
+    /// Sets the log level of a module and of all modules below it.
+    /// These are the modules whose names continue after a slash. `None` sets the level of all modules without one.
     pub fn set(&mut self, module: Option<&str>, level: Level) {
         match module {
             Some(module) => {
@@ -40,13 +40,13 @@ impl Levels {
         }
     }
 
-    /// The levels by module, and that of all others under the empty name.
+    /// Returns the levels by module; the empty name stands for all others.
     pub fn entries(&self) -> impl Iterator<Item = (&str, Level)> {
         let named = self.named.iter().map(|(name, level)| (name.as_str(), *level));
         std::iter::once(("", self.most)).chain(named)
     }
 
-    /// The level of a module.
+    /// Returns the level of a module.
     pub fn of(&self, module: &str) -> Level {
         let mut name = module;
         loop {

@@ -1,14 +1,15 @@
-//! The configuration of an agent, read from TOML.
+//! Configuration of an agent, read from TOML.
 //!
 //! A configuration comes in layers, of which a later one overrides an earlier one setting by setting: built-in
 //! defaults, included files, the file itself, the host's file, and settings of the command line. It is read as a
 //! whole or not at all: either all of it is right, or a [`Report`] shows everything that is wrong with file, line
-//! and caret. Every value remembers where it is written, so that later checks can
+//! and caret. Every value keeps its place in the text, so that later checks can
 //! point there, too ([`Configuration::diagnostic`]).
 //!
-//! A file may describe several agents: each has a table `agents.NAME` with what a configuration has, also an `include`,
-//! which goes over what the same file says outside of `agents` for all of them. [`Options::agent`] says which one is read.
-//! With `agents.NAME.runs` it has those robots and modules of what stands outside, and no other agent does.
+//! A file may describe several agents: each has a table `agents.NAME` with the tables of a configuration, also an
+//! `include`. It overrides the settings outside of `agents`, which hold for all of them. [`Options::agent`] selects the
+//! agent to read. With `agents.NAME.runs` the agent has those robots and modules of the settings outside, and no other
+//! agent has them.
 //!
 //! A [`Configuration`] never changes. A [`Database`] holds the one of a running agent, with a last layer of changes
 //! made at run time.
@@ -114,34 +115,37 @@ pub use value::{Table, TableEntry, Value};
 /// Layers of a configuration beside its main file.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Settings of the program, `path=value`, that hold unless a file or the command line says otherwise.
+    /// Default settings of the program, `path=value`.
+    /// Files and the command line override them.
     pub defaults: Vec<String>,
     /// Settings of the command line, `path=value`, later ones last.
     pub sets: Vec<String>,
-    /// A file with the settings of this computer; it overrides the main file.
+    /// File with the settings of this computer; it overrides the main file.
     pub host: Option<PathBuf>,
-    /// The agent that is read of a file that describes several, by the name of its table.
+    /// Agent to read from a file with several, by the name of its table.
     pub agent: Option<String>,
-    /// Names at the top that belong to the application, such as `world`.
+    /// Names of top-level tables of the application, such as `world`.
     pub extra_tables: Vec<String>,
-    /// Settings of the application that may be paths, relative to the file that they are written in, such as `world.arena`;
-    /// `*` is any name. What has neither a slash nor the ending `.toml` is a name, and no path.
+    /// Settings of the application that may be paths, such as `world.arena`.
+    /// Paths are relative to the file that they are written in; `*` is any name. A text with neither a slash nor the
+    /// ending `.toml` is a name, and no path.
     pub paths: Vec<String>,
-    /// Path and text of files that are part of the program: a main text includes them in place of those on the disk.
+    /// Path and text of files that are part of the program.
+    /// A main text includes them in place of those on the disk.
     pub embedded: &'static [(&'static str, &'static str)],
-    /// Whether the main text is that of a running or recorded agent: what its variants set is part of it already, below later
-    /// settings.
+    /// True if the main text is that of a running or recorded agent.
+    /// The settings of its variants are part of it already, below later settings.
     pub is_recorded: bool,
 }
 
-/// A value and where it comes from.
+/// Value and its origin.
 #[derive(Clone, Debug)]
 pub struct Setting {
-    /// Its path, as `--set` takes it.
+    /// Path, as `--set` takes it.
     pub path: String,
     /// The value.
     pub value: Value,
-    /// Where it is written.
+    /// Place where it is written.
     pub origin: Origin,
 }
 
@@ -149,11 +153,11 @@ pub struct Setting {
 #[derive(Clone, Debug)]
 pub struct Configuration {
     sources: Sources,
-    /// Which agent this is, when the files describe several.
+    /// This agent and the others, if the files describe several.
     described: Option<Described>,
     /// Settings of the files, without the command line and changes at run time.
     files: Table,
-    /// The same, with what waits for the next start as it was before.
+    /// Settings of the files, with waiting changes reverted.
     base: Table,
     /// Tables of the settings above the files, in their order.
     upper: Vec<(SourceKind, Table)>,
@@ -177,22 +181,23 @@ impl Configuration {
     /// Reads a file and all its layers.
     ///
     /// # Errors
-    /// Everything that is wrong with any of them.
+    /// All mistakes in any of them.
     pub fn load(path: impl AsRef<Path>, options: &Options) -> Result<Self, Report> {
         let main = Main::File(path.as_ref().to_owned());
         described::read_all(&main, options).result
     }
 
-    /// Reads a text as if it were a file of that name; files it includes are found beside that name.
+    /// Reads a text as a file of that name.
+    /// Included files are found beside that name.
     ///
     /// # Errors
-    /// Everything that is wrong with any of the layers.
+    /// All mistakes in any of the layers.
     pub fn from_text(name: &str, text: &str, options: &Options) -> Result<Self, Report> {
         let main = Main::Text { name: name.into(), text: text.into() };
         described::read_all(&main, options).result
     }
 
-    /// The agents that a file describes, by name; none when it is the configuration of one agent.
+    /// Returns the agents of a file, by name; empty for the file of one agent.
     ///
     /// # Errors
     /// A file that can't be read, or is no TOML.
@@ -200,27 +205,28 @@ impl Configuration {
         described::names(&Main::File(path.as_ref().to_owned()), options)
     }
 
-    /// The agent's name; by default that of the file, without its ending.
+    /// Name of the agent; the default is that of the file, without its ending.
     pub fn agent_name(&self) -> &str {
         &self.agent.name
     }
 
-    /// The seed of all random streams.
+    /// Seed of all random streams.
     pub fn seed(&self) -> &Spanned<u64> {
         &self.agent.seed
     }
 
-    /// The period of the main loop, nanoseconds.
+    /// Period of the main loop, ns.
     pub fn period(&self) -> &Spanned<u64> {
         &self.agent.main_loop.period
     }
 
-    /// Wall-clock time after which a step counts as hung, nanoseconds.
+    /// Wall-clock time after which a step counts as hung, ns.
     pub fn hang(&self) -> &Spanned<u64> {
         &self.agent.main_loop.hang
     }
 
-    /// The least time of a cycle on the wall clock, nanoseconds: a loop that is behind does not spin.
+    /// Minimum period of a cycle on the wall clock, ns.
+    /// It keeps a loop that is behind from spinning.
     pub fn minimum(&self) -> Option<&Spanned<u64>> {
         self.agent.main_loop.minimum.as_ref()
     }
@@ -230,23 +236,23 @@ impl Configuration {
         &self.agent.main_loop.schedule
     }
 
-    /// The module that is the time source; without one, it is the system's clock.
+    /// Module that is the time source; `None` for the system's clock.
     pub fn time_source(&self) -> Option<&Spanned<String>> {
         self.time_source.as_ref()
     }
 
-    /// Whether the time source is a module that another agent of the file runs, as where a simulator embodies the robots
-    /// of other agents. This agent then goes by the system's clock.
+    /// Returns true if the time source is a module of another agent of the file.
+    /// An example is a simulator that embodies the robots of other agents. This agent then uses the system's clock.
     pub fn is_clock_elsewhere(&self) -> bool {
         self.clock_elsewhere
     }
 
-    /// The mission, which ends the run.
+    /// Mission, which ends the run.
     pub fn mission(&self) -> Option<&Mission> {
         self.mission.as_ref()
     }
 
-    /// When a snapshot is taken.
+    /// Trigger of automatic snapshots.
     pub fn snapshot(&self) -> Option<&SnapshotTrigger> {
         self.snapshot.as_ref()
     }
@@ -261,7 +267,7 @@ impl Configuration {
         &self.log
     }
 
-    /// The sharing; nothing without a section `[share]`, and then no agent finds it.
+    /// Sharing; `None` without a section `[share]`: no agent finds this one then.
     pub fn share(&self) -> Option<&Share> {
         self.share.as_ref()
     }
@@ -271,7 +277,7 @@ impl Configuration {
         &self.modules
     }
 
-    /// The links of agents, by the input they feed.
+    /// Links, by the input that they fill.
     pub fn links(&self) -> &[Link] {
         &self.links
     }
@@ -281,29 +287,33 @@ impl Configuration {
         &self.actuators
     }
 
-    /// A table at the top, such as one of [`Options::extra_tables`].
+    /// Table at the top, such as one of [`Options::extra_tables`].
     pub fn table(&self, name: &str) -> Option<&Table> {
         self.merged.get(name)?.as_table()
     }
 
-    /// The setting at a path as `--set` takes it, such as `world.layout` or `log.levels."r2/planner"`.
+    /// Setting at a path as of `--set`.
+    /// Examples are `world.layout` and `log.levels."r2/planner"`.
     pub fn value(&self, path: &str) -> Option<&Spanned<Value>> {
         let names = scope::flatten_path(path::names(path, self.described_as()).ok()?);
         self.merged.at(names.iter().map(String::as_str))
     }
 
-    /// Whether the messages of an outbox leave the agent over a bridge, as an entry of `[ros1.call]` or `[ros2.call]` names it.
+    /// Returns true if the messages of an outbox leave the agent over a bridge.
+    /// An entry of `[ros1.call]` or `[ros2.call]` names the outbox.
     pub fn is_outgoing(&self, outbox: &str) -> bool {
         BridgedPorts(self).is_outgoing(outbox)
     }
 
-    /// Whether a bridge reads a port, or fills it, as `[dds]`, `[ros1]` or `[ros2]` names it.
+    /// Returns true if a bridge reads or fills a port.
+    /// `[dds]`, `[ros1]` or `[ros2]` names the port.
     pub fn is_bridged(&self, port: &str) -> bool {
         BridgedPorts(self).has(port)
     }
 
-    /// Where a complaint belongs: at the setting whose path it begins with, as in `world.goal: two numbers`, or the
-    /// nearest table above that is written; nothing if it begins with none.
+    /// Returns the place of a complaint that begins with the path of a setting.
+    /// An example is `world.goal: two numbers`. It is the place of the setting, or of the nearest written table above
+    /// it; `None` for other complaints.
     pub fn place_of(&self, complaint: &str) -> Option<Span> {
         let (mut path, _) = complaint.split_once(": ")?;
         loop {
@@ -314,10 +324,11 @@ impl Configuration {
         }
     }
 
-    /// The settings at a path and below it, in the order of their paths; an empty path is everything.
+    /// Returns the settings at a path and below it, in the order of their paths.
+    /// An empty path selects all.
     ///
     /// # Errors
-    /// The path is none.
+    /// The path is invalid.
     pub fn settings(&self, path: &str) -> Result<Vec<Setting>, Report> {
         let prefix = Prefix::parse(path, self.described_as())?;
         let mut settings = Vec::new();
@@ -330,27 +341,29 @@ impl Configuration {
         Ok(settings)
     }
 
-    /// Where the setting at a path comes from; nothing if only code decides it.
+    /// Origin of the setting at a path; `None` if only code decides it.
     pub fn origin(&self, path: &str) -> Option<Origin> {
         self.value(path).map(|value| self.origin_of(value.span))
     }
 
-    /// Where a span is.
+    /// Origin of a span.
     pub fn origin_of(&self, span: Span) -> Origin {
         self.sources.origin(span)
     }
 
-    /// The texts, as they were found; the later of two doesn't always override the earlier.
+    /// Texts in the order in which they were found.
+    /// A later text does not always override an earlier one.
     pub fn sources(&self) -> &[SettingSource] {
         &self.sources.0
     }
 
-    /// The rank of the text of a place: of two, the one with the higher rank overrides the other, as a file what it includes.
+    /// Rank of the text of a place.
+    /// A text of higher rank overrides the others, as a file overrides those that it includes.
     pub fn rank(&self, span: Span) -> usize {
         self.sources.rank(span)
     }
 
-    /// The options of a link, as they are written.
+    /// Returns the options of a link, as written.
     pub fn link_options(&self, link: &Link) -> Vec<(String, String)> {
         let of_sender = sender_setting(&link.to.value, &link.from.value.to_string());
         let is_sender = self.value(&of_sender).is_some();
@@ -365,7 +378,7 @@ impl Configuration {
         named.collect()
     }
 
-    /// The path in this agent that a text means.
+    /// Returns the path in this agent that a text denotes.
     ///
     /// # Errors
     /// When it is no URL, or that of another agent.
@@ -387,7 +400,7 @@ impl Configuration {
         }
     }
 
-    /// The parameters that links fill, all or in part, each behind its module.
+    /// Returns the parameters that links fill, all or in part, with their modules.
     pub fn linked_parameters(&self) -> impl Iterator<Item = (&str, &str)> {
         self.links().iter().filter_map(|link| {
             let (module, rest) = link.to.value.split_once("/params/")?;
@@ -395,18 +408,18 @@ impl Configuration {
         })
     }
 
-    /// Where another agent is found.
+    /// Endpoint of another agent.
     pub fn endpoint_of(&self, agent: &str) -> String {
         let named = self.share().and_then(|share| share.agents.get(agent));
         named.map_or_else(|| format!("local:{agent}"), |at| at.value.clone())
     }
 
-    /// The name of this agent's table, when the files describe several agents.
+    /// Returns the name of this agent's table, if the files describe several.
     fn described_as(&self) -> Option<&str> {
         self.described.as_ref().map(|described| described.name.as_str())
     }
 
-    /// The folder that paths at a place are relative to: that of the file that they are written in.
+    /// Folder for relative paths at a place: that of the file they are written in.
     pub fn folder_of(&self, span: Span) -> PathBuf {
         self.sources.folder(span)
     }
@@ -421,12 +434,13 @@ impl Configuration {
         self.sources.of(span).text.get(span.start..span.end).unwrap_or_default()
     }
 
-    /// An error at a place of this configuration, found by its user.
+    /// Makes an error at a place of this configuration, for its user.
     pub fn diagnostic(&self, span: Span, message: impl Into<Message>, help: Option<String>) -> Diagnostic {
         Diagnostic::at(&self.sources, span, message.into(), help)
     }
 
-    /// An error for each key of a table that is none of `known`; `place` names the table, such as `in [world]`.
+    /// Returns an error for each key of a table that is not among `known`.
+    /// `place` names the table, such as `in [world]`.
     pub fn unknown_keys(&self, table: &Table, place: &str, known: &[&str]) -> Vec<Diagnostic> {
         let mut problems = Problems::default();
         problems.unknown_keys(table, place, known);
@@ -434,17 +448,18 @@ impl Configuration {
     }
 }
 
-/// The configuration that a recorded agent had, to load one like it: `text` is what
-/// the agent gave. `sets` are settings of the command line that go over it.
+/// Returns the configuration of a recorded agent, to load an agent like it.
+/// `text` is the configuration as the agent gave it. `sets` are settings of the command line above it.
 ///
 /// # Errors
-/// When it is none any more, or a setting is wrong.
+/// When the text is no longer valid, or a setting is wrong.
 pub fn recorded_configuration(name: &str, text: &str, sets: Vec<String>) -> Result<Database, Report> {
     let options = Options { sets, extra_tables: extra_tables(text), is_recorded: true, ..Options::default() };
     Database::from_text(name, text, options)
 }
 
-/// Whatever stands at the top of a configuration but chooses no variant: it was meant for somebody.
+/// Returns the names at the top of a configuration that choose no variant.
+/// They may belong to an application.
 pub fn extra_tables(text: &str) -> Vec<String> {
     let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();
     let chooses =
@@ -452,7 +467,8 @@ pub fn extra_tables(text: &str) -> Vec<String> {
     document.iter().map(|(name, _)| name.to_owned()).filter(|name| !chooses(name)).collect()
 }
 
-/// All problems in the order of the texts; a setting that is written once is reported once.
+/// Returns all problems in the order of the texts.
+/// A setting that is written once is reported once.
 fn report(sources: &Sources, mut problems: Problems) -> Report {
     let text = |source: usize| sources.0[source].place.part_of.unwrap_or(source);
     problems.0.sort_by_key(|problem| problem.span.map(|span| (text(span.source), span.start)));

@@ -25,31 +25,31 @@ const KEYS: [&str; 12] = [
     "compression",
 ];
 
-/// What `[links]` says.
+/// Links of the table `[links]`.
 #[derive(Default)]
 pub(super) struct WrittenLinks {
-    /// By what they fill.
+    /// Links by destination.
     pub(super) links: Vec<Link>,
-    /// To and from programs that are no agents.
+    /// Links to and from external programs, which are no agents.
     pub(super) external: Vec<ExternalLink>,
 }
 
 impl WrittenLinks {
-    /// Where the link of an input is written, if it has one as a whole.
+    /// Returns the place of the link of a whole input.
     pub(super) fn place_of(&self, input: &str) -> Option<Span> {
         let link = self.links.iter().find(|link| link.to.value == input).map(|link| link.to.span);
         let is_it = |link: &&ExternalLink| link.fills(input) && link.path.value == input;
         link.or_else(|| self.external.iter().find(is_it).map(|link| link.path.span))
     }
 
-    /// Removes it.
+    /// Removes the link of an input.
     pub(super) fn remove(&mut self, input: &str) {
         self.links.retain(|link| link.to.value != input);
         self.external.retain(|link| !(link.fills(input) && link.path.value == input));
     }
 }
 
-/// Reads `[links]` of an agent.
+/// Reader of `[links]`.
 pub(super) struct LinkReader<'a> {
     problems: &'a mut Problems,
     agent: &'a str,
@@ -81,7 +81,7 @@ impl<'a> LinkReader<'a> {
         WrittenLinks { links, external: self.external }
     }
 
-    /// A link from a property to a program that is no agent.
+    /// Reads a link from a property to an external program.
     fn leaving(&mut self, to: &str, entry: &TableEntry) {
         let Some(other) = ExternalUrl::parse(to).map(|url| Spanned::new(url, entry.key)) else { return };
         let (from, options) = match &entry.value.value {
@@ -114,7 +114,7 @@ impl<'a> LinkReader<'a> {
         self.external.push(ExternalLink { path, other, direction: ExternalDirection::Out, options });
     }
 
-    /// A link from a program that is no agent; false when the source is none.
+    /// Reads a link from an external program; false if the source is none.
     fn arriving(&mut self, to: &Spanned<String>, from: &Spanned<String>, table: &Table) -> bool {
         let Some(url) = ExternalUrl::parse(from) else { return false };
         if to.value.starts_with("slate://") {
@@ -130,7 +130,7 @@ impl<'a> LinkReader<'a> {
         true
     }
 
-    /// One of several senders.
+    /// Reads one of several senders.
     fn sender(&mut self, to: &str, key: Span, from: &str, entry: &TableEntry) -> Option<Link> {
         let empty = Table::default();
         let table = match entry.value.as_bool() {
@@ -188,7 +188,7 @@ impl<'a> LinkReader<'a> {
         Some(self.with_options(to, from, table))
     }
 
-    /// A link with what its table says beside the source.
+    /// Makes a link with the options of its table.
     fn with_options(&mut self, to: Spanned<String>, from: Spanned<Url>, table: &Table) -> Link {
         self.problems.unknown_keys(table, &format!("in link `{}`", to.value), &KEYS);
         Link {
@@ -241,7 +241,7 @@ impl<'a> LinkReader<'a> {
         }
     }
 
-    /// None, lossless, or JPEG of a quality.
+    /// Reads a compression: none, lossless, or JPEG of a quality.
     fn compression(&mut self, table: &Table) -> Option<Spanned<Compression>> {
         let text = self.problems.text(table, "compression", "lossless")?;
         let compression = match text.value.as_str() {
@@ -260,7 +260,7 @@ impl<'a> LinkReader<'a> {
         compression.map(|compression| Spanned::new(compression, text.span))
     }
 
-    /// A frequency, a period, or `on-change`.
+    /// Reads a rate: a frequency, a period, or `on-change`.
     fn rate(&mut self, table: &Table) -> Option<Spanned<LinkRate>> {
         let text = self.problems.text(table, "rate", "10Hz")?;
         let rate = match text.strip_suffix("Hz").map(|number| number.trim().parse::<f64>()) {
@@ -280,26 +280,29 @@ impl<'a> LinkReader<'a> {
     }
 }
 
-/// What a table says beside the source.
+/// Returns the options of a link's table, without the source.
 fn without_source(table: &Table) -> Table {
     let mut options = table.clone();
     options.entries.remove("from");
     options
 }
 
-/// The path of the destination of a link; one in this agent that is written with the agent's name is the same.
+/// Returns the path of a link's destination.
+/// A destination in this agent may be written with the agent's name.
 fn destination(to: &str, span: Span, agent: &str) -> Spanned<String> {
     let own = to.strip_prefix("slate://").and_then(|rest| rest.strip_prefix(agent)?.strip_prefix('/'));
     Spanned::new(own.unwrap_or(to).into(), span)
 }
 
 impl Link {
-    /// The destination as a URL: absolute, and with an agent when it is another one's inbox.
+    /// Returns the destination as an absolute URL.
+    /// It has an agent if it is the inbox of another one.
     pub fn destination(&self) -> Option<Url> {
         let is_url = self.to.value.starts_with("slate://");
         Url::parse(&if is_url { self.to.value.clone() } else { format!("/{}", self.to.value) }).ok()
     }
 }
 
-/// More values at once than this are memory that nobody needs.
+/// Largest window of a queue input, in values.
+/// A larger one would only waste memory.
 const WINDOW_LIMIT: u64 = 4096;

@@ -18,10 +18,10 @@ const LEVELS: [(&str, Level); 5] = [
     ("trace", Level::Trace),
 ];
 
-/// The size of a log file when nothing else is said, bytes.
+/// Default size of a log file, bytes.
 const SIZE: u64 = 10_000_000;
 
-/// How many older files are kept when nothing else is said.
+/// Default number of older log files that are kept.
 const KEEP: u32 = 5;
 
 const UNITS: [(&str, u64); 9] = [
@@ -36,7 +36,7 @@ const UNITS: [(&str, u64); 9] = [
     ("B", 1),
 ];
 
-/// Reads `[log]`.
+/// Reader of `[log]`.
 pub(super) struct LogReader<'a> {
     pub(super) sources: &'a Sources,
     pub(super) problems: &'a mut Problems,
@@ -143,7 +143,7 @@ impl Problems {
         Some(Spanned::new(address?, value.span))
     }
 
-    /// A whole number from 0.
+    /// Reads a whole number from 0.
     fn count(&mut self, name: &str, value: &Spanned<Value>) -> Option<Spanned<u64>> {
         let count = value.as_integer().and_then(|number| u64::try_from(number).ok());
         if count.is_none() {
@@ -154,7 +154,7 @@ impl Problems {
         Some(Spanned::new(count?, value.span))
     }
 
-    /// A size in bytes, more than none.
+    /// Reads a size in bytes, greater than 0.
     pub(super) fn size(&mut self, name: &str, value: &Spanned<Value>) -> Option<u64> {
         let size = value.as_str().and_then(parse_size).filter(|size| *size > 0);
         if size.is_none() {

@@ -1,67 +1,68 @@
-//! Kinds of mistakes. Each has a code that stays, so that it can be looked up, however its message is worded.
+//! Kinds of mistakes.
+//! Each has a stable code for look-ups, however its message is worded.
 
 use std::fmt;
 
 use slate_blackboard::BoardError;
 use slate_blackboard::interface::AccessError;
 
-/// A kind of mistake; `slate explain` says what each means.
+/// Kind of a mistake; `slate explain` explains each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Mistake {
-    /// A file can't be read as a configuration.
+    /// Text that can't be read as a configuration.
     Syntax,
-    /// A key that means nothing.
+    /// Unknown key.
     Key,
-    /// A module has no such parameter.
+    /// Unknown parameter of a module.
     Parameter,
-    /// There is nothing of that name.
+    /// Unknown name.
     Name,
-    /// No plugin brings such a module.
+    /// Unknown kind of module.
     Kind,
-    /// The two ends of a link don't fit.
+    /// Incompatible ends of a link.
     Ends,
-    /// A circle of modules or plugins that wait for each other.
+    /// Circle of modules or plugins that wait for each other.
     Circle,
-    /// An input has two sources.
+    /// Input with two sources.
     TwoSources,
-    /// A service is missing.
+    /// Missing service.
     Service,
-    /// There may be one of these.
+    /// Second one of a thing that may exist once.
     Second,
-    /// A command goes past its gate.
+    /// Command that bypasses its gate.
     PastGate,
-    /// The time source is not there.
+    /// Missing time source.
     TimeSource,
-    /// It is another agent's.
+    /// Belongs to another agent.
     OtherAgent,
-    /// A library does not fit.
+    /// Unsuitable library.
     Library,
-    /// A value does not fit.
+    /// Invalid value.
     Value,
-    /// A link bypasses the architecture.
+    /// Link that bypasses the architecture.
     Attachment,
-    /// A RobotModel is not that of its robot.
+    /// RobotModel of another robot.
     Hardware,
-    /// No agent is reached.
+    /// Unreachable agent.
     NoAgent,
-    /// It has to be said which agent.
+    /// Missing choice of an agent.
     WhichAgent,
-    /// The agent does not answer.
+    /// Agent that does not answer.
     Silent,
-    /// The agent speaks another version.
+    /// Agent with another version.
     Version,
-    /// A property has one writer.
+    /// Second writer of a property.
     OneWriter,
-    /// A link fills it.
+    /// Port that a link fills.
     Linked,
-    /// It takes messages, and has no value.
+    /// Mailbox in place of a value.
     Messages,
-    /// Somebody else has it.
+    /// Taken already.
     Held,
 }
 
 impl Mistake {
-    /// All of them, in the order of their codes.
+    /// All kinds, in the order of their codes.
     pub const ALL: [Self; 25] = [
         Self::Syntax,
         Self::Key,
@@ -90,7 +91,7 @@ impl Mistake {
         Self::Held,
     ];
 
-    /// Its code. One is never used for another kind.
+    /// Code of the kind; it is never used for another kind.
     pub fn code(self) -> &'static str {
         match self {
             Self::Syntax => "S001",
@@ -121,21 +122,21 @@ impl Mistake {
         }
     }
 
-    /// The kind of a code.
+    /// Returns the kind of a code.
     pub fn from_code(code: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|mistake| mistake.code().eq_ignore_ascii_case(code))
     }
 
-    /// A message of this kind.
+    /// Makes a message of this kind.
     pub fn of(self, text: impl Into<String>) -> Message {
         Message { text: text.into(), mistake: Some(self) }
     }
 }
 
-/// The words of a message, and the kind of the mistake, if it has one.
+/// Text of a message, and the kind of the mistake, if any.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// The words.
+    /// Text.
     pub text: String,
     /// The kind.
     pub mistake: Option<Mistake>,

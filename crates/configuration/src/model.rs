@@ -14,43 +14,45 @@ use crate::syslog::SyslogAddress;
 /// A module of the agent.
 #[derive(Clone, Debug)]
 pub struct Module {
-    /// Its name with that of its robot, such as `r2/planner`; its URL is `/r2/planner`.
+    /// Name with that of its robot, such as `r2/planner`; its URL is `/r2/planner`.
     pub name: Spanned<String>,
-    /// Its kind, such as `pure_pursuit`.
+    /// Kind, such as `pure_pursuit`.
     pub kind: Spanned<String>,
-    /// Whether it runs from the start.
+    /// True if it runs from the start.
     pub enabled: Spanned<bool>,
-    /// Whether it runs in a process of its own.
+    /// True if it runs in a process of its own.
     pub isolated: Spanned<bool>,
-    /// Limits of that process.
+    /// Limits of its process.
     pub isolation: Isolation,
-    /// The file in which it remembers its state from run to run; relative to the file that names it.
+    /// File that keeps its state from run to run.
+    /// It is relative to the file that names it.
     pub memory: Option<Spanned<PathBuf>>,
-    /// Overrides the stage that the module names itself.
+    /// Stage that overrides the module's own.
     pub stage: Option<Spanned<Stage>>,
-    /// Overrides the trigger that the module names itself.
+    /// Trigger that overrides the module's own.
     pub trigger: Option<Spanned<Trigger>>,
-    /// Overrides its deadline, nanoseconds.
+    /// Deadline that overrides the module's own, ns.
     pub deadline: Option<Spanned<u64>>,
-    /// Its parameters.
+    /// Parameters.
     pub params: Table,
-    /// Values of inputs that have no link, by port.
+    /// Values of inputs without a link, by port.
     pub inputs: Table,
 }
 
 /// Limits of the process of an isolated module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Isolation {
-    /// Bytes that the module may allocate.
+    /// Memory limit of the module's allocations, bytes.
     pub memory: u64,
-    /// Where that is written, if it is.
+    /// Place of the memory limit, if it is written.
     pub memory_at: Option<Span>,
-    /// Whether the actuators that it commands stay armed when it fails, and follow it again when it starts anew.
+    /// True if its actuators stay armed when it fails.
+    /// They follow the module again when it restarts.
     pub rearm: bool,
 }
 
 impl Default for Isolation {
-    /// 1 GB, and disarmed.
+    /// Returns a limit of 1 GB, without rearming.
     fn default() -> Self {
         Self { memory: 1_000_000_000, memory_at: None, rearm: false }
     }
@@ -59,36 +61,38 @@ impl Default for Isolation {
 /// A plugin that is a library, or a named list of plugins.
 #[derive(Clone, Debug)]
 pub struct PluginEntry {
-    /// Its name.
+    /// Name.
     pub name: Spanned<String>,
     /// The library.
     pub file: Option<Spanned<PathBuf>>,
     /// The plugins of a list.
     pub members: Option<Vec<Spanned<String>>>,
-    /// Whether it is loaded at the start.
+    /// True if it is loaded at the start.
     pub load: bool,
 }
 
-/// A destination and its source: an input that reads a property, or an inbox that takes an outbox's messages.
+/// Link from a source to a destination.
+/// An input reads a property, or an inbox takes an outbox's messages.
 #[derive(Clone, Debug)]
 pub struct Link {
-    /// The path of the input or inbox in this agent, such as `follower/pose`; the URL of another agent's inbox.
+    /// Path of the input or inbox in this agent, such as `follower/pose`.
+    /// For another agent's inbox it is the URL.
     pub to: Spanned<String>,
-    /// The property or outbox; absolute, and without an agent when it is one of this agent.
+    /// Property or outbox; absolute, and without an agent for one of this agent.
     pub from: Spanned<Url>,
-    /// Whether it reads last cycle's value, and so breaks a cycle of modules.
+    /// True if it reads the last cycle's value, which breaks a cycle of modules.
     pub previous: bool,
-    /// Age from which a value counts as stale, nanoseconds.
+    /// Age from which a value counts as stale, ns.
     pub stale: Option<Spanned<u64>>,
-    /// Which of the values that are written the port gets.
+    /// Filter of the values for the port.
     pub filter: Filter,
     /// Policy of a queue input that lags; skips by default.
     pub policy: Option<Spanned<LinkPolicy>>,
-    /// How many values a queue input gets at once; what its module says unless said.
+    /// Window of a queue input, in values; the default is that of its module.
     pub window: Option<Spanned<u16>>,
     /// Transport between agents.
     pub transport: Transport,
-    /// Whether it is written or inferred.
+    /// Origin: written or inferred.
     pub wiring: Wiring,
 }
 
@@ -98,19 +102,20 @@ pub enum Wiring {
     /// The configuration.
     #[default]
     Written,
-    /// The types and roles of the ports: an input has one possible source, or an outbox one possible inbox.
+    /// Types and roles of the ports.
+    /// An input has one possible source, or an outbox one possible inbox.
     Inferred {
-        /// Whether it carries messages.
+        /// True if it carries messages.
         sends: bool,
     },
 }
 
-/// Which values a link lets through: those that meet all of it.
+/// Filter of a link; values must satisfy all conditions.
 #[derive(Clone, Debug, Default)]
 pub struct Filter {
     /// Passes each value whose number is a multiple of this.
     pub every: Option<Spanned<u64>>,
-    /// A condition on a field, such as `range < 0.5`.
+    /// Condition on a field, such as `range < 0.5`.
     pub when: Option<Spanned<String>>,
 }
 
@@ -128,11 +133,11 @@ pub enum LinkPolicy {
 pub struct Transport {
     /// The carrier, such as `local` or `zenoh`.
     pub carrier: Option<Spanned<String>>,
-    /// Whether lost values are sent again.
+    /// Reliability.
     pub mode: Option<Spanned<LinkMode>>,
     /// Rate.
     pub rate: Option<Spanned<LinkRate>>,
-    /// Least time between two values that are sent on change, nanoseconds.
+    /// Minimum interval between two values sent on change, ns.
     pub interval: Option<Spanned<u64>>,
     /// Compression.
     pub compression: Option<Spanned<Compression>>,
@@ -149,7 +154,7 @@ pub enum Compression {
     Jpeg(u8),
 }
 
-/// Whether lost values are sent again.
+/// Reliability of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkMode {
     /// Lost values are sent again.
@@ -163,55 +168,57 @@ pub enum LinkMode {
 pub enum LinkRate {
     /// Each new value.
     OnChange,
-    /// The newest value, with this period in nanoseconds.
+    /// The newest value, with this period, ns.
     Every(u64),
 }
 
 /// Sharing with other agents.
 #[derive(Clone, Debug)]
 pub struct Share {
-    /// Its endpoints, such as `local:base`; at least one.
+    /// Endpoints, such as `local:base`; at least one.
     pub listen: Vec<Spanned<String>>,
-    /// Endpoints of other agents by name; `local:NAME` for those that are not named.
+    /// Endpoints of other agents by name; the default is `local:NAME`.
     pub agents: BTreeMap<String, Spanned<String>>,
-    /// Shared knowledge; nothing when it takes no part in a team.
+    /// Shared knowledge; `None` outside of a team.
     pub knowledge: Option<SharedKnowledge>,
-    /// Authentication and permissions of others; nothing when it trusts every agent that reaches it.
+    /// Authentication and permissions; `None` to trust all agents that reach it.
     pub security: Option<ShareSecurity>,
 }
 
-/// The knowledge that a robot shares with its team.
+/// Knowledge that a robot shares with its team.
 #[derive(Clone, Debug)]
 pub struct SharedKnowledge {
-    /// The properties with what this robot states, by topic.
+    /// Properties with this robot's facts, by topic.
     pub facts: BTreeMap<String, Spanned<String>>,
-    /// From one look at what changed to the next, nanoseconds.
+    /// Polling interval for changes, ns.
     pub period: u64,
-    /// How many facts of a topic are shown.
+    /// Number of facts of a topic that are shown.
     pub room: usize,
-    /// The folder where what is known is saved.
+    /// Folder for the saved knowledge.
     pub save: Option<PathBuf>,
 }
 
 /// Authentication and permissions of other agents.
 #[derive(Clone, Debug)]
 pub struct ShareSecurity {
-    /// Where it is written.
+    /// Place where it is written.
     pub place: Span,
     /// Own certificate, and the authority of others.
     pub credentials: Option<Credentials>,
-    /// Permissions by agent; an agent that is not in it has none. Nothing when all agents may do all.
+    /// Permissions by agent; agents that are not in it have none.
+    /// `None` permits all agents everything.
     pub allow: Option<BTreeMap<String, Allowance>>,
 }
 
 /// The files of an agent's certificate, in PEM.
 #[derive(Clone, Debug)]
 pub struct Credentials {
-    /// The certificate, whose common name is the agent's, and those between it and the authority's.
+    /// Certificate chain up to the authority; its common name is the agent's name.
+    /// The chain contains the certificate and those between it and the authority's.
     pub certificate: Spanned<PathBuf>,
     /// The private key that belongs to it.
     pub key: Spanned<PathBuf>,
-    /// The certificates of the authorities that sign the certificates of agents.
+    /// Certificates of the authorities that sign agents' certificates.
     pub authority: Spanned<PathBuf>,
 }
 
@@ -222,37 +229,39 @@ pub struct Allowance {
     pub read: Vec<Pattern>,
     /// The mailboxes that it may send messages to.
     pub send: Vec<Pattern>,
-    /// Whether it is of the team: it is told what the team knows, and believed.
+    /// True for a member of the team.
+    /// It receives the team's knowledge, and its facts are trusted.
     pub team: bool,
 }
 
-/// A gate in front of an actuator.
+/// Gate of an actuator.
 #[derive(Clone, Debug)]
 pub struct Actuator {
-    /// Its name with that of its robot, such as `r2/wheels`.
+    /// Name with that of its robot, such as `r2/wheels`.
     pub name: Spanned<String>,
     /// The properties that command it.
     pub commands: Vec<Spanned<Url>>,
     /// Modules with the aspect Actuators that may command it too.
     pub modules: Vec<Spanned<String>>,
-    /// Intervals that fields of the command are kept in, by field.
+    /// Intervals for fields of the command, by field.
     pub limits: Vec<Limit>,
     /// Rate limits of fields of the command, per second.
     pub rate_limits: Vec<RateLimit>,
-    /// Age at which a command is no longer followed, nanoseconds.
+    /// Time to live of a command, ns.
     pub time_to_live: Spanned<u64>,
-    /// The command that holds when there is no other; what it leaves out is the interface's own safe value.
+    /// Command in the absence of any other.
+    /// Missing fields have the interface's safe value.
     pub safe: Table,
 }
 
-/// The closed interval that a field of a command is kept in.
+/// Closed interval for a field of a command.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
     /// The field, such as `left`.
     pub field: Spanned<String>,
-    /// The lowest value, in the field's unit.
+    /// Minimum, in the field's unit.
     pub low: f64,
-    /// The highest value, in the field's unit.
+    /// Maximum, in the field's unit.
     pub high: f64,
 }
 
@@ -265,47 +274,48 @@ pub struct RateLimit {
     pub per_second: f64,
 }
 
-/// The end of a run.
+/// Condition for the end of a run.
 #[derive(Clone, Debug)]
 pub struct Mission {
-    /// A property with an outcome field.
+    /// Property with an outcome field.
     pub outcome: Spanned<Url>,
 }
 
 /// Levels and targets of the log.
 #[derive(Clone, Debug)]
 pub struct Log {
-    /// The level of every module that has none of its own.
+    /// Level of modules without one of their own.
     pub level: Spanned<Level>,
-    /// Levels of single modules, or of all whose names begin so: where the name is written, the name, and the level.
+    /// Levels of single modules, or of all modules below a name.
+    /// The name comes with its place in the text.
     pub levels: Vec<(Spanned<String>, Spanned<Level>)>,
-    /// Lines of one text that a module may write in a second; 0 for all.
+    /// Largest rate of lines with one text from a module, 1/s; 0 for no limit.
     pub repeat: Spanned<u64>,
-    /// Where the log goes.
+    /// Targets of the log.
     pub targets: LogTargets,
 }
 
-/// Where the log goes, beside what the application adds.
+/// Targets of the log, beside those of the application.
 #[derive(Clone, Debug)]
 pub struct LogTargets {
-    /// Whether it goes to standard error.
+    /// True for standard error.
     pub console: bool,
-    /// The file that it is written to.
+    /// Log file.
     pub file: Option<LogFile>,
-    /// The syslog that it is sent to.
+    /// Syslog.
     pub syslog: Option<Spanned<SyslogAddress>>,
-    /// The address at which subscribers get it.
+    /// Address for subscribers.
     pub remote: Option<Spanned<SocketAddr>>,
 }
 
-/// A log file that is rotated.
+/// Rotated log file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogFile {
-    /// Where it is; relative to the file that names it.
+    /// Path; relative to the file that names it.
     pub path: Spanned<PathBuf>,
-    /// The size at which a new file is begun, bytes.
+    /// Size at which a new file is begun, bytes.
     pub size: u64,
-    /// How many older files are kept.
+    /// Number of older files that are kept.
     pub keep: u32,
 }
 
@@ -331,7 +341,7 @@ pub(super) struct Agent {
     pub(super) main_loop: Loop,
 }
 
-/// Pace and stages of the main loop; durations in nanoseconds.
+/// Pace and stages of the main loop; durations in ns.
 #[derive(Clone, Debug)]
 pub(super) struct Loop {
     pub(super) period: Spanned<u64>,

@@ -1,4 +1,4 @@
-//! `[modules]`: what an agent runs.
+//! `[modules]`: the modules of an agent.
 
 use slate_module::{Stage, Trigger};
 
@@ -9,14 +9,14 @@ use super::source::{Sources, Span, Spanned};
 use super::value::{Table, TableEntry};
 use crate::mistake::Mistake;
 
-/// Reads `[modules]`.
+/// Reader of `[modules]`.
 pub(super) struct ModuleReader<'a> {
     pub(super) sources: &'a Sources,
     pub(super) problems: &'a mut Problems,
 }
 
 impl ModuleReader<'_> {
-    /// The modules, by name.
+    /// Reads the modules, by name.
     pub(super) fn modules(&mut self, root: &Table) -> Vec<Module> {
         let table = self.problems.table(root, "modules");
         table.into_iter().flat_map(Table::iter).filter_map(|(name, entry)| self.module(name, entry)).collect()
@@ -64,7 +64,8 @@ impl ModuleReader<'_> {
         })
     }
 
-    /// The kind of a module, which is its own name unless said; also reports unknown keys.
+    /// Returns the kind of a module; the default is its own name.
+    /// Also reports unknown keys.
     fn kind(
         &mut self,
         name: &str,

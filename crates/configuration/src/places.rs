@@ -1,4 +1,4 @@
-//! Places of what modules complain about, and of robots that have nothing in them.
+//! Places of modules' complaints, and robots without content.
 
 use toml_edit::TableLike;
 
@@ -8,8 +8,9 @@ use super::value::Value;
 use crate::Configuration;
 
 impl Module {
-    /// Where its complaint about one of its parameters belongs, as in `params.sensor_rules.1: a distance`: at the
-    /// parameter, or the item of it; nothing if it begins with none that is written.
+    /// Returns the place of the module's complaint about one of its parameters.
+    /// An example is `params.sensor_rules.1: a distance`. It is the place of the parameter, or of its item; `None` if
+    /// the complaint begins with no written parameter.
     pub fn place_of(&self, complaint: &str) -> Option<Span> {
         let (path, _) = complaint.split_once(": ")?;
         let mut names = path.strip_prefix("params.")?.split('.');
@@ -27,7 +28,7 @@ impl Module {
     }
 }
 
-/// The robots of which a text says nothing but their name, and that have no module.
+/// Returns the robots without a module whose tables are empty.
 pub fn empty_robots(configuration: &Configuration) -> Vec<Spanned<String>> {
     let mut found: Vec<Spanned<String>> = Vec::new();
     for (source, text) in configuration.sources.0.iter().enumerate() {
@@ -49,7 +50,7 @@ pub fn empty_robots(configuration: &Configuration) -> Vec<Spanned<String>> {
     found
 }
 
-/// Whether a module is of a robot of that name.
+/// Returns true if a module belongs to a robot of that name.
 fn has_robot(configuration: &Configuration, name: &str) -> bool {
     let is_of =
         |module: &Module| module.name.value.strip_prefix(name).is_some_and(|rest| rest.starts_with('/'));

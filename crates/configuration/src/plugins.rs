@@ -1,18 +1,18 @@
-//! The plugins that are libraries, and named lists of plugins.
+//! Plugins that are libraries, and named lists of plugins.
 
 use super::model::PluginEntry;
 use super::problems::Problems;
 use super::source::{Sources, Spanned};
 use super::value::{Table, TableEntry};
 
-/// Reads `[plugins]`.
+/// Reader of `[plugins]`.
 pub(super) struct PluginReader<'a> {
     pub(super) sources: &'a Sources,
     pub(super) problems: &'a mut Problems,
 }
 
 impl PluginReader<'_> {
-    /// The plugins by name; what is wrong is added to the problems.
+    /// Reads the plugins by name; mistakes are added to the problems.
     pub(super) fn plugins(&mut self, root: &Table) -> Vec<PluginEntry> {
         let table = self.problems.table(root, "plugins");
         let entries: Vec<_> = table
@@ -26,7 +26,7 @@ impl PluginReader<'_> {
         entries
     }
 
-    /// Refuses a list of plugins that has itself in it.
+    /// Refuses a list of plugins that contains itself.
     fn circle<'a>(&mut self, entries: &'a [PluginEntry], entry: &'a PluginEntry, path: &mut Vec<&'a str>) {
         for member in entry.members.iter().flatten() {
             if member.value == path[0] {

@@ -1,7 +1,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-/// A path for people to read: what a terminal would obey, such as the escape that begins a colour, is written out.
+/// Returns a path for display with its control characters escaped.
+/// A terminal would obey them, such as the escape that begins a colour.
 ///
 /// ```
 /// use std::path::Path;
@@ -13,7 +14,8 @@ pub fn printable(path: &Path) -> String {
     printable_text(&path.to_string_lossy()).into_owned()
 }
 
-/// A text of somebody else, such as a name in a certificate, as [`printable`] writes a path.
+/// Returns a foreign text for display, escaped as by [`printable`].
+/// An example is a name in a certificate.
 ///
 /// ```
 /// assert_eq!(slate_configuration::printable_text("arm\u{1b}[2J\nbase"), "arm\\u{1b}[2J\\nbase");

@@ -5,7 +5,7 @@ use super::value::{Table, TableEntry, Value};
 use crate::mistake::{Message, Mistake};
 use crate::team::TEAM;
 
-/// Something wrong at a place, before its text is looked up.
+/// Problem at a place, before its text is looked up.
 #[derive(Debug)]
 pub(super) struct Problem {
     pub(super) span: Option<Span>,
@@ -13,7 +13,8 @@ pub(super) struct Problem {
     pub(super) help: Option<String>,
 }
 
-/// Everything found wrong so far, and the readers of single settings, which add to it.
+/// Problems found so far.
+/// Its methods read single settings and add their problems.
 #[derive(Debug, Default)]
 pub(super) struct Problems(pub(super) Vec<Problem>);
 
@@ -30,7 +31,8 @@ impl Problems {
         );
     }
 
-    /// Reports the keys of a table that mean nothing there; `place` names the table, such as `in [loop]`.
+    /// Reports the unknown keys of a table.
+    /// `place` names the table, such as `in [loop]`.
     pub(super) fn unknown_keys(&mut self, table: &Table, place: &str, known: &[&str]) {
         for (name, entry) in table.iter().filter(|(name, _)| !known.contains(name)) {
             self.add(
@@ -80,7 +82,7 @@ impl Problems {
         text.map(|text| Spanned::new(text.into(), value.span))
     }
 
-    /// One text or a list of texts.
+    /// Reads one text or a list of texts.
     pub(super) fn texts(
         &mut self,
         name: &str,
@@ -100,7 +102,7 @@ impl Problems {
         flag.map(|flag| Spanned::new(flag, value.span))
     }
 
-    /// A duration in nanoseconds, longer than none.
+    /// Reads a duration greater than 0, ns.
     pub(super) fn duration(&mut self, table: &Table, name: &str) -> Option<Spanned<u64>> {
         let value = table.get(name)?;
         let example = |number: &str| {
@@ -130,7 +132,7 @@ impl Problems {
         None
     }
 
-    /// A whole number from 1 to a limit.
+    /// Reads a whole number from 1 to a limit.
     pub(super) fn count_from_one(&mut self, table: &Table, name: &str, limit: u64) -> Option<Spanned<u64>> {
         let value = table.get(name)?;
         let number = value.as_integer().and_then(|number| u64::try_from(number).ok());
@@ -149,7 +151,7 @@ impl Problems {
         }
     }
 
-    /// A finite number.
+    /// Reads a finite number.
     pub(super) fn number(&mut self, name: &str, value: &Spanned<Value>) -> Option<f64> {
         match value.as_f64() {
             Some(number) if number.is_finite() => return Some(number),
@@ -163,7 +165,7 @@ impl Problems {
         None
     }
 
-    /// One of a few names.
+    /// Reads one of a few names.
     pub(super) fn choice<T: Copy>(
         &mut self,
         name: &str,
@@ -183,7 +185,7 @@ impl Problems {
         found.map(|(_, choice)| Spanned::new(*choice, text.span))
     }
 
-    /// A URL of a property, and so of at least two parts.
+    /// Reads the URL of a property, which has at least two parts.
     pub(super) fn url(&mut self, text: &str, span: Span) -> Option<Url> {
         let help = "a property is module/property, /module/property or slate://agent/module/property";
         match Url::parse(text) {
@@ -196,7 +198,7 @@ impl Problems {
         None
     }
 
-    /// Whether a text can name an agent.
+    /// Checks that a text can name an agent, else reports a problem.
     pub(super) fn agent_name(&mut self, name: &str, span: Span) -> bool {
         let url = Url::parse(&format!("slate://{name}/module"));
         // A slash would begin the path.
@@ -220,7 +222,8 @@ impl Problems {
         good
     }
 
-    /// Whether a text can name a module, an actuator or (without a slash) a robot.
+    /// Checks that a text can name a module, an actuator or a robot.
+    /// Robots have names without a slash. Reports a problem if it can't.
     pub(super) fn name(&mut self, what: &str, name: &str, slashes: bool, span: Span) -> bool {
         let letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
         let part = |part: &str| !part.is_empty() && part.chars().all(letter);
@@ -245,10 +248,11 @@ impl Problems {
     }
 }
 
-/// How many letters an agent's name may have: it is a part of the path of its socket, which can't be long.
+/// Longest name of an agent, in bytes.
+/// The name is a part of the path of its socket, which can't be long.
 pub(super) const LONGEST_AGENT_NAME: usize = 64;
 
-/// Did you mean, or else all there is.
+/// Returns the help for an unknown name: similar names, or else all names.
 pub(super) fn suggestion(name: &str, known: &[&str]) -> String {
     let near = nearest_names(name, known.iter().copied());
     match &near[..] {

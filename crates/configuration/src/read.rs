@@ -23,46 +23,47 @@ use super::value::Table;
 use super::{Configuration, Options, Report, report};
 use crate::mistake::Mistake;
 
-/// The file that a configuration is read from, or a text in place of one.
+/// Main file of a configuration, or a text in place of one.
 #[derive(Debug)]
 pub(super) enum Main {
     File(PathBuf),
     Text { name: String, text: Arc<str> },
 }
 
-/// All that a configuration is read from.
+/// Input of a reader: main file, options and changes.
 pub(super) struct ReadRequest<'a> {
     pub(super) main: &'a Main,
     pub(super) options: &'a Options,
     /// Changes of edited files that wait for the next start.
     pub(super) waiting: &'a [Change],
-    /// Made at run time, later ones last.
+    /// Changes made at run time, later ones last.
     pub(super) changes: &'a [Written<'a>],
-    /// Whether the agent may run on another machine; a file that is not here is then no mistake.
+    /// True if the agent may run on another machine.
+    /// A missing file is no mistake then.
     pub(super) elsewhere: bool,
 }
 
 impl<'a> ReadRequest<'a> {
-    /// A request of the settings at the start.
+    /// Makes a request of the settings at the start.
     pub(super) fn new(main: &'a Main, options: &'a Options) -> Self {
         Self { main, options, waiting: &[], changes: &[], elsewhere: false }
     }
 }
 
-/// The result of reading.
+/// Result of reading.
 pub(super) struct ReadOutcome {
     pub(super) result: Result<Configuration, Report>,
-    /// The files that were read, also those that could not be.
+    /// Files that were read, also unreadable ones.
     pub(super) files: Files,
-    /// The tables of the changes, when all can be read.
+    /// Tables of the changes, if all can be read.
     pub(super) changes: Vec<Table>,
-    /// The other agents that the files describe.
+    /// Other agents that the files describe.
     pub(super) others: Vec<String>,
-    /// The files that have a part in it, each by the path that is the same for all that lead to it.
+    /// Files that contribute to it, each by its canonical path.
     pub(super) paths: BTreeSet<PathBuf>,
 }
 
-/// Reads a configuration; files that are known already are not read again.
+/// Reads a configuration; known files are not read again.
 pub(super) fn read(request: &ReadRequest<'_>, files: Files) -> ReadOutcome {
     let ReadRequest { options, waiting, changes, .. } = request;
     let mut layers = layers(request, files);
@@ -88,7 +89,7 @@ pub(super) fn read(request: &ReadRequest<'_>, files: Files) -> ReadOutcome {
     ReadOutcome { result: build(layers, below, options, described), files, changes, others, paths }
 }
 
-/// Reads all texts that hold at the start, but for the command line.
+/// Reads all texts in effect at the start, except the command line.
 pub(super) fn layers(request: &ReadRequest<'_>, files: Files) -> Layers {
     let ReadRequest { main, options, elsewhere, .. } = request;
     let mut layers = Layers::of(options.agent.clone(), files, *elsewhere);
@@ -114,7 +115,7 @@ pub(super) fn layers(request: &ReadRequest<'_>, files: Files) -> Layers {
     layers
 }
 
-/// The layers below a configuration.
+/// Layers below a configuration.
 struct Below {
     files: Table,
     base: Table,

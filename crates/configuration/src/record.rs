@@ -12,28 +12,28 @@ use crate::mistake::Mistake;
 const KNOWN: [&str; 9] =
     ["enabled", "file", "select", "exclude", "rules", "chunk", "within", "buffer", "flight"];
 
-/// What the agent records of itself.
+/// Recording of the agent.
 #[derive(Clone, Debug)]
 pub struct Record {
-    /// Whether it does from the start.
+    /// True if it records from the start.
     pub enabled: bool,
-    /// The file; `run.mcap` beside the report unless said.
+    /// File; the default is `run.mcap` beside the report.
     pub file: Option<Spanned<PathBuf>>,
-    /// What is recorded.
+    /// Recorded values.
     pub selection: RecordSelection,
-    /// Bytes from which a piece of the file is closed, with its checksum.
+    /// Size at which a chunk of the file is closed, with its checksum, bytes.
     pub chunk: u64,
-    /// Wall-clock nanoseconds after which it is closed even when it is smaller.
+    /// Wall-clock time after which a smaller chunk is closed, ns.
     pub within: u64,
-    /// Bytes that each thread which writes values may be ahead of the file; of large values it may be sixteen, up to
-    /// 32 MiB.
+    /// Largest backlog of each writing thread, bytes.
+    /// For large values the limit may be sixteen times as large, up to 32 MiB.
     pub buffer: u64,
-    /// What is kept in memory of the last seconds.
+    /// Flight recorder.
     pub flight: Flight,
 }
 
 impl Default for Record {
-    /// Everything, when somebody asks for it.
+    /// All values of all properties, on request only.
     fn default() -> Self {
         Self {
             enabled: false,
@@ -47,56 +47,57 @@ impl Default for Record {
     }
 }
 
-/// Which values are recorded of which properties.
+/// Selection of the recorded properties and values.
 #[derive(Clone, Debug)]
 pub struct RecordSelection {
     /// The properties.
     pub select: Vec<Pattern>,
-    /// Those of them that are not recorded.
+    /// Excluded properties among them.
     pub exclude: Vec<Pattern>,
-    /// Of which of them not every value is; the first rule for a property counts.
+    /// Rules for properties of which not every value is recorded.
+    /// The first rule for a property counts.
     pub rules: Vec<RecordRule>,
 }
 
 impl Default for RecordSelection {
-    /// Every value of every property.
+    /// Returns the selection of every value of every property.
     fn default() -> Self {
         Self { select: Pattern::parse("/**").into_iter().collect(), exclude: Vec::new(), rules: Vec::new() }
     }
 }
 
-/// Which values of some properties are recorded.
+/// Rule on the recorded values of some properties.
 #[derive(Clone, Debug)]
 pub struct RecordRule {
     /// The properties.
     pub select: Vec<Pattern>,
-    /// At most one in so many nanoseconds of the agent's time; 0 is each.
+    /// Minimum time between two values, ns of the agent's time; 0 for each value.
     pub period: u64,
-    /// Only those that are other ones than the last that was recorded.
+    /// True to record only values that differ from the last recorded one.
     pub on_change: bool,
 }
 
-/// What an agent keeps in memory of the last seconds, to save it when something has happened.
+/// Flight recorder: the last seconds in memory, saved after an event.
 #[derive(Clone, Debug)]
 pub struct Flight {
-    /// Whether it does.
+    /// True if the last seconds are kept.
     pub enabled: bool,
-    /// How far back that goes, nanoseconds of the agent's time,
+    /// Longest time span in memory, ns of the agent's time.
     pub keep: u64,
-    /// and how many bytes it takes at most.
+    /// Memory limit, bytes.
     pub memory: u64,
-    /// Properties whose values may have more bytes are left out.
+    /// Largest values kept; properties with larger ones are excluded, bytes.
     pub largest: u64,
-    /// What saves it.
+    /// Events that save it.
     pub triggers: Vec<FlightTrigger>,
-    /// Nanoseconds of the agent's time after which the same trigger may save again.
+    /// Minimum time between two saves by a trigger, ns of the agent's time.
     pub every: u64,
-    /// How many files of a trigger are kept; the oldest one makes room.
+    /// Number of files kept of a trigger; the oldest one is deleted.
     pub files: u64,
 }
 
 impl Default for Flight {
-    /// In memory, and on the disk when somebody asks.
+    /// Last seconds in memory, saved on request only.
     fn default() -> Self {
         Self {
             enabled: true,
@@ -110,7 +111,7 @@ impl Default for Flight {
     }
 }
 
-/// What makes an agent save its last seconds.
+/// Event that saves the flight recorder's last seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FlightTrigger {
     /// A module panicked, does not return, or has failed for good.
@@ -122,17 +123,17 @@ pub enum FlightTrigger {
 }
 
 impl FlightTrigger {
-    /// All of them, by the names that a configuration has for them.
+    /// All events, by their names in a configuration.
     pub const NAMES: [(&str, Self); 3] =
         [("fault", Self::Fault), ("stop", Self::Stop), ("reflex", Self::Reflex)];
 
-    /// Its name.
+    /// Name.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize].0
     }
 }
 
-/// Reads `[record]`.
+/// Reader of `[record]`.
 pub(super) struct RecordReader<'a> {
     pub(super) sources: &'a Sources,
     pub(super) problems: &'a mut Problems,
@@ -251,10 +252,11 @@ impl RecordReader<'_> {
 
 const RULE: &str = "write [[record.rules]] with select = \"/**/scan\", and rate = 5.0 or on_change = true";
 
-/// The rule of rates, for messages.
+/// Rule on rates, for messages.
 pub const RATE: &str = "`rate` is from 0.001 to 1e9 values a second";
 
-/// The period of so many values a second, nanoseconds; nothing when no agent is that slow or fast.
+/// Returns the period of a rate in values per second, ns.
+/// `None` for rates that no agent has.
 pub fn period(rate: f64) -> Option<u64> {
     (0.001..=1e9).contains(&rate).then(|| (1e9 / rate).round() as u64)
 }
@@ -262,6 +264,6 @@ pub fn period(rate: f64) -> Option<u64> {
 /// Largest chunk that readers of such files accept, bytes.
 const LARGEST: u64 = 256 << 20;
 
-/// Limits of the memory of the last seconds, bytes.
+/// Limits of the flight recorder's memory, bytes.
 const LEAST_MEMORY: u64 = 1 << 20;
 const MOST_MEMORY: u64 = 16 << 30;

@@ -1,14 +1,15 @@
-//! A file that takes the place of an older one when it is whole.
+//! Atomic replacement of a file.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-/// Is written beside a file, as `FILE.part`, and takes its place when it is kept; else it is removed.
+/// File that replaces another one atomically once it is complete.
+/// It is written beside the other as `FILE.part`, and removed unless it is kept.
 ///
-/// At any moment either the older file is there or the new one, whole, also after a loss of power. Of two that write the
-/// same file at once, one is refused; what a process left that was killed is replaced.
+/// At any moment either the older file is there or the new one, whole, also after a loss of power. Of two writers of the
+/// same file, one is refused; the remains of a killed process are replaced.
 ///
 /// ```
 /// use std::io::Write;
@@ -28,7 +29,7 @@ use std::path::{Path, PathBuf};
 pub struct Replacement {
     path: PathBuf,
     part: PathBuf,
-    /// Locked, so that of two that write the same file one is refused.
+    /// Locked file; of two writers of the same file one is refused.
     file: File,
     is_kept: bool,
 }
@@ -37,7 +38,7 @@ impl Replacement {
     /// Begins to write the new file of a path.
     ///
     /// # Errors
-    /// When the folder can't be written to, somebody else just writes there, or what is there is no regular file.
+    /// When the folder can't be written to, another process is writing there, or the path leads to no regular file.
     pub fn create(path: &Path) -> io::Result<Self> {
         match fs::metadata(path) {
             Ok(found) if found.is_dir() => return Err(ErrorKind::IsADirectory.into()),
@@ -70,12 +71,12 @@ impl Replacement {
         }
     }
 
-    /// The new file, such as to give it the permissions of the old one.
+    /// New file, such as to give it the permissions of the old one.
     pub fn file(&self) -> &File {
         &self.file
     }
 
-    /// Puts it in its place.
+    /// Replaces the old file by the new one.
     ///
     /// # Errors
     /// When it can't be; the older file is then as it was. Or when its name can't be written to the disk; the new file is then
@@ -98,7 +99,7 @@ fn is_beyond(kind: ErrorKind) -> bool {
     matches!(kind, ErrorKind::InvalidInput | ErrorKind::Unsupported | ErrorKind::PermissionDenied)
 }
 
-/// Whether a file is what stands at a path.
+/// Returns true if a path leads to a file.
 fn is_at(file: &File, path: &Path) -> io::Result<bool> {
     let own = file.metadata()?;
     match fs::metadata(path) {

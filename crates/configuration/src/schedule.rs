@@ -1,24 +1,25 @@
-//! Which stages the main loop has.
+//! Stages of the main loop.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
 
 use slate_module::Stage;
 
-/// A stage of the main loop.
+/// Stage of the main loop.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScheduledStage {
-    /// Its name: of the ten stages' names, or another one.
+    /// Name, one of the ten standard names or another one.
     pub name: String,
-    /// The stages of modules that it runs, one after the other.
+    /// Standard stages of modules that it runs, one after the other.
     pub members: Vec<Stage>,
-    /// How long it may take on the wall clock; when that is over, its running module counts as late, and those that
-    /// have not begun are left out.
+    /// Timeout on the wall clock.
+    /// When it expires, the running module counts as late, and those that have not begun are skipped.
     pub timeout: Option<Duration>,
 }
 
-/// The stages of the main loop in their order. Modules name one of the ten standard stages; a schedule puts those
-/// together to the stages that the loop has, so modules need no change when the loop has others.
+/// Stages of the main loop, in order.
+/// Modules name one of the ten standard stages. A schedule groups these into the loop's stages, so modules need no
+/// change when the loop has others.
 ///
 /// ```
 /// use slate_configuration::{Schedule, ScheduledStage};
@@ -40,10 +41,10 @@ pub struct Schedule {
     stages: Vec<ScheduledStage>,
 }
 
-/// Why stages are no schedule.
+/// Error of stages that form no schedule.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ScheduleError {
-    /// A name that no stage can have.
+    /// Invalid name of a stage.
     #[error(
         "`{name}` can't name a stage: expected up to 32 letters, digits and `_`, and neither `state` nor `histogram`"
     )]
@@ -51,29 +52,29 @@ pub enum ScheduleError {
         /// The name.
         name: String,
     },
-    /// Two stages of a name.
+    /// Two stages with the same name.
     #[error("two stages are named `{name}`")]
     SameName {
         /// The name.
         name: String,
     },
-    /// A stage of modules would run twice.
+    /// Standard stage in two stages of the loop.
     #[error("the modules of {} would run both in `{first}` and in `{second}`", .stage.name())]
     Twice {
-        /// The stage of modules.
+        /// Standard stage.
         stage: Stage,
-        /// The stage of the loop that has it.
+        /// First stage of the loop that has it.
         first: String,
-        /// The one that has it too.
+        /// Second stage of the loop that has it.
         second: String,
     },
-    /// Stages of modules would never run.
+    /// Standard stages in no stage of the loop.
     #[error("no stage of the loop runs the modules of {}", names(.stages))]
     Missing {
-        /// The stages of modules.
+        /// Standard stages.
         stages: Vec<Stage>,
     },
-    /// There is no such stage.
+    /// Unknown stage.
     #[error("the loop has no stage `{name}`")]
     Unknown {
         /// The name.
@@ -86,7 +87,7 @@ fn names(stages: &[Stage]) -> String {
 }
 
 impl Default for Schedule {
-    /// The ten stages, in order and without time-outs.
+    /// Returns the ten stages, in order and without timeouts.
     fn default() -> Self {
         let own =
             |stage: Stage| ScheduledStage { name: stage.name().into(), members: vec![stage], timeout: None };
@@ -95,7 +96,7 @@ impl Default for Schedule {
 }
 
 impl Schedule {
-    /// A schedule of stages in that order.
+    /// Makes a schedule of stages in that order.
     ///
     /// # Errors
     /// When a name can't be one or comes twice, or when not each of the ten stages of modules is in exactly one.
@@ -129,10 +130,10 @@ impl Schedule {
         Ok(Self { stages })
     }
 
-    /// With a time-out of one stage.
+    /// Returns the schedule with a timeout of one stage.
     ///
     /// # Errors
-    /// When there is no stage of that name.
+    /// When the stage is unknown.
     pub fn with_timeout(mut self, name: &str, timeout: Duration) -> Result<Self, ScheduleError> {
         let stage = self.stages.iter_mut().find(|stage| stage.name == name);
         stage.ok_or_else(|| ScheduleError::Unknown { name: name.into() })?.timeout = Some(timeout);
@@ -145,7 +146,8 @@ impl Schedule {
     }
 }
 
-/// Whether a stage can have that name: it is a part of paths on the blackboard.
+/// Returns true if a stage can have that name.
+/// The name is a part of paths on the blackboard.
 pub fn is_stage_name(name: &str) -> bool {
     let letter = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
     (1..=32).contains(&name.len())

@@ -12,7 +12,8 @@ use crate::mistake::Mistake;
 /// Sections of a robot; the same sections at the top belong to the agent itself.
 pub(super) const SECTIONS: [&str; 3] = ["modules", "links", "actuators"];
 
-/// Moves what stands under `robots` to the top: names get the robot's as a prefix, URLs become absolute.
+/// Moves the sections of `robots` to the top.
+/// Names get the robot's as a prefix, and URLs become absolute.
 ///
 /// Done for each layer before they are merged, so that a module may be named either way in any of them.
 pub(super) fn flatten(layer: Table, problems: &mut Problems) -> Table {
@@ -93,7 +94,8 @@ fn move_section(flat: &mut Table, scope: &str, section: &str, from: TableEntry, 
     }
 }
 
-/// The path of what a link fills, or the URL of another agent's inbox.
+/// Returns the path of a link's destination, or the URL of an inbox.
+/// The URL is for the inbox of another agent.
 fn destination(key: &str, scope: &str, entry: &TableEntry, problems: &mut Problems) -> Option<String> {
     if ExternalUrl::parse(key).is_some() {
         return Some(key.to_owned());
@@ -130,7 +132,7 @@ pub(super) fn each_text(value: &mut Value, change: &dyn Fn(&str) -> Option<Strin
     }
 }
 
-/// The names that lead to a setting after [`flatten`].
+/// Returns the names that lead to a setting after [`flatten`].
 pub(super) fn flatten_path(mut path: Vec<String>) -> Vec<String> {
     let mut scope = String::new();
     if path.len() > 2 && path[0] == "robots" && SECTIONS.contains(&path[2].as_str()) {
@@ -153,7 +155,8 @@ pub(super) fn flatten_path(mut path: Vec<String>) -> Vec<String> {
     path
 }
 
-/// The name in a section after [`flatten`], of one that stands in the scope of a robot (or in none).
+/// Returns the name in a section after [`flatten`].
+/// `scope` is the robot in whose section the name is written; empty for none.
 pub(super) fn flat_name(section: &str, name: &str, scope: &str) -> String {
     match (section, Url::parse(name)) {
         ("links", Ok(url)) => path_or_url(&url, scope),
@@ -162,7 +165,8 @@ pub(super) fn flat_name(section: &str, name: &str, scope: &str) -> String {
     }
 }
 
-/// The value as it is written in the scope of a robot: its own URLs without its name.
+/// Returns a value as written in the scope of a robot.
+/// Its own URLs are without the robot's name.
 pub(super) fn in_scope(path: &[String], value: &Value, scope: &str) -> Value {
     let path: Vec<&str> = path.iter().map(String::as_str).collect();
     let url =

@@ -1,4 +1,5 @@
-//! Lists of senders of an inbox, and of commands of an actuator: tables once they are read.
+//! Lists of senders of an inbox, and of commands of an actuator.
+//! They are tables once they are read.
 //!
 //! `"execute/reflexes" = ["a/reflex", "b/reflex"]` becomes `{ "/r2/a/reflex" = true, "/r2/b/reflex" = true }`, so that
 //! lists of several layers unite and `false` removes one of them.
@@ -8,15 +9,16 @@ use super::problems::Problems;
 use super::source::{Span, Spanned};
 use super::value::{Table, TableEntry, Value};
 
-/// Stands for all senders that no layer names: `false` in a list of senders is `{ "*" = false }` in the table.
+/// Key for all senders that no layer names.
+/// `false` in a list of senders is `{ "*" = false }` in the table.
 pub(super) const UNNAMED: &str = "*";
 
-/// Whether a table is one of senders, and not of what a link says of its one source.
+/// Returns true if a table lists senders, not the options of one source.
 pub(super) fn is_of_senders(table: &Table) -> bool {
     table.iter().any(|(name, _)| is_sender(name))
 }
 
-/// Whether a key in the table of a link names a sender.
+/// Returns true if a key in the table of a link names a sender.
 pub(super) fn is_sender(key: &str) -> bool {
     key.contains('/') || key == UNNAMED || ExternalUrl::parse(key).is_some()
 }
@@ -100,7 +102,8 @@ pub(super) fn make_commands(
     }
 }
 
-/// A sender of a list, and what is said of it: a text, or a table as that of a link; `false` for those without a name.
+/// Returns a sender of a list with its options.
+/// The item is a text, or a table as that of a link; `false` stands for senders without a name.
 fn sender(item: Spanned<Value>, problems: &mut Problems) -> Option<(String, Spanned<Value>)> {
     let span = item.span;
     match item.value {
@@ -126,8 +129,8 @@ fn sender(item: Spanned<Value>, problems: &mut Problems) -> Option<(String, Span
     }
 }
 
-/// Takes over what another layer says: tables are united, also the senders of inboxes and the commands of actuators, and
-/// all else is replaced.
+/// Merges another layer.
+/// Tables are united, also the senders of inboxes and the commands of actuators; other values are replaced.
 pub(super) fn merge_layer(merged: &mut Table, mut layer: Table) {
     merge_commands(merged, &layer);
     let links = layer.entries.remove("links");
@@ -171,7 +174,8 @@ fn merge_link(old: &mut TableEntry, new: TableEntry) {
     old.key = new.key;
 }
 
-/// Prepares actuators for the commands of a later layer: a list adds to a single command, which takes the place of a list.
+/// Prepares actuators for the commands of a later layer.
+/// A list adds to a single command, and a single command replaces a list.
 fn merge_commands(merged: &mut Table, layer: &Table) {
     let Some(Value::Table(actuators)) =
         merged.entries.get_mut("actuators").map(|entry| &mut entry.value.value)
@@ -198,7 +202,7 @@ fn merge_commands(merged: &mut Table, layer: &Table) {
     }
 }
 
-/// A link with one source as a table of one sender.
+/// Converts a link with one source into a table of one sender.
 fn as_senders(link: &mut TableEntry) {
     let span: Span = link.value.span;
     let (name, value) = match &mut link.value.value {

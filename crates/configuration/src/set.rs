@@ -6,15 +6,16 @@ use super::scope::flatten;
 use super::source::{Span, Spanned};
 use super::value::{Table, Value};
 
-/// A setting in one text, `path=value`.
+/// Setting in one text, `path=value`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Written<'a> {
     pub(super) text: &'a str,
-    /// Where the path ends, when that is known.
+    /// End of the path, if known, in bytes.
     pub(super) equals: Option<usize>,
 }
 
-/// Reads a `path=value` whose text is that of `source`; `equals` is where the path ends, when that is known.
+/// Parses a `path=value`, the text of `source`.
+/// `equals` is the end of the path, if known.
 ///
 /// The value is TOML; what isn't, such as a bare word, is text. Nothing is cut off: a `#` or `=` belongs to the value.
 pub(super) fn parse_set(
@@ -82,7 +83,7 @@ fn replace_leaf(table: &mut Table, value: Spanned<Value>) {
     }
 }
 
-/// The `=` that ends the path: the first one outside of quotes.
+/// Returns the place of the `=` that ends the path, the first outside of quotes.
 pub(super) fn first_equals(text: &str) -> Option<usize> {
     let (mut quote, mut escaped) = (None, false);
     for (i, c) in text.char_indices() {
@@ -101,14 +102,15 @@ pub(super) fn first_equals(text: &str) -> Option<usize> {
     None
 }
 
-/// The flat table of a setting, with the names of robots in those of their modules; nothing if it can't be read.
+/// Returns the flat table of a setting; `None` if it can't be read.
+/// Names of modules contain those of their robots.
 pub(super) fn flat(setting: &str) -> Option<Table> {
     let mut problems = Problems::default();
     let table = flatten(parse_set(setting, None, 0, &mut problems)?, &mut problems);
     problems.0.is_empty().then_some(table)
 }
 
-/// The paths that a setting has a value for.
+/// Returns the paths with a value in a setting.
 pub(super) fn flat_paths(setting: &str) -> Vec<Vec<String>> {
     let mut paths = Vec::new();
     leaves(&flat(setting).unwrap_or_default(), &[], &mut |path, _| paths.push(path));

@@ -9,14 +9,14 @@ use super::value::{Table, TableEntry};
 use crate::mistake::Mistake;
 use crate::team::is_topic;
 
-/// From one look to the next when nothing is said, and at least, nanoseconds.
+/// Default and minimum polling interval for changes, ns.
 const PERIOD: u64 = 200_000_000;
 const SHORTEST: u64 = 10_000_000;
 
-/// How many facts of a topic are shown when nothing is said.
+/// Default number of facts of a topic that are shown.
 const ROOM: usize = 256;
 
-/// Reads `[share]` of an agent.
+/// Reader of `[share]`.
 pub(super) struct ShareReader<'a> {
     pub(super) sources: &'a Sources,
     pub(super) problems: &'a mut Problems,
@@ -24,7 +24,7 @@ pub(super) struct ShareReader<'a> {
 }
 
 impl ShareReader<'_> {
-    /// How the agent shares; nothing when it says nothing of it.
+    /// Reads the sharing of the agent; `None` without such a section.
     pub(super) fn share(&mut self, root: &Table) -> Option<Share> {
         let agent = self.agent;
         let entry = root.entries.get("share")?;

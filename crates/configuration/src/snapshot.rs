@@ -1,11 +1,11 @@
-//! When an agent takes a snapshot by itself.
+//! `[snapshot]`: the trigger of automatic snapshots.
 
 use super::problems::Problems;
 use super::source::{Sources, Spanned};
 use super::value::Table;
 use crate::trigger::{SnapshotCondition, SnapshotTrigger};
 
-/// Reads `[snapshot]`.
+/// Reader of `[snapshot]`.
 pub(super) struct SnapshotReader<'a> {
     pub(super) sources: &'a Sources,
     pub(super) problems: &'a mut Problems,

@@ -3,7 +3,8 @@ use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A stretch of the text of a [`SettingSource`]; in the order of the sources, and in each of the places.
+/// Range of the text of a [`SettingSource`].
+/// Spans are ordered by source, then by place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Span {
     pub(super) source: usize,
@@ -11,12 +12,12 @@ pub struct Span {
     pub(super) end: usize,
 }
 
-/// A value and where it is written.
+/// Value and its place in a text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spanned<T> {
     /// The value.
     pub value: T,
-    /// Where it is written; for a value that follows from another one, where that one is written.
+    /// Place where it is written; for a derived value that of its origin.
     pub span: Span,
 }
 
@@ -34,7 +35,7 @@ impl<T> Deref for Spanned<T> {
     }
 }
 
-/// The layer of a [`SettingSource`].
+/// Layer of a [`SettingSource`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SourceKind {
     /// Built in.
@@ -43,43 +44,44 @@ pub enum SourceKind {
     File,
     /// A setting of the command line.
     Set,
-    /// A setting that an edited file changes at the next start.
+    /// Setting of an edited file that changes at the next start.
     Waiting,
     /// A change made at run time.
     Change,
-    /// A plugin that was loaded by hand, and brought a module that no text names.
+    /// Plugin loaded by hand, with a module that no text names.
     Plugin,
 }
 
-/// A text that settings come from.
+/// Text with settings.
 #[derive(Clone, Debug)]
 pub struct SettingSource {
     pub(super) name: String,
     pub(super) kind: SourceKind,
     pub(super) path: Option<PathBuf>,
     pub(super) text: Arc<str>,
-    /// Of two sources, the one with the higher rank overrides the other.
+    /// Rank; a source of higher rank overrides the others.
     pub(super) rank: usize,
     pub(super) place: TextPlace,
-    /// Kept with its comments and blanks, so that it can be saved back.
+    /// Document with its comments and blanks, for saving.
     pub(super) document: Option<toml_edit::Document<Arc<str>>>,
 }
 
-/// Where a text stands in a file that describes several agents or variants.
+/// Place of a text in a file that describes several agents or variants.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TextPlace {
-    /// The file that this one was included by in the end; what its table of an agent says goes over all of them.
+    /// File that includes this one in the end.
+    /// Its table of an agent overrides all of them.
     pub(super) root: usize,
-    /// The text of which this is a table: that of the agent, or of a chosen variant.
+    /// Text of which this is a table: that of the agent, or of a chosen variant.
     pub(super) part_of: Option<usize>,
     /// The path of that table.
     pub(super) table: Vec<String>,
-    /// Whether the table of that agent includes it.
+    /// True if the table of that agent includes it.
     pub(super) own: bool,
 }
 
 impl SettingSource {
-    /// A single setting.
+    /// Makes the source of a single setting.
     pub(super) fn setting(kind: SourceKind, text: &str) -> Self {
         let name = match kind {
             SourceKind::Set => "--set",
@@ -92,17 +94,17 @@ impl SettingSource {
         Self { name: name.into(), kind, path: None, text, rank: usize::MAX, place, document: None }
     }
 
-    /// The file's path as given, `--set`, `change`, or `built-in defaults`.
+    /// Name: the file's path as given, `--set`, `change`, or `built-in defaults`.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Where the text comes from.
+    /// Layer of the text.
     pub fn kind(&self) -> SourceKind {
         self.kind
     }
 
-    /// The path of a file that was read.
+    /// Path, if the text is a file.
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
     }
@@ -112,19 +114,20 @@ impl SettingSource {
         &self.text
     }
 
-    /// The parsed text with its comments, to be changed and saved back; none for a single setting.
+    /// Parsed text with its comments, to be changed and saved.
+    /// `None` for a single setting.
     pub fn document(&self) -> Option<&toml_edit::Document<Arc<str>>> {
         self.document.as_ref()
     }
 
-    /// The bytes of a span, cut to whole characters of the text.
+    /// Returns the bytes of a span, cut to whole characters of the text.
     pub(super) fn range(&self, span: Span) -> Range<usize> {
         let start = self.text.floor_char_boundary(span.start.min(self.text.len()));
         let end = self.text.ceil_char_boundary(span.end.min(self.text.len()));
         start..end.max(start)
     }
 
-    /// Line and column of a byte, both counted from one.
+    /// Returns line and column of a byte, both counted from one.
     pub(super) fn line_and_column(&self, byte: usize) -> (usize, usize) {
         let before = &self.text[..self.text.floor_char_boundary(byte.min(self.text.len()))];
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
@@ -132,11 +135,12 @@ impl SettingSource {
     }
 }
 
-/// The origin of a value, for people: `exp1.toml:12`, `--set loop.period=10ms`, `change loop.period=10ms`,
-/// `built-in defaults`, `until the next start`.
+/// Origin of a value, for display.
+/// Examples are `exp1.toml:12`, `--set loop.period=10ms`, `change loop.period=10ms`, `built-in defaults` and `until the
+/// next start`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
-    /// Which layer.
+    /// Layer.
     pub kind: SourceKind,
     /// The file as given, or the text of the setting.
     pub name: String,
@@ -167,13 +171,14 @@ impl Sources {
         &self.0[span.source]
     }
 
-    /// The folder of the file that a place is in; empty where there is none.
+    /// Returns the folder of the file of a place; empty if it is in no file.
     pub(super) fn folder(&self, span: Span) -> PathBuf {
         let file = self.of(span).path.as_deref();
         file.and_then(Path::parent).map(Path::to_owned).unwrap_or_default()
     }
 
-    /// A path as it is written in a file: relative to that file. The command line's are relative to where it was given.
+    /// Returns a path relative to the file that it is written in.
+    /// Paths of the command line are relative to its working directory.
     pub(super) fn beside(&self, text: &Spanned<String>) -> Spanned<PathBuf> {
         Spanned::new(self.folder(text.span).join(&text.value), text.span)
     }

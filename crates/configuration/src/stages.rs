@@ -10,13 +10,13 @@ use super::source::{Span, Spanned};
 use super::value::Table;
 use crate::schedule::{Schedule, ScheduleError, ScheduledStage, is_stage_name};
 
-/// Reads `[loop]`.
+/// Reader of `[loop]`.
 pub(super) struct LoopReader<'a> {
     pub(super) problems: &'a mut Problems,
 }
 
 impl LoopReader<'_> {
-    /// None only after a problem was added.
+    /// Reads the main loop; `None` only after a problem was added.
     pub(super) fn main_loop(&mut self, root: &Table) -> Option<Loop> {
         let empty = Table::default();
         let table = self.problems.table(root, "loop").unwrap_or(&empty);
@@ -77,7 +77,8 @@ impl LoopReader<'_> {
         }
     }
 
-    /// The stages that are named, with their members; one of the ten that has none named is itself.
+    /// Reads the named stages with their members.
+    /// One of the ten standard stages without members contains itself.
     fn stages(&mut self, table: &Table, span: Span) -> Option<Vec<ScheduledStage>> {
         let list = self.problems.texts("stages", table.get("stages")?, "Sense");
         if list.is_empty() {

@@ -1,17 +1,17 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-/// Where a syslog is.
+/// Address of a syslog.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SyslogAddress {
-    /// A datagram socket of this computer, spoken to as RFC 3164 has it.
+    /// Datagram socket of this computer, with the format of RFC 3164.
     Socket(PathBuf),
-    /// A server, spoken to over UDP as RFC 5424 has it.
+    /// UDP server, with the format of RFC 5424.
     Server(SocketAddr),
 }
 
 impl Default for SyslogAddress {
-    /// The socket of this computer's own syslog.
+    /// Returns the socket of this computer's syslog.
     fn default() -> Self {
         Self::Socket("/dev/log".into())
     }

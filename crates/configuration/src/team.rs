@@ -1,10 +1,11 @@
-//! The names of what a team shares.
+//! Names in the knowledge that a team shares.
 
-/// The authority of URLs that mean all robots of the team: `slate://team/victims` is what is known about a topic.
+/// Authority of URLs that address all robots of the team.
+/// `slate://team/victims` is the team's knowledge about a topic.
 pub const TEAM: &str = "team";
 
-/// Whether a name may be that of a topic of the team's knowledge: at most 48 small letters, digits and `_`, in parts
-/// that `/` separates.
+/// Returns true if a name can be that of a topic of the team's knowledge.
+/// It has at most 48 lowercase letters, digits and `_`, in parts separated by `/`.
 pub fn is_topic(name: &str) -> bool {
     let letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
     let is_part = |part: &str| !part.is_empty() && part.chars().all(letter);

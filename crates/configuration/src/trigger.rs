@@ -5,30 +5,31 @@ use slate_blackboard::Url;
 use crate::comparison::Comparison;
 use crate::source::Spanned;
 
-/// When an agent takes a snapshot by itself: `[snapshot]` of its configuration.
+/// Trigger of automatic snapshots: `[snapshot]` of the configuration.
 #[derive(Clone, Debug)]
 pub struct SnapshotTrigger {
-    /// At the end of the first cycle from that time on, nanoseconds.
+    /// Time of a snapshot, at the end of the first cycle from then on, ns.
     pub at: Option<Spanned<u64>>,
-    /// At the end of each cycle in which this has become true.
+    /// Condition of a snapshot, at the end of each cycle in which it becomes true.
     pub when: Option<Spanned<SnapshotCondition>>,
-    /// Where it is written to; relative to the file that names it.
+    /// File of the snapshot; relative to the file that names it.
     pub file: Spanned<PathBuf>,
 }
 
-/// A condition on a field that is a number or a truth value (1 or 0), such as `/r2/battery/charge < 0.2`.
+/// Condition on a field that is a number or a truth value (1 or 0).
+/// An example is `/r2/battery/charge < 0.2`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SnapshotCondition {
     /// The field.
     pub field: Url,
-    /// How it is compared.
+    /// Comparison.
     pub comparison: Comparison,
-    /// The number that it is compared with, in the field's unit.
+    /// Number to compare with, in the field's unit.
     pub number: f64,
 }
 
 impl SnapshotCondition {
-    /// Reads `FIELD OPERATOR NUMBER`, where `true` and `false` are numbers too.
+    /// Parses `FIELD OPERATOR NUMBER`; `true` and `false` are numbers too.
     ///
     /// # Errors
     /// The mistake in the text.
@@ -43,7 +44,7 @@ impl SnapshotCondition {
         Ok(Self { field, comparison, number })
     }
 
-    /// Whether it holds for a value of the field.
+    /// Returns true if the condition holds for a value of the field.
     pub fn holds(&self, value: f64) -> bool {
         self.comparison.holds(value, self.number)
     }

@@ -5,7 +5,7 @@ use slate_blackboard::interface;
 
 use super::source::{Span, Spanned};
 
-/// A value as it is written; its reader decides on the type.
+/// Value as written; its reader decides on the type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A truth value.
@@ -31,14 +31,14 @@ pub struct Table {
 /// A value in a [`Table`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableEntry {
-    /// Where its key is written.
+    /// Place of its key.
     pub key: Span,
     /// The value.
     pub value: Spanned<Value>,
 }
 
 impl Value {
-    /// The name of this type in messages.
+    /// Returns the name of this type in messages.
     pub fn describe(&self) -> &'static str {
         match self {
             Self::Bool(_) => "a truth value",
@@ -85,7 +85,7 @@ impl Value {
     }
 }
 
-/// TOML, which reads as the same value.
+/// Writes TOML, which reads as the same value.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         toml_edit::Value::from(self).fmt(f)
@@ -132,17 +132,17 @@ impl Table {
         self.entries.iter().map(|(name, entry)| (name.as_str(), entry))
     }
 
-    /// The value of that name.
+    /// Returns the value of a name.
     pub fn get(&self, name: &str) -> Option<&Spanned<Value>> {
         self.entries.get(name).map(|entry| &entry.value)
     }
 
-    /// Whether there is nothing in it.
+    /// Returns true if it has no entries.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// The entry at a path.
+    /// Returns the entry at a path.
     pub(super) fn entry(&self, path: &[String]) -> Option<&TableEntry> {
         match path {
             [] => None,
@@ -151,7 +151,7 @@ impl Table {
         }
     }
 
-    /// Takes out what is at a path.
+    /// Removes the entry at a path.
     pub(super) fn remove(&mut self, path: &[String]) {
         match path {
             [] => {}
@@ -166,13 +166,13 @@ impl Table {
         }
     }
 
-    /// Follows names through tables.
+    /// Returns the value at the end of names through tables.
     pub(super) fn at<'a>(&self, mut path: impl Iterator<Item = &'a str>) -> Option<&Spanned<Value>> {
         let value = self.get(path.next()?)?;
         path.try_fold(value, |value, name| value.as_table()?.get(name))
     }
 
-    /// Takes over what another layer says: tables are united, everything else is replaced.
+    /// Merges another layer: tables are united, other values are replaced.
     pub(super) fn merge(&mut self, layer: Self) {
         for (name, entry) in layer.entries {
             match (self.entries.get_mut(&name).map(|old| &mut old.value.value), entry) {

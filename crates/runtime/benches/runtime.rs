@@ -1,5 +1,6 @@
-//! What the main loop and the threads of modules cost: `cargo bench -p slate-runtime`, or one of them with its name:
-//! `cargo bench -p slate-runtime -- stages`. With `--long` the runs are as long as the promises that they check.
+//! Benchmarks of the main loop and of module threads.
+//! Run all with `cargo bench -p slate-runtime`, or one by its name: `cargo bench -p slate-runtime -- stages`. With
+//! `--long` the runs are as long as the promises that they check.
 #![allow(missing_docs, clippy::unwrap_used, clippy::disallowed_methods, reason = "a benchmark")]
 
 #[path = "../tests/common/batch.rs"]
@@ -149,7 +150,8 @@ fn agent(text: &str, options: Options) -> Agent {
     Agent::load(&configuration, &plugins, options).unwrap()
 }
 
-/// Modules in a row, each reading the one before, and one that is never due and stands for the time source.
+/// Chain of modules, each reading the one before.
+/// A further module is never due and stands for the time source.
 fn row(modules: usize) -> Agent {
     let mut text = String::from("time.source = \"reaction\"\n[modules.reaction]\n");
     for module in 0..modules {
@@ -174,7 +176,8 @@ fn report(name: &str, unit: &str, mut times: Vec<f64>) {
     );
 }
 
-/// The time of one step of the main loop, in nanoseconds; reading the clock itself is measured beside it.
+/// Measures the time of one step of the main loop, ns.
+/// The cost of reading the clock itself is measured beside it.
 fn steps(name: &str, modules: usize) {
     let mut agent = row(modules);
     (0..10_000).for_each(|_| assert!(agent.step()));
@@ -193,7 +196,8 @@ fn clock() {
     report("reading the clock twice (part of the others)", "ns", times);
 }
 
-/// From a value that one module writes to the tick of another that waits for it on a thread of its own.
+/// Measures the latency from a module's write to the tick of its reader.
+/// The reader waits for the value on a thread of its own.
 fn reaction() {
     let text = "loop.period = \"10ms\"\n[modules.stimulus]\n[modules.reaction]\n[links]\n\
                 \"reaction/moment\" = \"stimulus/moment\"\n";
@@ -245,7 +249,8 @@ fn wakes() {
     report("two bare wake-ups, there and back", "us", times);
 }
 
-/// Ten stages of three modules, each of which reads the one before: on the wall clock, as fast as they go.
+/// Measures cycles of ten stages of three modules, as fast as possible.
+/// Each module reads the one before; the clock is the wall clock.
 fn stages(workers: usize, cycles: u64) {
     let mut text = String::new();
     for (number, stage) in Stage::ALL.iter().flat_map(|stage| [stage; 3]).enumerate() {
@@ -281,8 +286,8 @@ fn stages(workers: usize, cycles: u64) {
     agent.run(Box::new(observer)).unwrap();
 }
 
-/// A thousand modules that do nothing: a thousand times a second, when others may have had the caches in between, and one
-/// cycle after the other.
+/// Measures a thousand modules that do nothing.
+/// First at 1 kHz, so that other programs may use the caches in between, then cycle after cycle without a pause.
 fn thousand(duration: Duration) {
     for (name, rate) in [("a thousand modules, each millisecond", Rate::REALTIME), ("in a row", Rate::Max)] {
         let mut text = String::from("loop.period = \"1ms\"\n");
@@ -307,8 +312,8 @@ fn thousand(duration: Duration) {
     floor(duration, Duration::from_micros(100));
 }
 
-/// How often a bare thread on this machine misses the next millisecond when it wakes each millisecond and works for so
-/// long: what no framework can better.
+/// Measures the overruns of a bare thread with a period of 1 ms.
+/// The thread works for `work` in each period. This is the lower bound of any framework on this machine.
 fn floor(duration: Duration, work: Duration) {
     let period = Duration::from_millis(1);
     let start = Instant::now();
@@ -332,8 +337,8 @@ fn floor(duration: Duration, work: Duration) {
     println!("{:<44} {overruns} overruns", "");
 }
 
-/// From the emit of a point to a thread that waits for it, and the same with a bare futex, in turn; both threads sleep
-/// for a while before, and are on other cores.
+/// Measures the latency from a point's emit to the waiting thread.
+/// A bare futex is measured in turn with it. Both threads sleep for a while before, and run on other cores.
 fn notify(rounds: u64) {
     let synchronization = Synchronization::default();
     let emitter = synchronization.emitter("/stage/Act/start", "bench").unwrap();
@@ -405,7 +410,7 @@ impl Waiter {
     }
 }
 
-/// How long after the time of a stage is up the loop goes on.
+/// Measures the delay from a stage's timeout to the next stage.
 fn timeouts() {
     let text = "[loop]\nperiod = \"1ms\"\ntimeouts.Act = \"5ms\"\n[modules.sleeper]\n";
     let mut agent = agent(text, Options::default());
@@ -443,7 +448,7 @@ fn faults(cycles: u64) {
     );
 }
 
-/// What the standard library does not offer.
+/// System calls that the standard library does not offer.
 #[allow(unsafe_code, reason = "system calls")]
 mod futex {
     use std::sync::atomic::AtomicU32;

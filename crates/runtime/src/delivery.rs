@@ -1,4 +1,4 @@
-//! Values from outside on their way to inputs.
+//! Delivery of external values to inputs.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,14 +9,15 @@ use slate_blackboard::wake::Wake;
 
 use crate::{Composer, ExternalContent, ExternalInputError, ExternalValue};
 
-/// How long the thread sleeps when nothing comes.
+/// Longest sleep of the thread while the queue is empty.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// How often it is looked whether an agent has begun.
+/// Polling interval until the agent begins its first cycle.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// A bounded queue of values for inputs, which programs outside of the agent fill. One thread [runs](Self::run) it; in lockstep
-/// it sets all that came until the end of a cycle before the next one, so a rerun sets the same values after the same cycles.
+/// Bounded queue of external values for inputs.
+/// Programs outside of the agent fill it, and one thread [runs](Self::run) it. In lockstep it sets all values that
+/// arrived before the end of a cycle before the next one, so a rerun sets the same values after the same cycles.
 pub struct ExternalDelivery {
     composer: Composer,
     inputs: Vec<DeliveryInput>,
@@ -31,15 +32,15 @@ struct DeliveryInput {
     depth: usize,
 }
 
-/// Values in the order in which they came, each with the place of its input.
+/// Waiting values in the order of arrival, each with the index of its input.
 struct WaitingValues {
     values: VecDeque<(usize, ExternalContent)>,
-    /// By input.
+    /// Number of waiting values by input.
     counts: Vec<usize>,
 }
 
 impl ExternalDelivery {
-    /// An empty queue for inputs, each a path with how many of its values may wait.
+    /// Makes an empty queue for inputs, each with its path and depth.
     pub fn new(composer: Composer, inputs: impl IntoIterator<Item = (String, usize)>) -> Self {
         let input = |(path, depth): (String, usize)| DeliveryInput { path: path.into(), depth: depth.max(1) };
         let inputs: Vec<_> = inputs.into_iter().map(input).collect();
@@ -53,7 +54,8 @@ impl ExternalDelivery {
         }
     }
 
-    /// Puts a value for the input at a place behind the others; false when its oldest one went for it.
+    /// Queues a value for an input; false if this drops the input's oldest value.
+    /// `place` is the index of the input.
     pub fn push(&self, place: usize, content: ExternalContent) -> bool {
         let mut waiting = locked(&self.waiting);
         let is_full = waiting.counts[place] >= self.inputs[place].depth;
@@ -69,7 +71,8 @@ impl ExternalDelivery {
         !is_full
     }
 
-    /// Sets inputs to what came, until [`end`](Self::end), and tells what became of each value by the place of its input.
+    /// Sets inputs to the queued values until [`end`](Self::end).
+    /// Reports the result of each value with the index of its input.
     pub fn run(&self, tell: impl Fn(usize, Result<(), ExternalInputError>)) {
         while !self.ended.load(Ordering::Acquire) {
             if self.composer.cycles() == 0 {
@@ -91,7 +94,8 @@ impl ExternalDelivery {
         }
     }
 
-    /// Ends the thread that runs it, unless that waits for a cycle that does not end.
+    /// Ends [`run`](Self::run).
+    /// A thread that waits for the end of a cycle returns only after it.
     pub fn end(&self) {
         self.ended.store(true, Ordering::Release);
         self.wake.notify(1);
@@ -110,7 +114,8 @@ impl std::fmt::Debug for ExternalDelivery {
     }
 }
 
-/// What stays intact when another thread panicked while it held the lock.
+/// Locks a mutex, also a poisoned one.
+/// The guarded data stays intact when another thread panics while it holds the lock.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

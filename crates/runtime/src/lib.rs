@@ -1,7 +1,7 @@
-//! The agent and its aspects: what puts configuration, composition and engine together.
+//! Agent and aspects: the union of configuration, composition and engine.
 //!
-//! A [`Configuration`](configuration::Configuration) says which modules there are and how they are linked; an
-//! [`Agent`] makes them and runs them. Either everything fits and starts, or nothing does and every misfit is shown
+//! A [`Configuration`](configuration::Configuration) defines the modules and their links; an
+//! [`Agent`] makes and runs them. Either everything fits and starts, or nothing does and every misfit is reported
 //! with file, line and caret.
 #![allow(unsafe_code, reason = "modules run behind a table of calls, over memory of the host")]
 

@@ -1,4 +1,4 @@
-//! What a module remembers from run to run: its state, in a file that the configuration names.
+//! Persistent state of a module across runs, in a file of the configuration.
 //!
 //! The file is read before the run begins, as an input of it, and written at its end, all of it or nothing.
 
@@ -13,12 +13,12 @@ use crate::snapshot::{Bytes, describe};
 /// The version of the format.
 const VERSION: u64 = 1;
 
-/// The state of a module when a run ended.
+/// State of a module at the end of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ModuleMemory {
     /// The kind of module, such as `strategic_knowledge`.
     pub kind: String,
-    /// Its state, as the module saves it.
+    /// State, as the module saves it.
     pub state: Vec<u8>,
 }
 
@@ -28,12 +28,13 @@ struct MemoryDocument {
     /// The version of the format.
     slate_memory: u64,
     kind: String,
-    /// Of kind and state.
+    /// Checksum of kind and state.
     checksum: u64,
     state: Bytes,
 }
 
-/// What is read first, whatever else a later version has.
+/// Version field of a memory file, read first.
+/// A later version may have any other fields.
 #[derive(Deserialize)]
 struct MemoryVersion {
     slate_memory: u64,
@@ -44,10 +45,10 @@ impl ModuleMemory {
         xxh3_64_with_seed(&self.state, xxh3_64_with_seed(self.kind.as_bytes(), VERSION))
     }
 
-    /// As it is written to a file.
+    /// Encodes the memory as the bytes of its file.
     ///
     /// # Errors
-    /// When the encoder refuses it, which no memory makes it do.
+    /// When the encoder refuses it, which happens with no memory.
     pub fn to_bytes(&self) -> io::Result<Vec<u8>> {
         let document = MemoryDocument {
             slate_memory: VERSION,
@@ -60,10 +61,10 @@ impl ModuleMemory {
         Ok(bytes)
     }
 
-    /// Reads what a file has.
+    /// Reads the content of a file.
     ///
     /// # Errors
-    /// What is wrong with it, and where if that is known.
+    /// The mistake, and its place if that is known.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let version =
             |found: u64| format!("it has version {found} of the format, and this program reads {VERSION}");
@@ -96,7 +97,7 @@ impl ModuleMemory {
     }
 }
 
-/// Why modules can't be kept in mind; their files are as they were.
+/// Error of writing memories; the existing files are unchanged.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum MemoryError {
     /// The file can't be written.
@@ -107,12 +108,12 @@ pub enum MemoryError {
         module: String,
         /// The file.
         file: PathBuf,
-        /// What went wrong.
+        /// Cause.
         source: io::Error,
-        /// What to do.
+        /// Remedy.
         help: &'static str,
     },
-    /// The module has no state, as it has failed or is not there any more.
+    /// No state, as the module has failed or is absent.
     #[error("`{module}` has failed or left, so there is nothing to remember: {} is as it was before this run", file.display())]
     #[diagnostic(help("look at the log for why it did"))]
     Lost {
@@ -126,7 +127,7 @@ pub enum MemoryError {
     Unsaved(#[from] crate::snapshot::SnapshotError),
 }
 
-/// What helps when a memory can't be written.
+/// Returns the remedy for a memory that can't be written.
 pub(crate) fn help(kind: io::ErrorKind) -> &'static str {
     match kind {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {

@@ -1,4 +1,5 @@
-//! The seam to what records an agent: it sees every value that is written, and is told what is changed from outside.
+//! Interface between an agent and its recorder.
+//! The recorder sees every value that is written, and receives every change from outside.
 
 mod history;
 
@@ -13,26 +14,26 @@ pub use history::{History, HistoryWish, Left, TakeValue};
 pub use slate_configuration::recorded_configuration as configuration;
 use slate_configuration::{RATE, RecordRule, RecordSelection, period};
 
-/// Records an agent. It sees the values of each property that it has a [tap](Taps::tap) for, in the threads that write
-/// them.
+/// Recorder of an agent.
+/// It sees the values of each property that it has a [tap](Taps::tap) for, in the threads that write them.
 pub trait Recording: Taps {
-    /// The agent was changed, by somebody outside of it or for one of its modules: between its cycle of that number and the next
-    /// one if it is in lockstep.
+    /// Notes a change of the agent, from outside or for one of its modules.
+    /// In lockstep the change takes place between the cycle of that number and the next one.
     fn changed(&self, cycle: u64, time: u64, change: &Change);
 
-    /// Waits until what it was told of changes is where it outlives this process, but not for long: who has asked for a change
-    /// does so before it is said to be made.
+    /// Waits for a short time until noted changes are stored durably.
+    /// Stored changes outlive this process. The requester of a change calls it before the change is acknowledged.
     fn settle(&self) {}
 
-    /// What begins and ends recordings while the agent runs; nothing if that is not for tools.
+    /// Control of recordings while the agent runs; `None` if tools have none.
     fn control(&self) -> Option<&dyn RecordingControl> {
         None
     }
 }
 
-/// An agent, for what records it.
+/// Agent, as its recorder sees it.
 pub trait RecordedAgent {
-    /// Everything that the robot knows.
+    /// The agent's board, with all properties.
     fn board(&self) -> &Arc<Board>;
 
     /// The agent's time, nanoseconds.
@@ -47,25 +48,27 @@ pub trait RecordedAgent {
     /// The modules, each with its kind.
     fn kinds(&self) -> Vec<(String, String)>;
 
-    /// The links, each under the port that has it: an input and what it reads, or an outbox and its inbox.
+    /// The links, each under the path of the port that owns it.
+    /// An input with its source, or an outbox with its inbox.
     fn links(&self) -> Vec<(String, String)>;
 
     /// The inboxes that links lead to, as [`links`](Self::links) names them.
     fn inboxes(&self) -> Vec<String>;
 
-    /// The stages and the modules of each, in the order in which they run.
+    /// The stages with their modules, in the order in which they run.
     fn order(&self) -> Vec<(String, Vec<String>)>;
 
-    /// The whole configuration as it is now, as TOML.
+    /// The whole present configuration, as TOML.
     fn configuration_text(&self) -> String;
 }
 
-/// Begins and ends recordings of an agent while it runs. None of this holds up a module.
+/// Control of the recordings of a running agent; no call blocks a module.
 pub trait RecordingControl: Send + Sync {
-    /// Begins to record into a file that is not there yet. The newest value of each property comes first.
+    /// Starts a recording into a file that must not exist yet.
+    /// The newest value of each property comes first.
     ///
     /// # Errors
-    /// Why it can't.
+    /// The reason of the failure.
     fn start(
         &self,
         agent: &dyn RecordedAgent,
@@ -73,50 +76,52 @@ pub trait RecordingControl: Send + Sync {
         what: &RecordSelection,
     ) -> Result<(), RecordingRefusal>;
 
-    /// Ends a recording: that into a file, or else the only one.
+    /// Ends the recording into a file; without a file, the only recording.
     ///
     /// # Errors
-    /// Why it can't, or why the file has not all.
+    /// The reason of the failure, or of the file being incomplete.
     fn stop(
         &self,
         agent: &dyn RecordedAgent,
         file: Option<&Path>,
     ) -> Result<RecordingEntry, RecordingRefusal>;
 
-    /// What is recorded, and how that goes.
+    /// State of all recordings.
     fn status(&self) -> RecordingStatus;
 
-    /// Saves the last seconds, which are always in memory, into a file that is not there yet.
+    /// Saves the flight recorder's last seconds into a file that must not exist yet.
+    /// The last seconds are always in memory.
     ///
     /// # Errors
-    /// Why it can't.
+    /// The reason of the failure.
     fn save(&self, agent: &dyn RecordedAgent, file: &Path) -> Result<SavedFlight, RecordingRefusal>;
 
-    /// The values of a property among those of the last seconds, which are always in memory.
+    /// Reads the values of a property from the flight recorder's last seconds.
+    /// The last seconds are always in memory.
     ///
     /// # Errors
-    /// Why there are none.
+    /// The reason for which the values are not available.
     fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal>;
 }
 
-/// Why a recording does not begin or end.
+/// Error of starting or stopping a recording.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct RecordingRefusal {
-    /// What is wrong.
+    /// Problem.
     pub message: String,
-    /// What to do about it.
+    /// Remedy.
     pub help: String,
 }
 
-/// What is recorded of an agent.
+/// State of an agent's recordings.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RecordingStatus {
     /// The recordings, the oldest first, with those that have failed.
     pub recordings: Vec<RecordingEntry>,
     /// The last seconds that are in memory; nothing when none are kept.
     pub flight: Option<FlightEntry>,
-    /// Where files are that nobody has named; nothing when nothing can be recorded.
+    /// Folder of files without a path of their own; `None` without a recorder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub folder: Option<PathBuf>,
 }
@@ -124,17 +129,17 @@ pub struct RecordingStatus {
 /// A recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RecordingEntry {
-    /// Its file.
+    /// File.
     pub file: PathBuf,
-    /// When it began, nanoseconds of the agent's time.
+    /// Time of the start, ns of the agent's time.
     pub from: u64,
     /// Values in it.
     pub values: u64,
-    /// Values that are missing, as nobody waits for a slow disk.
+    /// Missing values, dropped as no module waits for a slow disk.
     pub dropped: u64,
     /// Bytes of the file.
     pub bytes: u64,
-    /// Why nothing is written any more, if that is so.
+    /// Reason for which writing has ceased; `None` while it works.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub failure: Option<String>,
 }
@@ -142,19 +147,19 @@ pub struct RecordingEntry {
 /// The last seconds of an agent, in memory.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FlightEntry {
-    /// How far back they go at most, nanoseconds of the agent's time.
+    /// Longest time span in memory, ns of the agent's time.
     pub keep: u64,
-    /// From when they are, and until when.
+    /// Time of the oldest value, ns of the agent's time.
     pub from: u64,
-    /// Until when they are.
+    /// Time of the newest value, ns of the agent's time.
     pub to: u64,
-    /// Bytes that they take,
+    /// Memory in use, bytes.
     pub bytes: u64,
-    /// and may take.
+    /// Memory limit, bytes.
     pub memory: u64,
     /// Files that triggers have saved.
     pub saved: Vec<PathBuf>,
-    /// How often a trigger saved nothing, as it had saved a moment ago.
+    /// Number of triggers ignored because one had saved a moment before.
     pub skipped: u64,
 }
 
@@ -163,20 +168,21 @@ pub struct FlightEntry {
 pub struct SavedFlight {
     /// The file.
     pub file: PathBuf,
-    /// From when it is, nanoseconds of the agent's time.
+    /// Time of the oldest value, ns of the agent's time.
     pub from: u64,
-    /// Until when it is.
+    /// Time of the newest value, ns of the agent's time.
     pub to: u64,
     /// Values in it.
     pub values: u64,
-    /// Its bytes.
+    /// Size of the file, bytes.
     pub bytes: u64,
 }
 
-/// What a tool wants to have recorded, in words; `rate` is values a second of each property.
+/// Parses a tool's selection of properties to record.
+/// `rate` is the number of values per second of each property.
 ///
 /// # Errors
-/// Which of it makes no sense.
+/// The invalid part.
 pub fn selection(
     select: &[String],
     exclude: &[String],
@@ -207,14 +213,15 @@ pub fn selection(
 /// A change of an agent that runs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// The setting at a path has that value, or is as the files say it if there is none.
+    /// A setting's value; `None` returns it to that of the files.
     Setting {
-        /// As `--set` takes it; or `MODULE/enabled`, for a switch that is not in the configuration.
+        /// Path as of `--set`, or `MODULE/enabled`.
+        /// The latter is for a switch that is not in the configuration.
         path: String,
-        /// As TOML.
+        /// Value, TOML.
         value: Option<String>,
     },
-    /// A plugin goes on with the code of that library.
+    /// Exchange of a plugin's code with that of a library.
     Reload {
         /// The plugin.
         plugin: String,
@@ -223,58 +230,58 @@ pub enum Change {
         /// A hash over it.
         hash: u64,
     },
-    /// A plugin of the configuration was loaded, or a library.
+    /// Load of a plugin of the configuration, or of a library.
     Load {
         /// A plugin or a list of plugins of the configuration; empty for a library.
         name: String,
         /// The library, by its absolute path.
         file: Option<PathBuf>,
-        /// The sum of the hashes over the libraries of all plugins that came.
+        /// Hash: the sum of those of the libraries of all new plugins.
         hash: u64,
     },
-    /// A plugin, or those of a list, were unloaded.
+    /// Unload of a plugin, or of the plugins of a list.
     Unload {
-        /// Its name.
+        /// Name.
         name: String,
     },
-    /// All actuators were stopped.
+    /// Stop of all actuators.
     Stop {
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// The stop of the actuators was ended.
+    /// End of the stop of the actuators.
     Reset,
-    /// Commands were let through to the actuators, or to one.
+    /// Arming of all actuators, or of one.
     Arm {
-        /// Its name.
+        /// Name of the actuator; `None` for all.
         actuator: Option<String>,
     },
-    /// A module had a setting changed. A rerun has it from the module.
+    /// Change of a module's own setting; a rerun gets it from the module.
     Own {
         /// The module.
         module: String,
-        /// As of a setting.
+        /// Path, as in [`Setting`](Self::Setting).
         path: String,
-        /// As of a setting.
+        /// Value, as in [`Setting`](Self::Setting).
         value: Option<String>,
     },
-    /// What came of a request of a module, whose changes are told before it.
+    /// Answer to a module's request; its changes are recorded before it.
     Asked {
         /// The module.
         module: String,
-        /// The changes that it asked for, a line each.
+        /// The requested changes, a line each.
         lines: String,
-        /// What it was answered: what has changed, or why nothing has.
+        /// The changes made, or the reason for which nothing has changed.
         answer: Result<String, String>,
     },
-    /// The modules of the main loop have another order from now on.
+    /// New order of the modules on the main loop.
     Order {
-        /// Those of each stage, in the order in which they run.
+        /// Modules of each stage, in the order in which they run.
         stages: Vec<(String, Vec<String>)>,
     },
-    /// Something that can't be made again from a recording.
+    /// Change that can't be reproduced from a recording.
     Other {
-        /// What, in words.
+        /// Description of the change.
         what: String,
     },
 }

@@ -1,5 +1,5 @@
-//! The seam to what carries values and messages between agents: the runtime says what is wanted, and is told what is
-//! there.
+//! Interface between the runtime and the transport of values between agents.
+//! The runtime states its demand, and the transport reports the available properties and mailboxes.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -17,44 +17,49 @@ use slate_engine::clock::{Clock, monotonic};
 pub use slate_engine::main_loop::AfterTick;
 use slate_engine::main_loop::WriteListeners;
 
-/// Carries values and messages between agents. It has threads of its own: none of these calls waits for another agent,
-/// and dropping it ends them.
+/// Transport of values and messages between agents.
+/// It has threads of its own: none of these calls waits for another agent, and dropping it ends them.
 pub trait Sharing: Send {
-    /// Begins to share; it is called once, before anything else, and not for agents that share nothing.
+    /// Starts sharing.
+    /// Called once, before any other call, and only for agents that share.
     ///
     /// # Errors
-    /// When an endpoint can't be listened at, or what is to protect the agent does not.
+    /// When it can't listen at an endpoint, or the agent's protection can't be set up.
     fn start(&mut self, site: Site) -> Result<(), SharingError>;
 
-    /// What this agent wants of others from now on; what is not among it is wanted no longer.
+    /// Sets this agent's demand from other agents.
+    /// It replaces the earlier demand.
     fn want(&mut self, wants: BTreeMap<RemotePath, Want>);
 
-    /// What can carry values, as endpoints begin; any name unless something is among them.
+    /// Schemes of endpoints that can carry values, such as `local`.
+    /// Any name is valid if the set is empty.
     fn carriers(&self) -> BTreeSet<String> {
         BTreeSet::new()
     }
 
-    /// Whether values can be compressed as JPEG.
+    /// True if values can be compressed as JPEG.
     fn has_jpeg(&self) -> bool {
         true
     }
 
-    /// The agent's part in the knowledge of its team; nothing unless it takes part.
+    /// The agent's part in its team's knowledge; `None` if it takes no part.
     fn team(&self) -> Option<Arc<dyn TeamExchange>> {
         None
     }
 
-    /// What looks into other agents for tools, where that is possible.
+    /// Inspection of other agents for tools; `None` if it is not supported.
     fn inspection(&self) -> Option<Arc<dyn Inspection>> {
         None
     }
 }
 
-/// An agent's part in the knowledge of its team, for networks that reach other robots beside the sharing itself.
+/// An agent's part in its team's knowledge, for additional networks.
+/// Such networks reach other robots beside the sharing itself.
 ///
-/// Messages may be lost, doubled and reordered: later ones make them good. None of these calls waits.
+/// Messages may be lost, duplicated and reordered: later ones correct this. None of these calls waits.
 pub trait TeamExchange: Send + Sync {
-    /// Sends messages for other robots by that carrier, too, until another one or none takes its place.
+    /// Sets the carrier of messages for other robots, beside the sharing itself.
+    /// It replaces the earlier one; `None` removes it.
     fn set_carrier(&self, carrier: Option<Arc<dyn TeamCarrier>>);
 
     /// Notes that the carrier reaches a robot.
@@ -63,23 +68,25 @@ pub trait TeamExchange: Send + Sync {
     /// Notes that the carrier no longer reaches a robot.
     fn part(&self, robot: &str);
 
-    /// Takes a message of a robot, which must be authenticated if that matters.
+    /// Receives a message of a robot.
+    /// The caller must authenticate the robot if that matters.
     fn hear(&self, robot: &str, message: Vec<u8>);
 }
 
-/// Sends messages of a team's knowledge.
+/// Carrier of a team's messages.
 pub trait TeamCarrier: Send + Sync {
-    /// Sends a message to a robot without waiting; false when it is lost already.
+    /// Sends a message to a robot without waiting; false if it is lost already.
     fn tell(&self, robot: &str, message: &[u8]) -> bool;
 }
 
-/// Looks into other agents. It may be asked by several threads at once, and holds up nobody else.
+/// Inspection of other agents.
+/// Several threads may call it at once, and it blocks no module.
 pub trait Inspection: Send + Sync {
-    /// The properties of another agent that a pattern is of, with their newest values if those are wanted. It waits no
-    /// longer than `limit`.
+    /// Lists the properties of another agent that match a pattern.
+    /// With `values` it includes their newest values. It waits no longer than `limit`.
     ///
     /// # Errors
-    /// In words, when nobody of that name is known, or the agent is not there or does not answer.
+    /// In words, when the agent is unknown, absent or does not answer.
     fn list(
         &self,
         agent: &str,
@@ -94,58 +101,58 @@ pub trait Inspection: Send + Sync {
 pub struct RemoteProperty {
     /// Path in that agent.
     pub path: String,
-    /// What it is for.
+    /// Documentation of the property.
     pub doc: String,
-    /// Its writer.
+    /// Writer.
     pub access: Access,
-    /// Its type.
+    /// Type.
     pub descriptor: &'static Descriptor,
-    /// Room in the tail.
+    /// Capacity of the tail, in items.
     pub capacity: u64,
-    /// How many values are kept; 0 for a mailbox.
+    /// Number of values kept; 0 for a mailbox.
     pub depth: u32,
-    /// Whether it has a writer now.
+    /// True if it has a writer now.
     pub has_writer: bool,
-    /// Its newest value, if that was asked for.
+    /// Newest value, if requested.
     pub newest: Newest,
 }
 
-/// What another agent tells of the newest value of a property.
+/// Newest value of a property, as another agent answers it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Newest {
-    /// There is none, or it was not asked for.
+    /// No value yet, or the value was not requested.
     Unwritten,
-    /// Its bytes, how many items its tail has, and the other agent's stamp. They are as they came, as what can be read of
-    /// them takes far more memory.
+    /// Bytes, number of items in the tail, and the other agent's stamp.
+    /// The bytes are not decoded, as the decoded value takes far more memory.
     Value(Vec<u8>, usize, Stamp),
-    /// It has so many bytes, which are too many for an answer.
+    /// Too large for an answer; the size is in bytes.
     TooLarge(u64),
-    /// This agent may not read it.
+    /// Not readable for this agent.
     NotAllowed,
 }
 
-/// Why a value of another agent can't be read.
+/// Error of reading a value of another agent.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unread {
-    /// There is no such field.
+    /// Unknown field.
     #[error("{0}")]
     Field(#[from] AccessError),
-    /// It is a mailbox.
+    /// Mailbox, which has no value.
     #[error("it takes messages, and has no value")]
     Messages,
-    /// It is too large for an answer.
+    /// Too large for an answer; the size is in bytes.
     #[error("its newest value has {0} bytes, too many for an answer; links carry it")]
     TooLarge(u64),
-    /// The other agent does not allow it.
+    /// Not readable for this agent, by the other agent's permissions.
     #[error("the other agent does not let this one read it")]
     NotAllowed,
 }
 
 impl RemoteProperty {
-    /// The newest value, or a field of it; nothing before the first write.
+    /// Newest value, or a field of it; `None` before the first write.
     ///
     /// # Errors
-    /// When there is no such field, or the other agent does not tell the value.
+    /// When the field is unknown, or the other agent does not send the value.
     pub fn value(&self, field: &str) -> Result<Option<(Value, Stamp)>, Unread> {
         let place = match field {
             "" => None,
@@ -164,15 +171,15 @@ impl RemoteProperty {
     }
 }
 
-/// Why an agent does not share.
+/// Error of starting to share.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct SharingError {
-    /// In words.
+    /// Message.
     pub message: String,
-    /// What to do about it, if the message does not say so.
+    /// Remedy, if the message does not contain it.
     pub help: Option<String>,
-    /// What it is about.
+    /// Part of `[share]` that the error is about.
     pub about: About,
 }
 
@@ -182,57 +189,59 @@ impl From<String> for SharingError {
     }
 }
 
-/// What of `[share]` an error is about.
+/// Part of `[share]` that an error is about.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum About {
-    /// All of it.
+    /// The whole section.
     Sharing,
-    /// That endpoint, which this agent listens at.
+    /// An endpoint that this agent listens at.
     Listen(String),
-    /// Where that agent is found.
+    /// The endpoint of another agent.
     Agent(String),
     /// `[share.security]`.
     Security,
-    /// The certificate of it.
+    /// Certificate in `[share.security]`.
     Certificate,
-    /// The key of it.
+    /// Key in `[share.security]`.
     Key,
-    /// The authority of it.
+    /// Authority in `[share.security]`.
     Authority,
 }
 
-/// What is wanted of another agent.
+/// Demand for a property or a mailbox of another agent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Want {
-    /// The values of a property: a property of the same interface is to be at [`RemotePath::place`] of the board, with the
-    /// path of the whole property.
+    /// Values of a property.
+    /// A property of the same interface must be at [`RemotePath::place`] of the board, with the path of the whole
+    /// property.
     Values {
-        /// Whether losses on the way are made good.
+        /// True if lost values are sent again.
         reliable: bool,
-        /// When they are sent.
+        /// Pace of sending.
         pace: Pace,
-        /// Whether they are made smaller.
+        /// Compression of the values.
         compression: Compression,
-        /// How many values are kept at least, if every value is wanted; nothing when the newest is.
+        /// Minimum queue depth if every value is wanted; `None` for the newest only.
         every: Option<usize>,
-        /// What a port is that reads the whole property, if one does.
+        /// Interface of a port that reads the whole property, if any.
         interface: Option<Expected>,
     },
-    /// Messages that come into the mailbox at [`RemotePath::place`] of the board are to be sent there.
+    /// Messages from the mailbox at [`RemotePath::place`] of the board.
+    /// They are sent to the other agent's mailbox.
     Messages,
 }
 
-/// When values are sent.
+/// Pace of sending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// When they are there, but not earlier than so many nanoseconds after the one before.
+    /// On change, with this minimum interval between two values, ns.
     OnChange(u64),
-    /// The newest one, once in so many nanoseconds.
+    /// The newest value, with this period, ns.
     Every(u64),
 }
 
 impl Pace {
-    /// The one that brings values sooner.
+    /// Returns the pace that brings values sooner.
     fn faster(self, other: Self) -> Self {
         let wait = |pace| match pace {
             Self::OnChange(interval) => (interval, false),
@@ -243,7 +252,7 @@ impl Pace {
 }
 
 impl Want {
-    /// What serves both: what the one that wants more does.
+    /// Returns the demand that satisfies both.
     pub(crate) fn and(&self, other: &Self) -> Self {
         match (self, other) {
             (
@@ -268,7 +277,7 @@ impl Want {
     }
 }
 
-/// The compression that loses less.
+/// Returns the compression with the smaller loss.
 fn finer(one: Compression, other: Compression) -> Compression {
     let loss = |compression| match compression {
         Compression::None => 0,
@@ -278,7 +287,7 @@ fn finer(one: Compression, other: Compression) -> Compression {
     if loss(other) < loss(one) { other } else { one }
 }
 
-/// The interface of a port. Those of one schema are equal.
+/// Interface of a port; interfaces of one schema are equal.
 #[derive(Clone, Copy, Debug)]
 pub struct Expected(pub &'static Descriptor);
 
@@ -290,47 +299,49 @@ impl PartialEq for Expected {
 
 impl Eq for Expected {}
 
-/// How something that is wanted stands.
+/// State of a demand.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Standing {
-    /// There is no property of it on the board yet, or no longer.
+    /// The board has no property for it yet, or no longer.
     Absent {
-        /// Why, in words.
+        /// Reason.
         reason: String,
     },
-    /// Its values come, or its messages go.
+    /// Values arrive, or messages are sent.
     Served {
-        /// The path of the property in the other agent; what the link names beyond it is a field.
+        /// Path of the property in the other agent.
+        /// The rest of the link's path is a field.
         property: String,
     },
-    /// The property is on the board, and its values have ceased to come.
+    /// The property is on the board, but its values no longer arrive.
     Silent {
         /// The path of the property in the other agent.
         property: String,
-        /// Why, in words.
+        /// Reason.
         reason: String,
     },
 }
 
-/// What sharing gets from its agent.
+/// The agent's resources for sharing.
 pub struct Site {
     /// The agent's board.
     pub board: Arc<Board>,
-    /// Where others find this agent; nowhere unless said.
+    /// Endpoints that this agent listens at; may be empty.
     pub listen: Vec<String>,
-    /// Where other agents are found, if not at `local:NAME`.
+    /// Endpoints of other agents, by name; the default is `local:NAME`.
     pub agents: BTreeMap<String, String>,
-    /// What the agent shares of its knowledge; nothing when it takes no part in a team.
+    /// Knowledge that the agent shares; `None` outside of a team.
     pub knowledge: Option<SharedKnowledge>,
-    /// How it knows others and what they may do; every client may do all unless it says otherwise.
+    /// Authentication and permissions; `None` allows every client everything.
     pub security: Option<ShareSecurity>,
-    /// The time that the agent's values carry, nanoseconds; in lockstep it goes by the simulation.
+    /// Clock of the agent's stamps, ns; in lockstep it is simulation time.
     pub time: Arc<dyn Fn() -> u64 + Send + Sync>,
-    /// A clock that goes on steadily, nanoseconds; the same as `time` when the agent is not in lockstep.
+    /// Monotonic clock, ns; the same as `time` if the agent is not in lockstep.
     pub steady: Arc<dyn Fn() -> u64 + Send + Sync>,
-    /// Is notified when messages are in a mailbox; the sharing notifies it when values came.
+    /// Wake-up of the sharing when mailboxes have messages.
+    /// The sharing notifies it when values arrive.
     pub wake: Arc<Wake>,
-    /// Where the sharing reports what is there.
+    /// Receiver of the sharing's reports.
     pub host: SharingHost,
 }
 
@@ -343,12 +354,12 @@ impl std::fmt::Debug for Site {
     }
 }
 
-/// The threads that wait for values of other agents.
+/// Wakes of the threads that wait for values of other agents.
 pub(crate) type Readers = Arc<Mutex<Vec<Arc<Wake>>>>;
 
-/// An agent, as far as what shares for it has something to tell it.
+/// Agent, as its sharing sees it.
 pub(crate) trait SharingAgent: Send + Sync {
-    /// How something that is wanted of another agent stands from now on.
+    /// Notes the state of a demand for another agent.
     fn remote_stands(&self, path: &RemotePath, standing: Standing);
 
     /// Logs a line.
@@ -378,19 +389,20 @@ impl SharingHost {
         Self { agent, after_tick, readers }
     }
 
-    /// Adds what is called when the agent has written values.
+    /// Adds a callback after the agent has written values.
     pub fn after_tick(&self, call: AfterTick) {
         // It is the first that is added, so there is room.
         let _ = self.after_tick.add(call);
     }
 
-    /// Says how something that is wanted stands; modules are linked to it, or wait for it. This waits for the main loop,
-    /// so it is for a thread that nobody waits for.
+    /// Reports the state of a demand; modules are linked to it, or wait for it.
+    /// The call waits for the main loop, so it needs a thread that nothing waits for.
     pub fn report(&self, path: &RemotePath, standing: Standing) {
         self.agent.remote_stands(path, standing);
     }
 
-    /// Values came: wakes the modules with threads that read some of another agent.
+    /// Wakes the modules with threads that read values of other agents.
+    /// Called when values have arrived.
     pub fn news(&self) {
         let readers = self.readers.lock().unwrap_or_else(PoisonError::into_inner);
         readers.iter().for_each(|wake| wake.notify(1));
@@ -402,7 +414,7 @@ impl SharingHost {
     }
 }
 
-/// The clocks that an agent shares by: that of its values, and a steady one.
+/// Returns the clocks for sharing: that of the values, and a monotonic one.
 pub(crate) fn clocks(clock: &Arc<Clock>) -> [Arc<dyn Fn() -> u64 + Send + Sync>; 2] {
     let (time, steady) = (Arc::clone(clock), Arc::clone(clock));
     [Arc::new(move || time.now()), Arc::new(move || steady.at(monotonic()))]

@@ -1,8 +1,9 @@
-//! The stop of an agent when nothing else of it can be reached: a datagram socket and a thread of its own, from the start on.
+//! Emergency stop line of an agent: a datagram socket with its own thread.
+//! It works from the start on, also when nothing else of the agent can be reached.
 //!
-//! A stop over it takes no descriptor, no thread, no memory and no connection that the agent would have to have left. It lies
-//! beside the agent's socket, as `<agent>.stop`, in the folder that only its user may enter. A datagram is the reason; the answer
-//! is one too.
+//! A stop over it needs no free descriptor, thread, memory or connection of the agent. The socket lies beside the agent's
+//! socket, as `<agent>.stop`, in the folder that only its user may enter. A datagram contains the reason, and another one
+//! the answer.
 
 use std::io::{Error, ErrorKind, Result};
 use std::net::Shutdown;
@@ -13,19 +14,20 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
-/// The longest reason, bytes; what is longer is cut.
+/// Longest reason, bytes; a longer one is cut.
 const REASON: usize = 1024;
 
-/// How often it looks whether the agent ends, where nothing else tells it.
+/// Polling interval for the agent's end, where nothing else reports it.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Time limit for a client to receive the answer, and for the agent to receive a client.
+/// Time limit of one exchange with a client, in both directions.
+/// It holds for a client to receive the answer, and for the agent to receive a client.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// What is answered.
+/// Answer to a stop request.
 const STOPPED: &[u8] = b"stopped";
 
-/// The line of an agent, there as long as this lives.
+/// Stop line of an agent, which exists until this is dropped.
 #[derive(Debug)]
 pub struct StopLine {
     path: PathBuf,
@@ -34,13 +36,14 @@ pub struct StopLine {
     thread: Option<JoinHandle<()>>,
 }
 
-/// Where the line is of the agent with that socket.
+/// Returns the path of the stop line that belongs to an agent's socket.
 fn beside(socket: &Path) -> PathBuf {
     socket.with_extension("stop")
 }
 
 impl StopLine {
-    /// Opens the line beside an agent's socket; `stop` stops its actuators for a reason, and waits for nobody.
+    /// Opens the stop line beside an agent's socket.
+    /// `stop` stops the agent's actuators for a reason; it must not block.
     ///
     /// # Errors
     /// The socket can't be made, or there is no thread left.
@@ -93,15 +96,17 @@ fn listen(socket: &UnixDatagram, closed: &AtomicBool, stop: &impl Fn(&str)) {
     }
 }
 
-/// Whether an agent listens at its line; it is not disturbed by that, however busy it is.
+/// Returns true if an agent listens at its stop line.
+/// The check does not disturb the agent, however busy it is.
 pub fn is_there(socket: &Path) -> bool {
     UnixDatagram::unbound().is_ok_and(|own| own.connect(beside(socket)).is_ok())
 }
 
-/// Stops the actuators of the agent with that socket over its line, and returns when it has done so, or after `patience`.
+/// Stops an agent's actuators over its stop line.
+/// Returns when they have stopped, or after `patience`.
 ///
 /// # Errors
-/// Nobody is there (`NotFound` or `ConnectionRefused`), or the stop is not confirmed.
+/// No agent listens (`NotFound` or `ConnectionRefused`), or the stop is not confirmed.
 pub fn stop(socket: &Path, reason: &str, patience: Duration) -> Result<()> {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let line = beside(socket);
@@ -121,7 +126,7 @@ pub fn stop(socket: &Path, reason: &str, patience: Duration) -> Result<()> {
     if &answer[..length] == STOPPED { Ok(()) } else { Err(Error::from(ErrorKind::InvalidData)) }
 }
 
-/// The socket of a client that waits for an answer.
+/// Socket of a client that waits for an answer.
 struct Answering(PathBuf);
 
 impl Drop for Answering {

@@ -6,13 +6,14 @@ use std::sync::{Arc, Mutex};
 
 use super::{Change, Configuration, Diagnostic, Report, lock};
 
-/// Finds out whether a configuration can be used.
+/// Check that a configuration can be used.
 pub(super) type Validator = dyn Fn(&Configuration, &[Change]) -> Result<(), Report> + Send + Sync;
 
-/// Finds out which changes of an edited file can't be made before the next start, by their place in the list.
+/// Check for the changes of an edited file that need a restart.
+/// It returns their indices in the list.
 pub(super) type RestartCheck = dyn Fn(&Configuration, &[Change]) -> BTreeSet<usize> + Send + Sync;
 
-/// The checks of a database, in the order in which they were added.
+/// Checks of a database, in the order in which they were added.
 #[derive(Default)]
 pub(super) struct Checks {
     validators: Mutex<Vec<Arc<Validator>>>,
@@ -45,7 +46,7 @@ impl Checks {
         if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics.into()) }
     }
 
-    /// The changes that wait for the next start.
+    /// Returns the changes that wait for the next start.
     pub(super) fn waiting(&self, configuration: &Configuration, changes: &[Change]) -> Vec<Change> {
         let checks = lock(&self.restarts).clone();
         let places: BTreeSet<usize> = checks.iter().flat_map(|check| check(configuration, changes)).collect();

@@ -1,27 +1,27 @@
-//! Comments that look for a new place when what they stand with goes.
+//! Comments whose setting is removed, and their new places.
 
 use toml_edit::{DocumentMut, Item, Key};
 
-/// The comments of an item that stands with a key, a line each.
+/// Returns the comments of a key's item, a line each.
 pub(super) fn of_entry(key: &Key, item: Item) -> String {
     let mut document = DocumentMut::new();
     document.insert_formatted(key, item);
     of_text(&document.to_string())
 }
 
-/// The comments inside of an item and around it, a line each.
+/// Returns the comments inside of an item and around it, a line each.
 pub(super) fn of_item(item: &Item) -> String {
     of_entry(&Key::new("item"), item.clone())
 }
 
-/// The comments inside of a value, a line each.
+/// Returns the comments inside of a value, a line each.
 pub(super) fn of_value(value: &toml_edit::Value) -> String {
     let mut value = value.clone();
     value.decor_mut().clear();
     of_text(&value.to_string())
 }
 
-/// The comments of a text of TOML, a line each.
+/// Returns the comments of a text of TOML, a line each.
 pub(super) fn of_text(text: &str) -> String {
     let mut comments = String::new();
     let mut rest = text;
@@ -40,7 +40,7 @@ pub(super) fn of_text(text: &str) -> String {
     comments
 }
 
-/// The length of the string at the start of a text.
+/// Returns the length of the string at the start of a text.
 fn end_of_string(text: &str) -> usize {
     let quote = &text[..1];
     let several = quote.repeat(3);

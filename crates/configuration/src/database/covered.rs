@@ -1,7 +1,7 @@
 use super::super::compare::ValuePair;
 use super::*;
 
-/// Edits of settings that the session has changed.
+/// Returns the edits of settings that the session has changed.
 pub(super) fn by_session(
     session: &ChangeSession,
     before: &Configuration,
@@ -26,7 +26,7 @@ pub(super) fn by_session(
         .collect()
 }
 
-/// Nothing is saved over what somebody wrote into a file meanwhile.
+/// Refuses to save over edits that somebody made to a file meanwhile.
 pub(super) fn refuse(covered: &[Change]) -> Result<(), Report> {
     let text = |value: &Option<Value>| value.as_ref().map_or("nothing".into(), Value::to_string);
     let diagnostic = |change: &Change| {

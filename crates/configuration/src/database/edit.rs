@@ -1,4 +1,4 @@
-//! Changes of a document that leave everything else as it was written.
+//! Changes of a document that leave the rest of its text unchanged.
 
 use toml_edit::{Decor, DocumentMut, InlineTable, Item, Table};
 
@@ -11,7 +11,8 @@ use super::location::{item_at, locate};
 use super::overwrite::{insert_inline, overwrite, overwrite_value};
 use super::senders;
 
-/// The table of a document at a path, created if it is missing; the whole document for an empty path.
+/// Returns the table of a document at a path, created if it is missing.
+/// An empty path is the whole document.
 pub(super) fn part<'a>(document: &'a mut DocumentMut, path: &[&str]) -> &'a mut Item {
     let mut item = document.as_item_mut();
     for (at, key) in path.iter().enumerate() {
@@ -22,12 +23,12 @@ pub(super) fn part<'a>(document: &'a mut DocumentMut, path: &[&str]) -> &'a mut 
     item
 }
 
-/// Whether what is in a table may have a section of its own.
+/// Returns true if entries of a table may have sections of their own.
 fn has_sections(item: &Item) -> bool {
     item.as_table().is_some_and(|table| !table.is_dotted())
 }
 
-/// Sets what stands at a flat path, or else adds it; what it excludes is taken out.
+/// Sets or adds the value at a flat path, and removes settings that it excludes.
 pub(super) fn set(part: &mut Item, path: &[String], value: &Value) {
     list_command(part, path);
     if senders::set(part, path, value) {
@@ -39,7 +40,7 @@ pub(super) fn set(part: &mut Item, path: &[String], value: &Value) {
     put(part, &keys, &in_scope(path, value, &scope), comments, root);
 }
 
-/// Makes the single command of an actuator a list before another one is added.
+/// Makes a list of an actuator's single command, before another one is added.
 fn list_command(part: &mut Item, path: &[String]) {
     let [section, name, list, _, ..] = path else { return };
     if section != "actuators" || list != "commands" {
@@ -59,7 +60,8 @@ fn list_command(part: &mut Item, path: &[String]) {
     put(part, &keys, &Value::List(vec![Spanned::new(Value::Text(text), nowhere)]), comments, root);
 }
 
-/// Sets the value below an item that is a table; comments that have lost their place go before the line of the value.
+/// Sets the value below an item that is a table.
+/// Comments that have lost their place go before the line of the value.
 fn put(parent: &mut Item, keys: &[String], value: &Value, mut lost: String, root: bool) {
     let [key, rest @ ..] = keys else { return };
     lost +=
@@ -70,7 +72,7 @@ fn put(parent: &mut Item, keys: &[String], value: &Value, mut lost: String, root
     }
 }
 
-/// Puts comments before the line of a key, if it has one; else they are returned.
+/// Puts comments before the line of a key; returns them if it has none.
 fn comment(parent: &mut Item, key: &str, comments: String) -> Option<String> {
     let Item::Table(table) = parent else { return Some(comments) };
     if comments.is_empty() {
@@ -110,7 +112,8 @@ fn leaf(parent: &mut Item, key: &str, value: &Value) -> String {
     lost
 }
 
-/// Makes sure that there is a table, above `depth` more keys; returns the comments that have lost their place.
+/// Makes a table if it is missing, above `depth` more keys.
+/// Returns the comments that have lost their place.
 fn make_table(parent: &mut Item, key: &str, depth: usize, root: bool) -> String {
     let table = match parent {
         Item::Table(parent) => {
@@ -145,8 +148,8 @@ fn insert(parent: &mut Item, key: &str, item: Item) {
     }
 }
 
-/// Takes out all that stands in the table at a flat path, which is then written as an empty one: it could show only by
-/// what was in it.
+/// Empties the table at a flat path, and writes it as an empty one.
+/// Without entries it would not appear in the text.
 pub(super) fn empty(part: &mut Item, path: &[String]) {
     let (keys, _) = locate(part, path);
     let comments = remove(part, path);
@@ -154,7 +157,8 @@ pub(super) fn empty(part: &mut Item, path: &[String]) {
     put(part, &keys, &Value::Table(Default::default()), comments, root);
 }
 
-/// Takes out what stands at a flat path; its comments go to a line beside it, or before the line that it stood in.
+/// Removes the value at a flat path.
+/// Its comments go to a line beside it, or before the line that contained it.
 pub(super) fn take_out(part: &mut Item, path: &[String]) {
     let (keys, _) = locate(part, path);
     let mut lost = remove(part, path);
@@ -172,7 +176,8 @@ pub(super) fn take_out(part: &mut Item, path: &[String]) {
     }
 }
 
-/// Puts comments before the first line of a table, if it has one; else they are returned.
+/// Puts comments before the first line of a table.
+/// Returns them if it has none.
 fn comment_first(item: &mut Item, mut comments: String) -> Option<String> {
     let Item::Table(table) = item else { return Some(comments) };
     let keys: Vec<String> = table.iter().map(|(key, _)| key.to_owned()).collect();
@@ -183,7 +188,7 @@ fn comment_first(item: &mut Item, mut comments: String) -> Option<String> {
     Some(comments)
 }
 
-/// Takes out what stands at a flat path, and returns its comments.
+/// Removes the value at a flat path, and returns its comments.
 fn remove(part: &mut Item, path: &[String]) -> String {
     if let Some(comments) = senders::remove(part, path) {
         return comments;

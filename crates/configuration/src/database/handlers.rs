@@ -18,7 +18,8 @@ pub(super) struct Handlers {
 #[derive(Default)]
 struct ChangeQueue {
     waiting: VecDeque<Arc<[Change]>>,
-    /// Whether a thread calls handlers now; it takes all that is waiting, one after the other.
+    /// True while a thread calls handlers.
+    /// It takes all waiting changes, one after the other.
     busy: bool,
 }
 
@@ -26,11 +27,11 @@ struct HandlerSubscriber {
     prefix: Prefix,
     alive: AtomicBool,
     panics: AtomicU64,
-    /// Locked only by the one thread that calls handlers.
+    /// Handler; only the one thread that calls handlers locks it.
     handler: Mutex<Box<Handler>>,
 }
 
-/// Lasts as long as a handler is to be called.
+/// Subscription of a handler, until this is dropped.
 #[must_use = "dropping it ends the subscription"]
 pub struct Subscription {
     subscriber: Arc<HandlerSubscriber>,
@@ -38,7 +39,7 @@ pub struct Subscription {
 }
 
 impl Subscription {
-    /// How often the handler panicked.
+    /// Number of the handler's panics.
     pub fn panics(&self) -> u64 {
         self.subscriber.panics.load(Ordering::Relaxed)
     }
@@ -60,7 +61,7 @@ impl fmt::Debug for Subscription {
 }
 
 impl Handlers {
-    /// Adds a handler of changes that a path holds.
+    /// Adds a handler of the changes below a path.
     pub(super) fn subscribe(
         self: &Arc<Self>,
         prefix: Prefix,
@@ -82,7 +83,8 @@ impl Handlers {
         }
     }
 
-    /// Calls the handlers of all changes that wait, unless another call of this does it already.
+    /// Calls the handlers of all waiting changes.
+    /// Does nothing while another call is active.
     pub(super) fn deliver(&self, database: &Database) {
         loop {
             let changes = {

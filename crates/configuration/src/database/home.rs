@@ -6,34 +6,36 @@ use super::super::source::{SourceKind, Span};
 use super::super::value::Value;
 use super::Configuration;
 
-/// The source of the file that a setting is changed in: where it stands, or what it takes the place of; nothing if no
-/// file has either.
+/// Returns the source of the file in which a setting is changed.
+/// It contains the setting, or the one that it replaces; `None` if no file contains either.
 pub(super) fn home(configuration: &Configuration, path: &[String]) -> Option<usize> {
     stands(configuration, path).or_else(|| stands(configuration, &counterpart(path)?))
 }
 
-/// The source of the main file.
+/// Returns the source of the main file.
 pub(super) fn main_file(configuration: &Configuration) -> Option<usize> {
     configuration.sources().iter().position(|source| source.kind() == SourceKind::File)
 }
 
-/// The source of a file by its path as given.
+/// Returns the source of a file by its path as given.
 pub(super) fn file(configuration: &Configuration, path: &Path) -> Option<usize> {
     configuration.sources().iter().position(|source| source.path() == Some(path))
 }
 
-/// Where a setting is written.
+/// Place where a setting is written.
 pub(super) struct SettingPlace<'a> {
-    /// The source that is the whole text.
+    /// Source of the whole text.
     pub(super) text: usize,
-    /// The path of the table of that text in which it is.
+    /// Path of its table in that text.
     pub(super) table: Vec<&'a str>,
-    /// Whether it is the place that was asked for, and not one that goes over it.
+    /// True for the place of the setting itself.
+    /// False for a place that overrides it.
     pub(super) stands: bool,
 }
 
-/// Where a change of what stands in a source is written: there, unless it would change other agents too; then in this
-/// one's table of the file that they share.
+/// Returns the place where a change of a source's setting is written.
+/// It is the source, unless that would change other agents too; then it is this agent's table in the file that they
+/// share.
 pub(super) fn place(
     configuration: &Configuration,
     id: usize,

@@ -1,11 +1,11 @@
-//! Where a flat path stands in a document.
+//! Location of a flat path in a document.
 
 use toml_edit::{Item, TableLike};
 
 use super::super::scope::{SECTIONS, flat_name, in_agent, in_scope};
 use super::super::value::Value;
 
-/// The keys that a flat path has in this part, and the robot in whose scope that is.
+/// Returns the keys of a flat path in a part, and the robot of their scope.
 pub(super) fn locate(part: &Item, path: &[String]) -> (Vec<String>, String) {
     let as_it_is = (path.to_vec(), String::new());
     let Some(root) = part.as_table_like() else { return as_it_is };
@@ -53,12 +53,12 @@ fn section_of(scope: &str, section: &str) -> Vec<String> {
     keys.into_iter().map(String::from).collect()
 }
 
-/// The item at a path of keys.
+/// Returns the item at a path of keys.
 pub(super) fn item_at<'a>(part: &'a mut Item, keys: &[String]) -> Option<&'a mut Item> {
     keys.iter().try_fold(part, |item, key| item.as_table_like_mut()?.get_mut(key))
 }
 
-/// A sender as it is written in the scope of a robot.
+/// Returns a sender as written in the scope of a robot.
 pub(super) fn short(sender: &str, scope: &str) -> String {
     let path = ["links", ""].map(String::from);
     match in_scope(&path, &Value::Text(sender.into()), scope) {
@@ -67,12 +67,13 @@ pub(super) fn short(sender: &str, scope: &str) -> String {
     }
 }
 
-/// Whether a text in the scope of a robot means that sender.
+/// Returns true if a text in the scope of a robot means that sender.
 pub(super) fn is_it(text: &str, sender: &str, scope: &str) -> bool {
     text == sender || in_agent(scope)(text).is_some_and(|whole| whole == sender)
 }
 
-/// The key that the last name has in the table of its list: the one that stands there, or the short one.
+/// Returns the key of the last name in the table of its list.
+/// It is the written one, or else the short one.
 fn written(root: &dyn TableLike, keys: &[String], scope: &str) -> String {
     let Some((sender, [first, list @ ..])) = keys.split_last() else { return String::new() };
     if !sender.contains('/') {

@@ -1,4 +1,4 @@
-//! A configuration that changes while the agent runs.
+//! Configuration that changes while the agent runs.
 
 mod checks;
 mod comments;
@@ -40,11 +40,11 @@ pub use save::SaveTo;
 use session::ChangeSession;
 pub use watch::{Edit, Watch};
 
-/// The configuration of an agent while it runs: what the files and the command line say, and above them the changes
-/// made since, which are called the session.
+/// Configuration of a running agent, with the changes made at run time.
+/// The settings of the files and the command line are below these changes, which are called the session.
 ///
 /// A change is first a [`Proposal`], which is read and checked like a configuration at the start; so either all of
-/// it is good, or nothing happens. Users of a part of the settings [subscribe](Self::subscribe) to it,
+/// it is valid, or nothing happens. Users of a part of the settings [subscribe](Self::subscribe) to it,
 /// [`save`](Self::save) writes the session into the files, and [`watch`](Self::watch) takes over files that were
 /// edited. Clones are handles of the same database.
 ///
@@ -73,7 +73,8 @@ struct SharedDatabase {
     main: Main,
     options: Options,
     state: Mutex<DatabaseState>,
-    /// Held during a change of the state, also while a file is written; taken before `state`.
+    /// Lock during a change of the state, also while a file is written.
+    /// It is taken before `state`.
     turn: Mutex<()>,
     checks: Checks,
     handlers: Arc<Handlers>,
@@ -83,26 +84,28 @@ struct SharedDatabase {
 struct DatabaseState {
     configuration: Arc<Configuration>,
     session: ChangeSession,
-    /// The files as they were read.
+    /// Files as they were read.
     files: Files,
-    /// Changes in them that wait for the next start.
+    /// Changes of files that wait for the next start.
     waiting: Vec<Change>,
     /// Edits of settings that were changed at run time.
     covered: Vec<Change>,
-    /// Counts the changes of the state, so that a proposal can tell whether it was overtaken.
+    /// Number of changes of the state.
+    /// A proposal compares it to detect that it was overtaken.
     generation: u64,
 }
 
-/// A setting that is not what the files say.
+/// Setting that differs from the files.
 #[derive(Clone, Debug)]
 pub struct Difference {
-    /// Its path, as `--set` takes it.
+    /// Path, as `--set` takes it.
     pub path: String,
-    /// The value of the files or the built-in defaults, if there is one.
+    /// Value of the files or the built-in defaults, if any.
     pub file: Option<Value>,
-    /// The present value; nothing if another setting took its place, such as `on` that of `every`.
+    /// Present value; `None` if another setting replaced it.
+    /// An example is `on` in place of `every`.
     pub present: Option<Value>,
-    /// Where that comes from.
+    /// Origin of the present value.
     pub origin: Option<Origin>,
 }
 
@@ -123,20 +126,22 @@ impl Database {
     /// Reads a file and all its layers.
     ///
     /// # Errors
-    /// Everything that is wrong with any of them.
+    /// All mistakes in any of them.
     pub fn open(path: impl AsRef<Path>, options: Options) -> Result<Self, Report> {
         Self::new(Main::File(path.as_ref().to_owned()), options)
     }
 
-    /// Reads a text as if it were a file of that name; changes of what it says can't be saved but to a host's file.
+    /// Reads a text as a file of that name.
+    /// Changes of its settings can be saved to a host's file only.
     ///
     /// # Errors
-    /// Everything that is wrong with any of the layers.
+    /// All mistakes in any of the layers.
     pub fn from_text(name: &str, text: &str, options: Options) -> Result<Self, Report> {
         Self::new(Main::Text { name: name.into(), text: text.into() }, options)
     }
 
-    /// As [`from_text`](Self::from_text), with a session of those changes, but for those that are at paths of `over` or below.
+    /// Reads a text as [`from_text`](Self::from_text), with a session of changes.
+    /// Changes at the paths of `over` or below are excluded.
     pub(super) fn with_changes(
         name: &str,
         text: &str,
@@ -185,22 +190,22 @@ impl Database {
         Self { shared: Arc::new(shared) }
     }
 
-    /// The configuration that holds.
+    /// Present configuration.
     pub fn current(&self) -> Arc<Configuration> {
         Arc::clone(&lock(&self.shared.state).configuration)
     }
 
-    /// The settings at a path and below it, in the order of their paths; an empty path is everything, and
-    /// `robots.r2` all that belongs to that robot.
+    /// Returns the settings at a path and below it, in the order of their paths.
+    /// An empty path selects all, and `robots.r2` all that belongs to that robot.
     ///
     /// # Errors
-    /// The path is none.
+    /// The path is invalid.
     pub fn get(&self, path: &str) -> Result<Vec<Setting>, Report> {
         self.current().settings(path)
     }
 
-    /// What holds and is not what the files say, in the order of the paths: what the command line sets, and what was
-    /// changed since and not saved.
+    /// Returns the present settings that differ from the files.
+    /// They are in the order of the paths, and come from the command line or from unsaved changes.
     pub fn diff(&self) -> Vec<Difference> {
         let configuration = self.current();
         let pairs = differences(&configuration.files, &configuration.merged);
@@ -213,11 +218,11 @@ impl Database {
         difference.collect()
     }
 
-    /// Makes changes at once, each a path and a value as `--set` takes them: [`propose`](Self::propose) and
-    /// [commit](Proposal::commit), again if somebody else was faster.
+    /// Makes changes at once, each a path and a value as of `--set`.
+    /// It [proposes](Self::propose) and [commits](Proposal::commit) them, again if another thread was faster.
     ///
     /// # Errors
-    /// Everything that is wrong with any of them; then none is made.
+    /// All mistakes in any of them; then none is made.
     pub fn set(&self, changes: &[(impl AsRef<str>, impl AsRef<str>)]) -> Result<Vec<Change>, Report> {
         loop {
             if let Some(changes) = self.propose(changes)?.apply() {
@@ -226,26 +231,28 @@ impl Database {
         }
     }
 
-    /// Changes of edited files that wait for the next start: `before` holds until then, `after` from there on.
+    /// Changes of edited files that wait for the next start.
+    /// `before` holds until then, `after` from there on.
     pub fn waiting(&self) -> Vec<Change> {
         lock(&self.shared.state).waiting.clone()
     }
 
-    /// Edits of settings that were changed at run time: `before` holds, `after` is in the files. Setting one again, or
-    /// taking it back, removes it from this list.
+    /// Edits of settings that were changed at run time.
+    /// `before` holds, `after` is in the files. Setting one again, or reverting it, removes it from this list.
     pub fn covered(&self) -> Vec<Change> {
         lock(&self.shared.state).covered.clone()
     }
 
-    /// Adds a check of proposals, such as of the parameters of modules; a change that a check objects to is refused.
-    /// Checks are called in the thread that proposes, in the order in which they were added.
+    /// Adds a check of proposals, such as of the parameters of modules.
+    /// A change that a check objects to is refused. The thread that proposes calls the checks, in the order in which
+    /// they were added.
     pub fn validate_with(&self, validator: Box<Validator>) {
         self.shared.checks.add_validator(validator.into());
     }
 
-    /// Adds a check that returns the changes of an edited file that have to wait for the next start, by their places in
-    /// the list. These settings keep their values, and the rest of the edit is taken over. A change that is made by [`set`](Self::set)
-    /// does not wait: it holds at once or is refused.
+    /// Adds a check for changes of an edited file that wait for the next start.
+    /// It returns their indices in the list. These settings keep their values, and the rest of the edit takes effect. A
+    /// change by [`set`](Self::set) does not wait: it holds at once or is refused.
     pub fn wait_with(
         &self,
         check: impl Fn(&Configuration, &[Change]) -> BTreeSet<usize> + Send + Sync + 'static,
@@ -253,15 +260,16 @@ impl Database {
         self.shared.checks.add_restart_check(Arc::new(check));
     }
 
-    /// Has a handler called after each commit that changes something at a path or below it, with these changes in
-    /// the order of their paths; an empty path is everything, and `robots.r2` all that belongs to that robot.
+    /// Adds a handler that is called after each commit with changes below a path.
+    /// It receives these changes in the order of their paths; an empty path selects all, and `robots.r2` all that
+    /// belongs to that robot.
     ///
     /// Handlers are called one after the other, in the order of their subscription, by the thread that commits (see
     /// [`Proposal::commit`]). A handler may read the database, change it, and subscribe; one that panics stops
-    /// nobody else. No handler is called any more once its subscription was dropped, but a call under way ends.
+    /// no other. No handler is called any more once its subscription is dropped, but a call under way ends.
     ///
     /// # Errors
-    /// The path is none.
+    /// The path is invalid.
     pub fn subscribe(
         &self,
         path: &str,
@@ -271,14 +279,15 @@ impl Database {
         Ok(self.shared.handlers.subscribe(prefix, handler))
     }
 
-    /// Takes over the files of the configuration, included ones too, when they are edited, within a second.
+    /// Reads edited files of the configuration again, within a second.
+    /// Included files are watched too.
     ///
-    /// A thread looks at what stands at their paths, so it doesn't matter how an editor replaces them. `told` is
-    /// called in that thread with what became of an edit, or with what is wrong with it; then nothing changes,
-    /// and the next edit is tried. Changes made at run time stay on top.
+    /// A thread polls their paths, so it doesn't matter how an editor replaces them. It calls `told` with the
+    /// effects of an edit, or with its mistakes; then nothing changes, and the next edit is tried. Changes made at
+    /// run time stay on top.
     ///
     /// # Errors
-    /// There can be no more threads.
+    /// No more threads can be started.
     pub fn watch(&self, told: impl FnMut(Result<Edit, Report>) + Send + 'static) -> Result<Watch, Report> {
         Watch::begin(self.clone(), told)
     }
@@ -294,6 +303,7 @@ impl fmt::Debug for Database {
     }
 }
 
+/// Locks a mutex, also a poisoned one.
 /// No invariant spans two steps under one of these locks, so a panic in between leaves nothing broken.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)

@@ -1,4 +1,4 @@
-//! New values where old ones stand, which change no more of the text than they must.
+//! Replacement of values in a document, with a minimal change of its text.
 //!
 //! All of these return the comments that have lost their place, a line each.
 
@@ -10,7 +10,7 @@ use super::super::source::Span;
 use super::super::value::{self, Value};
 use super::comments;
 
-/// Makes an item what a value says.
+/// Replaces an item by a value.
 pub(super) fn overwrite(item: &mut Item, value: &Value) -> String {
     match (&mut *item, value) {
         (Item::Value(old), new) => overwrite_value(old, new),
@@ -52,7 +52,7 @@ fn overwrite_table(old: &mut Table, new: &value::Table) -> String {
     lost
 }
 
-/// Makes a value of a document another one; what is the same already stays as it is written.
+/// Replaces a value of a document; equal parts keep their text.
 pub(super) fn overwrite_value(old: &mut toml_edit::Value, new: &Value) -> String {
     let nowhere = Span { source: 0, start: 0, end: 0 };
     let present = Value::of_toml(old, nowhere, &mut Problems::default());
@@ -106,7 +106,7 @@ fn push(array: &mut Array, mut value: toml_edit::Value) {
     }
 }
 
-/// Takes elements off the end; their comments stay in the list.
+/// Removes elements at the end of an array; their comments stay in the list.
 fn shorten(array: &mut Array, length: usize) {
     let mut kept = String::new();
     while array.len() > length {

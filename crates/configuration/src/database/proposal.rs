@@ -3,7 +3,7 @@ use std::convert::Infallible;
 
 use super::*;
 
-/// A configuration that is valid and could hold from now on.
+/// Valid configuration, ready to take effect.
 #[derive(Clone, Debug)]
 #[must_use = "nothing changes until it is committed"]
 pub struct Proposal {
@@ -14,15 +14,15 @@ pub struct Proposal {
     changes: Vec<Change>,
     waiting: Vec<Change>,
     covered: Vec<Change>,
-    /// The generation that it starts from.
+    /// Generation on which it is based.
     generation: u64,
 }
 
-/// The files that a proposal is read from.
+/// Files that a proposal is read from.
 pub(super) enum ProposalFiles {
     /// The files of the state.
     Known(Files),
-    /// Others, of which some settings may have to wait.
+    /// Edited files, of which some settings may have to wait.
     Edited(Files),
 }
 
@@ -37,20 +37,22 @@ impl Proposal {
         &self.changes
     }
 
-    /// Changes of edited files that wait for the next start, as [`Database::waiting`] once this is committed.
+    /// Changes of edited files that wait for the next start.
+    /// They are those of [`Database::waiting`] once this is committed.
     pub fn waiting(&self) -> &[Change] {
         &self.waiting
     }
 
-    /// Edits of settings that were changed at run time, as [`Database::covered`] once this is committed.
+    /// Edits of settings that were changed at run time.
+    /// They are those of [`Database::covered`] once this is committed.
     pub fn covered(&self) -> &[Change] {
         &self.covered
     }
 
-    /// Makes it the configuration that holds, and calls the handlers of what changes.
+    /// Applies the proposal, and calls the handlers of its changes.
     ///
-    /// They were called when this returns, unless it is called by one of them or while another thread calls them:
-    /// then that one goes on with these changes, so that all handlers see all changes in one order.
+    /// The calls are complete when this returns, unless a handler calls it, or another thread calls the handlers:
+    /// then that thread continues with these changes, so that all handlers see all changes in one order.
     ///
     /// # Errors
     /// The configuration has changed since this was proposed.
@@ -63,13 +65,13 @@ impl Proposal {
         })
     }
 
-    /// Makes it hold; nothing if it was overtaken.
+    /// Applies the proposal; `None` if it was overtaken.
     pub fn apply(self) -> Option<Vec<Change>> {
         self.apply_after(|_| Ok::<(), Infallible>(())).map(|Ok(changes)| changes)
     }
 
-    /// Does `work` with the new configuration while nobody can change it, and makes it hold when that succeeds. Nothing
-    /// is done if it was overtaken.
+    /// Applies the proposal if `work` succeeds with its configuration.
+    /// No other change is possible meanwhile. `None`, without a call of `work`, if the proposal was overtaken.
     ///
     /// # Errors
     /// The error of `work`; nothing is changed then.
@@ -98,12 +100,12 @@ impl Proposal {
 }
 
 impl Database {
-    /// Reads the configuration with changes, each a path and a value as `--set` takes them, later ones last.
+    /// Proposes changes, each a path and a value as of `--set`, later ones last.
     ///
     /// Files are not read again, so that nothing else changes.
     ///
     /// # Errors
-    /// Everything that is wrong with any of them, and what the validators object to.
+    /// All mistakes in any of them, and the objections of the validators.
     pub fn propose(&self, changes: &[(impl AsRef<str>, impl AsRef<str>)]) -> Result<Proposal, Report> {
         let changes: Vec<_> = changes
             .iter()
@@ -112,11 +114,11 @@ impl Database {
         self.propose_instead(&[], &changes)
     }
 
-    /// The configuration without the session's changes at some paths and below them, and with other changes, as
-    /// [`propose`](Self::propose) takes them, in their place.
+    /// Proposes changes in place of the session's changes at some paths.
+    /// Changes of the session at and below the paths are reverted; the new ones are as in [`propose`](Self::propose).
     ///
     /// # Errors
-    /// As of [`propose`](Self::propose), and what is no path.
+    /// As of [`propose`](Self::propose), and invalid paths.
     pub fn propose_instead(
         &self,
         taken_back: &[&str],
@@ -135,9 +137,9 @@ impl Database {
         self.proposal(state, &written, ProposalFiles::Known(files)).0
     }
 
-    /// The configuration with other values at some paths, each as `--set` takes it, whatever the session says there.
-    /// What has none is as the files and the command line say; if they say anything, it is as `unset` says instead, and a
-    /// link is taken away.
+    /// Proposes other values at some paths, each as of `--set`.
+    /// They replace the session's changes there. A path without a value returns to the files and the command line; if
+    /// these have none, it gets that of `unset`, and a link is removed.
     ///
     /// # Errors
     /// As of [`propose`](Self::propose).
@@ -180,16 +182,17 @@ impl Database {
         self.proposal(state, &written, ProposalFiles::Known(files)).0
     }
 
-    /// The configuration without the session's changes at a path and below it; an empty path is all of them.
+    /// Proposes to revert the session's changes at a path and below it.
+    /// An empty path selects all of them.
     ///
     /// # Errors
-    /// The path is none, or what remains doesn't hold without them.
+    /// The path is invalid, or the configuration is invalid without the changes.
     pub fn revert(&self, path: &str) -> Result<Proposal, Report> {
         self.propose_instead(&[path], &[])
     }
 
-    /// Takes back what the session has changed at a path and below it: [`revert`](Self::revert) and
-    /// [commit](Proposal::commit), again if somebody else was faster.
+    /// Reverts the session's changes at a path and below it.
+    /// It calls [`revert`](Self::revert) and [`commit`](Proposal::commit), again if another thread was faster.
     ///
     /// # Errors
     /// As of [`revert`](Self::revert).
@@ -201,16 +204,16 @@ impl Database {
         }
     }
 
-    /// The configuration with the files as they are on the disk now; the session stays on top.
+    /// Proposes the present content of the files; the session stays above it.
     ///
     /// # Errors
-    /// Everything that is wrong with any of the layers, and what the validators object to.
+    /// All mistakes in any of the layers, and the objections of the validators.
     pub fn reload(&self) -> Result<Proposal, Report> {
         self.proposal(self.state(), &[], ProposalFiles::Edited(Files::default())).0
     }
 
-    /// What is wrong with files that were edited since they were read and can't be taken over; what they said before
-    /// goes on to hold.
+    /// Returns the problems of edited files that can't take effect.
+    /// Their earlier content stays in effect.
     pub fn refused_edit(&self) -> Option<Report> {
         let state = self.state();
         let now = state.files.fresh(&Files::default());

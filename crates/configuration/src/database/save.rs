@@ -9,18 +9,18 @@ use super::super::path::render;
 use super::super::value::{Table, TableEntry};
 use super::*;
 
-/// Where changes are saved to.
+/// Destination of saved changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SaveTo {
-    /// Each to the file that its value comes from; to the main file if no file has one.
+    /// Each to the file that contains its value, or else to the main file.
     #[default]
     Origin,
     /// All to the file of this computer, [`Options::host`].
     Host,
 }
 
-/// A file with another text than it was read with.
+/// File with a new text.
 struct Edited {
     path: PathBuf,
     canonical: PathBuf,
@@ -28,8 +28,8 @@ struct Edited {
 }
 
 impl Database {
-    /// Writes what was changed at run time into the files, with all comments and everything else as it was written;
-    /// the paths of these files are returned. Settings of the command line are not saved.
+    /// Writes the changes made at run time into the files; returns their paths.
+    /// All comments and everything else stay as written. Settings of the command line are not saved.
     ///
     /// Each file is replaced in one step.
     ///
@@ -40,10 +40,10 @@ impl Database {
         self.save_or_look(to, false)
     }
 
-    /// The files that [`save`](Database::save) would write; nothing is written.
+    /// Returns the files that [`save`](Database::save) would write; writes nothing.
     ///
     /// # Errors
-    /// As of [`save`](Database::save), but for what only writing finds out.
+    /// As of [`save`](Database::save), except for errors of writing.
     pub fn saved_files(&self, to: SaveTo) -> Result<Vec<PathBuf>, Report> {
         self.save_or_look(to, true)
     }
@@ -89,7 +89,7 @@ impl Database {
         Ok(edited.into_iter().map(|file| file.path).collect())
     }
 
-    /// The files with the changes in them.
+    /// Returns the files with the changes in them.
     fn edit(&self, state: &DatabaseState, to: SaveTo) -> Result<Vec<Edited>, Report> {
         let configuration = &*state.configuration;
         let mut documents: BTreeMap<usize, DocumentMut> = BTreeMap::new();
@@ -156,7 +156,7 @@ impl Database {
         Ok(edited.collect())
     }
 
-    /// The files that other agents of the same file read too.
+    /// Returns the files that other agents of the same file read too.
     fn files_of_others(&self, configuration: &Configuration) -> BTreeSet<PathBuf> {
         let SharedDatabase { main, options, .. } = &*self.shared;
         let others = configuration.described.iter().flat_map(|described| &described.others);
@@ -167,7 +167,8 @@ impl Database {
         read.collect()
     }
 
-    /// The state once the files are written: the same settings, with as few of the session as that takes.
+    /// Returns the state after the files are written.
+    /// It has the same settings, with as few changes of the session as possible.
     fn reread(&self, state: &DatabaseState, files: Files) -> Result<DatabaseState, Report> {
         let SharedDatabase { main, options, .. } = &*self.shared;
         let before = &state.configuration;
@@ -229,7 +230,8 @@ impl ReadOutcome {
     }
 }
 
-/// The path that is gone because a table of the session replaced the one that the setting stood in.
+/// Returns the path that a table of the session has removed.
+/// The table replaced the one that contained the setting.
 fn replaced<'a>(configuration: &Configuration, path: &'a [String]) -> Option<&'a [String]> {
     let depth = (1..path.len()).rev().find(|depth| configuration.merged.entry(&path[..*depth]).is_some())?;
     let table = &configuration.merged.entry(&path[..depth])?.value;
@@ -240,7 +242,7 @@ fn of_session(configuration: &Configuration, span: super::super::source::Span) -
     configuration.sources.of(span).kind() == SourceKind::Change
 }
 
-/// The text with the byte order mark and the line ends of the old one.
+/// Returns the text with the byte order mark and the line ends of the old one.
 fn as_before(old: &str, new: String) -> String {
     let new = if old.contains("\r\n") { new.replace("\r\n", "\n").replace('\n', "\r\n") } else { new };
     match old.strip_prefix('\u{feff}') {

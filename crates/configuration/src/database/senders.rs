@@ -1,4 +1,4 @@
-//! Changes of a list of senders or commands, as a document has it.
+//! Changes of a list of senders or commands in a document.
 
 use toml_edit::{Array, InlineTable, Item};
 
@@ -6,7 +6,8 @@ use super::super::senders::{UNNAMED, is_sender};
 use super::super::value::Value;
 use super::location::{is_it, item_at, locate, short};
 
-/// The list of a path that leads to one of its names: a link with its senders, or the commands of an actuator.
+/// Splits a path to an entry of a list into the list, entry and rest.
+/// The list is that of a link's senders, or of an actuator's commands.
 fn list_of(path: &[String]) -> Option<(&[String], &str, &[String])> {
     match path {
         [section, _, sender, rest @ ..] if section == "links" && is_sender(sender) => {
@@ -19,7 +20,8 @@ fn list_of(path: &[String]) -> Option<(&[String], &str, &[String])> {
     }
 }
 
-/// Adds a sender to a list, and says whether that was all; a list that can't say it becomes a table.
+/// Adds a sender to a list; true if that was all.
+/// A list that can't express it becomes a table.
 pub(super) fn set(part: &mut Item, path: &[String], value: &Value) -> bool {
     let Some((list, sender, rest)) = list_of(path) else { return false };
     let (keys, scope) = locate(part, list);
@@ -60,7 +62,8 @@ pub(super) fn set(part: &mut Item, path: &[String], value: &Value) -> bool {
     false
 }
 
-/// Takes a sender off a list and returns its comments, if it stands in one.
+/// Removes a sender from a list, and returns its comments.
+/// `None` if the path leads to no list.
 pub(super) fn remove(part: &mut Item, path: &[String]) -> Option<String> {
     let (list, sender, _) = list_of(path)?;
     let (keys, scope) = locate(part, list);

@@ -6,24 +6,25 @@ use std::time::Duration;
 
 use super::*;
 
-/// How often files are looked at. Two looks that agree make an edit, so that no half-written file is read.
+/// Polling interval of the files.
+/// Two equal looks make an edit, so that no half-written file is read.
 const PERIOD: Duration = Duration::from_millis(250);
 
-/// The effects of edited files.
+/// Effects of edited files.
 #[derive(Clone, Debug, Default)]
 pub struct Edit {
-    /// The changes that hold now.
+    /// Changes that are in effect now.
     pub changes: Vec<Change>,
     /// Changes that wait for the next start, also of earlier edits.
     pub waiting: Vec<Change>,
-    /// Edits of settings that were changed at run time and still hold, also earlier ones.
+    /// Edits of settings whose changes at run time still hold, also earlier ones.
     pub covered: Vec<Change>,
 }
 
-/// Lasts as long as edited files are taken over.
+/// Watch of the files, until this is dropped.
 #[must_use = "dropping it ends the watching"]
 pub struct Watch {
-    /// Dropped to end the thread.
+    /// Sender whose drop ends the thread.
     stop: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -53,7 +54,7 @@ impl Watch {
 }
 
 impl Drop for Watch {
-    /// Waits for the end of a call under way, except in that call itself.
+    /// Waits for the end of a call of `told`, except in that call itself.
     fn drop(&mut self) {
         self.stop = None;
         if let Some(thread) =
@@ -72,17 +73,17 @@ impl fmt::Debug for Watch {
 
 struct FileWatcher {
     database: Database,
-    /// The files at the last look, if they were new.
+    /// Files at the last look, if they were new.
     seen: Option<Files>,
     refused: Option<Refused>,
 }
 
-/// An edit that is wrong.
+/// Refused edit.
 struct Refused {
     files: Files,
-    /// The generation that it was wrong for: it may be right after another change.
+    /// Generation of the state that refused it; a later one may accept it.
     generation: u64,
-    /// The report, to be told once.
+    /// Report, which is shown once.
     report: String,
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::replacement::Replacement;
 
-/// Puts a text in the place of a file, so that at any moment either the old or the new one is there whole.
+/// Replaces a file by a text atomically: the old or the new one is there whole.
 pub(super) fn replace(path: &Path, text: &str) -> io::Result<()> {
     let old = fs::metadata(path)?;
     let mut new = Replacement::create(path)?;

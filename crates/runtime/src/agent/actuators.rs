@@ -1,4 +1,4 @@
-//! The gates of the actuators, in the hands of people and tools.
+//! Control of the actuators' gates by people and tools.
 
 use std::convert::Infallible;
 use std::time::Duration;
@@ -8,11 +8,11 @@ use slate_module::Level;
 use super::handle::AgentHandle;
 use crate::recording::Change;
 
-/// A stop waits no longer than this for the end of a cycle, and in lockstep alone: there it takes effect as soon as the world
-/// goes on, and can be made again.
+/// Longest wait of a stop for the end of a cycle, in lockstep only.
+/// There the stop takes effect at the next cycle, so a rerun reproduces it.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// Stops, resets and arms the gates.
+/// Control of the gates: stop, reset and arm.
 pub(super) struct GateOperator<'c> {
     agent: &'c AgentHandle,
 }
@@ -39,7 +39,7 @@ impl<'c> GateOperator<'c> {
         self.agent.say("the stop of the actuators is ended");
     }
 
-    /// Lets commands through to the actuators; false when one is still stopped.
+    /// Arms all actuators; false if one is still stopped.
     pub fn arm(&self) -> bool {
         let armed = self.with_actuators(Change::Arm { actuator: None }, || {
             self.agent.shared.actuators().iter().filter(|actuator| !actuator.arm()).count() == 0
@@ -50,7 +50,7 @@ impl<'c> GateOperator<'c> {
         armed
     }
 
-    /// Lets commands through to one actuator.
+    /// Arms one actuator.
     pub fn arm_one(&self, actuator: &str) -> Option<bool> {
         let actuators = self.agent.shared.actuators();
         let meant = actuators.iter().find(|other| other.name() == actuator)?;
@@ -67,7 +67,7 @@ impl<'c> GateOperator<'c> {
         done
     }
 
-    /// The actuators, each with why it is stopped, if it is.
+    /// Returns the actuators, each with the reason of its stop, if stopped.
     pub fn actuators(&self) -> Vec<(String, Option<String>)> {
         let actuators = self.agent.shared.actuators();
         actuators.iter().map(|actuator| (actuator.name().into(), actuator.stop_reason())).collect()

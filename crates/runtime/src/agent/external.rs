@@ -1,4 +1,4 @@
-//! Inputs that programs outside of the agent fill, such as nodes of ROS.
+//! Inputs that external programs fill, such as ROS nodes.
 
 use std::sync::Arc;
 
@@ -10,17 +10,17 @@ use slate_module::Direction;
 
 use super::handle::AgentHandle;
 
-/// Why a program outside of the agent can't fill an input.
+/// Error of setting an input from outside of the agent.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{reason}")]
 pub struct ExternalInputError {
-    /// In words.
+    /// Reason.
     pub reason: String,
-    /// What to do.
+    /// Remedy.
     pub help: &'static str,
 }
 
-/// A value for an input, from outside of the agent.
+/// External value for an input.
 #[derive(Clone, Debug)]
 pub struct ExternalValue {
     /// Path of the input.
@@ -29,21 +29,21 @@ pub struct ExternalValue {
     pub content: ExternalContent,
 }
 
-/// A value from outside, or a part of one.
+/// External value, or a part of one.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExternalContent {
-    /// The whole, as it lies in memory.
+    /// Whole value, in its memory layout.
     Bytes(Vec<u8>),
     /// A value without its type.
     Value {
-        /// The field that it is of; empty for the whole.
+        /// Field of the value; empty for the whole.
         field: String,
         /// The value.
         value: Value,
     },
 }
 
-/// The end of a cycle in lockstep, at which inputs are set.
+/// End of a cycle in lockstep, at which inputs are set.
 pub struct CycleEnd<'a> {
     agent: &'a AgentHandle,
     /// The time of the cycle, ns.
@@ -51,7 +51,8 @@ pub struct CycleEnd<'a> {
     is_running: &'a dyn Fn() -> bool,
 }
 
-/// Has the loop wait at the end of each cycle in lockstep, and sets inputs there. A reason in words ends the run.
+/// Callback at the end of each cycle in lockstep; it may block and set inputs.
+/// An error, a reason in words, ends the run.
 pub type ValueWait = Box<dyn FnMut(&CycleEnd<'_>) -> Result<(), String> + Send>;
 
 impl<'a> CycleEnd<'a> {
@@ -59,12 +60,12 @@ impl<'a> CycleEnd<'a> {
         Self { agent, now, is_running }
     }
 
-    /// Whether the run goes on; when not, nothing is waited for any more.
+    /// Returns true while the run continues; afterwards nothing is waited for.
     pub fn is_running(&self) -> bool {
         (self.is_running)()
     }
 
-    /// Sets an input before the next cycle, so that a rerun sets it after the same one.
+    /// Sets an input before the next cycle; a rerun sets it after the same cycle.
     ///
     /// # Errors
     /// The input is not there, or the value does not fit.
@@ -79,14 +80,16 @@ impl std::fmt::Debug for CycleEnd<'_> {
     }
 }
 
-/// Why nobody sets an input, if it moves a robot past its gate or Knowledge alone fills it.
+/// Returns the reason for which an input can't be set by hand, if any.
+/// Such an input moves a robot past its gate, or only Knowledge sets it.
 pub(in crate::agent) fn hand_refusal(agent: &AgentHandle, input: &str) -> Option<String> {
     let refusal =
         refused(agent, |configuration, survey| slate_composition::hand_refusal(configuration, survey, input));
     refusal.map(|(reason, _)| reason.text)
 }
 
-/// The reason for which programs outside can't have a property, a command that has not passed its gate, and the remedy.
+/// Returns why programs outside can't read a property, with the remedy.
+/// Such a property is a command that has not passed its gate.
 pub(in crate::agent) fn output_refusal(agent: &AgentHandle, path: &str) -> Option<(String, &'static str)> {
     let port = agent.overview().port(path)?;
     (port.direction == Direction::Command).then(|| {
@@ -95,14 +98,14 @@ pub(in crate::agent) fn output_refusal(agent: &AgentHandle, path: &str) -> Optio
     })
 }
 
-/// What a rule says of the composition.
+/// Applies a rule to the present composition.
 fn refused<T>(agent: &AgentHandle, rule: impl FnOnce(&Configuration, &Survey<'_>) -> T) -> T {
     let composition = agent.composition();
     let configuration = &composition.configuration;
     rule(configuration, &survey(configuration, &composition.catalogue, &mut Complaints::new(configuration)))
 }
 
-/// Fills inputs from outside.
+/// Setter of external inputs.
 pub(in crate::agent) struct ExternalInputs<'a> {
     agent: &'a AgentHandle,
 }

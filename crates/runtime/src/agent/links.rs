@@ -1,4 +1,4 @@
-//! Links of an agent that runs.
+//! Links of a running agent.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -18,7 +18,7 @@ use slate_configuration::{
 };
 use slate_configuration::{Mistake, TEAM, link_setting, sender_setting};
 
-/// A link to be made while the agent runs.
+/// Link to be made while the agent runs.
 ///
 /// ```
 /// use std::time::Duration;
@@ -31,9 +31,9 @@ use slate_configuration::{Mistake, TEAM, link_setting, sender_setting};
 pub struct NewLink {
     /// The destination: an input such as `follower/pose`, or an inbox.
     pub to: String,
-    /// The source: the property that the input reads, or the outbox whose messages the inbox takes.
+    /// Source: the property that the input reads, or the outbox of an inbox.
     pub from: String,
-    /// What else is said of it: keys and values of its table, as a configuration has them.
+    /// Further options: keys and values of the link's table, as in a configuration.
     options: Vec<(String, String)>,
 }
 
@@ -43,25 +43,25 @@ impl NewLink {
         Self { to: to.into(), from: from.into(), options: Vec::new() }
     }
 
-    /// Whether it reads last cycle's value.
+    /// Makes the link read the value of the last cycle if `previous` is true.
     pub fn previous(self, previous: bool) -> Self {
         if previous { self.with("previous", "true") } else { self }
     }
 
-    /// The age from which a value counts as stale.
+    /// Sets the age from which a value counts as stale.
     pub fn stale(self, age: Duration) -> Self {
         self.with("stale", format!("\"{}ns\"", age.as_nanos()))
     }
 
-    /// Sets another option, such as `every`, to a value as a configuration has it; what can't be is refused when the link
-    /// is made.
+    /// Sets another option, such as `every`, to a value as in a configuration.
+    /// Invalid options are refused when the link is made.
     pub fn with(mut self, option: impl Into<String>, value: impl Into<String>) -> Self {
         self.options.push((option.into(), value.into()));
         self
     }
 
-    /// The changes of the configuration. The first takes away what an earlier link said besides; an inbox keeps its
-    /// other senders.
+    /// Returns the changes of the configuration that make the link.
+    /// The first one removes the options of an earlier link; an inbox keeps its other senders.
     fn changes(&self, to: &str, sends: bool) -> Vec<(String, String)> {
         let options =
             || self.options.iter().map(|(name, value)| format!("{name} = {value}")).collect::<Vec<_>>();
@@ -86,40 +86,43 @@ impl NewLink {
 /// A property of another agent, as the end of a link.
 #[derive(Clone, Copy, Debug)]
 pub struct RemoteEnd<'a> {
-    /// Its path in that agent.
+    /// Path in that agent.
     pub path: &'a str,
-    /// Its interface.
+    /// Interface.
     pub descriptor: &'static Descriptor,
-    /// Whether it takes messages.
+    /// True for a mailbox.
     pub takes_messages: bool,
 }
 
-/// A link that there is.
+/// State of a link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LinkStatus {
     /// The destination: an input or an inbox.
     pub to: String,
     /// The source: a property or an outbox.
     pub from: String,
-    /// Whether messages go over it, from an outbox to an inbox.
+    /// True if the link carries messages, from an outbox to an inbox.
     pub sends: bool,
-    /// Whether nobody has written it, as types and roles leave no choice.
+    /// True if the link is inferred, as types and roles leave one choice only.
     pub inferred: bool,
-    /// Whether one of its ends is a program that is no agent, such as `ros2:/scan`.
+    /// True if one end is a program that is no agent, such as `ros2:/scan`.
     pub external: bool,
-    /// What else the configuration says of it: keys and values of its table.
+    /// Further options: keys and values of the link's table in the configuration.
     pub options: Vec<(String, String)>,
-    /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
+    /// Values waiting in a queue input, and values lost because it was too slow.
+    /// `None` for other inputs.
     pub queue: Option<(u64, u64)>,
-    /// For an input of a value: how old that was in the step of its reader that was measured last, ns of the agent's time.
+    /// Age of an input's value in the last measured step of its reader, ns.
+    /// In the agent's time; `None` for queue inputs.
     pub age: Option<u64>,
-    /// Whether it is a queue input that fell behind and reads no more, as its link says.
+    /// True for a queue input that fell behind and is cut off, as its link demands.
     pub evicted: bool,
-    /// Why it brings nothing: what it leads to of another agent is not there, or a module is in the way of it.
+    /// Reason for which the link carries nothing; `None` if it works.
+    /// The remote end is absent, or a module blocks the link.
     pub trouble: Option<String>,
 }
 
-/// Lists, makes and takes away links.
+/// Editor of links, which lists, makes and removes them.
 pub(super) struct LinkEditor<'c> {
     agent: &'c AgentHandle,
 }
@@ -129,7 +132,7 @@ impl<'c> LinkEditor<'c> {
         Self { agent }
     }
 
-    /// The links that the agent has, by their destinations.
+    /// Lists the links of the agent, by their destinations.
     pub fn links(&self) -> Vec<LinkStatus> {
         let composition = self.agent.composition();
         let gauge = |link: &Link| composition.assembly.resources.gauges.get(&link.to.value);
@@ -184,25 +187,27 @@ impl<'c> LinkEditor<'c> {
         }
     }
 
-    /// What leads nowhere and should: ports of blocks without a link, and actuators whose commands reach nothing.
+    /// Returns the links that are missing, as diagnostics.
+    /// These are ports of blocks without a link, and actuators whose commands reach nothing.
     pub fn loose_ends(&self) -> Vec<Diagnostic> {
         let composition = self.agent.composition();
         loose_ends(&composition.configuration, &composition.catalogue)
     }
 
-    /// Links an input, between two cycles and with the states of all modules as they are.
+    /// Links an input between two cycles; the states of all modules are kept.
     pub fn link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
         let (database, path) = self.destination(&link.to)?;
         self.commit(|| self.linking(&database, link, &path))
     }
 
-    /// Whether a link could be made: as [`link`](LinkEditor::link), and nothing is changed.
+    /// Checks a [`link`](LinkEditor::link) without making it.
     pub fn check_link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
         let (database, path) = self.destination(&link.to)?;
         Ok(self.told(&self.judged(self.linking(&database, link, &path)?)?))
     }
 
-    /// The configuration with a link. As an outbox sends to one inbox, its link to another inbox goes.
+    /// Proposes the configuration with a link.
+    /// An outbox sends to one inbox, so its link to another inbox is removed.
     fn linking(&self, database: &Database, link: &NewLink, to: &str) -> Result<Proposal, Report> {
         let changes = link.changes(to, self.sends(to, &link.from));
         let Some((left, from)) = self.left_by(link, to) else { return database.propose(&changes) };
@@ -215,7 +220,7 @@ impl<'c> LinkEditor<'c> {
         }
     }
 
-    /// The inbox that an outbox sends to until a link leads it to another one, and the path of the outbox.
+    /// Returns the inbox that an outbox loses by a new link, and the outbox's path.
     fn left_by(&self, link: &NewLink, to: &str) -> Option<(String, String)> {
         let composition = self.agent.composition();
         let from = composition.configuration.own_path(&link.from).ok()?;
@@ -229,8 +234,8 @@ impl<'c> LinkEditor<'c> {
         Some((left.to.value.clone(), from))
     }
 
-    /// Why a link to that property of another agent would wait, which is not on the board yet: what of it does not
-    /// fit, and what to do.
+    /// Checks a link to another agent's property that is not on the board yet.
+    /// Returns the mismatch that makes the link wait, with its remedy.
     pub fn misfit(
         &self,
         link: &NewLink,
@@ -274,29 +279,30 @@ impl<'c> LinkEditor<'c> {
         })
     }
 
-    /// Takes the links of an input or inbox away.
+    /// Removes the links of an input or inbox.
     pub fn unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
         self.unlink_from(to, None)
     }
 
-    /// Takes one of the senders of an inbox away, or as [`unlink`](LinkEditor::unlink).
+    /// Removes one sender of an inbox, or works as [`unlink`](LinkEditor::unlink).
     pub fn unlink_from(&self, to: &str, from: Option<&str>) -> Result<Vec<Change>, Report> {
         let (database, cut) = self.linked(to, from)?;
         self.commit(|| self.without(&database, &cut))
     }
 
-    /// Whether a link could be taken away: as [`unlink`](LinkEditor::unlink), and nothing is changed.
+    /// Checks an [`unlink`](LinkEditor::unlink) without making it.
     pub fn check_unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
         self.check_unlink_from(to, None)
     }
 
-    /// Whether one of the senders of an inbox could be taken away.
+    /// Checks the removal of one sender of an inbox without making it.
     pub fn check_unlink_from(&self, to: &str, from: Option<&str>) -> Result<Vec<Change>, Report> {
         let (database, cut) = self.linked(to, from)?;
         Ok(self.told(&self.judged(self.without(&database, &cut)?)?))
     }
 
-    /// The database, and the path of what a link fills or the URL of another agent's inbox.
+    /// Returns the database and the link's destination.
+    /// The destination is a path, or the URL of another agent's inbox.
     fn destination(&self, to: &str) -> Result<(Database, String), Report> {
         let composition = self.agent.composition();
         if ExternalUrl::parse(to).is_some() {
@@ -313,7 +319,7 @@ impl<'c> LinkEditor<'c> {
         Ok((composition.database()?, path))
     }
 
-    /// Whether a link carries messages.
+    /// Returns true if a link carries messages.
     fn sends(&self, to: &str, from: &str) -> bool {
         let from = slate_blackboard::Url::parse(from).map(|url| url.path_in("")).unwrap_or_default();
         self.agent.composition().assembly.sends(to, &from)
@@ -353,7 +359,8 @@ impl<'c> LinkEditor<'c> {
         Err(Diagnostic::without_place(Mistake::Name.of(format!("`{path}` has no link")), Some(help)).into())
     }
 
-    /// Makes changes of the configuration, unless links are among them that a module is in the way of.
+    /// Applies changes of the configuration.
+    /// Fails if they change links and a module blocks that.
     pub fn commit(&self, propose: impl Fn() -> Result<Proposal, Report>) -> Result<Vec<Change>, Report> {
         loop {
             let proposal = self.judged(propose()?)?;
@@ -365,7 +372,8 @@ impl<'c> LinkEditor<'c> {
         }
     }
 
-    /// The changes of a proposal, with the inferred links that give way to written ones or return.
+    /// Returns the changes of a proposal, with those of inferred links.
+    /// Inferred links give way to written ones, or return.
     fn told(&self, proposal: &Proposal) -> Vec<Change> {
         let mut changes = proposal.changes().to_vec();
         if changes.iter().any(|change| change.names().first().is_some_and(|name| name == "links")) {
@@ -383,8 +391,8 @@ impl<'c> LinkEditor<'c> {
         changes
     }
 
-    /// The configuration without a link. One that was made at run time leaves nothing behind, unless another one is inferred
-    /// then; one of a file is overlaid.
+    /// Proposes the configuration without a link.
+    /// A link made at run time leaves no trace, unless another one is inferred then; a link of a file is overlaid.
     fn without(&self, database: &Database, cut: &Cut) -> Result<Proposal, Report> {
         if !cut.inferred.is_empty() {
             let mut changes: Vec<_> = cut.inferred.iter().map(|path| (path.clone(), "false")).collect();
@@ -408,7 +416,7 @@ impl<'c> LinkEditor<'c> {
         }
     }
 
-    /// Refuses changes of links that a module is in the way of.
+    /// Refuses changes of links that a module blocks.
     pub fn judged(&self, proposal: Proposal) -> Result<Proposal, Report> {
         if proposal.changes().iter().any(|change| change.names().first().is_some_and(|name| name == "links"))
         {
@@ -418,13 +426,13 @@ impl<'c> LinkEditor<'c> {
     }
 }
 
-/// What leads nowhere and should.
+/// Returns the links that are missing in a configuration.
 fn loose_ends(configuration: &Configuration, catalogue: &Catalogue) -> Vec<Diagnostic> {
     let survey = survey(configuration, catalogue, &mut Complaints::new(configuration));
     loose(configuration, &survey)
 }
 
-/// What leads nowhere in a configuration, and did not in the one before.
+/// Returns the links that are missing after a change, but not before.
 pub(super) fn new_loose_ends(
     before: &Configuration,
     after: &Configuration,
@@ -438,7 +446,8 @@ pub(super) fn new_loose_ends(
     found
 }
 
-/// Why a link to a program that is no agent stays as it is, and what to do.
+/// Message and remedy for a link to a program that is no agent.
+/// Such links can't change while the agent runs.
 pub(super) fn unchanging(link: &ExternalLink) -> (String, String) {
     let (to, from) = link.ends();
     let message = format!("the link from `{from}` to `{to}` can't change while the agent runs");
@@ -446,15 +455,16 @@ pub(super) fn unchanging(link: &ExternalLink) -> (String, String) {
     (message, help.into())
 }
 
-/// A link that is taken away, or all of an inbox.
+/// Removal of a link, or of all links of an inbox.
 struct Cut {
     to: String,
     from: Option<String>,
-    /// The settings of those that are not written.
+    /// Settings of the inferred links among them.
     inferred: Vec<String>,
 }
 
-/// The setting of a link, or of one of the senders of an inbox where they stand one by one.
+/// Returns the path of a link's setting.
+/// For an inbox with its senders listed one by one, it is the setting of the sender.
 fn written(configuration: &Configuration, to: &str, from: Option<&str>) -> String {
     let sender = from.map(|from| sender_setting(to, &format!("/{from}")));
     sender.filter(|path| configuration.value(path).is_some()).unwrap_or_else(|| link_setting(to))

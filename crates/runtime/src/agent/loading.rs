@@ -1,4 +1,4 @@
-//! Loading an agent: all that the configuration asks for fits and is made, or nothing is.
+//! Loading of an agent: either the whole configuration is built, or nothing.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -27,7 +27,7 @@ use slate_engine::log::Logger;
 use slate_engine::main_loop::{Pace, Parameters, Rate, SharedLoop, Workers};
 use slate_engine::plugin::KnownLibraries;
 
-/// Why an agent does not start.
+/// Error of starting an agent.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum StartError {
     /// The configuration and the plugins don't fit together.
@@ -38,7 +38,7 @@ pub enum StartError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Plugin(PluginError),
-    /// Virtual time as fast as it goes is for lockstep.
+    /// Maximum rate outside of lockstep.
     #[error("threaded mode runs on the wall clock: it has no rate `max`")]
     #[diagnostic(help("use `realtime` or a factor, or staged mode"))]
     ThreadedMax,
@@ -56,8 +56,9 @@ impl From<PluginError> for StartError {
     }
 }
 
-/// What an agent of that configuration could be made of: kinds of the plugins that are linked in and of those that it
-/// names, links to other agents where something is to carry them, and the services of the host.
+/// Returns the components from which a configuration's agent can be made.
+/// These are the kinds of the linked plugins and of those that it names, links to other agents if there is a carrier
+/// for them, and the services of the host.
 ///
 /// # Errors
 /// When a plugin can't be loaded.
@@ -70,7 +71,7 @@ pub fn catalogue(
 }
 
 impl Agent {
-    /// Loads what the configuration asks for. Either all of it fits and is made, or nothing is.
+    /// Loads an agent from its configuration: either all of it, or nothing.
     ///
     /// # Errors
     /// Everything that does not fit, with file, line and caret.
@@ -146,9 +147,10 @@ impl Agent {
         Ok(Self { handle, hang, threads, memories, settings: None })
     }
 
-    /// As [`load`](Agent::load), and the agent follows what is changed in the database while it is there: parameters,
-    /// values of inputs, links, `enabled` and log levels, all that is changed of one module between two of its ticks. Files
-    /// that are edited are taken over too. What else is changed, or does not fit, is refused and changes nothing.
+    /// Loads an agent as [`load`](Agent::load), and follows its database.
+    /// Changes of parameters, values of inputs, links, `enabled` and log levels take effect while the agent runs; all
+    /// changes of one module take effect between two of its ticks. Edited files are read again too. Other changes, and
+    /// those that do not fit, are refused and have no effect.
     ///
     /// # Errors
     /// As [`load`](Agent::load).
@@ -160,7 +162,7 @@ impl Agent {
     }
 }
 
-/// What the services of the host are made of.
+/// Makes the means of the host's services.
 fn means(
     shared: &SharedLoop,
     threads: &Arc<ThreadKeeper>,

@@ -1,4 +1,4 @@
-//! The log as a configuration has it.
+//! Log of the agent, set up by the configuration.
 
 use std::io;
 
@@ -10,17 +10,17 @@ use slate_engine::log::{
     ConsoleTarget, FileTarget, LogSettings, LogTarget, Logger, RemoteTarget, Rotation, SyslogTarget,
 };
 
-/// What a configuration says.
+/// Returns the log settings of a configuration.
 pub(super) fn settings(configuration: &Configuration, lockstep: bool) -> LogSettings {
     let log = configuration.log();
     let modules = configuration.modules().len();
     LogSettings { levels: log.levels(), repeat: log.repeat.value, lockstep, modules }
 }
 
-/// Adds the properties, which modules may read.
+/// Adds the log's properties to the board, which modules may read.
 ///
 /// # Errors
-/// When something else has the name of one.
+/// When another property has the name of one.
 pub(super) fn show(logger: &Logger, board: &Board) -> Result<(), Report> {
     logger.show_on(board).map_err(|error| Diagnostic::without_place(error.to_string(), None).into())
 }
@@ -28,7 +28,7 @@ pub(super) fn show(logger: &Logger, board: &Board) -> Result<(), Report> {
 /// Adds the targets that a configuration names.
 ///
 /// # Errors
-/// What can't be opened or made, where it is written.
+/// The target that can't be opened or made, at its place in the configuration.
 pub(super) fn configure(logger: &Logger, configuration: &Configuration) -> Result<(), Report> {
     let wanted = &configuration.log().targets;
     let mut opened: Vec<Box<dyn LogTarget>> = Vec::new();

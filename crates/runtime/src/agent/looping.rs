@@ -1,4 +1,5 @@
-//! What an application does with the main loop: other stages, another order, another time, and what it waits for.
+//! Control of the main loop by the application.
+//! It covers stages, their order, the time source and the waits.
 
 use super::handle::AgentHandle;
 use slate_engine::clock::TimeSource;
@@ -11,7 +12,7 @@ use slate_engine::main_loop::{LoopPolicy, Schedule};
 )]
 pub struct SystemClock;
 
-/// Changes what the main loop does.
+/// Control of the main loop.
 pub(super) struct LoopControl<'c> {
     agent: &'c AgentHandle,
 }
@@ -21,20 +22,22 @@ impl<'c> LoopControl<'c> {
         Self { agent }
     }
 
-    /// Gives the main loop other stages, from its next cycle on.
+    /// Sets the stages of the main loop, from its next cycle on.
     pub fn set_schedule(&self, schedule: Schedule) {
         // One change at a time.
         let _composition = self.agent.composition();
         self.agent.shared.set_schedule(schedule);
     }
 
-    /// Lets a policy say which stage comes next, from the next cycle on; none goes back to the order of the schedule.
+    /// Sets the policy that chooses the next stage, from the next cycle on.
+    /// `None` restores the order of the schedule.
     pub fn set_policy(&self, policy: Option<Box<dyn LoopPolicy>>) {
         let _composition = self.agent.composition();
         self.agent.shared.set_policy(policy);
     }
 
-    /// Lets a time source say what time it is, from the next cycle on; with none, time goes on by the period.
+    /// Sets the time source, from the next cycle on.
+    /// With `None` the time advances by the period.
     pub fn set_time_source(&self, source: Option<Box<dyn TimeSource>>) -> Result<(), SystemClock> {
         if !self.agent.shared.clock.is_driven() {
             return Err(SystemClock);

@@ -1,4 +1,4 @@
-//! Modules that remember: their states come from files before the run, and go back there after it.
+//! Memories of modules: states read from files before the run, written after.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -13,24 +13,26 @@ use crate::memory::{MemoryError, ModuleMemory, help};
 use slate_configuration::replacement::Replacement;
 use slate_configuration::{Configuration, Diagnostic, Module, Report, Span};
 
-/// A module that remembers.
+/// Module with a memory.
 #[derive(Debug)]
 struct Remembering {
     module: String,
     file: PathBuf,
     at: Span,
-    /// The hash of the file that it began with; none when there was none.
+    /// Hash of the initial file; `None` without a file.
     began: Option<u64>,
-    /// The file that takes its place at the end, kept from others until then; none when this run is not remembered.
+    /// Replacement of the file at the end, locked until then.
+    /// `None` if this run is not remembered.
     place: Option<Replacement>,
 }
 
-/// All modules that remember.
+/// Memories of all modules that have one.
 #[derive(Debug, Default)]
 pub(super) struct Memories(Vec<Remembering>);
 
 impl Memories {
-    /// Reads all files of a configuration; `keeps` says whether they are written at the end.
+    /// Reads all memory files of a configuration.
+    /// `keeps` is true if they are written at the end.
     pub fn read(configuration: &Configuration, keeps: bool) -> Result<(Self, ModuleStates), Report> {
         let (mut memories, mut states, mut wrong) = (Vec::new(), ModuleStates::new(), Vec::new());
         for module in configuration.modules() {
@@ -56,7 +58,7 @@ impl Memories {
         if wrong.is_empty() { Ok((Self(memories), states)) } else { Err(Report::from(wrong)) }
     }
 
-    /// Whether all modules are there and have taken their states.
+    /// Checks that all modules with memories are present and took their states.
     pub fn check(
         &self,
         configuration: &Configuration,
@@ -79,15 +81,16 @@ impl Memories {
         if wrong.is_empty() { Ok(()) } else { Err(Report::from(wrong)) }
     }
 
-    /// The modules, each with the hash of the file that it began with; nothing when there was none.
+    /// Returns the modules, each with the hash of its initial file, if it had one.
     pub fn begun(&self) -> impl Iterator<Item = (&str, Option<u64>)> {
         self.0.iter().map(|own| (own.module.as_str(), own.began))
     }
 
-    /// Writes the states of the modules into their files, once, after the run; what is not to be kept is left out.
+    /// Writes the modules' states into their files, once, after the run.
+    /// Memories that are not kept are left out.
     ///
     /// # Errors
-    /// When a module stands not still or is not there, or a file can't be written: what was there stays.
+    /// When a module is busy or absent, or a file can't be written: the earlier file stays.
     pub fn write(&mut self, agent: &AgentHandle) -> Result<(), MemoryError> {
         let mut all = std::mem::take(&mut self.0);
         all.retain(|own| own.place.is_some());
@@ -125,13 +128,13 @@ impl Memories {
 
 const AFRESH: &str = "put a copy of it there, or move it away to begin without a memory";
 
-/// What is wrong, and what helps.
+/// Problem and remedy.
 type MemoryProblem = (String, &'static str);
 
-/// The hash of a file, and the state in it; nothing when there is none.
+/// Hash of a file and the state in it; `None` without a file.
 type Began = Option<(u64, Vec<u8>)>;
 
-/// What a module begins with, and the file that takes the place of that at the end.
+/// Reads a module's initial memory, and prepares the replacement of its file.
 fn begin(module: &Module, file: &Path, keeps: bool) -> Result<(Began, Option<Replacement>), MemoryProblem> {
     // A name that leads to the file stays one, and all names of it are kept from other runs.
     let file = &target(file);
@@ -156,7 +159,7 @@ fn begin(module: &Module, file: &Path, keeps: bool) -> Result<(Began, Option<Rep
     Ok((Some((xxh3_64(&bytes), memory.state)), place))
 }
 
-/// Where the names of a file lead, also when it is not there yet.
+/// Resolves the links of a file name; the target need not exist yet.
 fn target(file: &Path) -> PathBuf {
     let mut file = file.to_owned();
     // As many as the system follows; of more the file can't be written, which is said then.

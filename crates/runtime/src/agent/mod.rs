@@ -1,4 +1,4 @@
-//! An agent: one process with one blackboard and a name.
+//! Agent: one process with one blackboard and a name.
 
 mod actuators;
 mod assembly;
@@ -53,14 +53,14 @@ use slate_engine::main_loop::End;
 use snapshot::SnapshotRestorer;
 pub use teleoperation::{CommandError, ControlsError, ControlsHolder, Teleoperation};
 
-/// An agent, loaded and ready.
+/// Loaded agent, ready to run.
 pub struct Agent {
     handle: AgentHandle,
     hang: Duration,
     threads: Arc<ThreadKeeper>,
-    /// What its modules remember.
+    /// Memories of the modules.
     memories: Memories,
-    /// Those that change while it runs.
+    /// Settings that follow the database while the agent runs.
     settings: Option<FollowedSettings>,
 }
 
@@ -71,38 +71,39 @@ impl std::fmt::Debug for Agent {
 }
 
 impl Agent {
-    /// Where its configuration is changed; none when it was loaded without one.
+    /// Database of the configuration; `None` if the agent was loaded without one.
     pub fn database(&self) -> Option<&Database> {
         self.settings.as_ref().map(|settings| &settings.database)
     }
 
-    /// What it was loaded with, and with what was changed since.
+    /// Present configuration: the loaded one with all changes since.
     pub fn configuration(&self) -> Arc<Configuration> {
         Arc::clone(&self.handle.composition().configuration)
     }
 
-    /// Whether a time source sets its time and all runs on the loop, so that the same configuration and seed give the same
-    /// bytes.
+    /// Returns true if the agent runs in lockstep.
+    /// A time source then sets its time and all modules run on the loop, so the same configuration and seed give the
+    /// same bytes.
     pub fn is_lockstep(&self) -> bool {
         self.handle.shared.lockstep
     }
 
-    /// Whether its actuators are armed as soon as they are there.
+    /// Returns true if the actuators are armed as soon as they exist.
     pub fn begins_armed(&self) -> bool {
         self.handle.composition().armed
     }
 
-    /// What changes the agent, also while it runs and from any thread.
+    /// Handle that changes the agent, also while it runs and from any thread.
     pub fn composer(&self) -> Composer {
         Composer { agent: self.handle.clone() }
     }
 
-    /// Everything that the robot knows.
+    /// The agent's board, with all properties.
     pub fn board(&self) -> &Arc<Board> {
         &self.handle.shared.board
     }
 
-    /// What the agent and its modules log with.
+    /// Logger of the agent and its modules.
     pub fn logger(&self) -> &Arc<Logger> {
         &self.handle.shared.logger
     }
@@ -123,7 +124,7 @@ impl Agent {
         self.handle.composition().assembly.modules.keys().cloned().collect()
     }
 
-    /// How often a module has ticked, missed its deadline and panicked.
+    /// Returns a module's counts of ticks, missed deadlines and panics.
     pub fn counts(&self, module: &str) -> Option<(u64, u64, u64)> {
         let composition = self.handle.composition();
         let seat = &composition.assembly.modules.get(module)?.seat;
@@ -131,13 +132,13 @@ impl Agent {
         Some((seat.ticks(), load(&seat.health.misses), load(&seat.health.panics)))
     }
 
-    /// A fingerprint of everything that modules wrote in lockstep so far; nothing on the wall clock.
+    /// Returns a digest of all values written in lockstep; `None` on the wall clock.
     pub fn digest(&mut self) -> Option<u64> {
         // SAFETY: `&mut self` says that no run is going on in another thread, and jobs don't use the digest.
         unsafe { self.handle.shared.core() }.digest.as_ref().map(slate_engine::digest::Digest::value)
     }
 
-    /// Stops all actuators, and keeps them stopped until [`reset`](Agent::reset) and [`arm`](Agent::arm).
+    /// Stops all actuators until [`reset`](Agent::reset) and [`arm`](Agent::arm).
     pub fn stop_actuators(&self, reason: &str) {
         GateOperator::new(&self.handle).stop_actuators(reason);
     }
@@ -147,40 +148,40 @@ impl Agent {
         GateOperator::new(&self.handle).reset();
     }
 
-    /// Lets commands through to the actuators; false when one is still stopped.
+    /// Arms all actuators; false if one is still stopped.
     pub fn arm(&self) -> bool {
         GateOperator::new(&self.handle).arm()
     }
 
-    /// The modules that remember, each with the hash of the file that it began with; nothing when there was none. They are
-    /// inputs of the run, as the configuration is.
+    /// The modules with memories, each with the hash of its initial file, if any.
+    /// Memories are inputs of the run, as the configuration is.
     pub fn memories(&self) -> impl Iterator<Item = (&str, Option<u64>)> {
         self.memories.begun()
     }
 
-    /// Writes what modules remember of this run into the files that the configuration names for it, if the agent was made to
-    /// [keep](Options::keeps_memory) that. Once, after the run.
+    /// Writes the modules' memories into the files of the configuration.
+    /// Does so once, after the run, and only if the agent was made to [keep](Options::keeps_memory) them.
     ///
     /// # Errors
-    /// When a module stands not still or is not there, or a file can't be written: what was there stays.
+    /// When a module is busy or absent, or a file can't be written: the earlier file stays.
     pub fn remember(&mut self) -> Result<(), MemoryError> {
         self.memories.write(&self.handle)
     }
 
-    /// Goes on from a snapshot, as [`Composer::restore`], with the settings of the agent's database changed to those of
-    /// the snapshot.
+    /// Restores a snapshot, as [`Composer::restore`].
+    /// The settings of the agent's database change to those of the snapshot.
     ///
     /// # Errors
-    /// What does not fit; the agent is as it was then.
+    /// The mismatches; the agent is unchanged then.
     pub fn restore(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         SnapshotRestorer::new(&self.handle).restore(snapshot, self.database())
     }
 
-    /// Goes on from a snapshot, but with the parameters, switches and values of inputs that the agent was loaded with,
-    /// where the snapshot's configuration has others.
+    /// Restores a snapshot under the settings with which the agent was loaded.
+    /// They replace the parameters, switches and values of inputs of the snapshot's configuration.
     ///
     /// # Errors
-    /// What does not fit; the agent is as it was then.
+    /// The mismatches; the agent is unchanged then.
     pub fn restore_under_own_settings(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         SnapshotRestorer::new(&self.handle).restore_under_own_settings(snapshot)
     }

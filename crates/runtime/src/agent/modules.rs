@@ -1,4 +1,4 @@
-//! Modules of an agent, as tools look at them and switch them.
+//! State and switches of an agent's modules, for tools.
 
 use slate_blackboard::BoardError;
 use slate_blackboard::interface::Value;
@@ -6,7 +6,7 @@ use slate_blackboard::interface::Value;
 use super::handle::AgentHandle;
 use crate::recording::Change;
 
-/// Shows and switches modules.
+/// State and switches of modules.
 pub(super) struct ModuleAccess<'c> {
     agent: &'c AgentHandle,
 }

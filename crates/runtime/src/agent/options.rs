@@ -1,4 +1,4 @@
-//! How an agent is started.
+//! Start options of an agent.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,50 +12,54 @@ use slate_engine::clock::{Calendar, TimeSource};
 use slate_engine::log::LogTarget;
 use slate_engine::main_loop::Rate;
 
-/// How the modules of an agent are run.
+/// Execution mode of the modules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// All on the main loop, stage by stage; in lockstep under a time source.
     Staged,
-    /// Modules that wait for something or have a period get threads of their own.
+    /// Threads of their own for modules that wait for something or have a period.
     Threaded,
 }
 
-/// How an agent is started.
+/// Start options of an agent.
 pub struct Options {
-    /// How the modules are run.
+    /// Execution mode of the modules.
     pub mode: Mode,
-    /// How fast virtual time goes.
+    /// Rate of virtual time.
     pub rate: Rate,
-    /// Threads that help the main loop with independent modules.
+    /// Number of threads that help the main loop with independent modules.
     pub workers: usize,
-    /// Uses the workers also where it does not pay; the result is the same.
+    /// True to use the workers even where it does not pay; the result is the same.
     pub always_help: bool,
-    /// Where the log goes, beside the targets of the configuration.
+    /// Log targets beside those of the configuration.
     pub log: Vec<Box<dyn LogTarget>>,
-    /// Arms the actuators at the start, as robots in the simulator do.
+    /// True to arm the actuators at the start, as robots in the simulator do.
     pub armed: bool,
-    /// The stop that all gates obey.
+    /// Stop latch that all gates obey.
     pub stop: StopLatch,
-    /// Sets the agent's time, in place of a module that the configuration names as its time source, or beside it.
+    /// Time source that sets the agent's time.
+    /// It replaces the module that the configuration names as its time source, or works beside it.
     pub time_source: Option<Box<dyn TimeSource>>,
-    /// Says the date, for logs; the system's if there is none.
+    /// Calendar for the date in logs; `None` for the system's.
     pub calendar: Option<Calendar>,
-    /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](slate_engine::isolation::enter)
-    /// first, with the same plugins. Nothing for this program.
+    /// Program that runs isolated modules; `None` for this program.
+    /// Its `main` calls [`isolation::enter`](slate_engine::isolation::enter) first, with the same plugins.
     pub isolation_program: Option<PathBuf>,
-    /// A file in which libraries are known as they were when they were loaded last: one that has changed since is told of
-    /// before it is opened, and one that is damaged is refused. Made when it is needed.
+    /// File with the known state of all libraries that were loaded.
+    /// A library that has changed since is reported before it is opened, and a damaged one is refused. The file is
+    /// created when needed.
     pub known_libraries: Option<PathBuf>,
-    /// Whether [`Agent::remember`](crate::Agent::remember) is to write what modules remember; their files are kept from other runs until then.
+    /// True if [`Agent::remember`](crate::Agent::remember) writes the memories.
+    /// Their files are locked against other runs until then.
     pub keeps_memory: bool,
-    /// Whether files of the configuration that are edited are taken over, when the agent is loaded with a database.
+    /// True if edited configuration files are read again.
+    /// It takes effect when the agent is loaded with a database.
     pub follows_files: bool,
-    /// What carries values to other agents and from them, if links or `[share]` want that.
+    /// Transport of values between agents, if links or `[share]` need it.
     pub sharing: Option<Box<dyn Sharing>>,
-    /// What records the agent.
+    /// Recorder of the agent.
     pub recording: Option<Arc<dyn Recording>>,
-    /// What plays a recording in it: the time is as that says.
+    /// Player of a recording in the agent; it then sets the time.
     pub playback: Option<Box<dyn Playback>>,
 }
 

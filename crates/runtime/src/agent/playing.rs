@@ -1,4 +1,4 @@
-//! An agent in which a recording is played.
+//! Agent that plays a recording.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -13,13 +13,15 @@ use slate_configuration::{Configuration, Diagnostic, Report};
 use slate_engine::main_loop::{PlayedCondition, Playing, SharedLoop};
 use slate_engine::runner::ModuleState;
 
-/// Readers of what no module is linked to from the start.
+/// Readers of properties without a link at the start.
 const READERS: Budget = Budget { latest: 16, queues: 4, window: 16 };
-/// How many values are kept of it for queues that are linked later, and the most bytes that this may take.
+/// Values kept for queues that are linked later; [`BYTES`] limits their memory.
 const DEPTH: usize = 32;
+/// Most memory for the kept values of a property, bytes.
 const BYTES: usize = 64 << 10;
 
-/// Puts on the board what no module is linked to, and lets the playback have all of it.
+/// Adds the unlinked properties of a recording to the board.
+/// The playback then controls all of them.
 pub(super) fn begin(
     mut playback: Box<dyn Playback>,
     played: &[Played],
@@ -52,7 +54,8 @@ pub(super) fn begin(
     Ok(())
 }
 
-/// How the modules are that are played: as their states say, and well before those say anything.
+/// Returns the conditions of the replayed modules.
+/// They follow the modules' recorded states; before the first one a module counts as healthy.
 fn conditions(played: &[Played], agent: &AgentHandle, shared: &SharedLoop) -> Vec<PlayedCondition> {
     let modules: BTreeSet<&String> = played.iter().filter_map(|played| played.module.as_ref()).collect();
     let mut composition = agent.composition();
@@ -79,7 +82,7 @@ fn conditions(played: &[Played], agent: &AgentHandle, shared: &SharedLoop) -> Ve
     conditions
 }
 
-/// What tools see of the past, and control of a playback.
+/// Access of tools to the past, and control of a playback.
 pub(super) struct PlaybackAccess<'c> {
     agent: &'c AgentHandle,
 }
@@ -89,8 +92,8 @@ impl<'c> PlaybackAccess<'c> {
         Self { agent }
     }
 
-    /// Tells the values that a property had: those of the recording that is played, if one is, and else those of the
-    /// last seconds, if they are kept.
+    /// Reads the earlier values of a property.
+    /// They come from the recording that is played, else from the last seconds, if these are kept.
     pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal> {
         if let Some(playback) = self.playback() {
             return playback
@@ -106,12 +109,12 @@ impl<'c> PlaybackAccess<'c> {
         control.history(wish, take)
     }
 
-    /// Lets tools control a playback, which the application makes the cycles of.
+    /// Sets the playback that tools control; the application makes its cycles.
     pub fn control(&self, control: Arc<dyn PlaybackControl>) {
         self.agent.composition().playback = Some(control);
     }
 
-    /// What the playback is controlled by, if the agent plays a recording.
+    /// Control of the playback; `None` if the agent plays no recording.
     pub fn playback(&self) -> Option<Arc<dyn PlaybackControl>> {
         self.agent.composition().playback.clone()
     }

@@ -1,4 +1,4 @@
-//! What links want of other agents, and what becomes of that while they come and go.
+//! Links to other agents: their demand, and its state as agents come and go.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::sharing::{
 use slate_configuration::{Configuration, Report};
 use slate_engine::runner::ModuleCondition;
 
-/// What an agent has to do with others.
+/// Relation of an agent to other agents.
 pub(super) struct RemoteLinks<'c> {
     agent: &'c AgentHandle,
 }
@@ -24,7 +24,8 @@ impl<'c> RemoteLinks<'c> {
         Self { agent }
     }
 
-    /// What is stated has to be there, unless its module is of a plugin that is not loaded.
+    /// Checks that the properties of stated facts exist.
+    /// A property may be absent if its module is of a plugin that is not loaded.
     pub fn check_facts(&self, configuration: &Configuration) -> Result<(), Report> {
         let composition = self.agent.composition();
         let facts = configuration.share().and_then(|share| share.knowledge.as_ref());
@@ -45,7 +46,7 @@ impl<'c> RemoteLinks<'c> {
         Ok(())
     }
 
-    /// Tells the sharing what the links want; the first call starts it.
+    /// Sends the links' demand to the sharing; the first call starts it.
     pub fn share(&self) -> Result<(), SharingError> {
         let mut composition = self.agent.composition();
         if !composition.remotes.started {
@@ -94,7 +95,7 @@ impl<'c> RemoteLinks<'c> {
         Ok(())
     }
 
-    /// Says what the links want now.
+    /// Updates the demand of the links.
     fn want(&self, composition: &mut Composition) {
         let wants = composition.remotes.wanted(&composition.configuration, &composition.assembly);
         if wants == composition.remotes.wants {
@@ -118,7 +119,7 @@ impl<'c> RemoteLinks<'c> {
         }
     }
 
-    /// Something that links lead to stands otherwise.
+    /// Notes a new state of the remote end of links.
     pub fn remote_stands(&self, path: &RemotePath, standing: Standing) {
         let mut composition = self.agent.composition();
         let Some(want) = composition.remotes.wants.get(path) else { return };
@@ -163,24 +164,24 @@ impl<'c> RemoteLinks<'c> {
         self.tell_misfits(&mut composition);
     }
 
-    /// The agents of which the configuration says where they are.
+    /// Names of the agents with an endpoint in the configuration.
     pub fn named_agents(&self) -> Vec<String> {
         let composition = self.agent.composition();
         let share = composition.configuration.share();
         share.map(|share| share.agents.keys().cloned().collect()).unwrap_or_default()
     }
 
-    /// What looks into other agents; nothing when this one shares nothing.
+    /// Inspection of other agents; `None` if this agent shares nothing.
     pub fn inspection(&self) -> Option<Arc<dyn Inspection>> {
         self.agent.composition().remotes.sharing.as_ref()?.inspection()
     }
 
-    /// The agent's part in the knowledge of its team; nothing unless it takes part.
+    /// The agent's part in its team's knowledge; `None` if it takes no part.
     pub fn team(&self) -> Option<Arc<dyn TeamExchange>> {
         self.agent.composition().remotes.sharing.as_ref()?.team()
     }
 
-    /// The time of the clock by which the agent shares.
+    /// Present time of the sharing's monotonic clock, ns.
     pub fn steady_now(&self) -> u64 {
         clocks(&self.agent.shared.clock)[1]()
     }
@@ -197,7 +198,7 @@ impl<'c> RemoteLinks<'c> {
         }
     }
 
-    /// Ends what shares; its threads may be waiting for this composer.
+    /// Ends the sharing; its threads may be waiting for this composer.
     pub fn end_sharing(&self) {
         let sharing = self.agent.composition().remotes.sharing.take();
         drop(sharing);
@@ -218,7 +219,7 @@ impl SharingAgent for WeakHandle {
     }
 }
 
-/// A configuration that names what this program can't do.
+/// Returns the report of a sharing error, at its place in the configuration.
 pub(super) fn refused(configuration: &Configuration, error: SharingError) -> Report {
     let SharingError { message, help, about } = error;
     let Some(share) = configuration.share() else {

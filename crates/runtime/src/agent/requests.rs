@@ -1,4 +1,5 @@
-//! What an agent does for those that know nothing of it but a narrow trait: its modules, what shares and what records.
+//! The agent's implementation of the narrow traits that others know it by.
+//! These are its modules, the sharing and the recording.
 
 use std::sync::Arc;
 
@@ -13,7 +14,7 @@ use crate::aspects::{PluginChanges, SettingsChanges};
 use crate::recording::RecordedAgent;
 use crate::snapshot::PluginMark;
 
-/// What a module gets that asks while the agent ends.
+/// Answer to a module's request while the agent ends.
 const ENDS: &str = "the agent ends";
 
 impl PluginChanges for WeakHandle {
@@ -102,7 +103,7 @@ impl RecordedAgent for Composer {
     }
 }
 
-/// The path of an inbox in a recording; that of another agent is a URL.
+/// Returns the path of an inbox in a recording; a URL for another agent's inbox.
 fn inbox(path: String) -> String {
     if path.contains("://") { path } else { format!("/{path}") }
 }

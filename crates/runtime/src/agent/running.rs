@@ -1,4 +1,4 @@
-//! Runs of an agent, and the time and measures of its main loop.
+//! Runs of an agent, and the time and measurements of its main loop.
 
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Weak};
@@ -8,16 +8,16 @@ use super::{Agent, StartError};
 use slate_engine::main_loop::{AgentTrace, End, Flow, Observer, Rate, SharedLoop, Watchdog, cycle, drive};
 use slate_engine::synchronization::Synchronization;
 
-/// How long the end of a run waits for the last lines of the log.
+/// Longest wait for the log's last lines at the end of a run.
 pub(super) const LAST_LINES: Duration = Duration::from_secs(1);
 
 impl Agent {
-    /// What ends a run from another thread.
+    /// Handle that ends a run from another thread.
     pub fn stopper(&self) -> Stopper {
         Stopper { shared: Arc::downgrade(&self.handle.shared) }
     }
 
-    /// One cycle of the main loop, in the caller's thread and without a watchdog.
+    /// Runs one cycle of the main loop, in the caller's thread and without a watchdog.
     ///
     /// Only in lockstep: on the wall clock modules have threads of their own.
     pub fn step(&mut self) -> bool {
@@ -101,9 +101,9 @@ impl Agent {
         Ok(end)
     }
 
-    /// Goes on from another time, which may be before the present one, with the next [step](Agent::step). It is for an
-    /// agent in which a recording is played and no module runs: to modules time never goes back. False, and nothing is
-    /// changed, on the system's clock and where modules run.
+    /// Continues at another time, possibly an earlier one.
+    /// It takes effect with the next [step](Agent::step). It is for an agent that plays a recording and runs no module,
+    /// as time never goes back for modules. False, without a change, on the system's clock and if modules run.
     pub fn jump(&mut self, time: u64) -> bool {
         let is_empty = self.handle.composition().assembly.modules.is_empty();
         if !self.handle.shared.lockstep || !is_empty {
@@ -117,7 +117,8 @@ impl Agent {
         true
     }
 
-    /// Lets time go at another rate from the next cycle on; what passed since the last one was no lateness.
+    /// Sets the rate of time from the next cycle on.
+    /// The time since the last cycle does not count as lateness.
     pub fn set_rate(&mut self, rate: Rate) {
         self.handle.shared.take_token();
         // SAFETY: the token was taken.
@@ -125,40 +126,42 @@ impl Agent {
         self.handle.shared.give_token_back();
     }
 
-    /// The points at which threads outside the main loop fall in with it: `/cycle/start` and `/cycle/end`, and for each
-    /// stage such as `Act`, `/stage/Act/start` and `/stage/Act/end`. The loop emits a point from when somebody has asked
-    /// for it.
+    /// Synchronization points of the main loop for other threads.
+    /// They are `/cycle/start` and `/cycle/end`, and for each stage such as `Act`, `/stage/Act/start` and
+    /// `/stage/Act/end`. The loop emits a point once a thread has requested it.
     pub fn synchronization(&self) -> &Arc<Synchronization> {
         &self.handle.shared.synchronization
     }
 
-    /// What ran when.
+    /// Returns the trace of the modules' steps over time.
     pub fn trace(&self) -> AgentTrace {
         AgentTrace::new(Arc::clone(&self.handle.shared))
     }
 
-    /// Shows what was measured until now in the properties `/loop/state`, `/loop/histogram`, `/loop/STAGE/histogram` and
-    /// `/MODULE/histogram`. A run does it ten times a second; it is for programs that make single steps.
+    /// Publishes the present measurements of the timing.
+    /// The properties are `/loop/state`, `/loop/histogram`, `/loop/STAGE/histogram` and `/MODULE/histogram`. A run
+    /// publishes them ten times a second; this call is for programs that make single steps.
     pub fn publish_timing(&self) {
         self.handle.shared.publish_timing();
     }
 
-    /// The date (UTC) of an agent's time, for people to read. It may jump when the machine's clock is set, and
-    /// nothing in an agent depends on it.
+    /// Converts the agent's time into a date (UTC), for display.
+    /// It may jump when the machine's clock is set, and nothing in an agent depends on it.
     pub fn date_of(&self, time: u64) -> SystemTime {
         self.handle.shared.clock.date_of(time)
     }
 }
 
-/// Ends a run from another thread. It keeps nothing of its agent: a handler of signals has it until the process ends.
+/// Handle that ends a run from another thread.
+/// It keeps no part of its agent alive, as a signal handler holds it until the process ends.
 #[derive(Clone)]
 pub struct Stopper {
     shared: Weak<SharedLoop>,
 }
 
 impl Stopper {
-    /// Ends the run after the present cycle, if the agent is still there. Before the first run this ends that one before
-    /// its first cycle.
+    /// Ends the run after the present cycle, if the agent still exists.
+    /// Called before the first run, it ends that run before its first cycle.
     pub fn stop(&self) {
         if let Some(shared) = self.shared.upgrade() {
             shared.run.stop();

@@ -1,4 +1,4 @@
-//! A person at the controls of an actuator.
+//! Teleoperation of an actuator by a person.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,15 +11,16 @@ use super::handle::{AgentHandle, WeakHandle};
 use slate_engine::actuators::{Actuator, Holder};
 use slate_engine::clock::monotonic;
 
-/// The controls of one actuator. Nobody else has them as long as this lives.
+/// Exclusive control of one actuator, until this is dropped.
 ///
-/// What is commanded is offered to the gate in each cycle of the main loop, with the precedence of teleoperation: above the
-/// plan and below a reflex. It ends [`HOLD`](Teleoperation::HOLD) after the last [`command`](Teleoperation::command), by the
-/// agent's own clock, whatever became of the person, of the connection or of the thread that commands.
+/// The gate receives the command in each cycle of the main loop, with the precedence of teleoperation: above the plan
+/// and below a reflex. The command ends [`HOLD`](Teleoperation::HOLD) after the last
+/// [`command`](Teleoperation::command), by the agent's own clock, even if the person, the connection or the
+/// commanding thread fails.
 pub struct Teleoperation {
     agent: WeakHandle,
     actuator: Arc<Actuator>,
-    /// There until this is dropped.
+    /// Writer of the commands; `None` once this is dropped.
     writer: Option<Writer>,
     command: Vec<u8>,
 }
@@ -30,48 +31,49 @@ impl std::fmt::Debug for Teleoperation {
     }
 }
 
-/// Why nobody gets the controls.
+/// Error of taking an actuator's controls.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ControlsError {
-    /// There is no such actuator.
+    /// Unknown actuator.
     #[error("no actuator is called `{name}`; there are: {}", known.join(", "))]
     Unknown {
-        /// What was asked for.
+        /// Requested name.
         name: String,
-        /// What there is.
+        /// Known names.
         known: Vec<String>,
     },
-    /// Somebody has them.
+    /// The controls are taken.
     #[error("`{name}` is controlled by {by}; wait until that lease ends")]
     Taken {
         /// The actuator.
         name: String,
-        /// Their holder.
+        /// Holder of the controls.
         by: String,
     },
 }
 
-/// Why a command is refused.
+/// Error of a command.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CommandError {
-    /// The value is not of the actuator's interface.
+    /// Value of another interface.
     #[error(transparent)]
     Value(#[from] AccessError),
-    /// A field that is missing must not be zero: a robot would turn with one wheel.
+    /// Missing fields that must not be zero: a robot would turn with one wheel.
     #[error("it lacks {}", .0.join(", "))]
     Incomplete(Vec<&'static str>),
 }
 
-/// An actuator, and the holder of its controls.
+/// Actuator and the holder of its controls.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ControlsHolder {
     /// The actuator.
     pub actuator: String,
-    /// Their holder, and since when in nanoseconds of the agent's time; none when they are free.
+    /// Holder and time since which it holds them, ns; `None` if they are free.
+    /// In the agent's time.
     pub holder: Option<(String, u64)>,
 }
 
-/// Gives out the controls of actuators.
+/// Keeper of the actuators' controls.
 pub(super) struct ControlsKeeper<'c> {
     agent: &'c AgentHandle,
 }
@@ -109,7 +111,7 @@ impl<'c> ControlsKeeper<'c> {
 }
 
 impl Teleoperation {
-    /// For how long a command holds that is not renewed.
+    /// Time for which a command holds unless it is renewed.
     pub const HOLD: Duration = Duration::from_millis(150);
 
     /// Name of the actuator.
@@ -122,7 +124,8 @@ impl Teleoperation {
         self.actuator.descriptor()
     }
 
-    /// Commands it from the next cycle on, for [`HOLD`](Teleoperation::HOLD) or until the next command.
+    /// Commands the actuator from the next cycle on.
+    /// The command holds for [`HOLD`](Teleoperation::HOLD) or until the next command.
     ///
     /// # Errors
     /// When the value is not of the actuator's interface or lacks one of its fields; the command before holds on then.
@@ -141,7 +144,8 @@ impl Teleoperation {
         Ok(())
     }
 
-    /// Lets go: the actuator gets the plan's command, or its safe one, from the next cycle on.
+    /// Releases the controls.
+    /// From the next cycle on the actuator receives the plan's command, or its safe one.
     pub fn release(&mut self) {
         self.command.fill(0);
         self.write(0);

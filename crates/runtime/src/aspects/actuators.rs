@@ -1,4 +1,4 @@
-//! The aspect [`Actuators`]: a module that commands what it chooses at run time.
+//! Aspect [`Actuators`]: commands to actuators chosen at run time.
 
 use std::cell::UnsafeCell;
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use slate_engine::digest::Digest;
 use slate_engine::runner::AlignedMemory;
 
 struct ActuatorService {
-    /// What the calls of a tick use.
+    /// State of the calls of a tick.
     work: Box<UnsafeCell<ActuatorCalls>>,
     held: Arc<CommandedActuators>,
 }
@@ -29,27 +29,28 @@ struct ActuatorCalls {
     now: u64,
 }
 
-/// An actuator that the module has named.
+/// Actuator that the module has named.
 struct KnownActuator {
     actuator: Arc<Actuator>,
-    /// What the module is for its gate, if it may command it.
+    /// Number of the module as a commander of the gate, if it may command it.
     commander: Option<u32>,
-    /// How its gate stood when it was looked at last.
+    /// State of its gate at the last look.
     state: ActuatorState,
     offer: Option<CommandOffer>,
 }
 
-/// The commands of a module to an actuator.
+/// Commands of a module to an actuator.
 struct CommandOffer {
     command: AlignedMemory,
     priority: Priority,
-    /// Whether this tick has offered one.
+    /// True if this tick has offered a command.
     set: bool,
-    /// Whether the last one did.
+    /// True if the last tick has offered a command.
     renewed: bool,
 }
 
-/// The actuators that the module has commanded, apart from the rest, as they are taken from it while its tick hangs.
+/// Actuators that the module has commanded.
+/// They are kept apart, as they are taken from the module while its tick hangs.
 #[derive(Default)]
 struct CommandedActuators(Mutex<Vec<(Arc<Actuator>, u32)>>);
 

@@ -1,4 +1,4 @@
-//! The aspect [`BlackBoard`]: handles that a module opens at run time, by path.
+//! Aspect [`BlackBoard`]: handles opened at run time, by path.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,9 +16,9 @@ use super::{HostService, Means, followed, hash};
 use slate_engine::digest::Digest;
 use slate_engine::runner::AlignedMemory;
 
-/// Events that wait for a module at most.
+/// Most events that wait for a module.
 const EVENTS: usize = 256;
-/// What a property serves that a module opens.
+/// Readers of a property that a module opens.
 const BUDGET: Budget = Budget { latest: 16, queues: 4, window: 16 };
 
 struct BlackboardService {
@@ -28,7 +28,7 @@ struct BlackboardService {
     readers: BTreeMap<String, OpenReader>,
     writers: BTreeMap<String, OpenWriter>,
     observers: BTreeMap<String, Observer>,
-    /// Sees when a path is given to another property.
+    /// Observer of paths that get another property.
     changes: Observer,
     tick: u64,
 }
@@ -36,7 +36,7 @@ struct BlackboardService {
 struct OpenReader {
     property: Arc<Property>,
     reader: Latest,
-    /// The tick that it was looked at in, and whether that saw something new.
+    /// Tick of the last look, and true if it saw a new value.
     looked: (u64, bool),
 }
 
@@ -44,7 +44,7 @@ struct OpenWriter {
     property: Arc<Property>,
     writer: Writer,
     form: CanonicalForm,
-    /// What this tick writes.
+    /// Value that this tick writes.
     value: AlignedMemory,
     size: usize,
     set: bool,
@@ -122,7 +122,7 @@ impl Drop for BlackboardService {
     }
 }
 
-/// A refusal in words, or that it was not there.
+/// Refusal in words, or a missing property.
 enum Not {
     There,
     Described,
@@ -180,7 +180,8 @@ impl BlackboardService {
         }))
     }
 
-    /// Whether what the module writes is ground truth, as for the simulator and for referees.
+    /// Returns true if the module's outputs are ground truth.
+    /// This is the case for the simulator and for referees.
     fn is_referee(&self) -> bool {
         let own = Pattern::parse(&format!("{}/**", self.module));
         own.is_ok_and(|own| self.board.matching(&own).iter().any(|property| property.part() == TRUTH))

@@ -1,4 +1,4 @@
-//! What calls of services take and give.
+//! Arguments and results of service calls.
 
 use slate_blackboard::Pattern;
 use slate_module::table::{Bytes, Sink};
@@ -17,7 +17,8 @@ pub(super) unsafe fn text(bytes: Bytes) -> String {
     String::from_utf8_lossy(unsafe { bytes.as_slice() }).into_owned()
 }
 
-/// A name as it stands in the module's memory; what is no text is no name of anything either.
+/// Returns a name in the module's memory.
+/// Bytes that are no UTF-8 become a name that nothing has.
 ///
 /// # Safety
 /// The bytes are readable during `'a`.
@@ -26,7 +27,7 @@ pub(super) unsafe fn name<'a>(bytes: Bytes) -> &'a str {
     std::str::from_utf8(unsafe { bytes.as_slice() }).unwrap_or("\u{fffd}")
 }
 
-/// The pattern that every path is meant by.
+/// Pattern of all paths.
 pub(super) fn every_path() -> Pattern {
     Pattern::parse("**").unwrap_or_else(|_| unreachable!("`**` is a pattern"))
 }

@@ -1,4 +1,4 @@
-//! The aspect [`Logger`](aspect::Logger): what is logged is decided by a module.
+//! Aspect [`Logger`](aspect::Logger): a module sets the log levels.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use slate_engine::log::Logger;
 struct LoggerService {
     table: aspect::Logger,
     logger: Arc<Logger>,
-    /// What this tick asked for.
+    /// Changes of log levels that this tick requests.
     changes: Vec<(String, Level)>,
 }
 

@@ -1,4 +1,4 @@
-//! The aspect [`MainLoop`]: a module takes the loop.
+//! Aspect [`MainLoop`]: a module takes the main loop over.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,15 +14,15 @@ use slate_engine::digest::Digest;
 
 use slate_engine::main_loop::{LoopPolicy, LoopPosition, Takeover, Takeovers};
 
-/// What a policy returns after a panic.
+/// Result of a policy after a panic.
 const PANICKED: i32 = -2;
 
-/// A policy of a module.
+/// Policy of a module.
 struct ModulePolicy {
     table: PolicyTable,
     /// The names of the stages, as the module sees them.
     names: Vec<Bytes>,
-    /// Keeps the code of its calls.
+    /// Module kind, which keeps the code of the policy's calls.
     #[allow(dead_code, reason = "it is kept, not used")]
     kind: Option<ModuleKind>,
 }
@@ -60,7 +60,7 @@ impl LoopPolicy for ModulePolicy {
     }
 }
 
-/// What a tick asks for.
+/// Request of a tick.
 enum TakeoverRequest {
     Take(Box<ModulePolicy>, Option<Schedule>),
     GiveBack,
@@ -135,7 +135,7 @@ impl LoopService {
     }
 }
 
-/// The schedule of a module's stages.
+/// Makes the schedule of a module's stages.
 ///
 /// # Safety
 /// All of it is readable during the call.

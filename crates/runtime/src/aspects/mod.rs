@@ -1,4 +1,5 @@
-//! What modules need that can be missing: services of the host, and those that modules provide to each other.
+//! Dependencies of modules that can be missing.
+//! These are services of the host, and those that modules provide to each other.
 
 mod actuators;
 mod blackboard;
@@ -32,13 +33,13 @@ pub(crate) use threads::{Closed, Lingering, ThreadKeeper};
 pub(crate) use time_source::{PlaceTime, TimePlace};
 pub(crate) use transforms::followed;
 
-/// What services are made of.
+/// Means of the services.
 pub(crate) struct Means {
     pub board: Arc<Board>,
     pub actuators: Arc<ActuatorList>,
-    /// Where modules take the loop.
+    /// Takeovers of the loop by modules.
     pub takeovers: Arc<Takeovers>,
-    /// Where the loop finds the time that a module has said.
+    /// Time that a module has set, for the loop.
     pub time: Arc<TimePlace>,
     pub logger: Arc<Logger>,
     pub clock: Arc<Clock>,
@@ -48,7 +49,7 @@ pub(crate) struct Means {
     pub settings: Arc<SettingsControl>,
 }
 
-/// Makes a service for a module.
+/// Constructor of a service for a module.
 type ServiceMaker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
 
 /// The services of the host.
@@ -66,18 +67,19 @@ const SERVICES: &[(&Descriptor, ServiceMaker)] = &[
     (aspect::Threads::DESCRIPTOR, threads::make),
 ];
 
-/// The descriptors of the host's services.
+/// Returns the descriptors of the host's services.
 pub(crate) fn services() -> impl Iterator<Item = &'static Descriptor> {
     SERVICES.iter().map(|(descriptor, _)| *descriptor)
 }
 
-/// The host's service of that schema, for a module.
+/// Makes the host's service of a schema for a module.
 pub(crate) fn service(schema: u64, means: &Means, module: &Arc<str>) -> Option<Box<dyn HostService>> {
     let (_, make) = SERVICES.iter().find(|(descriptor, _)| descriptor.hash == schema)?;
     Some(make(means, module))
 }
 
-/// In place of a number in the order of outputs, for the digest: what is opened at run time has no order.
+/// Returns a hash of a path for the digest, in place of an output's number.
+/// Properties opened at run time have no order.
 fn hash(path: &str) -> u32 {
     let hash =
         path.bytes().fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));

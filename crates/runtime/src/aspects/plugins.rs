@@ -1,4 +1,5 @@
-//! The aspect [`Plugins`]: a module asks, and a thread of the host changes the agent.
+//! Aspect [`Plugins`]: a thread of the host changes the agent on request.
+//! A module makes the requests.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
@@ -14,31 +15,32 @@ use slate_engine::digest::Digest;
 
 /// Changes the plugins of an agent for its modules.
 pub(crate) trait PluginChanges: Send + Sync {
-    /// Does what a module asks for, one of [`Plugins`]' requests; in words what came of it, or why it was refused.
+    /// Carries out a module's request, one of [`Plugins`]' requests.
+    /// Returns the result in words, or the reason of a refusal.
     fn change_plugins(&self, module: &str, what: u32, plugin: &str) -> RequestAnswer;
 }
 
-/// A request, with the module that asks and where the answer goes.
+/// Request with its module and the destination of its answer.
 struct PluginRequest {
     wish: PluginWish,
     module: Arc<str>,
     answer: AnswerSlot,
 }
 
-/// What a module asks for.
+/// Content of a module's request.
 struct PluginWish {
-    /// One of [`Plugins`]' requests.
+    /// Request, one of [`Plugins`]' requests.
     what: u32,
     plugin: String,
 }
 
-/// What changes an agent for its modules.
+/// Changes of an agent on behalf of its modules.
 #[derive(Default)]
 pub(crate) struct PluginControl {
     changes: OnceLock<Box<dyn PluginChanges>>,
-    /// To the thread, once there is a module that may ask.
+    /// Sender to the thread, once a module may send requests.
     requests: Mutex<Option<Sender<PluginRequest>>>,
-    /// Counts changes of the list, so that a tick sees with one look that there was none.
+    /// Counter of the list's changes, for a quick check in each tick.
     version: AtomicU64,
     list: Mutex<Arc<str>>,
 }
@@ -48,19 +50,20 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl PluginControl {
-    /// What the changes go through.
+    /// Sets the implementation of the changes.
     pub fn connect(&self, changes: Box<dyn PluginChanges>) {
         // It is called once.
         let _ = self.changes.set(changes);
     }
 
-    /// The list that modules see from their next tick on.
+    /// Sets the list that modules see from their next tick on.
     pub fn show(&self, list: String) {
         *locked(&self.list) = list.into();
         self.version.fetch_add(1, Ordering::Release);
     }
 
-    /// The way to the thread, which is started if need be, and ends when no module can ask any more.
+    /// Returns the channel to the thread, which is started if needed.
+    /// The thread ends when no module can send requests any more.
     fn requests(self: &Arc<Self>) -> Option<Sender<PluginRequest>> {
         let mut requests = locked(&self.requests);
         if requests.is_none() {

@@ -1,4 +1,4 @@
-//! Requests of a module that the host carries out later, and what came of them.
+//! Requests of a module that the host carries out later, and their answers.
 
 use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -8,24 +8,24 @@ use slate_module::table::{DONE, REFUSED, Sink};
 
 use super::calls::say;
 
-/// How many requests of a module are known.
+/// Most requests of a module that are kept.
 const KNOWN: usize = 64;
 
-/// What came of a request: in words what was done, or why it was refused.
+/// Answer to a request: the result in words, or the reason of a refusal.
 pub(crate) type RequestAnswer = Result<String, String>;
 
-/// The requests of one module, by number.
+/// Requests of one module, by number.
 pub(super) struct RequestBook<R> {
-    /// What this tick asks for.
+    /// Requests of this tick.
     asked: Vec<(u64, R)>,
-    /// What came of earlier requests; nothing for those that are not done.
+    /// Answers to earlier requests; `None` while a request is pending.
     known: BTreeMap<u64, Option<RequestAnswer>>,
     last: u64,
     sender: Sender<(u64, RequestAnswer)>,
     answers: Receiver<(u64, RequestAnswer)>,
 }
 
-/// Where the answer to one request goes.
+/// Destination of the answer to one request.
 pub(super) struct AnswerSlot {
     number: u64,
     sender: Sender<(u64, RequestAnswer)>,
@@ -44,21 +44,21 @@ impl<R> RequestBook<R> {
         Self { asked: Vec::new(), known: BTreeMap::new(), last: 0, sender, answers }
     }
 
-    /// Takes note of a request of this tick; returns its number.
+    /// Notes a request of this tick; returns its number.
     pub fn ask(&mut self, request: R) -> u64 {
         self.last += 1;
         self.asked.push((self.last, request));
         self.last
     }
 
-    /// Takes the answers that came since the tick before.
+    /// Receives the answers since the last tick.
     pub fn receive(&mut self) {
         while let Ok((number, answer)) = self.answers.try_recv() {
             self.known.entry(number).and_modify(|known| *known = Some(answer));
         }
     }
 
-    /// Sends off what the tick has asked for.
+    /// Sends the requests of the tick.
     pub fn commit(&mut self, mut send: impl FnMut(R, AnswerSlot)) {
         for (number, request) in self.asked.drain(..) {
             self.known.insert(number, None);
@@ -69,12 +69,12 @@ impl<R> RequestBook<R> {
         }
     }
 
-    /// Forgets what a tick has asked for that failed.
+    /// Discards the requests of a failed tick.
     pub fn abandon(&mut self) {
         self.asked.clear();
     }
 
-    /// Says what came of a request.
+    /// Returns the answer to a request.
     ///
     /// # Safety
     /// The sink is as the module made it, and lives during the call.

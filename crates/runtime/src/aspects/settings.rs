@@ -1,4 +1,5 @@
-//! The aspect [`Settings`]: a module asks, and the host changes the configuration between two cycles.
+//! Aspect [`Settings`]: changes of the configuration on a module's request.
+//! The host makes them between two cycles.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -14,25 +15,27 @@ use slate_engine::main_loop::AskedChanges;
 
 /// Changes the configuration of an agent for its modules.
 pub(crate) trait SettingsChanges: Send + Sync {
-    /// Makes the changes of those lines, or gives the answer that was recorded; in words what came of it.
+    /// Makes the changes of the lines, or returns the answer that was recorded.
+    /// The answer is in words.
     fn change_settings(&self, module: &str, lines: &str) -> RequestAnswer;
 }
 
-/// A request, with the module that asks and where the answer goes.
+/// Request with its module and the destination of its answer.
 struct SettingsRequest {
     lines: String,
     module: Arc<str>,
     answer: AnswerSlot,
 }
 
-/// What changes the configuration for modules.
+/// Changes of the configuration on behalf of modules.
 pub(crate) struct SettingsControl {
     changes: OnceLock<Box<dyn SettingsChanges>>,
-    /// In lockstep the loop itself makes the changes, so that they hold from the same cycle on in each run.
+    /// True in lockstep.
+    /// The loop itself then makes the changes, so that they hold from the same cycle on in each run.
     lockstep: bool,
     asked: AtomicBool,
     requests: Mutex<Vec<SettingsRequest>>,
-    /// Held while changes are made, so that they are made in the order in which they were asked for.
+    /// Lock during changes, which keeps them in the order of their requests.
     turn: Mutex<()>,
 }
 
@@ -46,7 +49,7 @@ impl SettingsControl {
         Arc::new(Self { changes, lockstep, asked: AtomicBool::new(false), requests, turn })
     }
 
-    /// What the changes go through.
+    /// Sets the implementation of the changes.
     pub fn connect(&self, changes: Box<dyn SettingsChanges>) {
         // It is called once.
         let _ = self.changes.set(changes);

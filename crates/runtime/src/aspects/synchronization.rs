@@ -1,4 +1,5 @@
-//! The aspect [`Synchronization`](aspect::Synchronization): points that a module emits and looks at.
+//! Aspect [`Synchronization`](aspect::Synchronization): points of modules.
+//! A module emits and reads them.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,13 +17,13 @@ struct SynchronizationService {
     synchronization: Arc<Synchronization>,
     module: Arc<str>,
     emitters: BTreeMap<String, OpenEmitter>,
-    /// Points that are looked at, with what they were counted to when this tick began.
+    /// Observed points, with their counts at the start of this tick.
     points: BTreeMap<String, (Arc<Point>, u64)>,
 }
 
 struct OpenEmitter {
     emitter: Emitter,
-    /// How often this tick emits it.
+    /// Number of times that this tick emits it.
     times: u32,
 }
 

@@ -1,4 +1,5 @@
-//! The aspect [`TimeSource`](aspect::TimeSource): a module says what time the next cycle has.
+//! Aspect [`TimeSource`](aspect::TimeSource): time of the next cycle.
+//! A module sets it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,7 +10,7 @@ use super::{HostService, Means};
 use slate_engine::clock::TimeSource;
 use slate_engine::digest::Digest;
 
-/// The time of the next cycle, as a module has said; [`NOTHING`] when it has not.
+/// Time of the next cycle as set by a module; [`NOTHING`] without one.
 #[derive(Debug)]
 pub(crate) struct TimePlace(AtomicU64);
 
@@ -22,18 +23,18 @@ impl Default for TimePlace {
 }
 
 impl TimePlace {
-    /// The time, if one was said.
+    /// Returns the time, if a module has set one.
     pub fn get(&self) -> Option<u64> {
         Some(self.0.load(Ordering::Acquire)).filter(|time| *time != NOTHING)
     }
 
-    /// Sets it, or says that none was said.
+    /// Sets or clears the time.
     pub fn set(&self, time: Option<u64>) {
         self.0.store(time.unwrap_or(NOTHING), Ordering::Release);
     }
 }
 
-/// What the loop asks.
+/// Time source of the loop that returns the module's time.
 #[derive(Debug)]
 pub(crate) struct PlaceTime(pub Arc<TimePlace>);
 

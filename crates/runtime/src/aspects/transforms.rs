@@ -1,4 +1,5 @@
-//! The aspect [`Transforms`]: a frame tree for each module, fed with what the board has.
+//! Aspect [`Transforms`]: frame trees.
+//! Each module has one, which receives the transforms on the board.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,16 +15,18 @@ use slate_transforms::{FrameTree, SetError};
 use super::calls::{every_path, name, say};
 use super::{HostService, Means};
 
-/// Events of the board that wait for a module at most; with more, it looks at all properties again.
+/// Most events of the board that wait for a module.
+/// Beyond that it looks at all properties again.
 const EVENTS: usize = 256;
-/// Properties that are read at most.
+/// Most properties that are read.
 const SOURCES: usize = 256;
-/// Values that a property of transforms keeps at least, so that a slow module misses none of a fast one.
+/// Minimum depth of a property of transforms, in values.
+/// A slow module then misses no value of a fast one.
 const DEPTH: usize = 64;
-/// Modules that may look at it beside those that are linked to it.
+/// Most modules that read a property beside those linked to it.
 const MODULES: u16 = 16;
 
-/// What a property needs so that frame trees can follow it.
+/// Returns the store of a property, extended so that frame trees can follow it.
 pub(crate) fn followed(descriptor: &Descriptor, mut store: Store) -> Store {
     if descriptor.hash == Transform::DESCRIPTOR.hash {
         store.depth = store.depth.max(DEPTH);
@@ -36,12 +39,13 @@ struct TransformService {
     table: Transforms,
     board: Arc<Board>,
     frames: FrameTree,
-    /// By path, so that they are always read in the same order.
+    /// Sources by path, so that they are always read in the same order.
     sources: BTreeMap<Arc<str>, FrameSource>,
     changes: Observer,
-    /// Events that were lost; none are known before the first look.
+    /// Number of lost events; `None` before the first look.
     missed: Option<u64>,
-    /// What could not be used last, for the answer to a lookup of a missing frame.
+    /// Last property that could not be used.
+    /// It is part of the answer to a lookup of a missing frame.
     unused: Option<(Arc<str>, Unused)>,
 }
 
@@ -50,7 +54,7 @@ struct FrameSource {
     reader: QueueReader,
 }
 
-/// Why a property does not get into the tree.
+/// Reason for which a property is not part of the tree.
 enum Unused {
     Refused(SetError),
     NoReader(String),
@@ -102,7 +106,7 @@ impl HostService for TransformService {
 }
 
 impl TransformService {
-    /// Follows what appears, and no longer what vanishes.
+    /// Adds new properties of transforms, and removes vanished ones.
     fn follow(&mut self) {
         let missed = self.changes.missed();
         let all = self.missed != Some(missed);
@@ -148,7 +152,7 @@ impl TransformService {
         }
     }
 
-    /// Why a lookup fails, with what may have led to it.
+    /// Returns the reason of a failed lookup, with its likely cause.
     fn reason(&self, error: &dyn std::fmt::Display) -> String {
         match &self.unused {
             None => error.to_string(),

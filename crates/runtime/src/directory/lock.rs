@@ -1,20 +1,20 @@
-//! Files that say that somebody is there.
+//! Lock files, which show that a process runs.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{Result, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-/// A file that one process has locked at a time; it is removed with this.
+/// Lock file of one process at a time; removed when this is dropped.
 #[derive(Debug)]
 pub struct Lock {
     path: PathBuf,
-    /// The system ends a lock with its process, however that dies.
+    /// Locked file; the system releases the lock when the process ends.
     _locked: File,
 }
 
 impl Lock {
-    /// Locks a file, which is made; nothing when somebody else has locked it.
+    /// Locks a file, created if missing; `None` if another process has locked it.
     ///
     /// # Errors
     /// The file can't be made or locked.
@@ -38,7 +38,7 @@ impl Lock {
         }
     }
 
-    /// The process that has locked a file, when it has said so.
+    /// Returns the process that has locked a file, if it is known.
     pub fn holder(path: &Path) -> Option<u32> {
         fs::read_to_string(path).ok()?.trim().parse().ok()
     }

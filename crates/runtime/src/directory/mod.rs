@@ -1,4 +1,4 @@
-//! The directory of the agents of this user: a socket for each, named after the agent.
+//! Directory of this user's agents: one socket per agent, named after it.
 //!
 //! The folder is `$XDG_RUNTIME_DIR/slate`, or `slate-<uid>` among the temporary files without that variable. Only its owner may
 //! enter it.
@@ -16,17 +16,17 @@ use rustix::fs::{Access, access};
 use crate::stop_line;
 pub use lock::Lock;
 
-/// How many agents of one name there may be.
+/// Most agents of one name.
 const MOST: u32 = 100;
 
-/// The folder of this user's sockets; it need not be there.
+/// Returns the folder of this user's sockets; it may not exist.
 pub fn folder() -> PathBuf {
     let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|path| path.is_absolute());
     let user = rustix::process::geteuid().as_raw();
     runtime.map_or_else(|| std::env::temp_dir().join(format!("slate-{user}")), |path| path.join("slate"))
 }
 
-/// The folder, if it is there; nobody else could have made it or looks into it.
+/// Returns the folder if it exists and is private to this user.
 fn safe_folder() -> Result<PathBuf> {
     let folder = folder();
     // What a link leads to could be exchanged.
@@ -42,7 +42,7 @@ fn safe_folder() -> Result<PathBuf> {
     Err(Error::new(ErrorKind::PermissionDenied, message))
 }
 
-/// The socket of the agent of that name.
+/// Returns the socket of an agent.
 ///
 /// # Errors
 /// When the folder is missing or not private.
@@ -50,7 +50,7 @@ pub fn socket(name: &str) -> Result<PathBuf> {
     Ok(safe_folder()?.join(format!("{name}.sock")))
 }
 
-/// The agents of this user that run, by the names under which they are reached.
+/// Returns the running agents of this user, by their socket names.
 pub fn agents() -> Vec<String> {
     let entries = safe_folder().and_then(fs::read_dir).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries
@@ -69,10 +69,10 @@ pub fn agents() -> Vec<String> {
 /// The longest path of a socket, bytes.
 const LONGEST: usize = 107;
 
-/// Finds out whether tools could reach an agent of that name, here and now; nothing is made.
+/// Checks that tools could reach an agent of that name; creates nothing.
 ///
 /// # Errors
-/// Why they could not, such as a folder that can't be written to.
+/// The obstacle, such as a folder that can't be written to.
 pub fn check_reach(agent: &str) -> Result<()> {
     let folder = folder();
     check_length(&folder, agent)?;
@@ -102,7 +102,7 @@ fn check_length(folder: &Path, agent: &str) -> Result<()> {
     Err(Error::new(ErrorKind::InvalidInput, message))
 }
 
-/// A bound socket and its name, which nobody else takes as long as this lives.
+/// Bound socket and its name, reserved until this is dropped.
 #[derive(Debug)]
 pub struct AgentSocket {
     name: String,
@@ -122,8 +122,8 @@ impl AgentSocket {
         &self.socket
     }
 
-    /// Binds the socket of an agent, mode 0600, or of the first free number behind its name. It replaces the socket of a
-    /// killed agent.
+    /// Binds the socket of an agent, mode 0600; returns it with its listener.
+    /// If the name is taken, the first free number is appended. The socket of a killed agent is replaced.
     ///
     /// # Errors
     /// When the folder is not private, or the socket can't be made.

@@ -1,4 +1,4 @@
-//! What people and tools ask of a playback.
+//! Control of a playback by people and tools.
 
 use std::path::PathBuf;
 
@@ -6,36 +6,38 @@ use serde::{Deserialize, Serialize};
 
 use crate::recording::{History, HistoryWish, TakeValue};
 
-/// A part of a recording that is played again and again, nanoseconds of the agent's time.
+/// Section of a recording that is played in a loop, ns of the agent's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LoopSection {
-    /// Where it begins.
+    /// Start of the section.
     pub from: u64,
-    /// Where it ends; what was written then still belongs to it.
+    /// End of the section, included.
     pub to: u64,
 }
 
-/// What a playback is to do. Times are nanoseconds after the first value of the recording.
+/// Command to a playback.
+/// Times are nanoseconds after the first value of the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Order {
-    /// Say how it stands.
+    /// Return the state only.
     Status,
-    /// Stand still.
+    /// Pause.
     Pause,
-    /// Go on.
+    /// Continue.
     Resume,
-    /// Make so many cycles, and stand still.
+    /// Make a number of cycles, and pause.
     Step(u64),
-    /// Go on from that time, with the last value that each property had then.
+    /// Jump to that time, with the last value that each property had then.
     Seek(u64),
-    /// Go that many times as fast as it was recorded; as fast as it can without a factor.
+    /// Play at a multiple of the recorded speed; `None` for as fast as possible.
     Rate(Option<f64>),
-    /// Play a part again and again; no part goes on to the end.
+    /// Play a section in a loop; `None` plays on to the end.
     Loop(Option<LoopSection>),
 }
 
-/// How a playback stands. Times are nanoseconds after the first value of the recording.
+/// State of a playback.
+/// Times are nanoseconds after the first value of the recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlaybackStatus {
     /// The recording.
@@ -43,35 +45,35 @@ pub struct PlaybackStatus {
     /// The agent's time of its first value.
     #[serde(default)]
     pub begin: u64,
-    /// Where it is.
+    /// Present time.
     pub time: u64,
-    /// Where it begins.
+    /// Time of the start.
     pub from: u64,
-    /// Where it ends.
+    /// Time of the end.
     pub to: u64,
-    /// Whether it stands still.
+    /// True while it is paused.
     pub is_paused: bool,
-    /// How many times as fast as it was recorded; nothing for as fast as it can.
+    /// Multiple of the recorded speed; `None` for as fast as possible.
     pub rate: Option<f64>,
-    /// What is played again and again, if anything is.
+    /// Section that is played in a loop, if any.
     pub section: Option<LoopSection>,
     /// Values that were written.
     pub values: u64,
-    /// Modules that run on what is played.
+    /// Modules that run on the recording.
     pub modules: Vec<String>,
 }
 
-/// What a playback is controlled by, from any thread.
+/// Control of a playback, from any thread.
 pub trait PlaybackControl: Send + Sync {
-    /// Does it, and says how the playback stands then.
+    /// Carries out a command, and returns the new state of the playback.
     ///
     /// # Errors
-    /// Why it can't be done, and what helps.
+    /// The reason of the failure, and the remedy.
     fn order(&self, order: Order) -> Result<PlaybackStatus, (String, String)>;
 
-    /// The values of a property that are recorded, also of times that are not played yet.
+    /// Reads the recorded values of a property, also of later times.
     ///
     /// # Errors
-    /// Why there are none, and what helps.
+    /// The reason for which the values are not available, and the remedy.
     fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, (String, String)>;
 }

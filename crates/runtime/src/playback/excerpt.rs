@@ -1,4 +1,4 @@
-//! The part of a configuration that is left when most modules are replaced by what was recorded of them.
+//! Part of a configuration whose other modules are replaced by a recording.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,37 +12,44 @@ use super::stand_in::{StandIn, stand_ins, unasked};
 use crate::sharing::RemotePath;
 use slate_configuration::{Configuration, Link, Setting};
 
-/// What is left of a configuration when only some of its modules run.
+/// Part of a configuration of which only some modules run.
 #[derive(Clone, Debug, Default)]
 pub struct Excerpt {
     /// The configuration, for [`configuration`](crate::recording::configuration).
     pub text: String,
-    /// What modules are linked to and nothing was written to: path, interface, and room in the tail.
+    /// Properties that modules are linked to and that were never written.
+    /// Each has its path, interface, and room in the tail.
     pub silent: Vec<(String, &'static Descriptor, usize)>,
-    /// What the modules read that is recorded or was never written: paths of properties and of their fields.
+    /// Paths of properties and fields that the modules read.
+    /// They are recorded, or were never written.
     pub reads: BTreeSet<String>,
-    /// Inputs of modules that do not stay by whose name others read, each with those that do, and the field that they read.
+    /// Inputs of replaced modules whose names other modules read by.
+    /// Each comes with its readers among the remaining modules, and the field that they read.
     pub aliases: BTreeMap<String, Vec<(String, String)>>,
-    /// Inboxes to which no module sends that stays: what they took is to be sent to them again.
+    /// Inboxes without a sender among the remaining modules.
+    /// Their recorded messages are sent again.
     pub inboxes: BTreeSet<String>,
-    /// What the modules send messages by, each with where to.
+    /// Outboxes of the modules, each with its destination.
     pub outboxes: BTreeMap<String, String>,
-    /// Mailboxes of modules that do not stay, to which others send that do, where what was taken is recorded, and its senders.
+    /// Mailboxes of replaced modules that remaining modules send to.
+    /// Their messages are recorded with the senders.
     pub deaf: BTreeMap<String, &'static Descriptor>,
-    /// Modules that are added, as they give those that stay the services of modules that do not.
+    /// Additional modules that replace the providers of services.
+    /// They provide them to the remaining modules.
     pub stand_ins: BTreeSet<String>,
-    /// What of `reads` was written only while somebody watched.
+    /// Those of `reads` that were written only while a tool watched them.
     pub watched: BTreeSet<String>,
-    /// What the modules miss that they had in the recorded run, in words.
+    /// Inputs and services of the recorded run that the modules lack, in words.
     pub misses: Vec<String>,
 }
 
-/// Leaves nothing of a configuration but those modules: their links to others lead to what is `recorded`, at the paths
-/// where it was. Gates stay that one of the modules commands. `has_messages` says of which inboxes all messages are recorded, and
-/// `knows_senders` of which also the sender of each.
+/// Reduces a configuration to some modules.
+/// Their links to other modules lead to the `recorded` properties, at the original paths. Gates stay if one of the
+/// modules commands them. `has_messages` is true for inboxes with all messages recorded, and `knows_senders` for those
+/// with the sender of each.
 ///
 /// # Errors
-/// What is no module, or can't be left alone.
+/// Names that are no modules, and modules that can't run alone.
 pub fn excerpt(
     configuration: &Configuration,
     plugins: &[Plugin],
@@ -91,11 +98,11 @@ struct Cutter<'a> {
     result: Excerpt,
 }
 
-/// What a link of a module that stays becomes.
+/// New end of a remaining module's link.
 enum LinkEnd {
-    /// It leads there.
+    /// Path of the new end.
     Path(String),
-    /// There is nothing any more.
+    /// No end any more.
     Nothing,
 }
 
@@ -132,7 +139,7 @@ impl Cutter<'_> {
         self.result.text = lines.join("\n");
     }
 
-    /// Adds a module that takes the place of another one.
+    /// Adds a module that replaces another one.
     fn add(&mut self, own: StandIn, lines: &mut Vec<String>) {
         let StandIn { name, kind, provider, inputs } = own;
         lines.push(format!("modules.{}.kind = {}", quoted(&name), quoted(&kind)));
@@ -150,7 +157,7 @@ impl Cutter<'_> {
         self.result.stand_ins.insert(name);
     }
 
-    /// The line of a setting, if it stays.
+    /// Returns the line of a setting, if it remains.
     fn line(&self, setting: &Setting, path: &[&str]) -> Option<String> {
         let whole = || Some(format!("{} = {}", setting.path, setting.value));
         match path {
@@ -183,7 +190,8 @@ impl Cutter<'_> {
         }
     }
 
-    /// What commands an actuator and stays, if anything does.
+    /// Returns the remaining commanders of an actuator, if any.
+    /// These are command ports and modules.
     fn commanders(&self, actuator: &str) -> Option<(Vec<String>, Vec<String>)> {
         let mut actuators = self.configuration.actuators().iter();
         let actuator = actuators.find(|own| own.name.value == actuator)?;
@@ -196,7 +204,7 @@ impl Cutter<'_> {
         (!commands.is_empty() || !modules.is_empty()).then_some((commands, modules))
     }
 
-    /// The module that a path begins with: the longest name.
+    /// Returns the module at the start of a path, by the longest name.
     fn owner(&self, path: &str) -> Option<&str> {
         let owns = |name: &&&str| path.strip_prefix(**name).is_some_and(|rest| rest.starts_with('/'));
         self.names.iter().filter(owns).max_by_key(|name| name.len()).copied()
@@ -206,7 +214,7 @@ impl Cutter<'_> {
         self.owner(path).is_some_and(|owner| self.modules.contains(owner))
     }
 
-    /// The port that a path leads to, as far as it is known.
+    /// Returns the port of a path, if it is known.
     fn port(&self, path: &str) -> Option<(&Description, usize)> {
         let owner = self.owner(path)?;
         let description = self.descriptions.get(owner)?;
@@ -216,7 +224,8 @@ impl Cutter<'_> {
         Some((description, port))
     }
 
-    /// The port that a link belongs to, and the other end: an outbox has the link to its inbox.
+    /// Returns the port that a link belongs to, and the other end.
+    /// A link between mailboxes belongs to its outbox.
     fn ends(&self, link: &Link) -> (String, Url) {
         let (to, from) = (&link.to.value, link.from.value.path_in(""));
         let is = |path: &str, direction| {
@@ -232,7 +241,7 @@ impl Cutter<'_> {
         }
     }
 
-    /// The line of a link of a module that stays.
+    /// Returns the line of a remaining module's link.
     fn link(&mut self, link: &Link, own: String, far: Url) -> Option<String> {
         let sends = own != link.to.value;
         let LinkEnd::Path(far) = self.source(&own, &far) else {
@@ -332,14 +341,14 @@ impl Cutter<'_> {
         self.recorded.iter().any(|recorded| is_within(path, recorded))
     }
 
-    /// The modules that send to a mailbox.
+    /// Returns the modules that send to a mailbox.
     fn senders(&self, path: &str) -> BTreeSet<&str> {
         let ends = self.configuration.links().iter().map(|link| self.ends(link));
         let senders: Vec<_> = ends.filter(|(_, far)| far.path_in("") == path).map(|(own, _)| own).collect();
         senders.iter().filter_map(|own| self.owner(own)).collect()
     }
 
-    /// Finds out what becomes of the messages to a module.
+    /// Finds the inboxes of a module to replay, and the messages that it misses.
     fn find_messages(&mut self, module: &str) {
         let Some(description) = self.descriptions.get(module) else { return };
         let inboxes = description.ports.iter().filter(|port| port.direction == Direction::Inbox);

@@ -1,4 +1,5 @@
-//! The seam to what plays a recording: it says what time it is, and writes properties in the place of modules.
+//! Interface to the player of a recording.
+//! It sets the time, and writes properties in place of modules.
 
 mod control;
 mod excerpt;
@@ -21,8 +22,9 @@ use slate_engine::main_loop::LoopState;
 use slate_engine::runner::{ModuleState, ModuleTiming, OwnSetup, describe};
 use slate_engine::timing::TimingHistogram;
 
-/// The interfaces that are known here, by their schemas: those of the agent itself, and those of the plugins' modules, as a
-/// configuration sets them up if there is one.
+/// Returns all interfaces that are known here, by their schemas.
+/// These are those of the agent itself, and those of the plugins' modules, as a configuration sets them up if there is
+/// one.
 pub fn interfaces(
     plugins: &[Plugin],
     configuration: Option<&Configuration>,
@@ -55,7 +57,8 @@ pub fn interfaces(
     known
 }
 
-/// What the modules of a configuration are, as far as the plugins have them.
+/// Returns the descriptions of a configuration's modules.
+/// Modules of unknown plugins are left out.
 fn descriptions(plugins: &[Plugin], configuration: &Configuration) -> BTreeMap<String, Description> {
     let described = |module: &Module| {
         let kinds = plugins.iter().flat_map(Plugin::kinds);
@@ -73,5 +76,5 @@ fn descriptions(plugins: &[Plugin], configuration: &Configuration) -> BTreeMap<S
     configuration.modules().iter().filter_map(described).collect()
 }
 
-/// How long a module's description may take.
+/// Time limit of describing a module.
 const DESCRIPTION: Duration = Duration::from_secs(5);

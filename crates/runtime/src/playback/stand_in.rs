@@ -1,4 +1,4 @@
-//! Modules that run in the place of others which provide services.
+//! Stand-ins for modules that provide services.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::iter;
@@ -10,16 +10,17 @@ use super::DESCRIPTION;
 use crate::aspects;
 use slate_engine::runner::{OwnSetup, describe};
 
-/// A module that gives others the service of one that does not run, out of what that one wrote.
+/// Module that provides the service of an absent module.
+/// It derives it from the recorded outputs of that module.
 #[derive(Debug)]
 pub(super) struct StandIn {
-    /// Its name, which no other module has.
+    /// Name, which no other module has.
     pub name: String,
-    /// Its type.
+    /// Type.
     pub kind: String,
-    /// Whose place it takes.
+    /// Module that it replaces.
     pub provider: String,
-    /// What it reads: outputs of the provider, which its own inputs are called after.
+    /// Inputs, with the names of the provider's outputs that they read.
     pub inputs: Vec<PortDescription>,
 }
 
@@ -27,21 +28,21 @@ fn ports(description: &Description, direction: Direction) -> impl Iterator<Item 
     description.ports.iter().filter(move |port| port.direction == direction)
 }
 
-/// Whether a module provides the service of that schema.
+/// Returns true if a module provides the service of a schema.
 fn provides(description: &Description, schema: u64) -> bool {
     ports(description, Direction::Provider).any(|port| port.descriptor.hash == schema)
 }
 
-/// The services of modules that a module needs.
+/// Returns the services of modules that a module needs.
 fn needs(description: &Description) -> impl Iterator<Item = &'static Descriptor> {
     let wanted = ports(description, Direction::Aspect).map(|port| port.descriptor);
     wanted.filter(|wanted| aspects::services().all(|own| own.hash != wanted.hash))
 }
 
-/// Those that modules need whose providers do not run.
+/// Returns stand-ins for the providers that do not run and are needed.
 ///
 /// # Errors
-/// When nothing can take such a provider's place.
+/// When no module can replace such a provider.
 pub(super) fn stand_ins(
     plugins: &[Plugin],
     descriptions: &BTreeMap<String, Description>,
@@ -78,8 +79,9 @@ pub(super) fn stand_ins(
     Ok(all)
 }
 
-/// What a module reads that provides a service out of what another one writes that does: all its inputs are called as outputs of
-/// that one, and of the same interface. Nothing when it is not made for that.
+/// Returns the inputs of a module that can replace a provider of a service.
+/// All of its inputs have the name and the interface of an output of the provider. `None` if the module can't replace
+/// it.
 fn plays(description: &Description, provider: &Description, service: u64) -> Option<Vec<PortDescription>> {
     let written = |wanted: &PortDescription| {
         let mut written = ports(provider, Direction::Output)
@@ -93,7 +95,8 @@ fn plays(description: &Description, provider: &Description, service: u64) -> Opt
         .then_some(inputs)
 }
 
-/// What those who run gave by services to those who do not: nobody asks for it now, in words.
+/// Returns the services that only absent modules used, in words.
+/// Nothing calls them in the replay.
 pub(super) fn unasked(
     descriptions: &BTreeMap<String, Description>,
     modules: &BTreeSet<String>,

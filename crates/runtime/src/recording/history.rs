@@ -1,58 +1,60 @@
-//! The past of a property, as what records an agent or plays a recording in it knows it.
+//! Earlier values of a property, from a recorder or a playback.
 
 use slate_blackboard::channel::FrozenValue;
 use slate_blackboard::interface::Descriptor;
 
-/// Which values are asked for. Times are nanoseconds of the agent's time.
+/// Query for earlier values of a property.
+/// Times are nanoseconds of the agent's time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HistoryWish {
     /// The property, without a leading slash.
     pub path: String,
-    /// The earliest time,
+    /// Earliest time.
     pub from: u64,
-    /// of whose values the first that is told has at least this sequence number; with 0 all of them are,
+    /// Smallest sequence number at the time `from`; 0 for all.
     pub sequence: u64,
-    /// and the latest time.
+    /// Latest time.
     pub to: u64,
-    /// At most so many; where there are more, they are spread evenly, and the last one is among them.
+    /// Largest number of values.
+    /// If there are more, the result is spread evenly and contains the last one.
     pub most: usize,
 }
 
-/// Takes values one after the other, in the order of time, with what they are made of; false when it takes this one and those after
-/// it no more.
+/// Callback for the values in the order of time, each with its interface.
+/// It returns false to refuse the value and all values after it.
 pub type TakeValue<'a> = dyn FnMut(&'static Descriptor, FrozenValue) -> bool + 'a;
 
-/// What was not taken.
+/// Values that the callback has refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Left {
-    /// How many values.
+    /// Number of values.
     pub count: usize,
-    /// The time of the first of them,
+    /// Time of the first of them.
     pub time: u64,
-    /// and its sequence number, as several may have one time.
+    /// Sequence number of the first of them, as several may have one time.
     pub sequence: u64,
 }
 
-/// What is known.
+/// Result of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct History {
-    /// What was told but not taken, if there is anything.
+    /// Refused values, if any.
     pub left: Option<Left>,
-    /// How many there are between the times.
+    /// Number of values between the times.
     pub count: usize,
-    /// Since when every value is known,
+    /// Time from which all values are known.
     pub from: u64,
-    /// and until when.
+    /// Time until which all values are known.
     pub to: u64,
 }
 
 impl HistoryWish {
-    /// Whether a value of a time, with a sequence number, is between the times.
+    /// Returns true if a value with that time and number is in the range.
     pub fn has(&self, time: u64, sequence: u64) -> bool {
         (self.from, self.sequence) <= (time, sequence) && time <= self.to
     }
 
-    /// The places of those that are told, of so many.
+    /// Returns the indices of the selected values among `count` values.
     pub fn places(&self, count: usize) -> impl Iterator<Item = usize> + use<> {
         let told = self.most.min(count);
         // In 128 bits no product is too large.
@@ -67,7 +69,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Whatever there is: no more than is asked for, each once, in order, and the last one.
+        /// Selects at most `most` values, each once, in order, with the last one.
         #[test]
         fn what_is_told_is_spread_evenly_up_to_the_last(count in 0_usize..5000, most in 0_usize..5000) {
             let wish = HistoryWish { path: String::new(), from: 0, sequence: 0, to: 0, most };

@@ -3,7 +3,7 @@ use std::time::Duration;
 
 use slate_configuration::Report;
 
-/// One in the same line, several in a line each, and no more than anybody reads.
+/// Formats one problem in the same line, several in a line each, ten at most.
 fn list(problems: &[String]) -> String {
     const MOST: usize = 10;
     let mut lines: Vec<_> = problems.iter().take(MOST).cloned().collect();
@@ -14,7 +14,7 @@ fn list(problems: &[String]) -> String {
     format!("{before}{}", lines.join("\n"))
 }
 
-/// Why there is no snapshot, or an agent does not go on from one; the agent is as it was.
+/// Error of taking or restoring a snapshot; the agent is unchanged.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum SnapshotError {
     /// The file can't be read or written.
@@ -23,11 +23,11 @@ pub enum SnapshotError {
     File {
         /// The file.
         file: PathBuf,
-        /// What was tried with it.
+        /// Operation that failed.
         what: &'static str,
-        /// What went wrong.
+        /// Cause.
         source: std::io::Error,
-        /// What to do.
+        /// Remedy.
         help: &'static str,
     },
     /// The file is damaged, or no snapshot.
@@ -36,7 +36,7 @@ pub enum SnapshotError {
     Damaged {
         /// The file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// Problem.
         problem: String,
     },
     /// The file has another format.
@@ -45,25 +45,25 @@ pub enum SnapshotError {
     Version {
         /// The file.
         file: PathBuf,
-        /// Its version.
+        /// Version.
         found: u64,
         /// The version that is read.
         expected: u64,
     },
-    /// It is of another agent, or one that was made of other things.
+    /// Snapshot of another agent, or of one with another composition.
     #[error("the snapshot of agent `{agent}` does not fit: {}", list(problems))]
     #[diagnostic(help("start an agent from it, with the plugins that it names: slate run --resume FILE"))]
     Unfit {
-        /// The agent that it is of.
+        /// Agent of the snapshot.
         agent: String,
-        /// Everything that does not fit.
+        /// All mismatches.
         problems: Vec<String>,
     },
-    /// The agent can't have the configuration of the snapshot while it runs.
+    /// Configuration that the agent can't have while it runs.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Configuration(#[from] Report),
-    /// A module does not stand still.
+    /// A module has not returned from its last call.
     #[error(
         "module `{module}` has not returned from its last call{}, so the agent does not stand still",
         within(*.limit)
@@ -72,7 +72,7 @@ pub enum SnapshotError {
     Busy {
         /// The module.
         module: String,
-        /// How long was waited, if at all.
+        /// Time waited; 0 if the call does not wait.
         limit: Duration,
     },
     /// A module's state can't be saved.
@@ -81,10 +81,10 @@ pub enum SnapshotError {
     Save {
         /// The module.
         module: String,
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// New code runs beside a plugin.
+    /// Shadow beside a plugin.
     #[error("new code runs beside plugin `{plugin}`, which is no part of a snapshot")]
     #[diagnostic(help("end it first: slate plugin shadow {plugin} --end"))]
     Shadow {
@@ -101,9 +101,9 @@ pub enum SnapshotError {
     Thread {
         /// The module.
         module: String,
-        /// Its thread.
+        /// Thread.
         thread: String,
-        /// How long was waited.
+        /// Time waited.
         limit: Duration,
     },
 }

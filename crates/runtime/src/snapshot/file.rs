@@ -1,4 +1,4 @@
-//! The file: one CBOR document with a head that can be read without the rest.
+//! Snapshot file: one CBOR document, with a head readable without the rest.
 
 use std::fs;
 use std::io::{self, Read, Write};
@@ -16,18 +16,19 @@ const VERSION: u64 = 1;
 /// A plugin that was loaded when a snapshot was taken.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PluginMark {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its version.
+    /// Version.
     pub version: String,
-    /// The library that its code came from; none when it was linked in.
+    /// Library of its code; `None` if it was linked in.
     pub file: Option<PathBuf>,
-    /// A hash over all of its library's file, as it was loaded; when it was linked in, over the names of the kinds of modules
-    /// that it brings, and over the modules of them that were there: their names, parameters and ports.
+    /// Hash of the plugin.
+    /// For a library it is over the whole file as loaded. For a linked plugin it is over the names of its kinds of
+    /// modules, and over its modules: their names, parameters and ports.
     pub hash: u64,
 }
 
-/// What is told of a snapshot before anything of it is used.
+/// Head of a snapshot, shown before the rest is used.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct SnapshotHead {
     pub agent: String,
@@ -42,7 +43,7 @@ struct SnapshotDocument {
     /// The version of the format.
     slate_snapshot: u64,
     head: SnapshotHead,
-    /// Of the head and the image.
+    /// Checksum of the head and the image.
     checksum: u64,
     /// The image, as CBOR.
     image: Bytes,
@@ -107,10 +108,10 @@ pub(super) fn read(path: &Path) -> Result<Snapshot, SnapshotError> {
     decode(&bytes, path)
 }
 
-/// Smaller files are read without a look, bytes.
+/// Size below which files are read without a check of the marker, bytes.
 const SMALL: u64 = 1 << 20;
 
-/// With what a snapshot begins, and within how many bytes.
+/// Marker at the start of a snapshot; [`HEAD`] limits its place, in bytes.
 const FIRST: &[u8] = b"slate_snapshot";
 const HEAD: u64 = 64;
 
@@ -118,7 +119,8 @@ fn damaged(path: &Path, problem: String) -> SnapshotError {
     SnapshotError::Damaged { file: path.into(), problem }
 }
 
-/// What is read first, whatever else a later version has.
+/// Version field of a snapshot, read first.
+/// A later version may have any other fields.
 #[derive(Deserialize)]
 struct SnapshotVersion {
     slate_snapshot: u64,
@@ -156,7 +158,7 @@ fn decode(bytes: &[u8], path: &Path) -> Result<Snapshot, SnapshotError> {
     Ok(Snapshot { head, image })
 }
 
-/// What is wrong with a document, in words.
+/// Returns the description of a document's error.
 pub(crate) fn describe(error: ciborium::de::Error<io::Error>) -> String {
     match error {
         ciborium::de::Error::Io(_) => "it ends too early".into(),

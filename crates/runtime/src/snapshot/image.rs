@@ -1,4 +1,4 @@
-//! What is in a snapshot, by the names that the file has.
+//! Content of a snapshot, with the names that the file has.
 
 use std::collections::BTreeMap;
 
@@ -9,37 +9,38 @@ use slate_configuration::{InferredLink, Layered};
 use slate_engine::main_loop::FrozenLoop;
 use slate_engine::runner::FrozenRunner;
 
-/// An agent but for its code.
+/// Agent without its code.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct SnapshotImage {
-    /// The configuration as TOML: the sum of its layers.
+    /// Configuration as TOML, the sum of its layers.
     pub configuration: String,
-    /// Its layers; nothing in snapshots of before.
+    /// Layers; `None` in snapshots of earlier versions.
     #[serde(default)]
     pub layers: Option<Layered>,
-    /// The inferred links; nothing in snapshots of before, whose configuration has them.
+    /// Inferred links.
+    /// `None` in snapshots of earlier versions, whose configuration contains them.
     #[serde(default)]
     pub inferred: Option<Vec<InferredLink>>,
     pub clock: FrozenClock,
     pub main_loop: FrozenLoop,
-    /// How many outputs were counted for the digest.
+    /// Number of outputs counted for the digest.
     pub outputs: u32,
     /// Log levels by module; the empty name is for all others.
     pub log_levels: BTreeMap<String, u32>,
     pub modules: BTreeMap<String, FrozenModule>,
     pub properties: BTreeMap<String, FrozenProperty>,
-    /// Those whose receiver is not there.
+    /// Mailboxes without a receiver.
     pub mailboxes: BTreeMap<String, FrozenMailbox>,
     pub actuators: BTreeMap<String, FrozenActuator>,
-    /// The time of the next cycle, as a module has said.
+    /// Time of the next cycle, as a module has set it.
     pub next_time: Option<u64>,
-    /// What the application keeps beside the agent.
+    /// Content of the application.
     pub keepsakes: BTreeMap<String, Bytes>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct FrozenClock {
-    /// Whether a time source drives it.
+    /// True if a time source drives it.
     pub driven: bool,
     pub now: u64,
 }
@@ -48,9 +49,9 @@ pub(crate) struct FrozenClock {
 pub(crate) struct FrozenModule {
     pub kind: String,
     pub ports: Vec<FrozenPort>,
-    /// The schema of its parameters.
+    /// Schema of the parameters.
     pub params: u64,
-    /// Nothing when there was no instance.
+    /// State; `None` if the module had no instance.
     pub state: Option<Bytes>,
     pub runner: FrozenRunner,
 }

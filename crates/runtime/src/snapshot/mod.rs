@@ -1,8 +1,9 @@
-//! All of an agent at one moment, in a file from which it goes on: properties with their stamps, queues with every
-//! reader's cursor, messages that wait, states of modules, gates, the clock, the digest, and the configuration as it was.
+//! Snapshot of an agent, in a file from which it can be restored.
+//! It contains properties with their stamps, queues with every reader's cursor, waiting messages, states of modules,
+//! gates, the clock, the digest, and the configuration at that time.
 //!
 //! [`Composer::snapshot`](crate::Composer::snapshot) takes one between two cycles, and
-//! [`Composer::restore`](crate::Composer::restore) goes on from one: in the agent that runs, or in one of another process
+//! [`Composer::restore`](crate::Composer::restore) restores one: in the running agent, or in one of another process
 //! that was just loaded with the snapshot's [`configuration`](Snapshot::configuration).
 
 mod error;
@@ -20,19 +21,21 @@ pub(crate) use slate_engine::{Bytes, FrozenMailbox, FrozenProperty};
 
 use slate_configuration::{Database, Report, extra_tables, recorded_configuration};
 
-/// Something of the application that goes into snapshots beside the agent: what an observer has collected, say.
+/// Content of the application in snapshots, such as the data of an observer.
 pub trait Keepsake: Send + Sync {
-    /// What it needs to go on. Called between two cycles, so it only copies.
+    /// Returns the state to restore from.
+    /// Called between two cycles, so it only copies.
     fn save(&self) -> Vec<u8>;
 
-    /// Looks whether it can go on from what was saved; what is returned does it, between two cycles.
+    /// Checks a saved state, and returns the call that restores it.
+    /// The call is made between two cycles.
     ///
     /// # Errors
-    /// What does not fit.
+    /// The mismatches.
     fn restore(&self, saved: &[u8]) -> Result<Box<dyn FnOnce() + Send>, String>;
 }
 
-/// All of an agent at one moment.
+/// Complete state of an agent at one time.
 #[derive(Debug)]
 pub struct Snapshot {
     pub(crate) head: file::SnapshotHead,
@@ -45,10 +48,11 @@ impl Snapshot {
         Self { head: file::SnapshotHead { agent: agent.into(), time, cycle, plugins }, image }
     }
 
-    /// Writes it to a file, which is there as a whole or not at all: it takes the place of one of that name.
+    /// Writes the snapshot to a file, atomically.
+    /// It replaces a file of that name.
     ///
     /// # Errors
-    /// When it can't be written; what was there stays.
+    /// When it can't be written; an earlier file stays.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), SnapshotError> {
         file::write(self, path.as_ref())
     }
@@ -81,7 +85,7 @@ impl Snapshot {
         &self.head.plugins
     }
 
-    /// The modules, by name, each with its kind and how many ticks it has made.
+    /// The modules by name, each with its kind and its number of ticks.
     pub fn modules(&self) -> impl Iterator<Item = (&str, &str, u64)> {
         self.image
             .modules
@@ -89,31 +93,32 @@ impl Snapshot {
             .map(|(name, module)| (name.as_str(), module.kind.as_str(), module.runner.ticks))
     }
 
-    /// What the application has kept under a name.
+    /// Content of the application under a name.
     pub fn kept(&self, name: &str) -> Option<&[u8]> {
         self.image.keepsakes.get(name).map(|bytes| bytes.0.as_slice())
     }
 
-    /// How many properties have values in it.
+    /// Number of properties with values.
     pub fn properties(&self) -> usize {
         self.image.properties.len()
     }
 
-    /// How many messages wait in it.
+    /// Number of waiting messages.
     pub fn messages(&self) -> usize {
         let inboxes = self.image.modules.values().flat_map(|module| module.runner.inboxes.values());
         let waiting = inboxes.chain(self.image.mailboxes.values());
         waiting.map(|mailbox| mailbox.messages.len()).sum()
     }
 
-    /// The whole configuration as it was, with what the command line had set and what was changed since, as TOML.
+    /// Whole configuration at that time, as TOML.
+    /// It includes the settings of the command line and all changes until then.
     pub fn configuration_text(&self) -> &str {
         &self.image.configuration
     }
 
-    /// The configuration as it was, layer by layer, to load an agent with: what was changed at run time can be taken back.
-    /// `sets` are settings of the command line that go over it. In a snapshot of a version that wrote no layers, their sum
-    /// is what the files say.
+    /// Configuration at that time, layer by layer, to load an agent with.
+    /// Changes made at run time can be reverted. `sets` are settings of the command line above it. In a snapshot of a
+    /// version without layers, their sum counts as the files' content.
     ///
     /// # Errors
     /// When it is no longer valid, or a setting is wrong.

@@ -1,4 +1,4 @@
-//! Modules come and go.
+//! Arrival and departure of modules.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -11,21 +11,21 @@ use slate_composition::{RESERVED, Survey};
 use slate_configuration::{Configuration, Report};
 use slate_engine::main_loop::{Seat, SharedLoop};
 
-/// States of modules by name, or why they could not be saved.
+/// States of modules by name; errors for those that could not be saved.
 pub(in crate::agent) type ModuleStates = BTreeMap<String, Result<Vec<u8>, String>>;
 
-/// Modules that came.
+/// New modules.
 pub(in crate::agent) struct Arrivals {
     pub names: Vec<String>,
-    /// Those that took over a state, or why it did not fit.
+    /// Modules that received a state, or the reason for which it did not fit.
     pub restored: BTreeMap<String, Result<(), String>>,
-    /// What was there before them.
+    /// Paths and actuators before the arrival.
     before: ResourceMark,
 }
 
 impl Assembly {
-    /// Makes the modules of a survey that are not there yet, with the states that they are to have. When one of them can't
-    /// be made, nothing of it stays.
+    /// Makes the missing modules of a survey, with their states.
+    /// If one of them can't be made, all of them are removed.
     pub fn admit(
         &mut self,
         configuration: &Configuration,
@@ -66,7 +66,7 @@ impl Assembly {
         })
     }
 
-    /// Takes the modules out that a survey does not have.
+    /// Removes the modules that a survey lacks, and returns them.
     pub fn take_leaving(&mut self, survey: &Survey<'_>) -> BTreeMap<String, LoadedModule> {
         let stays: BTreeSet<&str> =
             survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str()).collect();
@@ -77,7 +77,7 @@ impl Assembly {
         leaving
     }
 
-    /// Arms the actuators that came; a stop that is still latched keeps them disarmed.
+    /// Arms the new actuators; a latched stop keeps them disarmed.
     pub fn arm(&self, arrivals: &Arrivals) {
         let actuators = self.resources.actuators.values();
         actuators.filter(|actuator| !arrivals.before.has_actuator(actuator.name())).for_each(|actuator| {
@@ -85,7 +85,7 @@ impl Assembly {
         });
     }
 
-    /// Starts the threads of modules that came to an agent that runs.
+    /// Starts the threads of new modules of a running agent.
     pub fn start_arrived(&self, arrivals: &Arrivals, shared: &Arc<SharedLoop>) {
         for name in &arrivals.names {
             let loaded = &self.modules[name];
@@ -99,7 +99,7 @@ impl Assembly {
         }
     }
 
-    /// Ends modules that were taken out; returns their states, if these are to be kept.
+    /// Ends removed modules; returns their states if `keep` is true.
     pub fn dispose(
         &mut self,
         leaving: BTreeMap<String, LoadedModule>,
@@ -114,7 +114,8 @@ impl Assembly {
         ended.collect()
     }
 
-    /// Takes the properties of modules that have left off the board, but for those that others read.
+    /// Removes the properties of modules that have left from the board.
+    /// Properties with other readers stay.
     pub fn forget(&mut self, absent: &BTreeSet<&str>, left: &BTreeMap<String, Result<Vec<u8>, String>>) {
         for name in left.keys() {
             for path in self.resources.paths() {

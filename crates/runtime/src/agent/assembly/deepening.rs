@@ -1,5 +1,5 @@
-//! A queue is linked to an output that keeps too few values: a deeper channel is exchanged between two steps of the
-//! module that writes it.
+//! Deeper channels for outputs that keep too few values for a new queue link.
+//! The channel is exchanged between two steps of the module that writes it.
 
 use std::sync::Arc;
 
@@ -10,9 +10,9 @@ use slate_configuration::Configuration;
 use slate_engine::main_loop::SharedLoop;
 
 impl Assembly {
-    /// Has outputs keep as many values as the queues need that are linked to them by a survey, before those get their
-    /// readers. Present readers don't notice it, so it may stay when the links are not made after all. Fails
-    /// with the name of a module that has not returned.
+    /// Deepens outputs for the queues that a survey links to them.
+    /// Done before the queues get their readers. Present readers are not affected, so the depth may stay if the links
+    /// are not made after all. Fails with the name of a module that has not returned.
     pub fn deepen(
         &mut self,
         configuration: &Configuration,

@@ -1,4 +1,4 @@
-//! The modules of an agent and the links between them, as they are made.
+//! Assembly of an agent: its modules and the links between them.
 
 mod arrival;
 mod deepening;
@@ -24,22 +24,23 @@ use slate_engine::main_loop::{Seat, SharedLoop};
 use slate_module::Description;
 pub(super) use unlinked::Unlinked;
 
-/// What is made of a composition: its modules, and how they are linked.
+/// Realization of a composition: its modules and their links.
 pub(super) struct Assembly {
     pub resources: HostResources,
-    /// By name.
+    /// Modules by name.
     pub modules: BTreeMap<String, LoadedModule>,
-    /// The modules that read a path.
+    /// Modules that read a path.
     pub listeners: BTreeMap<String, BTreeSet<String>>,
-    /// The links that don't fit what other agents have, as of the last survey.
+    /// Links that do not fit the properties of other agents, at the last survey.
     pub misfits: BTreeMap<String, Misfit>,
-    /// What modules were that have left, to check their settings by while their code is away.
+    /// Descriptions of modules that have left, to check their settings by.
+    /// Their code is not available meanwhile.
     pub last_known: BTreeMap<String, Description>,
     owners: LoopOwners,
 }
 
 impl Assembly {
-    /// Of no module yet.
+    /// Makes an assembly without modules.
     pub fn new(resources: HostResources) -> Self {
         Self {
             resources,
@@ -51,7 +52,7 @@ impl Assembly {
         }
     }
 
-    /// What the loop runs of the modules that are there, stage by stage.
+    /// Returns the present modules that the loop runs, stage by stage.
     pub fn stages(&self, survey: &Survey<'_>) -> Vec<Levels> {
         let on_loop = |level: &Vec<usize>| {
             let names = level.iter().map(|index| survey.modules[*index].module.name.value.as_str());
@@ -76,7 +77,8 @@ impl Assembly {
         self.threaded().iter().try_for_each(|seat| threads.start(shared, seat))
     }
 
-    /// Has the loop run those stages from its next cycle on, with the threads and actuators that there are.
+    /// Sets the stages that the loop runs, from its next cycle on.
+    /// Sets the present threads and actuators with them.
     pub fn compose(&mut self, stages: Vec<Levels>, shared: &Arc<SharedLoop>) {
         self.resources.means.actuators.set(self.resources.actuators.clone());
         shared.compose(stages, self.threaded(), self.resources.actuators.values().cloned().collect());
@@ -84,7 +86,8 @@ impl Assembly {
         owners.connect(modules, &resources.means, shared);
     }
 
-    /// As [`compose`](Assembly::compose), between two cycles and with what else is done then; nothing when the loop was lost.
+    /// Works as [`compose`](Assembly::compose), between two cycles, with more work.
+    /// `None` if the loop is lost.
     fn compose_with<R: Send + 'static, E: Send + 'static>(
         &self,
         stages: Vec<Levels>,
@@ -95,14 +98,14 @@ impl Assembly {
         shared.compose_with(stages, self.threaded(), actuators, work)
     }
 
-    /// The module that is there and whose name begins a path.
+    /// Returns the present module whose name begins a path.
     pub fn owner(&self, path: &str) -> Option<String> {
         let owns =
             |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
         self.modules.keys().filter(owns).max_by_key(|name| name.len()).cloned()
     }
 
-    /// Whether a link carries messages: an inbox is filled, or an outbox sends.
+    /// Returns true if a link carries messages, from an outbox to an inbox.
     pub fn sends(&self, to: &str, from: &str) -> bool {
         let modules = || self.modules.iter().map(|(name, loaded)| (name.as_str(), &*loaded.description));
         slate_composition::sends(modules, to, from)
@@ -114,7 +117,7 @@ impl Assembly {
         parameters.iter().find(|known| known.name == parameter).map(|known| known.default.clone())
     }
 
-    /// Whether what was in the way still is: a module, or the main loop.
+    /// Returns true while a module, or the main loop, has not returned.
     pub fn is_late(&self, name: &str) -> bool {
         match self.modules.get(name) {
             Some(loaded) => loaded.seat.is_late(),
@@ -122,7 +125,7 @@ impl Assembly {
         }
     }
 
-    /// The ports of modules that are there whose links are other ones.
+    /// Returns the ports of present modules whose links have changed.
     pub fn changed(
         &self,
         configuration: &Configuration,
@@ -142,8 +145,8 @@ impl Assembly {
         changed
     }
 
-    /// Gives the modules the links of that configuration; instances, states and counters go on. Returns the modules that
-    /// read something else now.
+    /// Links the modules according to a configuration.
+    /// Instances, states and counters are kept. Returns the modules whose sources changed.
     pub fn relink(
         &mut self,
         configuration: &Configuration,
@@ -162,7 +165,8 @@ impl Assembly {
         Ok(relinking.note(self))
     }
 
-    /// Whether links can be those of a survey: all handles can be had. Nothing of it stays.
+    /// Checks that the links of a survey can be made.
+    /// All handles must be available; nothing is changed.
     pub fn try_links(
         &mut self,
         configuration: &Configuration,

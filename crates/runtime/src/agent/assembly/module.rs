@@ -1,4 +1,4 @@
-//! A module that is there, from its seat to its end.
+//! Loaded module, from its seat to its end.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,32 +12,33 @@ use slate_engine::isolation::Isolation;
 use slate_engine::main_loop::{Seat, SharedLoop};
 use slate_engine::runner::ModuleCondition;
 
-/// How long others, such as the watchdog, are waited for to let go of a module.
+/// Longest wait for others, such as the watchdog, to release a module.
 const LETTING_GO: Duration = Duration::from_secs(1);
 
 /// The links of a module, by its ports.
 pub(in crate::agent) type Leads = BTreeMap<Wire, Vec<Lead>>;
 
-/// A module that is there.
+/// Loaded module.
 pub(in crate::agent) struct LoadedModule {
     pub seat: Arc<Seat>,
     pub kind: ModuleKind,
-    /// Shared with the lists that are read during a change.
+    /// Description, shared with the lists that are read during a change.
     pub description: Arc<Description>,
     pub own_thread: bool,
-    /// How it runs apart, if it does.
+    /// Isolation in a process of its own, if any.
     pub isolation: Option<Arc<Isolation>>,
-    /// What its links are.
+    /// Links, by port.
     pub leads: Leads,
 }
 
 impl LoadedModule {
-    /// Other code as this module runs it: here or apart.
+    /// Returns code as this module runs it: in this process or isolated.
     pub fn placed(&self, kind: &ModuleKind) -> ModuleKind {
         self.isolation.as_ref().map_or_else(|| kind.clone(), |isolation| isolation.kind(kind))
     }
 
-    /// Ends it, when the loop runs it no more; returns its state, if that is to be kept.
+    /// Ends the module after the loop has ceased to run it.
+    /// Returns its state if `keep` is true.
     pub fn dispose(
         self,
         name: &str,

@@ -1,4 +1,5 @@
-//! The modules that the main loop asks: the one that may take it, and the one that says what time it is.
+//! Modules that the main loop calls.
+//! These are the one that may take the loop over, and the time source.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,17 +11,17 @@ use crate::aspects::{Means, PlaceTime};
 use slate_composition::needs;
 use slate_engine::main_loop::SharedLoop;
 
-/// The modules that the main loop asks, by name.
+/// Modules that the main loop calls, by name.
 #[derive(Default)]
 pub(super) struct LoopOwners {
-    /// The module that has the main loop, or may take it.
+    /// Module that has the main loop, or may take it.
     taker: Option<String>,
-    /// The module that says what time it is.
+    /// Module that is the time source.
     time: Option<String>,
 }
 
 impl LoopOwners {
-    /// Lets the loop ask the module that has the aspect for it, and the one that has the time.
+    /// Connects the loop with the module that may take it over and the time source.
     pub fn connect(
         &mut self,
         modules: &BTreeMap<String, LoadedModule>,

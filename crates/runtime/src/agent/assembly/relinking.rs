@@ -1,4 +1,5 @@
-//! Other links between modules that go on: they are checked as a whole, and exchanged between two cycles.
+//! New links between running modules.
+//! They are checked as a whole, and exchanged between two cycles.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -14,7 +15,7 @@ use slate_configuration::{Configuration, Report};
 use slate_engine::main_loop::{Seat, SharedLoop};
 use slate_engine::runner::{Unwired, Wiring};
 
-/// What changes of one module.
+/// Change of one module's links.
 struct Rewire {
     seat: Arc<Seat>,
     wiring: Option<Wiring>,
@@ -22,16 +23,16 @@ struct Rewire {
     wakes: BTreeMap<String, Vec<Arc<Wake>>>,
 }
 
-/// Parameters, and which of them tools must not set any more as they follow what.
+/// Parameters that tools must not set, each with the source that it follows.
 type Reserved = (Arc<Property>, Vec<(String, String)>);
 
-/// What came of an exchange: what is no longer needed, or a module that is in the way.
+/// Result of an exchange: the replaced links, or a module that blocks it.
 type LinkExchange = Result<Vec<(Unwired, Vec<Vec<Arc<Wake>>>)>, String>;
 
-/// Other links for modules that are there: all is made, and nothing is exchanged yet.
+/// New links for present modules: prepared, but not exchanged yet.
 pub(in crate::agent) struct Relinking {
     rewires: BTreeMap<String, Rewire>,
-    /// The modules whose outputs are linked otherwise.
+    /// Modules whose outputs have changed links.
     writers: BTreeSet<String>,
     stages: Vec<Levels>,
     /// The threads that actuators wake, by path.
@@ -44,8 +45,9 @@ pub(in crate::agent) struct Relinking {
 }
 
 impl Relinking {
-    /// Makes what the modules read by that configuration. Until it is exchanged, [`HostResources::undo`](crate::agent::build::HostResources::undo)
-    /// takes back what of it can be seen.
+    /// Prepares the links of a configuration.
+    /// Until the exchange, [`HostResources::undo`](crate::agent::build::HostResources::undo) reverts all visible
+    /// effects.
     pub fn prepare(
         assembly: &mut Assembly,
         configuration: &Configuration,
@@ -94,12 +96,12 @@ impl Relinking {
         })
     }
 
-    /// Whether a module reads something else, or wakes somebody else, than it does now.
+    /// Returns true if a module's sources or its woken threads differ from now.
     pub fn is_other_than(&self, assembly: &Assembly) -> bool {
         !self.leads.is_empty() || self.listeners != assembly.listeners
     }
 
-    /// What is to stand at a path, unless that is what stands there.
+    /// Returns the new placement at a path; `None` if it stays.
     pub fn placement(&self, path: &str) -> Option<&Placement> {
         let at = |placement: &&Placement| match placement {
             Placement::Property(property) => property.path() == path,
@@ -108,13 +110,13 @@ impl Relinking {
         self.placements.iter().rev().find(at)
     }
 
-    /// Shows on the board what the modules read now.
+    /// Places the modules' new sources on the board.
     pub fn show(&mut self, board: &Board) {
         board.place(std::mem::take(&mut self.placements));
         std::mem::take(&mut self.reserved).into_iter().for_each(|(params, fields)| params.reserve(fields));
     }
 
-    /// Takes note of links that hold now, and returns the modules that read something else.
+    /// Stores the new links in the assembly; returns the modules whose sources changed.
     pub fn note(self, assembly: &mut Assembly) -> Vec<String> {
         let Self { wakes, leads, listeners, misfits, .. } = self;
         for (path, wakes) in wakes {
@@ -133,9 +135,10 @@ impl Relinking {
         names
     }
 
-    /// Exchanges all of it while none of the modules is in a step: those on the loop between two cycles, and those with
-    /// threads are kept out of theirs, as are the writers of what is linked, so that what they wrote is whole. Fails
-    /// with what is in the way.
+    /// Exchanges all links while none of the involved modules is in a step.
+    /// Modules on the loop are between two cycles then. Those with threads are kept out of their steps, as are the
+    /// writers of the linked properties, so that their values are complete. Fails with the name of the module that
+    /// blocks it.
     pub fn exchange(&mut self, assembly: &Assembly, shared: &Arc<SharedLoop>) -> Result<(), String> {
         let involved: BTreeSet<&String> = self.rewires.keys().chain(&self.writers).collect();
         let seats = involved.into_iter().filter_map(|name| assembly.modules.get(name));
@@ -172,9 +175,9 @@ impl Relinking {
         }
     }
 
-    /// Exchanges all of it between two cycles, with what else is done in the same moment: `judge` before it, which
-    /// changes nothing when it fails, and `work` after it. The caller holds the modules with threads. Nothing
-    /// when the loop was lost.
+    /// Exchanges all links between two cycles, together with further work.
+    /// `judge` runs before it, and changes nothing when it fails; `work` runs after it. The caller holds the modules
+    /// with threads. `None` if the loop is lost.
     pub fn exchange_with<J, R: Send + 'static, E: Send + 'static>(
         mut self,
         assembly: &Assembly,
@@ -199,7 +202,7 @@ impl Relinking {
     }
 }
 
-/// The paths whose readers are other ones.
+/// Returns the paths whose readers have changed.
 fn woken(
     old: &BTreeMap<String, BTreeSet<String>>,
     new: &BTreeMap<String, BTreeSet<String>>,
@@ -208,7 +211,8 @@ fn woken(
     paths.filter(|path| old.get(*path) != new.get(*path)).cloned().collect()
 }
 
-/// What changes of each module; those wakes are left that are of no module.
+/// Returns the change of each module's links.
+/// Wakes that belong to no module remain in `wakes`.
 fn rewires(
     assembly: &Assembly,
     mut wirings: BTreeMap<String, Wiring>,
@@ -231,7 +235,8 @@ fn rewires(
     rewires
 }
 
-/// Gives the modules what they read and wake from now on; nobody is in a step of theirs.
+/// Exchanges the modules' sources and woken threads.
+/// No module is in a step meanwhile.
 fn exchange(rewires: Vec<Rewire>, on_loop: &[Arc<Seat>]) -> LinkExchange {
     if let Some(late) = on_loop.iter().find(|seat| !seat.is_idle() && !seat.readmit()) {
         return Err(late.name.to_string());

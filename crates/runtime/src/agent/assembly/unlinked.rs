@@ -1,11 +1,11 @@
-//! Why links can't be made now.
+//! Error of making links now.
 
 use slate_configuration::{Diagnostic, Report};
 
-/// Why the links are not those of the configuration.
+/// Error of links that differ from the configuration.
 pub(in crate::agent) struct Unlinked {
     pub report: Report,
-    /// What has not returned, if that is all: a module, or the main loop.
+    /// Module, or the main loop, that has not returned, if that is the only cause.
     pub late: Option<String>,
 }
 
@@ -22,7 +22,7 @@ impl Unlinked {
         Self { report: Diagnostic::without_place(message, Some(help.into())).into(), late: Some(name.into()) }
     }
 
-    /// Why a link is not made yet.
+    /// Returns the reason for which a link is not made yet.
     pub fn reason(&self) -> String {
         match &self.late {
             Some(name) => format!("`{name}` has not returned from its last call"),

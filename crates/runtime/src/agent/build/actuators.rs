@@ -1,4 +1,4 @@
-//! The gates in front of the actuators.
+//! Gates of the actuators.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use slate_composition::{GATE, LinkSource, Wire, described_limits};
 use slate_configuration::Mistake;
 use slate_engine::actuators::Actuator;
 
-/// Makes the gates of actuators.
+/// Builder of the actuators' gates.
 pub(super) struct GateBuilder<'b, 'a, 's> {
     plan: BuildPlan<'a, 's>,
     builder: &'b mut ModuleBuilder<'a, 's>,
@@ -26,7 +26,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         Self { plan: builder.plan, builder }
     }
 
-    /// Makes the gates that are not there yet and whose commands are known.
+    /// Makes the missing gates whose commands are known.
     pub fn all(&mut self) {
         for (i, wanted) in self.plan.configuration.actuators().iter().enumerate() {
             if self.builder.resources.actuators.contains_key(&wanted.name.value) {
@@ -42,7 +42,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         }
     }
 
-    /// Makes an actuator; nothing while its commanders are not there yet.
+    /// Makes an actuator; `None` while its commanders are absent.
     fn actuator(
         &mut self,
         index: usize,
@@ -65,7 +65,8 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         Ok(Some(Actuator::new(&wanted.name.value, commanders, Gate::new(gate), command, state, own)))
     }
 
-    /// The interface that the command ports of an actuator have in common; nothing when none of them is there yet.
+    /// Returns the common interface of an actuator's command ports.
+    /// `None` if none of them exists yet.
     fn commanded_interface(
         &mut self,
         index: usize,
@@ -99,7 +100,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         Ok(descriptor)
     }
 
-    /// What to write in place of a path that is no command: the nearest one.
+    /// Returns the help for a path that is no command: the nearest command.
     fn command_help(&self, path: &str) -> String {
         let modules = &self.plan.survey.modules;
         let commands: Vec<_> = modules
@@ -125,7 +126,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         )
     }
 
-    /// The command port that a URL of an actuator names.
+    /// Returns the command port that a URL of an actuator names.
     fn commander(&self, path: &str) -> Option<(usize, usize)> {
         self.plan.survey.modules.iter().enumerate().find_map(|(m, surveyed)| {
             let rest = path.strip_prefix(surveyed.module.name.value.as_str())?.strip_prefix('/')?;
@@ -134,7 +135,8 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         })
     }
 
-    /// Complains about an actuator that nothing commands, unless its commanders are not there yet.
+    /// Complains about an actuator without commanders.
+    /// Commanders that do not exist yet count.
     fn without_commander(&mut self, wanted: &slate_configuration::Actuator) -> Result<(), Failed> {
         let is_dormant = |module: &slate_configuration::Spanned<String>| self.plan.is_dormant(&module.value);
         if !wanted.commands.is_empty() || wanted.modules.iter().any(is_dormant) {
@@ -144,7 +146,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         self.refuse(wanted.name.span, message, "say `command = \"robot/execute/wheels\"`")
     }
 
-    /// Whether the ports that follow an actuator's command have its interface.
+    /// Checks that the readers of an actuator's command have its interface.
     fn check_readers(
         &mut self,
         index: usize,
@@ -166,7 +168,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         Ok(())
     }
 
-    /// The writers of what passes a gate, and of how it stands.
+    /// Returns the writers of a gate's command and of its state.
     fn gate_properties(
         &mut self,
         index: usize,
@@ -203,7 +205,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         }
     }
 
-    /// Complains about what is written there.
+    /// Complains about a place of the configuration.
     fn refuse<T>(
         &mut self,
         span: slate_configuration::Span,
@@ -214,7 +216,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         Err(Failed)
     }
 
-    /// Modules that command an actuator which they choose at run time have the aspect for it.
+    /// Checks that modules which choose an actuator at run time have the aspect.
     fn guests(&mut self, wanted: &slate_configuration::Actuator) -> Result<(), Failed> {
         for module in &wanted.modules {
             if self.plan.is_dormant(&module.value) {
@@ -237,7 +239,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         Ok(())
     }
 
-    /// What a module that follows the actuator's command takes it to be.
+    /// Returns the interface that a reader of the actuator's command expects.
     fn linked_interface(&self, actuator: usize) -> Option<&'static Descriptor> {
         let joint = self.plan.readers(LinkSource::Command(actuator)).find(|joint| joint.is_plain())?;
         match joint.port {

@@ -1,4 +1,4 @@
-//! Outputs that keep too few values for a queue that is linked to them later.
+//! Outputs with too few values for a queue that is linked later.
 
 use std::collections::BTreeMap;
 
@@ -9,11 +9,11 @@ use super::{BuildMoment, BuildPlan, HostResources, ModuleBuilder};
 use slate_composition::{Survey, Wire};
 use slate_configuration::Configuration;
 
-/// What outputs of modules that are there have to be written to besides, by module and path.
+/// Writers of deeper channels for present modules' outputs, by module and path.
 pub(in crate::agent) type Deeper = BTreeMap<String, BTreeMap<String, Writer>>;
 
-/// Makes deeper channels for the outputs that keep too few values for the queues that are linked to them. What can't be
-/// had is said when the queue is linked.
+/// Makes deeper channels for outputs with too few values for their queues.
+/// A failure is reported when the queue is linked.
 pub(in crate::agent) fn deepening(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -42,7 +42,8 @@ pub(in crate::agent) fn deepening(
     deeper
 }
 
-/// How many values a queue input takes at once, if it is one and its link says nothing of it.
+/// Returns the window of a queue input, in values; `None` for other ports.
+/// It holds if the link sets no other window.
 fn window(plan: BuildPlan<'_, '_>, (module, wire): (usize, Wire)) -> Option<usize> {
     let Wire::Port(port) = wire else { return None };
     let port = plan.port(module, port);

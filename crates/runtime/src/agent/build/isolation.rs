@@ -1,4 +1,4 @@
-//! What isolated modules need: shared memory for what they read and write, and how their processes are started.
+//! Resources of isolated modules: shared memory and the start of processes.
 
 use std::io;
 use std::sync::Arc;
@@ -13,12 +13,13 @@ use slate_composition::{LinkSource, Wire};
 use slate_engine::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
 use slate_engine::runner::Supervised;
 
-/// A step that takes this many deadlines does not return any more.
+/// Duration of a step, in deadlines, after which it counts as not returning.
 const DEADLINES: u64 = 10;
-/// What a process allocates before its module does, with room for its stack and its log, bytes.
+/// Memory that a process allocates beside its module, bytes.
+/// It includes room for its stack and its log.
 const LEAST_MEMORY: usize = 1 << 20;
 
-/// Gives isolated modules what they need.
+/// Builder of the resources of isolated modules.
 pub(super) struct IsolationBuilder<'b, 'a, 's> {
     plan: BuildPlan<'a, 's>,
     builder: &'b mut ModuleBuilder<'a, 's>,
@@ -29,7 +30,8 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         Self { plan: builder.plan, builder }
     }
 
-    /// Where the values of a property are: in memory that isolated modules see, if one of them writes or reads them.
+    /// Returns the memory of a property's values.
+    /// It is shared memory if an isolated module writes or reads the property.
     pub fn memory(&mut self, m: usize, target: LinkSource) -> Option<Arc<dyn ValueMemory>> {
         let writer = match target {
             LinkSource::Port(writer, _) => Some(writer),
@@ -52,7 +54,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         self.arena(m, arena).map(|arena| arena as _)
     }
 
-    /// Where the values of an input without a link are.
+    /// Returns the memory for the values of an input without a link.
     pub fn setting_memory(&mut self, m: usize) -> Option<Arc<dyn ValueMemory>> {
         if !self.plan.is_isolated(m) {
             return None;
@@ -73,7 +75,8 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         None
     }
 
-    /// Whether a module may allocate as much as one that only copies its values; else there is a complaint.
+    /// Checks that a module's memory limit suffices for copies of its values.
+    /// Complains if not.
     fn has_enough(&mut self, m: usize) -> Option<()> {
         let surveyed = self.plan.surveyed(m);
         let description = &surveyed.description;
@@ -92,7 +95,8 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         None
     }
 
-    /// What a module needs that is isolated; nothing for the others, or after a complaint.
+    /// Returns the supervision of an isolated module.
+    /// `None` for other modules, or after a complaint.
     pub fn supervised(&mut self, m: usize) -> Option<Supervised> {
         if !self.plan.is_isolated(m) {
             return None;

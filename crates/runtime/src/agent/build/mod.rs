@@ -1,4 +1,4 @@
-//! Makes what the survey found to be right: properties, links, gates, instances.
+//! Builder of a checked survey: properties, links, gates, instances.
 
 mod actuators;
 mod deepening;
@@ -33,7 +33,7 @@ use slate_configuration::{Configuration, Diagnostic};
 use slate_engine::runner::Runner;
 use wiring::WiringBuilder;
 
-/// Makes the modules of the survey that are listed, by index.
+/// Makes the listed modules of a survey, by index.
 pub(super) fn build(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -46,19 +46,19 @@ pub(super) fn build(
     if builder.complaints.diagnostics.is_empty() { Ok(runners) } else { Err(builder.complaints.diagnostics) }
 }
 
-/// When properties are made.
+/// Moment at which properties are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BuildMoment {
-    /// With their module: configured values have the time 0.
+    /// With their module; configured values have the time 0.
     AtStart,
-    /// For other links of a module that goes on, at that time of the agent.
+    /// For new links of a running module, at that time of the agent.
     Later(u64),
-    /// To find out whether links fit: no recorder hears of them.
+    /// To check that links fit; recorders do not see the properties.
     OnTrial,
 }
 
 impl BuildMoment {
-    /// The time of a configured value.
+    /// Returns the time of a configured value.
     fn time(self) -> u64 {
         match self {
             Self::Later(now) => now,
@@ -69,12 +69,13 @@ impl BuildMoment {
 
 struct Failed;
 
-/// What the builders of properties, gates, links and runners share: the plan, the resources, and what is wrong.
+/// Common state of the builders of properties, gates, links and runners.
+/// It holds the plan, the resources and the complaints.
 struct ModuleBuilder<'a, 's> {
     plan: BuildPlan<'a, 's>,
     resources: &'s mut HostResources,
     complaints: Complaints<'a>,
-    /// What is to stand on the board when links are exchanged.
+    /// Placements on the board at the exchange of links.
     placements: Vec<Placement>,
     /// Ports that links filled before, and fill again.
     kept: BTreeSet<(usize, Wire)>,
@@ -116,7 +117,7 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
         })
     }
 
-    /// The property at exactly that path.
+    /// Returns the property at exactly that path.
     fn property(&self, path: &str) -> Option<Arc<Property>> {
         let placed = self.placements.iter().find_map(|placement| match placement {
             Placement::Property(property) if property.path() == path => Some(Arc::clone(property)),
@@ -129,13 +130,13 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
         (field.is_empty() && property.path() == path).then_some(property)
     }
 
-    /// The property of a port of its own.
+    /// Returns the port's own property.
     fn own_property(&self, module: usize, port: usize) -> Option<Arc<Property>> {
         self.property(&self.plan.port_path(module, port))
     }
 
-    /// Looks at what stands at a path already: nothing, or a property of that interface. One of another interface that
-    /// nobody reads any more makes room.
+    /// Returns the property at a path, if it has that interface.
+    /// A property of another interface without readers is removed.
     fn standing(
         &mut self,
         module: usize,
@@ -166,13 +167,13 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
         Ok(None)
     }
 
-    /// What wakes the threads of the modules that are linked to that path.
+    /// Returns the wakes of the modules that are linked to a path.
     fn wakes(&mut self, path: &str) -> Vec<Arc<Wake>> {
         let names: BTreeSet<_> = self.plan.links_to(path).collect();
         names.into_iter().filter_map(|name| self.wake_of(name)).collect()
     }
 
-    /// What wakes a module's thread, if it has or may get one.
+    /// Returns the wake of a module's thread, if it has or may get one.
     fn wake_of(&mut self, name: &str) -> Option<Arc<Wake>> {
         let mut modules = self.plan.survey.modules.iter();
         let threaded = match modules.find(|surveyed| surveyed.module.name.value == name) {
@@ -182,7 +183,7 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
         threaded.then(|| self.resources.signals(name).wake)
     }
 
-    /// A reader of what switches a module.
+    /// Returns a reader of the property that switches a module.
     fn switch(&mut self, m: usize) -> Option<Latest> {
         let path = match self.plan.joint(m, Wire::Enabled).map(|joint| joint.target) {
             Some(target) => self.plan.target_path(target),
@@ -193,7 +194,7 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
         self.granted(m, Wire::Enabled, &property, reader)
     }
 
-    /// The writer of a property that every module has.
+    /// Returns the writer of a property that every module has.
     fn implied_writer(
         &mut self,
         m: usize,
@@ -211,7 +212,7 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
         new_writer(&*self.added(m, added).ok()?)
     }
 
-    /// A handle; without one, says at the link that leads there why.
+    /// Returns a handle; a failure is reported at the link that needs it.
     fn granted<T>(
         &mut self,
         m: usize,

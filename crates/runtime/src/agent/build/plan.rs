@@ -1,4 +1,4 @@
-//! What is built: the modules and links that a survey has found.
+//! Build plan: the modules and links that a survey has found.
 
 use slate_blackboard::channel::Budget;
 use slate_module::{Direction, PortDescription, Trigger};
@@ -8,12 +8,12 @@ use slate_configuration::Configuration;
 
 /// Reader handles for tools, and for modules that come later.
 pub(super) const SPARE_READERS: u16 = 16;
-/// The same for readers of every value.
+/// Queue readers for tools, and for modules that come later.
 const SPARE_QUEUES: u16 = 4;
-/// What a module that comes later may want of a queue, when its plugin does not say.
+/// Default window of a queue whose reader is not loaded yet, in values.
 const USUAL_WINDOW: usize = 16;
 
-/// A configuration and its survey, with the questions that a builder has.
+/// Configuration and survey, with the queries of a builder.
 #[derive(Clone, Copy)]
 pub(super) struct BuildPlan<'a, 's> {
     pub configuration: &'a Configuration,
@@ -33,7 +33,7 @@ impl<'a, 's> BuildPlan<'a, 's> {
         &self.surveyed(module).description.ports[port]
     }
 
-    /// What writes the source of a link, for readers in other agents.
+    /// Returns the part that writes a link's source, for readers in other agents.
     pub fn part(self, target: LinkSource) -> &'static str {
         match target {
             LinkSource::Port(module, port) => {
@@ -43,17 +43,17 @@ impl<'a, 's> BuildPlan<'a, 's> {
         }
     }
 
-    /// The path of a port.
+    /// Returns the path of a port.
     pub fn port_path(self, module: usize, port: usize) -> String {
         format!("{}/{}", self.name(module), self.port(module, port).name)
     }
 
-    /// The link of a port that reads a property itself.
+    /// Returns the link of a port that reads a property directly.
     pub fn joint(self, module: usize, wire: Wire) -> Option<&'s ResolvedLink<'a>> {
         self.joints(module, wire).find(|joint| joint.is_plain())
     }
 
-    /// Whether a port has a property of its own, which links fill.
+    /// Returns true if a port has a property of its own that links fill.
     pub fn is_converted(self, module: usize, wire: Wire) -> bool {
         self.joints(module, wire).any(|joint| !joint.is_plain())
     }
@@ -66,12 +66,12 @@ impl<'a, 's> BuildPlan<'a, 's> {
         self.survey.path(self.configuration, target)
     }
 
-    /// The ports that are linked to a property.
+    /// Returns the ports that are linked to a property.
     pub fn readers(self, target: LinkSource) -> impl Iterator<Item = &'s ResolvedLink<'a>> {
         self.survey.joints.iter().filter(move |joint| joint.target == target)
     }
 
-    /// How many values a property keeps, and how many readers it serves.
+    /// Returns the depth and the number of readers of a property.
     pub fn demand(self, target: LinkSource, path: &str) -> (usize, Budget) {
         let mut budget = Budget { latest: SPARE_READERS, queues: SPARE_QUEUES, window: USUAL_WINDOW as u16 };
         let mut depth = 1;
@@ -96,7 +96,7 @@ impl<'a, 's> BuildPlan<'a, 's> {
         self.survey.modules.iter().any(|surveyed| surveyed.module.name.value == module)
     }
 
-    /// Whether a path is of a module that is not there yet.
+    /// Returns true if a path belongs to a module that does not exist yet.
     pub fn is_dormant(self, path: &str) -> bool {
         self.configuration.modules().iter().any(|module| {
             let name = module.name.value.as_str();
@@ -105,13 +105,13 @@ impl<'a, 's> BuildPlan<'a, 's> {
         })
     }
 
-    /// The modules with a link to that path, also those that are not there yet.
+    /// Returns the modules with a link to a path, also absent ones.
     pub fn links_to(self, path: &str) -> impl Iterator<Item = &'a str> + use<'a, 's> {
         let listeners = self.survey.listeners.get(path);
         listeners.into_iter().flatten().copied()
     }
 
-    /// Whether news at a port make the module run.
+    /// Returns true if new values at a port trigger the module.
     pub fn triggers(self, module: usize, port: usize) -> bool {
         match &self.surveyed(module).trigger {
             Trigger::On { ports, .. } => ports.contains(&self.port(module, port).name),
@@ -119,7 +119,7 @@ impl<'a, 's> BuildPlan<'a, 's> {
         }
     }
 
-    /// The module whose output a link leads to.
+    /// Returns the module whose output is the source of a link.
     pub fn writing(self, target: LinkSource) -> Option<usize> {
         let LinkSource::Port(module, port) = target else { return None };
         let is_output = matches!(
@@ -133,7 +133,8 @@ impl<'a, 's> BuildPlan<'a, 's> {
         self.surveyed(module).module.isolated.value
     }
 
-    /// What tools must not set of the parameters, as links fill it: each with what it is linked to.
+    /// Returns the parameters that tools must not set, as links set them.
+    /// Each comes with the source of its link.
     pub fn reserved(self, module: usize) -> Vec<(String, String)> {
         let joints = self.joints(module, Wire::Params);
         joints.map(|joint| (joint.field.clone(), joint.link.from.value.to_string())).collect()

@@ -1,4 +1,4 @@
-//! The properties of a module, before it runs.
+//! Properties of a module, made before it runs.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use slate_composition::{Implied, LinkSource, Wire};
 use slate_engine::runner::{ModuleState, ModuleTiming};
 use slate_engine::timing::TimingHistogram;
 
-/// What every module's runner writes.
+/// Properties that every module's runner writes.
 fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {
     [
         (Implied::State, "How the module is.", ModuleState::DESCRIPTOR),
@@ -24,7 +24,7 @@ fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {
     ]
 }
 
-/// Makes the properties of modules.
+/// Builder of the modules' properties.
 pub(super) struct PropertyBuilder<'b, 'a, 's> {
     plan: BuildPlan<'a, 's>,
     builder: &'b mut ModuleBuilder<'a, 's>,
@@ -35,7 +35,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         Self { plan: builder.plan, builder }
     }
 
-    /// Makes all properties of a module, and what its links lead to of modules that are not there yet.
+    /// Makes all properties of a module, and those of absent modules it links to.
     pub fn of_module(&mut self, m: usize) -> Result<(), Failed> {
         self.played(m)?;
         for (p, port) in self.plan.surveyed(m).description.ports.iter().enumerate() {
@@ -68,7 +68,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         self.implied(m)
     }
 
-    /// What is to stand at the path of a port whose links are other ones.
+    /// Prepares the property or alias at the path of a port whose links change.
     pub fn relinked(&mut self, m: usize, wire: Wire) -> Result<(), Failed> {
         let plan = self.plan;
         let target = plan.joint(m, wire).map(|joint| joint.target);
@@ -107,7 +107,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         Ok(())
     }
 
-    /// What a link leads to, if that is of a module which is not there yet.
+    /// Makes the source of a link if its module does not exist yet.
     fn absent(&mut self, m: usize, target: LinkSource, port: &PortDescription) -> Result<(), Failed> {
         if matches!(target, LinkSource::Remote(_)) && port.direction == Direction::Outbox {
             // What is sent waits there until it goes to the other agent.
@@ -122,7 +122,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         }
     }
 
-    /// The same for a link that switches a module.
+    /// Makes the source of a link that switches a module, if its module is absent.
     fn absent_switch(&mut self, m: usize, target: LinkSource) -> Result<(), Failed> {
         let LinkSource::Absent(absent) = target else { return Ok(()) };
         let path = self.plan.survey.absent[absent].path.clone();
@@ -137,7 +137,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         Ok(())
     }
 
-    /// What is played for the module: as much is kept of it as its readers need.
+    /// Makes the replayed properties of the module, as deep as its readers need.
     fn played(&mut self, m: usize) -> Result<(), Failed> {
         let survey = self.plan.survey;
         for joint in survey.joints.iter().filter(|joint| joint.port.0 == m) {
@@ -156,7 +156,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         Ok(())
     }
 
-    /// The property that an output writes. A reader may have come first.
+    /// Makes the property that an output writes; a reader may have made it before.
     fn output_property(
         &mut self,
         m: usize,
@@ -206,7 +206,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         Ok(())
     }
 
-    /// The property of a port that links fill; it is not on the board yet.
+    /// Makes the property of a port that links fill; it is not on the board yet.
     fn new_converted(&mut self, m: usize, wire: Wire) -> Result<Arc<Property>, Failed> {
         let (port, descriptor, capacity, doc) = match wire {
             Wire::Port(p) => {
@@ -228,7 +228,8 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         self.made(m, made)
     }
 
-    /// Parameters, `enabled`, and what tells of the module, as others may be linked to all of it.
+    /// Makes the parameters, `enabled` and the runner's properties.
+    /// Other modules may be linked to all of them.
     fn implied(&mut self, m: usize) -> Result<(), Failed> {
         let name = self.plan.name(m);
         for (implied, doc, descriptor) in told() {
@@ -262,7 +263,8 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         Ok(())
     }
 
-    /// The property `enabled` of a module that no link switches; it is not on the board yet.
+    /// Makes the property `enabled` of a module that no link switches.
+    /// It is not on the board yet.
     fn new_switch(&mut self, m: usize) -> Result<Arc<Property>, Failed> {
         let path = format!("{}/enabled", self.plan.name(m));
         let store = self.setting_store(m, Implied::Enabled, &path);
@@ -274,7 +276,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         Ok(property)
     }
 
-    /// How much is kept of what the host sets, which the module itself reads too.
+    /// Returns the store of a setting, with an additional reader for the module.
     fn setting_store(&self, m: usize, implied: Implied, path: &str) -> Store {
         let (depth, budget) = self.plan.demand(LinkSource::Implied(m, implied), path);
         Store { capacity: 0, depth, budget: Budget { latest: budget.latest + 1, ..budget } }
@@ -290,7 +292,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         Ok(())
     }
 
-    /// The property of an input without a link; it is not on the board yet.
+    /// Makes the property of an input without a link; it is not on the board yet.
     fn new_setting(&mut self, m: usize, path: &str, p: usize) -> Result<Arc<Property>, Failed> {
         let port = self.plan.port(m, p);
         let value = self.plan.surveyed(m).inputs.get(&p).cloned();
@@ -305,7 +307,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         Ok(property)
     }
 
-    /// A property that was made, which recorders see from now on unless it is only a trial.
+    /// Completes a new property: recorders see it unless it is a trial.
     fn made(&mut self, m: usize, made: Result<Arc<Property>, BoardError>) -> Result<Arc<Property>, Failed> {
         let property = self.builder.added(m, made)?;
         if self.builder.made != BuildMoment::OnTrial {
@@ -314,8 +316,8 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         Ok(property)
     }
 
-    /// The first value of a setting: what it was when its module was here last and is wanted back, else that of the
-    /// configuration.
+    /// Sets the first value of a setting.
+    /// It is the value that its module had before it left, if that is kept, else that of the configuration.
     fn set_first(&self, property: &Property, value: Option<&[u8]>) {
         let kept = self.builder.resources.kept.get(property.path());
         let kept = kept.filter(|kept| kept.schema == property.descriptor().hash);

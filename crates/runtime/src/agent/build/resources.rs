@@ -1,4 +1,5 @@
-//! What outlives the modules: they come and go, and what they share with others stays.
+//! Resources that outlive the modules.
+//! Modules come and go, but the resources that they share with others stay.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -19,48 +20,48 @@ use slate_engine::isolation::Arenas;
 use slate_engine::log::Logger;
 use slate_engine::runner::{CallTimeout, Health, InputAge, ModuleCondition, QueueGauge};
 
-/// What the host has for all modules, also for those that are not there yet.
+/// Resources of the host for all modules, also those that do not exist yet.
 pub(in crate::agent) struct HostResources {
     pub board: Arc<Board>,
     pub logger: Arc<Logger>,
-    /// How long a module's call may take before it hangs.
+    /// Duration of a module's call after which it counts as hanging.
     pub hang: Duration,
     pub lockstep: bool,
     pub mode: Mode,
     pub stop: StopLatch,
-    /// By module, also of modules that are not there yet.
+    /// Signals by module, also of modules that do not exist yet.
     pub signals: BTreeMap<String, ModuleSignals>,
-    /// By name.
+    /// Actuators by name.
     pub actuators: BTreeMap<String, Arc<Actuator>>,
     /// Services that modules provide, by the path of the port.
     pub services: BTreeMap<String, Arc<ServicePlace>>,
-    /// What the host's services are made of.
+    /// Means of the host's services.
     pub means: Means,
-    /// Counts outputs, for the digest.
+    /// Number of outputs, for the digest.
     pub index: u32,
-    /// How queue inputs keep up, by the path of the port.
+    /// Gauges of queue inputs, by the path of the port.
     pub gauges: BTreeMap<String, Arc<QueueGauge>>,
-    /// How old the values of other inputs are, by the path of the port.
+    /// Ages of the values of other inputs, by the path of the port.
     pub ages: BTreeMap<String, Arc<InputAge>>,
-    /// Wakes the thread that sends messages to other agents.
+    /// Wake of the thread that sends messages to other agents.
     pub sharing_wake: Arc<Wake>,
     /// Memory that isolated modules see.
     pub arenas: Arenas,
-    /// What was set in modules that are away for a moment, by path.
+    /// Values set in modules that are unloaded for a moment, by path.
     pub kept: BTreeMap<String, KeptSetting>,
 }
 
 /// A value that a user or a tool has set.
 #[derive(Clone, Debug)]
 pub(in crate::agent) struct KeptSetting {
-    /// The schema that it has.
+    /// Schema of the value.
     pub schema: u64,
     pub bytes: Vec<u8>,
-    /// When it was set.
+    /// Time at which it was set.
     pub time: u64,
 }
 
-/// What others know of a module.
+/// Signals of a module for others.
 #[derive(Clone)]
 pub(in crate::agent) struct ModuleSignals {
     pub health: Arc<Health>,
@@ -68,21 +69,21 @@ pub(in crate::agent) struct ModuleSignals {
     pub wake: Arc<Wake>,
 }
 
-/// The paths and the actuators before a change, to which resources return when it fails.
+/// Paths and actuators before a change, to which a failure returns.
 pub(in crate::agent) struct ResourceMark {
     paths: BTreeSet<String>,
     actuators: BTreeSet<String>,
 }
 
 impl ResourceMark {
-    /// Whether an actuator was there before the change.
+    /// Returns true if an actuator existed before the change.
     pub fn has_actuator(&self, name: &str) -> bool {
         self.actuators.contains(name)
     }
 }
 
 impl HostResources {
-    /// Without anything on it yet.
+    /// Makes empty resources.
     pub fn new(
         means: Means,
         hang: Duration,
@@ -111,7 +112,7 @@ impl HostResources {
         }
     }
 
-    /// The signals of a module of that name.
+    /// Returns the signals of a module.
     pub fn signals(&mut self, module: &str) -> ModuleSignals {
         let signals = self.signals.entry(module.into()).or_insert_with(|| ModuleSignals {
             health: Arc::new(Health::default()),
@@ -121,7 +122,7 @@ impl HostResources {
         signals.clone()
     }
 
-    /// How long the last calls of a module are waited for.
+    /// Returns the time limit for the last calls of a module.
     pub fn patience(&self, module: &Arc<str>, is_isolated: bool) -> CallTimeout {
         CallTimeout {
             module: Arc::clone(module),
@@ -131,31 +132,32 @@ impl HostResources {
         }
     }
 
-    /// Where the service of a port is found.
+    /// Returns the place of a port's service.
     pub fn service(&mut self, path: &str) -> Arc<ServicePlace> {
         Arc::clone(self.services.entry(path.into()).or_default())
     }
 
-    /// Whether a module gets a thread of its own. Nobody waits for an isolated one on the wall clock, and one that may
-    /// take the loop is on the loop, where it is watched.
+    /// Returns true if a module gets a thread of its own.
+    /// On the wall clock nothing waits for an isolated module. A module that may take the loop runs on the loop, where
+    /// it is watched.
     pub fn has_own_thread(&self, surveyed: &Surveyed<'_>) -> bool {
         let threaded = self.mode == Mode::Threaded && surveyed.trigger != Trigger::Stage;
         let isolated = surveyed.module.isolated.value && !self.lockstep;
         (threaded || isolated) && !needs(&surveyed.description, MainLoop::DESCRIPTOR.hash)
     }
 
-    /// All paths of the board.
+    /// Returns all paths of the board.
     pub fn paths(&self) -> BTreeSet<String> {
         let aliases = self.board.aliases().into_iter().map(|(path, _)| path);
         self.board.properties().iter().map(|property| property.path().to_owned()).chain(aliases).collect()
     }
 
-    /// The paths and the actuators as they are.
+    /// Marks the present paths and actuators.
     pub fn mark(&self) -> ResourceMark {
         ResourceMark { paths: self.paths(), actuators: self.actuators.keys().cloned().collect() }
     }
 
-    /// Takes back a change that failed: only what was marked before it stays, and the modules that were arriving are unloaded.
+    /// Reverts a failed change to its mark, and unloads the arriving modules.
     pub fn undo<'n>(&mut self, mark: &ResourceMark, arriving: impl IntoIterator<Item = &'n str>) {
         for path in self.paths().difference(&mark.paths) {
             // It was there a moment ago, and nobody else takes it off.
@@ -167,7 +169,8 @@ impl HostResources {
         }
     }
 
-    /// What users and tools have set in those modules: parameters, `enabled`, inputs without a link.
+    /// Returns the values that users and tools have set in some modules.
+    /// These are parameters, `enabled` and inputs without a link.
     pub fn settings(&self, modules: &[String]) -> BTreeMap<String, KeptSetting> {
         let of = |path: &str| {
             let within =

@@ -1,4 +1,4 @@
-//! Other links for modules that go on.
+//! New links of running modules.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -11,18 +11,19 @@ use slate_composition::{Survey, Wire};
 use slate_configuration::{Configuration, Diagnostic};
 use slate_engine::runner::Wiring;
 
-/// What modules go on with; nothing is changed before it is exchanged.
+/// New links of modules, not in effect before the exchange.
 pub(in crate::agent) struct Rewiring {
-    /// By module.
+    /// New wirings by module.
     pub wirings: BTreeMap<String, Wiring>,
     /// The threads that outputs wake, by their paths.
     pub wakes: BTreeMap<String, Vec<Arc<Wake>>>,
     pub placements: Vec<Placement>,
-    /// Which parameters tools must not set any more, by module.
+    /// Parameters that tools must not set any more, by module.
     pub reserved: BTreeMap<String, Vec<(String, String)>>,
 }
 
-/// Makes other readers for the ports that are listed, by module, and finds the threads that the outputs at those paths wake.
+/// Makes new readers for the listed ports, by module.
+/// Finds also the threads that the outputs at the listed paths wake.
 pub(in crate::agent) fn rewire(
     configuration: &Configuration,
     survey: &Survey<'_>,

@@ -1,4 +1,4 @@
-//! The runners of all modules, with their handles and instances.
+//! Runners of the modules, with their handles and instances.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use slate_engine::runner::{
 };
 use slate_engine::timing::TimingHistogram;
 
-/// What every module has beside its ports.
+/// Properties of every module beside its ports.
 struct OwnProperties {
     params: Latest,
     enabled: Latest,
@@ -28,7 +28,7 @@ struct OwnProperties {
     histogram: Writer,
 }
 
-/// Makes the runners of modules.
+/// Builder of the modules' runners.
 pub(super) struct RunnerBuilder<'b, 'a, 's> {
     plan: BuildPlan<'a, 's>,
     builder: &'b mut ModuleBuilder<'a, 's>,
@@ -39,7 +39,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         Self { plan: builder.plan, builder }
     }
 
-    /// Makes the runners of those modules, by index; what is wrong is complained about.
+    /// Makes the runners of modules, by index; mistakes become complaints.
     pub fn all(&mut self, arriving: &[usize]) -> Vec<Runner> {
         let ports = self.plan.survey.modules.iter().flat_map(|surveyed| &surveyed.description.ports);
         let largest = ports.map(|port| port.descriptor.size).max();
@@ -78,7 +78,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         Some(runner)
     }
 
-    /// A runner that is connected to nothing yet, and without its instance.
+    /// Makes a runner without connections and without its instance.
     fn idle_runner(&mut self, m: usize, zeros: &Arc<AlignedMemory>) -> Option<Runner> {
         let surveyed = self.plan.surveyed(m);
         let name: Arc<str> = Arc::from(surveyed.module.name.value.as_str());
@@ -118,7 +118,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         })
     }
 
-    /// What every module has beside its ports.
+    /// Returns the properties of a module beside its ports.
     fn own_properties(&mut self, m: usize) -> Option<OwnProperties> {
         let params = format!("{}/params", self.plan.name(m));
         let params = self.builder.resources.board.get(&params)?.0.channel()?.latest().ok()?;
@@ -131,7 +131,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         Some(OwnProperties { params, enabled, state, timing, histogram })
     }
 
-    /// Connects a port, but for those that links fill.
+    /// Connects a port, except one that links fill.
     fn fill_port(&mut self, m: usize, p: usize, runner: &mut Runner) -> Option<()> {
         let port = &self.plan.survey.modules[m].description.ports[p];
         match port.direction {
@@ -200,7 +200,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         }
     }
 
-    /// The service that a port needs.
+    /// Returns the service that a port needs.
     fn aspect(&mut self, m: usize, p: usize, runner: &mut Runner) -> Option<()> {
         match *self.plan.survey.services.get(&(m, p))? {
             Some((provider, port)) => {
@@ -277,7 +277,8 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
     }
 }
 
-/// The code of a module: here or apart. Nothing for an isolated one that has not got what it needs.
+/// Returns the code of a module, in this process or isolated.
+/// `None` for an isolated module that lacks its resources.
 fn kind_of(surveyed: &Surveyed<'_>, supervised: Option<&Supervised>) -> Option<ModuleKind> {
     match supervised {
         Some(supervised) => Some(supervised.isolation.kind(&surveyed.kind)),

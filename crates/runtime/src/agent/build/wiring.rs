@@ -1,4 +1,4 @@
-//! What the ports of a module read and send to.
+//! Sources and destinations of a module's ports.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use slate_engine::runner::{
     QueueWiring, SourceWiring, Wiring,
 };
 
-/// Something that a module reads.
+/// Source that a module reads.
 struct WiredRead<'s, 'a> {
     early: bool,
     writer: Option<String>,
@@ -28,14 +28,15 @@ struct WiredRead<'s, 'a> {
     end: ReadEnd<'s, 'a>,
 }
 
-/// Where a module reads something: an input, or a link that converts.
+/// Reader of a source in a module: an input, or a link that converts.
 enum ReadEnd<'s, 'a> {
     Input(usize),
     Source(&'s ResolvedLink<'a>, Arc<Program>, usize),
 }
 
 impl WiredRead<'_, '_> {
-    /// Those that one module writes stand together, inputs and sources each in their order.
+    /// Returns the sort key of the source.
+    /// Sources with one writer are adjacent, with inputs and converted sources each in their order.
     fn place(&self) -> (bool, Option<&str>, bool, Wire, usize) {
         let (is_source, wire, ordinal) = match &self.end {
             ReadEnd::Input(p) => (false, Wire::Port(*p), 0),
@@ -44,13 +45,14 @@ impl WiredRead<'_, '_> {
         (self.early, self.writer.as_deref(), is_source, wire, ordinal)
     }
 
-    /// Whether it switches the module.
+    /// Returns true if the source switches the module.
     fn is_switch(&self) -> bool {
         matches!(self.end, ReadEnd::Source(joint, ..) if joint.port.1 == Wire::Enabled)
     }
 }
 
-/// Makes the readers and senders of a module; ports that stay as they are go on with theirs.
+/// Makes the readers and senders of a module.
+/// Unchanged ports keep theirs.
 pub(super) struct WiringBuilder<'b, 'a, 's> {
     plan: BuildPlan<'a, 's>,
     builder: &'b mut ModuleBuilder<'a, 's>,
@@ -67,7 +69,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         Self { plan: builder.plan, builder, module, stays }
     }
 
-    /// All of them; nothing after a complaint, or when there is no handle left.
+    /// Makes the whole wiring; `None` after a complaint, or without a free handle.
     pub fn wiring(mut self) -> Option<Wiring> {
         let m = self.module;
         let mut wiring = Wiring::default();
@@ -88,7 +90,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         Some(wiring)
     }
 
-    /// What a link leads to, and the name of the module that writes it.
+    /// Returns the source of a link, and the name of the module that writes it.
     fn source(&self, target: LinkSource) -> Option<(Arc<Property>, Option<String>)> {
         let (plan, survey) = (self.plan, self.plan.survey);
         let property = self.builder.property(&plan.target_path(target))?;
@@ -109,13 +111,13 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         Some((property, writer))
     }
 
-    /// Whether what a link leads to is pinned when a cycle begins, of which a module with a thread of its own knows
-    /// nothing.
+    /// Returns true if a link's source is pinned at the start of a cycle.
+    /// A module with a thread of its own has no such links.
     fn is_early(&self, joint: &ResolvedLink<'_>) -> bool {
         joint.delayed && !self.builder.resources.has_own_thread(self.plan.surveyed(self.module))
     }
 
-    /// The inputs and the sources of what is converted, in groups of those that one module writes.
+    /// Makes the readers of inputs and converting links, grouped by writer.
     fn read(&mut self, wiring: &mut Wiring) -> Option<()> {
         let mut reads = self.inputs()?;
         reads.append(&mut self.sources(&mut wiring.conversions)?);
@@ -146,7 +148,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         Some(())
     }
 
-    /// What the inputs read.
+    /// Returns the sources of the inputs.
     fn inputs(&self) -> Option<Vec<WiredRead<'s, 'a>>> {
         let m = self.module;
         let ports = self.plan.surveyed(m).description.ports.iter().enumerate();
@@ -160,7 +162,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         inputs.collect()
     }
 
-    /// What links read that convert, and the ports that they fill.
+    /// Returns the sources of converting links, and the ports that they fill.
     fn sources(&mut self, conversions: &mut Vec<ConversionWiring>) -> Option<Vec<WiredRead<'s, 'a>>> {
         let (m, survey) = (self.module, self.plan.survey);
         let mut reads = Vec::new();
@@ -188,7 +190,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         Some(reads)
     }
 
-    /// An input, with a reader unless it goes on with its own.
+    /// Makes an input, with a reader unless it keeps its own.
     fn input(
         &mut self,
         p: usize,
@@ -227,7 +229,8 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         Some((port, reader))
     }
 
-    /// Whether more than the configuration and a person writes what a link leads to.
+    /// Returns true if a link's source has a writer.
+    /// Configuration and manual changes do not count.
     fn is_written(&self, target: LinkSource) -> bool {
         match target {
             LinkSource::Port(module, port) => {
@@ -242,7 +245,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         }
     }
 
-    /// A source of a port that links fill, unless it goes on with its own.
+    /// Makes a source of a port that links fill, unless it keeps its own.
     fn converted_source(
         &mut self,
         joint: &ResolvedLink<'_>,
@@ -273,7 +276,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         Some(Some((reader, source)))
     }
 
-    /// How a link converts; nothing while what it leads to is not there.
+    /// Returns the conversion of a link; `None` while its source does not exist.
     fn program(&self, joint: &ResolvedLink<'_>) -> Option<Arc<Program>> {
         match &joint.way {
             LinkConversion::Plain => None,
@@ -289,7 +292,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         }
     }
 
-    /// Whether a port goes on with a property of its own that links fill.
+    /// Returns true if a port keeps its own property, which links fill.
     fn keeps_own(&self, wire: Wire) -> bool {
         self.plan.is_converted(self.module, wire) && self.builder.kept.contains(&(self.module, wire))
     }
@@ -443,7 +446,8 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         Some(OutboxWiring { slot: p, sender: Some(sender), wake: self.builder.wake_of(&receiver) })
     }
 
-    /// The sender of an outbox without a link whose messages a bridge takes, which looks for them.
+    /// Returns the sender of an outbox without a link, for a bridge.
+    /// The bridge polls for the messages.
     fn outgoing(&mut self, p: usize) -> Option<Sender> {
         let m = self.module;
         let path = self.plan.port_path(m, p);
@@ -453,7 +457,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     }
 }
 
-/// Begins a group of what one module writes.
+/// Begins a group of sources with one writer.
 fn begin_group(wiring: &mut Wiring, early: bool, signals: Option<&ModuleSignals>) {
     let (first, first_source) = (wiring.inputs.len() as u32, wiring.sources.len() as u32);
     let word = signals.map_or_else(CommitWord::new, |signals| signals.commit.clone());
@@ -461,7 +465,7 @@ fn begin_group(wiring: &mut Wiring, early: bool, signals: Option<&ModuleSignals>
     groups.push(Group { word, first, end: first, first_source, end_source: first_source });
 }
 
-/// Takes what was added last into the last group.
+/// Extends the last group by the source that was added last.
 fn extend_group(wiring: &mut Wiring, early: bool) {
     let groups = if early { &mut wiring.early } else { &mut wiring.groups };
     if let Some(group) = groups.last_mut() {

@@ -1,4 +1,4 @@
-//! What an agent is configured with: links, settings, other agents, snapshots.
+//! Configuration of a running agent: links, settings, other agents, snapshots.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,28 +13,29 @@ use crate::snapshot::{Keepsake, PluginMark, Snapshot, SnapshotError};
 use slate_configuration::{Change, Database, Diagnostic, Proposal, Report};
 
 impl Composer {
-    /// The links that the agent has, by their destinations.
+    /// Lists the links of the agent, by their destinations.
     pub fn links(&self) -> Vec<LinkStatus> {
         LinkEditor::new(&self.agent).links()
     }
 
-    /// What leads nowhere and should: ports of blocks without a link, and actuators whose commands reach nothing. None of
-    /// it keeps the agent from running.
+    /// Returns the links that are missing, as diagnostics.
+    /// These are ports of blocks without a link, and actuators whose commands reach nothing. None of them keeps the
+    /// agent from running.
     pub fn loose_ends(&self) -> Vec<Diagnostic> {
         LinkEditor::new(&self.agent).loose_ends()
     }
 
-    /// Links an input, between two cycles and with the states of all modules as they are; it may have another link, or a
-    /// value. An outbox that sends to another inbox leaves that one. The configuration has the link from then on, so that
-    /// it can be saved.
+    /// Links an input between two cycles; the states of all modules are kept.
+    /// The input may have another link, or a value. An outbox leaves its earlier inbox. The configuration has the link
+    /// from then on, so that it can be saved.
     ///
     /// # Errors
-    /// What does not fit; nothing is changed then.
+    /// The mismatches; nothing is changed then.
     pub fn link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
         LinkEditor::new(&self.agent).link(link)
     }
 
-    /// Whether a link could be made: as [`link`](Composer::link), and nothing is changed.
+    /// Checks a [`link`](Composer::link) without making it.
     ///
     /// # Errors
     /// As [`link`](Composer::link).
@@ -42,8 +43,8 @@ impl Composer {
         LinkEditor::new(&self.agent).check_link(link)
     }
 
-    /// Why a link to that property of another agent would wait, which is not on the board yet: what of it does not fit, and
-    /// what to do.
+    /// Checks a link to another agent's property that is not on the board yet.
+    /// Returns the mismatch that makes the link wait, with its remedy.
     ///
     /// # Errors
     /// As [`link`](Composer::link).
@@ -56,16 +57,16 @@ impl Composer {
         LinkEditor::new(&self.agent).misfit(link, path, property)
     }
 
-    /// Takes the links of an input or inbox away. An input then has the value that is set for it, or that of an input which was never
-    /// written.
+    /// Removes the links of an input or inbox.
+    /// An input then has its set value, or that of an input which was never written.
     ///
     /// # Errors
-    /// When there is no such link, or a module needs it; nothing is changed then.
+    /// When the link is unknown, or a module needs it; nothing is changed then.
     pub fn unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
         LinkEditor::new(&self.agent).unlink(to)
     }
 
-    /// Takes one of the senders of an inbox away, or as [`unlink`](Composer::unlink).
+    /// Removes one sender of an inbox, or works as [`unlink`](Composer::unlink).
     ///
     /// # Errors
     /// As [`unlink`](Composer::unlink).
@@ -73,7 +74,7 @@ impl Composer {
         LinkEditor::new(&self.agent).unlink_from(to, from)
     }
 
-    /// Whether a link could be taken away: as [`unlink`](Composer::unlink), and nothing is changed.
+    /// Checks an [`unlink`](Composer::unlink) without making it.
     ///
     /// # Errors
     /// As [`unlink`](Composer::unlink).
@@ -81,7 +82,7 @@ impl Composer {
         LinkEditor::new(&self.agent).check_unlink(to)
     }
 
-    /// Whether one of the senders of an inbox could be taken away.
+    /// Checks the removal of one sender of an inbox without making it.
     ///
     /// # Errors
     /// As [`unlink`](Composer::unlink).
@@ -89,18 +90,19 @@ impl Composer {
         LinkEditor::new(&self.agent).check_unlink_from(to, from)
     }
 
-    /// Makes changes of the configuration, unless links are among them that a module is in the way of.
+    /// Applies changes of the configuration.
+    /// Fails if they change links and a module blocks that.
     ///
     /// # Errors
-    /// What is wrong with them.
+    /// The mistakes in them.
     pub fn commit(&self, propose: impl Fn() -> Result<Proposal, Report>) -> Result<Vec<Change>, Report> {
         LinkEditor::new(&self.agent).commit(propose)
     }
 
-    /// Refuses changes of links that a module is in the way of.
+    /// Refuses changes of links that a module blocks.
     ///
     /// # Errors
-    /// The links that a module is in the way of.
+    /// The links that a module blocks.
     pub fn judged(&self, proposal: Proposal) -> Result<Proposal, Report> {
         LinkEditor::new(&self.agent).judged(proposal)
     }
@@ -110,47 +112,51 @@ impl Composer {
         SettingsChanger::new(&self.agent).say_changes(what, changes)
     }
 
-    /// The value that a module has where nothing says another.
+    /// Value of a module's setting without any in the configuration.
     pub fn default_at(&self, path: &str) -> Option<String> {
         SettingsChanger::new(&self.agent).default_at(path)
     }
 
-    /// The agents of which the configuration says where they are.
+    /// Names of the agents with an endpoint in the configuration.
     pub fn named_agents(&self) -> Vec<String> {
         RemoteLinks::new(&self.agent).named_agents()
     }
 
-    /// What looks into other agents; nothing when this one shares nothing.
+    /// Inspection of other agents; `None` if this agent shares nothing.
     pub fn inspection(&self) -> Option<Arc<dyn Inspection>> {
         RemoteLinks::new(&self.agent).inspection()
     }
 
-    /// The agent's part in the knowledge of its team, for networks that reach other robots; nothing unless it takes part.
+    /// The agent's part in its team's knowledge; `None` if it takes no part.
+    /// It is for networks that reach other robots.
     pub fn team(&self) -> Option<Arc<dyn TeamExchange>> {
         RemoteLinks::new(&self.agent).team()
     }
 
-    /// The time of the clock by which the agent shares.
+    /// Present time of the sharing's monotonic clock, ns.
     pub fn steady_now(&self) -> u64 {
         RemoteLinks::new(&self.agent).steady_now()
     }
 
-    /// The whole configuration as it is, with what the command line has set and what was changed since, as TOML.
+    /// Returns the whole present configuration, as TOML.
+    /// It includes the settings of the command line and all changes since.
     pub fn configuration_text(&self) -> String {
         SnapshotTaker::new(&self.agent).configuration_text()
     }
 
-    /// The plugins that are loaded, each with a hash over its library, or over what its modules are.
+    /// Returns the loaded plugins, each with a hash.
+    /// The hash is over the library, or over the descriptions of the modules.
     pub fn plugin_marks(&self) -> Vec<PluginMark> {
         SnapshotTaker::new(&self.agent).plugin_marks()
     }
 
-    /// Takes something of the application into all snapshots from now on, under a name.
+    /// Adds content of the application to all later snapshots, under a name.
     pub fn keep(&self, name: &str, keepsake: Arc<dyn Keepsake>) {
         SnapshotTaker::new(&self.agent).keep(name, keepsake)
     }
 
-    /// Takes a snapshot and writes it to a file; the loop goes on meanwhile. Returns it.
+    /// Takes a snapshot, writes it to a file and returns it.
+    /// The loop continues meanwhile.
     ///
     /// # Errors
     /// As [`snapshot`](Composer::snapshot) and [`Snapshot::write`].
@@ -158,32 +164,34 @@ impl Composer {
         SnapshotTaker::new(&self.agent).save(file)
     }
 
-    /// Copies all of the agent between two cycles, when no module is in a tick. It is copied and no more, so the loop
-    /// soon goes on; [`Snapshot::write`] writes it to a file, in any thread.
+    /// Takes a snapshot of the agent between two cycles.
+    /// No module is in a tick then. The call only copies, so the loop continues soon; [`Snapshot::write`] writes the
+    /// snapshot to a file, in any thread.
     ///
     /// # Errors
-    /// When a module does not stand still, or its state can't be saved.
+    /// When a module has not returned from its last call, or its state can't be saved.
     pub fn snapshot(&self) -> Result<Snapshot, SnapshotError> {
         SnapshotTaker::new(&self.agent).snapshot()
     }
 
-    /// Goes on from a snapshot: between two cycles all is as it was then. Real actuators are disarmed; those that arm
-    /// themselves are as they were, unless they are stopped now. Settings that are another in the snapshot are changed in
-    /// the `database`, if there is one.
+    /// Restores a snapshot between two cycles.
+    /// Real actuators are disarmed; those that arm themselves return to their state in the snapshot, unless they are
+    /// stopped now. Settings that differ in the snapshot are changed in the `database`, if there is one.
     ///
-    /// Services of the host that a module uses begin afresh, as with new code: what it has opened itself, it opens again.
+    /// Services of the host that a module uses begin afresh, as with new code: the module must open its handles again.
     ///
     /// # Errors
-    /// What does not fit; the agent goes on as it was.
+    /// The mismatches; the agent continues unchanged.
     pub fn restore(&self, snapshot: &Snapshot, database: Option<&Database>) -> Result<(), SnapshotError> {
         SnapshotRestorer::new(&self.agent).restore(snapshot, database)
     }
 
-    /// As [`restore`](Composer::restore), but parameters, switches and values of inputs stay those that the agent was
-    /// loaded with where the snapshot's configuration has others.
+    /// Restores a snapshot as [`restore`](Composer::restore), under own settings.
+    /// Parameters, switches and values of inputs keep the values with which the agent was loaded, where the snapshot's
+    /// configuration has others.
     ///
     /// # Errors
-    /// What does not fit; the agent goes on as it was.
+    /// The mismatches; the agent continues unchanged.
     pub fn restore_under_own_settings(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         SnapshotRestorer::new(&self.agent).restore_under_own_settings(snapshot)
     }

@@ -1,4 +1,4 @@
-//! The public interface for changes of an agent while it runs.
+//! Public interface for changes of a running agent.
 
 mod configuration;
 mod operation;
@@ -19,7 +19,8 @@ use super::plugins::{Loaded, PluginError, PluginLoader, Reload, Reloader, Shadow
 use crate::recording::Recording;
 use crate::sharing::AfterTick;
 
-/// Changes an agent, from any thread and while it runs. One change is made at a time.
+/// Handle that changes an agent, from any thread and while it runs.
+/// It makes one change at a time.
 #[derive(Clone)]
 pub struct Composer {
     pub(super) agent: AgentHandle,
@@ -31,7 +32,7 @@ impl std::fmt::Debug for Composer {
     }
 }
 
-/// A composer that does not keep its agent.
+/// Composer that does not keep its agent alive.
 #[derive(Clone, Default)]
 pub struct WeakComposer {
     agent: WeakHandle,
@@ -44,23 +45,24 @@ impl std::fmt::Debug for WeakComposer {
 }
 
 impl WeakComposer {
-    /// The composer, as long as the agent is there.
+    /// Returns the composer, while the agent exists.
     pub fn upgrade(&self) -> Option<Composer> {
         self.agent.upgrade().map(|agent| Composer { agent })
     }
 }
 
 impl Composer {
-    /// A composer that does not keep the agent.
+    /// Returns a composer that does not keep the agent alive.
     pub fn downgrade(&self) -> WeakComposer {
         WeakComposer { agent: self.agent.downgrade() }
     }
 
-    /// Loads a plugin, or a list of plugins, of the configuration, with the plugins that it needs. The modules of the
-    /// configuration that are of its kinds begin; a kind of which there is none gets a module of its name.
+    /// Loads a plugin, or a list of plugins, of the configuration.
+    /// The plugins that it depends on are loaded too. The configuration's modules of its kinds begin; a kind without
+    /// any gets a module of its name.
     ///
     /// # Errors
-    /// What does not fit; nothing is loaded then.
+    /// The mismatches; nothing is loaded then.
     pub fn load(&self, name: &str) -> Result<Loaded, PluginError> {
         PluginLoader::new(&self.agent).load(name)
     }
@@ -68,54 +70,56 @@ impl Composer {
     /// Loads a plugin's library, as [`load`](Composer::load) does.
     ///
     /// # Errors
-    /// What does not fit; nothing is loaded then.
+    /// The mismatches; nothing is loaded then.
     pub fn load_library(&self, file: &Path) -> Result<Loaded, PluginError> {
         PluginLoader::new(&self.agent).load_library(file)
     }
 
-    /// Unloads a plugin, or the plugins of a list in reverse order: their modules end, their outputs get their safe
-    /// values, and what they wrote last stays where others read it. Says what became of each library's memory.
+    /// Unloads a plugin, or the plugins of a list in reverse order.
+    /// Their modules end, their outputs take their safe values, and their last values stay where others read them.
+    /// Returns the state of each library's memory.
     ///
     /// # Errors
-    /// When another plugin needs it, a module does not let itself be unloaded, or has not returned from its tick.
+    /// When another plugin depends on it, a module vetoes the unloading, or has not returned from its tick.
     pub fn unload(&self, name: &str) -> Result<Vec<(String, &'static str)>, PluginError> {
         PluginLoader::new(&self.agent).unload(name)
     }
 
-    /// Exchanges the code of a plugin: with what its library is now, or with `file`. It is done between two ticks, and
-    /// each module's state is carried over when it fits the new code; else the module begins afresh. New code beside the
-    /// plugin ends.
+    /// Exchanges the code of a plugin, with its present library or with `file`.
+    /// The exchange takes place between two ticks. Each module's state is carried over if it fits the new code; else
+    /// the module begins afresh. A shadow of the plugin ends.
     ///
     /// # Errors
-    /// What does not fit; the old code goes on then.
+    /// The mismatches; the old code stays then.
     pub fn reload(&self, name: &str, file: Option<&Path>) -> Result<Reload, PluginError> {
         Reloader::new(&self.agent).reload(name, file)
     }
 
-    /// Runs the code of a library beside that of a plugin: it begins with the modules' present states, makes the same
-    /// steps on the same inputs in threads of its own, and what it writes is compared and thrown away. How it goes is
-    /// at each module's `shadow`. Returns the modules.
+    /// Runs a library's code as the shadow of a plugin.
+    /// It begins with the modules' present states and makes the same steps on the same inputs in threads of its own;
+    /// its outputs are compared and discarded. The result is at each module's `shadow`. Returns the modules.
     ///
     /// # Errors
-    /// What does not fit, or when a module has other ports in the new code, or uses services, which would act. Nothing
+    /// The mismatches, or when a module has other ports in the new code, or uses services, which would act. Nothing
     /// runs beside the plugin then.
     pub fn shadow(&self, name: &str, file: &Path) -> Result<Vec<String>, PluginError> {
         ShadowRunner::new(&self.agent).shadow(name, file)
     }
 
-    /// Ends the new code beside a plugin; the old goes on.
+    /// Ends the shadow of a plugin; the old code stays.
     ///
     /// # Errors
-    /// When there is none.
+    /// When the plugin has no shadow.
     pub fn end_shadow(&self, name: &str) -> Result<(), PluginError> {
         ShadowRunner::new(&self.agent).end_shadow(name)
     }
 
-    /// The new code beside a plugin takes over between two steps, with the states that it has by then.
+    /// Replaces a plugin's code by its shadow between two steps.
+    /// The new code has the states that it has by then.
     ///
     /// # Errors
-    /// When there is none, it has panicked, it lags behind or hangs, or a module does not return; the old code goes on
-    /// then.
+    /// When the plugin has no shadow, the shadow has panicked, lags behind or hangs, or a module does not return; the
+    /// old code stays then.
     pub fn promote(&self, name: &str) -> Result<Reload, PluginError> {
         ShadowRunner::new(&self.agent).promote(name)
     }
@@ -123,13 +127,13 @@ impl Composer {
     /// Switches a module on or off.
     ///
     /// # Errors
-    /// When there is no such module, or another module switches it.
+    /// When the module is unknown, or another module switches it.
     pub fn enable(&self, module: &str, on: bool) -> Result<(), BoardError> {
         ModuleAccess::new(&self.agent).enable(module, on)
     }
 
-    /// The parameters of a module, with their defaults and ranges; none of one that there is not. During a change they are
-    /// those from before it.
+    /// Parameters of a module with their defaults and ranges; empty if it is unknown.
+    /// During a change they are those from before it.
     pub fn parameters(&self, module: &str) -> Vec<Parameter> {
         self.agent.overview().parameters(module)
     }
@@ -139,52 +143,55 @@ impl Composer {
         self.agent.overview().port(path)
     }
 
-    /// Why nobody sets an input, if it moves a robot past its gate or Knowledge alone fills it.
+    /// Returns the reason for which an input can't be set by hand, if any.
+    /// Such an input moves a robot past its gate, or only Knowledge sets it.
     pub fn hand_refusal(&self, input: &str) -> Option<String> {
         hand_refusal(&self.agent, input)
     }
 
-    /// The plugins that are loaded, and those of the configuration that are not. During a change they are those from
-    /// before it.
+    /// Lists the loaded plugins, and the unloaded ones of the configuration.
+    /// During a change they are those from before it.
     pub fn plugins(&self) -> Vec<PluginStatus> {
         self.agent.overview().plugins().to_vec()
     }
 
-    /// The modules that there are, with how they are at this moment. During a change they are those from before it.
+    /// Lists the modules with their present conditions.
+    /// During a change they are those from before it.
     pub fn modules(&self) -> Vec<ModuleStatus> {
         self.agent.overview().modules(self.agent.board())
     }
 
-    /// Whether a module is the agent's clock.
+    /// Returns true if a module is the agent's time source.
     pub fn is_time_source(&self, module: &str) -> bool {
         self.agent.overview().is_time_source(module)
     }
 
-    /// What records the agent, if anything does.
+    /// Recorder of the agent, if any.
     pub fn recording(&self) -> Option<&dyn Recording> {
         self.agent.recorder.recording.as_deref()
     }
 
-    /// Waits until the changes that were made are in what records the agent, but not for long.
+    /// Waits for a short time until the recorder has stored all changes.
     pub fn settle_changes(&self) {
         self.agent.recorder.settle();
     }
 
-    /// Returns an input that a program outside of the agent can fill, as no link does, and the field that the path names.
-    /// Its [`set_external`](Property::set_external) says so to tools and recordings, from which a rerun takes the values.
+    /// Returns an input that a program outside of the agent can set, and its field.
+    /// No link fills the input; the path names the field. Its [`set_external`](Property::set_external) marks it for
+    /// tools and recordings, from which a rerun takes the values.
     ///
     /// # Errors
-    /// Why it can't be filled.
+    /// The reason for which it can't be filled.
     pub fn external_input(&self, input: &str) -> Result<(Arc<Property>, String), ExternalInputError> {
         ExternalInputs::new(&self.agent).find(input)
     }
 
-    /// Returns the reason for which a program outside of the agent can't have the values of a property, and the remedy.
+    /// Returns why a program outside can't read a property, with the remedy.
     pub fn output_refusal(&self, path: &str) -> Option<(String, &'static str)> {
         output_refusal(&self.agent, path)
     }
 
-    /// The inbox of a path, to which a program outside of the agent may send messages.
+    /// Returns the inbox at a path, if external programs may send to it.
     ///
     /// # Errors
     /// When it is no inbox, or takes messages of blocks alone.
@@ -192,15 +199,15 @@ impl Composer {
         ExternalInputs::new(&self.agent).find_inbox(inbox)
     }
 
-    /// Sets inputs to values from outside, in their order; returns what came of each. In lockstep it waits for the end of
-    /// the cycle and sets all of them before the next one; before the first cycle, values are refused. Nothing is returned
-    /// when the loop has ended by a panic.
+    /// Sets inputs to values from outside, in their order; returns their results.
+    /// In lockstep it waits for the end of the cycle and sets all of them before the next one; before the first cycle,
+    /// values are refused. The result is empty if the loop has ended by a panic.
     pub fn set_external(&self, values: Vec<ExternalValue>) -> Vec<Result<(), ExternalInputError>> {
         ExternalInputs::new(&self.agent).set(values)
     }
 
-    /// Does something between two cycles when the agent is in lockstep, so that a rerun can do it after the same cycle; else at
-    /// once. Returns nothing when the loop has ended by a panic.
+    /// Runs work between two cycles in lockstep, else at once.
+    /// A rerun can do the work after the same cycle. `None` if the loop has ended by a panic.
     pub fn between_cycles<R: Send + 'static>(&self, work: impl FnOnce() -> R + Send + 'static) -> Option<R> {
         if !self.is_lockstep() {
             return Some(work());
@@ -208,8 +215,9 @@ impl Composer {
         self.agent.shared.between_cycles(&[], move |_| Some(work())).ok()
     }
 
-    /// Has the loop wait in lockstep at the end of each cycle for values from outside; none ends that. It is
-    /// called in the loop's thread, where it changes nothing of the agent but the inputs that it sets.
+    /// Sets the callback that waits for external values after each cycle.
+    /// It works in lockstep only; `None` removes it. The loop's thread calls it, and it must change nothing of the
+    /// agent but the inputs that it sets.
     pub fn wait_after_cycles(&self, wait: Option<ValueWait>) {
         let agent = self.agent.downgrade();
         self.agent.shared.set_wait(wait.map(|mut wait| -> slate_engine::main_loop::CycleWait {
@@ -219,13 +227,14 @@ impl Composer {
         }));
     }
 
-    /// Adds what is called after each tick that wrote something, in the thread of the tick: it must not wait. It stays as long
-    /// as the agent. Returns false when there is no room for one more.
+    /// Adds a callback after each tick that wrote a value.
+    /// The thread of the tick calls it: it must not wait. It stays as long as the agent. False if there is no room for
+    /// it.
     pub fn after_tick(&self, call: AfterTick) -> bool {
         self.agent.shared.hooks.after_tick.add(call)
     }
 
-    /// Everything that the robot knows.
+    /// The agent's board, with all properties.
     pub fn board(&self) -> &Arc<Board> {
         self.agent.board()
     }
@@ -235,12 +244,13 @@ impl Composer {
         self.agent.now()
     }
 
-    /// The date of a time of the agent.
+    /// Converts the agent's time into a date.
     pub fn date_of(&self, time: u64) -> SystemTime {
         self.agent.shared.clock.date_of(time)
     }
 
-    /// Whether the agent is in lockstep: its time is set, and wall-clock time changes nothing.
+    /// Returns true in lockstep, with time set by its source.
+    /// Wall-clock time changes nothing then.
     pub fn is_lockstep(&self) -> bool {
         self.agent.shared.lockstep
     }
@@ -255,7 +265,7 @@ impl Composer {
         self.agent.log(level, text);
     }
 
-    /// Waits until what was logged so far is written, but not longer than `limit`.
+    /// Waits until all lines logged so far are written, at most for `limit`.
     pub fn flush_log(&self, limit: Duration) {
         self.agent.shared.logger.flush(limit);
     }

@@ -1,4 +1,4 @@
-//! What people and tools do with an agent that runs: its actuators, its main loop, its past.
+//! Operation of a running agent: its actuators, its main loop, its past.
 
 use std::sync::Arc;
 
@@ -23,26 +23,27 @@ impl Composer {
         GateOperator::new(&self.agent).reset()
     }
 
-    /// Lets commands through to the actuators; false when one is still stopped.
+    /// Arms all actuators; false if one is still stopped.
     pub fn arm(&self) -> bool {
         GateOperator::new(&self.agent).arm()
     }
 
-    /// Lets commands through to one actuator; false when it is still stopped, and nothing when there is none of that name.
+    /// Arms one actuator.
+    /// False if it is still stopped, `None` if it is unknown.
     pub fn arm_one(&self, actuator: &str) -> Option<bool> {
         GateOperator::new(&self.agent).arm_one(actuator)
     }
 
-    /// The actuators, each with why it is stopped, if it is.
+    /// Returns the actuators, each with the reason of its stop, if stopped.
     pub fn actuators(&self) -> Vec<(String, Option<String>)> {
         GateOperator::new(&self.agent).actuators()
     }
 
-    /// Takes the controls of an actuator. Commands pass while its gate is armed. `who` says whose they are then, for the log
-    /// and for others who want them.
+    /// Takes the controls of an actuator.
+    /// Commands pass while its gate is armed. `who` names the holder, for the log and for others who want the controls.
     ///
     /// # Errors
-    /// When there is no such actuator, or somebody has its controls.
+    /// When the actuator is unknown, or its controls are taken.
     pub fn take_controls(&self, actuator: &str, who: &str) -> Result<Teleoperation, ControlsError> {
         ControlsKeeper::new(&self.agent).take_controls(actuator, who)
     }
@@ -52,19 +53,22 @@ impl Composer {
         ControlsKeeper::new(&self.agent).controls()
     }
 
-    /// Gives the main loop other stages, from its next cycle on; while a module has taken the loop with stages of its own,
-    /// from when that ends. Modules stay in the stages that they name.
+    /// Sets the stages of the main loop, from its next cycle on.
+    /// While a module has taken the loop with stages of its own, they take effect when it gives the loop back. Modules
+    /// stay in the stages that they name.
     pub fn set_schedule(&self, schedule: Schedule) {
         LoopControl::new(&self.agent).set_schedule(schedule)
     }
 
-    /// Lets a policy say which stage comes next, from the next cycle on; none goes back to the order of the schedule.
-    /// It is not asked while a module has the loop. It is the application's code, as an observer is, and nobody watches whether it returns.
+    /// Sets the policy that chooses the next stage, from the next cycle on.
+    /// `None` restores the order of the schedule. The policy is not called while a module has the loop. It is the
+    /// application's code, as an observer is, and no watchdog checks whether it returns.
     pub fn set_policy(&self, policy: Option<Box<dyn LoopPolicy>>) {
         LoopControl::new(&self.agent).set_policy(policy)
     }
 
-    /// Lets a time source say what time it is, from the next cycle on; with none, time goes on by the period.
+    /// Sets the time source, from the next cycle on.
+    /// With `None` the time advances by the period.
     ///
     /// # Errors
     /// When the agent was not started with a time source.
@@ -72,37 +76,37 @@ impl Composer {
         LoopControl::new(&self.agent).set_time_source(source)
     }
 
-    /// Tells the values that a property had: those of the recording that is played, if one is, and else those of the last seconds, if
-    /// they are kept.
+    /// Reads the earlier values of a property.
+    /// They come from the recording that is played, else from the last seconds, if these are kept.
     ///
     /// # Errors
-    /// Why there are none.
+    /// The reason for which the values are not available.
     pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal> {
         PlaybackAccess::new(&self.agent).history(wish, take)
     }
 
-    /// Lets tools control a playback, which the application makes the cycles of.
+    /// Sets the playback that tools control; the application makes its cycles.
     pub fn control_playback(&self, control: Arc<dyn PlaybackControl>) {
         PlaybackAccess::new(&self.agent).control(control)
     }
 
-    /// What the playback is controlled by, if the agent plays a recording.
+    /// Control of the playback; `None` if the agent plays no recording.
     pub fn playback(&self) -> Option<Arc<dyn PlaybackControl>> {
         PlaybackAccess::new(&self.agent).playback()
     }
 
-    /// The stages of the loop in their order, each with its modules in the order in which they run; those with threads of
-    /// their own are in none.
+    /// Returns the stages of the loop, each with its modules, in order.
+    /// Modules with threads of their own are in no stage.
     pub fn order(&self) -> Vec<(String, Vec<String>)> {
         self.agent.shared.order()
     }
 
-    /// Cycles that the main loop has begun.
+    /// Number of cycles that the main loop has begun.
     pub fn cycles(&self) -> u64 {
         self.agent.shared.cycles()
     }
 
-    /// What ran when; as [`Agent::trace`](crate::Agent::trace).
+    /// Returns the trace, as [`Agent::trace`](crate::Agent::trace).
     pub fn trace(&self) -> AgentTrace {
         AgentTrace::new(Arc::clone(&self.agent.shared))
     }

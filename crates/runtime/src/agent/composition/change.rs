@@ -1,4 +1,4 @@
-//! Other modules: what is new comes, and what is no longer meant goes.
+//! Change of an agent's modules: new ones come, and superfluous ones are removed.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,21 +10,22 @@ use slate_configuration::Report;
 use slate_engine::main_loop::SharedLoop;
 
 impl Composition {
-    /// What the agent would be made of with that catalogue.
+    /// Returns the target with a changed catalogue.
     pub fn target(&self, change: impl FnOnce(&mut Catalogue)) -> CompositionTarget {
         let mut catalogue = self.catalogue.clone();
         change(&mut catalogue);
         CompositionTarget { configuration: Arc::clone(&self.configuration), catalogue, keep: false }
     }
 
-    /// The configuration of a target with the links that it leaves to types and roles. Those of modules that are there
-    /// stay as they are; what would make one ambiguous is refused.
+    /// Returns the configuration of a target with its inferred links.
+    /// Types and roles decide these. Links of present modules are kept; a change that makes one of them ambiguous is
+    /// refused.
     fn wired(&self, target: &CompositionTarget) -> Wired {
         let is_present = |name: &str| self.assembly.modules.contains_key(name);
         Wired::new(&target.configuration, &target.catalogue, &is_present)
     }
 
-    /// Whether it would fit, and what its modules would be.
+    /// Checks a target, and returns the modules that it has.
     pub fn check(&self, target: &CompositionTarget) -> Result<BTreeMap<String, Fitting>, Report> {
         let wired = self.wired(target);
         let survey = wired.check(&target.catalogue)?;
@@ -35,8 +36,8 @@ impl Composition {
         Ok(survey.modules.into_iter().map(described).collect())
     }
 
-    /// Makes the agent what it is to be: modules that are new come, with the states that they are to have, and those
-    /// that are no longer meant go. What stays is not touched.
+    /// Changes the agent into the target.
+    /// New modules begin with their states, and modules that the target lacks are removed. The others are not touched.
     pub fn change(
         &mut self,
         target: CompositionTarget,

@@ -1,4 +1,4 @@
-//! Links that a module is in the way of: they are made when it has returned.
+//! Links that a module blocks; they are made when it has returned.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -13,29 +13,30 @@ use slate_composition::{Complaints, Wired, survey};
 use slate_configuration::{Configuration, Report};
 use slate_engine::main_loop::SharedLoop;
 
-/// How often it is looked whether the module has returned.
+/// Polling interval for the return of the module that blocks links.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Makes links that a module was in the way of.
+/// Callback that makes blocked links.
 pub(in crate::agent) trait LinkRetry: Send + Sync {
-    /// Tries them again; false when nothing is left to try, or the agent has ended.
+    /// Tries blocked links again; false if none is left, or the agent has ended.
     fn retry(&self) -> bool;
 }
 
-/// The links that are not those of the configuration.
+/// Links that differ from the configuration.
 #[derive(Default)]
 pub(in crate::agent) struct WaitingLinks {
-    /// Why they are not made; they are tried again with the next change of the configuration, and when a module that was in
-    /// the way has returned.
+    /// Error of the links that are not made.
+    /// They are tried again with the next change of the configuration, and when the module that blocks them has
+    /// returned.
     pub unlinked: Option<Unlinked>,
-    /// Whether a thread waits for that.
+    /// True while a thread waits for that module.
     is_trying: bool,
-    /// What that thread asks.
+    /// Callback of that thread.
     pub retry: Option<Arc<dyn LinkRetry>>,
 }
 
 impl WaitingLinks {
-    /// Starts the thread, which ends when nothing is left to try.
+    /// Starts the thread, which ends when no blocked link is left.
     fn try_again(&mut self, shared: &SharedLoop) {
         let Some(retry) = self.retry.clone().filter(|_| !self.is_trying) else { return };
         let work = move || {
@@ -57,8 +58,8 @@ impl WaitingLinks {
 }
 
 impl Composition {
-    /// Gives the modules the links of that configuration, or does it when the one that is in the way has returned. Returns
-    /// the modules that read something else now.
+    /// Links the modules according to a configuration, now or later.
+    /// If a module blocks the links, they are made when it has returned. Returns the modules whose sources changed.
     pub fn settle_links(&mut self, configuration: &Configuration, shared: &Arc<SharedLoop>) -> Vec<String> {
         let before = self.waiting.unlinked.take();
         match self.assembly.relink(configuration, &self.catalogue, shared) {
@@ -78,8 +79,8 @@ impl Composition {
         }
     }
 
-    /// Tries links again that a module was in the way of; returns the modules that read something else now. Nothing when
-    /// none is left to try.
+    /// Tries blocked links again; returns the modules whose sources changed.
+    /// `None` if no blocked link is left.
     pub fn retry_links(&mut self, shared: &Arc<SharedLoop>) -> Option<Vec<String>> {
         let late = self.waiting.unlinked.as_ref().and_then(|unlinked| unlinked.late.clone());
         let Some(late) = late else {
@@ -100,12 +101,14 @@ impl Composition {
         self.remotes.note_readers(&mut self.assembly);
     }
 
-    /// A property of another agent is on the board; says whether links lead to another one now.
+    /// Notes that a property of another agent is on the board.
+    /// Returns true if links lead to another property now.
     pub fn remote_found(&mut self, path: &RemotePath, property: &str) -> bool {
         self.remotes.found(&mut self.catalogue, &self.assembly.resources.board, path, property)
     }
 
-    /// Why the ports are not linked as the configuration says, by their modules and names.
+    /// Returns the ports whose links differ from the configuration, with reasons.
+    /// The ports are named by modules and names.
     pub fn unmade(&self) -> BTreeMap<String, String> {
         let Some(unlinked) = &self.waiting.unlinked else { return BTreeMap::new() };
         let configuration = &self.configuration;
@@ -118,14 +121,15 @@ impl Composition {
         ports.map(|port| (port, unlinked.reason())).collect()
     }
 
-    /// Another configuration with the modules that were loaded by hand, and with the inferred links. Ports of which it says
-    /// nothing any more get theirs again.
+    /// Returns a configuration with the agent's loaded modules and inferred links.
+    /// The loaded modules are those loaded by hand. Ports without a setting any more get their inferred links again.
     pub fn rewired(&self, configuration: &Configuration) -> Wired {
         let configuration = configuration.with_loaded_of(&self.configuration);
         Wired::after(&configuration, &self.configuration, &self.catalogue)
     }
 
-    /// Refuses a configuration whose links can't be made now, as a module is in the way.
+    /// Refuses a configuration whose links can't be made now.
+    /// This is the case if a module that has not returned blocks them.
     pub fn check_returned(&self, configuration: &Configuration) -> Result<(), Report> {
         let wired = self.rewired(configuration);
         let configuration = &**wired.configuration();

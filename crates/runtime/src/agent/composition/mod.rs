@@ -1,5 +1,5 @@
-//! What an agent is made of at present, and how that changes: everything fits and is exchanged between two cycles, or
-//! nothing happens.
+//! Present composition of an agent, and its changes.
+//! A change is checked as a whole and exchanged between two cycles, or it has no effect.
 
 mod change;
 mod links;
@@ -22,72 +22,73 @@ use slate_engine::main_loop::SharedLoop;
 use slate_engine::plugin::{KnownLibraries, Residence};
 pub(super) use target::{CompositionChange, CompositionTarget, Fitting};
 
-/// Where a plugin's code comes from.
+/// Origin of a plugin's code.
 #[derive(Clone, Debug)]
 pub(super) struct LibraryOrigin {
     pub file: PathBuf,
     pub residence: Residence,
 }
 
-/// A plugin whose new code runs beside the old.
+/// Plugin with a shadow.
 pub(super) struct PluginTrial {
     pub plugin: Plugin,
     pub origin: LibraryOrigin,
     pub modules: Vec<String>,
 }
 
-/// Where the code of the plugins is.
+/// Code of the plugins.
 #[derive(Default)]
 pub(super) struct PluginCode {
     /// The plugins that are linked into the program.
     pub linked: Vec<Plugin>,
-    /// Libraries as they were when they were loaded last.
+    /// Known state of libraries at their last load.
     pub known: Option<KnownLibraries>,
-    /// Where the code of libraries comes from, by plugin.
+    /// Origins of the libraries' code, by plugin.
     pub origins: BTreeMap<String, LibraryOrigin>,
-    /// Plugins whose new code runs beside the old.
+    /// Plugins with a shadow.
     pub trials: BTreeMap<String, PluginTrial>,
 }
 
-/// Takes snapshots by itself, as the configuration says.
+/// Automatic snapshots of a configuration.
 pub(super) trait AutomaticSnapshot: Send + Sync {
-    /// Begins anew: what holds now was no change.
+    /// Starts anew; conditions that hold now do not count as changes.
     fn begin(&self, shared: &SharedLoop);
 
-    /// Waits until the last snapshot is written. Must not be called by the loop, as the writer may wait for it.
+    /// Waits until the last snapshot is written.
+    /// The loop must not call it, as the writer may wait for the loop.
     fn wait(&self);
 }
 
-/// What an agent takes into snapshots, and when.
+/// Snapshots of an agent: additional content, and automatic snapshots.
 #[derive(Default)]
 pub(super) struct SnapshotSettings {
-    /// What the application takes into snapshots.
+    /// Content of the application in snapshots.
     pub keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
-    /// What takes snapshots by itself.
+    /// Automatic snapshots.
     pub automatic: Option<Arc<dyn AutomaticSnapshot>>,
 }
 
-/// All that an agent is made of.
+/// Composition of an agent.
 pub(super) struct Composition {
     pub configuration: Arc<Configuration>,
     pub catalogue: Catalogue,
-    /// The modules and links that are made of the two.
+    /// Modules and links made from the two.
     pub assembly: Assembly,
     pub plugins: PluginCode,
     /// Links that are not made yet.
     pub waiting: WaitingLinks,
     pub remotes: Remotes,
     pub snapshots: SnapshotSettings,
-    /// Whether actuators that come are armed.
+    /// True if new actuators are armed.
     pub armed: bool,
-    /// Where the configuration is changed.
+    /// Database of the configuration.
     pub database: Option<Database>,
-    /// What the playback is controlled by, if a recording is played.
+    /// Control of the playback, if a recording is played.
     pub playback: Option<Arc<dyn PlaybackControl>>,
 }
 
 impl Composition {
-    /// Of no module yet.
+    /// Makes a composition without modules.
     pub fn new(
         configuration: Arc<Configuration>,
         catalogue: Catalogue,
@@ -120,7 +121,7 @@ impl Composition {
         modules.map(|(name, _)| name.clone()).collect()
     }
 
-    /// Where the configuration is changed.
+    /// Returns the database of the configuration.
     ///
     /// # Errors
     /// When the agent was loaded without a database.

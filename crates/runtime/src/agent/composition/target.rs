@@ -8,29 +8,29 @@ use slate_module::{Description, ModuleKind};
 
 use slate_configuration::Configuration;
 
-/// What an agent is to be made of.
+/// Target composition of a change.
 pub(in crate::agent) struct CompositionTarget {
     pub configuration: Arc<Configuration>,
     pub catalogue: Catalogue,
-    /// Whether the states of modules that leave are wanted; a save may take its time.
+    /// True if the states of modules that leave are kept; a save may take long.
     pub keep: bool,
 }
 
-/// A module that fits.
+/// Module that fits.
 pub(in crate::agent) struct Fitting {
     pub kind: ModuleKind,
     pub description: Description,
     pub setup: OwnSetup,
-    /// Its parameters as in the configuration.
+    /// Parameters as in the configuration.
     pub params: Vec<u8>,
 }
 
-/// What a change came to.
+/// Result of a change.
 #[derive(Debug, Default)]
 pub(in crate::agent) struct CompositionChange {
     pub arrived: Vec<String>,
-    /// With the states that they left, or why they could not be saved.
+    /// Removed modules with their states, or errors of saving them.
     pub left: BTreeMap<String, Result<Vec<u8>, String>>,
-    /// Modules that took over a state, or why it did not fit.
+    /// Modules that received a state, or the reason for which it did not fit.
     pub restored: BTreeMap<String, Result<(), String>>,
 }

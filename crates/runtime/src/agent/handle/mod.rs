@@ -1,4 +1,4 @@
-//! The way to an agent that runs, for all that looks at it or changes it.
+//! Handle of a running agent, for all that read or change it.
 
 mod overview;
 mod recorder;
@@ -16,7 +16,7 @@ pub use overview::{ModuleStatus, PluginStatus};
 pub(super) use recorder::{ChangeRecorder, by_module};
 use slate_engine::main_loop::SharedLoop;
 
-/// An agent that runs, what it is made of, and what records its changes.
+/// Running agent with its composition and its recorder.
 #[derive(Clone)]
 pub(super) struct AgentHandle {
     pub shared: Arc<SharedLoop>,
@@ -25,7 +25,7 @@ pub(super) struct AgentHandle {
     pub recorder: ChangeRecorder,
 }
 
-/// A handle that does not keep its agent.
+/// Handle that does not keep the agent alive.
 #[derive(Clone, Default)]
 pub(super) struct WeakHandle {
     shared: Weak<SharedLoop>,
@@ -38,7 +38,7 @@ pub(super) struct WeakHandle {
 pub(super) struct HeldComposition<'c> {
     composition: MutexGuard<'c, Composition>,
     overview: &'c Mutex<Overview>,
-    /// Whether it may have been changed.
+    /// True if it may have been changed.
     is_changed: bool,
 }
 
@@ -74,7 +74,7 @@ impl Drop for HeldComposition<'_> {
 }
 
 impl WeakHandle {
-    /// The handle, as long as the agent is there.
+    /// Returns the handle, while the agent exists.
     pub fn upgrade(&self) -> Option<AgentHandle> {
         let shared = self.shared.upgrade()?;
         let recording = match &self.recording {
@@ -116,7 +116,7 @@ impl AgentHandle {
         agent
     }
 
-    /// A handle that does not keep the agent.
+    /// Returns a handle that does not keep the agent alive.
     pub fn downgrade(&self) -> WeakHandle {
         WeakHandle {
             shared: Arc::downgrade(&self.shared),
@@ -126,13 +126,14 @@ impl AgentHandle {
         }
     }
 
-    /// What the agent is made of, for one change at a time; what came of it is shown when it is let go.
+    /// Locks the composition for one change.
+    /// The overview is updated when the lock is released.
     pub fn composition(&self) -> HeldComposition<'_> {
         let composition = self.composition.lock().unwrap_or_else(PoisonError::into_inner);
         HeldComposition::new(composition, &self.overview)
     }
 
-    /// What the agent is made of, unless somebody else has it now.
+    /// Locks the composition; `None` if another thread has it.
     pub fn try_composition(&self) -> Option<HeldComposition<'_>> {
         let composition = match self.composition.try_lock() {
             Ok(composition) => composition,
@@ -142,12 +143,12 @@ impl AgentHandle {
         Some(HeldComposition::new(composition, &self.overview))
     }
 
-    /// The lists of plugins and modules after the last change.
+    /// Returns the lists of plugins and modules after the last change.
     pub fn overview(&self) -> MutexGuard<'_, Overview> {
         self.overview.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Everything that the robot knows.
+    /// The agent's board, with all properties.
     pub fn board(&self) -> &Arc<Board> {
         &self.shared.board
     }
@@ -167,7 +168,7 @@ impl AgentHandle {
         self.shared.logger.log(self.now(), level, text);
     }
 
-    /// Logs whose links are other ones.
+    /// Logs the modules whose links have changed.
     pub fn tell_links(&self, modules: &[String]) {
         if !modules.is_empty() {
             self.log(Level::Info, &format!("other links hold for {}", modules.join(", ")));

@@ -1,5 +1,5 @@
-//! Lists of plugins and modules that are read without a lock of the composition: a change may take long, as it runs
-//! modules' code.
+//! Lists of plugins and modules, readable without the composition's lock.
+//! A change holds the lock and may take long, as it runs modules' code.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -14,57 +14,59 @@ use slate_engine::main_loop::Seat;
 use slate_engine::runner::{Health, ModuleCondition};
 use slate_module::{Description, Parameter, PortDescription};
 
-/// A plugin of an agent.
+/// State of a plugin.
 #[derive(Clone, Debug)]
 pub struct PluginStatus {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its version.
+    /// Version.
     pub version: String,
-    /// The library that its code comes from, or will when it is loaded by name; none when it is linked in.
+    /// Library of its code, also before it is loaded by name; `None` if linked in.
     pub file: Option<PathBuf>,
-    /// Whether it is loaded; else it is only known.
+    /// True if it is loaded; else it is only known.
     pub loaded: bool,
-    /// The kinds of modules that it brings.
+    /// Kinds of modules in it.
     pub kinds: Vec<String>,
     /// The modules that run its code.
     pub modules: Vec<String>,
-    /// The library with new code that runs beside it, if any does.
+    /// Library of its shadow, if any.
     pub shadow: Option<PathBuf>,
 }
 
-/// A module of an agent.
+/// State of a module.
 #[derive(Clone, Debug)]
 pub struct ModuleStatus {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// The kind that it is of.
+    /// Kind of the module.
     pub kind: String,
-    /// The plugin that brings the kind.
+    /// Plugin of the kind.
     pub plugin: String,
-    /// How it is, as in its `state`.
+    /// Condition, as in its `state`.
     pub condition: &'static str,
-    /// The required input without a value, or the service, that it waits for while it is `WAITING`.
+    /// Required input without a value, or service, that it waits for.
+    /// Only while it is `WAITING`.
     pub waiting_for: Option<String>,
     /// Ticks made.
     pub ticks: u64,
     /// Ticks beyond the deadline.
     pub misses: u64,
-    /// Panics caught; of an isolated module also each other end of its process: a fault, a kill, a step that hung.
+    /// Panics caught.
+    /// For an isolated module also each other end of its process: a fault, a kill, a step that hung.
     pub panics: u64,
-    /// Whether new code runs beside it; how that goes is at its `shadow`.
+    /// True if a shadow runs beside it; the comparison is at its `shadow`.
     pub has_shadow: bool,
 }
 
-/// What the agent was made of after the last change.
+/// Composition of the agent after the last change.
 pub(in crate::agent) struct Overview {
     plugins: Vec<PluginStatus>,
     modules: Vec<ListedModule>,
-    /// The module that is the clock.
+    /// Module that is the time source.
     time_source: Option<String>,
 }
 
-/// A module as it is listed; it keeps neither the module nor its library.
+/// Module in a list; it keeps neither the module nor its library.
 struct ListedModule {
     name: String,
     kind: String,
@@ -86,12 +88,12 @@ impl Overview {
         &self.plugins
     }
 
-    /// The modules that there are, with how they are at this moment.
+    /// Lists the modules with their present conditions.
     pub fn modules(&self, board: &Board) -> Vec<ModuleStatus> {
         self.modules.iter().map(|listed| listed.status(board)).collect()
     }
 
-    /// The parameters of a module, with their defaults and ranges; none of one that there is not.
+    /// Parameters of a module with their defaults and ranges; empty if it is unknown.
     pub fn parameters(&self, module: &str) -> Vec<Parameter> {
         let listed = self.modules.iter().find(|listed| listed.name == module);
         listed.map(|listed| listed.description.parameters.clone()).unwrap_or_default()
@@ -108,7 +110,7 @@ impl Overview {
         listed.description.ports.iter().find(|known| known.name == port).cloned()
     }
 
-    /// Whether a module is the agent's clock.
+    /// Returns true if a module is the agent's time source.
     pub fn is_time_source(&self, module: &str) -> bool {
         self.time_source.as_deref() == Some(module)
     }
@@ -129,7 +131,7 @@ impl ListedModule {
         }
     }
 
-    /// The port that it waits for, as its state says.
+    /// Returns the port that the module waits for, according to its state.
     fn waiting_for(&self, board: &Board) -> Option<String> {
         if self.health.condition() != ModuleCondition::WAITING {
             return None;

@@ -1,4 +1,4 @@
-//! Changes of an agent as what records it is told of them.
+//! Reports of an agent's changes to its recorder.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -8,23 +8,23 @@ use crate::recording::{Change as Recorded, Recording};
 use slate_configuration::{Change, Value};
 use slate_engine::main_loop::SharedLoop;
 
-/// Makes changes of an agent at a moment at which they can be made again, and tells what records it.
+/// Makes changes of an agent reproducibly, and reports them to the recorder.
 #[derive(Clone)]
 pub(in crate::agent) struct ChangeRecorder {
     shared: Arc<SharedLoop>,
-    /// What records the agent.
+    /// Recorder of the agent.
     pub recording: Option<Arc<dyn Recording>>,
 }
 
-/// How long a change waits for the end of a cycle.
+/// Longest wait of a change for the end of a cycle.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 thread_local! {
-    /// The module that has asked for the change that this thread makes, if one has.
+    /// Module that requests the change which this thread makes, if any.
     static BY_MODULE: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Makes a change that a module has asked for: a rerun has it from the module.
+/// Makes a change on a module's request; a rerun gets it from the module.
 pub(in crate::agent) fn by_module<R>(module: &str, change: impl FnOnce() -> R) -> R {
     let before = BY_MODULE.replace(Some(module.to_owned()));
     let result = change();
@@ -37,20 +37,20 @@ impl ChangeRecorder {
         Self { shared, recording }
     }
 
-    /// Makes a change that a module has asked for, but at a moment that depends on the wall clock: what records the agent is
-    /// told that the run can't be made again.
+    /// Makes a change that a module requests, at a time set by the wall clock.
+    /// The recorder is notified that the run can't be reproduced.
     pub fn make_for_module<R>(&self, module: &str, what: &str, make: impl FnOnce() -> R) -> R {
         self.tell(what);
         by_module(module, make)
     }
 
-    /// Makes changes; what records the agent is told. In lockstep they are made between two cycles, so that they can be made
-    /// again.
+    /// Makes changes and reports them to the recorder.
+    /// In lockstep they are made between two cycles, so that a rerun can make them again.
     pub fn make<R, E>(&self, changes: Vec<Recorded>, make: impl FnOnce() -> Result<R, E>) -> Result<R, E> {
         self.make_within(PATIENCE, changes, make)
     }
 
-    /// As [`make`](ChangeRecorder::make), but made so much later at most.
+    /// Makes changes as [`make`](ChangeRecorder::make), after at most `patience`.
     pub fn make_within<R, E>(
         &self,
         patience: Duration,
@@ -85,7 +85,7 @@ impl ChangeRecorder {
         result
     }
 
-    /// Tells what records the agent what came of a module's request for a change of settings.
+    /// Reports the answer to a module's change of settings to the recorder.
     pub fn tell_asked(&self, module: &str, lines: &str, answer: &Result<String, String>) {
         if let Some(recording) = &self.recording {
             let (module, lines, answer) = (module.to_owned(), lines.to_owned(), answer.clone());
@@ -94,14 +94,14 @@ impl ChangeRecorder {
         }
     }
 
-    /// Waits until the changes that were made are in what records the agent, but not for long.
+    /// Waits for a short time until the recorder has stored all changes.
     pub fn settle(&self) {
         if let Some(recording) = &self.recording {
             recording.settle();
         }
     }
 
-    /// Tells what records the agent of a change that can't be made again.
+    /// Reports a change that can't be reproduced to the recorder.
     pub fn tell(&self, what: &str) {
         if let Some(recording) = &self.recording {
             let change = Recorded::Other { what: what.into() };
@@ -111,7 +111,7 @@ impl ChangeRecorder {
 }
 
 impl Recorded {
-    /// The change of a setting, as one that a module has asked for.
+    /// Returns a change of a setting as one requested by a module.
     fn of(self, module: &str) -> Option<Self> {
         let Self::Setting { path, value } = self else { return None };
         Some(Self::Own { module: module.into(), path, value })

@@ -1,4 +1,5 @@
-//! Modules whose code leaves: they are asked, and no code leaves while a thread of its module runs it.
+//! Unloading of modules' code.
+//! Each module may veto it, and no code leaves while a thread of its module runs it.
 
 use std::sync::Arc;
 
@@ -7,7 +8,7 @@ use crate::agent::composition::Composition;
 use crate::agent::handle::AgentHandle;
 use crate::aspects::Closed;
 
-/// Modules whose code leaves.
+/// Departure of modules whose code is unloaded.
 pub(super) struct Departure<'c> {
     agent: &'c AgentHandle,
     modules: &'c [String],
@@ -18,7 +19,7 @@ impl<'c> Departure<'c> {
         Self { agent, modules }
     }
 
-    /// Whether modules may be unloaded now.
+    /// Checks that the modules may be unloaded now.
     pub fn ask(&self, composition: &Composition) -> Result<(), PluginError> {
         if let Some(source) = composition.configuration.time_source()
             && self.modules.contains(&source.value)
@@ -52,7 +53,7 @@ impl<'c> Departure<'c> {
         Ok(())
     }
 
-    /// Ends the threads of the modules. Until the result is dropped, none begins.
+    /// Ends the threads of the modules; none begins until the result is dropped.
     pub fn end_threads(&self, composition: &Composition) -> Result<Closed, PluginError> {
         let closed = composition.assembly.resources.means.threads.close(self.modules);
         closed.map_err(|lingering| PluginError::Thread {

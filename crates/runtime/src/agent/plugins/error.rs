@@ -5,98 +5,98 @@ use slate_configuration::Mistake;
 use slate_configuration::Report;
 use slate_engine::plugin::LibraryError;
 
-/// Why plugins can't be changed; the agent goes on as before.
+/// Error of changing plugins; the agent continues unchanged.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum PluginError {
-    /// The file is no plugin that fits.
+    /// File that is no suitable plugin.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Library(#[from] LibraryError),
-    /// It doesn't fit the configuration.
+    /// Misfit with the configuration.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Unfit(#[from] Report),
-    /// There is a plugin of that name.
+    /// A plugin of that name is loaded already.
     #[error("plugin `{name}` is loaded already")]
     #[diagnostic(help("reload it to exchange its code, or unload it first"))]
     Loaded {
-        /// Its name.
+        /// Name.
         name: String,
     },
     /// Two plugins bring the same kind of module.
     #[error("plugin `{name}` brings a kind of module `{kind}`, which plugin `{other}` brings already")]
     #[diagnostic(help("unload `{other}` first, or give the kind another name"))]
     SameKind {
-        /// The plugin that comes.
+        /// New plugin.
         name: String,
         /// The kind.
         kind: String,
-        /// The plugin that is there.
+        /// Plugin that has the kind already.
         other: String,
     },
-    /// No plugin is called so.
+    /// Unknown plugin.
     #[error("no plugin `{name}`{}", nearest(.near))]
     #[diagnostic(help("name a loaded plugin, one of [plugins] in the configuration, or a library's file"))]
     Unknown {
-        /// What was asked for.
+        /// Requested name.
         name: String,
-        /// The names most like it.
+        /// Most similar names.
         near: Vec<String>,
     },
-    /// It is known, but not loaded.
+    /// Known, but not loaded.
     #[error("plugin `{name}` is not loaded")]
     #[diagnostic(help("load it first: slate plugin load {name}"))]
     NotLoaded {
-        /// Its name.
+        /// Name.
         name: String,
     },
-    /// It is a list, whose plugins are not loaded.
+    /// List whose plugins are not loaded.
     #[error("no plugin of the list `{name}` is loaded")]
     #[diagnostic(help("load them first: slate plugin load {name}"))]
     NoneLoaded {
-        /// Its name.
+        /// Name.
         name: String,
     },
-    /// The code of one plugin is exchanged at a time.
+    /// List of plugins in place of one; code is exchanged for one plugin at a time.
     #[error("`{name}` is a list of plugins, and code is exchanged one plugin at a time")]
     #[diagnostic(help("do it for each of its plugins: {}", .members.join(", ")))]
     List {
-        /// Its name.
+        /// Name.
         name: String,
-        /// The plugins that are meant.
+        /// Plugins of the list.
         members: Vec<String>,
     },
-    /// The configuration does not say where its code is.
+    /// Plugin without a file in the configuration.
     #[error("plugin `{name}` has neither a file nor a list of plugins in the configuration")]
     #[diagnostic(help("give it one: [plugins.{name}] file = \"lib{name}.so\""))]
     NoFile {
-        /// Its name.
+        /// Name.
         name: String,
     },
-    /// Its code came with the program.
+    /// Linked into the program.
     #[error("plugin `{name}` is linked in, so there is no file that it can be reloaded from")]
     #[diagnostic(help("name the library that replaces it"))]
     LinkedIn {
-        /// Its name.
+        /// Name.
         name: String,
     },
-    /// A plugin needs another one.
+    /// Missing dependency of a plugin.
     #[error("plugin `{name}` needs plugin `{dependency}`, which is not there")]
     #[diagnostic(help("add [plugins.{dependency}] with its file to the configuration, or load it first"))]
     Missing {
         /// The plugin.
         name: String,
-        /// What it needs.
+        /// Missing dependency.
         dependency: String,
     },
-    /// Plugins need each other.
+    /// Circular dependency of plugins.
     #[error("plugins need each other in a circle: {}", .circle.join(" -> "))]
     #[diagnostic(help("take one dependency out of a `plugin!` line"))]
     Circle {
         /// The plugins, the first one again at the end.
         circle: Vec<String>,
     },
-    /// Another plugin needs it.
+    /// Dependency of another plugin.
     #[error("plugin `{name}` is needed by {}", .by.join(", "))]
     #[diagnostic(help("unload those first"))]
     Needed {
@@ -105,24 +105,24 @@ pub enum PluginError {
         /// The plugins that need it.
         by: Vec<String>,
     },
-    /// The library is of another plugin.
+    /// Library of another plugin.
     #[error("{} is plugin `{found}`, expected `{expected}`", slate_configuration::printable(.file))]
     #[diagnostic(help("load it as a plugin of its own, or name the plugin that it replaces"))]
     OtherPlugin {
         /// The library.
         file: PathBuf,
-        /// The plugin that it is.
+        /// Found plugin.
         found: String,
-        /// The plugin that was meant.
+        /// Expected plugin.
         expected: String,
     },
-    /// A module does not let itself be unloaded now.
+    /// Veto of a module against unloading.
     #[error("module `{module}` can't be unloaded now: {reason}")]
     #[diagnostic(help("bring it into a state in which it can, and try again"))]
     Veto {
         /// The module.
         module: String,
-        /// Why.
+        /// Reason.
         reason: String,
     },
     /// A module's code did not return.
@@ -142,9 +142,9 @@ pub enum PluginError {
     Thread {
         /// The module.
         module: String,
-        /// Its thread.
+        /// Thread.
         thread: String,
-        /// How long was waited.
+        /// Time waited.
         limit: Duration,
     },
     /// A module could not be made.
@@ -153,21 +153,21 @@ pub enum PluginError {
     Refused {
         /// The module.
         module: String,
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// New code can't run beside the old, or take over.
+    /// A shadow can't run beside the plugin, or take over.
     #[error("plugin `{name}`: {reason}")]
     #[diagnostic(help("{help}"))]
     Shadow {
         /// The plugin.
         name: String,
-        /// Why.
+        /// Reason.
         reason: String,
-        /// What to do.
+        /// Remedy.
         help: String,
     },
-    /// It is the clock.
+    /// Time source of the agent.
     #[error("module `{module}` is the time source, and without it no time passes")]
     #[diagnostic(help("reload the plugin to exchange its code, or end the agent"))]
     TimeSource {
@@ -177,7 +177,7 @@ pub enum PluginError {
 }
 
 impl PluginError {
-    /// Of which kind it is, if it has one.
+    /// Kind of the mistake, if any.
     pub fn mistake(&self) -> Option<Mistake> {
         Some(match self {
             Self::Library(_) | Self::SameKind { .. } | Self::OtherPlugin { .. } => Mistake::Library,

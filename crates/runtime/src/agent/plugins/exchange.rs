@@ -1,4 +1,4 @@
-//! Other code under modules whose ports stay as they are: all of them go on with it, or none.
+//! Exchange of code under modules with unchanged ports: for all, or for none.
 
 use std::sync::Arc;
 
@@ -12,21 +12,21 @@ use crate::agent::handle::AgentHandle;
 use slate_engine::main_loop::Seat;
 use slate_engine::runner::Retired;
 
-/// A module that goes on with other code.
+/// Module that gets new code.
 struct PendingExchange {
     seat: Arc<Seat>,
     own_thread: bool,
     fresh: Retired,
 }
 
-/// Modules that went on with other code together, and their old instances.
+/// Modules whose code was exchanged together, with their old instances.
 pub(super) struct ExchangedCode {
     pub seats: Vec<Arc<Seat>>,
     pub own_thread: bool,
     pub old: Vec<Retired>,
 }
 
-/// Exchanges the code of modules.
+/// Exchange of modules' code.
 pub(super) struct CodeExchange<'c> {
     agent: &'c AgentHandle,
 }
@@ -36,7 +36,7 @@ impl<'c> CodeExchange<'c> {
         Self { agent }
     }
 
-    /// Lets those modules go on with that version of their plugin.
+    /// Exchanges the code of modules with that of a version of their plugin.
     pub fn exchange(
         &self,
         composition: &mut Composition,
@@ -77,7 +77,7 @@ impl<'c> CodeExchange<'c> {
         Ok(states)
     }
 
-    /// Lets modules go on with their old code, in the state that they had with it.
+    /// Returns modules to their old code, with the states that they had with it.
     pub fn take_back(&self, exchanged: ExchangedCode) {
         let ExchangedCode { seats, own_thread, old } = exchanged;
         let involved = seats.clone();
@@ -93,10 +93,11 @@ impl<'c> CodeExchange<'c> {
     }
 }
 
-/// What became of each state, and the old instances.
+/// Result for each state, and the old instances.
 type CarriedCode = (Vec<Result<(), String>>, Vec<Retired>);
 
-/// Carries the states over, and then exchanges the code of all; nothing when a module does not return.
+/// Carries the states over, and then exchanges the code of all modules.
+/// `None` if a module does not return.
 fn exchange_all(exchanges: Vec<PendingExchange>) -> Option<CarriedCode> {
     let mut carried = Vec::new();
     let mut ready = Vec::new();
@@ -121,7 +122,8 @@ fn exchange_all(exchanges: Vec<PendingExchange>) -> Option<CarriedCode> {
     Some((carried, ready.into_iter().map(|(seat, fresh)| exchange_one(&seat, fresh)).collect()))
 }
 
-/// Exchanges the code of a module whose seat is claimed, or the loop's; returns the old one.
+/// Exchanges the code of a module and returns the old code.
+/// The module's seat must be claimed, or the loop's.
 pub(super) fn exchange_one(seat: &Seat, fresh: Retired) -> Retired {
     let (kind, instance) = fresh.into_parts();
     // SAFETY: as said above, nobody else uses the runner.

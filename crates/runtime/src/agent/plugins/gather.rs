@@ -1,4 +1,5 @@
-//! Which plugins come, in the order of what they need: a catalogue with them is made, and nothing is changed yet.
+//! Collection of new plugins, in the order of their dependencies.
+//! The result is a catalogue that contains them; the agent is not changed yet.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,19 +15,19 @@ use slate_engine::clock::Clock;
 use slate_engine::log::Logger;
 use slate_engine::plugin::{self, KnownLibraries, LibraryError, LibraryOutline, Residence};
 
-/// Where plugins come from.
+/// Sources of plugins.
 #[derive(Clone, Copy)]
 pub(super) struct PluginSources<'a> {
     pub configuration: &'a Configuration,
     /// The plugins that are linked into the program.
     pub linked: &'a [Plugin],
-    /// What runs isolated modules, unless this program does.
+    /// Program that runs isolated modules; `None` for this program.
     pub program: Option<&'a Path>,
-    /// What tells of libraries that have changed, if anything does.
+    /// Watch for changed libraries, if any.
     pub watch: Option<LibraryWatch<'a>>,
 }
 
-/// Tells of libraries that are not as they were when they were loaded last.
+/// Watch for libraries that have changed since their last load.
 #[derive(Clone, Copy)]
 pub(super) struct LibraryWatch<'a> {
     known: &'a KnownLibraries,
@@ -41,7 +42,8 @@ pub(super) struct Gathered<'a> {
     came: Vec<Plugin>,
     /// Plugins whose dependencies are being loaded.
     open: Vec<String>,
-    /// Whether a library that does not fit is shown at its line of the configuration: nobody else asked for it.
+    /// True if errors of a library point to its line of the configuration.
+    /// This is the case when no other request caused the load.
     shows_places: bool,
 }
 
@@ -63,12 +65,12 @@ impl<'a> Gathered<'a> {
         }
     }
 
-    /// The catalogue, where libraries come from, and the plugins that came.
+    /// Returns the catalogue, the origins of libraries, and the new plugins.
     pub fn done(self) -> (Catalogue, BTreeMap<String, LibraryOrigin>, Vec<Plugin>) {
         (self.catalogue, self.origins, self.came)
     }
 
-    /// All that an agent begins with: the plugins that are linked in, and those of the configuration.
+    /// Collects the plugins of the start: linked ones, and the configuration's.
     pub fn all(&mut self) -> Result<(), PluginError> {
         self.shows_places = true;
         self.linked(self.sources.linked)?;
@@ -82,7 +84,7 @@ impl<'a> Gathered<'a> {
         Ok(())
     }
 
-    /// Plugins that are linked in, in the order of what they need.
+    /// Collects the linked plugins, in the order of their dependencies.
     fn linked(&mut self, plugins: &[Plugin]) -> Result<(), PluginError> {
         for plugin in plugins {
             self.linked_one(plugins, plugin)?;
@@ -106,7 +108,7 @@ impl<'a> Gathered<'a> {
         self.add(plugin.clone())
     }
 
-    /// A plugin of that name or the plugins of a list; those that are there already are left as they are.
+    /// Collects a plugin, or the plugins of a list; loaded ones are left unchanged.
     pub fn named(&mut self, name: &str) -> Result<(), PluginError> {
         let mut names = Vec::new();
         expand(self.sources.configuration.plugins(), name, &mut names);
@@ -118,7 +120,7 @@ impl<'a> Gathered<'a> {
         Ok(())
     }
 
-    /// As [`named`](Gathered::named), but it must not be there yet.
+    /// Collects as [`named`](Gathered::named); fails if the plugin is loaded.
     pub fn named_afresh(&mut self, name: &str) -> Result<(), PluginError> {
         if self.catalogue.plugin(name).is_some() {
             return Err(PluginError::Loaded { name: name.into() });
@@ -145,7 +147,7 @@ impl<'a> Gathered<'a> {
         }
     }
 
-    /// A library, which must be of the plugin that is `expected`.
+    /// Collects a library, which must be of the plugin `expected`.
     pub fn library(&mut self, file: &Path, expected: Option<&str>) -> Result<(), PluginError> {
         let (plugin, residence) = self.sources.open(file)?;
         if let Some(expected) = expected.filter(|expected| *expected != plugin.name()) {
@@ -193,7 +195,8 @@ impl<'a> Gathered<'a> {
         Ok(())
     }
 
-    /// A plugin that is not loaded: what it brings is known from its file, when that can be read.
+    /// Notes the kinds of a plugin that is not loaded.
+    /// They are read from its file, if possible.
     fn dormant(&mut self, entry: &PluginEntry) {
         // A list may have loaded it.
         let is_loaded = self.catalogue.plugin(&entry.name.value).is_some();
@@ -206,7 +209,7 @@ impl<'a> Gathered<'a> {
 }
 
 impl<'a> PluginSources<'a> {
-    /// Where the plugins of an agent come from.
+    /// Returns the sources of an agent's plugins.
     pub fn of(composition: &'a Composition) -> Self {
         let resources = &composition.assembly.resources;
         Self {
@@ -235,7 +238,8 @@ impl<'a> PluginSources<'a> {
         Ok((plugin, residence))
     }
 
-    /// Tells of a library that has changed since it was loaded last; a damaged one is refused.
+    /// Reports a library that has changed since its last load.
+    /// A damaged one is refused.
     pub fn look(&self, file: &Path) -> Result<(), LibraryError> {
         let Some(watch) = self.watch else { return Ok(()) };
         if watch.known.look(file)? {
@@ -249,8 +253,9 @@ impl<'a> PluginSources<'a> {
     }
 }
 
-/// What an agent of that configuration could be made of: kinds of the plugins that are linked in and of those that it
-/// names, links to other agents where something is to carry them, and the services of the host.
+/// Returns the components from which a configuration's agent can be made.
+/// These are the kinds of the linked plugins and of those that it names, links to other agents if there is a carrier
+/// for them, and the services of the host.
 ///
 /// # Errors
 /// When a plugin can't be loaded.
@@ -265,7 +270,7 @@ pub(in crate::agent) fn catalogue(
     Ok(gathered.done().0)
 }
 
-/// What every agent has, before any plugin has come.
+/// Returns the catalogue of the host, without any plugin.
 pub(in crate::agent) fn host_catalogue(sharing: Option<&dyn Sharing>) -> Catalogue {
     Catalogue {
         shares: sharing.is_some(),
@@ -281,7 +286,7 @@ pub(super) fn other_plugin(file: &Path, plugin: &Plugin, expected: &str) -> Plug
     PluginError::OtherPlugin { file: file.into(), found: plugin.name().into(), expected: expected.into() }
 }
 
-/// No kind is brought twice.
+/// Checks that no other plugin has the same kind of module.
 pub(super) fn check_kinds(catalogue: &Catalogue, plugin: &Plugin) -> Result<(), PluginError> {
     for other in &catalogue.plugins {
         let same =
@@ -297,7 +302,8 @@ pub(super) fn check_kinds(catalogue: &Catalogue, plugin: &Plugin) -> Result<(), 
     Ok(())
 }
 
-/// The plugins that a name means: itself, or those of a list, which may have lists in it, but not itself.
+/// Expands a name into plugins: itself, or the members of a list.
+/// Lists may contain other lists, but not themselves.
 pub(super) fn expand(entries: &[PluginEntry], name: &str, names: &mut Vec<String>) {
     let entry = entries.iter().find(|entry| entry.name.value == name);
     let Some(members) = entry.and_then(|entry| entry.members.as_ref()) else {

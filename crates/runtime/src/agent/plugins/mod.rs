@@ -1,4 +1,4 @@
-//! Plugins come, go, and exchange their code.
+//! Loading, unloading and code exchange of plugins.
 
 mod departure;
 mod error;
@@ -31,47 +31,49 @@ use slate_configuration::Configuration;
 use slate_engine::plugin;
 use trial::ModuleTrials;
 
-/// Modules, each with what became of its state: carried over, or why it began afresh.
+/// Modules, each with the result for its state.
+/// The state is carried over, or the error is the reason for which the module began afresh.
 pub type CarriedStates = Vec<(String, Result<(), String>)>;
 
-/// What a load has brought.
+/// Result of loading plugins.
 #[derive(Clone, Debug, Default)]
 pub struct Loaded {
-    /// The plugins, each with its library; none when it is linked in.
+    /// Plugins, each with its library; `None` if linked in.
     pub plugins: Vec<(String, Option<PathBuf>)>,
     /// The modules.
     pub modules: Vec<String>,
 }
 
-/// What a reload came to.
+/// Result of a reload.
 #[derive(Clone, Debug)]
 pub struct Reload {
     /// The plugin.
     pub plugin: String,
-    /// Its modules.
+    /// Modules.
     pub modules: CarriedStates,
-    /// Whether each module went on with its ports, between two ticks; else they are other ports now, and the modules
-    /// were away for some cycles.
+    /// True if all modules kept their ports, with an exchange between two ticks.
+    /// Else the ports are new, and the modules were absent for some cycles.
     pub in_place: bool,
-    /// What became of the old library's memory.
+    /// State of the old library's memory.
     pub old_library: &'static str,
 }
 
-/// What a robot has once that a kind of module is, such as its Plan; empty for others.
+/// Returns the part that is unique in a robot, such as its Plan.
+/// Empty for kinds of modules that are no such part.
 fn unique_part(kind: &ModuleKind) -> String {
     let setup = Setup { name: kind.name(), seed: 0, period: 20_000_000, section: None, params: None };
     // A kind that refuses these settings is reported when its module is created.
     kind.describe(&setup).map(|own| own.unique).unwrap_or_default()
 }
 
-/// The parts of the robot without a name that the configuration has.
+/// Returns the unique parts of the configuration's unnamed robot.
 fn own_parts(target: &CompositionTarget) -> BTreeSet<String> {
     let modules = target.configuration.modules().iter();
     let own = modules.filter(|module| scope(&module.name.value).is_empty());
     own.filter_map(|module| target.catalogue.kind(&module.kind.value)).map(unique_part).collect()
 }
 
-/// Loads and unloads plugins.
+/// Loader of plugins.
 pub(super) struct PluginLoader<'c> {
     agent: &'c AgentHandle,
 }
@@ -81,8 +83,8 @@ impl<'c> PluginLoader<'c> {
         Self { agent }
     }
 
-    /// Loads what the agent begins with: the plugins that are linked in, and those of the configuration. Returns which modules
-    /// took over a state, or why they did not.
+    /// Loads the plugins of the start: linked ones, and the configuration's.
+    /// Returns the modules that took over a state, or the reason for which they did not.
     pub fn start(
         &self,
         linked: &[Plugin],
@@ -98,7 +100,8 @@ impl<'c> PluginLoader<'c> {
         Ok(composition.change(target, &self.agent.shared, states)?.restored)
     }
 
-    /// Loads a plugin, or a list of plugins, of the configuration, with the plugins that it needs.
+    /// Loads a plugin, or a list of plugins, of the configuration.
+    /// The plugins that it depends on are loaded too.
     pub fn load(&self, name: &str) -> Result<Loaded, PluginError> {
         self.bring(name, None, |gathered| gathered.named_afresh(name))
     }
@@ -158,8 +161,8 @@ impl<'c> PluginLoader<'c> {
         Ok(Loaded { plugins, modules: changed.arrived })
     }
 
-    /// Unloads a plugin, or the plugins of a list in reverse order: their modules end, their outputs get their safe
-    /// values, and what they wrote last stays where others read it.
+    /// Unloads a plugin, or the plugins of a list in reverse order.
+    /// Their modules end, their outputs take their safe values, and their last values stay where others read them.
     pub fn unload(&self, name: &str) -> Result<Vec<(String, &'static str)>, PluginError> {
         let mut composition = self.agent.composition();
         let configuration = Arc::clone(&composition.configuration);
@@ -215,7 +218,7 @@ impl<'c> PluginLoader<'c> {
         Ok(names.into_iter().map(residence).collect())
     }
 
-    /// Whether a module runs code of that plugin, or of one of that list.
+    /// Returns true if a module runs code of a plugin, or of one of a list.
     pub fn runs(&self, module: &str, name: &str) -> bool {
         let composition = self.agent.composition();
         let mut names = Vec::new();
@@ -229,7 +232,7 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "none".into() } else { names.join(", ") }
 }
 
-/// Why there is no code of a plugin that could be exchanged or unloaded.
+/// Returns the error for a plugin that has no code to exchange or unload.
 fn not_loaded(composition: &Composition, name: &str) -> PluginError {
     let entries = composition.configuration.plugins();
     let entry = entries.iter().find(|entry| entry.name.value == name);

@@ -1,4 +1,4 @@
-//! Exchanging the code of a plugin under the modules that run it.
+//! Exchange of a plugin's code under the modules that run it.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::agent::composition::{Composition, LibraryOrigin};
 use crate::agent::handle::AgentHandle;
 use crate::recording::Change;
 
-/// Exchanges the code of plugins.
+/// Exchange of plugins' code.
 pub(in crate::agent) struct Reloader<'c> {
     agent: &'c AgentHandle,
 }
@@ -25,7 +25,7 @@ impl<'c> Reloader<'c> {
         Self { agent }
     }
 
-    /// Exchanges the code of a plugin: with what its library is now, or with `file`.
+    /// Exchanges the code of a plugin, with its present library or with `file`.
     pub fn reload(&self, name: &str, file: Option<&Path>) -> Result<Reload, PluginError> {
         let mut composition = self.agent.composition();
         let Some(old) = composition.catalogue.plugin(name).cloned() else {
@@ -83,7 +83,8 @@ impl<'c> Reloader<'c> {
         Ok(Reload { plugin: name.into(), modules, in_place, old_library })
     }
 
-    /// Takes modules out whose ports are other ones with the new code, and puts them in again.
+    /// Replaces modules whose ports change with the new code.
+    /// They are removed and made again.
     fn replace(
         &self,
         composition: &mut Composition,

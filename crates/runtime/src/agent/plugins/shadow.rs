@@ -1,4 +1,4 @@
-//! Trying a plugin's new code beside the old, before it takes over.
+//! Trial of a plugin's new code beside the old, before it takes over.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::agent::composition::{Composition, Fitting, LibraryOrigin, PluginTrial
 use crate::agent::handle::AgentHandle;
 use slate_engine::plugin;
 
-/// Tries new code of plugins.
+/// Trials of new code of plugins.
 pub(in crate::agent) struct ShadowRunner<'c> {
     agent: &'c AgentHandle,
 }
@@ -24,8 +24,9 @@ impl<'c> ShadowRunner<'c> {
         Self { agent }
     }
 
-    /// Runs the code of a library beside that of a plugin: it begins with the modules' present states, makes the same
-    /// steps on the same inputs in threads of its own, and what it writes is compared and thrown away.
+    /// Runs a library's code as the shadow of a plugin.
+    /// It begins with the modules' present states and makes the same steps on the same inputs in threads of its own;
+    /// its outputs are compared and discarded.
     pub fn shadow(&self, name: &str, file: &Path) -> Result<Vec<String>, PluginError> {
         let mut composition = self.agent.composition();
         if composition.catalogue.plugin(name).is_none() {
@@ -76,7 +77,7 @@ impl<'c> ShadowRunner<'c> {
         Ok(modules)
     }
 
-    /// Ends the new code beside a plugin; the old goes on.
+    /// Ends the shadow of a plugin; the old code stays.
     pub fn end_shadow(&self, name: &str) -> Result<(), PluginError> {
         let mut composition = self.agent.composition();
         if ModuleTrials::new(self.agent).end(&mut composition, name) {
@@ -86,7 +87,8 @@ impl<'c> ShadowRunner<'c> {
         }
     }
 
-    /// The new code beside a plugin takes over between two steps, with the states that it has by then.
+    /// Replaces a plugin's code by its shadow between two steps.
+    /// The new code has the states that it has by then.
     pub fn promote(&self, name: &str) -> Result<Reload, PluginError> {
         self.agent.recorder.tell("new code that ran beside the old");
         let mut composition = self.agent.composition();
@@ -135,7 +137,7 @@ impl<'c> ShadowRunner<'c> {
     }
 }
 
-/// Whether new code may run beside that module.
+/// Checks that a shadow may run beside a module.
 fn may_follow(
     composition: &Composition,
     name: &str,

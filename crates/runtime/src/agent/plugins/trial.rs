@@ -1,4 +1,4 @@
-//! New code beside a module: it begins, takes over, and ends.
+//! Shadows of modules: their start, takeover and end.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,16 +15,17 @@ use slate_engine::clock::monotonic;
 use slate_engine::main_loop::Seat;
 use slate_engine::runner::{Retired, Shadow, ShadowState};
 
-/// How long new code may take for the steps that it is behind, and for its end.
+/// Time limit for a shadow to catch up with its steps, and to end.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// How long is waited between two looks whether it has made them.
+/// Polling interval for a shadow's steps.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// How long a cycle's end waits for the last of them, nanoseconds; short beside what is left of a period.
+/// Longest wait at the end of a cycle for the last steps, ns.
+/// It is short beside the rest of a period.
 const MOMENT: u64 = 500_000;
 
-/// New code that runs beside modules.
+/// Shadows of modules.
 pub(super) struct ModuleTrials<'c> {
     agent: &'c AgentHandle,
 }
@@ -34,7 +35,7 @@ impl<'c> ModuleTrials<'c> {
         Self { agent }
     }
 
-    /// Lets new code run beside a module.
+    /// Starts a shadow of a module.
     pub fn begin(
         &self,
         composition: &Composition,
@@ -94,7 +95,7 @@ impl<'c> ModuleTrials<'c> {
         }
     }
 
-    /// Lets the new code beside those modules take over as soon as it has made all steps of the old.
+    /// Replaces modules' code by their shadows, once these have caught up.
     pub fn take_over(
         &self,
         name: &str,
@@ -131,7 +132,7 @@ impl<'c> ModuleTrials<'c> {
         }
     }
 
-    /// Ends the new code beside a plugin, if there is any.
+    /// Ends the shadow of a plugin, if it has one.
     pub fn end(&self, composition: &mut Composition, name: &str) -> bool {
         let Some(trial) = composition.plugins.trials.remove(name) else { return false };
         self.end_one(composition, &trial);
@@ -161,13 +162,14 @@ impl<'c> ModuleTrials<'c> {
     }
 }
 
-/// Why new code can't take over now.
+/// Reason for which a shadow can't take over now.
 enum Unready {
     Lags(String),
     Panicked(String),
 }
 
-/// Exchanges the code of modules, between two of their steps, with that beside them: all or none.
+/// Exchanges modules' code with their shadows: all of them, or none.
+/// It runs between two steps of the modules.
 fn exchange_all(seats: &[Arc<Seat>]) -> Result<Vec<(Retired, Shadow)>, Unready> {
     let until = monotonic() + MOMENT;
     for seat in seats {
@@ -194,7 +196,7 @@ fn exchange_all(seats: &[Arc<Seat>]) -> Result<Vec<(Retired, Shadow)>, Unready> 
     Ok(exchanged.collect())
 }
 
-/// Where it is shown how new code compares.
+/// Returns the path of a module's shadow state.
 fn path_of(module: &str) -> String {
     format!("{module}/shadow")
 }

@@ -1,4 +1,4 @@
-//! Another version of a plugin's code, for the modules that run it.
+//! New version of a plugin's code, for the modules that run it.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,16 +14,16 @@ use crate::agent::handle::AgentHandle;
 use slate_composition::Catalogue;
 use slate_engine::runner::Retired;
 
-/// A version of a plugin that fits the agent.
+/// Version of a plugin that fits the agent.
 pub(super) struct PluginVersion<'c> {
     agent: &'c AgentHandle,
     pub plugin: Plugin,
-    /// What the modules of the agent would be with it.
+    /// Modules that the agent has with this version.
     pub modules: BTreeMap<String, Fitting>,
 }
 
 impl<'c> PluginVersion<'c> {
-    /// Finds out what the modules would be with it, and whether that fits.
+    /// Checks a version, and finds the modules that the agent has with it.
     pub fn admit(
         agent: &'c AgentHandle,
         composition: &Composition,
@@ -42,20 +42,22 @@ impl<'c> PluginVersion<'c> {
         Ok(Self { agent, plugin, modules })
     }
 
-    /// Whether a module can go on with its handles: ports, parameters and trigger are the same.
+    /// Returns true if a module can keep its handles.
+    /// Its ports, parameters and trigger must be unchanged.
     pub fn is_alike(&self, composition: &Composition, module: &str) -> bool {
         let old = &composition.assembly.modules[module].description;
         self.modules.get(module).is_some_and(|fitting| alike(old, &fitting.description))
     }
 
-    /// Whether the modules that come can be made, before anything is changed.
+    /// Checks that the new modules can be made, before any change.
     pub fn try_arrivals(&self, composition: &Composition) -> Result<(), PluginError> {
         let loaded = &composition.assembly.modules;
         let mut come = self.modules.keys().filter(|module| !loaded.contains_key(*module));
         come.try_for_each(|module| self.fresh(composition, module).map(drop))
     }
 
-    /// Takes the place of the version before it, when the modules run its code already; kinds that are new come now.
+    /// Replaces the version before it, whose modules run the new code already.
+    /// New kinds are loaded now.
     pub fn take_in(&self, composition: &mut Composition) -> Result<(), PluginError> {
         let target = composition.target(|catalogue| catalogue.replace(&self.plugin));
         composition.catalogue = target.catalogue;
@@ -64,8 +66,8 @@ impl<'c> PluginVersion<'c> {
         Ok(())
     }
 
-    /// An instance of the new code for a module, with its present parameters when they fit; none for a module that there
-    /// is not with it.
+    /// Makes an instance of the new code for a module.
+    /// It has the module's present parameters if they fit. `None` for a module that this version lacks.
     pub fn fresh(&self, composition: &Composition, module: &str) -> Result<Option<Retired>, PluginError> {
         let Some(fitting) = self.modules.get(module) else { return Ok(None) };
         let property = self.agent.board().get(&format!("{module}/params"));
@@ -84,7 +86,7 @@ impl<'c> PluginVersion<'c> {
         Ok(Some(Retired::new(kind, instance, patience)))
     }
 
-    /// Takes note that a module runs this code.
+    /// Notes that a module runs this code.
     pub fn note(&mut self, composition: &mut Composition, module: &str) {
         if let Some((loaded, fitting)) =
             composition.assembly.modules.get_mut(module).zip(self.modules.remove(module))
@@ -94,7 +96,7 @@ impl<'c> PluginVersion<'c> {
     }
 }
 
-/// The new code must not need what needs it.
+/// Checks that the new code does not depend on its own dependents.
 fn check_circle(catalogue: &Catalogue, plugin: &Plugin, open: &mut Vec<String>) -> Result<(), PluginError> {
     for dependency in plugin.dependencies() {
         open.push(dependency.clone());
@@ -109,7 +111,8 @@ fn check_circle(catalogue: &Catalogue, plugin: &Plugin, open: &mut Vec<String>) 
     Ok(())
 }
 
-/// Whether a module can go on with its handles: ports, parameters and trigger are the same.
+/// Returns true if a module can keep its handles.
+/// Its ports, parameters and trigger must be unchanged.
 fn alike(old: &Description, new: &Description) -> bool {
     let same = |a: &'static Descriptor, b: &'static Descriptor| a.hash == b.hash;
     old.stage == new.stage

@@ -1,4 +1,4 @@
-//! What links want of other agents, and how these stand.
+//! Demand of links from other agents, and its state.
 
 mod wants;
 
@@ -12,17 +12,18 @@ use crate::sharing::{Readers, RemotePath, Sharing, Standing, Want};
 use slate_composition::{Catalogue, Misfit, RemoteProperty, remote_path};
 use slate_configuration::{Configuration, Link};
 
-/// How the agent stands with others.
+/// Relation of the agent to other agents.
 #[derive(Default)]
 pub(super) struct Remotes {
-    /// What carries values; nothing when the program has nothing of that kind.
+    /// Transport of values; `None` if the program has none.
     pub sharing: Option<Box<dyn Sharing>>,
     pub started: bool,
     pub wants: BTreeMap<RemotePath, Want>,
     pub standing: BTreeMap<RemotePath, Standing>,
-    /// The properties of which links name fields, or all: they stay known while the other agent is away.
+    /// Properties of which links name a field, or the whole.
+    /// They stay known while the other agent is absent.
     pub properties: BTreeMap<RemotePath, String>,
-    /// The links that don't fit what is there and were told.
+    /// Reported misfits of links with the properties of other agents.
     told: BTreeMap<String, Misfit>,
     pub readers: Readers,
     epoch: u64,
@@ -33,7 +34,7 @@ impl Remotes {
         Self { sharing, ..Self::default() }
     }
 
-    /// Why a link brings nothing, if it leads to another agent and does not.
+    /// Returns the reason for which a link to another agent carries nothing, if so.
     pub fn trouble(
         &self,
         configuration: &Configuration,
@@ -51,12 +52,13 @@ impl Remotes {
         }
     }
 
-    /// What the links of a configuration want of other agents.
+    /// Returns the demand of a configuration's links from other agents.
     pub fn wanted(&self, configuration: &Configuration, assembly: &Assembly) -> BTreeMap<RemotePath, Want> {
         wants::wants(configuration, &self.properties, &assembly.modules)
     }
 
-    /// A property of another agent is on the board; says whether links lead to another one now.
+    /// Notes that a property of another agent is on the board.
+    /// Returns true if links lead to another property now.
     pub fn found(
         &mut self,
         catalogue: &mut Catalogue,
@@ -96,7 +98,8 @@ impl Remotes {
         *self.readers.lock().unwrap_or_else(PoisonError::into_inner) = wakes;
     }
 
-    /// The links that don't fit what other agents have, and were not told yet: what to tell of them.
+    /// Returns messages on links with misfits that were not reported yet.
+    /// Such links don't fit the properties of other agents.
     pub fn news(&mut self, misfits: &BTreeMap<String, Misfit>) -> Vec<String> {
         let new = misfits.iter().filter(|(to, misfit)| self.told.get(*to) != Some(*misfit));
         let text =

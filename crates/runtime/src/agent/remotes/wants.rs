@@ -1,4 +1,4 @@
-//! What the links of an agent want of others.
+//! Demand of an agent's links from other agents.
 
 use std::collections::BTreeMap;
 
@@ -10,8 +10,8 @@ use crate::sharing::{Expected, Pace, RemotePath, Want};
 use slate_composition::{elsewhere, remote_path};
 use slate_configuration::{Compression, Configuration, Link, LinkMode, LinkRate};
 
-/// What the links of a configuration want of other agents. Links to one property share what is the most that one of
-/// them wants.
+/// Returns the demand of a configuration's links from other agents.
+/// Links to one property share the largest of their demands.
 pub(super) fn wants(
     configuration: &Configuration,
     properties: &BTreeMap<RemotePath, String>,

@@ -1,4 +1,5 @@
-//! Whether modules take other settings: those that are there are asked, those that are away are known by what they were.
+//! Consent of modules to new settings.
+//! Present modules are asked; absent ones are checked by their last known description.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,18 +12,19 @@ use slate_composition::{Catalogue, Complaints, Surveyed};
 use slate_configuration::{Configuration, Diagnostic, Report, Span};
 use slate_engine::runner::{CallTimeout, OwnSetup, Retired};
 
-/// A module that could begin with other parameters, or could not.
+/// Question to a module: new parameters that it must accept.
 pub(super) struct ConsentQuestion {
     kind: ModuleKind,
     setup: OwnSetup,
     params: Vec<u8>,
     patience: CallTimeout,
-    /// Where the module stands.
+    /// Place of the module in the configuration.
     place: Span,
 }
 
 impl ConsentQuestion {
-    /// What to ask a module that gets other parameters: it must be able to begin with them, as it does at the next start.
+    /// Prepares the question for a module with new parameters.
+    /// The module must be able to begin with them, as it does at the next start.
     pub fn of(surveyed: Surveyed<'_>, assembly: &Assembly) -> Self {
         let Surveyed { module, kind, setup, params, .. } = surveyed;
         let loaded = assembly.modules.get(&module.name.value);
@@ -38,7 +40,7 @@ impl ConsentQuestion {
     }
 }
 
-/// Checks the parameters of modules whose code is away by what they were when it was there.
+/// Checks the parameters of absent modules by their last known description.
 pub(super) fn check_dormant(
     configuration: &Configuration,
     catalogue: &Catalogue,
@@ -55,7 +57,7 @@ pub(super) fn check_dormant(
     }
 }
 
-/// Makes an instance for each, which is thrown away.
+/// Makes an instance for each question, and discards it.
 pub(super) fn ask(questions: Vec<ConsentQuestion>, configuration: &Configuration) -> Result<(), Report> {
     let mut diagnostics = Vec::new();
     for ConsentQuestion { kind, setup, params, patience, place } in questions {

@@ -1,4 +1,4 @@
-//! Which settings may change while an agent runs.
+//! Settings that may change while an agent runs.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use slate_blackboard::is_within;
 use super::super::links::unchanging;
 use slate_configuration::{Change, Configuration, Diagnostic, ExternalLink, Variant};
 
-/// A setting that may change while the agent runs.
+/// Setting that may change while the agent runs.
 pub(super) enum LiveSetting<'a> {
     Parameter { module: &'a str, name: &'a str },
     Enabled { module: &'a str },
@@ -48,12 +48,12 @@ impl<'a> OtherModules<'a> {
         Self { before, after, modules }
     }
 
-    /// Whether a change belongs to such a module.
+    /// Returns true if a change belongs to one of these modules.
     fn have(&self, change: &Change) -> bool {
         matches!(change.names(), [section, module, ..] if section == "modules" && self.modules.contains(module.as_str()))
     }
 
-    /// Whether a change is one of a link from or to such a module.
+    /// Returns true if a change is one of a link from or to one of these modules.
     fn touches(&self, change: &Change) -> bool {
         let [section, port, ..] = change.names() else { return false };
         let of_module = |end: &str| {
@@ -66,14 +66,14 @@ impl<'a> OtherModules<'a> {
         section == "links" && ends.any(|ends| ends.contains(port) && ends.iter().any(|end| of_module(end)))
     }
 
-    /// Whether a change chooses another variant, or changes one.
+    /// Returns true if a change chooses another variant, or changes one.
     fn chooses(&self, change: &Change) -> bool {
         let [first, rest @ ..] = change.names() else { return false };
         first == "choices"
             || (rest.is_empty() && Variant::chosen(self.after).any(|variant| variant.choice == first))
     }
 
-    /// Why a running agent can't make a change, and what to do about it.
+    /// Returns why a running agent can't make a change, with the remedy.
     fn obstacle(&self, change: &Change) -> Option<(String, String)> {
         let path = &change.path;
         let linked = |configuration: &Configuration, input: &str| {
@@ -114,7 +114,8 @@ impl<'a> OtherModules<'a> {
         }
     }
 
-    /// The link to or from a program that is no agent which a change makes, removes or alters.
+    /// Returns the external link that a change makes, removes or alters.
+    /// One of its ends is a program that is no agent.
     fn external(&self, change: &Change) -> Option<&'a ExternalLink> {
         let [_, to, ..] = change.names() else { return None };
         let of = |configuration: &'a Configuration| {
@@ -128,7 +129,7 @@ impl<'a> OtherModules<'a> {
         after.into_iter().chain(before).next().filter(|_| !is_same)
     }
 
-    /// The changes that a running agent can't make.
+    /// Returns the changes that a running agent can't make, as diagnostics.
     pub fn refusals(&self, changes: &[Change]) -> Vec<Diagnostic> {
         let place = |path: &str, message: String, help: &str| match self.after.value(path) {
             Some(value) => self.after.diagnostic(value.span, message, Some(help.into())),
@@ -148,8 +149,8 @@ impl<'a> OtherModules<'a> {
         of_modules.chain(of_others).collect()
     }
 
-    /// The places of the changes that only the next start can make: all of them when one of another variant is among these,
-    /// as half a variant is none.
+    /// Returns the indices of the changes that only the next start can make.
+    /// These are all changes if one of another variant is among them, as a variant can't be applied in part.
     pub fn waiting(&self, changes: &[Change]) -> BTreeSet<usize> {
         let waits =
             |change: &Change| self.have(change) || self.touches(change) || self.obstacle(change).is_some();

@@ -1,4 +1,4 @@
-//! The settings of an agent that runs: which of them may change, and how a change reaches the modules.
+//! Settings of a running agent: permitted changes, and their way to the modules.
 
 mod consent;
 mod live;
@@ -22,7 +22,7 @@ use slate_composition::{Complaints, Surveyed, survey};
 use slate_configuration::{Change, Configuration, Database, Edit, Report, Subscription, Watch};
 use toml_edit::Key;
 
-/// An agent follows a database as long as this lives.
+/// Subscription of an agent to its database, until this is dropped.
 pub(super) struct FollowedSettings {
     pub database: Database,
     _subscription: Subscription,
@@ -59,7 +59,8 @@ impl FollowedSettings {
     }
 }
 
-/// Says what became of an edited file; of a refused one line by line, as a line of the log is short.
+/// Logs the result of an edited file.
+/// A refusal is logged line by line, as a line of the log is short.
 fn report(reporter: &WeakHandle, edit: Result<Edit, Report>) {
     let Some(agent) = reporter.upgrade() else { return };
     let say = |level, what: &str, changes: &[Change]| {
@@ -85,7 +86,7 @@ fn report(reporter: &WeakHandle, edit: Result<Edit, Report>) {
     }
 }
 
-/// The first paths; a line of the log is short.
+/// Returns the first paths of the changes, as a line of the log is short.
 fn some_of(changes: &[Change]) -> String {
     const MOST: usize = 6;
     let paths: Vec<_> = changes.iter().take(MOST).map(|change| change.path.as_str()).collect();
@@ -94,7 +95,8 @@ fn some_of(changes: &[Change]) -> String {
     format!("{}{more}", paths.join(", "))
 }
 
-/// What holds where no setting does, as TOML: the default of a parameter, or a module that is switched on.
+/// Returns the default of a setting, as TOML.
+/// It is the default of a parameter, or `true` for a module's switch.
 fn default_text(composition: &Composition, names: &[String]) -> Option<String> {
     match names {
         [section, _, switch] if section == "modules" && switch == "enabled" => Some("true".into()),
@@ -105,7 +107,7 @@ fn default_text(composition: &Composition, names: &[String]) -> Option<String> {
     }
 }
 
-/// A value as TOML; nothing for what TOML lacks.
+/// Converts a value into TOML; `None` for values that TOML lacks.
 fn toml_text(value: &Value) -> Option<String> {
     Some(match value {
         Value::Null => return None,
@@ -127,7 +129,7 @@ fn toml_text(value: &Value) -> Option<String> {
     })
 }
 
-/// What changes of a module.
+/// Changes of one module.
 #[derive(Default)]
 struct ModuleChange<'a> {
     parameters: BTreeSet<&'a str>,
@@ -135,7 +137,7 @@ struct ModuleChange<'a> {
     inputs: BTreeSet<&'a str>,
 }
 
-/// Changes the settings of an agent that runs.
+/// Changes of a running agent's settings.
 pub(super) struct SettingsChanger<'c> {
     agent: &'c AgentHandle,
 }
@@ -145,7 +147,7 @@ impl<'c> SettingsChanger<'c> {
         Self { agent }
     }
 
-    /// Whether a running agent can have that configuration.
+    /// Checks that a running agent can take a configuration.
     fn may_change(
         &self,
         configuration: &Configuration,
@@ -185,14 +187,14 @@ impl<'c> SettingsChanger<'c> {
         Ok(changed.map(|surveyed| ConsentQuestion::of(surveyed, assembly)).collect())
     }
 
-    /// The places of those of an edit's changes that only the next start can make.
+    /// Returns the indices of an edit's changes that only the next start can make.
     fn waiting(&self, configuration: &Configuration, changes: &[Change]) -> BTreeSet<usize> {
         let composition = self.agent.composition();
         let configuration = configuration.with_loaded_of(&composition.configuration);
         OtherModules::of(&composition.configuration, &configuration).waiting(changes)
     }
 
-    /// Brings changes to the modules; they were found to fit.
+    /// Applies checked changes to the modules.
     fn apply(&self, configuration: &Configuration, changes: &[Change]) {
         let mut composition = self.agent.composition();
         let mut of_modules: BTreeMap<&str, ModuleChange<'_>> = BTreeMap::new();
@@ -315,11 +317,11 @@ impl<'c> SettingsChanger<'c> {
         Ok(())
     }
 
-    /// Makes the changes that a module asks for, a line each: `path=value`, or a path alone, which takes back what was
-    /// changed there. Says what has changed.
+    /// Makes the changes that a module requests, and returns their description.
+    /// Each line is one of them: `path=value`, or a path alone, which reverts its changes.
     ///
     /// # Errors
-    /// What does not fit; nothing is changed then.
+    /// The mismatches; nothing is changed then.
     pub fn change_for(&self, module: &str, lines: &str) -> Result<String, Report> {
         let database = self.agent.composition().database()?;
         let lines = lines.lines().filter(|line| !line.trim().is_empty());
@@ -341,7 +343,7 @@ impl<'c> SettingsChanger<'c> {
         changes.iter().for_each(|change| self.agent.say(&format!("{what} {}", self.told(change))));
     }
 
-    /// A change with what holds where nothing is said.
+    /// Returns a change with the defaults of missing values.
     fn told(&self, Change { path, before, after, .. }: &Change) -> String {
         let default =
             || self.default_at(path).map_or("none".into(), |default| format!("{default} (default)"));
@@ -351,7 +353,7 @@ impl<'c> SettingsChanger<'c> {
         format!("{path}: {} -> {}", value(before), value(after))
     }
 
-    /// The value that a module has where nothing says another.
+    /// Value of a module's setting without any in the configuration.
     pub fn default_at(&self, path: &str) -> Option<String> {
         let names = Key::parse(path).ok()?;
         let names: Vec<&str> = names.iter().map(Key::get).collect();

@@ -1,4 +1,5 @@
-//! The exchange itself, between two cycles: nothing of it can fail that was not looked at before.
+//! Exchange of the agent's state between two cycles.
+//! All checks precede it, so it can't fail.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,16 +13,16 @@ use crate::snapshot::{SnapshotError, SnapshotImage};
 use slate_engine::main_loop::SharedLoop;
 use slate_engine::runner::{OutboxPort, Retired};
 
-/// All that an agent goes on with.
+/// New state of an agent, ready for the exchange.
 pub(super) struct Ready {
     pub image: SnapshotImage,
-    /// By module; none for one that had no instance.
+    /// Instances by module; `None` for a module that had none.
     pub fresh: BTreeMap<String, Option<Retired>>,
-    /// Values of settings that hold whatever the snapshot says.
+    /// Values of settings that hold in place of the snapshot's.
     pub kept: BTreeMap<String, Vec<u8>>,
     pub keepsakes: Vec<Box<dyn FnOnce() + Send>>,
     pub time: Arc<TimePlace>,
-    /// Whether actuators are armed as they were.
+    /// True if actuators return to their armed state.
     pub rearm: bool,
 }
 
@@ -31,7 +32,8 @@ pub(super) struct Thaw {
 }
 
 impl Thaw {
-    /// Finds out whether it can be done; the caller has the token. Nothing is changed when it can't.
+    /// Checks that the exchange is possible; nothing is changed if not.
+    /// The caller must hold the token.
     pub fn judged(self, shared: &SharedLoop) -> Result<Self, SnapshotError> {
         let Self { subjects, ready } = &self;
         for subject in subjects.iter().filter(|subject| !subject.own_thread) {
@@ -49,8 +51,8 @@ impl Thaw {
         Ok(self)
     }
 
-    /// Does it; the caller has the token, while modules with threads of their own are held. Returns the instances that were
-    /// there before.
+    /// Exchanges the state; returns the instances that it replaces.
+    /// The caller must hold the token, and the modules with threads of their own.
     pub fn apply(self, shared: &SharedLoop) -> Vec<Retired> {
         let Self { subjects, ready } = self;
         let Ready { image, mut fresh, kept, keepsakes, time, rearm } = ready;
@@ -110,12 +112,12 @@ fn report(shared: &SharedLoop, result: Result<(), BoardError>) {
     }
 }
 
-/// The property at exactly that path.
+/// Returns the property at exactly that path.
 pub(super) fn at(board: &Board, path: &str) -> Option<Arc<Property>> {
     board.get(path).map(|(property, _)| property).filter(|property| property.path() == path)
 }
 
-/// Sends the messages that waited once more, each as its sender.
+/// Sends the waiting messages again, each as its sender.
 fn messages(board: &Board, subjects: &[SnapshotSubject], image: &SnapshotImage) {
     let inboxes = image.modules.iter().flat_map(|(name, module)| {
         module.runner.inboxes.iter().map(move |(port, frozen)| (format!("{name}/{port}"), frozen))
@@ -145,7 +147,7 @@ fn messages(board: &Board, subjects: &[SnapshotSubject], image: &SnapshotImage) 
     }
 }
 
-/// Sends a message before so many `later` ones of its sender.
+/// Sends a message before the `later` newest ones of its sender.
 fn send(
     mailbox: &Arc<Mailbox>,
     message: &FrozenMessage,

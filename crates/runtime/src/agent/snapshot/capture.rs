@@ -1,4 +1,4 @@
-//! Copies all of an agent while it stands still.
+//! Copy of an agent between two cycles.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -19,10 +19,10 @@ use slate_configuration::{InferredLink, Layered};
 use slate_engine::clock::monotonic;
 use slate_engine::main_loop::{FrozenLoop, Seat, SharedLoop};
 
-/// How long modules with threads of their own are waited for.
+/// Longest wait for modules with threads of their own.
 pub(super) const LIMIT: Duration = Duration::from_secs(5);
 
-/// A module of the agent.
+/// Module in a snapshot.
 #[derive(Clone)]
 pub(super) struct SnapshotSubject {
     pub name: String,
@@ -33,7 +33,7 @@ pub(super) struct SnapshotSubject {
     pub params: u64,
 }
 
-/// All that is copied, and what is known of it without looking.
+/// Subjects of a snapshot, with all that is known without looking.
 pub(super) struct SnapshotSubjects {
     pub modules: Vec<SnapshotSubject>,
     configuration: String,
@@ -44,7 +44,7 @@ pub(super) struct SnapshotSubjects {
     keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
 }
 
-/// Seats that are kept from stepping as long as this lives.
+/// Seats kept from stepping until this is dropped.
 pub(super) struct HeldSeats(Vec<Arc<Seat>>);
 
 impl Drop for HeldSeats {
@@ -58,7 +58,7 @@ impl Drop for HeldSeats {
 }
 
 impl HeldSeats {
-    /// Holds the modules that have threads of their own, one after the other as each stands still.
+    /// Holds the modules with threads of their own, one by one as each is idle.
     pub fn of(modules: &[SnapshotSubject]) -> Result<Self, SnapshotError> {
         let mut held = Self(Vec::new());
         let end = monotonic() + LIMIT.as_nanos() as u64;
@@ -101,8 +101,8 @@ impl SnapshotSubjects {
         })
     }
 
-    /// Copies all; nothing when a module's save did not return. The caller has the token, between two cycles, while modules
-    /// with threads of their own are held.
+    /// Copies the agent's state; `None` if a module's save does not return.
+    /// The caller must hold the token, between two cycles, and the modules with threads of their own.
     pub fn capture(&self, shared: &SharedLoop) -> Option<Result<SnapshotImage, SnapshotError>> {
         for subject in self.modules.iter().filter(|subject| !subject.own_thread) {
             if !subject.seat.is_idle() && !subject.seat.readmit() {
@@ -166,11 +166,11 @@ impl SnapshotSubjects {
     }
 }
 
-/// A state, none when there is no instance, or why it can't be saved.
+/// State of a module; `None` without an instance, or the error of saving it.
 type SavedState = Result<Option<Vec<u8>>, String>;
 
 impl SnapshotSubject {
-    /// The state of the instance; nothing when the call does not return.
+    /// Returns the state of the instance; `None` if the call does not return.
     fn state(&self) -> Option<SavedState> {
         let (kind, instance): (ModuleKind, _) = {
             // SAFETY: the seat is idle and the loop's, or held; the reference ends before the module is called.
@@ -185,7 +185,7 @@ impl SnapshotSubject {
         Some(state.map(Some).map_err(|refusal| refusal.0))
     }
 
-    /// The ports as a snapshot has them.
+    /// Returns the ports in the form of a snapshot.
     pub fn frozen_ports(&self) -> Vec<FrozenPort> {
         let port = |port: &PortDescription| FrozenPort {
             name: port.name.clone(),
@@ -197,8 +197,9 @@ impl SnapshotSubject {
     }
 }
 
-/// The values of the properties that somebody can write again: those that are `written` by what is frozen, those that
-/// the host sets, and those that nobody writes now. What is measured of the loop is left out.
+/// Returns the values of all properties that can be written again.
+/// These are the properties `written` by the frozen modules, the host's settings, and those without a writer now. The
+/// measurements of the loop are excluded.
 fn properties(
     board: &Board,
     written: &BTreeSet<String>,
@@ -224,12 +225,13 @@ fn is_kept(property: &Property, written: &BTreeSet<String>) -> bool {
     kept && !is_remote(property.path())
 }
 
-/// Whether it is of other agents, which know better what it is when the snapshot is resumed.
+/// Returns true if a property belongs to other agents.
+/// They know its present value better when the snapshot is restored.
 fn is_remote(path: &str) -> bool {
     ["agents/", "peers/", "team/"].iter().any(|prefix| path.starts_with(prefix))
 }
 
-/// The messages that wait for receivers which are not there.
+/// Returns the messages that wait for absent receivers.
 fn mailboxes(board: &Board, receiving: &BTreeSet<String>) -> BTreeMap<String, FrozenMailbox> {
     let frozen = |mailbox: &Arc<Mailbox>| {
         let receiver = mailbox.receiver().ok()?;
@@ -246,7 +248,8 @@ fn mailboxes(board: &Board, receiving: &BTreeSet<String>) -> BTreeMap<String, Fr
     mailboxes.collect()
 }
 
-/// The plugins that are loaded, each with a hash over its library, or over what its modules are.
+/// Returns the loaded plugins, each with a hash.
+/// The hash is over the library, or over the descriptions of the modules.
 pub(super) fn marks(composition: &Composition) -> Vec<PluginMark> {
     let mark = |plugin: &slate_module::Plugin| {
         let code = plugin.kinds().iter().find_map(slate_engine::plugin::code_of);

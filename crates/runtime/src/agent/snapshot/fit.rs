@@ -1,4 +1,4 @@
-//! Whether an agent can go on from a snapshot, before anything is changed.
+//! Check that an agent can restore a snapshot, before any change.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::snapshot::{FrozenPort, PluginMark, Snapshot, SnapshotImage};
 use slate_configuration::{Configuration, Table, TableEntry, Value};
 use slate_engine::main_loop::SharedLoop;
 
-/// Everything that does not fit, in words, but for the properties.
+/// Returns all mismatches in words, except those of properties.
 pub(super) fn problems(
     composition: &Composition,
     subjects: &[SnapshotSubject],
@@ -47,7 +47,7 @@ pub(super) fn problems(
     problems
 }
 
-/// Names that only one of the two has.
+/// Returns the names that only one of the two has.
 fn differing<'a>(
     here: impl Iterator<Item = &'a str>,
     there: impl Iterator<Item = &'a str>,
@@ -73,7 +73,7 @@ fn plugins(composition: &Composition, snapshot: &Snapshot, problems: &mut Vec<St
     }
 }
 
-/// Plugins of the same version whose code is not the same.
+/// Returns plugins of the same version with other code.
 pub(super) fn other_code(composition: &Composition, snapshot: &Snapshot) -> Vec<String> {
     let differs = |here: &PluginMark| {
         snapshot.plugins().iter().any(|there| there.name == here.name && there.hash != here.hash)
@@ -114,7 +114,7 @@ fn modules(subjects: &[SnapshotSubject], image: &SnapshotImage, problems: &mut V
     }
 }
 
-/// The properties that do not fit when the modules are linked as in the snapshot.
+/// Returns the properties that do not fit under the snapshot's links.
 pub(super) fn properties(board: &Board, links: &Relinking, image: &SnapshotImage) -> Vec<String> {
     let mut problems = Vec::new();
     for (path, frozen) in &image.properties {
@@ -144,7 +144,8 @@ pub(super) fn properties(board: &Board, links: &Relinking, image: &SnapshotImage
     problems
 }
 
-/// A setting of which an agent and a snapshot have different values, as `--set` takes them.
+/// Setting with different values in an agent and a snapshot.
+/// The values are in the form of `--set`.
 #[derive(Clone, Debug)]
 pub(super) struct DifferentSetting {
     pub path: String,
@@ -153,8 +154,8 @@ pub(super) struct DifferentSetting {
 }
 
 impl DifferentSetting {
-    /// What differs between two configurations that an agent's states depend on. The log, and what ends or reports a run,
-    /// is none of it.
+    /// Returns the differences between two configurations that affect states.
+    /// The log is excluded, as are the end and the report of a run.
     pub fn between(here: &Configuration, there: &Configuration) -> Vec<Self> {
         let settings = |configuration: &Configuration| -> BTreeMap<String, Value> {
             let all = configuration.settings("").unwrap_or_default();
@@ -192,7 +193,8 @@ impl DifferentSetting {
         [&self.here, &self.there].into_iter().all(|text| text.as_deref().is_none_or(|text| text == "{}"))
     }
 
-    /// The property that the setting is a value of, if a snapshot has that in any case: parameters, `enabled`, an input.
+    /// Returns the property of the setting, if every snapshot contains it.
+    /// This holds for parameters, `enabled` and inputs.
     pub fn property(&self) -> Option<String> {
         let keys = toml_edit::Key::parse(&self.path).ok()?;
         let names: Vec<&str> = keys.iter().map(toml_edit::Key::get).collect();
@@ -204,12 +206,12 @@ impl DifferentSetting {
         }
     }
 
-    /// Whether it is a link.
+    /// Returns true for a link.
     pub fn is_link(&self) -> bool {
         self.path.starts_with("links.")
     }
 
-    /// In words.
+    /// Returns the difference in words.
     pub fn tell(&self) -> String {
         let text = |text: &Option<String>| text.clone().unwrap_or_else(|| "not set".into());
         format!("{} is {} here and {} in it", self.path, text(&self.here), text(&self.there))

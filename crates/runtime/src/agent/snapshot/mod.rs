@@ -1,4 +1,4 @@
-//! Taking snapshots of an agent, and going on from them.
+//! Snapshots of an agent: taking and restoring.
 
 mod apply;
 mod capture;
@@ -16,7 +16,7 @@ use capture::{HeldSeats, LIMIT, SnapshotSubjects};
 pub(super) use restore::SnapshotRestorer;
 pub(super) use watch::SnapshotWatch;
 
-/// Takes snapshots of an agent.
+/// Taker of an agent's snapshots.
 pub(super) struct SnapshotTaker<'c> {
     agent: &'c AgentHandle,
 }
@@ -26,30 +26,31 @@ impl<'c> SnapshotTaker<'c> {
         Self { agent }
     }
 
-    /// The whole configuration as it is, with what the command line has set, what was changed since and inferred links, as
-    /// TOML.
+    /// Returns the whole present configuration, as TOML.
+    /// It includes the settings of the command line, all changes since, and inferred links.
     pub fn configuration_text(&self) -> String {
         text::expanded(&self.agent.composition(), self.agent.shared.board.agent())
     }
 
-    /// The plugins that are loaded, each with a hash over its library, or over what its modules are.
+    /// Returns the loaded plugins, each with a hash.
+    /// The hash is over the library, or over the descriptions of the modules.
     pub fn plugin_marks(&self) -> Vec<PluginMark> {
         capture::marks(&self.agent.composition())
     }
 
-    /// Takes something of the application into all snapshots from now on, under a name.
+    /// Adds content of the application to all later snapshots, under a name.
     pub fn keep(&self, name: &str, keepsake: Arc<dyn Keepsake>) {
         self.agent.composition().snapshots.keepsakes.insert(name.into(), keepsake);
     }
 
-    /// Takes a snapshot and writes it to a file; the loop goes on meanwhile.
+    /// Takes a snapshot and writes it to a file; the loop continues meanwhile.
     pub fn save(&self, file: &Path) -> Result<Snapshot, SnapshotError> {
         let snapshot = self.snapshot()?;
         snapshot.write(file)?;
         Ok(snapshot)
     }
 
-    /// Copies all of the agent between two cycles, when no module is in a tick.
+    /// Takes a snapshot between two cycles, when no module is in a tick.
     pub fn snapshot(&self) -> Result<Snapshot, SnapshotError> {
         let composition = self.agent.composition();
         let subjects = SnapshotSubjects::of(&composition, &self.agent.shared)?;

@@ -1,4 +1,5 @@
-//! Going on from a snapshot: everything is made ready beside what runs, and exchanged between two cycles.
+//! Restoring of a snapshot.
+//! All is prepared beside the running modules, and exchanged between two cycles.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,7 +16,7 @@ use slate_configuration::{Configuration, Database, Variant};
 use slate_engine::log::Levels;
 use slate_engine::runner::Retired;
 
-/// Lets an agent go on from snapshots.
+/// Restores an agent from snapshots.
 pub(in crate::agent) struct SnapshotRestorer<'c> {
     agent: &'c AgentHandle,
 }
@@ -25,7 +26,7 @@ impl<'c> SnapshotRestorer<'c> {
         Self { agent }
     }
 
-    /// Goes on from a snapshot: between two cycles all is as it was then.
+    /// Restores a snapshot between two cycles.
     pub fn restore(&self, snapshot: &Snapshot, database: Option<&Database>) -> Result<(), SnapshotError> {
         let Some(database) = database else {
             return self.go_on(snapshot, &[], None);
@@ -67,8 +68,9 @@ impl<'c> SnapshotRestorer<'c> {
         }
     }
 
-    /// As [`restore`](SnapshotRestorer::restore), but parameters, switches and values of inputs stay those that the
-    /// agent was loaded with where the snapshot's configuration has others.
+    /// Restores as [`restore`](SnapshotRestorer::restore), under own settings.
+    /// Parameters, switches and values of inputs keep the values with which the agent was loaded, where the snapshot's
+    /// configuration has others.
     pub fn restore_under_own_settings(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         self.is_of(snapshot)?;
         let here = Arc::clone(&self.agent.composition().configuration);
@@ -80,7 +82,8 @@ impl<'c> SnapshotRestorer<'c> {
         )
     }
 
-    /// Whether a snapshot is of this agent; nothing else is told of one that is not.
+    /// Checks that a snapshot is of this agent.
+    /// For a snapshot of another agent no further mismatch is reported.
     fn is_of(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let own = self.agent.shared.board.agent();
         if own == snapshot.agent() {
@@ -95,7 +98,7 @@ impl<'c> SnapshotRestorer<'c> {
         Ok(fit::problems(&composition, &subjects, snapshot, &self.agent.shared))
     }
 
-    /// What a setting is where nothing is said of it.
+    /// Returns the default of a setting, which holds without a value.
     fn unset(&self, path: &str) -> Option<String> {
         let keys = toml_edit::Key::parse(path).ok()?;
         let names: Vec<&str> = keys.iter().map(toml_edit::Key::get).collect();
@@ -108,8 +111,9 @@ impl<'c> SnapshotRestorer<'c> {
         }
     }
 
-    /// Goes on from a snapshot, but for the values of the settings that are `kept`, and with another configuration if
-    /// one is given, which is to say what that of the snapshot says, or these values where that says nothing.
+    /// Restores a snapshot, except for the values of the `kept` settings.
+    /// If another configuration is given, it is restored too; it must have the settings of the snapshot, or these
+    /// values where the snapshot has none.
     fn go_on(
         &self,
         snapshot: &Snapshot,
@@ -169,7 +173,8 @@ impl<'c> SnapshotRestorer<'c> {
         Ok(())
     }
 
-    /// Makes all that the agent goes on with, and exchanges it together with the links; returns what was there before.
+    /// Makes the new state, and exchanges it together with the links.
+    /// Returns the old instances.
     fn exchange_all(
         &self,
         composition: &Composition,
@@ -226,7 +231,8 @@ impl<'c> SnapshotRestorer<'c> {
         })
     }
 
-    /// An instance for each module with the state that it had; none where there was none.
+    /// Makes an instance for each module, with its state in the snapshot.
+    /// `None` for a module that had no instance.
     fn instances(
         &self,
         composition: &Composition,
@@ -287,12 +293,12 @@ fn levels(snapshot: &Snapshot) -> Levels {
     levels
 }
 
-/// The configuration that the agent had.
+/// Returns the snapshot's configuration.
 fn settings_of(snapshot: &Snapshot) -> Result<Arc<Configuration>, SnapshotError> {
     Ok(with_links_of(snapshot, &snapshot.configuration(Vec::new())?.current()))
 }
 
-/// The configuration with the links that were inferred in a snapshot, if it has them apart.
+/// Returns the configuration with a snapshot's inferred links, if separate.
 fn with_links_of(snapshot: &Snapshot, configuration: &Arc<Configuration>) -> Arc<Configuration> {
     match &snapshot.image.inferred {
         Some(links) => Arc::new(configuration.with_inferred_links(links)),
@@ -304,8 +310,8 @@ fn unfit(snapshot: &Snapshot, problems: Vec<String>) -> SnapshotError {
     SnapshotError::Unfit { agent: snapshot.agent().into(), problems }
 }
 
-/// The variants that a snapshot was taken with and an agent does not run with: with its settings alone, the agent would have the ones
-/// and the name of the others.
+/// Returns the variants of a snapshot that differ from the agent's.
+/// With the snapshot's settings alone, the agent would have the settings of one variant and the name of another.
 fn other_variants(here: &Configuration, there: &Configuration) -> Vec<String> {
     let own: BTreeMap<_, _> = Variant::chosen(here).map(|variant| (variant.choice, variant.name)).collect();
     let others = Variant::chosen(there).filter_map(|Variant { choice, name, .. }| {

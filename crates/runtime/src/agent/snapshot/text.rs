@@ -1,4 +1,4 @@
-//! The configuration of an agent as it is, in one text or layer by layer.
+//! Present configuration of an agent, in one text or layer by layer.
 
 use std::path::{Path, PathBuf};
 
@@ -6,13 +6,15 @@ use crate::agent::composition::Composition;
 use slate_composition::{Complaints, described_limits, survey};
 use slate_configuration::{Configuration, Layered, PluginEntry, SourceKind, Value, limit_setting};
 
-/// All settings, a line each, with what the command line has set and what was changed since. The libraries of plugins are
-/// named by absolute paths, and loaded at the start if they are loaded now. Inferred links are no settings.
+/// Returns all settings, one per line, as they are now.
+/// They include the settings of the command line and all changes since. Libraries of plugins have absolute paths, and
+/// are loaded at the start if they are loaded now. Inferred links are no settings.
 pub(super) fn of(composition: &Composition, agent: &str) -> String {
     whole(composition, agent, Vec::new())
 }
 
-/// The same with inferred links, and limits of gates from RobotModels, as if they were written, for readers who infer none.
+/// Returns the same with inferred links and gate limits of RobotModels.
+/// They appear as if written, for readers without inference.
 pub(super) fn expanded(composition: &Composition, agent: &str) -> String {
     let configuration = &composition.configuration;
     let links = configuration.links().iter().filter(|link| link.is_inferred());
@@ -20,7 +22,7 @@ pub(super) fn expanded(composition: &Composition, agent: &str) -> String {
     whole(composition, agent, links.chain(limits(composition)).collect())
 }
 
-/// Limits of gates that are not written, a line each.
+/// Returns the gates' limits that are not written, a line each.
 fn limits(composition: &Composition) -> Vec<String> {
     let configuration = &composition.configuration;
     let survey = survey(configuration, &composition.catalogue, &mut Complaints::new(configuration));
@@ -43,7 +45,7 @@ fn whole(composition: &Composition, agent: &str, inferred: Vec<String>) -> Strin
     text(composition, agent, lines.map(|line| beside(configuration, line)).chain(inferred))
 }
 
-/// The same layer by layer.
+/// Returns the settings layer by layer.
 pub(super) fn layers(composition: &Composition, agent: &str) -> Layered {
     let configuration = &composition.configuration;
     Layered {
@@ -57,12 +59,13 @@ pub(super) fn layers(composition: &Composition, agent: &str) -> Layered {
     }
 }
 
-/// Whether a setting is told as it is now, wherever it comes from.
+/// Returns true for a setting that is stored with its present value.
+/// Its origin does not matter.
 fn is_told_apart(path: &str) -> bool {
     path == "agent.name" || path.starts_with("plugins.")
 }
 
-/// Settings, with the agent's name and its plugins as they are now.
+/// Returns settings as text, with the agent's present name and plugins.
 fn text(composition: &Composition, agent: &str, settings: impl Iterator<Item = String>) -> String {
     let configuration = &composition.configuration;
     let mut lines = vec![format!("agent.name = {}", quoted(agent))];
@@ -103,7 +106,8 @@ fn path(file: &Path) -> String {
     quoted(&absolute.to_string_lossy())
 }
 
-/// The line of a setting; a path that is relative to the file that it is written in, as it is from here.
+/// Returns the line of a setting.
+/// A path relative to the file that contains it becomes relative to this folder.
 fn beside(configuration: &Configuration, line: String) -> String {
     let from_here = || {
         let (name, _) = line.split_once(" = ")?;

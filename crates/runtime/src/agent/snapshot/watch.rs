@@ -1,4 +1,4 @@
-//! Takes snapshots when the configuration says so.
+//! Automatic snapshots, as the configuration says.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,42 +17,43 @@ use crate::snapshot::{Snapshot, SnapshotCondition, SnapshotError};
 use slate_configuration::{Configuration, Report, Spanned};
 use slate_engine::main_loop::{Flow, SharedLoop};
 
-/// Looks at the end of each cycle whether a snapshot is due.
+/// Check at the end of each cycle for snapshots that are due.
 pub(crate) struct SnapshotWatch {
     agent: WeakHandle,
     at: Option<u64>,
     file: PathBuf,
     looked: Mutex<Looked>,
-    /// Whether one is due that could not be taken yet.
+    /// True if a snapshot is due that could not be taken yet.
     due: AtomicBool,
     writing: Arc<Mutex<Writing>>,
 }
 
-/// The thread that writes snapshots, one after the other, as they go to one file.
+/// State of the thread that writes snapshots one by one, into one file.
 #[derive(Default)]
 struct Writing {
-    /// What it does next. A newer one takes the place of one that was not begun, whose file it would overwrite.
+    /// Next task.
+    /// A newer one replaces one that has not begun, whose file it would overwrite.
     next: Option<Task>,
-    /// How many were not.
+    /// Number of replaced tasks.
     left_out: u64,
-    /// Whether it looks for another one.
+    /// True while the thread looks for tasks.
     is_at_work: bool,
     thread: Option<JoinHandle<()>>,
 }
 
-/// Writes a snapshot, or takes one and writes it; says of which time and cycle it is.
+/// Writes a snapshot, or takes and writes one; returns its time and cycle.
 type Task = Box<dyn FnOnce() -> Result<(u64, u64), SnapshotError> + Send>;
 
-/// What the last look has found.
+/// Result of the last look.
 struct Looked {
-    /// Whether the time had come.
+    /// True if the time had come.
     late: bool,
-    /// Whether the condition was true.
+    /// True if the condition held.
     held: bool,
     field: Option<ConditionField>,
 }
 
-/// The field of a condition.
+/// Field of a condition.
 struct ConditionField {
     condition: SnapshotCondition,
     reader: Latest,
@@ -73,7 +74,7 @@ impl ConditionField {
     }
 }
 
-/// Whether values of a type can be compared with a number.
+/// Returns true if values of a type can be compared with a number.
 fn is_number(kind: &Kind) -> bool {
     matches!(
         kind,
@@ -91,7 +92,8 @@ fn is_number(kind: &Kind) -> bool {
     )
 }
 
-/// The moment of interest is too late to find out that nothing can be written.
+/// Checks at the start that the snapshot can be written.
+/// At the moment of the snapshot it would be too late.
 fn check_folder(configuration: &Configuration, file: &Spanned<PathBuf>) -> Result<(), Report> {
     let wrong = |message: String, help: &str| -> Result<(), Report> {
         Err(configuration.diagnostic(file.span, message, Some(help.into())).into())
@@ -125,7 +127,7 @@ fn folder_of(file: &Path) -> &Path {
 }
 
 impl SnapshotWatch {
-    /// What the configuration asks for, if it does.
+    /// Returns the automatic snapshots of a configuration, if it has any.
     pub fn of(
         configuration: &Configuration,
         shared: &SharedLoop,
@@ -172,8 +174,9 @@ impl SnapshotWatch {
         self.looked.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// After a cycle: a look takes some nanoseconds, and in lockstep the snapshot is taken here, so that it is always of
-    /// the same cycle; on the wall clock it is taken by a thread that is made for it.
+    /// Checks after a cycle whether a snapshot is due; takes some nanoseconds.
+    /// In lockstep the snapshot is taken here, so that it is always of the same cycle. On the wall clock a thread takes
+    /// it.
     pub fn look(self: &Arc<Self>, shared: &SharedLoop, now: u64) -> Flow {
         let is_due = {
             let mut looked = self.looked();
@@ -219,7 +222,8 @@ impl SnapshotWatch {
         Flow::Next
     }
 
-    /// Has a snapshot written, and waits for nothing: the thread that takes one waits for the loop.
+    /// Queues a snapshot for writing, without waiting.
+    /// The thread that takes one waits for the loop.
     fn write(
         &self,
         shared: &SharedLoop,
@@ -285,7 +289,8 @@ impl AutomaticSnapshot for SnapshotWatch {
     }
 }
 
-/// What the thread does next, and how many were left out before that; nothing when it ends.
+/// Returns the thread's next task and the number of replaced ones before it.
+/// `None` if the thread ends.
 fn next(writing: &Mutex<Writing>) -> Option<(Task, u64)> {
     let mut writing = locked(writing);
     let next = writing.next.take();
@@ -293,7 +298,8 @@ fn next(writing: &Mutex<Writing>) -> Option<(Task, u64)> {
     Some((next?, std::mem::take(&mut writing.left_out)))
 }
 
-/// What stays intact when another thread panicked while it held the lock.
+/// Locks a mutex, also a poisoned one.
+/// The guarded data stays intact when another thread panics while it holds the lock.
 fn locked(writing: &Mutex<Writing>) -> MutexGuard<'_, Writing> {
     writing.lock().unwrap_or_else(PoisonError::into_inner)
 }

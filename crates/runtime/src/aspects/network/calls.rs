@@ -6,7 +6,7 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use super::super::calls::{name, say};
 use super::{ModuleSocketKind, NetworkService, ReceivedBytes};
 
-/// The calls, yet without a service.
+/// Table of the calls, without a service yet.
 pub(super) const TABLE: Network =
     Network { context: std::ptr::null_mut(), udp, connect, listen, accepted, send, receive, address, close };
 

@@ -9,21 +9,21 @@ use slate_module::aspect::SEND_LIMIT;
 use super::{ReceivedBytes, is_for_later};
 use slate_engine::digest::Digest;
 
-/// How long each address that a name stands for is tried.
+/// Time limit of connecting to each address of a name.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// A connection, with what waits to be sent.
+/// Connection with its data to be sent.
 pub(super) struct ModuleConnection {
     stream: TcpStream,
     other: SocketAddr,
     outgoing: VecDeque<u8>,
-    /// How much of that is of this tick.
+    /// Bytes of `outgoing` from this tick.
     fresh: usize,
-    /// Why it has ended.
+    /// Reason of its end.
     ended: Option<String>,
-    /// Whether the module knows that it has ended.
+    /// True if the module knows of its end.
     told: bool,
-    /// Whether this tick closes it.
+    /// True if this tick closes it.
     asked: bool,
     closing: bool,
 }
@@ -86,7 +86,7 @@ impl ModuleConnection {
         self.ended.get_or_insert_with(|| format!("the connection with {other} has ended: {reason}"));
     }
 
-    /// Tells the module why it has ended.
+    /// Reports the reason of the end to the module.
     fn end(&mut self) -> String {
         self.told = true;
         self.ended.clone().unwrap_or_default()
@@ -97,7 +97,8 @@ impl ModuleConnection {
         self.asked = true;
     }
 
-    /// Sends as much as the other end takes. False when it was closed, and all is sent.
+    /// Sends as much as the other end accepts.
+    /// False if the connection is closed and all data are sent.
     pub fn commit(&mut self, index: u32, digest: Option<&mut Digest>) -> bool {
         if self.fresh > 0 {
             let start = self.outgoing.len() - self.fresh;
@@ -125,13 +126,13 @@ impl ModuleConnection {
         (self.fresh, self.asked) = (0, false);
     }
 
-    /// Whether nothing comes of it any more: why it has ended, which the module knows.
+    /// Reason of the end, once the module knows of it; no data follow.
     pub fn over(&self) -> Option<&str> {
         self.ended.as_deref().filter(|_| self.told)
     }
 }
 
-/// A connection in the making, which takes a thread, as looking a name up and connecting wait.
+/// Connection being made in a thread, as name lookup and connecting wait.
 pub(super) struct Attempt(Receiver<io::Result<TcpStream>>);
 
 impl Attempt {
@@ -146,7 +147,7 @@ impl Attempt {
         Ok(Self(receiver))
     }
 
-    /// The connection, or why it can't be made; nothing as long as it is not settled.
+    /// Connection or error; `None` while it is being made.
     pub fn result(&self) -> Option<io::Result<TcpStream>> {
         match self.0.try_recv() {
             Ok(result) => Some(result),

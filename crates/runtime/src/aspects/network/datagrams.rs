@@ -6,16 +6,16 @@ use slate_module::aspect::SEND_LIMIT;
 use super::{ReceivedBytes, address, is_for_later};
 use slate_engine::digest::Digest;
 
-/// What a datagram carries at most, bytes.
+/// Largest payload of a datagram, bytes.
 const LONGEST: usize = 65_507;
 
-/// A socket for datagrams, with those that this tick sends.
+/// Datagram socket with the datagrams that this tick sends.
 pub(super) struct DatagramSocket {
     socket: UdpSocket,
     data: Vec<u8>,
-    /// Where each goes, and where it ends in `data`.
+    /// Destination of each datagram, and its end in `data`.
     outgoing: Vec<(SocketAddr, usize)>,
-    /// What went wrong when they were sent.
+    /// Error of the last send.
     error: Option<io::Error>,
 }
 
@@ -58,7 +58,7 @@ impl DatagramSocket {
         }
     }
 
-    /// Sends what the tick has sent.
+    /// Sends the datagrams of the tick.
     pub fn commit(&mut self, index: u32, mut digest: Option<&mut Digest>) {
         let mut start = 0;
         for (to, end) in &self.outgoing {

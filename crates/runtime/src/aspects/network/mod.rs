@@ -1,4 +1,4 @@
-//! The aspect [`Network`]: sockets of a module, none of which is ever waited for.
+//! Aspect [`Network`]: sockets of a module, which never block.
 
 mod calls;
 mod connection;
@@ -16,18 +16,19 @@ use connection::{Attempt, ModuleConnection};
 use datagrams::DatagramSocket;
 use slate_engine::digest::Digest;
 
-/// After that time of the agent a connection that failed is tried again, nanoseconds.
+/// Time after which a failed connection is tried again, ns.
+/// In the agent's time.
 const RETRY: u64 = 1_000_000_000;
 
 struct NetworkService {
     table: Network,
-    /// By number, in the order in which they were opened.
+    /// Sockets by number, in the order in which they were opened.
     sockets: BTreeMap<u64, ModuleSocket>,
-    /// What the module has named.
+    /// Sockets that the module has named.
     named: BTreeMap<(ModuleSocketKind, String), NamedSocket>,
     opened: u64,
     now: u64,
-    /// Stands for what is sent, in the digest.
+    /// Index of the sent data, for the digest.
     index: u32,
 }
 
@@ -50,10 +51,10 @@ enum ModuleSocket {
     Listener { listener: TcpListener, connections: Vec<u64>, closing: IsClosing },
 }
 
-/// Whether the present tick closes a socket.
+/// True if the present tick closes a socket.
 type IsClosing = bool;
 
-/// What came of an attempt to receive.
+/// Result of an attempt to receive.
 enum ReceivedBytes {
     Nothing,
     Bytes(usize, Option<SocketAddr>),
@@ -135,7 +136,7 @@ impl HostService for NetworkService {
 }
 
 impl NetworkService {
-    /// Takes the connections that others have made.
+    /// Accepts the connections made by others.
     fn accept(&mut self) {
         let mut room = SOCKET_LIMIT.saturating_sub(self.count());
         let mut came = Vec::new();
@@ -155,13 +156,13 @@ impl NetworkService {
         self.sockets.extend(came);
     }
 
-    /// Sockets that there are or that will be.
+    /// Returns the number of sockets, including those being made.
     fn count(&self) -> usize {
         self.sockets.len()
             + self.named.values().filter(|named| matches!(named, NamedSocket::Making(_))).count()
     }
 
-    /// Closes a socket; with the reason when it has ended by itself.
+    /// Closes a socket; `reason` is given if it has ended by itself.
     fn forget(&mut self, number: u64, reason: Option<String>) {
         self.sockets.remove(&number);
         for socket in self.sockets.values_mut() {
@@ -191,7 +192,7 @@ impl NetworkService {
         self.opened
     }
 
-    /// The socket of that address, which is opened if need be.
+    /// Returns the socket of an address, opened if needed.
     fn open(&mut self, kind: ModuleSocketKind, text: &str) -> Result<Option<u64>, String> {
         let key = (kind, text.to_owned());
         match self.named.get(&key) {
@@ -287,13 +288,13 @@ impl NetworkService {
     }
 }
 
-/// An address without a name, as looking one up would wait.
+/// Parses an address without a name, as a name lookup would wait.
 fn address(text: &str) -> Result<SocketAddr, String> {
     let help = "expected a number and a port, such as 192.168.0.7:9000 or [::1]:9000";
     text.parse().map_err(|_| format!("`{text}` is no address: {help}"))
 }
 
-/// Whether there is only nothing to do now.
+/// Returns true if an error only means that no data are available now.
 fn is_for_later(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
 }

@@ -1,4 +1,4 @@
-//! The keeper of modules' threads: no code leaves while a thread runs it.
+//! Keeper of modules' threads; no code is unloaded while a thread runs it.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,16 +14,16 @@ use slate_engine::clock::Clock;
 use slate_engine::log::Logger;
 use slate_engine::thread_name;
 
-/// How often is looked whether threads have ended.
+/// Polling interval for the end of threads.
 const LOOK: Duration = Duration::from_micros(500);
 
-/// All threads that modules own.
+/// Threads of all modules.
 pub(crate) struct ThreadKeeper {
     groups: Mutex<BTreeMap<Arc<str>, Arc<ThreadGroup>>>,
-    /// How long a thread may take to stop.
+    /// Time limit for a thread to stop.
     hang: Duration,
     lockstep: bool,
-    /// Whether it was said that threads can't be repeated.
+    /// True once the log warns that threads can't be reproduced.
     warned: AtomicBool,
     logger: Arc<Logger>,
     clock: Arc<Clock>,
@@ -37,7 +37,7 @@ pub(super) struct ThreadGroup {
 
 #[derive(Default)]
 struct GroupThreads {
-    /// How many don't want a thread to begin.
+    /// Number of guards that keep threads from beginning.
     closed: u32,
     owned: Vec<OwnedThread>,
 }
@@ -45,20 +45,20 @@ struct GroupThreads {
 struct OwnedThread {
     thread: Arc<ModuleThread>,
     handle: JoinHandle<()>,
-    /// Whether it was named as one that does not stop.
+    /// True if the log has named it as a thread that does not stop.
     named: bool,
 }
 
-/// A thread that has not stopped.
+/// Thread that has not stopped.
 #[derive(Clone, Debug)]
 pub(crate) struct Lingering {
     pub module: Arc<str>,
     pub thread: Arc<str>,
-    /// How long was waited.
+    /// Time waited.
     pub limit: Duration,
 }
 
-/// While it is there, no thread of some modules begins.
+/// Guard that keeps some modules from beginning threads.
 pub(crate) struct Closed(Vec<Arc<ThreadGroup>>);
 
 impl Drop for Closed {
@@ -83,14 +83,15 @@ impl ThreadKeeper {
         self.groups.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The threads of a module that begins.
+    /// Makes the thread group of a new module.
     pub(super) fn group(&self, module: &Arc<str>) -> Arc<ThreadGroup> {
         let group = Arc::new(ThreadGroup { module: Arc::clone(module), inner: Mutex::default() });
         self.groups().insert(Arc::clone(module), Arc::clone(&group));
         group
     }
 
-    /// Stops the threads of modules whose code is about to leave, and lets none begin until the result is dropped.
+    /// Stops the threads of modules before their code is unloaded.
+    /// No thread of them begins until the result is dropped.
     ///
     /// # Errors
     /// A thread that does not stop in time; others may begin again then.
@@ -105,7 +106,7 @@ impl ThreadKeeper {
         }
     }
 
-    /// Stops all threads for good; those that don't stop in time are named in the log.
+    /// Stops all threads finally; the log names those that do not stop in time.
     pub fn end(&self) {
         let groups: Vec<_> = self.groups().values().cloned().collect();
         // For good, beside what the guard does.
@@ -113,7 +114,7 @@ impl ThreadKeeper {
         self.name(&lingering(&close(groups).0, self.hang));
     }
 
-    /// Begins a thread; gives it back while none may begin.
+    /// Begins a thread; returns it while none may begin.
     pub(super) fn start(&self, group: &ThreadGroup, life: Box<ThreadParts>) -> Result<(), Box<ThreadParts>> {
         let mut inner = group.inner();
         if inner.closed > 0 {
@@ -144,7 +145,8 @@ impl ThreadKeeper {
         Ok(())
     }
 
-    /// The module's instance is gone: tells its threads to stop, and has those named that don't.
+    /// Stops the threads of a module whose instance has ended.
+    /// Threads that do not stop are logged.
     pub(super) fn stop(self: &Arc<Self>, group: &Arc<ThreadGroup>) {
         if !group.stop() {
             return;
@@ -156,7 +158,7 @@ impl ThreadKeeper {
             .spawn(move || keeper.name(&lingering(&[group], keeper.hang)));
     }
 
-    /// The module is gone.
+    /// Removes the threads of a module that has ended.
     pub(super) fn forget(&self, group: &Arc<ThreadGroup>) {
         self.groups().retain(|_, other| !Arc::ptr_eq(other, group));
     }
@@ -177,19 +179,19 @@ impl ThreadGroup {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether one of that name has not ended yet.
+    /// Returns true if a thread of that name still runs.
     pub fn has(&self, name: &str) -> bool {
         self.inner().owned.iter().any(|owned| *owned.thread.name == *name && owned.thread.is_running())
     }
 
-    /// Tells the threads to stop; whether one that is not known for that runs on.
+    /// Stops the threads; true if one that was not named yet still runs.
     fn stop(&self) -> bool {
         let inner = self.inner();
         inner.owned.iter().for_each(|owned| owned.thread.stop());
         inner.owned.iter().any(|owned| !owned.named && !owned.handle.is_finished())
     }
 
-    /// Takes out the threads that have ended; whether any is left.
+    /// Removes the threads that have ended; true if any is left.
     fn settle(&self) -> bool {
         let mut inner = self.inner();
         let (ended, left) =
@@ -212,7 +214,7 @@ fn close(groups: Vec<Arc<ThreadGroup>>) -> Closed {
     Closed(groups)
 }
 
-/// Waits until the threads have ended; those that don't in time.
+/// Waits until the threads have ended; returns those that do not in time.
 #[allow(clippy::disallowed_methods, reason = "whether a thread ends is a matter of the wall clock")]
 fn lingering(groups: &[Arc<ThreadGroup>], limit: Duration) -> Vec<Lingering> {
     let start = Instant::now();

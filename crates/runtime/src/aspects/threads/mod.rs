@@ -1,4 +1,4 @@
-//! The aspect [`Threads`]: threads that a module owns and the host keeps.
+//! Aspect [`Threads`]: threads that a module owns and the host keeps.
 
 mod keeper;
 mod ring;
@@ -22,7 +22,7 @@ use slate_engine::log::Logger;
 use slate_engine::synchronization::Synchronization;
 use thread::{ModuleThread, OwnedBody, ThreadParts, answer, room};
 
-/// How many threads a module may have at a time.
+/// Most threads of a module at a time.
 const LIMIT: usize = 16;
 /// The largest ring, bytes.
 const LARGEST: usize = 1 << 30;
@@ -37,18 +37,18 @@ struct ThreadService {
     synchronization: Arc<Synchronization>,
     /// The module's code.
     kind: Option<ModuleKind>,
-    /// By name, also those that have ended.
+    /// Threads by name, also those that have ended.
     threads: BTreeMap<String, TickThread>,
-    /// Those that this tick asks for.
+    /// Threads that this tick requests.
     asked: BTreeMap<String, TickThread>,
 }
 
-/// A thread, from the tick's side.
+/// Thread, from the tick's side.
 struct TickThread {
     thread: Arc<ModuleThread>,
-    /// Until it begins.
+    /// Parts of the thread until it begins.
     life: Option<Box<ThreadParts>>,
-    /// Whether this tick wants it to stop.
+    /// True if this tick stops it.
     stop: bool,
     inlet: RingInlet,
     outlet: RingOutlet,

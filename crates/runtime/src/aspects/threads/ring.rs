@@ -1,17 +1,18 @@
-//! The way of values from a tick to a thread, or back: a ring of bytes that neither side waits for.
+//! Lock-free ring of bytes for values between a tick and a thread.
+//! Neither side waits.
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
-/// Before each value: its schema, and its size.
+/// Size of the header of each value: schema and size, bytes.
 const HEADER: usize = 12;
 
-/// A ring of so many bytes.
+/// Makes a ring of a size in bytes.
 pub(super) fn ring(bytes: usize) -> (RingInlet, RingOutlet) {
     let (producer, consumer) = RingBuffer::new(bytes);
     (RingInlet { producer, held: Vec::with_capacity(bytes), bytes }, RingOutlet { consumer, visible: 0 })
 }
 
-/// Where values go in.
+/// Sending end of the ring.
 pub(super) struct RingInlet {
     producer: Producer<u8>,
     /// Values that are not sent yet.
@@ -20,10 +21,10 @@ pub(super) struct RingInlet {
 }
 
 impl RingInlet {
-    /// Holds a value to be sent; false when there is no room.
+    /// Holds a value to be sent; false if the ring is full.
     ///
     /// # Errors
-    /// When there never will be.
+    /// When the value is larger than the ring.
     pub fn add(&mut self, schema: u64, value: &[u8]) -> Result<bool, String> {
         let size = HEADER + value.len();
         if size > self.bytes {
@@ -42,7 +43,7 @@ impl RingInlet {
         Ok(true)
     }
 
-    /// Sends what is held; whether there was anything.
+    /// Sends the held values; true if there were any.
     pub fn send(&mut self) -> bool {
         if self.held.is_empty() {
             return false;
@@ -53,29 +54,29 @@ impl RingInlet {
         sent
     }
 
-    /// Forgets what is held.
+    /// Discards the held values.
     pub fn forget(&mut self) {
         self.held.clear();
     }
 }
 
-/// Where values come out.
+/// Receiving end of the ring.
 pub(super) struct RingOutlet {
     consumer: Consumer<u8>,
-    /// Bytes of the values that may be taken; always whole values.
+    /// Bytes of the available values; always whole values.
     visible: usize,
 }
 
 impl RingOutlet {
-    /// From now on, what was sent until now can be taken.
+    /// Makes all values sent until now available.
     pub fn look(&mut self) {
         self.visible = self.consumer.slots();
     }
 
-    /// Takes the next value; false when there is none.
+    /// Takes the next value; false if there is none.
     ///
     /// # Errors
-    /// When it is another one than expected; it is lost then.
+    /// When the value has another type than expected; it is lost then.
     pub fn take(&mut self, schema: u64, value: &mut [u8]) -> Result<bool, String> {
         if self.visible == 0 {
             return Ok(false);

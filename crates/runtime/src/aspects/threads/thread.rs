@@ -1,4 +1,4 @@
-//! A thread of a module, and what it has of the host.
+//! Thread of a module, and its access to the host.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,14 +16,14 @@ use slate_engine::clock::Clock;
 use slate_engine::log::ModuleLog;
 use slate_engine::synchronization::{Count, Emitter, Synchronization};
 
-/// What a thread is notified of.
+/// Notifications of a thread.
 const STOP: u64 = 1;
 const NEWS: u64 = 2;
 
-/// How often a thread that waits for a synchronisation point checks whether it must stop.
+/// Polling interval for a stop while a thread waits for a synchronization point.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// A thread as its module and its keeper see it.
+/// Thread as its module and its keeper see it.
 pub(super) struct ModuleThread {
     pub name: Arc<str>,
     state: AtomicU32,
@@ -41,7 +41,7 @@ impl ModuleThread {
         })
     }
 
-    /// A [`ThreadState`].
+    /// Returns the state, a [`ThreadState`].
     pub fn state(&self) -> u32 {
         self.state.load(Ordering::Acquire)
     }
@@ -54,13 +54,13 @@ impl ModuleThread {
         self.state.store(state as u32, Ordering::Release);
     }
 
-    /// Tells it to stop.
+    /// Requests the thread to stop.
     pub fn stop(&self) {
         self.stop.store(true, Ordering::Release);
         self.wake.notify(STOP);
     }
 
-    /// Tells it that the tick has sent something.
+    /// Notifies the thread that the tick has sent values.
     pub fn tell(&self) {
         self.wake.notify(NEWS);
     }
@@ -70,7 +70,7 @@ impl ModuleThread {
     }
 }
 
-/// What a thread does, which is dropped by its own code when it never began.
+/// Body of a thread; its own code drops it if it has never begun.
 pub(super) struct OwnedBody(Option<ThreadBody>);
 
 // SAFETY: a body is `Send`, as the module's side demands.
@@ -98,7 +98,8 @@ impl Drop for OwnedBody {
     }
 }
 
-/// All that a thread has. The fields are dropped in this order, so the code goes last.
+/// Parts of a thread.
+/// The fields are dropped in this order, so the code goes last.
 pub(super) struct ThreadParts {
     pub thread: Arc<ModuleThread>,
     pub body: OwnedBody,
@@ -108,11 +109,11 @@ pub(super) struct ThreadParts {
     pub clock: Arc<Clock>,
     pub synchronization: Arc<Synchronization>,
     pub module: Arc<str>,
-    /// Keeps the library open.
+    /// Module kind, which keeps the library open.
     pub kind: ModuleKind,
 }
 
-/// What the calls of a [`Stop`] work on.
+/// State of the calls of a [`Stop`].
 struct StopContext {
     thread: Arc<ModuleThread>,
     inlet: RingInlet,
@@ -125,7 +126,7 @@ struct StopContext {
 }
 
 impl ThreadParts {
-    /// The life of the thread, in the thread.
+    /// Runs the thread's body, in the thread.
     pub fn live(self: Box<Self>) {
         let Self { thread, body, inlet, outlet, log, clock, synchronization, module, kind } = *self;
         let mut side = StopContext {
@@ -212,10 +213,10 @@ unsafe extern "C" fn receive(
     unsafe { answer(outlet.take(schema, value), ABSENT, sink) }
 }
 
-/// Memory that a module lends for a value.
+/// Returns memory that a module lends for a value.
 ///
 /// # Safety
-/// It has that size, and nobody else uses it during the call.
+/// It has that size, and no other code uses it during the call.
 pub(super) unsafe fn room<'a>(value: *mut u8, size: usize) -> &'a mut [u8] {
     // SAFETY: passed on to the caller; the bytes are written before anybody else sees them.
     unsafe {
@@ -224,7 +225,7 @@ pub(super) unsafe fn room<'a>(value: *mut u8, size: usize) -> &'a mut [u8] {
     }
 }
 
-/// The code of what happened, and why.
+/// Returns the code of a result, and writes the reason of a refusal.
 ///
 /// # Safety
 /// The sink is as the module made it.
