@@ -1,4 +1,5 @@
-//! Says where Copper's logs have their texts, as its macros want, and which compiler this is.
+//! Passes the folder of Copper's log texts and the compiler's version to the code.
+//! Copper's macros require the folder.
 
 fn main() {
     let value = |name: &str| std::env::var(name).unwrap_or_default();

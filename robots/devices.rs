@@ -27,7 +27,7 @@ pub struct RobotDevices {
 /// Drive of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
-    /// Whether it has four wheels that steer by skidding; else two on one axle.
+    /// True for four wheels that steer by skidding, false for two on one axle.
     pub is_skid_steer: bool,
     /// Radius of the wheels, metres.
     pub wheel_radius: f64,
@@ -46,7 +46,8 @@ pub struct DeviceDescription {
     pub name: &'static str,
     /// Number of its elements, such as the sonars of a ring.
     pub count: usize,
-    /// x and y in metres and heading in radians, in the robot's frame; zero for a device that measures in that frame.
+    /// Mount in the robot's frame: x, y in m and heading in rad.
+    /// Zero for a device that measures in that frame.
     pub mount: [f64; 3],
     /// The same of each of its elements, if it has several.
     pub placements: Vec<[f64; 3]>,
@@ -54,7 +55,8 @@ pub struct DeviceDescription {
     pub minimum: f64,
     /// Greatest value; zero, as the least one, without limits.
     pub maximum: f64,
-    /// Rate, Hz; zero for a device that measures in each cycle, or as often as its driver reports.
+    /// Rate, Hz.
+    /// Zero for a device that measures in each cycle, or when its driver reports.
     pub rate: f64,
 }
 
@@ -80,7 +82,7 @@ impl<'a> SensorProfiles<'a> {
     }
 }
 
-/// Why a description can't be used.
+/// Error of a description.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DescriptionProblem {
     message: String,
@@ -126,7 +128,7 @@ struct Document {
 }
 
 impl Document {
-    /// The names of the profiles of all sensors but the laser, which has ones of its own.
+    /// Returns the profiles of all sensors but the laser, which has its own ones.
     fn profiles(&self) -> BTreeSet<&str> {
         let Self { sonar, robot_sensor, positioning, odometry, .. } = self;
         let names = sonar.keys().chain(robot_sensor.keys()).chain(positioning.keys()).chain(odometry.keys());
@@ -198,7 +200,7 @@ impl RangeTable {
     }
 }
 
-/// A device that measures or acts in the robot's frame, in each cycle and without limits.
+/// Creates a device of the robot's frame, in each cycle and without limits.
 fn plain(name: &'static str) -> DeviceDescription {
     let (mount, placements) = ([0.0; 3], Vec::new());
     DeviceDescription { name, count: 1, mount, placements, minimum: 0.0, maximum: 0.0, rate: 0.0 }

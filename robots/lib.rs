@@ -1,4 +1,5 @@
-//! Robots as TOML. `slate-sim` reads them by name, and [`RobotDevices`] has what a robot knows of itself.
+//! Robots as TOML.
+//! `slate-sim` reads them by name, and [`RobotDevices`] has a robot's knowledge of itself.
 
 mod devices;
 

@@ -1,4 +1,4 @@
-//! The machine that this run is on, and what it can do at this moment: all other figures are to be read beside these.
+//! Machine of this run and its present speed, beside which figures are read.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use crate::measure::{Contest, Effort, Samples, consume};
 use crate::table::{Role, Table};
 
-/// What the machine is, as the first lines of a report.
+/// Describes the machine, as the first lines of a report.
 pub fn describe() -> Vec<String> {
     let cores = thread::available_parallelism().map_or(1, usize::from);
     let system = read("/proc/sys/kernel/osrelease");
@@ -19,7 +19,7 @@ pub fn describe() -> Vec<String> {
     ]
 }
 
-/// Where a number comes from.
+/// Returns date and load, as the provenance of a figure.
 pub fn provenance() -> String {
     let load = read("/proc/loadavg");
     format!("measured here, {}, load {}", date(), load.split(' ').next().unwrap_or_default())
@@ -72,8 +72,8 @@ fn cores(chosen: &[usize]) {
     }
 }
 
-/// Gives this thread and those that it starts a priority above all that is not in real time, or takes it back; false where
-/// the system does not allow that.
+/// Sets or clears real-time priority of this thread and its children.
+/// Returns false if the system does not allow it.
 pub fn set_real_time(priority: i32) -> bool {
     let parameters = libc::sched_param { sched_priority: priority };
     let policy = if priority > 0 { libc::SCHED_FIFO } else { libc::SCHED_OTHER };

@@ -18,7 +18,7 @@ use table::Table;
 #[global_allocator]
 static ALLOCATOR: measure::Counting = measure::Counting;
 
-/// What was asked for.
+/// Arguments of the command line.
 struct Arguments {
     works: Vec<work::Work>,
     effort: Effort,

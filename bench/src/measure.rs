@@ -1,4 +1,4 @@
-//! How contestants are measured: in turns, each for a while, round after round, and every sample counts.
+//! Measurement of contestants in turns, round after round; every sample counts.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -9,7 +9,7 @@ use hdrhistogram::Histogram;
 
 use crate::table::{Role, Row, Table};
 
-/// The system's allocator, which counts for each thread how often it was asked for memory.
+/// System allocator that counts the allocations of each thread.
 /// Own code: `allocation-counter` counts within closures, with a cost in each allocation that a bench would measure.
 pub struct Counting;
 
@@ -48,7 +48,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// How often this thread has asked for memory.
+/// Returns the number of allocations of this thread.
 pub fn allocations() -> u64 {
     ALLOCATIONS.with(Cell::get)
 }
@@ -59,7 +59,7 @@ pub fn consume<T>(value: T) {
     black_box(value);
 }
 
-/// How much is measured.
+/// Amount of measuring.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
     /// Little, so that all is done in three minutes.
@@ -72,21 +72,21 @@ impl Effort {
         if self.quick { 2 } else { 7 }
     }
 
-    /// How many of something a round has: `full`, or a part of it.
+    /// Returns the number of operations of a round: `full`, or a part of it.
     pub fn count(self, full: usize) -> usize {
         if self.quick { full.div_ceil(10) } else { full }
     }
 
-    /// How long something goes on in a round.
+    /// Returns the duration of a round: `full`, or a part of it.
     pub fn time(self, full: Duration) -> Duration {
         if self.quick { full / 10 } else { full }
     }
 }
 
-/// Longest time that is told apart: a thousand seconds, in the picoseconds that histograms hold.
+/// Longest time that a histogram distinguishes: 1000 s, in picoseconds.
 const LONGEST: u64 = 1_000_000_000_000_000;
 
-/// What was measured of one contestant.
+/// Samples of one contestant.
 pub struct Samples {
     picoseconds: Histogram<u64>,
     operations: u64,
@@ -94,7 +94,7 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Nothing yet.
+    /// Creates an empty set.
     pub fn new() -> Self {
         let picoseconds = Histogram::new_with_bounds(1, LONGEST, 3);
         Self {
@@ -140,19 +140,19 @@ impl Samples {
         self.picoseconds.saturating_record((nanoseconds * 1000).max(1));
     }
 
-    /// So many operations asked so often for memory.
+    /// Adds the allocations of a number of operations.
     pub fn allocated(&mut self, operations: u64, allocations: u64) {
         self.operations += operations;
         self.allocations += allocations;
     }
 
-    /// What another thread measured of the same contestant.
+    /// Adds the samples of another thread for the same contestant.
     pub fn join(&mut self, other: &Samples) {
         self.picoseconds.add(&other.picoseconds).expect("all have the same bounds");
         self.allocated(other.operations, other.allocations);
     }
 
-    /// How many samples there are.
+    /// Returns the number of samples.
     pub fn len(&self) -> u64 {
         self.picoseconds.len()
     }
@@ -194,7 +194,7 @@ pub struct Contest<'a> {
 }
 
 impl<'a> Contest<'a> {
-    /// What is done, and in which variant.
+    /// Creates a comparison: the work and its variant.
     pub fn new(work: &str, line: impl Into<String>) -> Self {
         Self { work: work.into(), line: line.into(), contestants: Vec::new() }
     }
@@ -204,8 +204,8 @@ impl<'a> Contest<'a> {
         self.contestants.push((name.into(), role, Box::new(round)));
     }
 
-    /// Lets them take turns. Nobody is always the first, and nothing is left out but a round for warming up, of which all
-    /// samples are.
+    /// Runs the contestants in turns.
+    /// The first one changes from round to round, and only a warm-up round is left out, of which no samples count.
     pub fn run(mut self, effort: Effort, table: &mut Table) {
         let mut samples: Vec<_> = self.contestants.iter().map(|_| Samples::new()).collect();
         let mut contestants = std::mem::take(&mut self.contestants);

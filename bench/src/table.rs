@@ -1,10 +1,10 @@
-//! What was measured, as JSON for programs and Markdown for people.
+//! Results as JSON for programs and Markdown for people.
 
 use std::fmt::Write;
 
 use serde::Serialize;
 
-/// What a contestant is to Slate.
+/// Relation of a contestant to Slate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
@@ -14,7 +14,7 @@ pub enum Role {
     Peer,
     /// Another system that gives fewer, which are named in `bench/README.md`.
     Lesser,
-    /// What the machine takes without any system.
+    /// Cost of the machine without any system.
     Floor,
     /// Written for this bench after the description of a system.
     Model,
@@ -33,7 +33,7 @@ pub struct Row {
     pub p999: f64,
     pub max: f64,
     pub samples: u64,
-    /// Allocations per operation in the threads that were timed; nothing where none was looked at.
+    /// Allocations per operation in the timed threads; nothing if not counted.
     pub allocations: Option<f64>,
     /// The median beside that of Slate: above 1 is slower than Slate.
     pub ratio: Option<f64>,
@@ -61,7 +61,7 @@ pub struct Absent {
 /// All that a run has measured.
 #[derive(Debug, Default, Serialize)]
 pub struct Table {
-    /// How the run was started, and when.
+    /// Command and time of the run.
     pub run: Vec<String>,
     pub rows: Vec<Row>,
     pub figures: Vec<Figure>,

@@ -1,4 +1,4 @@
-//! Makes the corpus from what real agents, robots and tools say: `cargo run --example corpus`.
+//! Corpus from real agents, robots and tools: `cargo run --example corpus`.
 
 use std::fs;
 use std::path::Path;
@@ -56,7 +56,8 @@ fn keep(target: &str, name: &str, bytes: &[u8]) {
     fs::write(folder.join(name), bytes).expect("the folder can be written to");
 }
 
-/// What one of two agents sends to the other: all until both have read from each other, and then a part of it.
+/// Writes the packets of one of two agents.
+/// All until both have read from each other, then a part.
 fn packets() {
     let mut agents = [Agent::new("base", "arm", 1), Agent::new("arm", "base", 7)];
     let (mut whole, mut frames) = (vec![0], vec![1]);
@@ -160,7 +161,7 @@ fn items() {
 }
 
 mod erased {
-    /// Whatever postcard writes.
+    /// Value that postcard writes.
     pub trait Message {
         fn bytes(&self) -> Vec<u8>;
     }
@@ -172,7 +173,7 @@ mod erased {
     }
 }
 
-/// What happens to packets: nothing, and each kind of damage now and then.
+/// Writes scripts of packet damage: none, and each kind now and then.
 fn conversations() {
     keep("conversation", "untouched", &[0; 400]);
     keep("conversation", "lossy", &[0, 0, 1, 0, 1].repeat(60));
@@ -293,7 +294,8 @@ fn interfaces() {
     }
 }
 
-/// What the filling end of a link does: it hands over memory, and says where values are.
+/// Writes scripts of the filling end of a link.
+/// It hands over memory, and says where values are.
 fn memory() {
     let mut script = vec![shared_memory::MEMORY, 14, 1, 0];
     let mut head = vec![0; 64 * 8];
@@ -431,7 +433,7 @@ fn logs() {
     }
 }
 
-/// Definitions with messages of them, as Slate and as ROS has them, and interfaces as they are written.
+/// Writes definitions of Slate and of ROS with messages, and interface sources.
 fn definitions() {
     let script = |text: &str, messages: &[Vec<u8>]| {
         let mut script = vec![definition::MESSAGES];
@@ -511,7 +513,7 @@ fn recordings() {
     }
 }
 
-/// What programs of Zenoh send, as agents and other programs write it.
+/// Writes samples of Zenoh programs and agents.
 fn samples() {
     let stamp = slate_blackboard::Stamp { sequence: 7, time: MILLISECOND, generation: 1 };
     let sample = |name: &str, interface: usize, encoding: usize, texts: [&str; 2], content: &[u8]| {
@@ -542,7 +544,7 @@ fn samples() {
     sample("nested", 1, 2, ["", ""], "[".repeat(200).as_bytes());
 }
 
-/// What simulated devices say to their drivers in the first half of a second.
+/// Writes the output of simulated devices in their first 0.5 s.
 fn devices() {
     said(0, "hokuyo", drivers::hokuyo(), SimulatedHokuyo::default());
     said(1, "rplidar", drivers::rplidar(), SimulatedRplidar::default());

@@ -21,18 +21,19 @@ pub struct Number {
 /// Many bytes.
 #[interface]
 pub struct Blob {
-    /// What was written.
+    /// Value that was written.
     pub number: u64,
     /// The bytes.
     pub data: [u8],
 }
 
-/// What a session of these agents takes.
+/// Returns the limits of a session of these agents.
 pub fn limits() -> Limits {
     Limits { value: 64 << 10, control: 64 << 10, subscriptions: 16, ..Limits::default() }
 }
 
-/// What one of these agents may take while anything is sent to it: its board, a few streams and values of at most 64 KiB.
+/// Upper bound of an agent's memory under any input, bytes.
+/// Its board, a few streams and values of at most 64 KiB.
 pub const BOUND: usize = 48 << 20;
 
 /// An agent that has something to read, and reads from another one.
@@ -56,7 +57,8 @@ fn writer(property: &Property) -> Writer {
 }
 
 impl Agent {
-    /// An agent of that name that reads from another one. What it reads of `out/other` may be anything.
+    /// Creates an agent of that name that reads from another one.
+    /// The value of `out/other` that it reads may be anything.
     pub fn new(name: &str, other: &'static str, instance: u64) -> Self {
         let board = Arc::new(Board::new(name));
         let value = writer(&add(&board, "out/value", Number::DESCRIPTOR, 0));
@@ -101,8 +103,8 @@ impl Agent {
 /// Nanoseconds of a millisecond.
 pub const MILLISECOND: u64 = 1_000_000;
 
-/// After whatever came before: nothing is heard for a while, and then both agents come together and read what the other
-/// one writes.
+/// Lets two agents recover after any input.
+/// After a silence they connect and read each other's values.
 ///
 /// # Panics
 /// When they do not.

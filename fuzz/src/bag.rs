@@ -1,4 +1,4 @@
-//! A recording's file: what is damaged is an error, and can be repaired to a whole file.
+//! Recording files: damage is an error and can be repaired to a whole file.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -28,7 +28,7 @@ pub fn run(bytes: &[u8]) {
     assert!(repaired.lost.is_empty(), "something of a whole file is lost");
 }
 
-/// How many messages a file has, when it is whole.
+/// Returns the number of messages of a whole file.
 fn messages(bytes: &[u8]) -> Result<u64, Error> {
     all(&mut Reader::new(Cursor::new(bytes), "fuzz.mcap")?)
 }

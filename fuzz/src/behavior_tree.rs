@@ -39,7 +39,8 @@ impl TreeHost for Host {
     fn halt(&mut self, _: usize, _: &TreeLeaf) {}
 }
 
-/// Reads a tree; one that is valid is checked and ticked, and goes on from its saved state as from its own.
+/// Reads a tree; a valid one is checked and ticked.
+/// It continues from its saved state as from its own.
 pub fn run(bytes: &[u8]) {
     let models = LeafModels::default().action("A").action("B").condition("P");
     let Ok(tree) = within((16 << 20) + 1024 * bytes.len(), || BehaviorTree::parse(bytes, &models)) else {

@@ -1,9 +1,9 @@
-//! A configuration's text, and changes to one. What is refused is shown with its place and changes nothing.
+//! Configuration text and changes; a refusal has its place and changes nothing.
 
 use crate::input::Input;
 use slate_runtime::configuration::{Configuration, Database, Options};
 
-/// What changes are made to.
+/// Configuration to which changes are made.
 pub const TEXT: &str = r#"
 agent.name = "base" # who it is
 [modules.counter]
@@ -20,7 +20,8 @@ limits = { value = [-1.0, 1.0] }
 level = "info"
 "#;
 
-/// The part of a script that is a change: a path and a value, each with its length. At its end stands a whole text.
+/// Part of a script that is a change: a path and a value, each with its length.
+/// A whole text stands at its end.
 pub const CHANGE: u8 = 1;
 /// A change is taken back at a path.
 pub const REVERT: u8 = 2;

@@ -1,5 +1,5 @@
-//! Two agents that read from each other, and what the script does to the packets between them. Afterwards both are as if
-//! nothing had happened.
+//! Two agents that read from each other, with damage to the packets between them.
+//! Afterwards both are as if nothing had happened.
 
 use std::collections::VecDeque;
 
@@ -37,7 +37,7 @@ fn play(mut script: Input<'_>) {
     recover(one, other, now);
 }
 
-/// What comes of a packet.
+/// Damages a packet as the script says; returns the packets that arrive.
 fn harm(mut packet: Vec<u8>, kept: &mut VecDeque<Vec<u8>>, script: &mut Input<'_>) -> Vec<Vec<u8>> {
     // What is behind the head is more worth the damage.
     let place = |at: u16, packet: &[u8]| 18 + usize::from(at) % packet.len().saturating_sub(18).max(1);

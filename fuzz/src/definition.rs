@@ -1,5 +1,5 @@
-//! What messages and interfaces are defined by: the definitions that recordings of anybody have, with messages of them, and the
-//! interfaces of a source file.
+//! Definitions of messages and interfaces.
+//! Those of anybody's recordings, with messages, and the interfaces of a source file.
 
 use crate::input::Input;
 use crate::memory::within;
@@ -16,7 +16,7 @@ mod token;
 #[path = "../../crates/cli/src/interface/word.rs"]
 mod word;
 
-/// What the messages of a script are called.
+/// Name of the messages of a script.
 pub const NAME: &str = "fuzz_msgs/msg/Thing";
 
 /// A script with a definition and messages of it.
@@ -28,7 +28,7 @@ pub const SOURCE: u8 = 1;
 /// A larger value is not made, bytes: its interface says how much it would take.
 const LARGEST: usize = 1 << 20;
 
-/// Reads a script: what it is, and then a definition and messages of it, or the source.
+/// Reads a script: its kind, then a definition with messages, or a source.
 pub fn run(script: &[u8]) {
     let mut script = Input(script);
     match script.byte() % 2 {
@@ -74,7 +74,7 @@ fn messages(mut script: Input) {
     }
 }
 
-/// The same under a name of Slate's own, where what is there for the layout alone is left out.
+/// Checks the same under one of Slate's names, without fields of padding.
 fn shown(text: &str, messages: &[&[u8]]) {
     let own = Definition { name: "slate_msgs/msg/Thing".into(), text: text.into() };
     let Ok(Some(shown)) = Shown::of(&own) else { return };
@@ -104,7 +104,7 @@ fn sources(source: &[u8]) {
     }
 }
 
-/// What is defined here can be told to others.
+/// Checks that the definition can be written in the other formats.
 fn check(descriptor: &'static Descriptor) {
     let own = definition(descriptor);
     Schema::parse(&own.name, &own.text).expect("what is written here can be read");

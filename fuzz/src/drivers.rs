@@ -1,4 +1,4 @@
-//! What devices say to their drivers.
+//! Output of devices to their drivers.
 
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use slate_drivers::rplidar::session::{RplidarOptions, RplidarSession};
 use crate::input::Input;
 use crate::memory::within;
 
-/// The conversations of the laser scanners, the receiver, the inertial measurement unit and the joystick.
+/// Number of conversations: laser scanners, receiver, IMU and joystick.
 pub const DEVICES: u8 = 5;
 
 /// Session with a scanner of Hokuyo.

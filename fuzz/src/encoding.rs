@@ -1,5 +1,5 @@
-//! The content of a value as it came: what can be decoded has its length, and is what is decoded again from what is
-//! encoded of it.
+//! Content of a received value.
+//! Content that decodes has its length, and equals the decoded encoding of itself.
 
 use crate::agents::{Blob, Number};
 use crate::input::Input;
@@ -12,7 +12,7 @@ use slate_share::session::{Compression, Encoding};
 /// The largest value of a session of the target.
 const LARGEST: usize = 1 << 20;
 
-/// Reads a script: the interface, how the content is written, how long the value is said to be, and the content.
+/// Reads a script: interface, encoding, claimed length, and content.
 pub fn run(script: &[u8]) {
     let mut script = Input(script);
     let descriptor =

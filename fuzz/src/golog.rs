@@ -36,7 +36,8 @@ impl GologHost for Host {
     fn stop(&mut self, _: usize) {}
 }
 
-/// Reads a theory; one that is valid is checked and executed, and goes on from its saved state as from its own.
+/// Reads a theory; a valid one is checked and executed.
+/// It continues from its saved state as from its own.
 pub fn run(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     let theory = within((64 << 20) + 1024 * bytes.len(), || ActionTheory::parse(text));

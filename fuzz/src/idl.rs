@@ -31,7 +31,8 @@ pub fn run(script: &[u8]) {
     }
 }
 
-/// A value that was read is written again, unless the struct has no room for it, and then read as the same.
+/// Checks that a value that was read is written and read as the same.
+/// Unless the struct has no room for it.
 fn check(own: &IdlMessage, message: &[u8]) {
     let read = within((64 << 10) + 128 * message.len(), || own.decode(message));
     let Ok(value) = read else { return };

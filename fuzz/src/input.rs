@@ -1,6 +1,6 @@
-//! Reads what a fuzzer has written as a script: parts of any length, of which none is wrong.
+//! Fuzzer input as a script: parts of any length, all valid.
 
-/// What is left of a script.
+/// Rest of a script.
 #[derive(Clone, Copy, Debug)]
 pub struct Input<'a>(pub &'a [u8]);
 
@@ -20,7 +20,7 @@ impl<'a> Input<'a> {
         u32::from(self.short()) | u32::from(self.short()) << 16
     }
 
-    /// As many bytes, or fewer at the end.
+    /// Returns that many bytes, or fewer at the end.
     pub fn part(&mut self, length: usize) -> &'a [u8] {
         let (part, rest) = self.0.split_at(length.min(self.0.len()));
         self.0 = rest;
@@ -33,7 +33,7 @@ impl<'a> Input<'a> {
         self.part(length.into())
     }
 
-    /// Whether nothing is left.
+    /// Returns whether the script is at its end.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

@@ -1,5 +1,5 @@
-//! A robot that hears anything from others. What is no message changes nothing, and it comes to know the same as an honest
-//! robot afterwards.
+//! Robot that receives anything from others.
+//! An invalid message changes nothing, and afterwards the robot learns the same as an honest one.
 
 use crate::input::Input;
 use crate::memory::within;
@@ -18,7 +18,8 @@ pub const LIMITS: Limits = Limits {
     outgoing: 32,
 };
 
-/// The measure of the limits counts what the allocator adds, and a message is gone through beside what is kept.
+/// Upper bound of memory, bytes.
+/// The limits count the allocator's overhead, and a message is read beside the kept facts.
 const BOUND: usize = 4 << 20;
 
 /// The part of a script that is a message.

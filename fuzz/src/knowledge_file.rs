@@ -1,4 +1,4 @@
-//! What a robot has saved, damaged in a way that its checksum does not show.
+//! Saved knowledge of a robot, with damage that its checksum does not show.
 
 use crate::knowledge::LIMITS;
 use crate::memory::within;

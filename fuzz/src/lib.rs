@@ -1,5 +1,6 @@
-//! Hostile bytes for everything that takes bytes from elsewhere. Each module is a target, which promises: no panic, no
-//! abort, no hang, no more memory than the limits of the code say, and what is refused changes nothing.
+//! Hostile bytes for everything that takes bytes from elsewhere.
+//! Each module is a target, which promises: no panic, no abort, no hang, no more memory than the limits of the code,
+//! and a refusal changes nothing.
 //!
 //! `fuzz/run SECONDS` lets each target run for that long, from the corpus in `fuzz/corpus`; 0 seconds replay that. With
 //! `cargo fuzz` the targets run, too. `cargo run --example corpus` makes the corpus from conversations of real agents.

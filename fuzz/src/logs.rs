@@ -1,4 +1,4 @@
-//! Logs of other systems, which become recordings: what is wrong in them is an error, or left out and counted.
+//! Logs of other systems that become recordings; errors are reported or counted.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -51,7 +51,7 @@ pub fn run(bytes: &[u8]) {
     }
 }
 
-/// How many messages a log has.
+/// Returns the number of messages of a log.
 fn messages(path: &std::path::Path) -> Result<u64, Error> {
     let mut reader = open(path)?;
     let mut count = 0;

@@ -8,7 +8,8 @@ use slate_map_file::{MOST_MAP_CELLS, MapFileOptions, read_map, write_map};
 use crate::input::Input;
 use crate::memory::within;
 
-/// Reads a script: the text of a `map.yaml`, and the image that it names `map.pgm` or `map.png`.
+/// Reads a script: the text of a `map.yaml`, and its image.
+/// The image is `map.pgm` or `map.png`.
 pub fn run(script: &[u8]) {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {

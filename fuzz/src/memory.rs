@@ -1,4 +1,4 @@
-//! Counts what is allocated, as the limits that the code states are limits of memory.
+//! Allocation counter, as the limits that the code states are limits of memory.
 //!
 //! Own code: `allocation-counter` counts one thread, and what is fuzzed starts threads.
 
@@ -35,7 +35,7 @@ pub fn most() -> usize {
     MOST.load(Ordering::Relaxed)
 }
 
-/// Does something that must not take more than `limit` bytes beyond what is taken already.
+/// Runs work that must not allocate more than `limit` further bytes.
 #[allow(dead_code, reason = "as above")]
 pub fn within<T>(limit: usize, work: impl FnOnce() -> T) -> T {
     let before = LIVE.load(Ordering::Relaxed);

@@ -1,5 +1,6 @@
-//! What programs of Zenoh send: the content of samples and queries with its encoding and attachment, and the texts that name keys.
-//! A value is one of its interface and comes out again, and what is refused says why.
+//! Samples, queries and key texts of Zenoh programs.
+//! A sample has content, encoding and attachment. A value of its interface is written as the same again, and a refusal
+//! says why.
 
 use crate::agents::{Blob, Number};
 use crate::input::Input;
@@ -13,10 +14,11 @@ use slate_record::ros;
 pub const INTERFACES: [&Descriptor; 4] =
     [Pose2::DESCRIPTOR, LaserScan::DESCRIPTOR, Number::DESCRIPTOR, Blob::DESCRIPTOR];
 
-/// The encodings of a script, by number; after these come the interface's own one, and one that the script says.
+/// Encodings of a script, by number.
+/// After them come the interface's own one, and one of the script.
 pub const ENCODINGS: [&str; 5] = ["", "application/cdr", "application/json", "text/plain", "zenoh/bytes"];
 
-/// Reads a script: the interface, the encoding, a field, an attachment, and the content.
+/// Reads a script: interface, encoding, field, attachment, and content.
 pub fn run(script: &[u8]) {
     let mut script = Input(script);
     let descriptor = INTERFACES[usize::from(script.byte()) % INTERFACES.len()];

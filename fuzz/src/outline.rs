@@ -1,4 +1,4 @@
-//! A library's file, of which what it says of itself is read before any of its code is.
+//! Library file whose description is read before its code.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;

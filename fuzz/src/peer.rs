@@ -1,5 +1,6 @@
-//! An agent in any state of its session that gets any packets: greetings, frames of the right connection, messages of
-//! the control stream and values, each in any order. Afterwards it comes together with an honest agent.
+//! Agent in any state of its session that receives any packets.
+//! Greetings, frames of the right connection, messages of the control stream and values, in any order. Afterwards it
+//! connects to an honest agent.
 
 use crate::agents::{Agent, BOUND, MILLISECOND, recover};
 use crate::input::{Input, append_counted};
@@ -7,7 +8,7 @@ use crate::memory::within;
 use serde::Serialize;
 use slate_share::session::Session;
 
-/// What the hostile agent calls its side of the connection.
+/// Token of the hostile agent for its side of the connection.
 const TOKEN: u64 = 0xbad;
 
 /// The part of a script that is a packet as it is.
@@ -77,7 +78,8 @@ fn play(mut script: Input<'_>) {
     recover(&mut base, &mut Agent::new("arm", "base", 2), now);
 }
 
-/// A packet of one frame. A tuple stands for the frame, as both are written the same way.
+/// Returns a packet of one frame.
+/// A tuple stands for the frame, as both are written the same way.
 fn append_frame(head: &[u8], frame: &impl Serialize) -> Vec<u8> {
     postcard::to_extend(frame, head.to_vec()).expect("it has a length")
 }

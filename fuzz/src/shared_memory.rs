@@ -1,5 +1,5 @@
-//! The other end of a local link: it hands over files of any size as memory, says where values lie, and writes to them
-//! while they are read.
+//! Other end of a local link that hands over any file as memory.
+//! It says where values lie, and writes to them while they are read.
 
 use std::io::IoSlice;
 use std::mem::MaybeUninit;
@@ -15,8 +15,8 @@ use rustix::net::{
 use slate_share::carrier::local::Local;
 use slate_share::carrier::{Carrier, Link, Listener};
 
-/// The part of a script that hands over memory: its class, its length if it is another one than it should be, how it is
-/// sealed, and what is in it at its beginning.
+/// Part of a script that hands over memory.
+/// Its class, its length if it is a wrong one, its seals, and its content at the beginning.
 pub const MEMORY: u8 = 0;
 /// A packet.
 pub const PACKET: u8 = 1;
@@ -76,7 +76,7 @@ pub fn run(script: &[u8]) {
     link.close();
 }
 
-/// What was sent is there at once.
+/// Receives all that was sent.
 fn receive(link: &dyn Link) {
     let mut packet = vec![0; link.largest() + 1];
     if let Ok(Some(length)) = link.receive(&mut packet, Duration::from_micros(1)) {

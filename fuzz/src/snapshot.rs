@@ -13,7 +13,8 @@ fn agent() -> &'static Mutex<Agent> {
     AGENT.get_or_init(|| Mutex::new(crate::robot::robot()))
 }
 
-/// Reads a file of those bytes, once as it is and once with the right checksum, and lets the agent go on from it.
+/// Reads a file of those bytes, as it is and with the right checksum.
+/// The agent continues from it.
 pub fn run(bytes: &[u8]) {
     let file = crate::folder().join("robot.snapshot");
     for bytes in [Some(bytes.to_vec()), repaired(bytes)].into_iter().flatten() {
@@ -48,7 +49,7 @@ pub fn run(bytes: &[u8]) {
     }
 }
 
-/// The file with the checksum that it should have; nothing when it has no head or no image.
+/// Returns the file with the right checksum; nothing without head or image.
 fn repaired(bytes: &[u8]) -> Option<Vec<u8>> {
     let mut document: Value = ciborium::from_reader(bytes).ok()?;
     let entries = document.as_map_mut()?;

@@ -1,4 +1,4 @@
-//! Requests at an agent's socket: each has an answer, and what is refused changes nothing.
+//! Requests at an agent's socket: each has an answer, a refusal changes nothing.
 //!
 //! A line is a method, a path behind `/api/v1`, and perhaps a body of JSON.
 
@@ -24,7 +24,7 @@ fn reached() -> &'static Mutex<Reached> {
     })
 }
 
-/// What the agent is configured to be, and how it is linked.
+/// Returns the agent's configuration and links.
 fn state(client: &mut Client) -> [Value; 2] {
     ["/settings/differences", "/links"].map(|path| client.call("GET", path, None).expect("it answers"))
 }

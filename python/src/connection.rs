@@ -18,7 +18,7 @@ create_exception!(slate, AgentUnreachable, AgentError, "The agent does not answe
 create_exception!(slate, VersionMismatch, AgentError, "The agent has another version of the operations.");
 create_exception!(slate, Refused, AgentError, "The agent refuses; `help`, `code` and `report` say more.");
 
-/// Where an agent is reached.
+/// Address of an agent.
 enum Target {
     /// Name of an agent of this computer.
     Local(String),
@@ -43,7 +43,8 @@ impl Connection {
         Self::open(py, Target::Local(name))
     }
 
-    /// Connects to an agent by its address, such as `https://robot.local:7878`, with the secret of a role.
+    /// Connects to an address with the secret of a role.
+    /// An address is `https://robot.local:7878`.
     #[staticmethod]
     #[pyo3(signature = (address, token, certificate=None))]
     fn remote(py: Python<'_>, address: &str, token: String, certificate: Option<PathBuf>) -> PyResult<Self> {
@@ -54,7 +55,8 @@ impl Connection {
         Self::open(py, Target::Remote(Access { address, browser, token, certificate }))
     }
 
-    /// Carries out an operation of the HTTP API: `path` stands behind `/api/v1`, body and answer are JSON.
+    /// Carries out an operation of the HTTP API.
+    /// `path` stands behind `/api/v1`, body and answer are JSON.
     #[pyo3(signature = (method, path, body=None))]
     fn call(&self, py: Python<'_>, method: String, path: String, body: Option<&str>) -> PyResult<String> {
         let body = body

@@ -25,7 +25,8 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Starts the thread, which ends when this is dropped and its last request has returned.
+    /// Starts the thread.
+    /// It ends when this is dropped and its last request has returned.
     pub fn start(mut client: Client) -> std::io::Result<Self> {
         let (jobs, taken) = channel::<Job>();
         let (given, answers) = channel();

@@ -1,5 +1,6 @@
-//! Counts the instructions of hot paths under Valgrind, and fails when one takes more than a tenth more than is written down
-//! in `expected.txt`. Unlike times, these are the same whatever else the machine does.
+//! Instruction counts of hot paths under Valgrind.
+//! Fails when a path takes more than a tenth more than `expected.txt` has. Unlike times, counts do not depend on the
+//! load of the machine.
 //!
 //! `cargo run --release --bin slate-instructions [-- --write]`
 #![allow(clippy::disallowed_methods, reason = "nothing here is deterministic")]
@@ -14,7 +15,7 @@ use std::process::{Command, ExitCode};
 
 use folder::ProcessFolder;
 
-/// How much more a path may take than what is written down.
+/// Allowed ratio of a path's instructions to the expected ones.
 const TOLERANCE: f64 = 1.1;
 
 const EXPECTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/expected.txt");
@@ -87,7 +88,8 @@ fn write() -> Result<(), String> {
     std::fs::write(EXPECTED, text).map_err(|error| format!("{EXPECTED}: {error}"))
 }
 
-/// Instructions of one operation: the difference of two runs, so that the beginning and the end don't count.
+/// Returns the instructions of one operation.
+/// The difference of two runs leaves out beginning and end.
 fn count(name: &str, few: u32, many: u32) -> Result<f64, String> {
     let difference = total(name, many)?.saturating_sub(total(name, few)?);
     Ok(difference as f64 / f64::from(many - few))
@@ -114,7 +116,7 @@ fn total(name: &str, operations: u32) -> Result<u64, String> {
     summed(&folder.path().join("count-01"))
 }
 
-/// What callgrind wrote at the end of its file.
+/// Reads the total at the end of callgrind's file.
 fn summed(file: &Path) -> Result<u64, String> {
     let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
     let total =

@@ -1,4 +1,5 @@
-//! What a Monitor costs that only hands on: a Sensor, the Monitor, and an Analyze that reads it.
+//! Cost of a Monitor that only hands on.
+//! A Sensor, the Monitor, and an Analyze that reads it.
 
 use std::hint::black_box;
 
@@ -107,7 +108,7 @@ impl Monitor for CopiesLaser {
 
 macro_rules! hands_on {
     ($($monitor:ident($kind:literal), $ports:ident, $analyze:ident($name:literal), $observed:ident: $value:ty;)+) => {$(
-        /// What a Monitor hands on.
+        /// Ports of the Monitor.
         #[ports]
         pub struct $ports {
             percept: HandedOn<$value>,
@@ -128,7 +129,7 @@ macro_rules! hands_on {
             }
         }
 
-        /// What an Analyze observes.
+        /// Input of the Analyze.
         #[ports]
         pub struct $observed {
             percept: Observed<$value>,
@@ -157,7 +158,8 @@ hands_on! {
     HandsOnLaser("hands_on_laser"), LaserPercept, ReadsLaser("reads_laser"), ObservedLaser: LaserScan;
 }
 
-/// Runs a robot with that Monitor; an empty one for the sonars alone, a dot for the laser alone.
+/// Runs a robot with that Monitor.
+/// An empty kind is the sonars alone, a dot the laser alone.
 pub fn cycle(count: u32, monitor_kind: &str) -> Result<(), String> {
     let text = |error: &dyn std::fmt::Debug| format!("{error:?}");
     let has_laser = monitor_kind == "." || monitor_kind.ends_with("laser");

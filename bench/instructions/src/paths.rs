@@ -15,7 +15,7 @@ use slate_runtime::configuration::{Database, Options as Layers, Record};
 use slate_runtime::recording::Recording;
 use slate_runtime::{Agent, Options, Rate, RecordedTimes};
 
-/// Their names, and how often they are done in the two runs of which the difference is taken.
+/// Names of the paths, and operations of the two runs whose difference counts.
 pub const ALL: [(&str, u32, u32); 11] = [
     ("write a value", 10_000, 30_000),
     ("read a value", 10_000, 30_000),

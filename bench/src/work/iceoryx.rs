@@ -1,4 +1,4 @@
-//! What all that measure iceoryx2 need.
+//! Shared setup of the works that measure iceoryx2.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 

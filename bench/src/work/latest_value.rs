@@ -1,4 +1,4 @@
-//! The newest value of a property, from one writer to readers that look when they like.
+//! Newest value of a property, from one writer to readers that poll.
 
 use std::hint::black_box;
 use std::mem::MaybeUninit;
@@ -27,7 +27,8 @@ pub struct Bytes<const SIZE: usize>(pub [u8; SIZE]);
 // SAFETY: bytes without pointers.
 unsafe impl<const SIZE: usize> ZeroCopySend for Bytes<SIZE> {}
 
-/// A way to hand values over. What is shared is made first; the writer and the readers are made in their threads.
+/// Scheme of handing values over.
+/// Shared parts are made first, the writer and the readers in their threads.
 trait Scheme<const SIZE: usize> {
     const NAME: &'static str;
     const ROLE: Role;
@@ -125,7 +126,7 @@ fn fresh<const SIZE: usize>(value: &Bytes<SIZE>) -> Arc<Bytes<SIZE>> {
     unsafe { fresh.assume_init() }
 }
 
-/// As Fawkes does: a lock, and each reader copies the value out.
+/// Lock and copy per reader, as in Fawkes.
 struct Locked;
 
 impl<const SIZE: usize> Scheme<SIZE> for Locked {
@@ -264,7 +265,7 @@ fn size<const SIZE: usize>(effort: Effort, table: &mut Table) {
     }
 }
 
-/// Which scheme, without its types.
+/// Scheme without its types.
 trait Kind<const SIZE: usize> {
     fn name(&self) -> &'static str;
     fn role(&self) -> Role;
@@ -273,7 +274,8 @@ trait Kind<const SIZE: usize> {
     fn both(&self, readers: usize, writes: bool, time: Duration, samples: &mut Samples);
 }
 
-/// How many operations one sample is the mean of: a clock is too slow for one of the small ones.
+/// Returns the operations per sample.
+/// A clock is too slow for a single small one.
 fn burst(size: usize) -> u32 {
     (1 << 14 >> size.ilog2()).clamp(1, 64)
 }

@@ -1,5 +1,5 @@
-//! The least agent, beside the least application of Copper and dora with one node: what each takes to be built, to begin, and to
-//! be there. Each does nothing a hundred times a second.
+//! Least agent beside the least applications of Copper and dora with one node.
+//! Measures building, starting and idling; each does nothing at 100 Hz.
 //!
 //! What is built is built alone in a folder of its own, so that it has nothing that others of the bench ask for.
 
@@ -15,7 +15,7 @@ use crate::machine::{processor_time, provenance};
 use crate::measure::{Contest, Effort, Samples};
 use crate::table::{Role, Table};
 
-/// What is built, by its name, with its folder and its program.
+/// Built programs: name, role, folder and file.
 const BUILT: [(&str, Role, &str, &str); 2] = [
     ("Slate", Role::Slate, "slate", "slate-minimal"),
     ("Copper (cu29)", Role::Peer, "copper", "copper-minimal"),
@@ -23,7 +23,7 @@ const BUILT: [(&str, Role, &str, &str); 2] = [
 
 const DORA: &str = "dora, a node in Python";
 
-/// What is started.
+/// Program that is started.
 struct Least {
     name: &'static str,
     role: Role,
@@ -130,7 +130,7 @@ fn what_of(name: &str, what: &str) -> String {
     format!("the least agent, {name}: {what}")
 }
 
-/// What a program has said of its mistake, in one line.
+/// Returns the error message of a program, in one line.
 fn complaint(error: &[u8]) -> String {
     String::from_utf8_lossy(error).trim().replace('\n', "; ")
 }

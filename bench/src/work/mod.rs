@@ -1,4 +1,4 @@
-//! What is measured, a file for each row of the table.
+//! Measured works, a file for each row of the table.
 
 pub mod agents;
 pub mod caterpillar;
@@ -24,7 +24,7 @@ use std::thread;
 use crate::measure::Effort;
 use crate::table::Table;
 
-/// What can be measured, by its name.
+/// Work with its name.
 pub type Work = (&'static str, fn(Effort, &mut Table));
 
 /// All that is measured, in the order of the report.

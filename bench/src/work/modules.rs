@@ -1,5 +1,6 @@
-//! A value from one module to another one in the same process: from before it is handed over, when it is whole, until the other
-//! one looks at it. In turns, one thread does both; else each has a thread of its own, and that of the reader sleeps.
+//! Value from one module to another one in the same process.
+//! The time goes from the whole value, before it is handed over, until the other module reads it. In turns, one thread
+//! does both; else each module has a thread, and that of the reader sleeps.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -31,7 +32,7 @@ const PAUSE: Duration = Duration::from_millis(1);
 /// Bytes of the values of this line.
 static SIZE: AtomicUsize = AtomicUsize::new(0);
 
-/// How long values took.
+/// Latencies of the values, ns.
 static TIMES: Mutex<Vec<u64>> = Mutex::new(Vec::new());
 
 const ZENOH: &str = "zenoh in one session, by its queue";
@@ -151,7 +152,7 @@ fn note(sample: &Sample) {
     }
 }
 
-/// Writes values into a session, one each millisecond, and lets somebody look at each.
+/// Writes one value each millisecond into a session, with a callback after each.
 fn zenoh_writes(session: &zenoh::Session, size: usize, count: usize, mut then: impl FnMut()) {
     let publisher = session.declare_publisher("value").congestion_control(CongestionControl::Block);
     let publisher = publisher.express(true).wait().expect("the key is right");

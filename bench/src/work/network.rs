@@ -1,6 +1,6 @@
-//! A property of an agent to a program of Zenoh in another process, beside Zenoh alone: the time goes from before the value is
-//! handed over until a thread of the other program has it, and each value waits for the one before. And what a program that
-//! has stalled costs the cycles of an agent.
+//! Property of an agent to a Zenoh program in another process, beside Zenoh alone.
+//! The time goes from before the value is handed over until a thread of the other program has it, and each value waits
+//! for the one before. Also the cost of a stalled program to the cycles of an agent.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -23,11 +23,12 @@ use crate::machine::{pin, unpin};
 use crate::measure::{Contest, Effort};
 use crate::table::{Role, Table};
 
-/// The word that makes the other process read an agent, its key, and the bytes in front of the value.
+/// Argument of the process that reads an agent.
+/// After it come the key and the bytes in front of the value.
 pub const AGENT: &str = "zenoh-agent";
 /// The key of the property.
 pub const AGENT_KEY: &str = "slate/bench/sender/blob";
-/// The word that makes the other process read all of an agent, and stall with the first value.
+/// Argument of the process that reads an agent and stalls at the first value.
 pub const STALLED: &str = "zenoh-stalled";
 /// All keys of an agent.
 const AGENT_KEYS: &str = "slate/bench/**";
@@ -54,7 +55,7 @@ pub fn run(effort: Effort, table: &mut Table) {
     stalled(effort, table);
 }
 
-/// The cycles of an agent that nobody reads, and of one whose values all go to a program that has stalled.
+/// Measures cycles of an agent without readers and with a stalled one.
 fn stalled(effort: Effort, table: &mut Table) {
     for (pace, pause) in PACES {
         // Threads of the network run anywhere.

@@ -1,5 +1,6 @@
-//! A value from one process to another one on this machine. The time goes from before it is handed over until a thread of the
-//! other process has it, and each value waits for the one before.
+//! Value from one process to another one on this machine.
+//! The time goes from before it is handed over until a thread of the other process has it, and each value waits for the
+//! one before.
 //!
 //! The other process is this program again. It prints how long each value took, and the one who sent it reads that.
 
@@ -107,7 +108,8 @@ const DORA: &str = "dora, nodes in Python";
 /// From so many bytes on dora shares memory.
 const DORA_SHARES: usize = 4096;
 
-/// Lets those take part that are run by scripts; quickly with a small value and a large one, as each takes seconds to begin.
+/// Adds contestants that are scripts.
+/// A quick run has a small and a large value only, as each takes seconds to start.
 fn foreign(
     scripts: &'static [Script],
     contest: &mut Contest<'_>,
@@ -121,7 +123,7 @@ fn foreign(
     }
 }
 
-/// What sends values.
+/// Sender of values.
 pub trait Sender {
     /// Sends the bytes; the first eight are the time.
     fn send(&mut self, bytes: &[u8]);
@@ -179,12 +181,12 @@ impl Reader {
         reader
     }
 
-    /// Whether a value has come that nobody asked for.
+    /// Returns whether a value has come that was not requested.
     pub fn has_come(&self) -> bool {
         self.times.try_recv().is_ok()
     }
 
-    /// How long the value that was just sent took, nanoseconds.
+    /// Returns the latency of the value just sent, ns.
     fn took(&self) -> u64 {
         self.times.recv_timeout(LOST).expect("the other process got the value within ten seconds")
     }
@@ -198,7 +200,8 @@ impl Drop for Reader {
     }
 }
 
-/// The other process: its arguments are what reads, where, and how large values are.
+/// Runs the other process.
+/// Its arguments are the reader, the address and the size of values.
 pub fn read(arguments: &[String]) {
     let [kind, place, size] = arguments else { return };
     let size = size.parse().unwrap_or(64);

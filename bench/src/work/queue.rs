@@ -17,17 +17,18 @@ use crate::table::{Role, Table};
 
 const WORK: &str = "queue";
 
-/// How many values are kept.
+/// Depth of the queues, values.
 const DEPTH: usize = 1024;
 
-/// How many are pushed before they are read, where one thread does both.
+/// Values pushed before they are read, where one thread does both.
 const BATCH: usize = 64;
 
 type Item = Bytes<64>;
 
 const VALUE: Item = Bytes([1; 64]);
 
-/// A queue. What is shared is made first; the writer and the readers are made in their threads.
+/// Queue.
+/// Shared parts are made first, the writer and the readers in their threads.
 trait Queue: Sync {
     const NAME: &'static str;
     const ROLE: Role;
@@ -57,7 +58,7 @@ impl<T> Handout<T> {
     }
 }
 
-/// As recorders in lockstep read: they hold the writer up.
+/// Readers that hold the writer up, as recorders in lockstep.
 struct Slate;
 
 impl Queue for Slate {
@@ -94,7 +95,7 @@ impl Queue for Slate {
     }
 }
 
-/// As modules read: what a reader is too slow for is lost and counted.
+/// Readers that lose and count what they are too slow for, as modules.
 struct Skipping;
 
 impl Queue for Skipping {
@@ -398,8 +399,8 @@ fn alone<Q: Queue>(readers: usize, what: What, effort: Effort, samples: &mut Sam
     samples.join(if what == What::Push { &pushes } else { &pulls });
 }
 
-/// A core pushes, all readers pull on another one. A sample is the time of many values until all have them, by
-/// value.
+/// Measures a core that pushes and readers that pull on another one.
+/// A sample is the time until all readers have many values, per value.
 fn through<Q: Queue>(readers: usize, effort: Effort, samples: &mut Samples) {
     let values = effort.count(20_000) / readers;
     let groups = effort.count(20);

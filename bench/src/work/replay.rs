@@ -1,5 +1,5 @@
-//! Recorded numbers read back from a file, all of them, one after the other: from before the file is opened until the last one was
-//! looked at.
+//! Recorded numbers read back from a file, one after the other.
+//! The time goes from before the file is opened until the last number is read.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -68,7 +68,8 @@ fn slate(path: &Path) -> usize {
     count
 }
 
-/// Reads what Copper's own tools do, a cycle at a time, in the types of the application. Its last task writes nothing.
+/// Reads Copper's log as its own tools do, a cycle at a time.
+/// Its last task writes nothing.
 fn copper(path: &Path) -> usize {
     let log = UnifiedLoggerRead::new(path).expect("the log is whole");
     let mut cycles = UnifiedLoggerIOReader::new(log, UnifiedLogType::CopperList);

@@ -1,5 +1,5 @@
-//! The two routes of a robot, from the tick of the sensor to the tick of the driver that has the command: a reflex, and a plan
-//! that goes through Monitor, Analyze, Plan and Execute. Also while other threads want all cores.
+//! Two routes of a robot, from the sensor's tick to the driver's tick.
+//! A reflex, and a plan through Monitor, Analyze, Plan and Execute; also while other threads use all cores.
 //!
 //! RoCS can't be installed. What stands for it is a loop of its blocks as they are in its published code: a thread each, which
 //! looks every 50 ms whether there is something to do.
@@ -23,7 +23,7 @@ use crate::table::{Role, Table};
 /// When the sensor spoke for which no command has come yet; 0 if it has.
 static SENSED: AtomicU64 = AtomicU64::new(0);
 
-/// How long commands took.
+/// Latencies of the commands, ns.
 static TIMES: Mutex<Vec<u64>> = Mutex::new(Vec::new());
 
 /// The ports of the sensor.
@@ -32,7 +32,7 @@ pub struct RangeIo {
     range: Output<Clearance>,
 }
 
-/// Something comes near, fifty times a second.
+/// Sensor whose range falls, 50 times a second.
 pub struct RangeSensor;
 
 #[module(stage = SensorAcquire, every = "20ms")]
@@ -75,7 +75,7 @@ impl Module for Driver {
     }
 }
 
-/// What the reflex looks at.
+/// Input of the reflex.
 #[ports]
 pub struct Near {
     range: Input<Clearance>,
@@ -110,7 +110,7 @@ impl Monitor for RangeMonitor {
     }
 }
 
-/// What the Analyze observes.
+/// Input of the Analyze.
 #[ports]
 pub struct ObservedRange {
     range: Observed<Clearance>,
@@ -131,7 +131,7 @@ impl Analyze for Nearness {
     }
 }
 
-/// What the Plan notices.
+/// Input of the Plan.
 #[ports]
 pub struct NoticedRange {
     range: Noticed<Clearance>,
@@ -153,7 +153,7 @@ impl Plan for Planner {
     }
 }
 
-/// What actions act on.
+/// Body that actions move.
 #[ports]
 pub struct Body {
     wheels: Command<WheelSpeeds>,
@@ -251,7 +251,7 @@ fn robot(route: &str, mode: Mode, count: usize, samples: &mut Samples) {
     }
 }
 
-/// A thread for each block, which sleeps for 50 ms, looks, and hands on what there is.
+/// Measures a thread per block that polls every 50 ms.
 fn polling(count: usize, samples: &mut Samples) {
     const POLL: Duration = Duration::from_millis(50);
     let places: Vec<_> = (0..3).map(|_| Arc::new(Mutex::new(None::<u64>))).collect();

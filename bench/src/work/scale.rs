@@ -1,4 +1,4 @@
-//! What a module and a property cost when there are many of them.
+//! Cost of a module and of a property when there are many.
 
 use std::hint::black_box;
 use std::process::Command;
@@ -82,7 +82,7 @@ fn board(count: usize) -> Arc<Board> {
     board
 }
 
-/// A process of this program that makes so many, and says how long that took and how much more memory it has then.
+/// Starts a process that makes a number of them and reports time and memory.
 fn process(what: &str, count: usize, table: &mut Table) {
     let program = std::env::current_exe().expect("a program knows where it is");
     let output = Command::new(program).args([PROCESS, what, &count.to_string()]).output();

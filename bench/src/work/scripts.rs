@@ -1,4 +1,5 @@
-//! Peers that are no crates: scripts of `bench/peers` run them, and print a line with the nanoseconds of each value.
+//! Peers without a crate, run by scripts of `bench/peers`.
+//! A script prints a line with the nanoseconds of each value.
 
 use std::ops::Range;
 use std::process::Command;
@@ -10,7 +11,8 @@ use crate::table::{Role, Table};
 pub struct Script {
     pub name: &'static str,
     pub role: Role,
-    /// The script with its first words; after them it gets the size of a value and the number of values.
+    /// Script with its first arguments.
+    /// Size and number of values follow.
     pub command: &'static [&'static str],
     /// The values, by their size, that it carries in the way of its line.
     pub sizes: Range<usize>,
@@ -30,8 +32,8 @@ pub const fn script(
 }
 
 impl Script {
-    /// Lets it take part, if it can run here with values of that size, and says why where it can't. Quickly it takes one turn alone, as its processes take
-    /// seconds to begin.
+    /// Adds the script as a contestant, or says why it can't run here.
+    /// In a quick run it has one turn, as its processes take seconds to start.
     pub fn join(
         &'static self,
         contest: &mut Contest<'_>,

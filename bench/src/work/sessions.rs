@@ -1,8 +1,9 @@
-//! What all that measure Zenoh need.
+//! Shared setup of the works that measure Zenoh.
 
 use zenoh::Wait;
 
-/// A session that finds nobody by itself: it listens or connects at that port, or is alone.
+/// Opens a session without discovery.
+/// It listens or connects at the port, or is alone.
 pub fn session(at: Option<(&str, &str)>) -> zenoh::Session {
     let mut config = zenoh::Config::default();
     let mut set = |key: &str, value: &str| config.insert_json5(key, value).expect("a setting of Zenoh");

@@ -1,5 +1,5 @@
-//! Robots that drive in circles among boxes and look with a laser scanner, beside the physics engine alone, with the same
-//! bodies and rays.
+//! Robots that circle among boxes with a laser, beside the physics engine alone.
+//! Both have the same bodies and rays.
 
 use rapier2d_f64::prelude::*;
 use slate_sim::drive::Wheels;

@@ -1,5 +1,5 @@
-//! How long a thread that sleeps takes to run after something came for it. One thread is on a core and wakes, the other is
-//! on another core, has slept for a while, and looks at the clock when it runs.
+//! Latency of waking a sleeping thread.
+//! One thread wakes, the other one sleeps on another core and reads the clock when it runs.
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, LazyLock, Mutex};

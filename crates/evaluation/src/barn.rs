@@ -1,4 +1,5 @@
-//! Worlds of the BARN challenge (Perille, Truong, Xiao and Stone, 2020, *Benchmarking metric ground navigation*).
+//! Worlds of the BARN challenge.
+//! Perille, Truong, Xiao and Stone, 2020, *Benchmarking metric ground navigation*.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,7 +10,7 @@ use crate::DataError;
 /// Radius of all cylinders, m.
 pub const CYLINDER_RADIUS: f64 = 0.075;
 
-/// A world of cylinders, which also make its walls.
+/// World of cylinders, which also form its walls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BarnWorld {
     /// Number among the 300 worlds.
@@ -20,8 +21,8 @@ pub struct BarnWorld {
     pub path_length: f64,
 }
 
-/// Reads the worlds of a folder, or of `barn` in it: `cylinders.csv` with columns world, x and y, and
-/// `path_lengths.json` with the length of each world's path.
+/// Reads the worlds of a folder, or of `barn` in it.
+/// `cylinders.csv` has the columns world, x and y, `path_lengths.json` the length of each world's path.
 ///
 /// # Errors
 /// A file is missing, or not what the format says; the error names file and line.

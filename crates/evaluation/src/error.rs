@@ -10,7 +10,7 @@ use slate_slam::carmen::LaserLogError;
 #[error("{}: {reason}", place(.file, *.line))]
 pub struct DataError {
     file: PathBuf,
-    /// From 1.
+    /// Line number, from 1.
     line: Option<usize>,
     reason: String,
 }
@@ -20,7 +20,7 @@ impl DataError {
         Self { file: file.into(), line: None, reason: reason.into() }
     }
 
-    /// At a line, counted from 0.
+    /// Returns the error at a line, counted from 0.
     pub(crate) fn at(file: &Path, line: usize, reason: impl Into<String>) -> Self {
         Self { file: file.into(), line: Some(line + 1), reason: reason.into() }
     }

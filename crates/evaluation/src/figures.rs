@@ -9,48 +9,48 @@ use serde::Serialize;
 pub struct Evaluation {
     /// Name of the data set.
     pub name: String,
-    /// What was measured, in order.
+    /// Measured figures, in order.
     pub figures: Vec<Figure>,
-    /// What else is to be known of them, such as which trials failed.
+    /// Remarks, such as which trials failed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
 }
 
-/// A figure that was measured.
+/// Figure that was measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
-    /// What was measured, with its unit.
+    /// Measured quantity, with its unit.
     pub name: String,
-    /// The value.
+    /// Value.
     pub value: f64,
-    /// What is to be reached, if anything.
+    /// Goal of the figure, if any.
     pub goal: Option<FigureGoal>,
 }
 
-/// What a figure is to reach.
+/// Goal of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FigureGoal {
-    /// At most that.
+    /// Upper limit.
     AtMost(f64),
-    /// At least that.
+    /// Lower limit.
     AtLeast(f64),
 }
 
 impl Figure {
-    /// A figure without a goal.
+    /// Returns a figure without a goal.
     pub fn new(name: impl Into<String>, value: f64) -> Self {
         Self { name: name.into(), value, goal: None }
     }
 
-    /// The figure with what is to be reached.
+    /// Returns the figure with a goal.
     #[must_use]
     pub fn with_goal(mut self, goal: FigureGoal) -> Self {
         self.goal = Some(goal);
         self
     }
 
-    /// Whether it has reached its goal; one without is always reached.
+    /// Returns true if the figure has reached its goal, or has none.
     pub fn is_reached(&self) -> bool {
         match self.goal {
             Some(FigureGoal::AtMost(most)) => self.value <= most,

@@ -1,4 +1,5 @@
-//! Maps and scenarios of the MovingAI benchmarks (Sturtevant, 2012, *Benchmarks for grid-based pathfinding*).
+//! Maps and scenarios of the MovingAI benchmarks.
+//! Sturtevant, 2012, *Benchmarks for grid-based pathfinding*.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,29 +8,30 @@ use slate_planning::{CostGrid, GridCell, LETHAL};
 
 use crate::DataError;
 
-/// One problem of a scenario.
+/// Problem of a scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathProblem {
     /// Start.
     pub start: GridCell,
     /// Goal cell.
     pub goal: GridCell,
-    /// Length of the shortest path of steps to eight neighbours without cut corners, cells.
+    /// Length of the shortest 8-connected path without cut corners, cells.
     pub length: f64,
 }
 
-/// A map and the problems on it.
+/// Map and the problems on it.
 #[derive(Clone, Debug)]
 pub struct Benchmark {
     /// File of the map.
     pub map: PathBuf,
-    /// Its cells; row 0 is the first line of the file.
+    /// Cost grid; row 0 is the first line of the file.
     pub grid: CostGrid,
     /// Problems, in the order of the file.
     pub problems: Vec<PathProblem>,
 }
 
-/// Reads all maps of a folder that have a scenario (`NAME.map` and `NAME.map.scen`), by name.
+/// Reads all maps of a folder that have a scenario, by name.
+/// The files are `NAME.map` and `NAME.map.scen`.
 ///
 /// # Errors
 /// The folder has none, or a file is not what the format says; the error names file and line.
@@ -91,6 +93,7 @@ fn parse_map(file: &Path, text: &str) -> Result<CostGrid, DataError> {
         .map_err(|error| DataError::new(file, error.to_string()))
 }
 
+/// Parses a size of the map.
 /// The largest map is 20 million cells.
 fn size(file: &Path, line: usize, text: &str) -> Result<u32, DataError> {
     text.trim()

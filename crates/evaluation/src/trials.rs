@@ -1,6 +1,7 @@
 //! Trials that do not depend on each other.
 
-/// Does work for each number on all processors; results are in order, and the same on any of them.
+/// Maps numbers from 0 to `count` to results on all processors.
+/// Results are in order, and do not depend on the processors.
 pub(crate) fn each<R: Send>(count: usize, work: impl Fn(u64) -> R + Sync) -> Vec<R> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count.max(1));
     let next = std::sync::atomic::AtomicUsize::new(0);

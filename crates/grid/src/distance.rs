@@ -12,7 +12,8 @@ pub struct DistanceTransform {
 }
 
 impl DistanceTransform {
-    /// Returns each cell's squared distance to the nearest occupied one, cells²; larger than the grid without any.
+    /// Returns each cell's squared distance to the nearest occupied one, cells².
+    /// It is larger than the grid without any.
     ///
     /// Linear in the number of cells (Meijster, Roerdink and Hesselink, 2000, *A general algorithm for computing
     /// distance transforms in linear time*). Own code: the crates for it take images and allocate.

@@ -18,14 +18,15 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Makes a grid along the axes, of that many metres; `None` if it has no cell or more than `most`.
+    /// Creates a grid along the axes, of a size in metres.
+    /// `None` if it has no cell or more than `most`.
     pub fn new([x, y]: [f64; 2], [width, height]: [f64; 2], resolution: f64, most: usize) -> Option<Self> {
         let cells = |length: f64| (length / resolution - 1e-9).ceil() as usize;
         Self { origin: [x, y, 0.0], resolution, width: cells(width), height: cells(height) }.checked(most)
     }
 
-    /// Makes a grid of that many cells from the pose of its first cell's corner; `None` if it has no cell or more than
-    /// `most`.
+    /// Creates a grid of a number of cells from the pose of its first cell's corner.
+    /// `None` if it has no cell or more than `most`.
     pub fn with_origin(
         origin: Pose2,
         resolution: f64,
@@ -36,7 +37,8 @@ impl Geometry {
         Self { origin: [x, y, theta], resolution, width, height }.checked(most)
     }
 
-    /// Returns the geometry of a grid; `None` if its data does not match, or it has more cells than `most`.
+    /// Returns the geometry of a grid.
+    /// `None` if its data does not match, or it has more cells than `most`.
     pub fn of(grid: &OccupancyGrid, most: usize) -> Option<Self> {
         let Pose2 { x, y, theta } = grid.origin;
         let found = Self {
@@ -55,12 +57,12 @@ impl Geometry {
         (is_somewhere && is_fit && (1..=most).contains(&cells)).then_some(self)
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub fn cells(&self) -> usize {
         self.width * self.height
     }
 
-    /// Pose of the first cell's corner.
+    /// Returns the pose of the first cell's corner.
     pub fn origin(&self) -> Pose2 {
         let [x, y, theta] = self.origin;
         Pose2 { x, y, theta }

@@ -1,6 +1,6 @@
-//! Grids in the plane: where their cells are ([`Geometry`]), which of them a line crosses ([`LineCells`]), how far each is
-//! from the nearest occupied one ([`DistanceTransform`]), how far a ray goes to one ([`RayCaster`]), and what is in them
-//! ([`OccupancyMap`]).
+//! Grids in the plane.
+//! Geometry of the cells ([`Geometry`]), cells on a line ([`LineCells`]), distance to the nearest occupied cell
+//! ([`DistanceTransform`]), range of a ray to one ([`RayCaster`]), and occupancy ([`OccupancyMap`]).
 
 mod distance;
 mod geometry;

@@ -1,19 +1,20 @@
 //! Cells along a line.
 
-/// Iterates over the cells that a line segment crosses, as column and row, also outside of a grid (Amanatides and Woo,
-/// 1987).
+/// Iterator over the cells that a line segment crosses.
+/// Items are column and row, also outside of a grid (Amanatides and Woo, 1987).
 pub struct LineCells {
     cell: (i64, i64),
     step: (i64, i64),
     /// Fraction of the segment at which it leaves the current column and row.
     next: (f64, f64),
-    /// Fraction of the segment that a column and a row take.
+    /// Fraction of the segment per column and per row.
     share: (f64, f64),
     left: i64,
 }
 
 impl LineCells {
-    /// Makes the line between two points in cells, which are finite and no farther apart than a grid is large.
+    /// Returns the line between two points, in cells.
+    /// They must be finite and no farther apart than a grid is large.
     pub fn new(from: (f64, f64), to: (f64, f64)) -> Self {
         let axis = |from: f64, to: f64| {
             let (first, last) = (from.floor(), to.floor());

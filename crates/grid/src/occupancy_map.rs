@@ -12,6 +12,7 @@ pub const UNKNOWN_CELL: i8 = -1;
 pub struct OccupancyMap {
     /// Pose, resolution and size.
     pub geometry: Geometry,
-    /// Occupancy of each cell in percent, row by row from the lowest y; [`UNKNOWN_CELL`] if unknown.
+    /// Occupancy of each cell in percent, row by row from the lowest y.
+    /// [`UNKNOWN_CELL`] if unknown.
     pub cells: Vec<i8>,
 }

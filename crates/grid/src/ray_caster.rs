@@ -13,18 +13,19 @@ pub struct RayCaster {
     geometry: Geometry,
     /// Direction of the grid's x axis.
     axis: [f64; 2],
-    /// Cells that a ray may leap from anywhere in each cell without reaching an occupied one; [`OCCUPIED`] for those.
+    /// Cells that a ray from each cell may skip without reaching an occupied one.
+    /// [`OCCUPIED`] for occupied cells.
     leaps: Vec<u8>,
 }
 
 const OCCUPIED: u8 = u8::MAX;
-/// The longest leap, cells.
+/// Longest leap, cells.
 const LONGEST: f64 = 254.0;
 /// Leaps from here on are faster than the step to the next cell.
 const WORTHWHILE: u8 = 2;
 
 impl RayCaster {
-    /// Makes the ray caster of a grid from which of its cells are occupied.
+    /// Returns the ray caster of a grid from its occupied cells.
     pub fn new(geometry: Geometry, is_occupied: impl Fn(usize) -> bool) -> Self {
         let mut transform = DistanceTransform::default();
         let squares = transform.squares(geometry.width, geometry.height, &is_occupied);
@@ -38,7 +39,7 @@ impl RayCaster {
         Self { leaps: leaps.collect(), axis: [math::cos(theta), math::sin(theta)], geometry }
     }
 
-    /// Pose, resolution and size of the grid.
+    /// Returns the pose, resolution and size of the grid.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }
@@ -49,8 +50,8 @@ impl RayCaster {
         cell.is_some_and(|(column, row)| self.leaps[self.geometry.index(column, row)] == OCCUPIED)
     }
 
-    /// Returns the distance from a point to the first occupied cell in a direction, which is a vector of length 1, m;
-    /// infinite if the grid has none before `range_max`.
+    /// Returns the range from a point to the first occupied cell in a direction, m.
+    /// The direction is a unit vector; infinite if the grid has none before `range_max`.
     pub fn range(&self, [x, y]: [f64; 2], [across, up]: [f64; 2], range_max: f64) -> f64 {
         let (resolution, origin, [cosine, sine]) =
             (self.geometry.resolution, self.geometry.origin(), self.axis);
@@ -64,7 +65,8 @@ impl RayCaster {
         }
     }
 
-    /// The distance to the first occupied cell, cells, within the part of the ray that is inside of the grid.
+    /// Returns the distance to the first occupied cell, cells.
+    /// It searches the part of the ray that is inside of the grid.
     fn walk(&self, ray: &Ray, (begin, end): (f64, f64)) -> f64 {
         let mut distance = begin;
         while distance <= end {
@@ -96,14 +98,14 @@ impl RayCaster {
     }
 }
 
-/// A ray in cells.
+/// Ray in cells.
 struct Ray {
     from: [f64; 2],
     along: [f64; 2],
 }
 
 impl Ray {
-    /// The distances between which the ray is in the grid, up to the longest.
+    /// Returns the distances between which the ray is in the grid, up to the longest.
     fn inside(&self, size: [f64; 2], longest: f64) -> Option<(f64, f64)> {
         let (mut begin, mut end) = (0.0, longest);
         for ((from, along), size) in self.from.into_iter().zip(self.along).zip(size) {
@@ -124,7 +126,8 @@ impl Ray {
         (begin <= end).then_some((begin, end))
     }
 
-    /// The cell at a distance that is in the grid; rounding does not lead out of it.
+    /// Returns the cell at a distance, clamped to the grid.
+    /// Rounding does not lead out of it.
     fn cell(&self, distance: f64, size: [usize; 2]) -> [usize; 2] {
         std::array::from_fn(|axis| {
             let place = self.from[axis] + distance * self.along[axis];
@@ -132,7 +135,7 @@ impl Ray {
         })
     }
 
-    /// The distance at which the ray leaves a column or row.
+    /// Returns the distance at which the ray leaves a column or row.
     fn leaves(&self, axis: usize, cell: usize) -> f64 {
         let along = self.along[axis];
         let border = if along > 0.0 { cell as f64 + 1.0 } else { cell as f64 };
@@ -148,7 +151,7 @@ mod tests {
     use crate::LineCells;
     use proptest::prelude::*;
 
-    /// The range by the cells of a line, one by one.
+    /// Returns the range by the cells of a line, one by one.
     fn expected(caster: &RayCaster, [x, y]: [f64; 2], angle: f64, range_max: f64) -> f64 {
         let geometry = caster.geometry();
         let (across, up) = (math::cos(angle), math::sin(angle));
@@ -161,7 +164,7 @@ mod tests {
             })
         });
         let Some((column, row)) = hit else { return f64::INFINITY };
-        // Where the line enters the cell.
+        // Point at which the line enters the cell.
         let enters = |cell: i64, from: f64, to: f64| {
             let border = if to > from { cell as f64 } else { cell as f64 + 1.0 };
             let is_beyond = from.floor() as i64 != cell;

@@ -1,6 +1,7 @@
 use slate_module::interface;
 
-/// Errors of a robot's sensors, as its data sheets give them; zero for exact sensors.
+/// Errors of a robot's sensors, from their data sheets.
+/// Zero for exact sensors.
 ///
 /// The simulator or the driver of the robot publishes it.
 #[interface]
@@ -12,13 +13,16 @@ pub struct SensorAccuracy {
     /// Standard deviation of the heading of the compass.
     #[unit("rad")]
     pub orientation_stddev: f64,
-    /// Standard deviation of the odometry's distance after a metre; grows with the root of the path.
+    /// Standard deviation of the odometry's distance after a metre.
+    /// It grows with the root of the path.
     #[unit("m")]
     pub odometry_translation_stddev: f64,
-    /// Standard deviation of the odometry's heading after a metre or a radian; grows likewise.
+    /// Standard deviation of the odometry's heading after a metre or a radian.
+    /// It grows with the root of the path or turn.
     #[unit("rad")]
     pub odometry_rotation_stddev: f64,
-    /// Probability that a range of the sonars is no range to an obstacle, or that an obstacle is missed.
+    /// Probability of an outlier of a sonar's range.
+    /// An outlier is no range to an obstacle, or misses an obstacle.
     pub sonar_outliers: f64,
     /// Standard deviation of the range of a detected robot.
     #[unit("m")]

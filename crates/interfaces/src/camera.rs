@@ -15,7 +15,8 @@ pub struct CameraInfo {
     pub distortion_model: Text<28>,
     /// Parameters of the distortion: k1, k2, t1, t2, k3.
     pub d: Sequence<f64, 8>,
-    /// Intrinsic matrix of the image as it is, row by row: fx, 0, cx, 0, fy, cy, 0, 0, 1.
+    /// Intrinsic matrix of the raw image.
+    /// Row by row: fx, 0, cx, 0, fy, cy, 0, 0, 1.
     pub k: [f64; 9],
     /// Rectification matrix, row by row.
     pub r: [f64; 9],
@@ -23,7 +24,7 @@ pub struct CameraInfo {
     pub p: [f64; 12],
 }
 
-/// Command of a pan-tilt head: where it should look.
+/// Setpoint of a pan-tilt head.
 #[interface(ros = "sensor_msgs/msg/JointState")]
 #[derive(PartialEq)]
 pub struct PanTiltCommand {
@@ -54,7 +55,7 @@ pub struct PanTiltState {
 }
 
 impl CameraInfo {
-    /// Calibration of a pinhole camera with radial distortion k1 and k2.
+    /// Returns the calibration of a pinhole camera with radial distortion k1 and k2.
     pub fn pinhole([width, height]: [u32; 2], [fx, fy, cx, cy]: [f64; 4], [k1, k2]: [f64; 2]) -> Self {
         Self {
             height,

@@ -10,9 +10,9 @@ pub struct Contact {
     pub robot: Text<24>,
     /// Name of the other body.
     pub other: Text<24>,
-    /// Whether the robot's motion caused the contact.
+    /// True if the robot's motion caused the contact.
     pub caused: Bool,
-    /// Whether the other body's motion caused it.
+    /// True if the other body's motion caused the contact.
     pub caused_by_other: Bool,
 }
 
@@ -27,9 +27,9 @@ pub struct Contacts {
 #[interface]
 #[derive(PartialEq)]
 pub struct Bumper {
-    /// Whether the front is pressed.
+    /// Front contact: true if pressed.
     pub front: Bool,
-    /// Whether the back is pressed.
+    /// Rear contact: true if pressed.
     pub back: Bool,
 }
 

@@ -6,6 +6,6 @@ use slate_module::{Bool, interface};
 pub struct DoorState {
     /// Open part of the doorway, from 0 for closed to 1 for open.
     pub opening: f64,
-    /// Whether the door is completely open.
+    /// Door state: true if completely open.
     pub is_open: Bool,
 }

@@ -81,8 +81,8 @@ impl FourWheelSpeeds {
 #[interface]
 #[derive(PartialEq)]
 pub struct OmniWheelSpeeds {
-    /// Speed of each wheel in the order of the robot's description, positive where it turns the robot counter-clockwise;
-    /// of three wheels the first three.
+    /// Speed of each wheel in the order of the robot's description.
+    /// It is positive where it turns the robot counter-clockwise; of three wheels the first three.
     #[unit("rad/s")]
     pub speeds: [f64; 4],
 }

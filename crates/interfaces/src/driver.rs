@@ -4,11 +4,13 @@ use slate_module::{Bool, interface};
 #[interface]
 #[derive(PartialEq)]
 pub struct DriverStatus {
-    /// Whether the device does not obey, such as without a connection or with motors that are switched off.
+    /// Fault: true if the device does not obey.
+    /// For example, without a connection or with motors that are switched off.
     pub fault: Bool,
 }
 
 impl DriverStatus {
-    /// A device that does not obey; what others read of a driver that hangs or has failed.
+    /// Status of a device that does not obey.
+    /// Readers of a driver that hangs or has failed get it.
     pub const FAULT: Self = Self { fault: Bool::TRUE };
 }

@@ -4,7 +4,8 @@ use slate_module::{Bool, Text, interface};
 #[interface]
 #[derive(PartialEq)]
 pub struct FactTableHead {
-    /// Changes with the table. In a table of the team it is a hash of the rest, so it differs between runs and robots, too.
+    /// Revision, which changes with the table.
+    /// In a table of the team it is a hash of the rest, so it differs between runs and robots, too.
     pub revision: u64,
     /// Number of facts beyond the table's capacity.
     pub left_out: u32,
@@ -20,10 +21,12 @@ pub struct FactHead {
     pub epoch: u64,
     /// Sequence number in this life; the time in a robot's own table.
     pub sequence: u64,
-    /// Time of the statement: by the origin's clock since 1970, possibly hours off; by this agent's time in its own table.
+    /// Time of the statement.
+    /// By the origin's clock since 1970, possibly hours off; by this agent's time in its own table.
     #[unit("ns")]
     pub time: u64,
-    /// Order of "newest": the time, but later than all that its origin knew of the key; the time in a robot's own table.
+    /// Order of statements; the largest is the newest.
+    /// It is the time, but later than all that its origin knew of the key; the time in a robot's own table.
     #[unit("ns")]
     pub order: u64,
     /// Time of arrival at this robot, by this agent's time.
@@ -33,7 +36,7 @@ pub struct FactHead {
     pub certainty: f64,
     /// Number of the robot that states it.
     pub origin: u32,
-    /// Whether it is retracted; only in a robot's own table.
+    /// Retraction: true if it is retracted; only in a robot's own table.
     pub retracted: Bool,
     /// Name of the robot that states it; empty in a robot's own table.
     pub robot: Text<60>,

@@ -39,15 +39,15 @@ impl From<Priority> for LeasePriority {
 pub enum RefusalReason {
     /// No refusal yet.
     None,
-    /// One of its numbers was infinite or not a number.
+    /// A number is infinite or not a number.
     NotFinite,
-    /// It had another size than the actuator's interface.
+    /// Another size than that of the actuator's interface.
     WrongSize,
     /// Another commander held the lease.
     Leased,
-    /// The gate or the agent was stopped.
+    /// Stop of the gate or the agent.
     Stopped,
-    /// The gate was not armed.
+    /// Disarmed gate.
     Disarmed,
 }
 

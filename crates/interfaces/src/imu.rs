@@ -2,7 +2,7 @@ use slate_module::interface;
 
 use crate::Quaternion;
 
-/// A vector in space.
+/// Vector in space.
 #[interface(ros = "geometry_msgs/msg/Vector3")]
 #[derive(PartialEq)]
 pub struct Vector3 {
@@ -28,7 +28,8 @@ pub struct Imu {
     pub angular_velocity: Vector3,
     /// Covariance of the angular velocity, rad²/s².
     pub angular_velocity_covariance: [f64; 9],
-    /// Acceleration, with that of gravity: +9.8 m/s² in z while the device is level and at rest.
+    /// Linear acceleration including the reaction to gravity, m/s².
+    /// +9.8 m/s² in z while the device is level and at rest.
     pub linear_acceleration: Vector3,
     /// Covariance of the acceleration, m²/s⁴.
     pub linear_acceleration_covariance: [f64; 9],

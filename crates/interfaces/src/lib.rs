@@ -1,4 +1,5 @@
-//! The well-known interfaces of robotics: laid out like their ROS messages where there is one, with bounds.
+//! Standard interfaces of robotics, with bounds.
+//! They have the layout of their ROS messages where there is one.
 //!
 //! SI units and the frames of ROS's REP-103: metres, radians, x forward, y left, counter-clockwise.
 //! Modules with these interfaces can be linked to each other.
@@ -45,7 +46,7 @@ pub use transform::{FrameName, Quaternion, Transform};
 
 use slate_module::blackboard::interface::{Descriptor, Interface};
 
-/// The interfaces that most robots speak.
+/// Interfaces that most robots speak.
 pub mod prelude {
     pub use crate::{
         Bumper, CameraInfo, Chassis, Clearance, DoorState, Echo, FourWheelSpeeds, Image, Imu, Joy, LaserScan,

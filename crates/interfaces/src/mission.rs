@@ -14,7 +14,7 @@ pub enum MissionState {
 /// Outcome of a mission.
 #[interface]
 pub enum MissionOutcome {
-    /// None yet, or another one, which the reason tells.
+    /// No outcome yet, or another one, given by the reason.
     Other,
     /// The goal was reached, and held where that is the mission.
     GoalReached,

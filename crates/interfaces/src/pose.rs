@@ -2,7 +2,7 @@ use slate_module::interface;
 
 use crate::Twist2;
 
-/// A point in the plane.
+/// Point in the plane.
 #[interface(ros = "geometry_msgs/msg/Point")]
 #[derive(PartialEq)]
 pub struct Point2 {
@@ -57,7 +57,7 @@ pub struct PoseEstimate {
 pub struct Particle {
     /// Pose in the map frame.
     pub pose: Pose2,
-    /// Weight; those of all particles sum up to 1.
+    /// Weight; the weights of all particles sum up to 1.
     pub weight: f64,
 }
 
@@ -78,7 +78,7 @@ pub struct Position {
     /// y: left, or north in a map.
     #[unit("m")]
     pub y: f64,
-    /// Up.
+    /// Coordinate along the z axis, up.
     #[unit("m")]
     pub z: f64,
 }

@@ -22,7 +22,7 @@ pub struct Echo {
     /// Distance of the nearest obstacle in the cone; the maximum range without an echo.
     #[unit("m")]
     pub range: f64,
-    /// Whether an echo was received.
+    /// Echo: true if one was received.
     pub heard: Bool,
 }
 

@@ -28,6 +28,7 @@ pub struct NavSatFix {
     /// Height above the ellipsoid; NaN if unknown.
     #[unit("m")]
     pub altitude: f64,
-    /// Covariance of the position to the east, north and up, row by row, m²; zeros if unknown.
+    /// Covariance of the position to the east, north and up, row by row, m².
+    /// Zeros if unknown.
     pub position_covariance: [f64; 9],
 }

@@ -24,7 +24,8 @@ impl Quaternion {
     pub const IDENTITY: Self = Self { x: 0.0, y: 0.0, z: 0.0, w: 1.0 };
 }
 
-/// Transform of a frame in its parent at one time: maps coordinates in `child` to coordinates in `parent`.
+/// Transform of a frame in its parent at one time.
+/// It maps coordinates in `child` to coordinates in `parent`.
 ///
 /// The frames of a robot are named as in ROS's REP-105: `map` is the parent of `odom`, that of `base_link`, and that
 /// of the sensors.
@@ -42,6 +43,6 @@ pub struct Transform {
     pub translation: Position,
     /// Rotation of the child in the parent.
     pub rotation: Quaternion,
-    /// Whether the transform is static, as of a sensor's mount.
+    /// Static transform: true for example for a sensor's mount.
     pub fixed: Bool,
 }

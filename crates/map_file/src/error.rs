@@ -3,12 +3,12 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A map file that can't be read or written.
+/// Map file that can't be read or written.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {reason}", place(.file, *.line))]
 pub struct MapFileError {
     file: PathBuf,
-    /// From 1.
+    /// Line number, from 1.
     line: Option<usize>,
     reason: String,
 }
@@ -18,7 +18,7 @@ impl MapFileError {
         Self { file: file.into(), line: None, reason: reason.into() }
     }
 
-    /// At a line, counted from 1.
+    /// Returns the error at a line, counted from 1.
     pub(crate) fn at(file: &Path, line: usize, reason: impl Into<String>) -> Self {
         Self { file: file.into(), line: Some(line), reason: reason.into() }
     }

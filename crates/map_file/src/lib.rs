@@ -1,4 +1,5 @@
-//! Map files of ROS: an occupancy grid as `map.yaml` with an image, as `map_server` and Nav2 read and write them.
+//! Map files of ROS: an occupancy grid as `map.yaml` with an image.
+//! `map_server` and Nav2 read and write them.
 //!
 //! [`read_map`] and [`write_map`] need no agent. The image is a binary PGM (`P5`) or a PNG; its first row has the
 //! largest y of the map.

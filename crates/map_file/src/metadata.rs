@@ -1,4 +1,4 @@
-//! The fields of `map.yaml`.
+//! Fields of `map.yaml`.
 //!
 //! Own code for the part of YAML that map files use, a flat mapping of scalars and one list of numbers: a handful of
 //! lines, whose numbers are kept for errors of values, needs no crate.
@@ -15,7 +15,7 @@ use crate::quotes::{quoted, quoted_length, unquoted};
 /// Content of `map.yaml`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Metadata {
-    /// As it is written, relative to the folder of the file.
+    /// Path of the image as written, relative to the folder of the file.
     pub image: String,
     /// Line of the image's name.
     pub image_line: usize,
@@ -24,7 +24,8 @@ pub(crate) struct Metadata {
     pub options: MapFileOptions,
 }
 
-/// A value with its line, counted from 1; of a list of lines, the items joined with commas.
+/// Value of a field with its line, counted from 1.
+/// Of a list of lines, the items joined with commas.
 struct MetadataField<'a> {
     key: &'a str,
     value: String,
@@ -32,7 +33,8 @@ struct MetadataField<'a> {
 }
 
 impl Metadata {
-    /// Parses the text of a file, whose unknown fields are ignored, as `map_server` does.
+    /// Parses the text of a file.
+    /// Unknown fields are ignored, as `map_server` does.
     pub fn parse(file: &Path, text: &str) -> Result<Self, MapFileError> {
         let fields = MetadataFields { file, list: parse_fields(file, text)? };
         let image = fields.required("image", "the name of a .pgm or .png file")?;
@@ -65,7 +67,7 @@ impl Metadata {
         })
     }
 
-    /// The text of a file.
+    /// Returns the text of a file.
     pub fn text(&self) -> String {
         let Pose2 { x, y, theta } = self.origin;
         let MapFileOptions { mode, negate, occupied_thresh, free_thresh } = self.options;
@@ -124,6 +126,7 @@ fn parse_fields<'a>(file: &Path, text: &'a str) -> Result<Vec<MetadataField<'a>>
     Ok(fields)
 }
 
+/// Returns a line without its comment.
 /// A comment begins at the line's start, or after a blank, and not within a quoted value.
 fn without_comment(text: &str) -> &str {
     let value = text.split_once(':').map_or("", |(_, value)| value.trim_start());

@@ -7,13 +7,14 @@ const UNKNOWN_OCCUPANCY: f64 = 50.0 / 255.0;
 /// Occupancy of a free cell as `map_saver` writes it: shade 254.
 const FREE_OCCUPANCY: f64 = 1.0 / 255.0;
 
-/// How shades of the image mean occupancy, `mode`.
+/// Mapping from shades of the image to occupancy, `mode`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MapMode {
     /// Occupied above `occupied_thresh`, free below `free_thresh`, else unknown.
     #[default]
     Trinary,
-    /// As [`Trinary`](Self::Trinary), with percents between the thresholds; transparent pixels are unknown.
+    /// [`Trinary`](Self::Trinary) with percents between the thresholds.
+    /// Transparent pixels are unknown.
     Scale,
     /// Shades from 0 to 100 are percents; others are unknown.
     Raw,
@@ -22,9 +23,9 @@ pub enum MapMode {
 /// Fields of `map.yaml` beside geometry and image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapFileOptions {
-    /// How shades mean occupancy, `mode`.
+    /// Mapping from shades to occupancy, `mode`.
     pub mode: MapMode,
-    /// Whether light pixels are occupied, `negate`.
+    /// Negation: true if light pixels are occupied, `negate`.
     pub negate: bool,
     /// Occupancy above which a cell is occupied, `occupied_thresh`, 0 to 1.
     pub occupied_thresh: f64,
@@ -32,7 +33,7 @@ pub struct MapFileOptions {
     pub free_thresh: f64,
 }
 
-/// The values of `map_saver`.
+/// Values of `map_saver`.
 impl Default for MapFileOptions {
     fn default() -> Self {
         Self { mode: MapMode::Trinary, negate: false, occupied_thresh: 0.65, free_thresh: 0.196 }
@@ -54,7 +55,8 @@ impl MapMode {
 }
 
 impl MapFileOptions {
-    /// Returns the cell of a pixel: its shade from 0 (black) to 1, and whether it is opaque.
+    /// Returns the cell of a pixel.
+    /// `shade` is from 0 (black) to 1; `is_opaque` is false for a transparent pixel.
     pub(crate) fn cell(&self, shade: f64, is_opaque: bool) -> i8 {
         if self.mode == MapMode::Raw {
             let percent = (shade * 255.0).round();
@@ -76,7 +78,7 @@ impl MapFileOptions {
         }
     }
 
-    /// Returns the pixel of a cell: its shade from 0 (black) to 255, and whether it is opaque.
+    /// Returns the pixel of a cell: shade from 0 (black) to 255, and opacity.
     pub(crate) fn pixel(&self, cell: i8) -> (u8, bool) {
         let is_known = (0..=100).contains(&cell);
         if self.mode == MapMode::Raw {
@@ -94,7 +96,8 @@ impl MapFileOptions {
         ((255.0 * shade).round() as u8, is_known || self.mode == MapMode::Trinary)
     }
 
-    /// Shade 205 unless it would be read as free, as with Nav2's `free_thresh` of 0.25.
+    /// Returns the occupancy of unknown cells: shade 205 if it is read as unknown.
+    /// Else it is the mean of the thresholds, as with Nav2's `free_thresh` of 0.25, which reads 205 as free.
     fn unknown_occupancy(&self) -> f64 {
         let is_between = (self.free_thresh..=self.occupied_thresh).contains(&UNKNOWN_OCCUPANCY);
         if is_between { UNKNOWN_OCCUPANCY } else { (self.free_thresh + self.occupied_thresh) / 2.0 }

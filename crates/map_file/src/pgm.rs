@@ -25,7 +25,7 @@ pub(crate) fn read(file: &Path, mut source: impl BufRead) -> Result<MapImage, Ma
     let (width, height) = (number("width", most)?, number("height", most)?);
     let brightest = number("brightest value", 255)?;
     check_size(file, [width, height], 1)?;
-    // Grows with what is there, whatever the header says.
+    // Grows with the bytes read, whatever the header claims.
     let mut bytes = Vec::new();
     source.take((width * height) as u64).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() < width * height {
@@ -40,7 +40,8 @@ pub(crate) fn read(file: &Path, mut source: impl BufRead) -> Result<MapImage, Ma
     Ok(MapImage { width, height, channels: 1, bytes })
 }
 
-/// The next word of the header, with the blank after it; comments go from `#` to the end of a line.
+/// Reads the next word of the header, with the blank after it.
+/// Comments go from `#` to the end of a line.
 fn header_word(source: &mut impl Read) -> io::Result<String> {
     /// Digits of the largest number.
     const MOST_DIGITS: usize = 20;

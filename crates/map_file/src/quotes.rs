@@ -21,7 +21,8 @@ pub(crate) fn quoted(text: &str) -> String {
     scalar
 }
 
-/// Length of the quoted scalar that a text starts with, its quotes included, bytes.
+/// Returns the length of the quoted scalar that a text starts with.
+/// Bytes, with its quotes.
 pub(crate) fn quoted_length(text: &str) -> Option<usize> {
     let quote = text.chars().next().filter(|sign| matches!(sign, '"' | '\''))?;
     let mut signs = text.char_indices().skip(1).peekable();
@@ -38,7 +39,8 @@ pub(crate) fn quoted_length(text: &str) -> Option<usize> {
     None
 }
 
-/// Returns the text of a scalar, quoted or plain; `None` if its quotes do not match.
+/// Returns the text of a scalar, quoted or plain.
+/// `None` if its quotes do not match.
 pub(crate) fn unquoted(scalar: &str) -> Option<String> {
     let Some(quote) = scalar.chars().next().filter(|sign| matches!(sign, '"' | '\'')) else {
         return Some(scalar.to_owned());
@@ -60,7 +62,8 @@ pub(crate) fn unquoted(scalar: &str) -> Option<String> {
     Some(text)
 }
 
-/// The character of an escape, after its backslash; `None` if it is not one that names of files need.
+/// Returns the character of an escape, after its backslash.
+/// `None` for an escape that names of files do not need.
 fn escaped(signs: &mut std::str::Chars) -> Option<char> {
     match signs.next()? {
         sign @ ('"' | '\\' | '/' | ' ') => Some(sign),

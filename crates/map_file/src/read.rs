@@ -43,7 +43,8 @@ pub fn read_map(file: &Path) -> Result<OccupancyMap, MapFileError> {
     Ok(OccupancyMap { geometry, cells: cells(&image, &metadata.options) })
 }
 
-/// Reads an image without a `map.yaml`, of a map of that width along x, m, whose first cell's corner is the origin.
+/// Reads an image without a `map.yaml`.
+/// The map has the given width along x, m, and its first cell's corner is the origin.
 ///
 /// # Errors
 /// As [`read_map`].
@@ -71,7 +72,7 @@ fn image(path: &Path, opened: File) -> Result<Option<MapImage>, MapFileError> {
     })
 }
 
-/// Extension of a file in lower case.
+/// Returns the extension of a file in lower case.
 pub(crate) fn extension(file: &Path) -> Option<String> {
     file.extension().map(|extension| extension.to_string_lossy().to_lowercase())
 }

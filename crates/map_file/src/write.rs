@@ -13,8 +13,9 @@ use crate::occupancy::{MapFileOptions, MapMode};
 use crate::read::extension;
 use crate::{MapFileError, pgm, png_image};
 
-/// Writes `map.yaml`, and before it its image beside it with the same name: a PGM, or a PNG if `mode` is `scale`, where
-/// unknown cells are transparent. Each file is written beside the one that it then replaces.
+/// Writes `map.yaml`, and before it its image with the same name beside it.
+/// The image is a PGM, or a PNG if `mode` is `scale`, where unknown cells are transparent. Each file is written beside
+/// the one that it then replaces.
 ///
 /// # Errors
 /// A file with another extension than `yaml` or `yml`, cells that do not match the geometry, thresholds of no map, or a
@@ -61,7 +62,8 @@ fn check(file: &Path, map: &OccupancyMap, options: &MapFileOptions) -> Result<()
     Ok(())
 }
 
-/// Writes a file beside the one that it then replaces, so that no one reads half of it.
+/// Replaces a file by one written beside it.
+/// No reader sees half of it.
 fn replace(
     file: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -76,7 +78,7 @@ fn replace(
         fs::rename(&beside, file)
     });
     written.map_err(|error| {
-        // What is left of a failed attempt helps no one; the first error is the one to report.
+        // The rest of a failed attempt is of no use; the first error is the one to report.
         let _ = fs::remove_file(&beside);
         MapFileError::unwritable(file, error)
     })

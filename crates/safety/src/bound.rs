@@ -10,7 +10,8 @@ pub(crate) struct Bound {
     range: Range,
     /// Rate limit, per second.
     rate: Option<f64>,
-    /// Value of the newest passed command, with the fraction of an integer: a slow ramp needs it.
+    /// Value of the newest passed command.
+    /// It has the fraction of an integer, which a slow ramp needs.
     passed: f64,
     /// Newest value of the actuator.
     given: f64,
@@ -30,7 +31,7 @@ enum Number {
 }
 
 impl Bound {
-    /// Makes a bound without limits; `None` if the type is no number.
+    /// Returns a bound without limits; `None` if the type is no number.
     pub fn new(kind: Kind, offset: usize) -> Option<Self> {
         let range = match kind {
             Kind::Primitive(Primitive::F32) | Kind::Primitive(Primitive::F64) => {

@@ -17,7 +17,7 @@ pub struct GateConfiguration {
 /// Error of a gate's configuration.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ConfigurationError {
-    /// The actuator's interface has no such field.
+    /// Field that the actuator's interface does not have.
     #[error("gate `{gate}`: {error}")]
     UnknownField {
         /// Name of the gate.
@@ -25,17 +25,18 @@ pub enum ConfigurationError {
         /// Missing field, and the fields of the interface.
         error: AccessError,
     },
-    /// The field is not a single number.
+    /// Field that is not a single number.
     #[error("gate `{gate}`: `{field}` is {kind}; only a single number can be limited")]
     NotNumeric {
         /// Name of the gate.
         gate: String,
         /// Path of the field.
         field: String,
-        /// Its type.
+        /// Type of the field.
         kind: String,
     },
-    /// The field is an item of a sequence or of a tail, which a command may leave out.
+    /// Field that a command may leave out.
+    /// It is an item of a sequence or of a tail.
     #[error(
         "gate `{gate}`: `{field}` is not part of every command; only fields and items of arrays can be limited"
     )]
@@ -45,7 +46,7 @@ pub enum ConfigurationError {
         /// Path of the field.
         field: String,
     },
-    /// No value of the field's type lies in the interval.
+    /// Limits without a value of the field's type.
     #[error("gate `{gate}`: the limits of `{field}`, {low} to {high}, leave it no value")]
     EmptyLimits {
         /// Name of the gate.
@@ -57,7 +58,7 @@ pub enum ConfigurationError {
         /// Upper limit.
         high: f64,
     },
-    /// The rate is not a finite number above zero.
+    /// Rate that is not a finite number above zero.
     #[error("gate `{gate}`: the rate limit of `{field}` must be finite and above 0, not {per_second}")]
     WrongRate {
         /// Name of the gate.
@@ -67,7 +68,7 @@ pub enum ConfigurationError {
         /// Invalid rate.
         per_second: f64,
     },
-    /// The safe command is not a value of the actuator's interface.
+    /// Safe command that is not a value of the actuator's interface.
     #[error("gate `{gate}`: the safe command has {found} bytes, but {interface} has {expected}")]
     WrongSize {
         /// Name of the gate.
@@ -79,7 +80,7 @@ pub enum ConfigurationError {
         /// Size of the safe command, bytes.
         found: usize,
     },
-    /// The safe command has a number that is infinite or not a number.
+    /// Safe command with a number that is infinite or not a number.
     #[error("gate `{gate}`: the safe command has a number that is not finite")]
     SafeNotFinite {
         /// Name of the gate.
@@ -144,7 +145,8 @@ impl GateConfiguration {
         self
     }
 
-    /// Sets the safe command, a value of the actuator's interface: its output without a valid command.
+    /// Sets the safe command, the actuator's output without a valid command.
+    /// It is a value of the actuator's interface.
     ///
     /// # Errors
     /// [`ConfigurationError`] if it has another size or a number that is not finite.
@@ -174,7 +176,7 @@ impl GateConfiguration {
     fn bound(&mut self, field: &str) -> Result<&mut Bound, ConfigurationError> {
         let place = find(self.descriptor, field)
             .map_err(|error| ConfigurationError::UnknownField { gate: self.name.clone(), error })?;
-        // In a command of zeros every sequence is empty, so what it still has, every command has.
+        // In a command of zeros every sequence is empty, so fields that it has exist in every command.
         let zeros = vec![0; self.descriptor.size];
         if View::new(self.descriptor, &zeros, 0).and_then(|view| view.at(&place)).is_none() {
             return Err(ConfigurationError::NotAlwaysThere { gate: self.name.clone(), field: field.into() });

@@ -1,4 +1,4 @@
-//! A gate that outlives its process: what a snapshot keeps of it, and how another gate goes on from there.
+//! Handover of a gate between processes: snapshot and restore.
 
 use serde::{Deserialize, Serialize};
 use slate_module::{Priority, blackboard::bytes};
@@ -17,7 +17,7 @@ pub struct FrozenGate {
     pub lease: Option<FrozenLease>,
     /// Start time of rate limits, nanoseconds.
     pub given_at: Option<u64>,
-    /// Whether the gate is armed.
+    /// Arm state: true if the gate is armed.
     pub armed: bool,
     /// Reason of a stop of the gate or the agent.
     pub stop: Option<String>,
@@ -31,7 +31,7 @@ pub struct FrozenGate {
     pub expired: u64,
     /// Reason of the newest refusal, as its number.
     pub last_refusal: u8,
-    /// For each limit, the values of the newest passed command and of the actuator.
+    /// Values of the newest passed command and of the actuator, for each limit.
     pub limits: Vec<(f64, f64)>,
 }
 
@@ -44,7 +44,7 @@ pub struct FrozenLease {
     pub priority: u32,
     /// Time of the newest offer, nanoseconds.
     pub renewed: u64,
-    /// Whether this offer was usable.
+    /// True if this offer was usable.
     pub commanding: bool,
 }
 

@@ -18,7 +18,8 @@ pub struct Gate {
     /// Command of the lease's holder, within limits.
     pub(crate) command: Vec<u8>,
     pub(crate) lease: Option<Lease>,
-    /// Start time of rate limits: of the actuator's newest offer, or of its safe command.
+    /// Start time of rate limits.
+    /// It is that of the actuator's newest offer, or of its safe command.
     pub(crate) given_at: Option<u64>,
     /// State of the stop latch when the gate was armed.
     pub(crate) armed: Option<u64>,
@@ -37,7 +38,8 @@ pub(crate) struct Lease {
     pub(crate) priority: Priority,
     /// Time of the newest offer, nanoseconds.
     pub(crate) renewed: u64,
-    /// Whether this offer was usable; else the actuator gets its safe command.
+    /// True if this offer was usable.
+    /// Else the actuator gets its safe command.
     pub(crate) commanding: bool,
 }
 
@@ -61,7 +63,7 @@ pub struct StillStopped {
 }
 
 impl Gate {
-    /// Makes a disarmed gate.
+    /// Returns a disarmed gate.
     pub fn new(configuration: GateConfiguration) -> Self {
         let mut gate = Self {
             form: CanonicalForm::new(configuration.descriptor),
@@ -82,12 +84,12 @@ impl Gate {
         gate
     }
 
-    /// Name of the gate.
+    /// Returns the name of the gate.
     pub fn name(&self) -> &str {
         &self.configuration.name
     }
 
-    /// The interface of the commands.
+    /// Returns the interface of the commands.
     pub fn descriptor(&self) -> &'static Descriptor {
         self.configuration.descriptor
     }
@@ -148,25 +150,27 @@ impl Gate {
         if limited { Verdict::Limited } else { Verdict::Passed }
     }
 
-    /// Drops a command that comes later than its time to live after it was made: its commander loses the actuator, if it
-    /// has it.
+    /// Drops a command that arrives after its time to live.
+    /// The time counts from its creation. Its commander loses the actuator, if it has it.
     pub fn drop_late(&mut self, commander: u32, now: u64) {
         self.withdraw(commander, now);
         self.expired = self.expired.saturating_add(1);
     }
 
-    /// How long a command holds unless it is renewed, nanoseconds.
+    /// Returns the time to live of a command, nanoseconds.
     pub fn time_to_live(&self) -> u64 {
         self.configuration.time_to_live
     }
 
-    /// The host's time at which the command ends unless it is renewed; nothing while the actuator gets its safe one.
+    /// Returns the host's time at which the command ends unless it is renewed.
+    /// `None` while the actuator gets its safe one.
     pub fn expires(&self) -> Option<u64> {
         let lease = self.lease.as_ref().filter(|lease| lease.commanding)?;
         Some(lease.renewed.saturating_add(self.configuration.time_to_live))
     }
 
-    /// Ends a commander's lease: the actuator gets its safe command until the next offer.
+    /// Ends a commander's lease.
+    /// The actuator gets its safe command until the next offer.
     pub fn withdraw(&mut self, commander: u32, now: u64) {
         self.settle(now);
         if self.lease.as_ref().is_some_and(|lease| lease.commander == commander) {
@@ -229,7 +233,8 @@ impl Gate {
         self.lease = None;
     }
 
-    /// Stops this gate: safe command, and refusal of all offers, until [`reset`](Self::reset) and [`arm`](Self::arm).
+    /// Stops this gate: safe command, and refusal of all offers.
+    /// It lasts until [`reset`](Self::reset) and [`arm`](Self::arm).
     ///
     /// The first reason stays. A [`StopLatch`](crate::StopLatch) stops the whole agent.
     pub fn stop(&mut self, reason: &str) {
@@ -237,12 +242,14 @@ impl Gate {
         self.stop.get_or_insert_with(|| reason.into());
     }
 
-    /// Ends this gate's own stop; the gate stays disarmed. A [`StopLatch`](crate::StopLatch) has its own reset.
+    /// Resets this gate's own stop; the gate stays disarmed.
+    /// A [`StopLatch`](crate::StopLatch) has its own reset.
     pub fn reset(&mut self) {
         self.stop = None;
     }
 
-    /// Returns the reason of a stop of the gate or the agent. Allocates: not for the tick path.
+    /// Returns the reason of a stop of the gate or the agent.
+    /// Allocates: not for the tick path.
     pub fn stop_reason(&self) -> Option<String> {
         self.stop.clone().or_else(|| self.configuration.stop_latch.reason())
     }

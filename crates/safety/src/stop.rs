@@ -18,27 +18,29 @@ pub struct StopLatch {
 
 #[derive(Debug)]
 struct Shared {
-    /// Odd while stopped. It only grows, so that a gate which looks seldom sees a stop that came and went.
+    /// Stop counter, odd while stopped.
+    /// It only grows, so that a gate which looks seldom sees a stop that came and went.
     word: AtomicU64,
     record: Mutex<Record>,
 }
 
-/// What is kept of a stop besides the flag. Its lock orders stops and resets; no gate takes it.
+/// Record of a stop besides the flag.
+/// Its lock orders stops and resets; no gate takes it.
 #[derive(Debug)]
 struct Record {
-    /// The file whose existence says that the agent is stopped.
+    /// File that exists while the agent is stopped.
     path: Option<PathBuf>,
     persisted: bool,
     reason: Option<String>,
 }
 
 impl StopLatch {
-    /// Makes a latch without a file, for simulation and tests.
+    /// Returns a latch without a file, for simulation and tests.
     pub fn in_memory() -> Self {
         Self::with(Record { path: None, persisted: false, reason: None })
     }
 
-    /// Makes a latch with a file; creates its folder.
+    /// Returns a latch with a file; creates its folder.
     ///
     /// It is stopped initially if the file exists, even a damaged one.
     ///

@@ -1,37 +1,39 @@
 use slate_module::Priority;
 
-/// What became of an offered command.
+/// Outcome of an offered command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// It takes effect as it is.
+    /// Accepted without a change.
     Passed,
-    /// It takes effect with at least one value changed: held at a limit, or slowed down by a rate limit.
+    /// Accepted with at least one value changed.
+    /// The value was held at a limit, or slowed down by a rate limit.
     Limited,
-    /// It takes no effect.
+    /// Refused; the command takes no effect.
     Refused(Reason),
 }
 
-/// Why a command was refused.
+/// Reason for the refusal of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Reason {
-    /// One of its numbers is infinite or not a number; the safe command takes effect.
+    /// Number that is infinite or not a number; the safe command takes effect.
     #[error("the command has a number that is not finite")]
     NotFinite,
-    /// It has not as many bytes as the actuator's interface; the safe command takes effect.
+    /// Wrong number of bytes for the actuator's interface.
+    /// The safe command takes effect.
     #[error("the command has the wrong size")]
     WrongSize,
     /// Another commander of the same or a higher priority has the actuator.
     #[error("commander {by} has the actuator with priority {priority:?}")]
     Leased {
-        /// Who has it.
+        /// Commander that has the actuator.
         by: u32,
-        /// How urgent its last command was.
+        /// Priority of its last command.
         priority: Priority,
     },
-    /// The gate, or the whole agent, is stopped.
+    /// Stop of the gate, or of the whole agent.
     #[error("the actuator is stopped")]
     Stopped,
-    /// The gate is not armed.
+    /// Disarmed gate.
     #[error("the actuator is not armed")]
     Disarmed,
 }

@@ -1,4 +1,5 @@
-//! Counts the allocations of a module's ticks. A program that uses this crate has the allocator of `allocation-counter`.
+//! Allocation counter for a module's ticks.
+//! A program that uses this crate has the allocator of `allocation-counter`.
 
 use std::cell::Cell;
 use std::marker::PhantomData;
@@ -9,13 +10,14 @@ thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Returns the number of allocations in ticks of [`Counted`] modules of this thread.
+/// Returns the number of allocations in this thread's ticks.
+/// They are those of [`Counted`] modules.
 #[must_use]
 pub fn allocations() -> u64 {
     ALLOCATIONS.get()
 }
 
-/// A module whose ticks are counted, without the fixture's own work around them.
+/// Module whose ticks are counted, without the fixture's own work around them.
 pub struct Counted<M>(PhantomData<fn() -> M>);
 
 impl<M: Module> Module for Counted<M> {

@@ -12,7 +12,7 @@ pub enum TransformError {
         /// Name, truncated to the length of frame names.
         frame: FrameName,
     },
-    /// The frames are in different trees.
+    /// Frames in different trees.
     #[error(
         "`{source_frame}` is not connected to `{target}`: it is in the tree of `{source_root}`, and `{target}` in that of \
          `{target_root}`"
@@ -27,7 +27,7 @@ pub enum TransformError {
         /// Root of the source's tree.
         source_root: Arc<str>,
     },
-    /// The time is after the newest of an edge.
+    /// Time after the newest of an edge.
     #[error("at {} s: the newest of `{parent}` -> `{child}` is {} s", Seconds(*.time), Seconds(*.newest))]
     TooNew {
         /// Parent of the edge.
@@ -39,7 +39,7 @@ pub enum TransformError {
         /// Newest time, nanoseconds.
         newest: u64,
     },
-    /// The time is before the oldest of an edge.
+    /// Time before the oldest of an edge.
     #[error("at {} s: the oldest kept of `{parent}` -> `{child}` is {} s", Seconds(*.time), Seconds(*.oldest))]
     TooOld {
         /// Parent of the edge.
@@ -56,21 +56,21 @@ pub enum TransformError {
 /// Error of setting a frame; the tree is unchanged.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SetError {
-    /// The name is empty or too long.
+    /// Empty or too long name.
     #[error("`{name}` is no name of a frame: expected 1 to {limit} bytes without `/`")]
     Name {
-        /// The name.
+        /// Name.
         name: String,
         /// Maximum length, bytes.
         limit: usize,
     },
-    /// A frame can't be its own parent.
+    /// Frame as its own parent.
     #[error("`{frame}` can't be its own parent")]
     OwnParent {
-        /// The frame.
+        /// Frame.
         frame: Arc<str>,
     },
-    /// The parent is below the child.
+    /// Parent below its child.
     #[error("`{parent}` can't be the parent of `{child}`, as it is below it")]
     Cycle {
         /// Intended parent.
@@ -78,7 +78,7 @@ pub enum SetError {
         /// Intended child.
         child: Arc<str>,
     },
-    /// The tree is full.
+    /// Full tree.
     #[error("no room for the frame `{frame}`: the tree has {limit} frames, which is its limit")]
     TooManyFrames {
         /// Frame beyond the capacity.
@@ -86,24 +86,24 @@ pub enum SetError {
         /// Maximum number of frames.
         limit: usize,
     },
-    /// A number is not finite, or the rotation is not a unit quaternion.
+    /// Number that is not finite, or rotation that is not a unit quaternion.
     #[error(
         "`{parent}` -> `{child}` is no transform: its numbers must be finite and its quaternion's length 1, which is {norm}"
     )]
     NoTransform {
-        /// The parent.
+        /// Parent.
         parent: Arc<str>,
-        /// The child.
+        /// Child.
         child: Arc<str>,
         /// Length of the quaternion, as text.
         norm: String,
     },
-    /// The transform is too old.
+    /// Outdated transform.
     #[error("`{parent}` -> `{child}` at {} s comes too late: {} s is known", Seconds(*.time), Seconds(*.known))]
     TooLate {
-        /// The parent.
+        /// Parent.
         parent: Arc<str>,
-        /// The child.
+        /// Child.
         child: Arc<str>,
         /// Time of the transform, nanoseconds.
         time: u64,

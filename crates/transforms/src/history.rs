@@ -4,7 +4,8 @@ use nalgebra::Isometry3;
 
 use crate::interpolation::between;
 
-/// Where a frame was in its parent: the last samples in order of time, in memory that never grows.
+/// History of a frame's transform in its parent.
+/// The last samples in order of time, in memory that never grows.
 #[derive(Clone, Debug)]
 pub(crate) struct History {
     /// Room for `capacity` samples was made when the history was.
@@ -18,16 +19,16 @@ struct TransformSample {
     transform: Isometry3<f64>,
 }
 
-/// The time asked for is not covered.
+/// Requested time outside the samples.
 pub(crate) enum Gap {
-    /// The oldest sample is from then.
+    /// Time of the oldest sample, after the requested one.
     Before(u64),
-    /// The newest sample is from then.
+    /// Time of the newest sample, before the requested one.
     After(u64),
 }
 
 impl History {
-    /// A history with its first sample, for at least one.
+    /// Returns a history with its first sample, for at least one.
     pub fn new(capacity: usize, time: u64, transform: Isometry3<f64>) -> Self {
         let capacity = capacity.max(1);
         let mut samples = VecDeque::with_capacity(capacity);
@@ -43,7 +44,8 @@ impl History {
         self.samples.front().map_or(0, |sample| sample.time)
     }
 
-    /// Adds a sample, in the place of one of the same time; false when it is older than all that can be kept.
+    /// Adds a sample; false if it is older than all that can be kept.
+    /// It replaces one of the same time.
     pub fn add(&mut self, time: u64, transform: Isometry3<f64>) -> bool {
         let sample = TransformSample { time, transform };
         let place = self.samples.partition_point(|other| other.time < time);
@@ -62,7 +64,8 @@ impl History {
         true
     }
 
-    /// Where the frame was at that time. Up to `tolerance` beyond the samples the nearest one holds.
+    /// Returns the transform of the frame at a time.
+    /// Up to `tolerance` beyond the samples the nearest one holds.
     pub fn at(&self, time: u64, tolerance: u64) -> Result<Isometry3<f64>, Gap> {
         let place = self.samples.partition_point(|sample| sample.time < time);
         let before = place.checked_sub(1).and_then(|place| self.samples.get(place));

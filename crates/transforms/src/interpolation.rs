@@ -1,15 +1,18 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector4};
 
-/// Cosine of half the angle above which linear interpolation is exact enough, and the sine too small to divide by.
+/// Cosine of half the angle above which linear interpolation is exact enough.
+/// The sine is then too small to divide by.
 const STRAIGHT: f64 = 0.999_999;
 
-/// Interpolates between two transforms, with `part` from 0 to 1: translation linearly, rotation spherically (slerp).
+/// Interpolates between two transforms, with `part` from 0 to 1.
+/// Translation linearly, rotation spherically (slerp).
 pub(crate) fn between(first: &Isometry3<f64>, second: &Isometry3<f64>, part: f64) -> Isometry3<f64> {
     let (from, to) = (first.translation.vector, second.translation.vector);
     let translation = Translation3::from(from + (to - from) * part);
     Isometry3::from_parts(translation, turn(&first.rotation, &second.rotation, part))
 }
 
+/// Interpolates a rotation spherically (slerp).
 /// nalgebra's own has the standard library's sine, which differs between machines, and refuses half a turn.
 fn turn(first: &UnitQuaternion<f64>, second: &UnitQuaternion<f64>, part: f64) -> UnitQuaternion<f64> {
     let (from, mut to) = (first.as_vector(), *second.as_vector());

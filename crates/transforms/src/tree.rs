@@ -22,12 +22,13 @@ pub struct Limits {
     pub frames: usize,
     /// Length of the history of a moving frame; 64 bytes per transform.
     pub history: usize,
-    /// Tolerance of a lookup beyond the known times, nanoseconds: the nearest transform, without extrapolation.
+    /// Tolerance of a lookup beyond the known times, nanoseconds.
+    /// Within it the nearest transform counts, without extrapolation.
     pub tolerance: u64,
 }
 
 impl Default for Limits {
-    /// 256 frames, 10 s at 100 Hz, no tolerance.
+    /// Returns the default limits: 256 frames, 10 s at 100 Hz, no tolerance.
     fn default() -> Self {
         Self { frames: 256, history: 1000, tolerance: 0 }
     }
@@ -40,7 +41,8 @@ pub enum Placement {
     New,
     /// New transform in the same parent.
     Same,
-    /// New parent, or change between fixed and moving: children follow, the history is cleared.
+    /// New parent, or change between fixed and moving.
+    /// Children follow, the history is cleared.
     Changed,
 }
 
@@ -80,7 +82,7 @@ enum Motion {
 }
 
 impl FrameTree {
-    /// Makes a tree with limits.
+    /// Returns a tree with limits.
     pub fn new(limits: Limits) -> Self {
         Self { limits, ..Self::default() }
     }
@@ -142,7 +144,8 @@ impl FrameTree {
         }
     }
 
-    /// Removes a frame from its parent, with its children; returns false without a parent. Its name stays known.
+    /// Removes a frame from its parent, with its children.
+    /// Returns false without a parent. Its name stays known.
     pub fn detach(&mut self, child: &str) -> bool {
         let index = self.names.get(child).copied();
         index.is_some_and(|index| self.frames[index].place.take().is_some())
@@ -167,7 +170,8 @@ impl FrameTree {
         Ok(normalized(&(target.inverse() * source)))
     }
 
-    /// Returns the newest common time of `source` and `target`, nanoseconds; `None` if all edges are fixed.
+    /// Returns the newest common time of `source` and `target`, nanoseconds.
+    /// `None` if all edges are fixed.
     ///
     /// A lookup may still fail if the histories of two edges do not overlap.
     ///

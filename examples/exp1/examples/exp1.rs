@@ -1,5 +1,5 @@
-//! EXP1 as a program: Figure 6 of RoCS. `cargo run --release -p slate-exp1 --example exp1` runs it, and `-- --toml` behind
-//! that prints its configuration.
+//! EXP1 as a program: Figure 6 of RoCS.
+//! `cargo run --release -p slate-exp1 --example exp1` runs it, and `-- --toml` behind that prints its configuration.
 
 use slate::prelude::*;
 use slate::sim::devices::SimulatedSonar;
@@ -10,7 +10,7 @@ fn main() -> ExitCode {
     robot().run()
 }
 
-/// R2 in the world of EXP1.
+/// Returns R2 in the world of EXP1.
 pub fn robot() -> Robot {
     slate_exp1::r2::<SimulatedSonar>(|_| {})
         .analyze::<MapObstacles>("map_obstacles")

@@ -1,5 +1,5 @@
-//! The program that RoCS's authors published, thread by thread, in their scene of EXP1:
-//! `cargo run --release -p slate-exp1 --example published -- 100` for 100 seeds.
+//! Published program of RoCS's authors, thread by thread, in EXP1's scene.
+//! `cargo run --release -p slate-exp1 --example published -- 100` runs it for 100 seeds.
 //!
 //! Its Monitors, Analyzes, Plan, ReactiveModel and Execute are threads that sleep 50 ms between two steps. Each reads what the
 //! one before published last, and wheels keep their speed until the next command. Its Plan goes round four corners; the
@@ -34,21 +34,21 @@ fn main() -> Result<(), String> {
     Ok(())
 }
 
-/// The program under one condition.
+/// Program under one condition.
 pub struct Trial {
-    /// What differs from the published program and scene.
+    /// Name of the difference from the published program and scene.
     pub name: &'static str,
-    /// In sequence, metres.
+    /// Goals in sequence, metres.
     pub goals: &'static [[f64; 2]],
     /// Settings of the experiment.
     pub sets: &'static [&'static str],
-    /// The program's law.
+    /// Program's law.
     pub variant: RocsVariant,
-    /// The pause of the threads, seconds of the simulator.
+    /// Pause of the threads, seconds of the simulator.
     pub pause: f64,
 }
 
-/// The conditions of the table.
+/// Returns the conditions of the table.
 pub fn trials() -> Vec<Trial> {
     let usual = |name, goals| Trial { name, goals, sets: &[], variant: RocsVariant::Rocs, pause: 0.05 };
     let origin = &[[0.0, 0.0]][..];
@@ -65,7 +65,7 @@ pub fn trials() -> Vec<Trial> {
     ]
 }
 
-/// The goals of the published Plan.
+/// Goals of the published Plan.
 const CORNERS: &[[f64; 2]] = &[[2.0, 2.0], [2.0, -2.0], [-2.0, 2.0], [-2.0, -2.0]];
 const FAST: f64 = 0.2;
 const AWAY_R1: &str = "world.layouts.authors.robots.r1={ x = 2.0, y = -2.0, theta = 0.0 }";
@@ -73,7 +73,7 @@ const NO_BOX: &str = "world.layouts.authors.bodies=[]";
 
 /// Result of a run.
 pub struct Run {
-    /// When the program had reached its last goal, seconds.
+    /// Time at which the last goal was reached, seconds.
     pub reached: Option<f64>,
     /// Least distance of its position to the last goal, metres.
     pub nearest: f64,
@@ -85,7 +85,8 @@ const LIMIT: u64 = 120;
 const STEP: u64 = 50_000_000;
 /// Distance at which a goal is reached, metres.
 const TOLERANCE: f64 = 0.1;
-/// The authors' position is that of the body's frame, so far behind the axle, metres.
+/// Offset of the authors' body frame behind the axle, metres.
+/// Their position is that of the body's frame.
 const BODY_FRAME: f64 = 0.0445;
 
 /// Runs the program.
@@ -133,7 +134,7 @@ fn scenario(trial: &Trial, seed: u64) -> Result<Scenario, String> {
     Scenario::new(&Value::from(world), seed).map_err(|error| error.to_string())
 }
 
-/// What the sensors show in a step of the simulator.
+/// Sensor readings in a step of the simulator.
 #[derive(Clone, Copy, Default)]
 struct Seen {
     sonar: SonarScan,
@@ -160,12 +161,12 @@ fn look(simulation: &Simulation, robot: usize) -> Seen {
     Seen { sonar, x, y, theta: pose.theta }
 }
 
-/// An action of theirs.
+/// Action of the published program.
 #[derive(Clone, Copy)]
 enum Action {
-    /// From a pose, towards the goal.
+    /// Drive from a pose towards the goal.
     GoToPosition { from: [f64; 3] },
-    /// By an angle, at a speed of both wheels and one against each other.
+    /// Turn by an angle, with the wheels' common and opposite velocity.
     TurnToAngle { angle: f64, base: f64, turn: f64 },
     /// `GoAhead`, `Turn`, `Stop` and the reflex.
     SetWheels(Wheels),
@@ -179,16 +180,16 @@ const REACTIVE: usize = 2;
 const PLAN: usize = 3;
 
 struct Program {
-    /// Those that it has not reached.
+    /// Goals not reached yet.
     goals: &'static [[f64; 2]],
     law: Rocs,
     random: Random,
-    /// When each thread wakes up next, seconds.
+    /// Next wake-up time of each thread, seconds.
     wakes: [f64; THREADS],
     pause: f64,
     monitored: Option<Seen>,
     analyzed: Option<Seen>,
-    /// The Pipeline, and what it takes for the priority of its head.
+    /// Pipeline, and the priority that it assumes for its head.
     actions: VecDeque<(f64, Action)>,
     top: f64,
     wheels: Wheels,
@@ -211,7 +212,8 @@ impl Program {
         }
     }
 
-    /// Lets the threads go on whose pause is over, in the order in which they wake up.
+    /// Runs the threads whose pause is over.
+    /// They run in the order in which they wake up.
     fn step(&mut self, now: f64, seen: &Seen) {
         loop {
             let (mut thread, mut wakes) = (0, f64::INFINITY);
@@ -249,8 +251,9 @@ impl Program {
         }
     }
 
-    /// A higher priority than that of the head clears the Pipeline, a lower one is dropped. The head's is known from the
-    /// last time that an action was taken only, so that a plan also clears a reflex.
+    /// Pushes an action: a higher priority clears the Pipeline, a lower is dropped.
+    /// The priority is compared with the head's. The head's is known from the last time that an action was taken only,
+    /// so that a plan also clears a reflex.
     fn push(&mut self, priority: f64, action: Action) {
         if priority > self.top {
             self.actions.clear();

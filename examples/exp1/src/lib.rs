@@ -1,5 +1,6 @@
-//! The first experiment of RoCS (section 6.3): a Pioneer P3-DX goes to the origin. Its plan knows no obstacle; the box
-//! beside its way and the robot that wanders there are met by reflexes alone. All its blocks come from `slate-wheeled`.
+//! First experiment of RoCS (section 6.3): a Pioneer P3-DX goes to the origin.
+//! Its plan knows no obstacle; reflexes alone react to the box beside its path and the robot that wanders there. All
+//! its blocks come from `slate-wheeled`.
 
 mod r2;
 
@@ -9,8 +10,8 @@ pub use r2::r2;
 pub const NAME: &str = "exp1";
 /// Summary of the example.
 pub const ABOUT: &str = "RoCS EXP1: a Pioneer P3-DX reaches the origin past a box and a wandering robot";
-/// Its configuration.
+/// Configuration of the example.
 pub const CONFIGURATION: &str = include_str!("../exp1.toml");
 
-/// The same robot at its serial line instead of in the simulator.
+/// Configuration of the same robot at its serial line, without the simulator.
 pub const PIONEER: &str = include_str!("../pioneer.toml");

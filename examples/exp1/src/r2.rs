@@ -12,7 +12,8 @@ use slate_wheeled::estimate_pose::EstimatePose;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
 use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonitor, RangeMonitor};
 
-/// R2, a Pioneer P3-DX, without its Plan, which notices the only Analyze of each of its types.
+/// Returns R2, a Pioneer P3-DX, without its Plan.
+/// The Plan notices the only Analyze of each of its types.
 ///
 /// `S` are its sonars, and `set` changes the parameters of its Knowledge.
 pub fn r2<S: Sensor>(set: impl FnOnce(&mut WheeledKnowledgeParams)) -> Robot {

@@ -1,5 +1,5 @@
-//! EXP2 as a program: `cargo run --release -p slate-exp2 --example exp2` runs it, and `-- --toml` behind that prints its
-//! configuration.
+//! EXP2 as a program.
+//! `cargo run --release -p slate-exp2 --example exp2` runs it, and `-- --toml` behind that prints its configuration.
 
 use slate::interfaces::Point2;
 use slate::prelude::*;
@@ -11,7 +11,8 @@ fn main() -> ExitCode {
     robot().run()
 }
 
-/// R3 in the world of EXP2. Its Plan notices the only Analyze of each of its types.
+/// Returns R3 in the world of EXP2.
+/// Its Plan notices the only Analyze of each of its types.
 pub fn robot() -> Robot {
     slate_exp2::r3(Some(Point2 { x: 1.2, y: 1.2 }))
         .analyze::<LocateRobot>("locate_robot")

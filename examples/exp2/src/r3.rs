@@ -18,8 +18,9 @@ use slate_wheeled::median_sonar::MedianSonar;
 use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonitor, RangeMonitor};
 use slate_wheeled::skid_steer::SkidSteerActions;
 
-/// R3, a Summit XL, without a Plan and without `locate_robot`, which tracks another robot in each experiment: `robots/r3.toml` as a
-/// program. It goes to the goal, if it has one.
+/// Returns R3, a Summit XL, without a Plan and `locate_robot`.
+/// `locate_robot` tracks another robot in each experiment. It is `robots/r3.toml` as a program. R3 goes to the goal, if
+/// it has one.
 pub fn r3(goal: Option<Point2>) -> Robot {
     Robot::new("r3")
         .sensor::<MedianSonar>("sonar")
@@ -60,7 +61,7 @@ pub fn r3(goal: Option<Point2>) -> Robot {
         .finish()
 }
 
-/// A Summit XL, its goal and the rules of its reflexes.
+/// Returns a Summit XL, its goal and the rules of its reflexes.
 fn summit(knowledge: &mut WheeledKnowledgeParams, goal: Option<Point2>) {
     let Point2 { x: goal_x, y: goal_y } = goal.unwrap_or_default();
     let rule = |sensor: &str, distance| SensorRule { distance, sensor: sensor.into() };

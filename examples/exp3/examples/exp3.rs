@@ -1,5 +1,5 @@
-//! EXP3 as a program: `cargo run --release -p slate-exp3 --example exp3` runs it, and `-- --toml` behind that prints its
-//! configuration.
+//! EXP3 as a program.
+//! `cargo run --release -p slate-exp3 --example exp3` runs it, and `-- --toml` behind that prints its configuration.
 
 use slate::interfaces::Point2;
 use slate::prelude::*;
@@ -12,13 +12,13 @@ fn main() -> ExitCode {
     robots().run()
 }
 
-/// R2 and R3 in the world of EXP3.
+/// Returns R2 and R3 in the world of EXP3.
 pub fn robots() -> Robot {
     r2().with(r3()).world_of(slate_exp3::CONFIGURATION)
 }
 
-/// R2, which is that of EXP1, visits the corners in the order in which the authors' robot does. They are near walls: where
-/// sonars err, their median takes the place of wider rules.
+/// Returns R2, as in EXP1, which visits the corners in the authors' order.
+/// They are near walls: where sonars err, their median takes the place of wider rules.
 fn r2() -> Robot {
     let corners = [(2.0, 2.0), (2.0, -2.0), (-2.0, 2.0), (-2.0, -2.0)].map(|(x, y)| Point2 { x, y });
     slate_exp1::r2::<MedianSonar>(|knowledge| {
@@ -30,7 +30,7 @@ fn r2() -> Robot {
     .finish()
 }
 
-/// R3, which is that of EXP2, follows R2.
+/// Returns R3, as in EXP2, which follows R2.
 fn r3() -> Robot {
     slate_exp2::r3(None)
         .analyze::<LocateRobot>("locate_robot")

@@ -1,12 +1,13 @@
-//! Writes `examples/REUSE.md`: what each experiment of RoCS reuses of the ones before, counted from the sources and the
-//! configurations as they are: `cargo run -p slate-exp3 --example reuse > examples/REUSE.md`.
+//! Generator of `examples/REUSE.md`: reuse between RoCS's experiments.
+//! It counts from the current sources and configurations: `cargo run -p slate-exp3 --example reuse >
+//! examples/REUSE.md`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// The experiments, in the order in which one is made from the other.
+/// Experiments, in the order in which one is made from the other.
 const EXPERIMENTS: [&str; 3] = ["exp1", "exp2", "exp3"];
 
 fn main() -> io::Result<()> {
@@ -14,7 +15,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// The page.
+/// Returns the page.
 pub fn table() -> io::Result<String> {
     // This package is in the folder of the examples, and that in the folder of the workspace.
     let mut folders = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().skip(1);
@@ -111,7 +112,7 @@ body, `avoid_obstacle.rs` to regard robots that are seen, how a heavy body moves
 that.
 ";
 
-/// The text of a configuration, with those that it includes.
+/// Returns the text of a configuration, with those that it includes.
 fn configuration(file: &Path) -> io::Result<String> {
     let mut text = fs::read_to_string(file)?;
     let included: Vec<_> = text
@@ -126,7 +127,7 @@ fn configuration(file: &Path) -> io::Result<String> {
     Ok(text)
 }
 
-/// A file of blocks.
+/// File of blocks.
 struct Source {
     /// Names by which configurations find the blocks in it.
     blocks: BTreeSet<String>,
@@ -135,7 +136,7 @@ struct Source {
     lines: usize,
 }
 
-/// The files that blocks can come from.
+/// Returns the files that blocks can come from.
 fn sources(root: &Path, examples: &Path) -> io::Result<BTreeMap<PathBuf, Source>> {
     let library = root.join("crates/modules/wheeled/src");
     let mut texts = BTreeMap::new();
@@ -175,7 +176,7 @@ fn sources(root: &Path, examples: &Path) -> io::Result<BTreeMap<PathBuf, Source>
     Ok(texts.iter().map(read).collect())
 }
 
-/// The files of some blocks, with all that they are made with.
+/// Returns the files of some blocks, with all that they are made with.
 fn files_of<'a>(blocks: &BTreeSet<String>, sources: &'a BTreeMap<PathBuf, Source>) -> BTreeSet<&'a PathBuf> {
     let mut open: Vec<_> = sources
         .iter()
@@ -197,7 +198,7 @@ fn files_of<'a>(blocks: &BTreeSet<String>, sources: &'a BTreeMap<PathBuf, Source
     files
 }
 
-/// The kinds of blocks in a configuration's tables of modules.
+/// Returns the kinds of blocks in a configuration's tables of modules.
 fn blocks(text: &str) -> BTreeSet<String> {
     let mut blocks = BTreeSet::new();
     let mut in_modules = false;
@@ -221,7 +222,8 @@ fn blocks(text: &str) -> BTreeSet<String> {
     blocks
 }
 
-/// The lines that set something; which robot they are of makes no difference.
+/// Returns the lines that set a value.
+/// Lines of different robots count as equal.
 fn settings(text: &str) -> Vec<String> {
     let lines = text.lines().map(|line| line.split(" #").next().unwrap_or(line).trim());
     lines

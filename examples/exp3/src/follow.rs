@@ -1,4 +1,5 @@
-//! R3's behaviour: after R2 at a safe distance and out of its way, by where R2 is and goes (section 6.5 of the paper).
+//! Behaviour of R3: follows R2 at a safe distance and out of its path.
+//! It uses R2's position and course (section 6.5 of the paper).
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::prelude::*;
@@ -35,7 +36,7 @@ pub struct FollowParams {
     max_angular_velocity: f64,
     #[param(default = 0.8, range = 0.0..=1.5, unit = "rad", doc = "bearing error above which it turns on the spot")]
     max_bearing_error: f64,
-    #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "distance from the leader's course up to which it is in the way; 0: it never makes way")]
+    #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "distance from the leader's course within which the robot makes way; 0: never")]
     passing_distance: f64,
     #[param(default = 0.1, range = 0.01..=100.0, unit = "m", doc = "travel of the leader over which its course is measured")]
     course_distance: f64,
@@ -45,7 +46,7 @@ pub struct FollowParams {
     waiting_distance: f64,
     #[param(default = 0.12, range = 0.0..=1.5, unit = "m/s", doc = "linear velocity while it clears the leader's course")]
     evasion_velocity: f64,
-    #[param(default = 0.25, range = 0.0..=1.5, unit = "m/s", doc = "linear velocity round what keeps it from the leader")]
+    #[param(default = 0.25, range = 0.0..=1.5, unit = "m/s", doc = "linear velocity round obstacles on the way to the leader")]
     detour_velocity: f64,
     #[param(default = 0.6, range = 0.0..=3.0, unit = "rad/s", doc = "angular velocity while it looks around for a leader that it does not detect")]
     search_velocity: f64,
@@ -55,13 +56,14 @@ pub struct FollowParams {
 
 /// Duration of a plan unless it is renewed, seconds.
 const HOLD: f64 = 0.5;
-/// How far behind the leader, along its course, a robot still counts as beside it, metres.
+/// Distance behind the leader that still counts as beside it, metres.
+/// It is measured along the leader's course.
 const BESIDE: f64 = 0.3;
-/// Bearing error above which it turns on the spot before it makes way, radians.
+/// Bearing error above which it turns in place before it makes way, radians.
 const TURN_FIRST: f64 = 0.4;
 /// Angle between a detour and the direction to the leader, radians.
 const DETOUR: f64 = 0.9;
-/// More than this above the waiting distance is too far, metres.
+/// Distance above the waiting distance that is too far, metres.
 const TOO_FAR: f64 = 0.15;
 /// Less than this is not nearer, metres.
 const NEARER: f64 = 0.1;
@@ -91,7 +93,7 @@ struct LeaderReport {
     range: f64,
     /// Bearing, radians.
     bearing: f64,
-    /// Whether it is detected; else the position is the last known one.
+    /// True if the leader is detected; else the position is the last known one.
     is_seen: bool,
 }
 
@@ -114,13 +116,13 @@ struct PlannedDrive {
 /// Course of the leader.
 #[derive(Default, Serialize, Deserialize)]
 struct LeaderCourse {
-    /// Where the present part of its way began, metres.
+    /// Start of the present part of the leader's path, metres.
     start: Option<(f64, f64)>,
     /// Direction of the last part, of length 1.
     direction: Option<(f64, f64)>,
 }
 
-/// Where this robot stands by the leader's course.
+/// Position of this robot relative to the leader's course.
 struct CourseOffset {
     /// Distance ahead of the leader, metres.
     ahead: f64,
@@ -130,14 +132,14 @@ struct CourseOffset {
     away: f64,
 }
 
-/// How the robot comes nearer to a leader that is too far away.
+/// Progress in approaching a leader that is too far away.
 #[derive(Default, Serialize, Deserialize)]
 struct ApproachProgress {
-    /// How near it came, metres, and when, seconds.
+    /// Nearest distance, metres, and its time, seconds.
     nearest: Option<(f64, f64)>,
     /// End of the present detour, seconds.
     until: f64,
-    /// Whether the next detour is to the right.
+    /// True if the next detour is to the right.
     to_right: bool,
 }
 
@@ -242,7 +244,8 @@ impl FollowPlannerState {
 }
 
 impl LeaderCourse {
-    /// Notes where the leader is, metres; its course is that of the last part of its way, of a length (m).
+    /// Updates the leader's position, metres.
+    /// Its course is that of the last part of its path, of a length (m).
     fn update(&mut self, x: f64, y: f64, length: f64) {
         let (from_x, from_y) = *self.start.get_or_insert((x, y));
         let (dx, dy) = (x - from_x, y - from_y);
@@ -253,7 +256,8 @@ impl LeaderCourse {
         }
     }
 
-    /// Returns where a robot stands that is there relative to the leader (m); `None` before the leader has moved.
+    /// Returns the offset from the course of a robot relative to the leader (m).
+    /// `None` before the leader has moved.
     fn offset(&self, x: f64, y: f64) -> Option<CourseOffset> {
         let (east, north) = self.direction?;
         let left = east * y - north * x;
@@ -264,7 +268,8 @@ impl LeaderCourse {
 }
 
 impl ApproachProgress {
-    /// Returns the angle of the present detour to the direction of a leader at a distance (m), if there is one.
+    /// Returns the angle of the present detour, if there is one.
+    /// It is relative to the direction of a leader at a distance (m).
     fn detour(&mut self, distance: f64, params: &FollowParams, time: f64) -> Option<f64> {
         if distance < params.waiting_distance + TOO_FAR {
             *self = Self { to_right: self.to_right, ..Self::default() };
@@ -283,21 +288,22 @@ impl ApproachProgress {
 }
 
 impl FollowParams {
-    /// Travel of the leader over which its course is measured, metres: errors of a short one are great.
+    /// Returns the travel over which the leader's course is measured, metres.
+    /// Errors of a short one are great.
     fn course_distance(&self, robot: &WheeledModel) -> f64 {
         let errs = robot.accuracy.sighting_range_stddev > 0.0;
         if errs { self.error_course_distance } else { self.course_distance }
     }
 
-    /// Linear (m/s) and angular (rad/s) velocity into a direction (rad).
+    /// Returns linear (m/s) and angular (rad/s) velocity into a direction (rad).
     fn drive(&self, velocity: f64, direction: f64) -> (f64, f64) {
         let linear = if direction.abs() > TURN_FIRST { 0.0 } else { velocity * math::cos(direction) };
         let limit = self.max_angular_velocity;
         (linear, math::clamp(self.bearing_gain * direction, -limit, limit))
     }
 
-    /// Linear (m/s) and angular (rad/s) velocity towards a leader at that range (m) and bearing (rad), up to a
-    /// distance (m).
+    /// Returns linear (m/s) and angular (rad/s) velocity towards a leader.
+    /// The leader is at a range (m) and bearing (rad); the robot approaches up to a distance (m).
     fn twist(&self, range: f64, bearing: f64, distance: f64, deceleration: f64) -> (f64, f64) {
         let ahead = range - distance;
         let wanted = if ahead > 0.0 {

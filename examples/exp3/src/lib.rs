@@ -1,6 +1,6 @@
-//! The third experiment of RoCS (section 6.5): other tasks for the same robots. R2, a Pioneer, visits the four corners, R3, a
-//! Summit XL, follows it at a safe distance, and R1 wanders. New are the two Plans, [`patrol`] and [`follow`]; all other
-//! blocks are those of EXP1 and EXP2.
+//! Third experiment of RoCS (section 6.5): other tasks for the same robots.
+//! R2, a Pioneer, visits the four corners, R3, a Summit XL, follows it at a safe distance, and R1 wanders. New are the
+//! two Plans, [`patrol`] and [`follow`]; all other blocks are those of EXP1 and EXP2.
 
 pub mod follow;
 pub mod patrol;
@@ -12,9 +12,9 @@ use slate_plugin::prelude::*;
 pub const NAME: &str = "exp3";
 /// Summary of the example.
 pub const ABOUT: &str = "RoCS EXP3: a Pioneer visits the four corners, a Summit XL follows it";
-/// Its configuration.
+/// Configuration of the example.
 pub const CONFIGURATION: &str = include_str!("../exp3.toml");
-/// The files that it includes.
+/// Files that it includes.
 pub const EMBEDDED: &[(&str, &str)] =
     &[("../exp2/robots/r3.toml", include_str!("../../exp2/robots/r3.toml"))];
 

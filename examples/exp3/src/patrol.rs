@@ -1,4 +1,5 @@
-//! R2's behaviour: one corner after the other, again and again, with a new plan for each (section 6.5 of the paper).
+//! Behaviour of R2: patrols the corners, with a new plan for each.
+//! Section 6.5 of the paper.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
@@ -13,13 +14,13 @@ pub struct PatrolPorts {
     range: Noticed<Surroundings>,
     position: Noticed<Position>,
     orientation: Noticed<Orientation>,
-    /// The corners, from Knowledge.
+    /// Corners, from Knowledge.
     goals: Input<Goals>,
-    /// The corner that it goes to.
+    /// Next corner.
     goal: Output<Point2>,
 }
 
-/// How fast the robot goes.
+/// Parameters of the patrol: velocities.
 #[params]
 pub struct PatrolParams {
     #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity in free space")]
@@ -40,9 +41,9 @@ const NEARER: f64 = 0.05;
 pub struct PatrolMemory {
     #[serde(alias = "journey")]
     navigator: Navigator,
-    /// Which corner is next.
+    /// Index of the next corner.
     corner: usize,
-    /// How near it came to that corner, metres, and when, seconds.
+    /// Nearest distance to that corner, metres, and its time, seconds.
     nearest: Option<(f64, f64)>,
 }
 
@@ -86,7 +87,8 @@ impl Plan for PatrolPlanner {
 }
 
 impl PatrolMemory {
-    /// Returns whether it has come no nearer to the corner for too long: it plans without knowing what is there.
+    /// Returns true if it has come no nearer to the corner for too long.
+    /// It plans without knowledge of obstacles there.
     fn is_stuck(&mut self, corner: Point2, params: &PatrolParams, time: f64) -> bool {
         let Some((x, y)) = self.navigator.position() else { return false };
         let distance = math::hypot(corner.x - x, corner.y - y);

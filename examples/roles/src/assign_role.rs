@@ -1,4 +1,4 @@
-//! Role of a robot by what it knows of its plans and of its team.
+//! Role of a robot by its knowledge of its plans and its team.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::mapek::{FactTable, Newest, Role, StrategyReport, WorldModel};
@@ -8,7 +8,7 @@ use crate::team_knowledge::RoleClaim;
 
 /// Role of the robot that attacks; a team has one at most.
 pub const ATTACKER: &str = "attacker";
-/// Role of the others.
+/// Role of the other robots.
 pub const DEFENDER: &str = "defender";
 
 /// Knowledge of this robot and of another one, and what follows from it.
@@ -33,7 +33,7 @@ pub struct AssignRoleParams {
         doc = "name of this robot; of two that claim the same the first by name has precedence"
     )]
     robot: Text<28>,
-    #[param(default = false, doc = "whether it begins as the attacker")]
+    #[param(default = false, doc = "begin as the attacker")]
     attacks: Bool,
 }
 
@@ -47,7 +47,8 @@ pub struct RoleState {
     before: u64,
 }
 
-/// Decides who attacks: an attacker that has succeeded gives the role up, and a defender that is in its place takes it.
+/// Assigns the role of attacker.
+/// An attacker that has succeeded gives the role up, and a defender that is in its place takes it.
 ///
 /// A robot takes the role only when no other one claims it. Claims arrive a cycle late, so two may take it at once; then the first by
 /// name keeps it, and the other one gives it up in the next cycle. A robot that is silent for three seconds has no claims.
@@ -55,7 +56,7 @@ pub struct AssignRole;
 
 impl Analyze for AssignRole {
     const NAME: &'static str = "assign_role";
-    const DOC: &'static str = "Decides about the robot's role by the knowledge of the team.";
+    const DOC: &'static str = "Decides the robot's role by the knowledge of the team.";
     type Observed = ObservedTeam;
     type Params = AssignRoleParams;
     type State = RoleState;
@@ -98,7 +99,7 @@ impl Analyze for AssignRole {
 }
 
 impl RoleState {
-    /// Takes a role with so many successes until now.
+    /// Takes a role with the number of successes until now.
     fn take(&mut self, attacks: bool, before: u64, observed: &ObservedTeam, now: &Tick) -> Option<Role> {
         (self.since, self.before) = (now.now(), before);
         self.state(attacks, false, observed);

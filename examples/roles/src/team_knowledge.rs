@@ -6,7 +6,7 @@ use slate_plugin::module::Hardware;
 use slate_plugin::prelude::*;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledKnowledgeState};
 
-/// What a robot states about its role.
+/// Statement of a robot about its role.
 #[interface]
 #[derive(PartialEq, Serialize, Deserialize)]
 pub struct RoleClaim {
@@ -24,7 +24,8 @@ pub struct RoleClaim {
 pub struct TeamPorts {
     /// Claim of this robot, from its Analyze.
     claim: Input<RoleClaim>,
-    /// Statements of another robot about roles, from its Knowledge, or those of the team.
+    /// Statements of another robot about roles.
+    /// From its Knowledge, or those of the team.
     pub others: Known<FactTable<RoleClaim>>,
     /// Statements of this robot about roles, by its name.
     #[capacity(8)]
@@ -65,7 +66,7 @@ pub struct TeamKnowledgeState {
     wheeled: WheeledKnowledgeState,
 }
 
-/// Knows the robot, its strategies with their outcomes, and states its role.
+/// Knowledge of the robot and its strategies; states its role.
 pub struct TeamKnowledge;
 
 impl Knowledge for TeamKnowledge {

@@ -1,4 +1,4 @@
-//! Runs all managers of the example with the same seeds, and compares them as the exemplar does.
+//! Comparison of all managers with the same seeds, by the exemplar's metrics.
 //!
 //! `cargo run --release -p slate-suave --example compare -- [runs] [--only controller] [setting ...]`
 
@@ -23,7 +23,8 @@ const METRICS: [(&str, bool); 7] = [
     ("answered_share", false),
 ];
 
-/// Values of each metric, in the order of the seeds; what does not apply to a run is left out.
+/// Values of each metric, in the order of the seeds.
+/// Values that do not apply to a run are left out.
 type Figures = [Vec<f64>; METRICS.len()];
 
 fn database(sets: Vec<String>) -> Result<Database, String> {

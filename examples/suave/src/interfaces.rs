@@ -1,4 +1,4 @@
-//! What the vehicle, its functions and their managers tell each other.
+//! Interfaces between the vehicle, its functions and their managers.
 
 use slate_plugin::interfaces::Point2;
 use slate_plugin::prelude::*;
@@ -38,7 +38,7 @@ impl ThrusterForces {
         vertical_left: 0.0,
     };
 
-    /// Makes forces from those of thrusters 1 to 6.
+    /// Returns the forces of thrusters 1 to 6.
     pub fn new(forces: [f64; 6]) -> Self {
         let [front_right, front_left, rear_right, rear_left, vertical_right, vertical_left] = forces;
         Self { front_right, front_left, rear_right, rear_left, vertical_right, vertical_left }
@@ -63,10 +63,10 @@ pub struct ThrusterHealth {
 #[interface]
 #[derive(PartialEq)]
 pub struct Navigation {
-    /// To the east.
+    /// Position to the east.
     #[unit("m")]
     pub x: f64,
-    /// To the north.
+    /// Position to the north.
     #[unit("m")]
     pub y: f64,
     /// Above the seabed.
@@ -75,13 +75,13 @@ pub struct Navigation {
     /// Counter-clockwise from the east.
     #[unit("rad")]
     pub heading: f64,
-    /// To the east.
+    /// Velocity to the east.
     #[unit("m/s")]
     pub velocity_x: f64,
-    /// To the north.
+    /// Velocity to the north.
     #[unit("m/s")]
     pub velocity_y: f64,
-    /// Up.
+    /// Velocity up.
     #[unit("m/s")]
     pub velocity_z: f64,
     /// Counter-clockwise.
@@ -119,7 +119,8 @@ impl PipelineCourse {
         self.len() == 0
     }
 
-    /// Returns a point of the path; the last one for an index beyond the end, the origin for an empty path.
+    /// Returns a point of the path.
+    /// The last one for an index beyond the end, the origin for an empty path.
     pub fn point(&self, index: usize) -> Point2 {
         let index = index.min(self.len().saturating_sub(1));
         let (piece, share) = (index / POINTS, (index % POINTS + 1) as f64 / POINTS as f64);
@@ -136,18 +137,18 @@ impl PipelineCourse {
 pub struct PipelineView {
     /// First point of the path that is seen.
     pub point: u32,
-    /// Whether any is.
+    /// True if any part of the pipeline is seen.
     pub seen: Bool,
 }
 
-/// Where the vehicle is to go.
+/// Setpoint of the vehicle.
 #[interface]
 #[derive(PartialEq)]
 pub struct Setpoint {
-    /// To the east.
+    /// Position to the east.
     #[unit("m")]
     pub x: f64,
-    /// To the north.
+    /// Position to the north.
     #[unit("m")]
     pub y: f64,
     /// Above the seabed.
@@ -227,12 +228,12 @@ impl Function {
     }
 }
 
-/// A way to provide a function, and the settings that make it.
+/// Design of a function: its settings.
 #[interface]
 pub struct FunctionDesign {
     /// Quality of the function, 0 to 1; 0 for a design that turns it off.
     pub performance: f64,
-    /// Visibility that the design asks for; 0 for none.
+    /// Visibility that the design requires; 0 for none.
     #[unit("m")]
     pub visibility: f64,
     /// Altitude; 0 if the design has none.
@@ -240,7 +241,7 @@ pub struct FunctionDesign {
     pub altitude: f64,
     /// Function.
     pub function: Function,
-    /// Whether it needs all thrusters.
+    /// True if it needs all thrusters.
     pub all_thrusters: Bool,
     /// Name.
     pub name: Text<28>,
@@ -248,10 +249,10 @@ pub struct FunctionDesign {
     pub changes: Sequence<Text<92>, 2>,
 }
 
-/// All designs of all functions.
+/// Designs of all functions.
 #[interface]
 pub struct FunctionDesigns {
-    /// The designs; of equals, the first one is chosen.
+    /// Designs; of equals, the first one is chosen.
     pub list: Sequence<FunctionDesign, 12>,
 }
 
@@ -266,7 +267,7 @@ impl FunctionDesigns {
         self.of(function).find(|(_, design)| design.performance <= 0.0).map(|(place, _)| place)
     }
 
-    /// Returns the best design of a function among those that are suitable; of equals, the first.
+    /// Returns the best suitable design of a function; of equals, the first.
     pub fn best(&self, function: Function, is_suitable: impl Fn(&FunctionDesign) -> bool) -> Option<usize> {
         let mut best: Option<(usize, f64)> = None;
         for (place, design) in self.of(function).filter(|(_, design)| is_suitable(design)) {

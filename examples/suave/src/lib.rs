@@ -1,6 +1,7 @@
-//! The SUAVE exemplar (kas-lab/suave): an underwater vehicle searches for a pipeline and inspects it, while the visibility of
-//! the water changes and a thruster fails. The vehicle's functions are plain modules in front of an Actuator ([`managed`]); four
-//! managers ([`manager`]) adapt them in the same simulator.
+//! SUAVE exemplar (kas-lab/suave): adaptation of an underwater vehicle.
+//! The vehicle searches for a pipeline and inspects it, while the visibility of the water changes and a thruster fails.
+//! Its functions are plain modules in front of an Actuator ([`managed`]); four managers ([`manager`]) adapt them in the
+//! same simulator.
 
 pub mod interfaces;
 pub mod managed;
@@ -19,7 +20,7 @@ use slate_plugin::prelude::*;
 pub const NAME: &str = "suave";
 /// Summary of the example.
 pub const ABOUT: &str = "SUAVE: an underwater vehicle adapts itself while it searches for a pipeline";
-/// Its configuration.
+/// Configuration of the example.
 pub const CONFIGURATION: &str = include_str!("../suave.toml");
 
 plugin!(

@@ -32,11 +32,11 @@ pub struct SuaveMetrics {
     pub inspection_reaction_time: f64,
     /// Disturbances that the manager answered.
     pub disturbances_answered: u64,
-    /// All disturbances.
+    /// Number of disturbances.
     pub disturbances: u64,
 }
 
-/// What the referee sees.
+/// Ports of the referee.
 #[ports]
 pub struct RefereeIo {
     view: Input<PipelineView>,
@@ -50,7 +50,7 @@ pub struct RefereeIo {
     #[stale(after = "150ms")]
     recovery: Input<FunctionStatus>,
     inspection: Input<InspectionProgress>,
-    /// How the mission stands.
+    /// Verdict on the mission.
     verdict: Output<Verdict>,
     /// Metrics of the run.
     metrics: Output<SuaveMetrics>,
@@ -106,7 +106,7 @@ impl Reactions {
 #[derive(Default, Serialize, Deserialize)]
 pub struct RefereeState {
     found: Option<f64>,
-    /// Altitude that is due, since when, and since when the one before was, metres and seconds.
+    /// Required altitude (metres), its start, and the previous one's (seconds).
     due: f64,
     due_since: f64,
     due_before: f64,
@@ -164,8 +164,9 @@ impl Module for SuaveReferee {
 }
 
 impl RefereeState {
-    /// A disturbance is another altitude that is due. It is answered when a manager has set that altitude since the
-    /// disturbance before: at once if it did so in advance. One that is right again by itself is not answered.
+    /// Records disturbances of the visibility and the managers' reactions.
+    /// A disturbance is another required altitude. It is answered when a manager has set that altitude since the
+    /// disturbance before: at once if it did so in advance. One that vanishes by itself is not answered.
     fn watch_visibility(&mut self, io: &RefereeIo, params: &RefereeParams, time: f64) {
         let is_searching = io.mission.get().is_some_and(|mission| mission.task == VehicleTask::SEARCH);
         let (true, Some(visibility)) = (is_searching, io.visibility.get()) else {

@@ -1,4 +1,4 @@
-//! The water, the pipeline and the vehicle in it; drives the clock of the run.
+//! Water, the pipeline and the vehicle in it; drives the clock of the run.
 
 use std::f64::consts::PI;
 
@@ -20,7 +20,7 @@ pub struct WaterIo {
     thrust: Input<ThrusterForces>,
     /// Thrusters to restart.
     repairs: Inbox<ThrusterRestart>,
-    /// Where the pipeline lies.
+    /// Course of the pipeline.
     pipeline: Required<PipelineCourse>,
     /// Estimate of the navigation filter.
     navigation: Output<Navigation>,
@@ -30,7 +30,7 @@ pub struct WaterIo {
     thrusters: Output<ThrusterHealth>,
     /// Pipeline in the camera's image.
     view: Output<PipelineView>,
-    /// Course of the pipeline, as the chart has it.
+    /// Course of the pipeline in the chart.
     chart: Output<PipelineCourse>,
     /// True pose; for referees and reports, not for the vehicle.
     #[role("truth")]
@@ -179,6 +179,7 @@ impl WaterState {
         io.truth.set(Pose2 { x, y, theta: heading });
     }
 
+    /// Computes the camera's view of the pipeline.
     /// The camera looks straight down: its image is a square on the plane of the pipeline, which it sees if the water
     /// is clear enough.
     fn look(&self, pipeline: &PipelineCourse, visibility: f64, params: &WaterParams) -> PipelineView {

@@ -1,9 +1,9 @@
-//! The test by which the exemplar compares strategies.
+//! Test by which the exemplar compares strategies.
 
 use slate_plugin::module::math;
 
-/// Returns the p-value of a one-sided Mann-Whitney U test: whether values of `first` tend to be less than those of
-/// `second`. 1 if either has no value.
+/// Returns the p-value of a one-sided Mann-Whitney U test.
+/// The alternative is that values of `first` tend to be less than those of `second`. 1 if either has no value.
 ///
 /// Normal approximation with correction for ties and for continuity, as SciPy's `mannwhitneyu(alternative="less",
 /// method="asymptotic")`. Source: Mann and Whitney, "On a test of whether one of two random variables is stochastically
@@ -31,8 +31,8 @@ pub fn mann_whitney_less(first: &[f64], second: &[f64]) -> f64 {
     normal_distribution((u + 0.5 - n1 * n2 / 2.0) / variance.sqrt())
 }
 
-/// Distribution function of the standard normal distribution: Abramowitz and Stegun, "Handbook of Mathematical
-/// Functions", 26.2.17, with an error below 7.5e-8.
+/// Returns the distribution function of the standard normal distribution.
+/// Abramowitz and Stegun, "Handbook of Mathematical Functions", 26.2.17, with an error below 7.5e-8.
 fn normal_distribution(x: f64) -> f64 {
     const COEFFICIENTS: [f64; 5] =
         [0.319_381_530, -0.356_563_782, 1.781_477_937, -1.821_255_978, 1.330_274_429];

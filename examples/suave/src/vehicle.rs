@@ -16,13 +16,15 @@ const DRAG: [f64; 3] = [33.732, 54.16, 73.225];
 const TURN_DRAG: f64 = 3.992;
 /// Sine and cosine of the angle of the horizontal thrusters.
 const SKEW: f64 = std::f64::consts::FRAC_1_SQRT_2;
-/// Placement of thrusters 1 to 4, metres forward and to the left, and the side to which each pushes.
+/// Mounts of thrusters 1 to 4, metres, and the side to which each pushes.
+/// Forward and to the left.
 const HORIZONTAL: [([f64; 2], f64); 4] =
     [([0.14, -0.092], 1.0), ([0.14, 0.092], -1.0), ([-0.15, -0.092], -1.0), ([-0.15, 0.092], 1.0)];
 /// Lowest altitude of its frame, metres.
 const GROUND: f64 = 0.2;
 
-/// Force forward, to the left and up (N), and torque counter-clockwise (N m), on the body.
+/// Wrench on the body.
+/// Force forward, to the left and up (N), and torque counter-clockwise (N m).
 pub type Wrench = [f64; 4];
 
 /// Returns the wrench of the forces of thrusters 1 to 6, newtons.
@@ -37,8 +39,8 @@ pub fn wrench(forces: [f64; 6]) -> Wrench {
     sum
 }
 
-/// Returns the forces of six healthy thrusters for a wrench, as the autopilot's mixer has them: it does not know
-/// which ones work. Newtons.
+/// Returns the forces of six healthy thrusters for a wrench, newtons.
+/// They are those of the autopilot's mixer, which does not know the failed ones.
 pub fn forces(wrench: Wrench) -> [f64; 6] {
     // The mean lever of the four, metres.
     const LEVER: f64 = (0.14 + 0.15 + 2.0 * 0.092) / 2.0 * SKEW;
@@ -57,7 +59,7 @@ pub fn forces(wrench: Wrench) -> [f64; 6] {
 /// Pose and velocity of the vehicle in the map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Vehicle {
-    /// To the east and to the north, and above the seabed, metres.
+    /// Position to the east and north, and altitude above the seabed, metres.
     pub position: [f64; 3],
     /// Counter-clockwise from the east, radians.
     pub heading: f64,
@@ -68,7 +70,8 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
-    /// Moves for `step` seconds under forces of thrusters 1 to 6 (N), in a current (m/s).
+    /// Simulates `step` seconds in a current (m/s).
+    /// `thrust` has the forces of thrusters 1 to 6 (N).
     pub fn advance(&mut self, thrust: [f64; 6], current: [f64; 2], step: f64) {
         let (sine, cosine) = (math::sin(self.heading), math::cos(self.heading));
         let water = [self.velocity[0] - current[0], self.velocity[1] - current[1]];

@@ -6,17 +6,17 @@ use slate_plugin::prelude::*;
 use slate_wheeled::actions::{GoToOrigin, Leg};
 use slate_wheeled::differential::DifferentialBody;
 
-/// The ways to other robots.
+/// Connections to other robots.
 #[ports]
 pub struct Radio {
-    /// Where another robot is to go and look.
+    /// Point that another robot inspects.
     look: Outbox<Point2>,
 }
 
-/// A robot with two driven wheels and a radio.
+/// Robot with two driven wheels and a radio.
 pub type ScoutBody = (DifferentialBody, Radio);
 
-/// Goes near to a place.
+/// Approaches a place.
 #[derive(Serialize, Deserialize)]
 pub struct GoNear {
     go: GoToOrigin,
@@ -41,7 +41,8 @@ impl Action<ScoutBody> for GoNear {
     }
 }
 
-/// Tells another robot to go and look at a place; done when that robot has taken it to heart.
+/// Orders another robot to inspect a place.
+/// It is done when that robot has accepted the order.
 #[derive(Serialize, Deserialize)]
 pub struct SendToLook {
     place: (f64, f64),
@@ -50,7 +51,7 @@ pub struct SendToLook {
 
 impl ActionKind for SendToLook {
     const KIND: &'static str = "SendToLook";
-    /// To the east and to the north, metres.
+    /// Coordinates to the east and to the north, metres.
     type Arguments = (f64, f64);
 
     fn start(place: (f64, f64)) -> Self {
@@ -66,6 +67,6 @@ impl Action<ScoutBody> for SendToLook {
 }
 
 repertoire! {
-    /// All that a scout can do.
+    /// Actions of a scout.
     pub enum ScoutActions for ScoutBody as "scout_execute" { GoNear, SendToLook }
 }

@@ -26,7 +26,7 @@ pub struct Atlas;
 
 impl Analyze for Atlas {
     const NAME: &'static str = "atlas";
-    const DOC: &'static str = "Tells when the team knows more than before.";
+    const DOC: &'static str = "Reports new facts of the team.";
     type Observed = Heard;
     type Params = ();
     type State = WorldModel<String, Obstacle>;

@@ -16,11 +16,11 @@ pub struct ExplorerPorts {
     obstacle: Noticed<Obstacle>,
     /// Knowledge of the team.
     known: Noticed<Known>,
-    /// Where another robot wants this one to look.
+    /// Points that other robots order this one to inspect.
     orders: Inbox<Point2>,
 }
 
-/// Its part of the arena.
+/// Part of the arena to explore.
 #[params]
 pub struct ExplorerParams {
     #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "x of its sector's center")]
@@ -38,22 +38,22 @@ pub struct ExplorerParams {
 pub struct ExplorerState {
     /// Next corner of the square.
     corner: u8,
-    /// Whether it knows of other robots.
+    /// True if the robot knows of other robots.
     team: bool,
     /// Find for another robot to inspect.
     worth: Option<(f64, f64)>,
-    /// Whether another robot was sent there.
+    /// True if another robot was sent there.
     #[serde(alias = "told")]
     is_sent: bool,
 }
 
-/// Drives round its part of the arena, sends another robot to its first find, and goes where it is sent.
+/// Explores its part of the arena, and delegates its first find.
+/// It sends another robot there, and goes where it is sent itself.
 pub struct Explorer;
 
 impl Plan for Explorer {
     const NAME: &'static str = "explorer";
-    const DOC: &'static str =
-        "Drives round its part of the arena, and looks where another robot wants it to.";
+    const DOC: &'static str = "Drives round its part of the arena, and inspects places for other robots.";
     type Noticed = ExplorerPorts;
     type Params = ExplorerParams;
     type State = ExplorerState;

@@ -5,14 +5,14 @@ use slate_plugin::interfaces::{Orientation, Position, SonarScan};
 use slate_plugin::mapek::{FactTable, Statements};
 use slate_plugin::prelude::*;
 
-/// Something that stands in the arena.
+/// Obstacle in the arena.
 #[interface]
 #[derive(PartialEq, Serialize, Deserialize)]
 pub struct Obstacle {
-    /// To the east.
+    /// Position to the east.
     #[unit("m")]
     pub x: f64,
-    /// To the north.
+    /// Position to the north.
     #[unit("m")]
     pub y: f64,
 }
@@ -42,7 +42,7 @@ pub struct Finder;
 
 impl Analyze for Finder {
     const NAME: &'static str = "finder";
-    const DOC: &'static str = "States where obstacles are, and tells of new ones.";
+    const DOC: &'static str = "States the positions of obstacles, and reports new ones.";
     type Observed = Finding;
     type Params = FinderParams;
     type State = Statements<Obstacle>;

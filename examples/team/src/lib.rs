@@ -1,5 +1,6 @@
-//! A team of robots: each explores its part of the arena and states what stands there, all come to know all of it, and each
-//! tells another one to go and look at what it found.
+//! Team of robots that explore an arena and share their finds.
+//! Each explores its part and states the obstacles there, all come to know all of it, and each orders another one to
+//! inspect its find.
 //!
 //! Monitors, knowledge and the ways to drive come from `slate-wheeled`. New are [`finder`] and [`atlas`], which state facts and see
 //! what the team states, [`explorer`], which plans, and [`actions`], of which one is a message to another robot.

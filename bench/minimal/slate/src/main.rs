@@ -1,5 +1,5 @@
-//! An agent with one module that does nothing, a hundred times a second. It prints a line when its first cycle is over, and ends
-//! when its input does.
+//! Agent with one module that does nothing at 100 Hz.
+//! It prints a line after its first cycle, and ends when its input ends.
 
 use std::io::Read;
 use std::process::ExitCode;

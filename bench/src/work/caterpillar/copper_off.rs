@@ -9,7 +9,7 @@ use super::tasks::{First, Last, Segment};
 #[copper_runtime(config = "copper/off.ron")]
 struct Caterpillar {}
 
-/// What steps it.
+/// Starts the application; the result runs a cycle.
 pub fn start(folder: &Path) -> CuResult<impl FnMut()> {
     let builder = Caterpillar::builder().with_log_path(folder.join("off.copper"), Some(LOG))?;
     let mut app = builder.build()?.start()?;

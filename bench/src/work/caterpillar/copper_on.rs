@@ -1,4 +1,4 @@
-//! Copper's caterpillar with everything recorded: its macro makes the run time of it.
+//! Copper's caterpillar with everything recorded, by its macro.
 
 use std::path::Path;
 
@@ -9,14 +9,14 @@ use super::tasks::{First, Last, Segment};
 #[copper_runtime(config = "copper/on.ron")]
 struct Caterpillar {}
 
-/// What steps it.
+/// Starts the application; the result runs a cycle.
 pub fn start(folder: &Path) -> CuResult<impl FnMut()> {
     let builder = Caterpillar::builder().with_log_path(folder.join(FILE), Some(LOG))?;
     let mut app = builder.build()?.start()?;
     Ok(move || app.run_one_iteration().expect("its tasks make no mistakes"))
 }
 
-/// What its log has of a cycle.
+/// Entry of a cycle in Copper's log.
 pub type Cycle = default::CuList;
 
 /// Its log.

@@ -1,4 +1,4 @@
-//! Seventeen modules in a row, each of which adds one to what the one before it wrote.
+//! Seventeen modules in a row, each of which adds one to the value before it.
 //!
 //! Copper makes one program of all its tasks when it is compiled; Slate's modules are put together when the agent starts.
 
@@ -24,7 +24,7 @@ const WORK: &str = "caterpillar";
 
 pub(super) const MODULES: usize = 17;
 
-/// Steps that follow each other at once, and steps between which the one who writes the recording has time.
+/// Steps back to back, and steps that leave the recorder time.
 pub(super) const PACES: [(&str, Duration); 2] =
     [("one cycle after the other", Duration::ZERO), ("a cycle each 100 us", Duration::from_micros(100))];
 

@@ -1,4 +1,4 @@
-//! Copper's camera, all images of which are logged: its macro makes the run time of it.
+//! Copper's camera with all images logged, by its macro.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -37,7 +37,7 @@ impl CuSrcTask for Camera {
 #[copper_runtime(config = "copper/camera.ron")]
 struct Cameras {}
 
-/// What steps it.
+/// Starts the application; the result runs a cycle.
 pub fn start(folder: &Path) -> CuResult<impl FnMut()> {
     let builder = Cameras::builder().with_log_path(folder.join("camera.copper"), Some(LOG))?;
     let mut app = builder.build()?.start()?;

@@ -1,5 +1,5 @@
-//! What is recorded, beside the crate that writes the same format and the log of Copper: all that a value costs from the module that writes it until
-//! the file has it, as in lockstep nobody goes on before there is room.
+//! Recording beside the crate of the format and Copper's log.
+//! The time goes from the module that writes the value until the file has it, as lockstep waits for room.
 
 #[allow(missing_docs, reason = "what the macro makes has none")]
 mod copper;

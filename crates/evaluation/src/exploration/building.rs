@@ -13,15 +13,16 @@ use crate::DataError;
 
 /// Explore-Bench's buildings are 25 m wide, in cells of 0.1 m.
 const WIDTH: f64 = 25.0;
-/// Stage's hospital is 40 m wide; three of its cells are one here, which makes 0.11 m.
+/// Width of Stage's hospital, m.
+/// Three of its cells are one here, which makes 0.11 m.
 const HOSPITAL_WIDTH: f64 = 40.0;
 const HOSPITAL_CELLS: usize = 3;
 
-/// A building with what there is to see of it.
+/// Building with its visible area.
 pub struct UnknownBuilding {
     /// Name of its file.
     pub name: String,
-    /// Free and occupied cells; what is unknown is a wall.
+    /// Free and occupied cells; unknown ones are walls.
     pub map: OccupancyMap,
     /// Cells in which the robot can start.
     starts: Vec<GridCell>,
@@ -30,7 +31,8 @@ pub struct UnknownBuilding {
 }
 
 impl UnknownBuilding {
-    /// Reads the buildings of a folder: those of Explore-Bench by name, then Stage's hospital.
+    /// Reads the buildings of a folder.
+    /// Those of Explore-Bench by name, then Stage's hospital.
     pub fn read_folder(folder: &Path, robot_radius: f64) -> Result<Vec<Self>, DataError> {
         let entries = fs::read_dir(folder).map_err(|error| DataError::unreadable(folder, &error))?;
         let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
@@ -53,7 +55,8 @@ impl UnknownBuilding {
         Ok(found)
     }
 
-    /// Makes a building in whose largest room, or rooms with doors, a robot starts; `None` if it fits nowhere.
+    /// Creates a building; a robot starts in its largest room, or rooms with doors.
+    /// `None` if the robot fits nowhere.
     pub fn new(name: String, mut map: OccupancyMap, robot_radius: f64) -> Option<Self> {
         map.cells.iter_mut().filter(|cell| **cell < 0).for_each(|cell| *cell = 100);
         let Geometry { width, height, resolution, .. } = map.geometry;
@@ -75,7 +78,7 @@ impl UnknownBuilding {
         self.starts[(random.unit() * self.starts.len() as f64) as usize]
     }
 
-    /// Returns which share of the free area a map knows, 0 to 1.
+    /// Returns the share of the free area that a map knows, 0 to 1.
     pub fn known_share(&self, map: &OccupancyMap) -> f64 {
         let known = self.area.iter().filter(|cell| map.cells[**cell] >= 0).count();
         known as f64 / self.area.len() as f64
@@ -102,7 +105,7 @@ fn hospital(file: &Path) -> Result<OccupancyMap, DataError> {
     Ok(OccupancyMap { geometry, cells: (0..size[0] * size[1]).map(most).collect() })
 }
 
-/// Connected cells of a kind, each region in the order in which it was found.
+/// Returns the connected regions of cells of a kind, in their order of discovery.
 fn regions([width, height]: [usize; 2], is_member: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let mut seen = vec![false; width * height];
     let mut regions = Vec::new();

@@ -1,4 +1,4 @@
-//! A robot that explores a building.
+//! Robot that explores a building.
 
 use slate_exploration::{Exploration, ExplorationParameters, GoalSelection};
 use slate_grid::{LineCells, OccupancyMap, UNKNOWN_CELL};
@@ -7,7 +7,7 @@ use slate_planning::{CostGrid, Costmap, GridCell, Inflation, LETHAL, ThetaStar};
 
 use super::building::UnknownBuilding;
 
-/// A TurtleBot3 Burger, which Explore-Bench simulates: its radius, m.
+/// TurtleBot3 Burger, which Explore-Bench simulates: its radius, m.
 pub const ROBOT_RADIUS: f64 = 0.11;
 /// Range of its laser in Explore-Bench, m.
 const SENSOR_RANGE: f64 = 7.0;
@@ -20,15 +20,16 @@ const TURN_SPEED: f64 = 2.0;
 const PERIOD: f64 = 0.2;
 /// Scans between choices of a goal.
 const SCANS_PER_CHOICE: u32 = 10;
-/// The run ends then, s.
+/// Time limit of a run, s.
 const TIME_LIMIT: f64 = 5_000.0;
 
-/// What a run took.
+/// Result of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExplorationRun {
-    /// Until 90 and 99 % of the area were known, s; none if the run ended before.
+    /// Times until 90 and 99 % of the area were known, s.
+    /// `None` if the run ended before.
     pub time_to_90: Option<f64>,
-    /// As for 90 %.
+    /// Time until 99 % are known, as `time_to_90`.
     pub time_to_99: Option<f64>,
     /// Length of the path at the end, m.
     pub path_length: f64,
@@ -45,8 +46,8 @@ struct ExplorationDrive<'a> {
     run: ExplorationRun,
 }
 
-/// Drives from the start of a seed until 99 % of the area are known, or nothing is left to see; `None` for a building
-/// too large to search.
+/// Explores from the start of a seed until 99 % of the area are known.
+/// It ends earlier if no frontier is left; `None` for a building too large to search.
 pub fn explore(building: &UnknownBuilding, selection: GoalSelection, seed: u64) -> Option<ExplorationRun> {
     let mut drive = ExplorationDrive::new(building, seed)?;
     let mut exploration = Exploration::new(ExplorationParameters {
@@ -91,7 +92,8 @@ impl<'a> ExplorationDrive<'a> {
         Some(drive)
     }
 
-    /// Where the robot may be, by what it knows; where it is it may be, however near a wall of whole cells.
+    /// Returns the cost grid of the known map.
+    /// The robot's own cell is always free, however near a wall of whole cells.
     fn costs(&mut self) -> CostGrid {
         let map = &self.map;
         self.costmap.set_static(|cell| map.cells[cell]);
@@ -107,7 +109,7 @@ impl<'a> ExplorationDrive<'a> {
         GridCell::new(self.position.0 as u32, self.position.1 as u32)
     }
 
-    /// Drives along a path until the next choice, and looks around on the way.
+    /// Drives along a path until the next choice, and scans meanwhile.
     fn follow(&mut self, path: &[GridCell]) {
         let resolution = self.map.geometry.resolution;
         let mut left = f64::from(SCANS_PER_CHOICE) * PERIOD;
@@ -146,7 +148,7 @@ impl<'a> ExplorationDrive<'a> {
         self.look();
     }
 
-    /// Adds a scan to the map, and notes how much it knows.
+    /// Adds a scan to the map, and records the known share.
     fn look(&mut self) {
         let truth = &self.building.map;
         let range = SENSOR_RANGE / truth.geometry.resolution;

@@ -1,5 +1,5 @@
-//! Exploration of buildings that are unknown: a TurtleBot3 Burger as in Explore-Bench (Xu et al., 2022), with its
-//! pose known and a laser without noise.
+//! Exploration of unknown buildings.
+//! A TurtleBot3 Burger as in Explore-Bench (Xu et al., 2022), with its pose known and a laser without noise.
 
 mod building;
 mod drive;
@@ -13,7 +13,8 @@ use crate::{DataError, Evaluation, Figure, FigureGoal};
 use building::UnknownBuilding;
 use drive::{ExplorationRun, ROBOT_RADIUS, explore};
 
-/// Explores all buildings of a folder's `maps` from that many starts, by information gain and to the nearest frontier.
+/// Explores all buildings of a folder's `maps` from `starts` starts.
+/// By information gain and to the nearest frontier.
 ///
 /// # Errors
 /// The folder has no building, or one that can't be used.
@@ -61,7 +62,7 @@ fn evaluate_building(building: &UnknownBuilding, starts: u64) -> Evaluation {
 type TimeOf = fn(&ExplorationRun) -> Option<f64>;
 const TIMES: [(&str, TimeOf); 2] = [("T90, s", |run| run.time_to_90), ("T99, s", |run| run.time_to_99)];
 
-/// ExplorationRuns of all seeds, in their order.
+/// Returns the runs of all seeds, in their order.
 fn runs(building: &UnknownBuilding, selection: GoalSelection, starts: u64) -> ExplorationRuns {
     each(starts as usize, |seed| explore(building, selection, seed))
 }

@@ -1,4 +1,4 @@
-//! A simulated Jackal among cylinders.
+//! Simulated Jackal among cylinders.
 
 use slate_avoidance::Footprint;
 use slate_interfaces::Pose2;
@@ -7,9 +7,10 @@ use slate_module::{Random, math};
 
 use crate::barn::{BarnWorld, CYLINDER_RADIUS};
 
-/// Half of its length and width, m.
+/// Half of the robot's length and width, m.
 const HALF: [f64; 2] = [0.254, 0.215];
-/// What its motors can do; its own controller allows 20 m/s² and 25 rad/s².
+/// Limits of the motors.
+/// The robot's own controller allows 20 m/s² and 25 rad/s².
 pub const MOTORS: MotionLimits = MotionLimits {
     vx_max: 2.0,
     vx_min: -2.0,
@@ -20,7 +21,7 @@ pub const MOTORS: MotionLimits = MotionLimits {
     ay_max: 1.0,
     az_max: 8.0,
 };
-/// Where its laser is, m.
+/// Mount of the laser, x in the robot's frame, m.
 const LASER_X: f64 = 0.12;
 const BEAMS: usize = 720;
 const FIELD_OF_VIEW: f64 = 1.5 * std::f64::consts::PI;
@@ -30,14 +31,14 @@ const RANGE_STDDEV: f64 = 0.005;
 /// Time of a step, s.
 const STEP: f64 = 0.01;
 
-/// A robot with a differential drive, limits of acceleration and a laser.
+/// Robot with a differential drive, limits of acceleration and a laser.
 pub struct Jackal<'a> {
     world: &'a BarnWorld,
     footprint: Footprint,
     random: Random,
-    /// Where it is, and how it moves.
+    /// Pose and velocity.
     pub state: MotionState,
-    /// Whether it has touched a cylinder.
+    /// True if it has touched a cylinder.
     pub has_collided: bool,
     ranges: Vec<f64>,
 }
@@ -49,7 +50,7 @@ pub fn corners(padding: f64) -> [[f64; 2]; 4] {
 }
 
 impl<'a> Jackal<'a> {
-    /// Puts a robot into a world; `None` if its footprint is invalid.
+    /// Places a robot into a world; `None` if its footprint is invalid.
     pub fn new(world: &'a BarnWorld, seed: u64, start: Pose2) -> Option<Self> {
         Some(Self {
             world,
@@ -61,7 +62,7 @@ impl<'a> Jackal<'a> {
         })
     }
 
-    /// Pose of the laser.
+    /// Returns the pose of the laser.
     pub fn laser(&self) -> Pose2 {
         let Pose2 { x, y, theta } = self.state.pose;
         Pose2 { x: x + LASER_X * math::cos(theta), y: y + LASER_X * math::sin(theta), theta }
@@ -93,7 +94,8 @@ impl<'a> Jackal<'a> {
         })
     }
 
-    /// Returns bearing and range of each beam that hits something; those of all others are the longest range.
+    /// Returns bearing and range of each beam that hits a cylinder.
+    /// Ranges of all others are the longest range.
     pub fn scan(&mut self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let laser = self.laser();
         self.ranges.clear();
@@ -109,7 +111,7 @@ impl<'a> Jackal<'a> {
         })
     }
 
-    /// Whether a range is one of a beam that hit nothing.
+    /// Returns true if a range is one of a beam without a hit.
     pub fn is_miss(range: f64) -> bool {
         range >= RANGES[1]
     }

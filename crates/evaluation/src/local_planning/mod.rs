@@ -26,11 +26,12 @@ const TIMEOUT: f64 = 100.0;
 /// Speed of the best path's time, m/s.
 const FASTEST: f64 = 2.0;
 
-/// What the challenge's authors measured of DWA: its 50 test worlds with 10 runs each, and the same run again.
+/// Published success rates of DWA by the challenge's authors.
+/// Its 50 test worlds with 10 runs each, and the same run again.
 const PUBLISHED_DWA_SUCCESS: [f64; 2] = [0.85, 0.88];
 const PUBLISHED_DWA_SCORE: [f64; 2] = [0.159, 0.169];
 
-/// A local planner.
+/// Local planner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LocalPlannerKind {
     /// Model predictive path integral control, [`slate_local_planning::Mppi`].
@@ -39,25 +40,25 @@ pub enum LocalPlannerKind {
     Dwa,
 }
 
-/// How a run ends.
+/// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RunEnd {
-    /// The robot has reached the goal.
+    /// Goal reached.
     Success,
-    /// It has touched a cylinder.
+    /// Contact with a cylinder.
     Collision,
-    /// It was too slow.
+    /// Time limit exceeded.
     Timeout,
 }
 
-/// A run in a world.
+/// Run in a world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BarnRun {
     /// Number of the world.
     pub world: u32,
-    /// How it ended.
+    /// End of the run.
     pub end: RunEnd,
-    /// When it ended, s.
+    /// End time of the run, s.
     pub time: f64,
     /// Score of the challenge, 0 to 0.5.
     pub score: f64,
@@ -97,7 +98,8 @@ pub fn run(world: &BarnWorld, kind: LocalPlannerKind, seed: u64) -> Option<BarnR
     Some(BarnRun { world: world.number, end, time, score: score(world, end, time) })
 }
 
-/// Score of the challenge: success x T / clip(time, 2 T, 8 T), with the time T of the best path at full speed.
+/// Returns the score of the challenge: success x T / clip(time, 2 T, 8 T).
+/// T is the time of the best path at full speed.
 fn score(world: &BarnWorld, end: RunEnd, time: f64) -> f64 {
     let best = world.path_length / FASTEST;
     if end == RunEnd::Success { best / math::clamp(time, 2.0 * best, 8.0 * best) } else { 0.0 }
@@ -137,7 +139,7 @@ fn goals(kind: LocalPlannerKind, success: f64, score: f64) -> Vec<Figure> {
     if kind == LocalPlannerKind::Mppi {
         return vec![rate.with_goal(FigureGoal::AtLeast(0.95)), scored.with_goal(FigureGoal::AtLeast(0.42))];
     }
-    // How far the physics are from those in which the challenge was run.
+    // Difference of the physics from the challenge's.
     let apart = |name: &str, value: f64, [low, high]: [f64; 2]| {
         let distance = max(0.0, max(low - value, value - high));
         Figure::new(format!("{name}: distance from the published {low} to {high}"), distance)

@@ -1,4 +1,4 @@
-//! The robot's navigation: what it knows of the world, a global path, and a local planner.
+//! Navigation of the robot: observations, global path and local planner.
 
 use slate_avoidance::Footprint;
 use slate_grid::Geometry;
@@ -50,7 +50,8 @@ enum ChosenPlanner {
 }
 
 impl BarnNavigation {
-    /// Makes the navigation of a robot at a start; `None` for settings that no planner can have.
+    /// Creates the navigation of a robot at a start.
+    /// `None` for settings that are invalid for the planner.
     pub fn new(kind: LocalPlannerKind, seed: u64, start: &Pose2, goal: Point2) -> Option<Self> {
         let settings = NavigationSettings::of(kind);
         let footprint = Footprint::new(&corners(settings.footprint_padding)).ok()?;
@@ -125,7 +126,7 @@ impl BarnNavigation {
         self.observations.insert(time, &laser, &self.hits);
     }
 
-    /// Plans a path on what the laser has seen; without one, the path stays.
+    /// Plans a path in the space seen by the laser; without one, the path stays.
     fn plan_path(&mut self, pose: &Pose2) {
         let geometry = *self.costmap.geometry();
         let grid = self.costmap.update().clone().allow_unknown(0);
@@ -172,7 +173,7 @@ impl BarnNavigation {
     }
 }
 
-/// Pose after a time at a velocity.
+/// Returns the pose after a time at a velocity.
 fn ahead(pose: &Pose2, velocity: PlanarVelocity, seconds: f64) -> Pose2 {
     let theta = pose.theta + velocity.wz * seconds;
     Pose2 {

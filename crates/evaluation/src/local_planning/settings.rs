@@ -11,7 +11,7 @@ use slate_planning::Inflation;
 use super::LocalPlannerKind;
 use super::jackal::MOTORS;
 
-/// What differs between them.
+/// Settings that differ between the planners.
 pub struct NavigationSettings {
     pub mppi: MppiParameters,
     pub dwa: DwaParameters,
@@ -25,7 +25,7 @@ pub struct NavigationSettings {
     /// Ranges up to which beams mark and clear, m.
     pub obstacle_range: f64,
     pub raytrace_range: f64,
-    /// How long points stay in the local window, s.
+    /// Time that points stay in the local window, s.
     pub observation_persistence: f64,
     /// Time without progress after which the robot recovers, s.
     pub movement_time_allowance: f64,
@@ -40,7 +40,8 @@ impl NavigationSettings {
         }
     }
 
-    /// Nav2's defaults, but for a robot three times as fast, which must decide within narrow passages.
+    /// Returns Nav2's defaults, adapted to a robot three times as fast.
+    /// It must decide within narrow passages.
     fn mppi() -> Self {
         let critics = MppiCritics::default();
         Self {
@@ -81,7 +82,7 @@ impl NavigationSettings {
         }
     }
 
-    /// As published with the challenge.
+    /// Returns the settings published with the challenge.
     fn dwa() -> Self {
         Self {
             mppi: MppiParameters::default(),

@@ -1,4 +1,4 @@
-//! Which starts a map leaves ambiguous.
+//! Ambiguity of start poses in a map.
 
 use slate_interfaces::Pose2;
 use slate_module::math;
@@ -10,16 +10,18 @@ use super::building::Building;
 pub const SPACING: f64 = 2.0;
 /// Distance and angle from which a pose is another place, m and rad.
 const OTHER_PLACE: [f64; 2] = [1.0, 0.5];
-/// Distance between places that are compared at first, m, and directions in which their ranges are.
+/// Spacing of the lattice of compared places, m, and its directions.
+/// The ranges at a place are in these directions.
 const LATTICE: f64 = 0.25;
 const DIRECTIONS: usize = 72;
-/// Difference of ranges up to which a beam is the same, m, and least share of such beams: at places of the lattice,
-/// which are some decimetres beside the best pose, and at the best pose.
+/// Coarse match: range tolerance, m, and least share of matching beams.
+/// The first pair holds at places of the lattice, which are some decimetres beside the best pose, the second at the
+/// best pose.
 const COARSE: [f64; 2] = [0.3, 0.75];
 const FINE: [f64; 2] = [0.15, 0.9];
 /// Similar places nearer to each other than this are one, m and rad.
 const SAME_PLACE: [f64; 2] = [0.75, 0.3];
-/// Steps in which the best pose is looked for, m and rad.
+/// Step sizes of the search for the best pose, m and rad.
 const STEPS: [[f64; 2]; 4] = [[0.1, 0.04], [0.05, 0.02], [0.025, 0.01], [0.01, 0.004]];
 
 /// Exact ranges at places all over a building.
@@ -61,15 +63,15 @@ impl<'a> Ambiguity<'a> {
         }
     }
 
-    /// Returns whether there is another place from which the same route is free and looks the same: at each of its poses
-    /// at least 90 % of the exact ranges differ by less than 0.15 m. The result of no trial is asked.
+    /// Returns true if the same route is free and looks the same elsewhere.
+    /// At each of its poses at least 90 % of the exact ranges differ by less than 0.15 m. No trial's result is used.
     pub fn is_ambiguous(&self, route: &[Pose2]) -> bool {
         let Some((start, rest)) = route.split_first() else { return false };
         self.similar_places(start).iter().any(|other| self.is_followed(other, start, rest))
     }
 
-    /// Returns other places of the lattice with about the same ranges, the most similar first, of those that are one only
-    /// the best.
+    /// Returns other places of the lattice with similar ranges.
+    /// The most similar comes first; of places that are one, only the best is returned.
     fn similar_places(&self, pose: &Pose2) -> Vec<Pose2> {
         let seen = self.scan(pose);
         let mut similar = Vec::new();
@@ -93,7 +95,8 @@ impl<'a> Ambiguity<'a> {
         places
     }
 
-    /// Number of beams with another range at a place of the lattice, turned; `None` if too many are.
+    /// Returns the number of beams with another range at a rotated lattice place.
+    /// `None` if too many have.
     fn different_beams(&self, place: usize, turn: usize, seen: &[f64]) -> Option<usize> {
         let ranges = &self.ranges[place * DIRECTIONS..(place + 1) * DIRECTIONS];
         let most = ((1.0 - COARSE[1]) * seen.len() as f64) as usize;
@@ -108,7 +111,7 @@ impl<'a> Ambiguity<'a> {
         Some(different)
     }
 
-    /// Whether the route from another pose is free and looks the same.
+    /// Returns true if the route from another pose is free and looks the same.
     fn is_followed(&self, other: &Pose2, start: &Pose2, rest: &[Pose2]) -> bool {
         let Some(mut other) = self.refined(other, start) else { return false };
         let mut last = start;
@@ -130,7 +133,8 @@ impl<'a> Ambiguity<'a> {
         true
     }
 
-    /// Returns the pose near another one at which ranges are most alike, if they are alike, and it is another place.
+    /// Returns the most similar pose near another one.
+    /// `None` if its ranges are not similar, or if it is the same place.
     fn refined(&self, other: &Pose2, pose: &Pose2) -> Option<Pose2> {
         let seen = self.scan(pose);
         let mut best = *other;
@@ -158,12 +162,13 @@ impl<'a> Ambiguity<'a> {
             .then_some(best)
     }
 
-    /// How much ranges differ from those seen, each by no more than the coarse limit, m.
+    /// Returns the difference of ranges from those seen, m.
+    /// Each beam counts at most the coarse limit.
     fn difference(&self, pose: &Pose2, seen: &[f64]) -> f64 {
         self.scan(pose).iter().zip(seen).map(|(a, b)| math::min((a - b).abs(), COARSE[0])).sum()
     }
 
-    /// Exact ranges at a pose, m.
+    /// Returns the exact ranges at a pose, m.
     fn scan(&self, pose: &Pose2) -> Vec<f64> {
         // As if the laser stood in the robot's middle, so that places can be turned.
         let from = [pose.x, pose.y];
@@ -172,7 +177,8 @@ impl<'a> Ambiguity<'a> {
     }
 }
 
-/// Whether a pose is farther than that from another one, m or rad.
+/// Returns true if a pose is farther from another than a distance or turn.
+/// Limits are in m and rad.
 fn is_elsewhere(pose: &Pose2, other: &Pose2, [distance, turn]: [f64; 2]) -> bool {
     math::hypot(pose.x - other.x, pose.y - other.y) > distance
         || math::angle_between(pose.theta, other.theta).abs() > turn
@@ -182,7 +188,8 @@ fn angle(direction: usize) -> f64 {
     direction as f64 * (2.0 * std::f64::consts::PI / DIRECTIONS as f64)
 }
 
-/// Exact range in a direction; that of the laser without an obstacle, m.
+/// Returns the exact range in a direction.
+/// It is the range of the laser without an obstacle, m.
 fn ray(building: &Building, laser: &LaserDescription, from: [f64; 2], angle: f64) -> f64 {
     math::min(
         building.caster.range(from, [math::cos(angle), math::sin(angle)], laser.range_max),

@@ -9,15 +9,17 @@ use slate_planning::{CostGrid, GridCell, LETHAL, ThetaStar};
 
 use crate::DataError;
 
-/// Least distance of the robot's middle to the middle of a wall's cell, m: a Pioneer's radius of 0.27 m and a margin.
+/// Least distance of the robot's middle to the middle of a wall's cell, m.
+/// A Pioneer's radius of 0.27 m and a margin.
 const CLEARANCE: f64 = 0.4;
 
-/// A map, with what a robot needs to drive in it.
+/// Map, with the data for a robot to drive in it.
 pub struct Building {
     pub name: String,
     pub geometry: Geometry,
     pub caster: RayCaster,
-    /// As a map of the building has it: what a robot can't see is not free.
+    /// Free cells of the building's map.
+    /// Cells that a robot can't see are not free.
     pub is_free: Vec<bool>,
     /// Cells where the robot's middle can be.
     is_drivable: Vec<bool>,
@@ -26,7 +28,8 @@ pub struct Building {
 }
 
 impl Building {
-    /// Makes a building from its walls; the robot drives in the largest room, or rooms with doors.
+    /// Creates a building from its walls.
+    /// The robot drives in the largest room, or rooms with doors.
     pub fn new(name: String, geometry: Geometry, walls: &[bool]) -> Result<Self, DataError> {
         let mut transform = DistanceTransform::default();
         let squares = transform.squares(geometry.width, geometry.height, |cell| walls[cell]);
@@ -50,7 +53,7 @@ impl Building {
         })
     }
 
-    /// Makes the likelihood field of the map.
+    /// Computes the likelihood field of the map.
     pub fn field(&self, model: SensorModel) -> Option<LikelihoodField> {
         let is_occupied = |cell: usize| {
             let (column, row) = (cell % self.geometry.width, cell / self.geometry.width);
@@ -60,7 +63,7 @@ impl Building {
         LikelihoodField::new(self.geometry, is_occupied, |cell| self.is_free[cell], model).ok()
     }
 
-    /// Area where the robot's middle can be, m².
+    /// Returns the area where the robot's middle can be, m².
     pub fn drivable_area(&self) -> f64 {
         self.drivable.len() as f64 * self.geometry.resolution * self.geometry.resolution
     }
@@ -106,7 +109,7 @@ impl Building {
     }
 }
 
-/// The largest connected region of cells.
+/// Returns the largest connected region of cells.
 fn largest_region(geometry: &Geometry, is_member: &[bool]) -> Vec<bool> {
     let mut seen = vec![false; is_member.len()];
     let mut best: Vec<usize> = Vec::new();

@@ -1,4 +1,4 @@
-//! A robot that drives along a route, with its odometry and its laser.
+//! Robot that drives along a route, with its odometry and its laser.
 
 use slate_interfaces::Pose2;
 use slate_module::{Random, math};
@@ -11,13 +11,13 @@ const PERIOD: f64 = 0.1;
 /// Velocity along the route, m/s, and largest turn, rad/s.
 const VELOCITY: f64 = 0.5;
 const TURN: f64 = 1.0;
-/// Distance at which the next point of the route is steered for, m, and heading error from which the robot turns on
-/// the spot, rad.
+/// Distance that selects the next point of the route, m, and turn threshold.
+/// The threshold is the heading error from which the robot turns in place, rad.
 const ARRIVED: f64 = 0.1;
 const ON_THE_SPOT: f64 = 0.3;
 
-/// Errors of the odometry. Factors on translation and rotation stay for a run; their deviations here. Beside them the
-/// heading drifts by the way and the turn.
+/// Errors of the odometry, as standard deviations.
+/// Factors on translation and rotation stay for a run. In addition the heading drifts by travel and turn.
 #[derive(Clone, Copy, Debug)]
 pub struct OdometryErrors {
     /// Deviation of the factor on translations.
@@ -30,7 +30,7 @@ pub struct OdometryErrors {
     pub rotation_stddev: f64,
 }
 
-/// A Pioneer on a floor without carpet.
+/// Pioneer on a floor without carpet.
 pub const ODOMETRY: OdometryErrors = OdometryErrors {
     translation_factor: 0.02,
     rotation_factor: 0.03,
@@ -38,18 +38,19 @@ pub const ODOMETRY: OdometryErrors = OdometryErrors {
     rotation_stddev: 0.02,
 };
 
-/// A robot on its route.
+/// Robot on its route.
 pub struct RouteDrive<'a> {
     building: &'a Building,
     laser: &'a LaserDescription,
     pub truth: Pose2,
     pub odometry: Pose2,
-    /// Distance that it has driven, m.
+    /// Driven distance, m.
     pub driven: f64,
     route: Vec<[f64; 2]>,
     next: usize,
     factors: [f64; 2],
-    /// Of the route and of the noise, so that the noise does not change where the robot drives.
+    /// Random numbers of the route; those of the noise are separate.
+    /// The noise thus does not change the route.
     routes: Random,
     noise: Random,
     distances: Vec<f64>,
@@ -88,7 +89,7 @@ impl<'a> RouteDrive<'a> {
         self.route.clear();
     }
 
-    /// Moves on by a period: turns towards the next point of the route, and drives to it.
+    /// Advances a period: turns towards the next point of the route, and drives to it.
     pub fn step(&mut self) {
         if self.next >= self.route.len() {
             // From the end of the last one, which is in a cell where the robot can be.
@@ -131,7 +132,7 @@ impl<'a> RouteDrive<'a> {
     }
 }
 
-/// Position and heading of the laser.
+/// Returns position and heading of the laser.
 pub fn mounted(robot: &Pose2, laser: &LaserDescription) -> ([f64; 2], f64) {
     let [ahead, left, degrees] = laser.mount;
     let (sine, cosine) = (math::sin(robot.theta), math::cos(robot.theta));
@@ -139,7 +140,8 @@ pub fn mounted(robot: &Pose2, laser: &LaserDescription) -> ([f64; 2], f64) {
     (position, robot.theta + degrees.to_radians())
 }
 
-/// Ends of about that many beams in the robot's frame, m, without those that hit nothing.
+/// Computes the ends of about `beams` beams in the robot's frame, m.
+/// Beams that hit no obstacle are left out.
 pub fn ends_of_beams(ranges: &[f32], laser: &LaserDescription, beams: usize, points: &mut Vec<[f64; 2]>) {
     points.clear();
     let [ahead, left, degrees] = laser.mount;

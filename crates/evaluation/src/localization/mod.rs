@@ -30,8 +30,9 @@ const LASER: &str = "utm_30lx";
 const ROUTES: usize = 10;
 const ROUTE_LENGTH: f64 = 100.0;
 
-/// Evaluates the localization in an office, and in the hospital of a folder: errors of a pose that is known, and how often
-/// `starts` poses are found that are unknown, or after the robot was carried away.
+/// Evaluates the localization in an office, and in the hospital of a folder.
+/// It measures errors of a known pose, and how often `starts` unknown poses are found, or those after the robot was
+/// carried away.
 ///
 /// # Errors
 /// The folder has no map, or one that can't be used.
@@ -151,7 +152,7 @@ fn noise(laser: &LaserDescription) -> String {
     )
 }
 
-/// Least share by the Wilson interval of 95 % (Wilson, 1927).
+/// Returns the least share by the Wilson interval of 95 % (Wilson, 1927).
 fn wilson(successes: usize, trials: usize) -> f64 {
     const Z: f64 = 1.959_964;
     let (count, share) = (trials.max(1) as f64, successes as f64 / trials.max(1) as f64);
@@ -160,17 +161,17 @@ fn wilson(successes: usize, trials: usize) -> f64 {
     (share + square / 2.0 - spread) / (1.0 + square)
 }
 
-/// Percentage; NaN of nothing, which reaches no goal.
+/// Returns a percentage; NaN without trials, which reaches no goal.
 fn percent(part: usize, whole: usize) -> f64 {
     100.0 * part as f64 / whole as f64
 }
 
-/// Root mean square; NaN without values.
+/// Returns the root mean square; NaN without values.
 fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Largest value; NaN without values.
+/// Returns the largest value; NaN without values.
 fn largest(values: &[f64]) -> f64 {
     values.iter().copied().reduce(slate_module::math::max).unwrap_or(f64::NAN)
 }

@@ -1,4 +1,4 @@
-//! An office that the evaluation makes.
+//! Office of the evaluation.
 
 use slate_grid::Geometry;
 use slate_module::Random;
@@ -12,8 +12,9 @@ const RESOLUTION: f64 = 0.05;
 const WALL: f64 = 0.1;
 const DOOR: f64 = 1.0;
 
-/// Two corridors with rooms on their sides, joined at both ends; desks and cabinets stand in the rooms. All is drawn
-/// from one seed, so that it is always the same office.
+/// Returns the office: two corridors with rooms, joined at both ends.
+/// Rooms are on the corridors' sides; desks and cabinets stand in them. All is drawn from one seed, so that it is
+/// always the same office.
 pub fn office() -> Result<Building, DataError> {
     let name = "office of 40 m by 22 m, made by the evaluation";
     let geometry = Geometry::new([0.0, 0.0], [WIDTH, HEIGHT], RESOLUTION, 1 << 20)
@@ -50,7 +51,8 @@ impl FloorPlan {
         }
     }
 
-    /// Makes rooms side by side, each with a door in the wall at the y that its number says.
+    /// Creates rooms side by side, each with a door.
+    /// The door is in the wall at the y that its number gives.
     fn rooms(
         &mut self,
         [left, right]: [f64; 2],
@@ -80,7 +82,7 @@ impl FloorPlan {
         }
     }
 
-    /// Puts desks and a cabinet along the walls that have no door.
+    /// Places desks and a cabinet along the walls without a door.
     fn furnish(&mut self, [left, right]: [f64; 2], [low, high]: [f64; 2], is_low: bool, random: &mut Random) {
         // Away from the door by more than its width.
         let (near, far) = if is_low { (low + 1.6, high - 0.9) } else { (low + 0.1, high - 2.4) };

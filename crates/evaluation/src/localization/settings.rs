@@ -7,7 +7,7 @@ use slate_localization::{
 /// Beams of a scan, `max_beams`.
 pub const BEAMS: usize = 60;
 
-/// Sensor model.
+/// Returns the sensor model.
 pub fn sensor_model(range_max: f64) -> SensorModel {
     SensorModel {
         laser_model_type: LaserModelType::LikelihoodFieldProb,
@@ -17,7 +17,7 @@ pub fn sensor_model(range_max: f64) -> SensorModel {
     }
 }
 
-/// Filter.
+/// Returns the parameters of the filter.
 pub fn parameters() -> MonteCarloParameters {
     MonteCarloParameters {
         alphas: OdometryAlphas { alpha1: 0.05, alpha2: 0.02, alpha3: 0.02, alpha4: 0.02 },

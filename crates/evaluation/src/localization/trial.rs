@@ -18,7 +18,7 @@ const BEFORE_KIDNAPPING: f64 = 5.0;
 /// Steps after which a robot that does not move is given up.
 const MOST_STEPS: usize = 20_000;
 
-/// What a trial is made in.
+/// Setting of a trial.
 #[derive(Clone, Copy)]
 pub struct TrialSetting<'a> {
     pub building: &'a Building,
@@ -42,12 +42,12 @@ impl Errors {
     }
 }
 
-/// Why the pose is searched for.
+/// Reason for a search of the pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SearchKind {
-    /// It may be anywhere.
+    /// Search of an unknown initial pose.
     Global,
-    /// The robot was carried away.
+    /// Search after the robot was carried away.
     Kidnapped,
 }
 
@@ -71,12 +71,13 @@ impl SearchKind {
 /// End of a search for the pose.
 #[derive(Clone, Copy, Debug)]
 pub struct PoseSearch {
-    /// Distance driven from which on the pose was right, m; infinite if it was not at the end.
+    /// Distance driven until the pose was right to the end, m.
+    /// Infinite if it was wrong at the end.
     pub found_after: f64,
 }
 
 impl PoseSearch {
-    /// A search that has not found the pose, or could not begin.
+    /// Search that has not found the pose, or could not begin.
     pub const FAILED: Self = Self { found_after: f64::INFINITY };
 
     /// Returns whether the pose was right at the end.
@@ -85,7 +86,7 @@ impl PoseSearch {
     }
 }
 
-/// A robot with its filter.
+/// Robot with its filter.
 struct Trial<'a> {
     setting: TrialSetting<'a>,
     drive: RouteDrive<'a>,
@@ -168,7 +169,7 @@ pub fn track(setting: TrialSetting<'_>, seed: u64, length: f64) -> Option<Errors
     Some(errors)
 }
 
-/// Poses of the robot on its way in a search, of which each is that far from the last, m.
+/// Returns the robot's poses in a search, `spacing` apart (m).
 pub fn poses(setting: TrialSetting<'_>, search: SearchKind, seed: u64, spacing: f64) -> Vec<Pose2> {
     let mut drive = RouteDrive::new(setting.building, setting.laser, search.name(), seed);
     if search == SearchKind::Kidnapped {

@@ -14,7 +14,8 @@ const LONGEST_GAP: f64 = 0.5;
 /// Subjects from this number on are landmarks; those before are robots.
 const FIRST_LANDMARK: u32 = 6;
 
-/// Log of a robot with what is known of its surroundings. Times are in seconds since the first odometry.
+/// Log of a robot, with the known landmarks.
+/// Times are in seconds since the first odometry.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LandmarkLog {
     /// Velocities that hold until the next, in the order of time.
@@ -36,12 +37,12 @@ pub struct LoggedTwist {
     pub angular: f64,
 }
 
-/// A landmark in view.
+/// Landmark in view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoggedSighting {
     /// s.
     pub time: f64,
-    /// Its place, by the motion capture system, m.
+    /// Position by the motion capture system, m.
     pub landmark: [f64; 2],
     /// m.
     pub range: f64,
@@ -106,7 +107,7 @@ impl LandmarkLog {
     }
 }
 
-/// The first columns of each line that is no comment.
+/// Returns the first columns of each line that is no comment.
 fn rows<const N: usize>(file: &Path) -> Result<Vec<[f64; N]>, DataError> {
     let text = fs::read_to_string(file).map_err(|error| DataError::unreadable(file, &error))?;
     let lines =

@@ -1,5 +1,5 @@
-//! Localization by landmarks on the data set MRCLAM of UTIAS (Leung, Halpern, Barfoot and Liu, 2011, *The UTIAS
-//! multi-robot cooperative localization and mapping dataset*).
+//! Localization by landmarks on UTIAS's data set MRCLAM.
+//! Leung, Halpern, Barfoot and Liu, 2011, *The UTIAS multi-robot cooperative localization and mapping dataset*.
 
 mod data;
 
@@ -19,16 +19,16 @@ pub use data::{LandmarkLog, LoggedSighting, LoggedTwist};
 const GOAL: (u32, f64) = (3, 0.12);
 /// Robots of the data set.
 const ROBOTS: u32 = 5;
-/// Standard deviations of the odometry's velocity, m/s, and angular velocity, rad/s.
+/// Standard deviations of the odometry's twist, m/s and rad/s.
 const TWIST_STDDEV: [f64; 2] = [0.01, 0.02];
-/// Standard deviation of a landmark's range, m, what is added by the metre, and that of its bearing, rad.
+/// Standard deviations of a landmark's range (m, and per metre) and bearing, rad.
 const LANDMARK_STDDEV: [f64; 3] = [0.03, 0.02, 0.015];
 /// Mahalanobis distance from which a landmark is an outlier: barcodes are misread.
 const GATE: f64 = 5.0;
 /// Standard deviations of the first pose, which is the true one, m and rad.
 const INITIAL_STDDEV: [f64; 3] = [0.01, 0.01, 0.01];
 
-/// How a filter sees the data.
+/// Setting of a filter for the data.
 #[derive(Clone, Copy)]
 struct FilterSetting {
     name: &'static str,
@@ -37,7 +37,7 @@ struct FilterSetting {
     scale_stddev: f64,
 }
 
-/// The filter that is to reach the goal, and what its parts contribute.
+/// Filter that is to reach the goal, and what its parts contribute.
 const SETTINGS: [FilterSetting; 3] = [
     FilterSetting {
         name: "ranges as depths of a camera, scales estimated",
@@ -113,7 +113,8 @@ fn parameters(setting: FilterSetting) -> PlanarFilterParameters {
     }
 }
 
-/// Runs a filter through a log in the order of time, so that no estimate knows what comes later.
+/// Runs a filter through a log in the order of time.
+/// No estimate uses later data.
 fn drive(log: &LandmarkLog, setting: FilterSetting) -> Option<LandmarkDrive> {
     let mut filter = PlanarFilter::new(parameters(setting)).ok()?;
     let (start, pose) =
@@ -174,7 +175,7 @@ fn nanoseconds(seconds: f64) -> u64 {
     (seconds * 1e9) as u64
 }
 
-/// Root mean square; NaN without values.
+/// Returns the root mean square; NaN without values.
 fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
 }

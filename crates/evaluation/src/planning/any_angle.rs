@@ -1,4 +1,4 @@
-//! The shortest path of any angle, as a reference.
+//! Shortest path of any angle, as a reference.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -6,7 +6,8 @@ use std::collections::BinaryHeap;
 use slate_module::math::min;
 use slate_planning::{AStar, CostGrid, GridCell, ThetaStar, line_cost};
 
-/// Returns the length of the shortest path of straight lines between middles of cells, cells; `None` if no path exists.
+/// Returns the length of the shortest any-angle path, cells.
+/// It consists of straight lines between middles of cells; `None` if no path exists.
 ///
 /// A* on the visibility graph of the start, the goal and the cells around convex corners of obstacles. Lines are free
 /// as those of [`line_cost`] are. It is slow, and for references only.
@@ -68,7 +69,7 @@ impl PartialOrd for QueueCost {
     }
 }
 
-/// Whether the cell touches one that touches the convex corner of an obstacle.
+/// Returns true if the cell touches one at an obstacle's convex corner.
 fn is_corner(grid: &CostGrid, cell: GridCell) -> bool {
     let near = |by: i32, of: i32| (by.wrapping_add(of)) as u32;
     let neighbors = (-1..=1).flat_map(|up| (-1..=1).map(move |right| (right, up)));

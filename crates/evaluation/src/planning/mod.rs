@@ -15,11 +15,12 @@ pub use any_angle::shortest_any_angle;
 
 /// Lengths in scenarios have six significant digits.
 const DIGITS: f64 = 5e-6;
-/// How many problems of a map are compared with the shortest path of any angle, and driven in unknown space; spread
-/// evenly over the file.
+/// Sample size: problems of a map for the costly comparisons.
+/// They are compared with the shortest path of any angle, and driven in unknown space; spread evenly over the file.
 const SAMPLE: usize = 60;
 
-/// Evaluates A*, Theta* and D* Lite on all maps of a folder, or of its folder `movingai`, a table for each.
+/// Evaluates A*, Theta* and D* Lite on all maps of a folder.
+/// Or of its folder `movingai`, a table for each.
 ///
 /// # Errors
 /// The folder has no benchmark, or an invalid one.
@@ -41,7 +42,7 @@ fn evaluate_map(benchmark: &Benchmark) -> Evaluation {
     }
 }
 
-/// The problems that are not trivial, thinned.
+/// Returns the problems that are not trivial, thinned.
 fn sample(problems: &[PathProblem]) -> Vec<&PathProblem> {
     let count = problems.len().min(SAMPLE);
     (0..count).map(|k| &problems[(k + 1) * problems.len() / count - 1]).collect()
@@ -94,7 +95,7 @@ fn any_angle_lengths(benchmark: &Benchmark) -> Vec<Figure> {
     ]
 }
 
-/// Returns what was done, and its time in ms.
+/// Returns the result of work, and its time in ms.
 #[allow(
     clippy::disallowed_methods,
     reason = "the time that a search takes is measured, and no module sees it"

@@ -1,4 +1,4 @@
-//! A robot that drives through space it does not know.
+//! Robot that drives through space it does not know.
 
 use slate_planning::{AStar, CostGrid, DStarLite, GridCell, LETHAL};
 
@@ -6,11 +6,13 @@ use super::timed;
 use crate::movingai::PathProblem;
 use crate::{Figure, FigureGoal};
 
-/// How far the robot sees along rows and columns, cells: 5 m in cells of 0.1 m.
+/// Sight of the robot along rows and columns, cells.
+/// 5 m in cells of 0.1 m.
 const SIGHT: i64 = 50;
 
-/// Drives each problem with D* Lite, and measures what each new plan takes beside one of A* anew; nothing for a map
-/// without obstacles, or of less than four times the robot's sight, most of which it would know at once.
+/// Drives each problem with D* Lite, and compares each replan with a new A*.
+/// Returns no figures for a map without obstacles, or of less than four times the robot's sight, most of which it would
+/// know at once.
 pub fn evaluate(grid: &CostGrid, problems: &[&PathProblem]) -> Vec<Figure> {
     if i64::from(grid.width().min(grid.height())) < 4 * SIGHT {
         return Vec::new();
@@ -42,7 +44,8 @@ struct UnknownDrive {
 }
 
 impl UnknownDrive {
-    /// Drives until the goal is reached or known to be out of reach; what is not seen counts as free.
+    /// Drives until the goal is reached or known to be unreachable.
+    /// Unseen cells count as free.
     fn run(&mut self, grid: &CostGrid, problem: &PathProblem) {
         let mut here = problem.start;
         let Ok(unseen) = CostGrid::new(grid.width(), grid.height(), |_| 0) else { return };
@@ -112,7 +115,7 @@ fn rim() -> impl Iterator<Item = (i64, i64)> {
     side.flat_map(|k| [(k, -SIGHT), (k, SIGHT), (-SIGHT, k), (SIGHT, k)])
 }
 
-/// The first obstacle on a beam.
+/// Returns the first obstacle on a beam.
 fn first_obstacle(grid: &CostGrid, from: GridCell, (columns, rows): (i64, i64)) -> Option<GridCell> {
     (1..=SIGHT).find_map(|step| {
         let at = |from: u32, by: i64| u32::try_from(i64::from(from) + (by * step).div_euclid(SIGHT)).ok();

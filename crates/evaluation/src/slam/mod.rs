@@ -18,12 +18,12 @@ use relations::{Relation, RelationErrors};
 
 pub use trajectory::{is_one_line, trajectory};
 
-/// Times of the relations are those of the log and that, s.
+/// Offset of the relations' times from the log's, s.
 const TIME_OFFSET: f64 = 976_052_857.337;
 /// Edge length of a cell of a map that is written, m.
 const MAP_RESOLUTION: f64 = 0.05;
 
-/// A method of SLAM.
+/// Method of SLAM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SlamMethod {
     /// Pose graph with loop closure.
@@ -32,8 +32,8 @@ pub enum SlamMethod {
     ParticleFilter,
 }
 
-/// Evaluates a method on `intel/` of a folder: `intel.gfs.log` and `intel.relations`. Writes the map to a file, if one
-/// is given.
+/// Evaluates a method on `intel/` of a folder.
+/// It reads `intel.gfs.log` and `intel.relations`, and writes the map to a file, if one is given.
 ///
 /// # Errors
 /// A file that can't be read or written, or is not what its format says.

@@ -8,12 +8,12 @@ use slate_slam::se2;
 
 use crate::DataError;
 
-/// What the pose at a time is in the frame of that at another time.
+/// Relation: pose at a time in the frame of the pose at another time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relation {
-    /// The two times, s.
+    /// Two times of the relation, s.
     pub times: [f64; 2],
-    /// The pose at the second time, in the frame of that at the first.
+    /// Pose at the second time, in the frame of that at the first.
     pub relative: Pose2,
 }
 
@@ -26,8 +26,9 @@ pub struct RelationErrors {
     pub rotation: [f64; 2],
 }
 
-/// Reads relations, each a line of two times, a translation and a rotation about x, y and z; times of the file are
-/// later than those of the log by `offset`, s.
+/// Reads relations of a file.
+/// Each is a line of two times, a translation and a rotation about x, y and z; times of the file are later than those
+/// of the log by `offset`, s.
 ///
 /// # Errors
 /// A file that has no relations; the error names the line.
@@ -48,8 +49,8 @@ pub fn read_relations(file: &Path, offset: f64) -> Result<Vec<Relation>, DataErr
     }
 }
 
-/// Returns the errors of a trajectory of times, ascending, and poses (Kuemmerle et al., 2009, *On measuring the
-/// accuracy of SLAM algorithms*, equation 4).
+/// Returns the errors of a trajectory of times, ascending, and poses.
+/// Kuemmerle et al., 2009, *On measuring the accuracy of SLAM algorithms*, equation 4.
 pub fn errors(trajectory: &[(f64, Pose2)], relations: &[Relation]) -> RelationErrors {
     let (mut translations, mut rotations) = (Vec::new(), Vec::new());
     for Relation { times, relative } in relations {
@@ -64,7 +65,8 @@ pub fn errors(trajectory: &[(f64, Pose2)], relations: &[Relation]) -> RelationEr
     }
 }
 
-/// The pose at a time, between its neighbours in proportion; that of the nearest end outside.
+/// Returns the pose at a time, interpolated linearly between its neighbours.
+/// Outside, that of the nearest end.
 fn at(trajectory: &[(f64, Pose2)], time: f64) -> Pose2 {
     let after = trajectory.partition_point(|(other, _)| *other < time);
     let Some((late, end)) = trajectory.get(after) else {

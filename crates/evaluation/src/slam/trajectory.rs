@@ -7,8 +7,9 @@ use slate_module::math;
 use slate_slam::carmen::{LaserLog, LoggedPose};
 use slate_slam::se2;
 
-/// Returns times, ascending, and poses of the odometry's lines, from the poses of scans: between two scans the odometry
-/// is bent so that it joins them, in proportion to its motion.
+/// Returns times, ascending, and poses of the odometry's lines.
+/// They follow from the poses of scans: between two scans the odometry is bent so that it joins them, in proportion to
+/// its motion.
 pub fn trajectory(log: &LaserLog, poses: &[Pose2]) -> Vec<(f64, Pose2)> {
     let mut trajectory = Vec::with_capacity(log.odometry.len());
     for lines in log.odometry.chunk_by(|one, other| one.scans == other.scans) {
@@ -31,8 +32,8 @@ pub fn trajectory(log: &LaserLog, poses: &[Pose2]) -> Vec<(f64, Pose2)> {
     trajectory
 }
 
-/// Times of the odometry's lines: those that the log has rounded to the same time are spread over the interval of times
-/// that are rounded to it.
+/// Returns the times of the odometry's lines, with rounding undone.
+/// Those that the log has rounded to the same time are spread over the interval of times that are rounded to it.
 fn spread_times(log: &LaserLog) -> Vec<f64> {
     let mut at_time: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     for (at, line) in log.odometry.iter().enumerate() {
@@ -49,13 +50,14 @@ fn spread_times(log: &LaserLog) -> Vec<f64> {
     times
 }
 
-/// Whether exactly one line of the odometry has a time, but for its rounding.
+/// Returns true if exactly one line of the odometry has a time.
+/// Times are compared up to their rounding.
 pub fn is_one_line(log: &LaserLog, time: f64) -> bool {
     let is_same = |line: &&LoggedPose| (line.time - time).abs() <= 0.51 * rounding(line.time);
     log.odometry.iter().filter(is_same).count() == 1
 }
 
-/// Unit of the last of six significant digits, as the log has them.
+/// Returns the unit of the last of six significant digits, as in the log.
 fn rounding(time: f64) -> f64 {
     let mut unit = 1e-5;
     while time.abs() >= unit * 1e6 && unit < 1.0 {

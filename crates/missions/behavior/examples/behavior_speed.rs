@@ -1,4 +1,4 @@
-//! Speed of skills: steps of machines in a tick of their own, and of many machines in one tick.
+//! Benchmark of skills: machines in a tick each, and many in one tick.
 
 use std::error::Error;
 
@@ -30,7 +30,7 @@ impl BehaviorHost for Robot {
     fn log(&mut self, _: ScriptLevel, _: &str) {}
 }
 
-/// A skill that counts up and down, with two transitions in each state.
+/// Returns a skill that counts up and down, with two transitions in each state.
 fn counter(name: &str) -> String {
     format!(
         "module(..., skillenv.module_init)
@@ -47,7 +47,7 @@ fn counter(name: &str) -> String {
     )
 }
 
-/// The best time of a number of ticks, µs for 1000 steps.
+/// Returns the best time of a number of ticks, µs for 1000 steps.
 #[expect(clippy::disallowed_methods, reason = "it measures")]
 fn measure(engine: &mut BehaviorEngine, ticks: u64, skills: u64) -> Result<f64, Box<dyn Error>> {
     let mut best = f64::INFINITY;

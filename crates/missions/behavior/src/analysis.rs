@@ -6,13 +6,13 @@ use crate::machine::{MachineState, SkillMachine};
 /// Kind of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MachineFindingKind {
-    /// An action that the robot does not have.
+    /// Action that the robot does not have.
     UnknownAction,
-    /// A state that no transition leads to.
+    /// State that no transition leads to.
     UnreachableState,
-    /// A state that is never left and does not end the machine.
+    /// State that is never left and does not end the machine.
     DeadEnd,
-    /// A machine that neither succeeds nor fails.
+    /// Machine that neither succeeds nor fails.
     NoEnd,
 }
 
@@ -27,18 +27,18 @@ impl MachineFindingKind {
         }
     }
 
-    /// Whether the mission can't work with it.
+    /// Returns true if the finding prevents the mission from running.
     pub fn is_error(self) -> bool {
         matches!(self, Self::UnknownAction | Self::DeadEnd)
     }
 }
 
-/// A defect, or what may be one.
+/// Defect or possible defect.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MachineFinding {
     /// Kind.
     pub kind: MachineFindingKind,
-    /// Machine and state, and what is wrong.
+    /// Machine, state and defect.
     pub text: String,
 }
 
@@ -75,7 +75,7 @@ fn check_machine(machine: &SkillMachine, findings: &mut Vec<MachineFinding>) {
     }
 }
 
-/// Whether each state is reached from the start.
+/// Returns for each state whether the start reaches it.
 fn reached_states(machine: &SkillMachine) -> Vec<bool> {
     let index_of = |name: &str| machine.states.iter().position(|state| state.name == name);
     let mut reached = vec![false; machine.states.len()];

@@ -13,7 +13,7 @@ use crate::state::BehaviorState;
 /// Operations of loading, for each one of a tick.
 const LOADING: u32 = 10;
 
-/// A call of nothing, which needs no skill.
+/// Empty call, which needs no skill.
 const OUTLINE: &str = "return";
 
 /// Memory above the limit for the report about it, bytes.
@@ -30,7 +30,7 @@ pub struct BehaviorEngine {
     actions: Vec<BehaviorAction>,
     machines: Vec<SkillMachine>,
     status: BehaviorStatus,
-    /// Whether the newest tick has changed a state.
+    /// True if the newest tick has changed a state.
     is_changed: bool,
     /// Number of ticks and jumps that have changed a state.
     changes: u64,
@@ -39,7 +39,8 @@ pub struct BehaviorEngine {
 }
 
 impl BehaviorEngine {
-    /// Loads a mission; `call` is one of its skills with arguments, or empty for the skill of the main file.
+    /// Loads a mission.
+    /// `call` is one of its skills with arguments, or empty for the skill of the main file.
     ///
     /// # Errors
     /// If a file can't be read, has wrong syntax, or names what does not exist.
@@ -53,7 +54,8 @@ impl BehaviorEngine {
         })
     }
 
-    /// Loads a mission for its outline; the main file may be one that only loads skills.
+    /// Loads a mission for its outline.
+    /// The main file may be one that only loads skills.
     ///
     /// # Errors
     /// Those of [`load`](Self::load).
@@ -111,7 +113,7 @@ impl BehaviorEngine {
         self.status
     }
 
-    /// Whether the newest tick has changed a state.
+    /// Returns true if the newest tick has changed a state.
     pub fn is_changed(&self) -> bool {
         self.is_changed
     }
@@ -146,7 +148,7 @@ impl BehaviorEngine {
         Ok(self.status)
     }
 
-    /// The error of a tick, which names the states that use too much memory.
+    /// Returns the error of a tick, which names the states that use too much memory.
     fn failure_of(&self, error: &mlua::Error) -> BehaviorError {
         if !is_out_of_memory(error) {
             return behavior_error(error, &self.files);
@@ -175,7 +177,7 @@ impl BehaviorEngine {
         self.sandbox.function("active").and_then(|active| active.call(())).unwrap_or_default()
     }
 
-    /// Returns why the mission has failed; empty unless it has.
+    /// Returns the reason of the mission's failure; empty for none.
     pub fn reason(&self) -> String {
         self.sandbox.function("failure").and_then(|failure| failure.call(())).unwrap_or_default()
     }
@@ -189,7 +191,8 @@ impl BehaviorEngine {
         list().unwrap_or_default().into_iter().map(|place| place.checked_sub(1)).collect()
     }
 
-    /// Returns the number of ticks and jumps that have changed a state, also those before a restoration.
+    /// Returns the number of ticks and jumps that have changed a state.
+    /// It includes those before a restoration.
     pub fn changes(&self) -> u64 {
         self.changes
     }
@@ -198,7 +201,8 @@ impl BehaviorEngine {
         self.sandbox.function("changes").and_then(|changes| changes.call(())).unwrap_or_default()
     }
 
-    /// Makes a machine that runs go to a state, as by a transition: it leaves its state and enters the other one.
+    /// Forces a running machine into a state, as by a transition.
+    /// It leaves its state and enters the other one.
     ///
     /// Machine and state are indices of [`machines`](Self::machines). Returns `false` if the machine does not run.
     ///
@@ -243,7 +247,7 @@ impl BehaviorEngine {
         })
     }
 
-    /// Returns the state, from which [`restore`](Self::restore) goes on.
+    /// Returns the state, for [`restore`](Self::restore).
     ///
     /// # Errors
     /// If a variable has something that is not plain data, such as a function.
@@ -252,7 +256,8 @@ impl BehaviorEngine {
         save().map_err(|error| behavior_error(&error, &self.files))
     }
 
-    /// Loads a mission and goes on from a state, which may be that of other files with the same states.
+    /// Loads a mission and continues from a saved state.
+    /// The state may be that of other files with the same states.
     ///
     /// # Errors
     /// Those of [`load`](Self::load), and if a state that runs does not exist any more.
@@ -275,7 +280,7 @@ impl BehaviorEngine {
     }
 }
 
-/// Lua has signed numbers; nanoseconds fit for 292 years.
+/// Converts a time to Lua's signed numbers; nanoseconds fit for 292 years.
 fn time(now: u64) -> i64 {
     i64::try_from(now).unwrap_or(i64::MAX)
 }
@@ -291,7 +296,7 @@ fn status_of(status: i64) -> BehaviorStatus {
 /// Number of a function of the host, and its arguments.
 type HostCall = (i64, Value, Value);
 
-/// Calls the function of the host that a number stands for, as `prelude/host.lua` has them.
+/// Calls a function of the host by its number in `prelude/host.lua`.
 fn dispatch(
     lua: &Lua,
     actions: &[BehaviorAction],

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-/// A skill file that is refused, or a tick that can't be made.
+/// Skill file that is refused, or a tick that can't be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{reason}", place(.file, *.line))]
 pub struct BehaviorError {
     file: Option<PathBuf>,
-    /// From 1.
+    /// Line number, from 1.
     line: Option<usize>,
     reason: String,
 }
@@ -32,7 +32,7 @@ impl BehaviorError {
         self.line
     }
 
-    /// Returns what is wrong, without the place.
+    /// Returns the defect, without the place.
     pub fn reason(&self) -> &str {
         &self.reason
     }

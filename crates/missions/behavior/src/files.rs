@@ -20,14 +20,14 @@ pub struct SkillFiles {
 
 #[derive(Clone, Debug)]
 enum SkillSource {
-    /// Folders in which modules are looked for, one after the other.
+    /// Folders searched for modules, in order.
     Folders(Vec<PathBuf>),
     /// Texts by the names of their modules.
     Texts(BTreeMap<String, String>),
 }
 
 impl SkillFiles {
-    /// A mission's file; modules are in its folder.
+    /// Returns a mission's file; modules are in its folder.
     ///
     /// The file may also be in a folder `skills` or `agents`, as Fawkes has them: then `skills.generic.say` is
     /// `generic/say.lua` in that folder.
@@ -88,7 +88,7 @@ impl SkillFiles {
         }
     }
 
-    /// The path of a file by its short name.
+    /// Returns the path of a file by its short name.
     pub(crate) fn path(&self, short: &str) -> Option<PathBuf> {
         match &self.source {
             SkillSource::Texts(_) => Some(short.into()),
@@ -99,7 +99,7 @@ impl SkillFiles {
     }
 }
 
-/// The folder that has a module, and its file in it.
+/// Returns the folder that has a module, and its file in it.
 fn find<'a>(folders: &'a [PathBuf], name: &str) -> Option<(&'a Path, String)> {
     let is_name =
         |part: &str| !part.is_empty() && part.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-');

@@ -1,9 +1,9 @@
-//! The robot as skills see it.
+//! View of the robot for skills.
 
-/// An action of the robot that a skill or an interface performs.
+/// Action of the robot that a skill or an interface performs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BehaviorAction {
-    /// Skill that has it, or interface whose message it is.
+    /// Skill of the action, or interface of the message.
     pub owner: String,
     /// Name of its variable in the skill, or of the message.
     pub name: String,
@@ -14,20 +14,20 @@ pub struct BehaviorAction {
 /// Progress of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BehaviorProgress {
-    /// It is under way.
+    /// The action runs.
     Running,
-    /// It has reached its goal.
+    /// The action has reached its goal.
     Succeeded,
-    /// It can't reach its goal.
+    /// The action can't reach its goal.
     Failed,
-    /// Something of a higher rank has replaced it; the host goes on with it later.
+    /// Preempted by a request of a higher rank; the host resumes it later.
     Preempted,
 }
 
 /// Status of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BehaviorStatus {
-    /// A skill is under way.
+    /// A skill runs.
     Running,
     /// All skills have succeeded.
     Succeeded,
@@ -48,7 +48,7 @@ pub enum ScriptLevel {
     Error,
 }
 
-/// Performer of a mission's actions, who answers its conditions.
+/// Host of a mission: performs its actions and answers its conditions.
 ///
 /// `index` is the place of an action in [`BehaviorEngine::actions`](crate::BehaviorEngine::actions).
 pub trait BehaviorHost {
@@ -70,11 +70,11 @@ pub trait BehaviorHost {
     /// Returns 64 random bits of the mission's stream.
     fn random(&mut self) -> u64;
 
-    /// Takes a message of a script.
+    /// Logs a message of a script.
     fn log(&mut self, level: ScriptLevel, text: &str);
 }
 
-/// A host without a robot, for files that are loaded.
+/// Host without a robot, for files that are loaded.
 pub(crate) struct NoRobot;
 
 impl BehaviorHost for NoRobot {

@@ -3,10 +3,11 @@
 use crate::error::BehaviorError;
 use crate::files::SkillFiles;
 
-/// What Lua says when the scripts use more memory than they may.
+/// Error text of Lua when the scripts exceed their memory limit.
 const NO_MEMORY: &str = "not enough memory";
 
-/// An error of Lua, whose text begins with file and line where it has them.
+/// Converts an error of Lua.
+/// Its text begins with file and line if it has them.
 pub fn behavior_error(error: &mlua::Error, files: &SkillFiles) -> BehaviorError {
     let text = reason(error);
     let split = text.split_once(".lua:").and_then(|(file, rest)| {
@@ -19,12 +20,12 @@ pub fn behavior_error(error: &mlua::Error, files: &SkillFiles) -> BehaviorError 
     }
 }
 
-/// Whether the scripts use more memory than they may.
+/// Returns true if the scripts exceed their memory limit.
 pub fn is_out_of_memory(error: &mlua::Error) -> bool {
     reason(error) == NO_MEMORY
 }
 
-/// The message of an error of Lua, without its stack.
+/// Returns the message of an error of Lua, without its stack.
 fn reason(error: &mlua::Error) -> String {
     let text = match error {
         mlua::Error::CallbackError { cause, .. } => return reason(cause),

@@ -2,7 +2,7 @@
 
 use mlua::{Table, Value};
 
-/// A state machine of a skill or an agent.
+/// State machine of a skill or an agent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SkillMachine {
     /// Name, mostly that of the skill.
@@ -17,7 +17,7 @@ pub struct SkillMachine {
     pub states: Vec<MachineState>,
 }
 
-/// A state of a machine.
+/// State of a machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MachineState {
     /// Name, unique in its machine.
@@ -28,20 +28,20 @@ pub struct MachineState {
     pub skills: Vec<String>,
 }
 
-/// A transition out of a state.
+/// Transition out of a state.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MachineTransition {
     /// Name of the state that it leads to.
     pub to: String,
     /// Condition, or its description.
     pub description: String,
-    /// Whether it is tried before the state is entered.
+    /// True if the transition is tried before the state is entered.
     pub is_precondition: bool,
-    /// Whether it follows when time is over.
+    /// True if the transition follows a timeout.
     pub is_timeout: bool,
 }
 
-/// Reads the outline that the prelude makes.
+/// Reads the outline made by the prelude.
 pub fn read(outline: &Table) -> mlua::Result<Vec<SkillMachine>> {
     let machines = outline.sequence_values::<Table>();
     machines.map(|machine| read_machine(&machine?)).collect()

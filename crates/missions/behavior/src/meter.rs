@@ -1,24 +1,24 @@
-//! Scripts that count what they do.
+//! Metering of scripts: they count their operations.
 //!
 //! Each body of a loop or a function begins with a call that takes the number of its tokens from the budget of the
 //! tick, and so does each `goto`. Lua's own hook would make every instruction slower, and the steps of skills twice as
 //! long.
 
-/// Name of the function that takes from the budget.
+/// Name of the function that consumes the budget.
 const METER: &str = "_METER_";
 
-/// A block that is open.
+/// Block that is open.
 enum LuaBlock {
     /// `while` or `for` before its `do`.
     LoopHead,
-    /// A block whose tokens belong to the one around it.
+    /// Block whose tokens belong to the one around it.
     Plain,
     /// Body of a loop or a function, with its place in the list of calls.
     Counted(usize),
 }
 
-/// Adds calls to a text of Lua with correct syntax; returns the text of a function that takes the metering function
-/// and returns the script. Lines stay where they are.
+/// Adds metering calls to a Lua text of correct syntax.
+/// Returns the text of a function that takes the metering function and returns the script. Lines keep their numbers.
 ///
 /// # Errors
 /// If a name in the text is reserved, or its blocks do not fit together.
@@ -87,7 +87,7 @@ struct LuaTokens<'a> {
 }
 
 impl<'a> LuaTokens<'a> {
-    /// The next token and where it starts. Numbers may come in several parts.
+    /// Returns the next token and where it starts. Numbers may come in several parts.
     fn next_token(&mut self) -> Option<(usize, &'a str)> {
         loop {
             let rest = &self.text[self.at..];
@@ -115,7 +115,7 @@ impl<'a> LuaTokens<'a> {
     }
 }
 
-/// Length of a text in quotes.
+/// Returns the length of a text in quotes.
 fn quoted(text: &str, quote: char) -> usize {
     let mut is_escaped = false;
     for (at, c) in text.char_indices().skip(1) {
@@ -129,7 +129,8 @@ fn quoted(text: &str, quote: char) -> usize {
     text.len()
 }
 
-/// Length of a text in long brackets such as `[==[ ]==]`, if one begins here.
+/// Returns the length of a text in long brackets such as `[==[ ]==]`.
+/// `None` if none begins here.
 fn long_bracket(text: &str) -> Option<usize> {
     let rest = text.strip_prefix('[')?;
     let level = rest.chars().take_while(|c| *c == '=').count();

@@ -1,31 +1,32 @@
-//! Patterns of Lua, matched with a limit of steps: those of Lua's own library can't be interrupted.
+//! Patterns of Lua, matched with a limit of steps.
+//! Those of Lua's own library can't be interrupted.
 
-/// The most captures of a pattern.
+/// Maximum number of captures of a pattern.
 const MOST_CAPTURES: usize = 32;
-/// The deepest recursion of a match.
+/// Deepest recursion of a match.
 const DEEPEST: u32 = 200;
 
-/// A match that can't be made.
+/// Match that can't be made.
 #[derive(Debug)]
 pub enum LuaPatternError {
-    /// It has used up its steps.
+    /// Limit of steps exceeded.
     Limit,
-    /// The pattern has a defect.
+    /// Defect of the pattern.
     Malformed(&'static str),
 }
 
-/// What a pair of brackets has matched.
+/// Capture of a pair of brackets.
 #[derive(Clone, Copy, Debug)]
 pub enum PatternCapture {
-    /// Its closing bracket has not come.
+    /// Capture without its closing bracket yet.
     Open(usize),
-    /// An empty pair, which stands for its place.
+    /// Position capture: an empty pair.
     Position(usize),
-    /// A part of the subject, by its bounds.
+    /// Part of the subject, by its bounds.
     Part(usize, usize),
 }
 
-/// A match in a subject.
+/// Match in a subject.
 pub struct PatternMatch {
     /// Bounds of the whole match.
     pub bounds: (usize, usize),
@@ -49,7 +50,8 @@ impl<'a> PatternMatcher<'a> {
         Self { subject, pattern, captures: Vec::new(), depth: 0, steps: 0, limit }
     }
 
-    /// Finds the first match that starts at or after a place and does not end at `not_end`.
+    /// Finds the first match from a position on.
+    /// It does not end at `not_end`.
     pub fn find(
         &mut self,
         from: usize,
@@ -165,7 +167,7 @@ impl<'a> PatternMatcher<'a> {
         Ok(end)
     }
 
-    /// As many repetitions as possible, at least some.
+    /// Matches as many repetitions as possible, at least `least`.
     fn longest(
         &mut self,
         at: usize,
@@ -201,7 +203,7 @@ impl<'a> PatternMatcher<'a> {
         }
     }
 
-    /// The end of `%bxy`.
+    /// Returns the end of `%bxy`.
     fn balanced(&mut self, at: usize, item: usize) -> Result<Option<usize>, LuaPatternError> {
         let (Some(open), Some(close)) = (self.pattern.get(item), self.pattern.get(item + 1)) else {
             return Err(LuaPatternError::Malformed("missing arguments to '%b'"));
@@ -226,7 +228,7 @@ impl<'a> PatternMatcher<'a> {
         Ok(None)
     }
 
-    /// The item behind `%f[set]`, where the set begins.
+    /// Returns the item behind `%f[set]`, where the set begins.
     fn frontier(&mut self, at: usize, item: usize) -> Result<Option<usize>, LuaPatternError> {
         if self.pattern.get(item) != Some(&b'[') {
             return Err(LuaPatternError::Malformed("missing '[' after '%f' in pattern"));
@@ -237,7 +239,7 @@ impl<'a> PatternMatcher<'a> {
         Ok((!self.is_in_set(before, item, end) && self.is_in_set(here, item, end)).then_some(end))
     }
 
-    /// The end of the text of a capture that is repeated.
+    /// Returns the end of the text of a capture that is repeated.
     fn repeated(&mut self, at: usize, digit: u8) -> Result<Option<usize>, LuaPatternError> {
         let index = usize::from(digit - b'0').checked_sub(1);
         let (start, end) = match index.and_then(|index| self.captures.get(index)) {
@@ -253,7 +255,7 @@ impl<'a> PatternMatcher<'a> {
         Ok(is_same.then_some(at + length))
     }
 
-    /// The end of a character class.
+    /// Returns the end of a character class.
     fn class_end(&self, item: usize) -> Result<usize, LuaPatternError> {
         match self.pattern[item] {
             b'%' if item + 1 >= self.pattern.len() => {
@@ -288,7 +290,7 @@ impl<'a> PatternMatcher<'a> {
         }
     }
 
-    /// Whether a byte is in `[set]`, by the bounds of the set.
+    /// Returns true if a byte is in `[set]`, by the bounds of the set.
     fn is_in_set(&self, byte: u8, item: usize, end: usize) -> bool {
         let is_negated = self.pattern.get(item + 1) == Some(&b'^');
         let set = &self.pattern[item + 1 + usize::from(is_negated)..end - 1];
@@ -316,7 +318,8 @@ impl<'a> PatternMatcher<'a> {
     }
 }
 
-/// Whether a byte is in a class such as `%a`; other letters stand for themselves.
+/// Returns true if a byte is in a class such as `%a`.
+/// Other letters stand for themselves.
 fn is_in_class(byte: u8, class: u8) -> bool {
     let is_in = match class.to_ascii_lowercase() {
         b'a' => byte.is_ascii_alphabetic(),

@@ -37,7 +37,7 @@ impl Default for BehaviorLimits {
     }
 }
 
-/// Lua with the prelude, and what a tick may use of it.
+/// Sandbox: Lua with the prelude, and the limits of a tick.
 #[derive(Debug)]
 pub struct Sandbox {
     lua: Lua,
@@ -45,7 +45,7 @@ pub struct Sandbox {
 }
 
 impl Sandbox {
-    /// Lua with the prelude; scripts may read the files.
+    /// Returns a sandbox with the prelude; scripts may read the files.
     pub fn new(files: &SkillFiles, limits: BehaviorLimits) -> mlua::Result<Self> {
         let libraries = StdLib::MATH | StdLib::STRING | StdLib::TABLE | StdLib::UTF8;
         let lua = Lua::new_with(libraries, LuaOptions::default())?;
@@ -68,7 +68,8 @@ impl Sandbox {
     }
 }
 
-/// File and line of the innermost script that runs, such as `patrol.lua:12: `.
+/// Returns the file and line of the innermost script that runs.
+/// For example `patrol.lua:12: `.
 fn place(lua: &Lua) -> Option<String> {
     let at = |level| {
         lua.inspect_stack(level, |debug| {
@@ -82,7 +83,7 @@ fn place(lua: &Lua) -> Option<String> {
     })
 }
 
-/// What the prelude has from the host.
+/// Returns the host functions of the prelude.
 fn native(lua: &Lua, files: &SkillFiles) -> mlua::Result<Table> {
     let native = lua.create_table()?;
     let metered = |_: &Lua, text: mlua::LuaString| match text.to_str().map(|text| metered(&text)) {
@@ -109,7 +110,8 @@ fn native(lua: &Lua, files: &SkillFiles) -> mlua::Result<Table> {
 /// Subject, pattern, where to start, where not to end, and the most steps.
 type PatternCall = (mlua::LuaString, mlua::LuaString, usize, Option<usize>, u64);
 
-/// Finds a pattern; returns the number of steps, the bounds and the captures, or what is wrong with the pattern.
+/// Finds a pattern; returns the number of steps, the bounds and the captures.
+/// Or an error in the pattern.
 fn find_pattern(
     lua: &Lua,
     (subject, pattern, from, not_end, limit): PatternCall,
@@ -141,7 +143,7 @@ fn find_pattern(
     Ok(values.into_iter().collect())
 }
 
-/// A function of real numbers.
+/// Function of real numbers.
 type RealFunction = fn(f64) -> f64;
 
 /// Functions of `math` whose results are the same on every machine.

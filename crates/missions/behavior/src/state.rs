@@ -3,11 +3,12 @@
 use mlua::{Lua, Table, Value};
 use serde::{Deserialize, Serialize};
 
-/// State of a mission: what has changed in its machines, states and variables since they were loaded.
+/// State of a mission: changes in machines, states and variables.
+/// They are relative to the loaded mission.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BehaviorState(Vec<ObjectChange>);
 
-/// A changed field of an object that the engine knows by name.
+/// Changed field of an object that the engine knows by name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct ObjectChange {
     /// Name, such as `state:visit/GO`.
@@ -17,7 +18,7 @@ struct ObjectChange {
     value: Option<SavedValue>,
 }
 
-/// A value of Lua as plain data.
+/// Value of Lua as plain data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum SavedValue {
     Boolean(bool),
@@ -28,9 +29,9 @@ enum SavedValue {
     Text(String),
     /// Text that is not UTF-8.
     Bytes(Vec<u8>),
-    /// An object that the engine knows by name.
+    /// Object that the engine knows by name.
     Reference(String),
-    /// A table that was saved before, by its number.
+    /// Table that was saved before, by its number.
     Same(i64),
     Table {
         number: i64,
@@ -41,12 +42,12 @@ enum SavedValue {
 }
 
 impl BehaviorState {
-    /// Whether nothing has changed.
+    /// Returns true if the state has no changes.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Reads the list that the prelude makes.
+    /// Reads the list made by the prelude.
     pub(crate) fn read(list: &Table) -> mlua::Result<Self> {
         let change = |change: mlua::Result<Table>| {
             let change = change?;
@@ -59,7 +60,7 @@ impl BehaviorState {
         Ok(Self(list.sequence_values().map(change).collect::<mlua::Result<_>>()?))
     }
 
-    /// Makes the list that the prelude reads.
+    /// Writes the list that the prelude reads.
     pub(crate) fn write(&self, lua: &Lua) -> mlua::Result<Table> {
         let list = lua.create_table_with_capacity(self.0.len(), 0)?;
         for change in &self.0 {

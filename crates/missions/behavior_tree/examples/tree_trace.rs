@@ -25,7 +25,7 @@ struct Line {
     statuses: bool,
 }
 
-/// A host with prepared answers and a log of its calls.
+/// Host with prepared answers and a log of its calls.
 struct Answers {
     answers: BTreeMap<String, String>,
     calls: BTreeMap<String, usize>,

@@ -10,13 +10,13 @@ use crate::tree::{BehaviorTree, LoopQueue, NodeOperation, NodeScripts, NodeStatu
 /// Kind of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TreeFindingKind {
-    /// An action or a condition that the robot does not have.
+    /// Action or a condition that the robot does not have.
     UnknownLeaf,
-    /// A node that is never ticked.
+    /// Node that is never ticked.
     DeadNode,
-    /// An entry of the blackboard that nothing writes.
+    /// Entry of the blackboard without a writer.
     UnsetEntry,
-    /// The tree neither succeeds nor fails: it runs until it is stopped.
+    /// Tree that neither succeeds nor fails: it runs until it is stopped.
     NoEnd,
 }
 
@@ -37,7 +37,7 @@ impl TreeFindingKind {
     }
 }
 
-/// A defect of a tree.
+/// Defect of a tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TreeFinding {
     /// Kind.
@@ -50,7 +50,7 @@ pub struct TreeFinding {
     pub text: String,
 }
 
-/// Whether the robot has an action or a condition.
+/// Predicate: true if the robot has an action or a condition.
 pub type KnownLeaf<'a> = dyn Fn(LeafKind, &str) -> bool + 'a;
 
 /// Finds defects of a tree, in the order of their kinds and of the file.
@@ -158,7 +158,7 @@ fn in_turn(operation: &NodeOperation, children: &[u8], passing: u8) -> u8 {
     own
 }
 
-/// Which children a sequence or a fallback can reach.
+/// Returns for each child whether a sequence or a fallback can reach it.
 fn reached_in_turn(children: &[u8], passing: u8) -> Vec<bool> {
     let mut is_reached = true;
     let next = |child: &u8| {
@@ -169,7 +169,7 @@ fn reached_in_turn(children: &[u8], passing: u8) -> Vec<bool> {
     children.iter().map(next).collect()
 }
 
-/// Which children a `TryCatch` can reach.
+/// Returns for each child whether a `TryCatch` can reach it.
 fn reached_in_try(children: &[u8], catches_halts: bool) -> Vec<bool> {
     let Some((_, tried)) = children.split_last() else { return Vec::new() };
     let mut reached = reached_in_turn(tried, SUCCESS);

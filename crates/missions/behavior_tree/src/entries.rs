@@ -10,7 +10,7 @@ pub(crate) struct EntryValues {
 }
 
 impl EntryValues {
-    /// Makes entries with their values at the start.
+    /// Returns entries with their initial values.
     pub fn new(values: Vec<Option<BoardValue>>) -> Self {
         let writes = values.iter().map(|value| u64::from(value.is_some())).collect();
         Self { values, writes }

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-/// A behaviour tree, or a file of one, that is refused.
+/// Behaviour tree, or a file of one, that is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{reason}", place(.file, *.line))]
 pub struct TreeError {
     file: Option<PathBuf>,
-    /// From 1.
+    /// Line number, from 1.
     line: Option<usize>,
     reason: String,
 }
@@ -49,7 +49,7 @@ fn node_place(file: &Option<PathBuf>, line: usize) -> String {
     }
 }
 
-/// A tick that can't be made, because of what the blackboard or the host has.
+/// Failure of a tick, because of a value of the blackboard or the host.
 ///
 /// The tree has been halted, and begins anew with the next tick.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -57,15 +57,15 @@ fn node_place(file: &Option<PathBuf>, line: usize) -> String {
 pub struct TickError {
     /// Path of the node, such as `patrol/2 GoTo`.
     pub path: String,
-    /// Its file, if the tree's file includes that.
+    /// File of the node, if the tree's file includes that.
     pub file: Option<PathBuf>,
-    /// Its line in the file, from 1.
+    /// Line in the file, from 1.
     pub line: usize,
-    /// Defect, and what was expected.
+    /// Defect and expectation.
     pub reason: String,
 }
 
-/// A state that does not fit into a tree.
+/// State that does not fit into a tree.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the state of the run doesn't fit into the tree: {0}; restart the tree, or keep that node")]
 pub struct TreeStateError(pub(crate) String);

@@ -2,27 +2,27 @@
 
 use std::collections::BTreeMap;
 
-/// Whether a leaf acts or asks.
+/// Kind of a leaf: action or condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LeafKind {
     /// Acts on the world, over several ticks.
     Action,
-    /// Asks whether something holds, within a tick.
+    /// Condition, answered within a tick.
     Condition,
 }
 
 /// Direction of a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum PortDirection {
-    /// The leaf reads it.
+    /// Port that the leaf reads.
     Input,
-    /// The leaf writes it.
+    /// Port that the leaf writes.
     Output,
-    /// The leaf reads and writes it.
+    /// Port that the leaf reads and writes.
     InOut,
 }
 
-/// A port of a leaf.
+/// Port of a leaf.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PortModel {
     /// Name of the attribute.
@@ -36,7 +36,7 @@ pub struct PortModel {
 /// Kind and ports of a leaf.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LeafModel {
-    /// Whether it is an action or a condition.
+    /// Kind: action or condition.
     pub kind: LeafKind,
     /// Ports, or `None` if any are allowed.
     pub ports: Option<Vec<PortModel>>,
@@ -45,7 +45,8 @@ pub struct LeafModel {
 /// Numbers by the names that scripts have for them.
 pub(crate) type Enumerations = BTreeMap<String, f64>;
 
-/// Models by names, and names of numbers. The models of a file's `TreeNodesModel` are added to them.
+/// Models by names, and names of numbers.
+/// The models of a file's `TreeNodesModel` are added to them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LeafModels {
     models: BTreeMap<String, LeafModel>,

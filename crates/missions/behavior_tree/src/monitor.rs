@@ -5,11 +5,13 @@ use std::collections::BTreeSet;
 use crate::model::{LeafKind, PortDirection};
 use crate::tree::{BehaviorTree, NodeOperation};
 
-/// Longest XML for monitors, bytes; sub-trees repeat what a file has once.
+/// Maximum length of the XML for monitors, bytes.
+/// Sub-trees repeat parts that a file has once.
 const MOST_XML: usize = 1 << 20;
 
 impl BehaviorTree {
-    /// Returns the XML of the tree with the numbers of its nodes, as BehaviorTree.CPP gives it to monitors.
+    /// Returns the XML of the tree with the numbers of its nodes.
+    /// BehaviorTree.CPP gives it to monitors in this form.
     ///
     /// A node has the number of its index in [`nodes`](Self::nodes) plus 1 as `_uid`. Each use of a sub-tree has an
     /// element `BehaviorTree` of its own, whose `_fullpath` is the path of the node.
@@ -97,7 +99,7 @@ impl BehaviorTree {
     }
 }
 
-/// A text that stops to grow where it becomes too long.
+/// Text that stops to grow where it becomes too long.
 #[derive(Default)]
 struct XmlText {
     text: String,

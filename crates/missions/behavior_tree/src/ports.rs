@@ -7,9 +7,9 @@ use crate::value::BoardValue;
 /// Value or entry that a port leads to.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum PortBinding {
-    /// A value in the file.
+    /// Value in the file.
     Literal(BoardValue),
-    /// An entry of a blackboard.
+    /// Entry of a blackboard.
     Entry(usize),
 }
 
@@ -22,7 +22,7 @@ impl PortBinding {
     }
 }
 
-/// A port of a leaf in a tree.
+/// Port of a leaf in a tree.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BoundPort {
     pub name: String,

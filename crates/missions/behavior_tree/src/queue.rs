@@ -12,7 +12,7 @@ pub(crate) enum ItemKind {
 }
 
 impl ItemKind {
-    /// Returns the values between `;`, and what was expected instead of one.
+    /// Returns the values between `;`, or the expectation for an invalid one.
     pub fn items(self, text: &str) -> impl Iterator<Item = Result<BoardValue, String>> {
         let text = text.strip_suffix(';').unwrap_or(text);
         let parts = text.split(';').filter(move |_| !text.is_empty());

@@ -15,16 +15,16 @@ use crate::value::BoardValue;
 /// Status of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum NodeStatus {
-    /// Was not ticked, or was reset.
+    /// Not ticked, or reset.
     #[default]
     Idle,
-    /// Goes on with the next tick.
+    /// The node continues with the next tick.
     Running,
-    /// Has succeeded.
+    /// The node has succeeded.
     Succeeded,
-    /// Has failed.
+    /// The node has failed.
     Failed,
-    /// Was passed over; its parent goes on as if it were not there.
+    /// Passed over; its parent goes on as if it were not there.
     Skipped,
 }
 
@@ -48,7 +48,7 @@ impl NodeStatus {
 /// Operation of a node.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum NodeOperation {
-    /// Whether it lets others run after each child.
+    /// Sequence; asynchronous if it yields to other nodes after each child.
     Sequence {
         is_async: bool,
     },
@@ -98,7 +98,7 @@ pub(crate) enum NodeOperation {
         otherwise: NodeStatus,
     },
     Loop(TreeLoop),
-    /// The child is ticked when the entry was written.
+    /// Decorator that ticks the child when the entry was written.
     OnUpdate {
         entry: usize,
         otherwise: NodeStatus,
@@ -139,9 +139,9 @@ pub(crate) struct TreeLoop {
 /// Values of a loop.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum LoopQueue {
-    /// Those in the file.
+    /// Values of the file.
     Items(Vec<BoardValue>),
-    /// Those of an entry when the loop begins, which another entry keeps.
+    /// Values of an entry when the loop begins, which another entry keeps.
     Entry { entry: usize, kept: usize },
 }
 
@@ -168,7 +168,7 @@ impl NodeOperation {
         }
     }
 
-    /// Literal numbers of children in the ports of a parallel node.
+    /// Returns the literal numbers of children in the ports of a parallel node.
     pub fn literal_counts(&self) -> [Option<(&'static str, f64)>; 2] {
         let literal = |port: &'static str, binding: &PortBinding| match binding {
             PortBinding::Literal(value) => value.number().map(|number| (port, number)),
@@ -201,7 +201,7 @@ pub(crate) struct NodeScripts {
     pub post: Option<TreeScript>,
 }
 
-/// A node of a tree, its sub-trees included.
+/// Node of a tree, its sub-trees included.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BehaviorNode {
     pub(crate) tag: String,
@@ -212,7 +212,7 @@ pub struct BehaviorNode {
     pub(crate) depth: usize,
     pub(crate) operation: NodeOperation,
     pub(crate) children: Vec<usize>,
-    /// Those of the file other than its name and number.
+    /// Attributes of the file other than its name and number.
     pub(crate) attributes: Vec<(String, String)>,
     pub(crate) scripts: Option<Box<NodeScripts>>,
 }
@@ -238,7 +238,7 @@ impl BehaviorNode {
         self.line
     }
 
-    /// Returns the file that it is in, if the tree's file includes that.
+    /// Returns the file of the node, if the tree's file includes it.
     pub fn file(&self) -> Option<&Path> {
         self.file.as_deref()
     }
@@ -254,7 +254,7 @@ impl BehaviorNode {
     }
 }
 
-/// An action or a condition of a tree, which the host performs or answers.
+/// Action or a condition of a tree, which the host performs or answers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TreeLeaf {
     pub(crate) kind: LeafKind,
@@ -264,7 +264,7 @@ pub struct TreeLeaf {
 }
 
 impl TreeLeaf {
-    /// Returns whether it is an action or a condition.
+    /// Returns the kind: action or condition.
     pub fn kind(&self) -> LeafKind {
         self.kind
     }
@@ -288,19 +288,19 @@ impl TreeLeaf {
     }
 }
 
-/// A behaviour tree with its sub-trees, ready to run.
+/// Behaviour tree with its sub-trees, ready to run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BehaviorTree {
     pub(crate) name: String,
     pub(crate) fingerprint: u64,
-    /// XML for monitors, or its size where it is too long.
+    /// XML for monitors, or its size if it is too long.
     pub(crate) monitor_xml: Result<String, usize>,
-    /// The root, then the others, parents before children.
+    /// Root, then the others, parents before children.
     pub(crate) nodes: Vec<BehaviorNode>,
     pub(crate) leaves: Vec<TreeLeaf>,
     /// Entries of blackboards by number: the path of their sub-tree and their name.
     pub(crate) entries: Vec<String>,
-    /// Where the name of each entry begins, behind the path.
+    /// Position of each entry's name, behind the path.
     pub(crate) entry_names: Vec<usize>,
     /// Values of the entries at the start.
     pub(crate) initial: Vec<Option<BoardValue>>,

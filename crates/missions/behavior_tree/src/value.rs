@@ -12,14 +12,14 @@ const TOLERANCE: f64 = f32::EPSILON as f64;
 /// Value of a blackboard entry; a truth value is the number 1 or 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum BoardValue {
-    /// A finite number.
+    /// Finite number.
     Number(f64),
-    /// A text.
+    /// Text.
     Text(String),
 }
 
 impl BoardValue {
-    /// Reads a literal: a number where it is one, a text otherwise.
+    /// Parses a literal: a number if it is valid as one, a text otherwise.
     pub fn parse(text: &str) -> Self {
         match parse_number(text) {
             Some(number) => Self::Number(number),

@@ -16,25 +16,25 @@ pub const WAIT: &str = "wait";
 enum Performed {
     /// Execute.
     Request(ActionRequest),
-    /// The Plan, which waits so long, ns.
+    /// Wait of the Plan, ns.
     Wait(u64),
 }
 
 /// Progress of an action at Execute.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct ActionRecord {
-    /// Whether the mission performs it.
+    /// True if the mission performs the action.
     is_active: bool,
     progress: ActionProgress,
     /// Number at Execute; 0 while Execute does not have it.
     ticket: u64,
-    /// When it was started, ns.
+    /// Start time, ns.
     since: u64,
 }
 
-/// Actions of a mission, their requests and how far they have come.
+/// Actions of a mission, their requests and progress.
 ///
-/// What a reflex or a failure has cleared is requested again as long as the mission performs it.
+/// An action cleared by a reflex or a failure is requested again as long as the mission performs it.
 #[derive(Clone, Debug, Default)]
 pub struct MissionActions {
     performed: Vec<Performed>,
@@ -42,7 +42,7 @@ pub struct MissionActions {
     /// Name and arguments of each action that was given them while the mission runs.
     given: Vec<Option<(String, Vec<f64>)>>,
     newest_start: u64,
-    /// Whether Execute has an action that the mission has stopped.
+    /// True if Execute has an action that the mission has stopped.
     must_clear: bool,
 }
 
@@ -59,7 +59,7 @@ impl MissionActions {
         Ok(Self { given: vec![None; performed.len()], performed, records, ..Self::default() })
     }
 
-    /// A number of actions whose arguments come with their start.
+    /// Returns a number of actions whose arguments come with their start.
     pub fn with_arguments_at_start(count: usize) -> Self {
         Self {
             performed: vec![Performed::Wait(0); count],
@@ -120,7 +120,8 @@ impl MissionActions {
         is_active && matches!(progress, ActionProgress::Running | ActionProgress::Preempted)
     }
 
-    /// Ends an action that runs, as if Execute had reported it; returns whether it does run.
+    /// Ends a running action, as if Execute had reported it.
+    /// Returns false if it does not run.
     pub fn end(&mut self, index: usize, has_succeeded: bool) -> bool {
         let runs = self.runs(index);
         if runs {
@@ -150,12 +151,12 @@ impl MissionActions {
         }
     }
 
-    /// Time since the newest start, s.
+    /// Returns the time since the newest start, s.
     pub fn elapsed(&self, now: u64) -> f64 {
         now.saturating_sub(self.newest_start) as f64 / 1e9
     }
 
-    /// Takes the actions that ended since the previous run.
+    /// Handles the actions that ended since the previous run.
     pub fn take_endings(&mut self, situation: &Situation<'_>) {
         for ended in situation.ended().filter(|ended| ended.ticket > 0) {
             let own = self.records.iter_mut().find(|record| record.ticket == ended.ticket);
@@ -170,7 +171,7 @@ impl MissionActions {
         }
     }
 
-    /// Requests what the mission performs and Execute does not have.
+    /// Requests the actions that the mission performs and Execute does not have.
     pub fn request(&mut self, situation: &Situation<'_>, plan: &mut Agenda<'_>) {
         let is_lost = situation.needs_plan();
         if self.must_clear && plan.clear().is_none() {
@@ -192,7 +193,8 @@ impl MissionActions {
         self.must_clear = false;
     }
 
-    /// Returns the actions that run, without waits: index, kind, arguments, and time of the start, ns.
+    /// Returns the running actions, without waits.
+    /// Index, kind, arguments, and time of the start, ns.
     pub fn running(&self) -> impl Iterator<Item = (usize, ActionRequest, u64)> + '_ {
         let all = self.records.iter().zip(&self.performed).enumerate();
         all.filter_map(|(index, (record, performed))| match performed {
@@ -216,7 +218,7 @@ impl MissionActions {
         })
     }
 
-    /// Returns the state: for each action its name, and where it is.
+    /// Returns the state: name and record of each action.
     pub fn save<'a>(&self, names: impl Iterator<Item = (&'a str, &'a str)>) -> SavedActions {
         let all = names.zip(self.records.iter().zip(&self.given));
         let known = all.filter(|(_, (record, _))| **record != ActionRecord::default());
@@ -267,7 +269,7 @@ pub struct SavedActions {
     actions: Vec<SavedMissionAction>,
 }
 
-/// Where an action is, by its names.
+/// Saved action of a mission, by its names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct SavedMissionAction {
     /// Path of the plan.
@@ -292,7 +294,7 @@ fn numbers(name: &str, arguments: &[&str]) -> Result<Vec<f64>, String> {
 fn performed(name: &str, numbers: &[f64]) -> Result<Performed, String> {
     if name == WAIT {
         return match *numbers {
-            // The cast takes the nearest number for what is out of range.
+            // The cast clamps numbers out of range.
             [seconds] if seconds >= 0.0 => Ok(Performed::Wait((seconds * 1e9) as u64)),
             _ => Err(format!("expected a number of seconds, such as `{WAIT}_5`")),
         };

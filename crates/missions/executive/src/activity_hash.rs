@@ -1,4 +1,4 @@
-//! Hash that tells activities of a mission apart.
+//! Hash of a mission's activity.
 
 /// Hash of what an activity shows (as FNV-1a), the same in every build.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,8 @@ impl ActivityHash {
         self.number(text.len() as u64);
     }
 
-    /// Returns the hash, without the sign, as some formats of states have no greater numbers.
+    /// Returns the hash, without the sign.
+    /// Some formats of states have no greater numbers.
     pub fn finish(self) -> u64 {
         self.0 & (u64::MAX >> 1)
     }

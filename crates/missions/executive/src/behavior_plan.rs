@@ -45,7 +45,7 @@ pub struct BehaviorPlanPorts {
     /// Drawing of the mission, written when its file is read.
     #[capacity(640)]
     graph: Output<MissionGraph>,
-    /// What the mission does at present, written when it changes.
+    /// Current activity of the mission, written when it changes.
     #[capacity(512)]
     activity: Output<MissionActivity>,
 }
@@ -175,7 +175,7 @@ impl Plan for BehaviorPlan {
     }
 }
 
-/// The robot as skills see it.
+/// View of the robot for skills.
 struct SkillMission<'a> {
     actions: &'a mut MissionActions,
     conditions: &'a KnownConditions,
@@ -197,7 +197,7 @@ impl BehaviorHost for SkillMission<'_> {
         match self.actions.progress(index, self.now.now()) {
             ActionProgress::Succeeded => BehaviorProgress::Succeeded,
             ActionProgress::Failed => BehaviorProgress::Failed,
-            // What a reflex has cancelled is requested again.
+            // Actions cancelled by a reflex are requested again.
             ActionProgress::Preempted => BehaviorProgress::Preempted,
             ActionProgress::Idle | ActionProgress::Running => BehaviorProgress::Running,
         }

@@ -21,7 +21,7 @@ use crate::view::{
     MissionOrder, MissionRobot, MissionSight, tree,
 };
 
-/// The most ticks of a tree in a run of the Plan.
+/// Maximum number of ticks of a tree in a run of the Plan.
 const MOST_TICKS: usize = 32;
 
 /// State of a mission that is a behaviour tree.
@@ -52,7 +52,7 @@ pub struct BehaviorTreePlanPorts {
     /// Drawing of the mission, written when its file is read.
     #[capacity(640)]
     graph: Output<MissionGraph>,
-    /// What the mission does at present, written when it changes.
+    /// Current activity of the mission, written when it changes.
     #[capacity(512)]
     activity: Output<MissionActivity>,
     /// XML of the tree, for monitors.
@@ -134,7 +134,7 @@ impl MissionExecutor for TreeExecutor {
         Ok(self.state())
     }
 
-    /// The path of each leaf's node, and its ID.
+    /// Returns the path of each leaf's node, and its ID.
     fn names(&self) -> Box<dyn Iterator<Item = (&str, &str)> + '_> {
         let tree = self.tree();
         Box::new(tree.leaves().iter().map(|leaf| (tree.nodes()[leaf.node()].path(), leaf.id())))
@@ -179,7 +179,7 @@ impl Plan for BehaviorTreePlan {
     }
 }
 
-/// The robot as a tree sees it.
+/// View of the robot for a tree.
 struct TreeMission<'a> {
     actions: &'a mut MissionActions,
     conditions: &'a KnownConditions,
@@ -210,7 +210,7 @@ impl TreeHost for TreeMission<'_> {
         match self.actions.progress(index, self.now.now()) {
             ActionProgress::Succeeded => NodeStatus::Succeeded,
             ActionProgress::Failed => NodeStatus::Failed,
-            // What a reflex has cancelled is requested again.
+            // Actions cancelled by a reflex are requested again.
             ActionProgress::Idle | ActionProgress::Running | ActionProgress::Preempted => NodeStatus::Running,
         }
     }

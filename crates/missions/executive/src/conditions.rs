@@ -7,19 +7,19 @@ use slate_plugin::prelude::*;
 
 use crate::activity_hash::ActivityHash;
 
-/// The most conditions that a mission knows.
+/// Maximum number of conditions that a mission knows.
 const MOST_CONDITIONS: usize = 256;
 
 /// Name of a condition in guards, such as `obstacle`.
 pub type ConditionName = Text<28>;
 
-/// A condition and whether it holds.
+/// Condition and its value.
 #[interface]
 #[derive(PartialEq)]
 pub struct ConditionValue {
     /// Name in guards, such as `obstacle`.
     pub name: ConditionName,
-    /// Whether it holds.
+    /// Value of the condition: true if it holds.
     pub holds: Bool,
 }
 
@@ -27,7 +27,7 @@ pub struct ConditionValue {
 #[interface]
 #[derive(PartialEq)]
 pub struct ConditionValues {
-    /// The conditions.
+    /// Conditions.
     pub conditions: Sequence<ConditionValue, 8>,
 }
 
@@ -46,7 +46,7 @@ impl ConditionValues {
 pub struct KnownConditions(BTreeMap<String, bool>);
 
 impl KnownConditions {
-    /// Takes new values.
+    /// Sets new values.
     ///
     /// # Errors
     /// If they have more names than a mission may know.
@@ -54,7 +54,7 @@ impl KnownConditions {
         values.conditions.iter().try_for_each(|value| self.set(value.name.as_str(), value.holds.get()))
     }
 
-    /// Takes a new value of a condition.
+    /// Sets a new value of a condition.
     ///
     /// # Errors
     /// If there are more than a mission may know.

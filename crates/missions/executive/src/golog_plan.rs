@@ -32,7 +32,8 @@ pub struct GologMissionStatus {
     pub steps: u64,
     /// Name of the mission.
     pub mission: Text<60>,
-    /// Actions that run, a search that goes on, and unknown conditions: "go(desk), waits for `localized`".
+    /// Running actions, a continued search, and unknown conditions.
+    /// For example "go(desk), waits for `localized`".
     pub running: Text<252>,
 }
 
@@ -53,7 +54,7 @@ pub struct GologPlanPorts {
     /// Drawing of the mission, written when its file is read.
     #[capacity(640)]
     graph: Output<MissionGraph>,
-    /// What the mission does at present, written when it changes.
+    /// Current activity of the mission, written when it changes.
     #[capacity(512)]
     activity: Output<MissionActivity>,
 }
@@ -181,7 +182,7 @@ impl Plan for GologPlan {
     }
 }
 
-/// The robot as a program sees it.
+/// View of the robot for a program.
 struct GologMission<'a> {
     actions: &'a mut MissionActions,
     now: u64,
@@ -198,7 +199,7 @@ impl GologHost for GologMission<'_> {
         match self.actions.progress(slot, self.now) {
             ActionProgress::Succeeded => GologProgress::Succeeded,
             ActionProgress::Failed => GologProgress::Failed,
-            // What a reflex has cancelled is requested again.
+            // Actions cancelled by a reflex are requested again.
             ActionProgress::Idle | ActionProgress::Running | ActionProgress::Preempted => {
                 GologProgress::Running
             }
@@ -216,7 +217,7 @@ pub(crate) fn run_program(mission: &mut PlanMission<GologExecutor>, now: &Tick) 
     let PlanMission { executor: Some(executor), actions, conditions, failure: None, .. } = mission else {
         return Ok(());
     };
-    // What occurs in a pause is not forgotten.
+    // Events in a pause are not lost.
     executor.observe(|name| conditions.get(name))?;
     if is_paused {
         return Ok(());
@@ -254,7 +255,8 @@ impl GologPlanState {
     }
 }
 
-/// The actions that run, those that wait, a search that goes on, and unknown conditions.
+/// Returns the text of running and waiting actions.
+/// With a continued search, and unknown conditions.
 fn running_text(executor: &GologExecutor) -> String {
     let mut parts: Vec<String> = executor
         .running()

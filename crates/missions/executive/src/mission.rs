@@ -1,4 +1,5 @@
-//! What the Plans of missions have in common: reading, reloading, saving, conditions, actions and verdicts.
+//! Common part of the Plans of missions.
+//! Reading, reloading, saving, conditions, actions and verdicts.
 
 use serde::de::DeserializeOwned;
 use serde::ser::Error as _;
@@ -19,12 +20,12 @@ use crate::view::{
 pub trait MissionExecutor: Sized {
     /// State that a snapshot has.
     type Saved: Clone + Default + Serialize + DeserializeOwned;
-    /// What a mission's file has, in messages.
+    /// Noun for the content of a mission's file, in messages.
     const NOUN: &'static str;
     /// Parameter of the Plan that names the file.
     const PARAMETER: &'static str;
 
-    /// What the mission is written in.
+    /// Notation of the mission.
     const NOTATION: MissionNotation;
 
     /// Returns whether the mission runs, has succeeded, or has failed.
@@ -33,19 +34,19 @@ pub trait MissionExecutor: Sized {
     /// Draws the mission; elements have the numbers that items and orders name.
     fn draw(&self) -> MissionDrawing;
 
-    /// Hashes what the activity shows beside actions and conditions.
+    /// Hashes the activity's content beside actions and conditions.
     fn hash_into(&self, seen: &MissionSight<'_>, hash: &mut ActivityHash);
 
-    /// Describes what the mission does at present.
+    /// Describes the current activity of the mission.
     fn describe(&self, seen: &MissionSight<'_>, activity: &mut ActivityWriter<'_>);
 
-    /// Makes the smallest step.
+    /// Performs the smallest step.
     ///
     /// # Errors
     /// Why the mission can't go on.
     fn step(&mut self, robot: MissionRobot<'_>) -> Result<(), String>;
 
-    /// Makes happen what an element stands for.
+    /// Forces the event of an element.
     fn force(&mut self, element: usize, outcome: ForcedOutcome, robot: MissionRobot<'_>) -> Forcing;
 
     /// Returns the state.
@@ -64,17 +65,17 @@ pub struct PlanMission<E: MissionExecutor> {
     read: Option<(String, u32)>,
     /// Execution, once a file was read.
     pub executor: Option<E>,
-    /// Its actions at Execute.
+    /// Actions at Execute.
     pub actions: MissionActions,
     /// Conditions that are known.
     pub conditions: KnownConditions,
-    /// Reason for which the mission can't go on.
+    /// Reason of the mission's failure.
     pub failure: Option<String>,
     /// State that waits for its file.
     restored: Option<SavedPlanMission<E::Saved>>,
     /// Text of the newest report; empty where the Plan has none.
     pub last_report: Option<String>,
-    /// Text of the next report, kept so that a run allocates nothing.
+    /// Text of the next report, a buffer without allocations in a run.
     pub report_text: String,
     view: MissionView,
 }
@@ -153,7 +154,8 @@ impl<E: MissionExecutor> PlanMission<E> {
         false
     }
 
-    /// Goes on with a changed file, or begins with it where the old mission has ended.
+    /// Replaces the mission's file.
+    /// It continues with the changed file, or begins with it where the old mission has ended.
     fn exchange(
         &mut self,
         load: impl FnOnce(&E::Saved) -> Result<(E, MissionActions), String>,
@@ -199,7 +201,7 @@ impl<E: MissionExecutor> PlanMission<E> {
         })
     }
 
-    /// Takes new conditions, and the actions that have ended.
+    /// Updates conditions and ended actions.
     pub fn update(
         &mut self,
         conditions: &Noticed<ConditionValues>,
@@ -218,7 +220,8 @@ impl<E: MissionExecutor> PlanMission<E> {
         self.actions.take_endings(situation);
     }
 
-    /// Whether the mission makes no steps until it is resumed.
+    /// Returns true while the mission is paused.
+    /// It makes no steps until it is resumed.
     pub fn is_paused(&self) -> bool {
         self.view.saved.is_paused
     }
@@ -266,7 +269,7 @@ impl<E: MissionExecutor> PlanMission<E> {
         }
     }
 
-    /// Publishes the graph of a file that was read, and the activity where something has changed.
+    /// Publishes the graph of a new file, and the activity on a change.
     pub fn publish(&mut self, graph: &Output<MissionGraph>, activity: &Output<MissionActivity>, now: &Tick) {
         self.view.publish_graph(E::NOTATION, graph);
         let seen = MissionSight { actions: &self.actions, conditions: &self.conditions, now: now.now() };
@@ -314,7 +317,8 @@ impl<E: MissionExecutor> PlanMission<E> {
         Verdict { state, outcome, reason: Text::new(reason) }
     }
 
-    /// Returns why the mission can't go on; its texts are short, and the log has the file's folder.
+    /// Returns the reason why the mission can't go on.
+    /// Its texts are short, and the log has the file's folder.
     fn reason(&self) -> Option<&str> {
         let failure = self.failure.as_deref()?;
         Some(failure.strip_prefix(self.folder()).unwrap_or(failure))
@@ -326,7 +330,8 @@ impl<E: MissionExecutor> PlanMission<E> {
         &file[..file.rfind('/').map_or(0, |slash| slash + 1)]
     }
 
-    /// Whether the report's text differs from the newest one; takes it in that case.
+    /// Returns true if the report's text differs from the newest one.
+    /// It then takes the report.
     pub fn takes_report(&mut self) -> bool {
         if self.last_report.as_ref() == Some(&self.report_text) {
             return false;

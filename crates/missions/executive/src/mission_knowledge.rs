@@ -16,12 +16,12 @@ pub struct MissionPorts {
     pub partners: Known<FactTable<MissionStatement>>,
 }
 
-/// Knows the robot, and what the robots of a plan state.
+/// Knowledge of the robot, and of the statements of a plan's robots.
 pub struct MissionKnowledge;
 
 impl Knowledge for MissionKnowledge {
     const NAME: &'static str = "mission_knowledge";
-    const DOC: &'static str = "Knows the robot on wheels, and what the robots of a plan state.";
+    const DOC: &'static str = "Knows the wheeled robot, and the statements of a plan's robots.";
     type Models = (<WheeledKnowledge as Knowledge>::Models, MissionPorts);
     type Params = WheeledKnowledgeParams;
     type State = WheeledKnowledgeState;

@@ -23,7 +23,7 @@ use crate::view::{
     MissionOrder, MissionRobot, MissionSight,
 };
 
-/// The most steps of a net in a run of the Plan.
+/// Maximum number of steps of a net in a run of the Plan.
 const MOST_STEPS: usize = 32;
 
 /// Prefix of conditions about other robots of the plan: `absent_r2`.
@@ -49,9 +49,9 @@ pub struct PetriNetPlanPorts {
     conditions: Noticed<ConditionValues>,
     /// Conditions of Knowledge or of a person.
     facts: Input<ConditionValues>,
-    /// What the other robots of the plan state, from Knowledge.
+    /// Statements of the other robots of the plan, from Knowledge.
     partners: Input<FactTable<MissionStatement>>,
-    /// What this robot states about its part of a plan of several robots.
+    /// Statement of this robot about its part of a joint plan.
     #[capacity(1)]
     claims: Output<FactTable<MissionStatement>>,
     /// State of the mission, written when it changes.
@@ -64,7 +64,7 @@ pub struct PetriNetPlanPorts {
     /// Drawing of the mission, written when its file is read.
     #[capacity(640)]
     graph: Output<MissionGraph>,
-    /// What the mission does at present, written when it changes.
+    /// Current activity of the mission, written when it changes.
     #[capacity(512)]
     activity: Output<MissionActivity>,
 }
@@ -83,14 +83,14 @@ pub struct PetriNetPlanParams {
         doc = "name of the robot in a plan of several robots, such as `r1` of `goto_6_2@r1.exec`"
     )]
     robot: Text<28>,
-    #[param(default = 3.0, range = 0.5..=3600.0, unit = "s", doc = "time without a sign of another robot of the plan after which it is absent")]
+    #[param(default = 3.0, range = 0.5..=3600.0, unit = "s", doc = "time without a message of another robot of the plan after which it is absent")]
     partner_timeout: f64,
 }
 
 /// State of [`PetriNetPlan`].
 pub type PetriNetPlanState = PlanMission<PetriNetRun>;
 
-/// Execution of a net, and what has happened in it.
+/// Execution of a net, and its events.
 pub struct PetriNetRun {
     executor: PetriNetExecutor,
     /// Part in a plan of several robots.
@@ -190,7 +190,8 @@ impl MissionExecutor for PetriNetRun {
     }
 }
 
-/// Follows a Petri Net Plan: its actions are those of Execute, its conditions come from Analyzes and Knowledge.
+/// Plan that executes a Petri Net Plan.
+/// Its actions are those of Execute, its conditions come from Analyzes and Knowledge.
 pub struct PetriNetPlan;
 
 impl Plan for PetriNetPlan {
@@ -227,7 +228,7 @@ impl Plan for PetriNetPlan {
     }
 }
 
-/// What the net sees of the robot.
+/// View of the robot for the net.
 struct MissionHost<'a> {
     actions: &'a mut MissionActions,
     conditions: &'a KnownConditions,
@@ -267,7 +268,7 @@ impl PlanHost for MissionHost<'_> {
 }
 
 impl PetriNetRun {
-    /// Makes a step of the net.
+    /// Performs a step of the net.
     fn advance(
         &mut self,
         actions: &mut MissionActions,
@@ -289,7 +290,7 @@ impl PetriNetRun {
     }
 }
 
-/// Steps the net until nothing more happens in this run.
+/// Steps the net until no further transition fires in this run.
 pub(crate) fn run_net(
     mission: &mut PetriNetPlanState,
     partners: Option<&FactTable<MissionStatement>>,

@@ -9,16 +9,17 @@ use slate_plugin::interfaces::FactHead;
 use slate_plugin::mapek::FactTable;
 use slate_plugin::prelude::*;
 
-/// Period in which an unchanged statement is written again, ns: the host drops the outputs of a failed step.
+/// Period in which an unchanged statement is rewritten, ns.
+/// The host drops the outputs of a failed step.
 const AGAIN: u64 = 1_000_000_000;
 
 /// Identifier of a transition that robots share.
 type TransitionId = Text<28>;
 
-/// The most transitions that a robot shares with others.
+/// Maximum number of transitions that a robot shares with others.
 const MOST_SHARED: usize = 48;
 
-/// What a robot states about a transition that it shares with others.
+/// Statement of a robot about a transition that it shares with others.
 #[interface]
 #[derive(PartialEq)]
 pub struct TransitionStatement {
@@ -26,15 +27,15 @@ pub struct TransitionStatement {
     pub id: TransitionId,
     /// Run of the deciding robot that the numbers are of.
     pub life: u64,
-    /// Attempt that it has opened, or has promised to follow; 0 for none.
+    /// Open or promised attempt; 0 for none.
     pub open: u64,
     /// Newest attempt in which it fired, or number of firings whose tokens it has sent.
     pub done: u64,
-    /// Whether it could fire it now.
+    /// True if the robot could fire it now.
     pub is_ready: Bool,
 }
 
-/// What a robot states about its part of a plan.
+/// Statement of a robot about its part of a plan.
 #[interface]
 #[derive(PartialEq)]
 pub struct MissionStatement {
@@ -44,7 +45,7 @@ pub struct MissionStatement {
     pub beat: u64,
     /// Transitions that it shares with others.
     pub transitions: Sequence<TransitionStatement, 48>,
-    /// Whether its part has reached its goal or failed.
+    /// True if its part has reached its goal or failed.
     pub has_ended: Bool,
 }
 
@@ -52,9 +53,9 @@ pub struct MissionStatement {
 #[derive(Clone, Debug)]
 pub struct TeamPart {
     robot: String,
-    /// Its synchronisations.
+    /// Synchronisations of the part.
     pub synchronizer: Synchronizer,
-    /// What was written, when and how often.
+    /// Newest written statement, its time and count.
     written: Option<MissionStatement>,
     time: u64,
     count: u64,
@@ -69,7 +70,8 @@ pub struct SavedTeamPart {
     count: u64,
 }
 
-/// Returns a robot's net of a plan; the plan itself where it is for one robot.
+/// Returns a robot's net of a plan.
+/// It is the plan itself if that is for one robot.
 ///
 /// # Errors
 /// If the plan does not name the robot, or names robots and none is asked for.
@@ -108,12 +110,13 @@ impl TeamPart {
         synchronizer.restore(&saved.synchronizer)?;
         let mut part =
             Self { robot: robot.into(), synchronizer, written: None, time: saved.time, count: saved.count };
-        // What was written before the snapshot is the same.
+        // The statement written before the snapshot is the same.
         part.written = (saved.count > 0).then(|| part.statement());
         Ok(part)
     }
 
-    /// Returns whether a transition concerns this robot alone, and nothing is promised to others.
+    /// Returns true if a transition concerns this robot alone.
+    /// No promise to others may be open for it.
     pub fn may_force(&self, transition: PlanTransition) -> bool {
         !self.synchronizer.is_bound()
             && (transition.instance > 0 || !self.synchronizer.shares(transition.transition))
@@ -124,7 +127,7 @@ impl TeamPart {
         SavedTeamPart { synchronizer: self.synchronizer.state(), time: self.time, count: self.count }
     }
 
-    /// Begins a run: takes what the others state, and decides.
+    /// Begins a run: reads the others' statements, and decides.
     ///
     /// # Errors
     /// If robots do not agree about a synchronisation.
@@ -134,7 +137,7 @@ impl TeamPart {
         timeout: f64,
         now: &Tick,
     ) -> Result<(), String> {
-        // The cast takes the nearest number for what is out of range.
+        // The cast clamps numbers out of range.
         self.synchronizer.begin(now.now(), (timeout * 1e9) as u64);
         let facts = partners.into_iter().flat_map(|table| table.iter());
         for fact in facts.filter(|fact| !fact.head.retracted.get() && fact.head.key.as_str() != self.robot) {

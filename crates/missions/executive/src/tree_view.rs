@@ -1,4 +1,4 @@
-//! What monitors of behaviour trees see of a Plan.
+//! Ports of a Plan for monitors of behaviour trees.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -12,7 +12,8 @@ pub const TREE: &str = "tree_xml";
 ///
 /// 0 is idle, 1 running, 2 succeeded, 3 failed; 10 more is a node that was reset after that status.
 pub const NODES: &str = "tree_nodes";
-/// Port with the entries of blackboards that have a value, as JSON: path of the sub-tree, name and value of each.
+/// Port with the entries of blackboards that have a value, as JSON.
+/// Path of the sub-tree, name and value of each.
 ///
 /// The blackboard of the main tree has the name of the tree.
 pub const BLACKBOARDS: &str = "tree_blackboards";
@@ -25,7 +26,8 @@ const MOST_JSON: usize = 64 << 10;
 pub struct TreeView {
     /// Number that changes with the file of the tree.
     pub fingerprint: u64,
-    /// Bytes of the content, or at least these where it is left out because it is too large.
+    /// Size of the content, bytes.
+    /// A lower bound where it is left out because it is too large.
     #[unit("byte")]
     pub size: u64,
     /// Content, which depends on the port.
@@ -33,14 +35,14 @@ pub struct TreeView {
 }
 
 impl TreeView {
-    /// Writes the tree, if somebody watches.
+    /// Writes the tree, if a viewer subscribes.
     pub fn write_tree(port: &Debug<Self>, executor: &TreeExecutor) {
         write(port, executor, |executor| {
             executor.tree().monitor_xml().map(|xml| Cow::Borrowed(xml.as_bytes()))
         });
     }
 
-    /// Writes the statuses of the nodes, if somebody watches.
+    /// Writes the statuses of the nodes, if a viewer subscribes.
     pub fn write_nodes(port: &Debug<Self>, executor: &TreeExecutor) {
         write(port, executor, |executor| {
             let status = |node| match (executor.status(node), executor.last_status(node)) {
@@ -52,7 +54,7 @@ impl TreeView {
         });
     }
 
-    /// Writes the values of the blackboards, if somebody watches.
+    /// Writes the values of the blackboards, if a viewer subscribes.
     pub fn write_blackboards(port: &Debug<Self>, executor: &TreeExecutor) {
         write(port, executor, |executor| {
             let mut json = String::from("[");
@@ -77,7 +79,7 @@ impl TreeView {
     }
 }
 
-/// Writes a content, or its least size where it is too large.
+/// Writes a content, or the lower bound of its size if it is too large.
 fn write(
     port: &Debug<TreeView>,
     executor: &TreeExecutor,

@@ -19,7 +19,7 @@ pub struct ObservedConditions {
 pub struct WheeledConditionsParams {
     #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "range below which an obstacle is near")]
     obstacle_distance: f64,
-    #[param(default = 0.9, range = 0.0..=10.0, unit = "m", doc = "range above which it is no longer near (hysteresis)")]
+    #[param(default = 0.9, range = 0.0..=10.0, unit = "m", doc = "range above which an obstacle is no longer near (hysteresis)")]
     free_distance: f64,
     #[param(default = 3, range = 1..=100, doc = "scans in a row that must agree")]
     scans: u32,
@@ -36,7 +36,8 @@ pub struct WheeledConditionsState {
     is_placed: (bool, bool),
 }
 
-/// Reports `obstacle`, whether something is near, and `localized`, whether position and heading are known.
+/// Reports `obstacle`, true near an obstacle, and `localized`.
+/// `localized` is true while position and heading are known.
 pub struct WheeledConditions;
 
 impl Analyze for WheeledConditions {

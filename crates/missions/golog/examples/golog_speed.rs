@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use slate_golog::{ActionTheory, GologExecutor, GologHost, GologProgress, RobotAction, SearchLimits};
 
-/// A robot whose actions succeed at once.
+/// Robot whose actions succeed at once.
 struct Quick;
 
 impl GologHost for Quick {

@@ -5,15 +5,15 @@ use crate::theory::{ActionTheory, PerformedAction};
 /// Kind of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum GologFindingKind {
-    /// An action that the robot does not have.
+    /// Action that the robot does not have.
     UnknownAction,
-    /// A procedure that the main program does not reach.
+    /// Procedure that the main program does not reach.
     UnreachableProcedure,
-    /// An action that no program performs.
+    /// Action that no program performs.
     UnusedAction,
-    /// A fluent that nothing reads.
+    /// Fluent without a reader.
     UnusedFluent,
-    /// A fluent that is unknown at the start, and that nothing changes.
+    /// Fluent that is unknown at the start, and never changes.
     UnsetFluent,
 }
 
@@ -35,7 +35,7 @@ impl GologFindingKind {
     }
 }
 
-/// A defect of a theory.
+/// Defect of a theory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GologFinding {
     /// Kind.
@@ -82,7 +82,7 @@ pub fn check_theory(theory: &ActionTheory, is_known: Option<&dyn Fn(&str) -> boo
     findings
 }
 
-/// Whether the main program reaches each procedure.
+/// Returns for each procedure whether the main program reaches it.
 fn reached(theory: &ActionTheory) -> Vec<bool> {
     let mut is_reached = vec![false; theory.procedures.len()];
     let mut open = vec![theory.main];
@@ -97,19 +97,20 @@ fn reached(theory: &ActionTheory) -> Vec<bool> {
 /// Row of the outline of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ProgramRow {
-    /// Row of which it is a part; `None` for a procedure.
+    /// Row of the enclosing part; `None` for a procedure.
     pub parent: Option<usize>,
     /// Level of the part; 0 for a procedure.
     pub level: usize,
     /// Text such as `while not done` or `go_to(desk)`.
     pub text: String,
-    /// Whether it is an action, a test or a call.
+    /// True for an action, a test or a call.
     pub is_leaf: bool,
-    /// Whether it is an action.
+    /// True for an action.
     pub is_action: bool,
 }
 
-/// Returns the procedures with the parts of their programs, in the order of the file.
+/// Returns the procedures with the parts of their programs.
+/// They are in the order of the file.
 pub fn outline(theory: &ActionTheory) -> Vec<ProgramRow> {
     let mut rows = Vec::new();
     for procedure in &theory.procedures {

@@ -3,14 +3,14 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// A file of a theory that is refused, with its place.
+/// File of a theory that is refused, with its place.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{reason}{}", place(.file, *.line, *.column), help_text(.help))]
 pub struct GologError {
     file: Option<PathBuf>,
-    /// From 1; 0 without a place.
+    /// Line number, from 1; 0 without a place.
     line: usize,
-    /// From 1, in characters.
+    /// Column, from 1, in characters.
     column: usize,
     /// Number of marked characters.
     width: usize,
@@ -26,7 +26,7 @@ impl GologError {
         Self { file, line: 0, column: 0, width: 0, excerpt, reason: reason.into(), help }
     }
 
-    /// An error at a range of bytes of a text.
+    /// Returns an error at a range of bytes of a text.
     pub(crate) fn at(text: &str, start: usize, end: usize, reason: impl Into<String>) -> Self {
         let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
         let excerpt = text[line_start..].lines().next().unwrap_or_default();
@@ -85,17 +85,17 @@ fn help_text(help: &Option<String>) -> String {
     help.as_ref().map_or(String::new(), |help| format!("; {help}"))
 }
 
-/// A program that can't go on.
+/// Failure of a program.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {reason}")]
 pub struct GologRunError {
     /// Line in the file, from 1.
     pub line: usize,
-    /// Defect, and what was expected.
+    /// Defect and expectation.
     pub reason: String,
 }
 
-/// A state that does not fit into a theory.
+/// State that does not fit into a theory.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the state of the run doesn't fit into the theory: {0}; restart the mission, or keep that part")]
 pub struct GologStateError(pub(crate) String);

@@ -8,9 +8,9 @@ use crate::theory::formula::MOST_VARIABLES;
 /// Limits of an offline execution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SolutionLimits {
-    /// The most transitions of a sequence, tests included.
+    /// Maximum number of transitions of a sequence, tests included.
     pub most_depth: usize,
-    /// The most transitions of all.
+    /// Maximum number of transitions of all.
     pub most_transitions: u64,
 }
 
@@ -21,7 +21,7 @@ pub struct SolutionReport {
     pub solutions: u64,
     /// Number of transitions.
     pub transitions: u64,
-    /// Whether no limit was reached.
+    /// True if no limit was reached.
     pub is_complete: bool,
 }
 

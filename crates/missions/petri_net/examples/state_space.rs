@@ -1,4 +1,5 @@
-//! Prints the state space of each net of standard input, for `tests/compare_snakes.py`.
+//! Prints the state space of each net of standard input.
+//! For `tests/compare_snakes.py`.
 //!
 //! A line is a net: `{"places": [1, 0], "transitions": [[[[0, 1]], [[1, 2]]]]}` has a transition that takes a token of
 //! place 0 and puts two into place 1. The answer is a line with `complete`, `markings` and `edges`.

@@ -5,9 +5,9 @@ use crate::guard::{ActionQuery, NetGuard, parse_guard};
 use crate::label::{ActionEvent, place_words, transition_words};
 use crate::net::{NetPlace, NetTransition, PetriNet};
 
-/// The most places, transitions and arcs of a net.
+/// Maximum number of places, transitions and arcs of a net.
 pub(crate) const MOST_PARTS: usize = 10_000;
-/// The longest label, bytes.
+/// Longest label, bytes.
 const LONGEST_LABEL: usize = 4096;
 
 /// Places with weights.
@@ -38,12 +38,12 @@ pub(crate) struct NodeLabel {
 pub struct NetBuilder {
     pub(crate) name: String,
     pub(crate) places: Vec<(NodeLabel, u32)>,
-    /// Label, places that it takes from, and places that it puts to.
+    /// Labels, input arcs and output arcs.
     pub(crate) transitions: Vec<(NodeLabel, Arcs, Arcs)>,
 }
 
 impl NetBuilder {
-    /// Begins a net without places.
+    /// Returns a builder of a net without places.
     pub fn new(name: &str) -> Self {
         Self { name: name.into(), places: Vec::new(), transitions: Vec::new() }
     }
@@ -55,7 +55,8 @@ impl NetBuilder {
         self.places.len() - 1
     }
 
-    /// Adds a transition with a label, the places with tokens that it takes, and those that it puts; returns its index.
+    /// Adds a transition with a label and weighted arcs; returns its index.
+    /// `inputs` are places with the tokens that it takes, `outputs` those that it puts.
     pub fn transition(&mut self, name: &str, inputs: &[(usize, u32)], outputs: &[(usize, u32)]) -> usize {
         let id = format!("t{}", self.transitions.len() + 1);
         let part = NodeLabel { id, name: name.into(), line: None };
@@ -178,7 +179,7 @@ fn add(events: &mut Vec<(usize, ActionEvent)>, event: (usize, ActionEvent)) {
     }
 }
 
-/// The guard of the label, or that of `end` and `fail` without one.
+/// Returns the guard of the label, or that of `end` and `fail` without one.
 fn guard(
     transition: &NetTransition,
     actions: &[String],

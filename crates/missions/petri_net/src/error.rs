@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-/// A net, or a file of one, that is refused.
+/// Net, or a file of one, that is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{reason}", place(.file, *.line))]
 pub struct NetError {
     file: Option<PathBuf>,
-    /// From 1.
+    /// Line number, from 1.
     line: Option<usize>,
     reason: String,
 }

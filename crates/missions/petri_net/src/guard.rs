@@ -5,18 +5,19 @@ use std::fmt;
 /// Deepest nesting of a guard.
 const DEPTH: usize = 64;
 
-/// Boolean expression over conditions: an atom, `and a b`, `or a b`, `not a`, with brackets.
+/// Boolean expression over conditions.
+/// An atom, `and a b`, `or a b`, `not a`, with brackets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NetGuard {
-    /// A condition that the host answers.
+    /// Condition that the host answers.
     Condition(usize),
-    /// A property of an action of the net, such as `goto_1_2.finished`.
+    /// Property of an action of the net, such as `goto_1_2.finished`.
     Action(usize, ActionQuery),
-    /// All hold.
+    /// Conjunction.
     And(Vec<NetGuard>),
-    /// At least one holds.
+    /// Disjunction.
     Or(Vec<NetGuard>),
-    /// The operand does not hold.
+    /// Negation.
     Not(Box<NetGuard>),
 }
 
@@ -56,7 +57,8 @@ impl ActionQuery {
 }
 
 impl NetGuard {
-    /// Evaluates the guard. `None` is unknown: a conjunction with a false operand is false all the same.
+    /// Evaluates the guard; `None` is unknown.
+    /// A conjunction with a false operand is false in spite of an unknown one.
     pub fn evaluate(&self, value: &mut impl FnMut(&NetGuard) -> Option<bool>) -> Option<bool> {
         match self {
             Self::Condition(_) | Self::Action(..) => value(self),
@@ -78,7 +80,7 @@ impl NetGuard {
     }
 }
 
-/// Kleene's conjunction, or disjunction where `decisive` is true.
+/// Returns Kleene's conjunction, or disjunction if `decisive` is true.
 fn all(
     operands: &[NetGuard],
     value: &mut impl FnMut(&NetGuard) -> Option<bool>,
@@ -95,7 +97,8 @@ fn all(
     result
 }
 
-/// Parses a guard without its square brackets; `atom` makes an atom of a word.
+/// Parses a guard without its square brackets.
+/// `atom` converts a word to an atom.
 pub(crate) fn parse_guard(
     text: &str,
     mut atom: impl FnMut(&str) -> Result<NetGuard, String>,

@@ -6,14 +6,15 @@ use crate::error::NetError;
 use crate::guard::NetGuard;
 use crate::net::{NetPlace, NetTransition, PetriNet};
 
-/// A net for several robots: `@r1` in the label of each place names the robot that it belongs to.
+/// Net for several robots.
+/// `@r1` in the label of each place names the robot that it belongs to.
 ///
 /// A transition is fired by the robots of the places that it takes from: by one alone, or by several at once, which is a
 /// hard synchronisation. Tokens that it puts into places of other robots are a soft synchronisation: they are sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JointNet {
     net: PetriNet,
-    /// In order.
+    /// Names of the robots, in order.
     robots: Vec<String>,
     /// Robot of each place.
     owners: Vec<usize>,
@@ -24,11 +25,11 @@ pub struct JointNet {
 /// Part of a [`JointNet`] that one robot executes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RobotNet {
-    /// The net, without the robot's name in actions, conditions and labels of places.
+    /// Net, without the robot's name in actions, conditions and labels of places.
     pub net: PetriNet,
     /// Transitions that it fires together with others.
     pub hard: Vec<HardSynchronization>,
-    /// Transitions that send tokens: index, and identifier of what they send.
+    /// Transitions that send tokens: index, and identifier of the tokens.
     pub sent: Vec<(usize, String)>,
     /// Transitions that stand for one of another robot, and put its tokens.
     pub received: Vec<ReceivedTokens>,
@@ -45,14 +46,14 @@ pub struct HardSynchronization {
     pub robots: Vec<String>,
 }
 
-/// Transition that puts the tokens that another robot has sent.
+/// Transition that receives the tokens sent by another robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReceivedTokens {
     /// Index in the robot's net.
     pub transition: usize,
-    /// Identifier of what is sent.
+    /// Identifier of the tokens.
     pub id: String,
-    /// The sender.
+    /// Sender.
     pub robot: String,
 }
 
@@ -64,13 +65,14 @@ pub(crate) fn split_robot(text: &str) -> (&str, Option<&str>) {
     }
 }
 
-/// The robots that the words of a label name alone, such as `@r1`.
+/// Returns the robots that the words of a label name alone, such as `@r1`.
 fn words(label: &str) -> impl Iterator<Item = &str> {
     label.split_whitespace().filter_map(|word| word.strip_prefix('@')).filter(|robot| !robot.contains('.'))
 }
 
 impl JointNet {
-    /// Returns the plan of several robots that a net is; `None` if its labels name no robot.
+    /// Returns the joint plan of a net.
+    /// `None` if its labels name no robot.
     ///
     /// # Errors
     /// If a place has no robot, or a transition that of an action or a condition does not fire.
@@ -149,7 +151,8 @@ impl JointNet {
         self.owners[place]
     }
 
-    /// Returns the robots that fire a transition, in order: several for a hard synchronisation.
+    /// Returns the robots that fire a transition, in order.
+    /// Several for a hard synchronisation.
     pub fn firing(&self, transition: usize) -> &[usize] {
         &self.firing[transition]
     }
@@ -212,7 +215,7 @@ impl RobotNet {
     }
 }
 
-/// Makes the part of a robot.
+/// Builder of a robot's part.
 struct RobotPart<'a> {
     joint: &'a JointNet,
     robot: usize,
@@ -281,7 +284,8 @@ impl<'a> RobotPart<'a> {
         Ok(())
     }
 
-    /// The part of a guard that the robot evaluates: operands of a conjunction without a robot are each robot's.
+    /// Returns the part of a guard that the robot evaluates.
+    /// Operands of a conjunction without a robot are each robot's.
     fn guard(&mut self, guard: &NetGuard, robots: usize) -> Result<Option<NetGuard>, String> {
         let operands = match guard {
             NetGuard::And(operands) if robots > 1 => operands.as_slice(),
@@ -327,7 +331,7 @@ impl<'a> RobotPart<'a> {
         }
     }
 
-    /// The guard with the indices of the part.
+    /// Returns the guard with the indices of the part.
     fn renamed(&mut self, guard: &NetGuard) -> NetGuard {
         match guard {
             NetGuard::Condition(index) => {
@@ -342,7 +346,8 @@ impl<'a> RobotPart<'a> {
     }
 }
 
-/// Identifier of the tokens that a transition sends, which is not that of a hard synchronisation.
+/// Returns the identifier of the tokens that a transition sends.
+/// It differs from that of a hard synchronisation.
 fn sent_id(id: &str) -> String {
     format!("{id}>")
 }

@@ -1,17 +1,17 @@
 //! Labels of places and transitions.
 
-/// What happens to an action when a transition fires.
+/// Event of an action when a transition fires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ActionEvent {
-    /// Begins from the start.
+    /// Starts the action.
     Start,
-    /// Goes on after an interruption.
+    /// Resumes the action after an interruption.
     Resume,
-    /// Ends: the action has finished.
+    /// Ends the action as finished.
     End,
-    /// Ends: the action has failed.
+    /// Ends the action as failed.
     Fail,
-    /// Is interrupted.
+    /// Interrupts the action.
     Interrupt,
 }
 
@@ -54,7 +54,7 @@ pub fn action_arguments(text: &str) -> impl Iterator<Item = &str> {
     text.split('_').skip(1)
 }
 
-/// A place's label as words.
+/// Place's label as words.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct PlaceWords<'a> {
     pub action: Option<&'a str>,
@@ -62,7 +62,7 @@ pub(crate) struct PlaceWords<'a> {
     pub fail: Option<u32>,
 }
 
-/// Reads a place's label; what is no function of a place leaves a plain one.
+/// Parses a place's label; words that are no function of a place are ignored.
 pub(crate) fn place_words(text: &str) -> Result<PlaceWords<'_>, String> {
     let mut words = PlaceWords::default();
     for word in text.split_whitespace() {
@@ -107,7 +107,8 @@ fn place_word<'a>(word: &'a str, words: &mut PlaceWords<'a>) -> Result<(), Strin
     }
 }
 
-/// Returns the number of `goal`, which is 1, or of `goal(3)`; `None` for another word.
+/// Returns the number of `goal`, which is 1, or of `goal(3)`.
+/// `None` for another word.
 fn marker(word: &str, name: &str) -> Result<Option<u32>, String> {
     match word.strip_prefix(name) {
         Some("") => Ok(Some(1)),
@@ -123,13 +124,13 @@ fn marker(word: &str, name: &str) -> Result<Option<u32>, String> {
     }
 }
 
-/// A transition's label as words.
+/// Transition's label as words.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct TransitionWords<'a> {
     /// Action, or `*`, and event.
     pub events: Vec<(&'a str, ActionEvent)>,
     pub guard: Option<&'a str>,
-    /// What is neither an event nor a guard.
+    /// Words that are neither an event nor a guard.
     pub unknown: Vec<&'a str>,
 }
 

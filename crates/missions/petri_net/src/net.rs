@@ -1,9 +1,9 @@
-//! Place/transition nets whose labels are those of Petri Net Plans.
+//! Place/transition nets with the labels of Petri Net Plans.
 
 use crate::guard::{GuardText, NetGuard};
 use crate::label::ActionEvent;
 
-/// A place of a [`PetriNet`].
+/// Place of a [`PetriNet`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NetPlace {
     /// Identifier in the file.
@@ -30,18 +30,18 @@ impl NetPlace {
     }
 }
 
-/// A transition of a [`PetriNet`].
+/// Transition of a [`PetriNet`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NetTransition {
     /// Identifier in the file.
     pub id: String,
     /// Label, such as `goto_6_2.interrupt [obstacle]`.
     pub name: String,
-    /// Places with the number of tokens that it takes.
+    /// Input arcs: places with the number of tokens taken.
     pub inputs: Vec<(usize, u32)>,
-    /// Places with the number of tokens that it puts.
+    /// Output arcs: places with the number of tokens put.
     pub outputs: Vec<(usize, u32)>,
-    /// What happens to actions, in this order.
+    /// Events of actions, in this order.
     pub events: Vec<(usize, ActionEvent)>,
     /// Guard, also that of an `end` without one.
     pub guard: Option<NetGuard>,
@@ -58,13 +58,13 @@ impl NetTransition {
         }
     }
 
-    /// Returns whether the marking has the tokens that it takes.
+    /// Returns true if the marking has the tokens that the transition takes.
     pub fn is_enabled(&self, marking: &[u32]) -> bool {
         self.inputs.iter().all(|(place, weight)| marking[*place] >= *weight)
     }
 
-    /// Moves the tokens of an enabled transition. Returns a place that would have more than `limit`, if one would;
-    /// the marking is then unchanged.
+    /// Fires an enabled transition: moves its tokens.
+    /// Returns a place that would have more than `limit`, if one would; the marking is then unchanged.
     pub fn fire(&self, marking: &mut [u32], limit: u32) -> Result<(), usize> {
         for (place, weight) in &self.inputs {
             marking[*place] -= weight;
@@ -86,7 +86,7 @@ impl NetTransition {
     }
 }
 
-/// A place/transition net with the labels of Petri Net Plans, checked.
+/// Place/transition net with the labels of Petri Net Plans, checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PetriNet {
     pub(crate) name: String,
@@ -127,7 +127,8 @@ impl PetriNet {
         self.places.iter().map(|place| place.initial).collect()
     }
 
-    /// Returns whether a marking is the goal: each place with a goal has exactly that many tokens, and one has a goal.
+    /// Returns true if a marking is the goal.
+    /// Each place with a goal has exactly that many tokens, and at least one has a goal.
     pub fn is_goal(&self, marking: &[u32]) -> bool {
         self.fits(marking, |place| place.goal)
     }
@@ -155,7 +156,8 @@ impl PetriNet {
         GuardText { guard, conditions: &self.conditions, actions: &self.actions }.to_string()
     }
 
-    /// Returns a marking as text: the places that have tokens, with their number where it is not 1.
+    /// Returns a marking as text.
+    /// The places that have tokens, with their number where it is not 1.
     pub fn marking_text(&self, marking: &[u32]) -> String {
         let marked = self.places.iter().zip(marking).filter(|(_, tokens)| **tokens > 0);
         let texts: Vec<String> = marked

@@ -1,4 +1,4 @@
-//! A plan with its sub-plans.
+//! Plan with its sub-plans.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,12 +9,12 @@ use crate::label::{action_arguments, action_name};
 use crate::net::PetriNet;
 use crate::pnml::read_pnml;
 
-/// The most runs of sub-plans in a plan.
+/// Maximum number of runs of sub-plans in a plan.
 const MOST_INSTANCES: usize = 1024;
 /// Deepest nesting of sub-plans.
 const DEPTH: usize = 32;
 
-/// A plan with the sub-plans that its actions name, ready to run.
+/// Plan with the sub-plans that its actions name, ready to run.
 ///
 /// An action is a sub-plan where a net has its name, arguments included: `patrol_2` is the net `patrol_2`.
 #[derive(Clone, Debug)]
@@ -28,31 +28,31 @@ pub struct PetriPlan {
     pub(crate) states: usize,
 }
 
-/// A net in the tree of sub-plans.
+/// Net in the tree of sub-plans.
 #[derive(Clone, Debug)]
 pub(crate) struct NetRun {
     pub net: usize,
     /// Names of the nets and actions that lead to it, such as `patrol/inspect_3`.
     pub path: String,
-    /// Its first place among those of all instances.
+    /// Index of the first place among those of all instances.
     pub places: usize,
-    /// Its first action among those of all instances.
+    /// Index of the first action among those of all instances.
     pub states: usize,
-    /// What performs each action.
+    /// Performer of each action.
     pub performers: Vec<Performer>,
-    /// For each condition, its number in the plan.
+    /// Number in the plan of each condition.
     pub conditions: Vec<usize>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Performer {
-    /// The host, by the action's number.
+    /// Action of the host, by its number.
     Host(usize),
-    /// A sub-plan.
+    /// Sub-plan.
     Instance(usize),
 }
 
-/// An action that the host performs.
+/// Action that the host performs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlanAction {
     text: String,
@@ -60,7 +60,7 @@ pub struct PlanAction {
 }
 
 impl PlanAction {
-    /// Returns the action with its arguments, as the net has it: `goto_6_2`.
+    /// Returns the action with its arguments, as in the net: `goto_6_2`.
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -82,12 +82,14 @@ impl PlanAction {
 }
 
 impl PetriPlan {
-    /// Reads a plan, and the sub-plans that it names from the files `NAME.pnml` of the same folder.
+    /// Reads a plan and its sub-plans.
+    /// Sub-plans are the files `NAME.pnml` of the same folder.
     pub fn read(file: &Path) -> Result<Self, NetError> {
         Self::with_folder(read_pnml(file)?, file)
     }
 
-    /// Combines a net of a file, such as a robot's part, with the sub-plans in the file's folder.
+    /// Combines a net of a file with the sub-plans in the file's folder.
+    /// The net is, for example, a robot's part.
     pub fn with_folder(root: PetriNet, file: &Path) -> Result<Self, NetError> {
         let folder = file.parent().unwrap_or(Path::new(""));
         Self::new(root, |name| {

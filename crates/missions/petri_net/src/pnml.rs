@@ -16,7 +16,8 @@ use crate::net::PetriNet;
 /// Greatest size of a file, bytes.
 const MOST_BYTES: u64 = 16 << 20;
 
-/// Reads a net from a file. Its name is that of the file up to the first dot, or that of a comment `PLAN NAME: x`.
+/// Reads a net from a file.
+/// Its name is that of the file up to the first dot, or that of a comment `PLAN NAME: x`.
 pub fn read_pnml(file: &Path) -> Result<PetriNet, NetError> {
     let unreadable = |error: std::io::Error| NetError::new(format!("can't be read: {error}")).of_file(file);
     let refused = |reason: String| Err(NetError::new(reason).of_file(file));
@@ -33,7 +34,8 @@ pub fn read_pnml(file: &Path) -> Result<PetriNet, NetError> {
     parse_pnml(name.split('.').next().unwrap_or(name), &bytes).map_err(|error| error.of_file(file))
 }
 
-/// Reads a net from the bytes of a file, in UTF-8 or, where the file declares it, ISO-8859-1.
+/// Reads a net from the bytes of a file.
+/// They are in UTF-8 or, where the file declares it, ISO-8859-1.
 pub fn parse_pnml(name: &str, bytes: &[u8]) -> Result<PetriNet, NetError> {
     let text = decode(bytes)?;
     let document = Document::parse(&text).map_err(|error| {
@@ -63,7 +65,7 @@ fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, NetError> {
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text).into())
 }
 
-/// A node of the net by its identifier.
+/// Node of the net by its identifier.
 #[derive(Clone, Copy)]
 enum NetNode {
     Place(usize),
@@ -72,7 +74,7 @@ enum NetNode {
 
 struct PnmlReader<'a, 'input> {
     document: &'a Document<'input>,
-    /// Where lines end.
+    /// Positions of line ends.
     lines: Vec<usize>,
     nodes: BTreeMap<&'a str, NetNode>,
     builder: NetBuilder,
@@ -170,7 +172,7 @@ impl<'a> PnmlReader<'a, '_> {
         Ok(())
     }
 
-    /// A number such as `1` or `Default,1` of an element.
+    /// Returns a number such as `1` or `Default,1` of an element.
     fn count(&self, node: Node<'a, '_>, name: &str, missing: u32) -> Result<u32, NetError> {
         let Some((element, text)) = value(node, name) else { return Ok(missing) };
         let number = text.trim();
@@ -199,7 +201,7 @@ impl<'a> PnmlReader<'a, '_> {
 }
 
 trait AnyNamespace {
-    /// Whether it is an element of this name, in any namespace.
+    /// Returns true if it is an element of this name, in any namespace.
     fn has_tag_name_any(&self, name: &str) -> bool;
 }
 
@@ -209,7 +211,7 @@ impl AnyNamespace for Node<'_, '_> {
     }
 }
 
-/// The text of `name/value`, which other dialects call `name/text`.
+/// Returns the text of `name/value`, which other dialects call `name/text`.
 fn value<'a, 'input>(node: Node<'a, 'input>, name: &str) -> Option<(Node<'a, 'input>, Cow<'a, str>)> {
     let outer = node.children().find(|child| child.has_tag_name_any(name))?;
     let inner =

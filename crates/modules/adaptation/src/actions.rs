@@ -60,12 +60,13 @@ pub struct Managed {
 }
 
 impl Managed {
-    /// Speed of the robot, m/s, if known.
+    /// Returns the speed of the robot, m/s, if known.
     fn speed(&self) -> Option<f64> {
         self.odometry.fresh().map(|odometry| odometry.twist.linear.abs())
     }
 
-    /// Reports the progress on the blackboard and in the log; `waited` is the time since the start, seconds.
+    /// Reports the progress on the blackboard and in the log.
+    /// `waited` is the time since the start, seconds.
     fn report(&self, choice: Choice, progress: Progress, waited: f64, now: &Tick, what: fmt::Arguments<'_>) {
         let (decision, name) = (choice.decision as u64, self.alternatives.name(choice.number()));
         let alternative = Text::new(name);
@@ -81,19 +82,19 @@ impl Managed {
     }
 }
 
-/// An alternative, and the decision that it was chosen by.
+/// Alternative, and the decision that selected it.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Choice {
-    /// Its place in [`Alternatives`], from 0.
+    /// Index in [`Alternatives`], from 0.
     pub alternative: f64,
-    /// The number of the decision, from 1.
+    /// Number of the decision, from 1.
     pub decision: f64,
 }
 arguments!(Choice { alternative, decision });
 
 impl Choice {
     fn number(&self) -> usize {
-        // The Plan counts them from 0; the cast takes the nearest number for what is out of range.
+        // The Plan counts them from 0; the cast clamps numbers out of range.
         self.alternative as usize
     }
 }
@@ -102,7 +103,7 @@ impl Choice {
 #[derive(Serialize, Deserialize)]
 pub struct Reconfigure {
     choice: Choice,
-    /// The request to the host, and when it was made, nanoseconds.
+    /// Request to the host, and its time, nanoseconds.
     request: Option<(u64, u64)>,
 }
 
@@ -131,7 +132,7 @@ impl Action<Managed> for Reconfigure {
                 self.request = Some((body.settings.change(changes), now.now()));
                 Step::Running
             }
-            // Which ones, the agent itself says.
+            // The agent logs the settings itself.
             RequestAnswer::Done(_) => {
                 tell(Progress::CHANGED, format_args!("action: other settings hold"));
                 Step::Done
@@ -155,7 +156,7 @@ const TOLERANCE: f64 = 0.03;
 #[derive(Serialize, Deserialize)]
 pub struct Confirm {
     choice: Choice,
-    /// When the settings were changed, nanoseconds.
+    /// Time of the change of the settings, nanoseconds.
     since: Option<u64>,
 }
 

@@ -1,9 +1,9 @@
-//! Alternatives: the configuration as written, and variants with some other settings.
+//! Alternatives: the configuration as written, and variants of its settings.
 
 use slate_plugin::module::Sequence;
 use slate_plugin::prelude::*;
 
-/// An alternative configuration.
+/// Alternative configuration.
 #[interface]
 pub struct Alternative {
     /// Maximum speed; 0 for standstill, which needs no sensor.
@@ -15,22 +15,21 @@ pub struct Alternative {
     pub changes: Sequence<Text<124>, 8>,
 }
 
-/// The alternatives, the best first.
+/// Alternatives, the best first.
 #[interface]
 pub struct Alternatives {
-    /// The first one is for when the first sensor is healthy, the second for when only the second one is, and the third for
-    /// when none is.
+    /// Alternatives by health: first sensor healthy, only the second, none.
     pub list: Sequence<Alternative, 3>,
 }
 
 impl Alternatives {
-    /// The name of one.
+    /// Returns the name of an alternative.
     pub fn name(&self, number: usize) -> &str {
         self.list.get(number).map_or("none", |alternative| alternative.name.as_str())
     }
 
-    /// What is to be asked for, so that of the settings that alternatives name those of one hold: all are taken back, and
-    /// its own are set.
+    /// Returns the changes to request for an alternative, `path` or `path=value`.
+    /// Of the settings that alternatives name, all are reset, then its own are set.
     pub fn changes(&self, number: usize) -> impl Iterator<Item = &str> {
         let all = self.list.iter().flat_map(|alternative| alternative.changes.iter());
         let paths = all.filter_map(|change| change.as_str().split_once('=').map(|(path, _)| path));

@@ -64,7 +64,7 @@ pub struct LastCondition {
     well_since: Option<f64>,
 }
 
-/// Reports when a sensor fails, at once, and when it has recovered, after the recovery time.
+/// Reports sensor failures at once, recoveries after the recovery time.
 pub struct TellCondition;
 
 impl Analyze for TellCondition {

@@ -1,4 +1,5 @@
-//! Self-adaptation with the blocks of MAPE-K: a robot's health as sensors, its settings as actuators.
+//! Self-adaptation with the blocks of MAPE-K.
+//! A robot's health is read as sensors, its settings are written as actuators.
 //!
 //! | block | here | what it does |
 //! |---|---|---|

@@ -39,12 +39,13 @@ pub struct PlannerState {
 /// Number of attempts of an alternative.
 const TRIES: u32 = 3;
 
-/// Chooses the best alternative with a healthy sensor; after three failed attempts, the next one.
+/// Chooses the best alternative with a healthy sensor.
+/// After three failed attempts it chooses the next one.
 pub struct AdaptationPlanner;
 
 impl Plan for AdaptationPlanner {
     const NAME: &'static str = "adaptation_planner";
-    const DOC: &'static str = "Chooses what a robot does about its sensors that fail and recover.";
+    const DOC: &'static str = "Chooses a robot's configuration as its sensors fail and recover.";
     type Noticed = AdaptationPorts;
     type Params = ();
     type State = PlannerState;
@@ -102,7 +103,7 @@ impl Plan for AdaptationPlanner {
             ("alternative", name.into()),
         ];
         now.log_with(Level::Info, format_args!("plan: go on with {name}"), &fields);
-        // Fewer decisions than what a number of that kind counts exactly are made in a life.
+        // A robot's life has fewer decisions than an `f64` counts exactly.
         plan.replace(SwitchTo::request(Choice {
             alternative: best as f64,
             decision: memory.decision as f64,

@@ -1,4 +1,5 @@
-//! Health of a range sensor from its measurements, which Sensors of the managing loop read in the robot that is managed.
+//! Health of a range sensor from its measurements.
+//! Sensors of the managing loop read them in the managed robot.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Odometry, SonarScan};
@@ -9,10 +10,10 @@ use slate_plugin::prelude::*;
 #[interface]
 #[derive(PartialEq)]
 pub struct SensorHealth {
-    /// How old its newest measurement is.
+    /// Age of the newest measurement.
     #[unit("s")]
     pub age: f64,
-    /// The share of the measurement that is no number, 0 to 1.
+    /// Share of the measurement that is no number, 0 to 1.
     pub invalid: f64,
     /// Travel of the robot, or of its sides in a turn, with unchanged measurements.
     #[unit("m")]
@@ -24,7 +25,7 @@ driver_sensors! {
     ManagedOdometry("managed_odometry", "Odometry of the robot that is managed."): Odometry,
 }
 
-/// The sensor, and how its robot moves.
+/// Range measurements of the sensor, and odometry of its robot.
 #[ports]
 pub struct RangeSensor {
     /// Measurements of the sensor.
@@ -33,20 +34,22 @@ pub struct RangeSensor {
     odometry: Input<Odometry>,
 }
 
-/// The last measurement, and how the robot has moved since it was another one.
+/// Last measurement, and the robot's travel since it changed.
 #[derive(Default, Serialize, Deserialize)]
 pub struct RangeHealthState {
-    /// When the first tick was, nanoseconds.
+    /// Time of the first tick, nanoseconds.
     begun: Option<u64>,
     ranges: Vec<f64>,
-    /// Where the robot was when it was last looked.
+    /// Pose at the last tick: x, y, theta.
     pose: Option<(f64, f64, f64)>,
-    /// Metres since the measurement was another one, until now and until the newest measurement.
+    /// Travel since the measurement changed, metres.
+    /// `way` counts until now, `unchanged` until the newest measurement.
     way: f64,
     unchanged: f64,
 }
 
-/// Half the width of a robot: its sides go so far in a turn of a radian, metres.
+/// Half the width of a robot, metres.
+/// Its sides travel so far in a turn of a radian.
 const SIDE: f64 = 0.2;
 
 /// Monitors the health of a range sensor.
@@ -54,7 +57,7 @@ pub struct RangeHealthMonitor;
 
 impl Monitor for RangeHealthMonitor {
     const NAME: &'static str = "range_health_monitor";
-    const DOC: &'static str = "Watches how a sensor does that measures ranges.";
+    const DOC: &'static str = "Monitors the health of a range sensor.";
     type Sensors = RangeSensor;
     type Params = ();
     type State = RangeHealthState;
@@ -77,7 +80,7 @@ impl Monitor for RangeHealthMonitor {
         if let Some(scan) = sensors.ranges.updated() {
             let heard = scan.echoes.iter().any(|echo| echo.heard.get());
             let ranges = || scan.echoes.iter().map(|echo| echo.range);
-            // Compared as bits: what is no number is always the same, too.
+            // Compared as bits: a NaN equals itself, too.
             let same = ranges().map(f64::to_bits).eq(memory.ranges.iter().map(|range| range.to_bits()));
             // Without any echo, readings stay the same everywhere.
             if !same || !heard {

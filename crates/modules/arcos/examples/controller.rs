@@ -1,4 +1,5 @@
-//! A simulated Pioneer at the end of a pseudo-terminal: `cargo run -p slate-arcos --example controller`.
+//! Simulated Pioneer on a pseudo-terminal.
+//! Run it with `cargo run -p slate-arcos --example controller`.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -6,19 +7,19 @@ use std::time::Duration;
 use clap::Parser;
 use slate_arcos_controller::{Controller, ControllerError, ControllerOptions, Faults};
 
-/// Answers at a pseudo-terminal like the controller of a Pioneer, and moves a simulated robot.
+/// Simulate a Pioneer's controller and robot on a pseudo-terminal
 #[derive(Parser)]
 struct Arguments {
-    /// A world that comes with the simulator, or a file
+    /// World that comes with the simulator, or a file
     #[arg(long, default_value = "rocs_arena")]
     world: String,
-    /// Where the robot stands: x and y in metres, theta in radians
+    /// Start pose of the robot: x and y in metres, theta in radians
     #[arg(long, default_value = "0.6,0.8,0", value_parser = pose, allow_hyphen_values = true)]
     at: Pose,
-    /// A path that leads to the pseudo-terminal
+    /// Path that leads to the pseudo-terminal
     #[arg(long)]
     link: Option<PathBuf>,
-    /// Of what is random
+    /// Seed of the random numbers
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Probability that a byte on the line is lost
@@ -27,7 +28,7 @@ struct Arguments {
     /// Probability that a byte on the line is damaged
     #[arg(long, default_value_t = 0.0)]
     corrupt: f64,
-    /// After so many seconds the robot falls silent for ten, again and again
+    /// Number of seconds after which the robot falls silent for ten, repeatedly
     #[arg(long)]
     silent_after: Option<u64>,
 }

@@ -2,7 +2,7 @@
 
 use crate::packet;
 
-/// A command: its number and argument.
+/// Command: its number and argument.
 ///
 /// ```
 /// use slate_arcos::command::Command;
@@ -13,9 +13,9 @@ use crate::packet;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command<'a> {
-    /// A step of the synchronisation, 0 to 2, while there is no connection.
+    /// Step of the synchronisation, 0 to 2, while there is no connection.
     Sync(u8),
-    /// Keeps the watchdog from stopping the robot.
+    /// Watchdog renewal, so that the robot does not stop.
     Pulse,
     /// Starts the controller's servers: reports, motors, sonars.
     Open,
@@ -23,7 +23,7 @@ pub enum Command<'a> {
     Close,
     /// Switches the motors on or off.
     Enable(bool),
-    /// Makes the present place the origin.
+    /// Reset of the origin to the present pose.
     SetOrigin,
     /// Forward speed, mm/s.
     Velocity(i16),
@@ -31,7 +31,7 @@ pub enum Command<'a> {
     Rotation(i16),
     /// Switches the sonars on or off.
     Sonar(bool),
-    /// Stands still; the motors stay on.
+    /// Stop with the motors on.
     Stop,
     /// Speeds of left and right wheels, each in units of 20 mm/s.
     Wheels(i8, i8),
@@ -42,15 +42,15 @@ pub enum Command<'a> {
 /// Argument of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Argument<'a> {
-    /// Nothing.
+    /// No argument.
     None,
-    /// A number from -65535 to 65535: a sign and 16 bits.
+    /// Number from -65535 to 65535: a sign and 16 bits.
     Number(i32),
-    /// Bytes, at most [`TEXT`] of them; more are in no packet, so the command is left out.
+    /// Bytes, at most [`TEXT`]; a command with a longer text is left out.
     Text(&'a [u8]),
 }
 
-/// The longest text of a command: number, type, length and checksum go with it.
+/// Longest text of a command: number, type, length and checksum go with it.
 pub const TEXT: usize = packet::LARGEST - 5;
 
 const POSITIVE: u8 = 0x3B;
@@ -58,7 +58,7 @@ const NEGATIVE: u8 = 0x1B;
 const STRING: u8 = 0x2B;
 
 impl<'a> Command<'a> {
-    /// Its number and argument.
+    /// Returns number and argument.
     fn parts(self) -> (u8, Argument<'a>) {
         let number = |value: i16| Argument::Number(i32::from(value));
         let switch = |on: bool| Argument::Number(i32::from(on));
@@ -100,8 +100,8 @@ impl<'a> Command<'a> {
         packet::encode(&data, bytes);
     }
 
-    /// What a packet's data tell a controller; nothing when they are no command. Numbers 0 to 2 mean other things while
-    /// there is no connection: see [`Command::Sync`].
+    /// Decodes a packet's data to a command; `None` if they are no command.
+    /// Numbers 0 to 2 have another meaning while there is no connection: see [`Command::Sync`].
     pub fn decode(data: &'a [u8]) -> Option<Self> {
         let (&number, rest) = data.split_first()?;
         let argument = match *rest {

@@ -1,4 +1,5 @@
-//! A Pioneer as its robot's blocks see it: Sensors and an Actuator in front of the driver, which has the line.
+//! Sensors and an Actuator for a Pioneer.
+//! They stand in front of the driver, which owns the serial line.
 
 use slate_interfaces::{Bumper, Odometry, SonarScan, WheelSpeeds};
 use slate_mapek::{driver_actuator, driver_sensors};

@@ -1,4 +1,4 @@
-//! The thread that has the device.
+//! Thread that has the device.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -30,19 +30,19 @@ pub struct Order {
 /// Message from the thread to the tick: one report.
 #[interface]
 pub struct Reading {
-    /// When it came.
+    /// Arrival time.
     #[unit("ns")]
     pub time: u64,
-    /// Where the wheels say the robot is.
+    /// Pose and twist from wheel odometry.
     pub odometry: Odometry,
-    /// Of the battery.
+    /// Voltage of the battery.
     #[unit("V")]
     pub voltage: f64,
-    /// How robot and connection are.
+    /// Status of robot and connection.
     pub status: PioneerStatus,
     /// Scan of the sonars.
     pub sonar: SonarScan,
-    /// Whether they heard anything since the last one.
+    /// True for a reading with a new sonar scan.
     pub heard: Bool,
     /// State of the bumpers.
     pub bumper: Bumper,
@@ -51,30 +51,30 @@ pub struct Reading {
 /// DriverSettings of the thread.
 #[derive(Clone, Debug)]
 pub struct DriverSettings {
-    /// The serial device.
+    /// Serial device.
     pub device: PathBuf,
-    /// Its speed.
+    /// Baud rate of the device.
     pub baud: u32,
-    /// Which robot it is, if that is known.
+    /// Model of the robot, if known.
     pub model: Option<&'static Model>,
     /// Number of sonars.
     pub sonars: usize,
     /// Time to live of a command.
     pub time_to_live: Duration,
-    /// Where odometry begins.
+    /// Initial pose of odometry.
     pub pose: Pose2,
 }
 
 /// Polling period of the device: the maximum delay of a command after the tick.
 const LOOK: Duration = Duration::from_millis(5);
-/// A device that can't be opened is tried again after that.
+/// Retry interval for a device that can't be opened.
 const AGAIN: Duration = Duration::from_millis(500);
 /// Time without an echo of a sonar after which a warning is logged.
 const PATIENCE: Duration = Duration::from_secs(3);
 /// Timeout of the last commands at the end.
 const FAREWELL: Duration = Duration::from_millis(100);
 
-/// The life of the thread.
+/// Runs the driver thread until it is stopped.
 pub fn run(stop: &Stop, settings: DriverSettings) {
     let mut driver = Driver {
         stop,
@@ -105,7 +105,8 @@ pub fn run(stop: &Stop, settings: DriverSettings) {
     }
 }
 
-/// A device lives by the wall clock: when the agent's time stands still, its robot must stop nevertheless.
+/// Returns the wall-clock time.
+/// A device runs by the wall clock, so that its robot stops even when the agent's time stands still.
 #[allow(clippy::disallowed_methods, reason = "the robot on the other end of the line has no other time")]
 fn wall() -> Instant {
     Instant::now()
@@ -116,20 +117,20 @@ struct Driver<'a> {
     began: Instant,
     settings: DriverSettings,
     odometer: Odometer,
-    /// The ring of the robot that is connected, and since when.
+    /// Sonar ring of the connected robot, and its start time.
     ring: Option<(&'static Model, Ring, Duration)>,
-    /// Why there is no connection, as the log knows it; empty when there is one.
+    /// Connection fault last logged; empty while connected.
     told: String,
-    /// The newest reading.
+    /// Newest reading.
     reading: Reading,
     /// Messages beyond the tick's capacity.
     pending: Option<Reading>,
-    /// Whether the log knows that a sonar is silent.
+    /// True if the log holds a warning of a silent sonar.
     complained: bool,
 }
 
 impl Driver<'_> {
-    /// Since the thread began.
+    /// Returns the time since the start of the thread.
     fn now(&self) -> Duration {
         self.began.elapsed()
     }

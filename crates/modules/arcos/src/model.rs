@@ -3,7 +3,7 @@
 use slate_interfaces::{Chassis, Point2};
 use slate_module::{Sequence, Text};
 
-/// A type of robot.
+/// Type of robot.
 ///
 /// Conversion factors, sonars and bumpers are those of the parameter files that ARIA, the manufacturer's library, has
 /// for the models (`params/<name>.p`); wheels and cones are those of `robots/pioneer_p3dx.toml`.
@@ -11,25 +11,26 @@ use slate_module::{Sequence, Text};
 pub struct Model {
     /// Name at the controller.
     pub name: &'static str,
-    /// Metres in a unit of distance.
+    /// Unit of distance, metres.
     pub distance: f64,
     /// Radians in a unit of angle: there are 4096 in a turn.
     pub angle: f64,
-    /// Metres per second in a unit of speed.
+    /// Unit of speed, metres per second.
     pub speed: f64,
-    /// Metres in a unit of a sonar's range.
+    /// Unit of a sonar's range, metres.
     pub range: f64,
     /// Maximum linear velocity, m/s.
     pub maximum_speed: f64,
     /// Maximum angular velocity, degrees/s.
     pub maximum_rotation: f64,
-    /// Metres.
+    /// Radius of a wheel, metres.
     pub wheel_radius: f64,
-    /// Metres between the wheels.
+    /// Distance between the wheels, metres.
     pub track: f64,
-    /// How fast a wheel can become faster or slower, rad/s².
+    /// Maximum acceleration of a wheel, rad/s².
     pub maximum_wheel_acceleration: f64,
-    /// Corners of its convex body around the midpoint of its axle, counter-clockwise, metres.
+    /// Corners of the convex outline around the axle's midpoint, metres.
+    /// They are in counter-clockwise order.
     pub outline: [[f64; 2]; 12],
     /// Minimum range, metres.
     pub range_min: f64,
@@ -37,11 +38,11 @@ pub struct Model {
     pub range_max: f64,
     /// Radians, the full opening of a sonar's cone.
     pub field_of_view: f64,
-    /// Where the sonars sit, in the order of their numbers: x and y in metres, direction in degrees.
+    /// Mounting poses of the sonars by number: x, y in metres, direction in degrees.
     pub sonars: [[f64; 3]; 16],
 }
 
-/// The Pioneer 3-DX, with the controller that most of them have.
+/// Pioneer 3-DX with the most common controller.
 const P3DX_SH: Model = Model {
     name: "p3dx-sh",
     distance: 0.001,
@@ -90,11 +91,12 @@ const P3DX_SH: Model = Model {
     ],
 };
 
-/// The robots that are known. A Pioneer 3-DX of the first years counts distance otherwise.
+/// Known robot models.
+/// The first Pioneer 3-DX robots use another distance unit.
 pub const MODELS: [Model; 2] = [P3DX_SH, Model { name: "p3dx", distance: 0.000485, ..P3DX_SH }];
 
 impl Model {
-    /// The robot's body, as its blocks know it.
+    /// Returns the robot's body, as its blocks know it.
     pub fn chassis(&self) -> Chassis {
         Chassis {
             wheel_radius: self.wheel_radius,
@@ -106,12 +108,13 @@ impl Model {
         }
     }
 
-    /// The robot of that name.
+    /// Returns the robot of that name.
     pub fn named(name: &str) -> Option<&'static Self> {
         MODELS.iter().find(|model| model.name == name)
     }
 
-    /// The robot that calls itself so: one with a laser scanner adds the scanner's name.
+    /// Returns the model of a reported name.
+    /// A robot with a laser scanner adds the scanner's name.
     pub fn reported(name: &str) -> Option<&'static Self> {
         let name = name.to_ascii_lowercase();
         MODELS.iter().find(|model| {
@@ -119,8 +122,9 @@ impl Model {
         })
     }
 
-    /// The forward speed in mm/s and the turn in degrees per second that wheels of these speeds (rad/s) mean, held
-    /// within what the robot may be told; 0 for what is not a number.
+    /// Returns forward velocity (mm/s) and turn rate (degrees/s) of wheel velocities.
+    /// Wheel velocities are in rad/s. The result is clamped to what the robot accepts; 0 for a value that is not
+    /// finite.
     pub fn motion(&self, left: f64, right: f64) -> (i16, i16) {
         let (left, right) = (left * self.wheel_radius, right * self.wheel_radius);
         let velocity = (left + right) / 2.0 / self.speed;
@@ -129,7 +133,7 @@ impl Model {
     }
 }
 
-/// The nearest whole number within the limit.
+/// Returns the nearest whole number within the limit.
 fn whole(value: f64, limit: f64) -> i16 {
     if value.is_finite() { value.clamp(-limit, limit).round() as i16 } else { 0 }
 }

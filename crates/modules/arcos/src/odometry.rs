@@ -1,4 +1,4 @@
-//! Where the robot believes to be: the controller's place, unrolled where its numbers wrap around.
+//! Odometry pose: the controller's pose with its wrap-around unrolled.
 
 use slate_interfaces::{Odometry, Pose2, Twist2};
 use slate_module::math::{cos, sin, wrap_angle};
@@ -21,7 +21,7 @@ pub struct Odometer {
 }
 
 impl Odometer {
-    /// Begins at that pose.
+    /// Returns an odometry that begins at a pose.
     pub fn new(pose: Pose2) -> Self {
         Self { pose, last: None, jumps: 0 }
     }
@@ -31,7 +31,8 @@ impl Odometer {
         self.last = None;
     }
 
-    /// Returns the number of jumps of the controller's pose, which are not counted as motion.
+    /// Returns the number of jumps of the controller's pose.
+    /// Jumps are not counted as motion.
     pub fn jumps(&self) -> u64 {
         self.jumps
     }

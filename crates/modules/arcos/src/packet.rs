@@ -1,16 +1,16 @@
-//! Packets: two header bytes, a count, the data, a checksum; the same in both directions.
+//! Packets, the same in both directions: 2-byte header, count, data, checksum.
 
 /// Header of each packet.
 pub const HEADER: [u8; 2] = [0xFA, 0xFB];
 
-/// The most bytes that a packet has after its count: the data and two bytes of checksum.
+/// Maximum number of bytes after the count: the data and two of checksum.
 pub const LARGEST: usize = 249;
 
 /// Bytes of the checksum.
 const CHECKSUM: usize = 2;
 
-/// The checksum of a packet's data: the sum of its pairs of bytes, the high byte first; a last single byte is combined
-/// by exclusive or.
+/// Returns the checksum of a packet's data: the sum of its pairs of bytes.
+/// The high byte comes first; a last single byte is combined by exclusive or.
 ///
 /// ```
 /// assert_eq!(slate_arcos::packet::checksum(&[0x04, 0x3B, 0x01, 0x00]), 0x053B);
@@ -22,8 +22,8 @@ pub fn checksum(data: &[u8]) -> u16 {
     rest.iter().fold(sum, |sum, byte| sum ^ u16::from(*byte))
 }
 
-/// Appends the packet of these data to `bytes`. Data that fit in no packet, none or more than 247 bytes, append
-/// nothing.
+/// Appends the packet of these data to `bytes`.
+/// Appends nothing for data that fit in no packet: empty, or more than 247 bytes.
 pub fn encode(data: &[u8], bytes: &mut Vec<u8>) {
     let count = data.len() + CHECKSUM;
     if data.is_empty() || count > LARGEST {
@@ -35,7 +35,7 @@ pub fn encode(data: &[u8], bytes: &mut Vec<u8>) {
     bytes.extend_from_slice(&checksum(data).to_be_bytes());
 }
 
-/// Finds packets in a stream of bytes that comes in any cuts and with garbage between them.
+/// Decoder of packets from a byte stream in arbitrary pieces, with garbage.
 ///
 /// It holds less than two packets. When a checksum is wrong, the search goes on with the byte after the header, so a
 /// header that garbage imitates hides no packet for good.
@@ -47,7 +47,7 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// Takes bytes, and calls `packet` with the data of each packet that they complete.
+    /// Decodes bytes, and calls `packet` with the data of each complete packet.
     pub fn receive(&mut self, bytes: &[u8], mut packet: impl FnMut(&[u8])) {
         for chunk in bytes.chunks(LARGEST) {
             self.held.extend_from_slice(chunk);
@@ -94,11 +94,11 @@ impl Decoder {
 enum Look<'a> {
     /// Too little to say.
     Incomplete,
-    /// A number of bytes that begin no packet.
+    /// Number of bytes that begin no packet.
     Skip(usize),
-    /// A packet with a wrong checksum.
+    /// Packet with a wrong checksum.
     Bad,
-    /// The data of a packet.
+    /// Data of a packet.
     Packet(&'a [u8]),
 }
 

@@ -11,7 +11,7 @@ use crate::driver::{self, DriverSettings, Order, Reading};
 use crate::model::{MODELS, Model};
 use crate::status::{Connection, PioneerStatus};
 
-/// The battery of a robot.
+/// Battery of a robot.
 #[interface(ros = "sensor_msgs/msg/BatteryState")]
 #[derive(PartialEq)]
 pub struct Battery {
@@ -20,7 +20,8 @@ pub struct Battery {
     pub voltage: f64,
 }
 
-/// Ports of [`Pioneer`]: those of a robot in the simulator, as far as a real one has them, and some of its own.
+/// Ports of [`Pioneer`].
+/// They are the ports of the simulated robot, as far as a real one has them, and some of its own.
 #[ports]
 pub struct PioneerIo {
     threads: Aspect<Threads>,
@@ -42,13 +43,13 @@ pub struct PioneerIo {
     /// Status of the robot and of its connection.
     #[safe(PioneerStatus::default())]
     status: Output<PioneerStatus>,
-    /// Whether the wheels obey.
+    /// Drive status: true if the wheels obey.
     #[role("driver_status")]
     #[safe(DriverStatus::FAULT)]
     drive: Output<DriverStatus>,
 }
 
-/// Parameters of [`Pioneer`]; when one changes, the connection is made anew.
+/// Parameters of [`Pioneer`]; a change restarts the connection.
 #[params]
 #[derive(PartialEq)]
 pub struct PioneerParams {
@@ -69,7 +70,7 @@ pub struct PioneerParams {
 /// State of [`Pioneer`]. The connection is not saved, but opened again.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct PioneerState {
-    /// Where the wheels say the robot is: x, y, theta.
+    /// Pose from wheel odometry: x, y, theta.
     pose: [f64; 3],
     #[serde(skip)]
     status: PioneerStatus,
@@ -182,6 +183,7 @@ impl PioneerState {
     }
 }
 
+/// Stops the actuator after a lost connection, until it is armed again.
 /// People may stand beside a reconnected robot, so it moves only after a person has armed it.
 fn keep_still(io: &PioneerIo, params: &PioneerParams, now: &Tick) {
     let actuator = params.actuator.as_str();

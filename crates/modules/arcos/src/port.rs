@@ -1,3 +1,3 @@
-//! The serial device of the robot.
+//! Serial device of the robot.
 
 pub use slate_device_line::{PortError, SerialPort as Port};

@@ -1,22 +1,22 @@
 //! Reports of the controller at 10 Hz: the standard server information packet.
 
-/// A range of one sonar.
+/// Range of one sonar.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Range {
-    /// Which sonar, from 0.
+    /// Sonar number, from 0.
     pub sonar: u8,
-    /// In the controller's units.
+    /// Range in the controller's units.
     pub range: u16,
 }
 
-/// The most ranges that a packet has room for.
+/// Maximum number of ranges that a packet has room for.
 pub const RANGES: usize = 71;
 
-/// A standard report, in the controller's own units. What a robot means by them says its
-/// [`Model`](crate::model::Model).
+/// Standard report, in the controller's own units.
+/// The robot's [`Model`](crate::model::Model) gives their meaning.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Report {
-    /// Whether it moves.
+    /// Motion state: true if the robot moves.
     pub moving: bool,
     /// Place along x; wraps around.
     pub x: u16,
@@ -34,13 +34,14 @@ pub struct Report {
     pub left_stall_and_back_bumper: u8,
     /// Stall of the right wheel (bit 0) and buttons of the front bumper.
     pub right_stall_and_front_bumper: u8,
-    /// The heading that its servo holds.
+    /// Heading that its servo holds.
     pub control: i16,
-    /// Bit 0: motors on; 1 to 4: arrays of sonars on; 5: stop button pressed; 10: on the charger.
+    /// Flags of the report.
+    /// Bit 0: motors on; 1 to 4: sonar arrays on; 5: stop button pressed; 10: on the charger.
     pub flags: u16,
     /// Heading of the compass, in units of two degrees; 0 without one.
     pub compass: u8,
-    /// The ranges that are new.
+    /// Ranges that are new.
     pub ranges: Vec<Range>,
     /// Turn, tenths of degrees per second, of controllers that say it.
     pub rotation: Option<i16>,
@@ -50,7 +51,7 @@ pub struct Report {
 pub const MOTORS: u16 = 1;
 /// Any array of sonars on.
 pub const SONARS: u16 = 0b11110;
-/// The stop button is pressed.
+/// Flag of the stop button: set while it is pressed.
 pub const STOP_BUTTON: u16 = 1 << 5;
 
 impl Report {
@@ -94,7 +95,7 @@ impl Report {
         Some(report)
     }
 
-    /// Its data, as a controller sends them.
+    /// Returns the report's data, as a controller sends them.
     pub fn encode(&self) -> Vec<u8> {
         let mut data = vec![if self.moving { 0x33 } else { 0x32 }];
         let mut word = |value: u16| data.extend_from_slice(&value.to_le_bytes());
@@ -121,27 +122,28 @@ impl Report {
         data
     }
 
-    /// Whether the motors are on.
+    /// Returns true if the motors are on.
     pub fn motors(&self) -> bool {
         self.flags & MOTORS != 0
     }
 
-    /// Whether any array of sonars is on.
+    /// Returns true if any sonar array is on.
     pub fn sonars(&self) -> bool {
         self.flags & SONARS != 0
     }
 
-    /// Whether the stop button is pressed.
+    /// Returns true if the stop button is pressed.
     pub fn stop_button(&self) -> bool {
         self.flags & STOP_BUTTON != 0
     }
 
-    /// Whether the left wheel, and the right one, can't turn though it should.
+    /// Returns the stall state of the left and of the right wheel.
+    /// True if the wheel can't turn though it should.
     pub fn stalls(&self) -> (bool, bool) {
         (self.left_stall_and_back_bumper & 1 != 0, self.right_stall_and_front_bumper & 1 != 0)
     }
 
-    /// Whether anything presses on the front bumper, and on the back one.
+    /// Returns the contacts of the front and the rear bumper; true if pressed.
     pub fn bumpers(&self) -> (bool, bool) {
         (self.right_stall_and_front_bumper >> 1 != 0, self.left_stall_and_back_bumper >> 1 != 0)
     }
@@ -150,11 +152,11 @@ impl Report {
 /// Identity of a controller, from its answer to the synchronization.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Identity {
-    /// The robot's own name.
+    /// Robot's own name.
     pub name: String,
-    /// Its class, such as `Pioneer`.
+    /// Class of the robot, such as `Pioneer`.
     pub class: String,
-    /// Its model, such as `p3dx-sh`.
+    /// Model of the robot, such as `p3dx-sh`.
     pub model: String,
 }
 
@@ -170,7 +172,7 @@ impl Identity {
         Self { name: next(), class: next(), model: next() }
     }
 
-    /// Its data, as a controller sends them.
+    /// Returns the report's data, as a controller sends them.
     pub fn encode(&self) -> Vec<u8> {
         [&self.name, &self.class, &self.model].iter().flat_map(|text| text.bytes().chain([0])).collect()
     }

@@ -6,7 +6,8 @@ use slate_module::Sequence;
 use crate::model::Model;
 use crate::report::Range;
 
-/// Age of an echo above which a scan is incomplete, seconds. Each sonar fires every 0.32 s.
+/// Age of an echo above which a scan is incomplete, seconds.
+/// Each sonar fires every 0.32 s.
 const STALE: f64 = 1.0;
 
 /// Newest reading of each sonar, and its time.
@@ -15,13 +16,13 @@ pub struct Ring {
     scan: SonarScan,
     range: f64,
     echoes: [Echo; 16],
-    /// Seconds; `None` before the first.
+    /// Time of each sonar's newest reading, seconds; `None` before the first.
     heard: [Option<f64>; 16],
     count: usize,
 }
 
 impl Ring {
-    /// The first `count` sonars of a robot: 8 for one with a front array alone.
+    /// Returns the first `count` sonars of a robot: 8 for one with a front array alone.
     pub fn new(model: &Model, count: usize) -> Self {
         let count = count.min(model.sonars.len());
         let placements =
@@ -41,8 +42,9 @@ impl Ring {
         }
     }
 
-    /// Takes the ranges of a report at that time, seconds. The scan, when there is anything new and no sonar is missing:
-    /// a robot must not take a sonar that is silent for one that hears nothing.
+    /// Adds the ranges of a report; returns the scan if it is new and complete.
+    /// `now` is the report's time, seconds. With a missing sonar there is no scan: a silent sonar must not be taken for
+    /// one without an obstacle.
     pub fn advance(&mut self, ranges: &[Range], now: f64) -> Option<SonarScan> {
         let mut is_new = false;
         for Range { sonar, range } in ranges {

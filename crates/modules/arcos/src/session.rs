@@ -1,4 +1,4 @@
-//! The conversation with a controller, as a state machine without a device and without a clock.
+//! Session with a controller: a state machine without device and clock.
 //!
 //! Bytes go in by [`receive`](Session::receive), time by [`poll`](Session::poll), and what is to be sent gathers in
 //! [`outgoing`](Session::outgoing). Times are durations since any beginning, by a clock that never stands still.
@@ -16,11 +16,13 @@ pub const SILENCE: Duration = Duration::from_secs(1);
 const PATIENCE: Duration = Duration::from_millis(300);
 /// Number of attempts of a request before the session restarts.
 const TRIES: u32 = 3;
-/// From the end of an old connection to the beginning of a new one.
+/// Pause between the end of an old connection and a new one.
 const PAUSE: Duration = Duration::from_millis(100);
-/// Period of renewal of an unchanged command, as packets may get lost; the robot stops after 2 s without one.
+/// Period at which an unchanged command is repeated.
+/// Packets may get lost, and the robot stops after 2 s without a command.
 const RENEWAL: Duration = Duration::from_millis(250);
-/// Commands are not sent faster than that, but for a stop: the line carries 960 bytes in a second.
+/// Minimum interval between commands other than a stop.
+/// The line carries 960 bytes per second.
 const SPACING: Duration = Duration::from_millis(50);
 /// Period of keep-alive packets at standstill.
 const BEAT: Duration = Duration::from_millis(500);
@@ -30,20 +32,20 @@ const SWITCHES: u32 = 6;
 /// Event of a session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// The robot answers, and reports.
+    /// Connected: the robot answers, and reports.
     Connected {
         /// Identity of the controller.
         identity: Identity,
         /// Model of the robot.
         model: &'static Model,
     },
-    /// A standard report.
+    /// Standard report.
     Report(Report),
-    /// The connection is lost or not made; it is tried again at once.
+    /// Connection lost or not established; the next attempt begins at once.
     Lost(Loss),
 }
 
-/// Why there is no connection.
+/// Reason for a missing connection.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Loss {
     /// No answer.
@@ -52,16 +54,16 @@ pub enum Loss {
     /// Bytes came, but no packets.
     #[error("there is noise and no packet on the line: is the speed of the line the robot's?")]
     Noise,
-    /// Packets came, but not those that were asked for.
+    /// Unexpected packets.
     #[error("the robot answers, but not what it is asked")]
     Confused,
     /// No report for a second.
     #[error("the robot fell silent")]
     Silent,
-    /// It had reported, and bytes came for a second, but no packet.
+    /// Only noise on the line for a second, after reports.
     #[error("the robot can't be understood any more: there is only noise on the line")]
     Drowned,
-    /// Its model is not known.
+    /// Unknown model.
     #[error("the robot is a `{0}`; known are {known}: name one in `model`", known = known())]
     Unknown(String),
 }
@@ -85,23 +87,23 @@ enum SessionState {
     Open(OpenConnection),
 }
 
-/// An open connection.
+/// Open connection.
 #[derive(Clone, Debug)]
 struct OpenConnection {
-    /// When the last report came.
+    /// Arrival time of the last report.
     heard: Duration,
     model: &'static Model,
-    /// The motion that was sent last, and when it was another one before.
+    /// Last sent motion; `changed` is the time of its last change.
     sent: (i16, i16),
     changed: Duration,
     renewed: Duration,
-    /// Whether the robot reports motion.
+    /// Reported motion state: true if the robot moves.
     moving: bool,
     motors: Switch,
     sonars: Switch,
 }
 
-/// Something to be switched on, by commands that may get lost.
+/// Device state to switch on by commands that may get lost.
 #[derive(Clone, Copy, Debug, Default)]
 struct Switch {
     is_on: bool,
@@ -110,7 +112,7 @@ struct Switch {
 }
 
 impl Switch {
-    /// Whether to try it now.
+    /// Returns true if another attempt is due.
     fn due(&mut self, now: Duration) -> bool {
         let due = !self.is_on && self.tries < SWITCHES && now.saturating_sub(self.tried) >= PATIENCE;
         if due {
@@ -121,18 +123,19 @@ impl Switch {
     }
 }
 
-/// A conversation with a controller.
+/// Conversation with a controller.
 #[derive(Clone, Debug)]
 pub struct Session {
     state: SessionState,
     decoder: Decoder,
     outgoing: Vec<u8>,
-    /// When something was sent last.
+    /// Time of the last sent packet.
     spoke: Duration,
     /// Known model; else that of the controller.
     model: Option<&'static Model>,
     time_to_live: Duration,
-    /// Whether a person has switched the motors off at the robot, also in an earlier connection.
+    /// True if a person has switched the motors off at the robot.
+    /// An earlier connection counts, too.
     switched_off: bool,
     /// Speeds of the wheels, rad/s, and when they were commanded.
     commanded: Option<([f64; 2], Duration)>,
@@ -142,7 +145,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// A session that begins with the next [`poll`](Self::poll).
+    /// Returns a session that begins with the next [`poll`](Self::poll).
     ///
     /// Makes a session with a time to live of commands. The default model is that of the controller.
     pub fn new(model: Option<&'static Model>, time_to_live: Duration) -> Self {
@@ -191,7 +194,7 @@ impl Session {
         self.state = SessionState::Begin { pause: PAUSE };
     }
 
-    /// Takes bytes that came.
+    /// Decodes received bytes.
     pub fn receive(&mut self, bytes: &[u8], now: Duration, mut event: impl FnMut(Event)) {
         self.bytes += bytes.len() as u64;
         let mut decoder = std::mem::take(&mut self.decoder);
@@ -361,7 +364,7 @@ impl Session {
     }
 
     fn send(&mut self, command: Command<'_>, now: Duration) {
-        // A port that takes nothing must not let this grow; what is left out is asked for again.
+        // A blocked port must not let this grow; commands left out are sent again.
         if self.outgoing.len() < 256 {
             command.encode(&mut self.outgoing);
             self.spoke = now;

@@ -3,9 +3,9 @@ use slate_module::prelude::*;
 /// State of the connection to a robot.
 #[interface]
 pub enum Connection {
-    /// No connection; it is tried again and again.
+    /// No connection; it is retried.
     Down,
-    /// The robot reports.
+    /// Connected: the robot reports.
     Up,
 }
 
@@ -17,16 +17,17 @@ pub struct PioneerStatus {
     pub bad_checksums: u64,
     /// Connections that were lost.
     pub losses: u64,
-    /// Whether there is a connection.
+    /// State of the connection.
     pub connection: Connection,
-    /// Whether the motors are on. They are switched on with each connection; at the robot anybody can switch them off.
+    /// Motor state: true if on.
+    /// Each connection switches them on; anybody can switch them off at the robot.
     pub motors: Bool,
-    /// Whether the robot's stop button is pressed.
+    /// Stop button state: true if pressed.
     pub stop_button: Bool,
-    /// Whether the left wheel can't turn though it should.
+    /// Stall of the left wheel: true if it can't turn though it should.
     pub left_stalled: Bool,
-    /// Whether the right wheel can't turn though it should.
+    /// Stall of the right wheel: true if it can't turn though it should.
     pub right_stalled: Bool,
-    /// The robot's name for itself, or why there is no connection.
+    /// Robot's name for itself, or why there is no connection.
     pub text: Text<252>,
 }

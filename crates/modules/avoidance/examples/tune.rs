@@ -1,5 +1,6 @@
-//! Runs the first experiment many times in the bare simulator and prints how the avoidance did:
-//! `cargo run --release -p slate-avoidance --example tune -- [avoider|rocs|rocs-fixed|none] [first seed] [runs] [sonar profile] [parameters as JSON]`.
+//! Monte Carlo evaluation of the avoidance in the first experiment's world.
+//! Runs the bare simulator many times and prints the result: `cargo run --release -p slate-avoidance --example tune --
+//! [avoider|rocs|rocs-fixed|none] [first seed] [runs] [sonar profile] [parameters as JSON]`.
 
 // The wall time of a step is one of the figures.
 #![allow(clippy::disallowed_methods)]
@@ -253,7 +254,8 @@ fn run(
     Ok(result)
 }
 
-/// A planner that knows no obstacle: it turns to the goal and drives there.
+/// Returns the twist of a planner without obstacle avoidance.
+/// It turns to the goal and drives there.
 fn plan(pose: Pose2, goal: Point2, parameters: &Parameters) -> Twist2 {
     let bearing = math::angle_between(pose.theta, math::atan2(goal.y - pose.y, goal.x - pose.x));
     if bearing.abs() > parameters.heading_tolerance {
@@ -294,7 +296,7 @@ fn scan(simulation: &Simulation, robot: usize) -> Option<SonarScan> {
     })
 }
 
-/// The nearest obstacle that the robot knows of: distance, and age and place in its frame.
+/// Returns distance, and age and position (robot frame), of the nearest mark.
 fn heard(avoider: &Avoider, outline: &Footprint, pose: Pose2, time: f64) -> (f64, [f64; 3]) {
     let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
     avoider.map().obstacles().fold((f64::INFINITY, [0.0; 3]), |least, mark| {

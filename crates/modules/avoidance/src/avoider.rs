@@ -41,7 +41,7 @@ pub struct Avoider {
     way: Vec<[i32; 2]>,
     /// Time of the next decision, seconds.
     due: Option<f64>,
-    /// Whether the wait for an occupied goal has timed out.
+    /// True if the wait for an occupied goal has timed out.
     #[serde(default)]
     waited: bool,
     /// Position and time of the newest progress.
@@ -56,7 +56,7 @@ pub struct Avoider {
 const OTHERS: usize = 8;
 
 impl Avoider {
-    /// Makes an avoider of a robot with a footprint.
+    /// Returns an avoider for a robot with a footprint.
     pub fn new(footprint: Footprint) -> Self {
         Self {
             footprint,
@@ -81,12 +81,14 @@ impl Avoider {
         self.map.update(pose, scan, &self.footprint, parameters, time);
     }
 
-    /// Takes the obstacles (x, y, time of the first echo) of another map at `time` (seconds).
+    /// Replaces the marks by obstacles of another map at `time` (seconds).
+    /// Each obstacle is x, y and the time of its first echo.
     pub fn set_obstacles(&mut self, obstacles: impl Iterator<Item = (f64, f64, f64)>, time: f64) {
         self.map.set(obstacles, time);
     }
 
-    /// Updates the other robots from detections at `time` (seconds); the first eight, kept until the next detection.
+    /// Updates the other robots from detections at `time` (seconds).
+    /// The first eight are kept until the next detection.
     pub fn set_others(&mut self, others: impl IntoIterator<Item = Other>, time: f64) {
         self.others.clear();
         let known = |other: &Other| {
@@ -97,12 +99,13 @@ impl Avoider {
         self.seen = Some(time);
     }
 
-    /// Decides whether the straight path from `pose` to `goal` is free at `time` (seconds), or how to move.
+    /// Returns whether the straight path to `goal` is free, or a motion to make.
+    /// The path begins at `pose`; `time` is in seconds.
     pub fn steer(&mut self, pose: Pose2, goal: Point2, parameters: &Parameters, time: f64) -> Decision {
         self.decide(pose, goal, None, Twist2::ZERO, parameters, time)
     }
 
-    /// Decides for a robot with a present and a planned twist: a safe planned twist passes.
+    /// Checks a planned twist against the present one; a safe one passes.
     ///
     /// Else the nearest safe twist is taken, and without progress a path round the obstacles to `goal`.
     pub fn guard(
@@ -196,8 +199,9 @@ impl Avoider {
         Decision::Clear
     }
 
-    /// Returns whether the robot waits: a robot on the goal will leave, so circling round it is of no use. What is still there
-    /// after a while stands beside it.
+    /// Returns true if the robot waits before an occupied goal.
+    /// A robot on the goal will leave, so circling round it is of no use. An obstacle that persists stands beside the
+    /// goal.
     fn waits(&mut self, occupied: bool, stuck: bool) -> bool {
         self.waited = occupied && (self.waited || stuck);
         occupied && !self.waited
@@ -242,7 +246,7 @@ impl Avoider {
         })
     }
 
-    /// The robot stops without a valid pose or scan.
+    /// Stops the robot without a valid pose or scan.
     fn stand(&mut self) -> Decision {
         self.choice = Some([0.0, 0.0]);
         self.due = None;
@@ -271,20 +275,21 @@ where
     Ok(list)
 }
 
-/// Returns the linear velocity (m/s) at a distance (m) from the goal: at most `speed`, and low enough to stop with `deceleration` (m/s²).
+/// Returns the linear velocity (m/s) at a distance (m) from the goal.
+/// It is at most `speed`, and low enough to stop with `deceleration` (m/s²).
 pub fn approach_speed(speed: f64, distance: f64, deceleration: f64) -> f64 {
     let braking = (2.0 * deceleration * distance).sqrt();
     math::min(speed, math::max(math::min(APPROACH * distance, braking), CREEP))
 }
 
-/// A point of the map in the frame of a robot at `pose`.
+/// Returns a point of the map in the frame of a robot at `pose`.
 fn in_frame_of(pose: Pose2, point: Point2) -> Point2 {
     let (dx, dy) = (point.x - pose.x, point.y - pose.y);
     let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
     Point2 { x: cosine * dx + sine * dy, y: cosine * dy - sine * dx }
 }
 
-/// Twist of a planner that drives straight to the goal.
+/// Returns the twist of a planner that drives straight to the goal.
 fn straight(bearing: f64, distance: f64, parameters: &Parameters) -> Twist2 {
     if bearing.abs() > parameters.heading_tolerance {
         Twist2 {

@@ -10,20 +10,21 @@ const NONE: u16 = u16::MAX;
 /// Cost and length of a step straight and diagonal, in fifths of a cell.
 const STRAIGHT: u16 = 5;
 const DIAGONAL: u16 = 7;
-/// Costs in the queue differ by less than this: the spread over the edge of the map plus the dearest step.
+/// Number of buckets, larger than the spread of costs in the queue.
+/// The spread is that over the edge of the map plus the largest step cost.
 const BUCKETS: usize = 4096;
-/// Steps of the way that are looked at for a waypoint, cells.
+/// Steps of the path examined for a waypoint, cells.
 const NEAR: usize = 16;
-/// Steps of the way that are remembered, cells.
+/// Steps of the path that are remembered, cells.
 pub(crate) const LONG: usize = 64;
-/// Factor on the cost of a step on free ground; the remembered way is cheaper by `PREFERENCE`, tight and
-/// blocked cells are dearer.
+/// Factor on the cost of a step on free ground.
+/// The remembered path is cheaper by `PREFERENCE`; tight and blocked cells cost more.
 const FREE: u8 = 6;
 const PREFERENCE: u8 = 1;
 const TIGHT: u8 = 10;
 const BLOCKED: u8 = 48;
 
-/// The widths that make a cell dear or cheap to pass, metres from the nearest mark.
+/// Widths that make a cell costly or cheap, metres from the nearest mark.
 #[derive(Clone, Copy)]
 pub(crate) struct Widths {
     /// Nearer than this the robot's middle can't be.
@@ -32,7 +33,7 @@ pub(crate) struct Widths {
     pub(crate) tight: f64,
 }
 
-/// Finds the cheapest way through the local map towards a goal, and the farthest point of it that is in plain view.
+/// Finds the cheapest path through the local map and its farthest visible point.
 ///
 /// Dijkstra's algorithm from the goal (or, when that is beyond, from the whole edge of the map, where the rest of the
 /// way is taken as straight) until the robot's cell is reached. No cell is impassable: an obstacle that is only
@@ -60,9 +61,9 @@ pub(crate) fn waypoint(
 }
 
 struct Grid {
-    /// The world's cell in the lower left corner.
+    /// World's cell in the lower left corner.
     corner: [i64; 2],
-    /// The robot, as a point and as an index.
+    /// Position of the robot, as a point and as an index.
     robot: Point2,
     robot_cell: usize,
     /// Distance to the nearest mark, fifths of a cell.
@@ -194,7 +195,7 @@ impl Grid {
         }
     }
 
-    /// The next cell on the way to the goal; none at its end.
+    /// Returns the next cell on the path to the goal; `None` at its end.
     fn downhill(&self, cell: usize) -> Option<usize> {
         let mut best = cell;
         for (neighbour, _) in neighbours(cell) {
@@ -261,7 +262,7 @@ impl Grid {
         (dx * dx + dy * dy).sqrt()
     }
 
-    /// Follows the falling cost from the robot, and cuts corners as far as that leads nowhere dearer.
+    /// Descends the cost from the robot, with shortcuts through no costlier cells.
     fn follow(&self, goal: Point2, reach: f64) -> Point2 {
         let mut cell = self.robot_cell;
         let mut target = goal;
@@ -283,7 +284,7 @@ impl Grid {
         target
     }
 
-    /// Whether the straight way to a point is nowhere dearer than that.
+    /// Returns true if no cell on the straight line to a point exceeds the cost.
     fn view(&self, point: Point2, dearest: u8) -> bool {
         let (dx, dy) = (point.x - self.robot.x, point.y - self.robot.y);
         let steps = ((dx * dx + dy * dy).sqrt() / (0.5 * CELL)) as u32 + 1;
@@ -308,7 +309,8 @@ fn neighbours(cell: usize) -> impl Iterator<Item = (usize, u16)> {
     })
 }
 
-/// Cells by cost: a ring of buckets, each a doubly linked list through the cells (Dial's queue).
+/// Bucket queue of cells by cost (Dial's queue).
+/// A ring of buckets, each a doubly linked list through the cells.
 struct Queue {
     first: [u16; BUCKETS],
     next: [u16; CELLS],

@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use slate_interfaces::{Point2, Pose2};
 use slate_module::math;
 
-/// Why an outline is no footprint.
+/// Reason why an outline is no valid footprint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FootprintError {
     /// Fewer than three corners.
@@ -41,11 +41,11 @@ struct Side {
 /// Maximum number of corners.
 const CORNERS: usize = 16;
 
-/// The convex outline of a robot around its reference point.
+/// Convex outline of a robot around its reference point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
 pub struct Footprint {
-    /// The first `count`.
+    /// Sides of the outline; the first `count` are valid.
     sides: [Side; CORNERS],
     count: usize,
     centre: f64,
@@ -53,7 +53,8 @@ pub struct Footprint {
 }
 
 impl Footprint {
-    /// The outline with these corners, metres, counter-clockwise in the robot's frame.
+    /// Returns the outline with these corners.
+    /// Metres, counter-clockwise in the robot's frame.
     ///
     /// # Errors
     /// The reason why these are no corners of a convex outline.
@@ -89,7 +90,7 @@ impl Footprint {
         Ok(Self { sides, count: corners.len(), centre, radius })
     }
 
-    /// The outline of a robot model.
+    /// Returns the outline of a robot model.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -126,7 +127,8 @@ impl Footprint {
         self.sides().iter().fold(f64::NEG_INFINITY, |most, side| math::max(most, side.x))
     }
 
-    /// Returns the x of the outline's front at a distance to the side, metres; beyond the outline that of its widest point.
+    /// Returns the x of the outline's front at a lateral distance, metres.
+    /// Beyond the outline it is the x of the widest point.
     pub fn front_at(&self, y: f64) -> f64 {
         let y = math::clamp(y, -self.half_width(), self.half_width());
         self.sides().iter().fold(f64::NEG_INFINITY, |most, side| {
@@ -152,7 +154,8 @@ impl Footprint {
         if outside <= 0.0 { outside } else { nearest.sqrt() }
     }
 
-    /// As [`Self::distance`], but only a lower bound beyond `reach`, which is cheaper.
+    /// Returns the distance as [`Self::distance`], exact only up to `reach`.
+    /// Beyond `reach` it is a lower bound, which is cheaper.
     pub fn distance_within(&self, x: f64, y: f64, reach: f64) -> f64 {
         let limit = self.radius + reach;
         let dx = x - self.centre;

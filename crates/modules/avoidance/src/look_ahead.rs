@@ -52,7 +52,7 @@ impl Sides {
         }
     }
 
-    /// Returns the motion of `first`, followed by one of `second`, with the lowest cost.
+    /// Returns the cheapest motion of `first`, followed by one of `second`.
     ///
     /// `cost` is summed over predicted poses every `interval` seconds; each motion has a cost of its own.
     pub fn best(

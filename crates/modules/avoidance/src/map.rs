@@ -12,34 +12,35 @@ pub(crate) const CELL: f64 = 0.05;
 /// Half the edge of the map, metres.
 pub(crate) const REACH: f64 = 0.5 * SIDE as f64 * CELL;
 
-/// A mark counts as an obstacle from this confidence on: one echo suffices.
+/// Confidence from which a mark counts as an obstacle: one echo suffices.
 const OCCUPIED: f64 = 0.3;
 const HIT: f64 = 0.4;
 /// Tolerance of a mark nearer than the reading, metres.
 const TOLERANCE: f64 = 0.04;
-/// A smooth surface answers only to sound that comes at most 45 degrees off its normal, so silence disproves a mark
-/// only from about the direction from which it was heard: cosines of the angles of full and of no effect.
+/// Cosine of the angle up to which silence disproves a mark in full.
+/// Beyond the angle of `OTHER_DIRECTION` it has no effect. A smooth surface reflects only sound that arrives at most 45
+/// degrees off its normal, so silence disproves a mark only from about the direction of its echo.
 const SAME_DIRECTION: f64 = 0.95;
 const OTHER_DIRECTION: f64 = 0.8;
 const NONE: u16 = u16::MAX;
 const SONARS: usize = 16;
 
-/// Something was heard here.
+/// Position of a sonar echo.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mark {
-    /// In the world, metres.
+    /// Position in the world, metres.
     pub x: f64,
-    /// In the world, metres.
+    /// Position in the world, metres.
     pub y: f64,
-    /// Where the sound went, unit vector in the world.
+    /// Direction of the sonar beam, unit vector in the world.
     direction: [f64; 2],
-    /// How sure it is that something is here now, 0 to 1.
+    /// Confidence that the cell is occupied now, 0 to 1.
     confidence: f64,
-    /// When it was first heard, seconds.
+    /// Time of the first echo, seconds.
     pub since: f64,
 }
 
-/// Local map of sonar echoes: at most one mark per cell of a grid that moves with the robot.
+/// Local map of sonar echoes, at most one per cell of a robot-centred grid.
 ///
 /// An echo has a range, but no direction within the cone. So it marks the whole arc at this
 /// range, and removes nearer marks in the cone, until the marks fit all echoes.
@@ -47,19 +48,20 @@ pub struct Mark {
 #[serde(try_from = "Saved", into = "Saved")]
 pub struct LocalMap {
     marks: Vec<Mark>,
-    /// Which mark each cell holds. Cells repeat beyond the edge of the map, where nothing is remembered.
+    /// Index of each cell's mark.
+    /// Cells repeat beyond the edge of the map, where no marks are kept.
     slots: Vec<u16>,
     time: Option<f64>,
 }
 
-/// The map as it is saved: the cells follow from the marks.
+/// Saved state of the map: the cells follow from the marks.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     marks: Vec<Mark>,
     time: Option<f64>,
 }
 
-/// A sonar in the world, and its reading.
+/// Sonar in the world, and its reading.
 #[derive(Clone, Copy, Default)]
 struct Cone {
     x: f64,
@@ -69,7 +71,7 @@ struct Cone {
     heard: bool,
 }
 
-/// How fast marks lose their confidence in an update.
+/// Rates at which marks lose confidence in an update.
 struct Fading {
     /// Time since the one before, as a part of the obstacle timeout.
     elapsed: f64,
@@ -90,7 +92,7 @@ impl LocalMap {
         self.marks.iter().filter(|mark| mark.confidence >= OCCUPIED)
     }
 
-    /// When it last took in a scan, seconds.
+    /// Returns the time of the last scan, seconds.
     pub fn time(&self) -> Option<f64> {
         self.time
     }
@@ -119,8 +121,8 @@ impl LocalMap {
         self.mark_echoes(pose, cones, scan.field_of_view, edge);
     }
 
-    /// Lowers the confidence of marks by time and by sonars that disprove them; removes those without any, far from the robot or
-    /// inside of it.
+    /// Lowers the confidence of marks by time and by sonars that disprove them.
+    /// Removes marks without confidence, far from the robot or inside of it.
     fn fade(&mut self, pose: Pose2, cones: &[Cone], footprint: &Footprint, fading: &Fading) {
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
         let mut index = 0;
@@ -168,7 +170,8 @@ impl LocalMap {
         }
     }
 
-    /// Replaces the map by obstacles (x, y, time of the first echo) that another map has at `time` (seconds).
+    /// Replaces the marks by obstacles of another map at `time` (seconds).
+    /// Each obstacle is x, y and the time of its first echo.
     pub fn set(&mut self, obstacles: impl Iterator<Item = (f64, f64, f64)>, time: f64) {
         self.marks.clear();
         self.slots.fill(NONE);
@@ -204,7 +207,7 @@ impl LocalMap {
     }
 }
 
-/// Places the sonars of a scan in the world; a reading that is not a number is left out.
+/// Transforms the sonars of a scan to the world; leaves out invalid readings.
 fn place<'a>(pose: Pose2, scan: &SonarScan, cones: &'a mut [Cone; SONARS]) -> &'a [Cone] {
     let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
     let mut count = 0;
@@ -229,7 +232,8 @@ fn place<'a>(pose: Pose2, scan: &SonarScan, cones: &'a mut [Cone; SONARS]) -> &'
 }
 
 impl Cone {
-    /// Returns the evidence of a reading against a mark, 0 to 1; `edge` is the cosine of half the opening angle.
+    /// Returns the evidence of a reading against a mark, 0 to 1.
+    /// `edge` is the cosine of half the opening angle.
     fn disproves(&self, mark: &Mark, edge: f64) -> f64 {
         let (dx, dy) = (mark.x - self.x, mark.y - self.y);
         let along = dx * self.axis[0] + dy * self.axis[1];
@@ -250,12 +254,12 @@ fn slot_of(mark: &Mark) -> usize {
     cell_of(mark.y).rem_euclid(SIDE as i64) as usize * SIDE + cell_of(mark.x).rem_euclid(SIDE as i64) as usize
 }
 
-/// Whether a point is near enough to the origin of the world for its cell to have a number.
+/// Returns true if a point is near enough to the origin for a cell index.
 pub(crate) fn on_the_map(x: f64, y: f64) -> bool {
     x.abs() < 1e6 && y.abs() < 1e6
 }
 
-/// The number of the row or column of cells that a coordinate of the world lies in.
+/// Returns the row or column of the cell at a coordinate of the world.
 pub(crate) fn cell_of(coordinate: f64) -> i64 {
     let cell = coordinate / CELL;
     let truncated = cell as i64;

@@ -18,7 +18,7 @@ const LONGEST: f64 = 5.0;
 /// Minimum clearance from obstacles that are within the margin already, metres.
 const SLACK: f64 = 0.001;
 
-/// An obstacle in the robot's frame.
+/// Obstacle in the robot's frame.
 #[derive(Clone, Copy, Default)]
 struct Obstacle {
     x: f64,
@@ -44,7 +44,8 @@ pub(crate) struct Surroundings<'a> {
 }
 
 impl<'a> Surroundings<'a> {
-    /// Collects the obstacles near a robot at `pose`; `margin` is the minimum clearance, metres.
+    /// Collects the obstacles near a robot at `pose`.
+    /// `margin` is the minimum clearance, metres.
     pub(crate) fn new(
         map: &LocalMap,
         others: &[Other],
@@ -92,7 +93,7 @@ impl<'a> Surroundings<'a> {
             self.count += 1;
             true
         };
-        // Robots first: of what is seen, nothing is left out.
+        // Robots first: none of them may be left out.
         for other in others {
             if !other.outline().all(|(x, y)| add(x, y, 0.0, Some(other.velocity))) {
                 return false;
@@ -132,7 +133,7 @@ impl<'a> Surroundings<'a> {
         })
     }
 
-    /// As [`Self::safe`], with the present twist and the response of the wheels.
+    /// Returns the result of [`Self::safe`] with twist and response of the wheels.
     fn stops_in_time(&self, sides: &Sides, moving: Twist2, twist: Twist2) -> bool {
         let mut there = Course { pose: Pose2::default(), motion: moving };
         let mut time = 0.0;
@@ -151,7 +152,8 @@ impl<'a> Surroundings<'a> {
         false
     }
 
-    /// Returns whether the outline is clear at a pose of the present frame, in `later` seconds.
+    /// Returns true if the outline is clear at a future pose.
+    /// The pose is in the present frame, in `later` seconds.
     fn keeps_off(&self, path: Path, later: f64) -> bool {
         if self.parameters.room_half_width.is_some_and(|room| !self.stays_within(path, room)) {
             return false;
@@ -182,7 +184,8 @@ impl<'a> Surroundings<'a> {
         })
     }
 
-    /// Returns whether the outline at a pose of the present frame is within the room, or no farther out than now.
+    /// Returns true if the outline at a pose is within the room.
+    /// The pose is in the present frame; a pose no farther out than now counts as within.
     fn stays_within(&self, path: Path, room: f64) -> bool {
         let Pose2 { x, y, theta } = self.pose;
         let (sine, cosine) = (math::sin(theta), math::cos(theta));
@@ -208,7 +211,8 @@ impl<'a> Surroundings<'a> {
         })
     }
 
-    /// Returns whether a strip in a direction is free, by half its width and its length.
+    /// Returns true if a strip in a direction is free.
+    /// `half_width` is half its width.
     pub(crate) fn strip_free(&self, bearing: f64, half_width: f64, length: f64) -> bool {
         let (sine, cosine) = (math::sin(bearing), math::cos(bearing));
         self.obstacles().iter().all(|obstacle| {
@@ -275,7 +279,8 @@ impl<'a> Surroundings<'a> {
         best
     }
 
-    /// Returns the cost to the target after this motion, in metres of driving and turning.
+    /// Returns the cost to the target after this motion.
+    /// Metres of driving and turning.
     fn cost(&self, twist: Twist2, target: Point2, last: Twist2) -> f64 {
         let path = Path::along(twist, HORIZON);
         let (dx, dy) = (target.x - path.x, target.y - path.y);

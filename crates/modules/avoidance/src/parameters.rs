@@ -36,7 +36,8 @@ pub struct Parameters {
     pub decision_period: f64,
     /// Age after which an obstacle without an echo is forgotten, seconds.
     pub obstacle_timeout: f64,
-    /// Weight of a miss against a hit, 0 to 1: high follows moving obstacles; sonars with many misses need about 0.03.
+    /// Weight of a miss against a hit, 0 to 1.
+    /// A high weight follows moving obstacles; sonars with many misses need about 0.03.
     pub miss_weight: f64,
     /// Age of the newest scan above which the robot stops, seconds.
     pub scan_timeout: f64,
@@ -44,7 +45,8 @@ pub struct Parameters {
     pub progress_timeout: f64,
     /// Half the side of a known square room about the origin, metres.
     pub room_half_width: Option<f64>,
-    /// Response of the wheels, if it is slow: motions are then predicted from the present twist.
+    /// Response of the wheels, if it is slow.
+    /// Motions are then predicted from the present twist.
     pub sides: Option<Sides>,
 }
 

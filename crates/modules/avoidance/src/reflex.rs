@@ -1,4 +1,5 @@
-//! Memoryless avoidance: the newest measurements and rules give a turn on the spot and a straight drive.
+//! Memoryless avoidance: a turn in place and a straight drive from rules.
+//! It uses the newest measurements alone.
 
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{Pose2, SonarScan, Twist2};
@@ -49,13 +50,15 @@ pub struct ReflexRules {
     /// Linear velocity of that drive.
     #[unit("m/s")]
     pub linear_velocity: f64,
-    /// Clearance from another robot below which it drives no nearer: the other one moves meanwhile. At most 0.3 m count.
+    /// Clearance from another robot below which no drive comes nearer.
+    /// The other robot moves meanwhile. At most 0.3 m count.
     #[unit("m")]
     pub robot_clearance: f64,
-    /// The same of a turn on the spot.
+    /// Clearance from another robot in a turn in place, metres.
     #[unit("m")]
     pub robot_turn_clearance: f64,
-    /// Thresholds of the sensors. Without one for the sonars the robot stops; another sensor without one causes no reflex.
+    /// Thresholds of the sensors.
+    /// Without one for the sonars the robot stops; another sensor without one causes no reflex.
     pub sensors: Sequence<SensorRule, 4>,
 }
 
@@ -90,10 +93,10 @@ impl ReflexRules {
     }
 }
 
-/// Why a rule is refused.
+/// Reason why a rule is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RuleError {
-    /// No rule.
+    /// Rule without a threshold.
     Empty,
     /// Two rules for one sensor.
     Twice {
@@ -104,26 +107,26 @@ pub enum RuleError {
         /// Their sensor.
         sensor: Text<28>,
     },
-    /// The distance is out of its range.
+    /// Distance out of range.
     Distance {
         /// Number of the rule, from 1.
         number: usize,
-        /// Its sensor.
+        /// Sensor of the rule.
         sensor: Text<28>,
-        /// Its distance, metres.
+        /// Distance of the rule, metres.
         distance: f64,
     },
-    /// The robot model does not list the sensor.
+    /// Sensor that the robot model does not list.
     Sensor {
         /// Number of the rule, from 1.
         number: usize,
-        /// Its sensor.
+        /// Sensor of the rule.
         sensor: Text<28>,
     },
 }
 
 impl RuleError {
-    /// Index of the rule, from 0; `None` for an empty list.
+    /// Returns the index of the rule, from 0; `None` for an empty list.
     pub fn index(&self) -> Option<usize> {
         match self {
             Self::Empty => None,
@@ -170,7 +173,7 @@ pub struct Maneuver {
 }
 
 impl Maneuver {
-    /// Stands, for a moment.
+    /// Stop for a moment.
     pub const STOP: Self = Self { angle: 0.0, linear: 0.0, duration: STAND };
 }
 
@@ -187,7 +190,8 @@ pub struct Disc {
 
 /// Duration of a stop unless it is renewed, seconds.
 const STAND: f64 = 0.2;
-/// Part of the minimum range at which an echo at that range counts: its obstacle is there or nearer.
+/// Factor on the minimum range for an echo at that range.
+/// Its obstacle is at the minimum range or nearer.
 const NEAREST: f64 = 0.3;
 /// Tolerance of an echo from a detected robot, metres.
 const SPREAD: f64 = 0.1;
@@ -197,7 +201,7 @@ const ARC: usize = 5;
 const POINTS: usize = 16 * ARC;
 /// Maximum number of robots.
 const ROBOTS: usize = 8;
-/// Speed above which the robot drives towards what is ahead or behind, m/s.
+/// Speed above which the robot drives towards obstacles ahead or behind, m/s.
 const MOVING: f64 = 0.02;
 /// Angular velocity above which the robot turns, rad/s.
 const TURNING: f64 = 0.02;
@@ -212,14 +216,15 @@ const SHORT: f64 = 1.0;
 const BACKWARD: f64 = 1.5;
 /// Short drives as a part of the whole one.
 const PART: f64 = 0.4;
-/// Advantage of a turn to the left, radians: of two equal turns the same is chosen again.
+/// Cost advantage of a left turn, radians.
+/// Of two equal turns the same one is then chosen again.
 const LEFT: f64 = 0.05;
 /// Clearance beyond the minimum at which a drive should end, metres.
 const AWAY: f64 = 0.05;
-/// Clearance that a motion may take from an obstacle that is too near already, metres.
+/// Clearance that a motion may lose to an obstacle that is too near, metres.
 const SLACK: f64 = 0.003;
 
-/// One set of measurements, in the robot's frame.
+/// Measurements of a tick, in the robot's frame.
 #[derive(Clone, Copy, Debug)]
 pub struct ReflexInput {
     points: [(f64, f64); POINTS],
@@ -231,7 +236,8 @@ pub struct ReflexInput {
 }
 
 impl ReflexInput {
-    /// Takes echoes as points on their arcs, detected robots, whose echoes are left out, and the twist of this robot.
+    /// Reads the echoes as points on their arcs, detected robots and the twist.
+    /// Echoes of detected robots are left out.
     ///
     /// An echo at the minimum range, or without a range, counts as nearer than that.
     pub fn new(scan: &SonarScan, robots: impl Iterator<Item = Disc>, twist: Twist2) -> Self {
@@ -281,8 +287,8 @@ impl ReflexInput {
         self.points[..self.count].iter().copied()
     }
 
-    /// Returns the least distance of robots: of those in the strip that the robot drives along, forward or backward, and of any from
-    /// the outline.
+    /// Returns the least distances of robots in the driving strip and overall.
+    /// The strip is that of the present motion, forward or backward; the second distance is from the outline.
     fn robot_distances(&self, footprint: &Footprint, half_width: f64) -> (f64, f64) {
         let back = 2.0 * footprint.centre() - footprint.front();
         let (direction, end) = if self.twist.linear < 0.0 { (-1.0, -back) } else { (1.0, footprint.front()) };
@@ -298,7 +304,8 @@ impl ReflexInput {
         })
     }
 
-    /// Returns whether the robot, with its present twist, comes within the clearance of another one in the reaction time.
+    /// Returns true if the robot comes too near to another in the reaction time.
+    /// It moves at its present twist.
     fn approaches_robot(&self, footprint: &Footprint, rules: &ReflexRules) -> bool {
         let Twist2 { linear, angular } = self.twist;
         if linear.abs() <= MOVING && angular.abs() <= TURNING {
@@ -314,13 +321,15 @@ impl ReflexInput {
         })
     }
 
-    /// Returns whether a turn on the spot by an angle (rad) ends at another robot, and nearer to it than now.
+    /// Returns true if a turn in place (rad) ends nearer to a robot than allowed.
+    /// The end must be nearer than the robot is now.
     fn turn_meets_robot(&self, footprint: &Footprint, rules: &ReflexRules, angle: f64) -> bool {
         let then = self.robot_clearance(footprint, Pose2 { theta: angle, ..Pose2::default() });
         then < rules.robot_turn_clearance && then < self.robot_clearance(footprint, Pose2::default()) - SLACK
     }
 
-    /// Returns the least distance of robots from the outline at a pose in the robot's frame.
+    /// Returns the clearance of other robots from the outline at a pose.
+    /// The pose is in the robot's frame.
     fn robot_clearance(&self, footprint: &Footprint, pose: Pose2) -> f64 {
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
         self.robots[..self.seen].iter().fold(REACH, |least, robot| {
@@ -330,7 +339,7 @@ impl ReflexInput {
         })
     }
 
-    /// Returns the least distance of the echoes from the outline after a turn (rad) and a drive (m).
+    /// Returns the clearance of the echoes after a turn (rad) and a drive (m).
     fn clearance(&self, footprint: &Footprint, angle: f64, way: f64) -> f64 {
         let (sine, cosine) = (math::sin(angle), math::cos(angle));
         self.points().fold(REACH, |least, (x, y)| {
@@ -339,7 +348,7 @@ impl ReflexInput {
         })
     }
 
-    /// Returns how far the robot can drive along a heading with this clearance at its sides.
+    /// Returns the free length along a heading with this clearance at the sides.
     fn free_length(&self, footprint: &Footprint, angle: f64, clearance: f64) -> f64 {
         let (sine, cosine) = (math::sin(angle), math::cos(angle));
         let half_width = footprint.half_width() + clearance;
@@ -392,7 +401,7 @@ pub fn react(rules: &ReflexRules, footprint: &Footprint, measured: &ReflexInput)
     }
     let mut best = (f64::INFINITY, Maneuver::STOP);
     for side in [1.0, -1.0] {
-        // How near anything is during the turn so far.
+        // Least clearance in the turn so far.
         let mut least = near;
         for number in 0..=(std::f64::consts::PI / STEP) as u32 {
             let angle = side * f64::from(number) * STEP;
@@ -417,7 +426,8 @@ pub fn react(rules: &ReflexRules, footprint: &Footprint, measured: &ReflexInput)
     Some(best.1)
 }
 
-/// Returns the cost of a part of the drive after a turn (negative: backward); `None` if it is not safe.
+/// Returns the cost of a part of the drive after a turn; `None` if unsafe.
+/// A negative part is driven backward.
 fn drive_cost(
     rules: &ReflexRules,
     footprint: &Footprint,

@@ -6,14 +6,15 @@ use slate_module::math;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RocsVariant {
-    /// As the authors ran it: the lower clamp is inverted, so every detection counts at least in full, and one nearer than
-    /// 0.1 m up to half as much again.
+    /// Control law as published runs had it: the lower clamp is inverted.
+    /// Every detection counts at least in full, and one nearer than 0.1 m up to half as much again.
     Rocs,
-    /// As they meant it: the nearer, the more.
+    /// Control law as intended: the weight grows as the distance falls.
     RocsFixed,
 }
 
-/// The reactive control law of RoCS: every front sonar slows the wheels by its weight (Braitenberg's vehicle).
+/// Reactive control law of RoCS (Braitenberg's vehicle).
+/// Every front sonar slows the wheels by its weight.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rocs {
     /// Weight of a near echo.
@@ -24,15 +25,17 @@ pub struct Rocs {
 const DETECTED: f64 = 0.3;
 /// Nearer than this counts in full, metres.
 const FULL: f64 = 0.1;
-/// Effect of the front sonars on the left wheel, from the left one to the right one, on the right wheel reversed, and the speed
-/// of both wheels to which that is added, rad/s: of the Pioneer.
+/// Weights of the Pioneer's front sonars on the left wheel, and base velocity.
+/// Weights are from the left sonar to the right one, reversed for the right wheel; they are added to the velocity of
+/// both wheels, rad/s.
 const PIONEER: (&[f64], f64) = (&[-0.2, -0.4, -0.6, -0.8, -1.0, -1.2, -1.4, -1.6], 1.5);
-/// And of the Summit, which has three sonars.
+/// Weights and base velocity of the Summit, which has three sonars.
 const SUMMIT: (&[f64], f64) = (&[-0.5, -1.0, -3.0], 0.0);
 /// Smaller changes of the wheels' speeds are left to the planner, rad/s.
 const THRESHOLD: f64 = 0.1;
 
-/// Weight of an echo: 1 at the full distance, 0 where nothing counts as detected.
+/// Returns the weight of an echo.
+/// 1 at the full distance, 0 beyond the range of detection.
 fn weight(range: f64) -> f64 {
     1.0 - (range - FULL) / (DETECTED - FULL)
 }
@@ -47,7 +50,7 @@ impl Rocs {
                 continue;
             }
             let part = match self.variant {
-                // Their clamp keeps what is nearer, which so counts more than in full.
+                // Their clamp keeps nearer ranges, which thus count more than in full.
                 RocsVariant::Rocs => weight(math::min(echo.range, FULL)),
                 RocsVariant::RocsFixed => weight(math::max(echo.range, FULL)),
             };

@@ -4,42 +4,42 @@ use std::path::{Path, PathBuf};
 /// Line to a device, as a parameter names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LineAddress {
-    /// A serial device, with its speed.
+    /// Serial device, with its speed.
     Serial {
-        /// The device, such as `/dev/ttyUSB0`.
+        /// Device, such as `/dev/ttyUSB0`.
         path: PathBuf,
         /// Baud rate.
         baud: u32,
     },
-    /// A host and port of TCP.
+    /// Host and port of TCP.
     Tcp(String),
-    /// An input device, such as `/dev/input/js0`, which is only read.
+    /// Input device, such as `/dev/input/js0`, which is only read.
     Input(PathBuf),
 }
 
-/// Why a text names no line.
+/// Reason why a text is no valid device address.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AddressError {
     /// Neither a path nor an address.
     #[error("expected a device such as \"/dev/ttyUSB0\"{}, found \"{text}\"", tcp(*.by_network))]
     Unknown {
-        /// What was there.
+        /// Text found.
         text: String,
-        /// Whether such devices exist with a network, too.
+        /// True if such devices exist with a network, too.
         by_network: bool,
     },
-    /// An address without a host or with a wrong port.
+    /// Address without a host or with a wrong port.
     #[error("expected an address such as \"tcp://192.168.0.10:10940\", found \"{0}\"")]
     Tcp(String),
-    /// A path of something that can't be a device.
+    /// Path of something that can't be a device.
     #[error("{} is {found}, and no device: expected a path such as \"/dev/ttyUSB0\"", .path.display())]
     NoDevice {
-        /// The path.
+        /// Path.
         path: PathBuf,
-        /// What is there.
+        /// Type of the file found.
         found: &'static str,
     },
-    /// A path whose folder does not exist.
+    /// Path whose folder does not exist.
     #[error("there is no folder {}: expected a device such as \"/dev/ttyUSB0\"", .0.display())]
     NoFolder(PathBuf),
 }
@@ -49,7 +49,7 @@ fn tcp(by_network: bool) -> &'static str {
 }
 
 impl LineAddress {
-    /// A serial device by its path, or `tcp://HOST` with or without `:PORT`.
+    /// Returns a serial device by its path, or `tcp://HOST` with or without `:PORT`.
     ///
     /// # Errors
     /// When it is neither.
@@ -73,7 +73,7 @@ impl LineAddress {
         Ok(Self::Tcp(format!("{host}:{port}")))
     }
 
-    /// A serial device by its path.
+    /// Returns a serial device by its path.
     ///
     /// # Errors
     /// When it is no absolute path.
@@ -85,7 +85,7 @@ impl LineAddress {
         }
     }
 
-    /// An input device by its path.
+    /// Returns an input device by its path.
     ///
     /// # Errors
     /// When it is no absolute path.

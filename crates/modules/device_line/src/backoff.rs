@@ -9,7 +9,7 @@ pub struct Backoff {
 }
 
 impl Backoff {
-    /// Begins with the first pause.
+    /// Returns a backoff that begins with the first pause.
     pub fn new(first: Duration, most: Duration) -> Self {
         Self { first, most, next: first }
     }
@@ -21,7 +21,7 @@ impl Backoff {
         pause
     }
 
-    /// Begins with the first pause again, after a success.
+    /// Resets to the first pause, after a success.
     pub fn succeed(&mut self) {
         self.next = self.first;
     }

@@ -6,7 +6,7 @@ use crate::input_device::InputDevice;
 use crate::serial_port::SerialPort;
 use crate::tcp_connection::TcpConnection;
 
-/// An open line to a device.
+/// Open line to a device.
 #[derive(Debug)]
 pub struct DeviceLine(OpenLine);
 
@@ -54,7 +54,8 @@ impl DeviceLine {
         }
     }
 
-    /// Writes as many bytes as fit, and removes them from `bytes`; an input device takes none.
+    /// Writes as many bytes as fit, and removes them from `bytes`.
+    /// An input device accepts no bytes.
     ///
     /// # Errors
     /// When the device is gone.

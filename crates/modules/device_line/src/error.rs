@@ -2,33 +2,33 @@ use std::path::{Path, PathBuf};
 
 use rustix::io::Errno;
 
-/// Why a device can't be used.
+/// Reason why a device can't be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PortError {
-    /// The device is missing.
+    /// Missing device.
     #[error("{} is not there: is its cable plugged in?", .0.display())]
     Missing(PathBuf),
-    /// It may not be opened.
+    /// No permission to open the device.
     #[error(
         "{} may not be opened: add yourself to its group (`sudo usermod -aG {} $USER`) and log in again",
         .0.display(), group(.0)
     )]
     Forbidden(PathBuf),
-    /// Another program has it.
+    /// Device in use by another program.
     #[error("{} is in use: end the other program that has it open", .0.display())]
     Busy(PathBuf),
-    /// It is something else.
+    /// Path of another type of file.
     #[error("{} is no serial device", .0.display())]
     NotSerial(PathBuf),
-    /// It can't be set to that speed.
+    /// Unsupported baud rate.
     #[error("{} has no speed of {baud} baud", .path.display())]
     Speed {
-        /// The device.
+        /// Device.
         path: PathBuf,
         /// Requested value.
         baud: u32,
     },
-    /// It was taken away while it was open.
+    /// Device removed while open.
     #[error("{} is gone: was the cable pulled?", .0.display())]
     Gone(PathBuf),
     /// No connection to a host.
@@ -39,26 +39,26 @@ pub enum PortError {
         /// Error of the system.
         reason: String,
     },
-    /// A connection to a host has ended.
+    /// Connection ended by the host.
     #[error("{0} ended the connection: was its power or cable pulled?")]
     Disconnected(String),
-    /// Something else.
+    /// Other error.
     #[error("{}: {reason}", .path.display())]
     Other {
-        /// The device.
+        /// Device.
         path: PathBuf,
         /// Error of the system.
         reason: String,
     },
 }
 
-/// The group that Linux gives such a device.
+/// Returns the group that Linux gives such a device.
 fn group(path: &Path) -> &'static str {
     if path.starts_with("/dev/input") { "input" } else { "dialout" }
 }
 
 impl PortError {
-    /// Why a device could not be opened.
+    /// Returns the error of a device that could not be opened.
     pub(crate) fn opening(path: &Path, error: Errno) -> Self {
         match error {
             Errno::NOENT | Errno::NXIO | Errno::NODEV => Self::Missing(path.into()),
@@ -71,7 +71,7 @@ impl PortError {
         }
     }
 
-    /// Why an open device does not carry out a request.
+    /// Returns the error of a failed request to an open device.
     pub(crate) fn using(path: &Path, error: Errno) -> Self {
         match error {
             Errno::IO | Errno::NXIO | Errno::NODEV | Errno::NOENT | Errno::BADF => Self::Gone(path.into()),

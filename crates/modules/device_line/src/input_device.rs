@@ -1,4 +1,4 @@
-//! The input device, such as a joystick, which is only read.
+//! Input device, such as a joystick, which is only read.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -10,7 +10,7 @@ use rustix::io::Errno;
 use crate::error::PortError;
 use crate::serial_port::wait;
 
-/// An open input device; other programs may read it, too.
+/// Open input device; other programs may read it, too.
 #[derive(Debug)]
 pub(crate) struct InputDevice {
     file: OwnedFd,

@@ -1,4 +1,4 @@
-//! The serial device: raw bytes at a speed, without ever waiting.
+//! Serial device: raw bytes at a speed, without ever waiting.
 #![allow(unsafe_code, reason = "rustix has no safe call for the modem lines")]
 
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use rustix::termios::{
 
 use crate::error::PortError;
 
-/// An open serial device, which no other program can open meanwhile.
+/// Open serial device, which no other program can open meanwhile.
 #[derive(Debug)]
 pub struct SerialPort {
     file: OwnedFd,
@@ -24,7 +24,8 @@ pub struct SerialPort {
 }
 
 impl SerialPort {
-    /// Opens a device with 8 data bits, no parity, 1 stop bit and no flow control, and flushes it.
+    /// Opens and flushes a device: 8 data bits, no parity, 1 stop bit.
+    /// No flow control.
     ///
     /// # Errors
     /// Returns the remedy.
@@ -64,7 +65,8 @@ impl SerialPort {
         tcflush(&self.file, QueueSelector::IOFlush).map_err(failed)
     }
 
-    /// Sets the line DTR, with which some devices switch their motor; a line without it takes no notice.
+    /// Sets the line DTR, by which some devices switch their motor.
+    /// A line without it ignores the request.
     pub fn set_data_terminal_ready(&self, is_ready: bool) {
         const SET: Opcode = libc::TIOCMBIS as Opcode;
         const CLEAR: Opcode = libc::TIOCMBIC as Opcode;

@@ -1,4 +1,4 @@
-//! The device at a TCP port, without ever waiting but for the connection.
+//! Device at a TCP port, without ever waiting but for the connection.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -10,7 +10,7 @@ use crate::serial_port::wait;
 /// Timeout of a connection; the thread of a driver can't be stopped meanwhile.
 const TIMEOUT: Duration = Duration::from_millis(400);
 
-/// A connection to a device with a network.
+/// Connection to a device with a network.
 #[derive(Debug)]
 pub(crate) struct TcpConnection {
     stream: TcpStream,

@@ -1,4 +1,5 @@
-//! A simulated device at a pseudo-terminal or a port: `cargo run -p slate-drivers --example device -- hokuyo`.
+//! Simulated device on a pseudo-terminal or a port.
+//! Run it with `cargo run -p slate-drivers --example device -- hokuyo`.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -15,10 +16,10 @@ use slate_drivers::simulated::{
 struct Arguments {
     /// Kind of the device
     kind: DeviceKind,
-    /// A path that leads to the pseudo-terminal
+    /// Path that leads to the pseudo-terminal
     #[arg(long)]
     link: Option<PathBuf>,
-    /// A port of TCP in place of a pseudo-terminal
+    /// Port of TCP in place of a pseudo-terminal
     #[arg(long, conflicts_with = "link")]
     port: Option<u16>,
     /// Probability that a byte on the line is lost
@@ -27,7 +28,7 @@ struct Arguments {
     /// Probability that a byte on the line is damaged
     #[arg(long, default_value_t = 0.0)]
     corrupt: f64,
-    /// After so many seconds the cable is pulled for five, again and again
+    /// Number of seconds after which the cable is unplugged for five, repeatedly
     #[arg(long)]
     pull_after: Option<u64>,
 }

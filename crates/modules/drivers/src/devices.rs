@@ -11,7 +11,8 @@ driver_sensors! {
     JoystickDevice("joystick_device", "Joystick behind a driver."): Joy,
 }
 
-/// Ports of [`LaserDevice`], with room for the beams of any scanner that has a driver.
+/// Ports of [`LaserDevice`].
+/// They have room for the beams of any scanner that has a driver.
 #[ports]
 pub struct LaserDeviceIo {
     /// Output of the driver.

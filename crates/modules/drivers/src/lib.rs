@@ -1,4 +1,4 @@
-//! Drivers of laser scanners, satellite receivers, inertial measurement units and joysticks.
+//! Drivers of laser scanners, GNSS receivers, IMUs and joysticks.
 //!
 //! | module | device | measures |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! Scans of any laser scanner on their way from the thread to the tick.
+//! Scans of any laser scanner, from the thread to the tick.
 
 use slate_interfaces::LaserScan;
 use slate_module::Sequence;
@@ -6,7 +6,7 @@ use slate_module::prelude::*;
 
 use crate::driver::reading;
 
-/// The most beams of a scan.
+/// Maximum number of beams of a scan.
 pub const MOST_BEAMS: usize = 2048;
 
 /// Scan of a laser scanner, of fixed size.

@@ -1,11 +1,12 @@
-//! Sentences of text with a checksum: `$`, what they say, `*`, two digits, a line feed.
+//! Sentences of text with a checksum: `$`, body, `*`, two digits, line feed.
 //!
 //! NMEA 0183, section 5.3; VectorNav's ASCII protocol has them, too.
 
-/// The most characters of a sentence; NMEA allows 82, and some receivers more.
+/// Maximum length of a sentence, characters.
+/// NMEA allows 82, and some receivers send more.
 pub const LONGEST: usize = 255;
 
-/// Checksum of what stands between `$` and `*`: the exclusive or of its bytes.
+/// Returns the checksum of a body, between `$` and `*`: exclusive or of its bytes.
 ///
 /// ```
 /// use slate_drivers::sentence::checksum;
@@ -23,19 +24,19 @@ pub fn append(body: &str, bytes: &mut Vec<u8>) {
     bytes.extend_from_slice(format!("*{:02X}\r\n", checksum(body.as_bytes())).as_bytes());
 }
 
-/// Finds sentences in a stream of bytes that comes in any cuts and with garbage between them.
+/// Decoder of sentences from a byte stream in arbitrary pieces, with garbage.
 ///
 /// It holds at most one sentence. A sentence that is cut off by the beginning of another one counts as damaged.
 #[derive(Clone, Debug, Default)]
 pub struct SentenceDecoder {
     held: Vec<u8>,
-    /// Whether a sentence has begun.
+    /// True if a sentence has begun.
     is_inside: bool,
     damaged: u64,
 }
 
 impl SentenceDecoder {
-    /// Takes bytes, and calls `take` with the body of each sentence that they complete.
+    /// Decodes bytes, and calls `take` with the body of each complete sentence.
     pub fn receive(&mut self, bytes: &[u8], mut take: impl FnMut(&str)) {
         for byte in bytes {
             match byte {
@@ -72,7 +73,7 @@ impl SentenceDecoder {
     }
 }
 
-/// The body of a sentence whose checksum is right.
+/// Returns the body of a sentence whose checksum is right.
 fn body(sentence: &[u8]) -> Option<&str> {
     let (body, sum) = sentence.split_last_chunk::<3>()?;
     let sum = std::str::from_utf8(sum).ok()?.strip_prefix('*')?;
@@ -82,7 +83,7 @@ fn body(sentence: &[u8]) -> Option<&str> {
     if checksum(body) == sum { std::str::from_utf8(body).ok() } else { None }
 }
 
-/// A field as a finite number.
+/// Returns a field as a finite number.
 pub(crate) fn number(field: &str) -> Option<f64> {
     // Rust reads more than digits: names of infinities and exponents.
     let is_plain = field.bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b'+' | b'-' | b'.'));

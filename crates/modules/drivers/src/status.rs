@@ -4,7 +4,7 @@ use slate_module::prelude::*;
 #[interface]
 #[derive(PartialEq)]
 pub struct DeviceStatus {
-    /// When the newest measurement arrived, by the agent's time.
+    /// Arrival time of the newest measurement, by the agent's time.
     #[unit("ns")]
     pub arrival: u64,
     /// Packets that came damaged since the driver began.
@@ -16,10 +16,10 @@ pub struct DeviceStatus {
     /// Measurements in a second, over a second or five measurements; 0 before that.
     #[unit("Hz")]
     pub rate: f64,
-    /// Whether the device measures.
+    /// Connection state: true if the device measures.
     pub is_connected: Bool,
-    /// Whether all is well: it measures, as often as it should, and reports no fault.
+    /// Health: true if it measures at its rate and reports no fault.
     pub is_well: Bool,
-    /// What is wrong; the name of the device while all is well.
+    /// Fault of the device; its name while it is healthy.
     pub text: Text<252>,
 }

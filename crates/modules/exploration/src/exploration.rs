@@ -15,7 +15,7 @@ use crate::unknown_counts::UnknownCounts;
 const VIEW_CELLS: u32 = 10;
 /// Distance of a frontier from the current goal below which it is that goal's, m.
 const KEEP_DISTANCE: f64 = 1.0;
-/// Distance within which a robot in an impassable cell looks for a passable one, m.
+/// Search radius for a passable cell of a robot in an impassable one, m.
 const ESCAPE_DISTANCE: f64 = 1.0;
 
 /// Goal of an exploring robot.
@@ -31,7 +31,7 @@ pub struct ExplorationGoal {
     pub path_cost: f64,
     /// Gain by cost.
     pub utility: f64,
-    /// What it goes to see.
+    /// Frontier that the goal looks at.
     pub frontier: Frontier,
 }
 
@@ -46,7 +46,8 @@ pub struct Exploration {
     information_gain: InformationGain,
     costs: CostField,
     unknown: UnknownCounts,
-    /// In the map frame, as cells change when a map grows.
+    /// Blacklisted goals in the map frame.
+    /// Cells change when a map grows.
     blacklist: Vec<Point2>,
     current: Option<Point2>,
 }
@@ -63,7 +64,7 @@ struct ViewCandidate {
     bound: f64,
 }
 
-/// What is saved of an [`Exploration`].
+/// Saved state of an [`Exploration`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct SavedExploration {
     parameters: ExplorationParameters,
@@ -94,7 +95,7 @@ impl From<SavedExploration> for Exploration {
 }
 
 impl Exploration {
-    /// Begins one.
+    /// Returns an exploration.
     pub fn new(parameters: ExplorationParameters) -> Self {
         Self {
             information_gain: InformationGain::new(parameters.sensor_range),
@@ -107,7 +108,8 @@ impl Exploration {
         }
     }
 
-    /// Returns the best goal of a robot in a cell; `None` if no frontier is left that it can reach.
+    /// Returns the best goal of a robot in a cell.
+    /// `None` if no reachable frontier is left.
     ///
     /// `costs` has the cells of the map: where its middle may be, and at what cost. A robot in an impassable cell, such as
     /// one too near a wall, starts at the nearest passable one; without one within a metre it reaches nothing.
@@ -132,7 +134,7 @@ impl Exploration {
         chosen
     }
 
-    /// Returns the best goal of the current frontier, if that is nearly as good as the best of all.
+    /// Returns the current frontier's best goal, if nearly as good as the best.
     fn keep_or_change(
         &mut self,
         map: &OccupancyMap,
@@ -150,7 +152,8 @@ impl Exploration {
         self.best(map, frontiers, own, least).unwrap_or(best)
     }
 
-    /// Cells from which a frontier may be seen, the most promising first, without those on the blacklist.
+    /// Returns cells that may see a frontier, the most promising first.
+    /// Cells on the blacklist are left out.
     fn candidates(&self, map: &OccupancyMap, costs: &CostGrid, frontiers: &[Frontier]) -> Vec<ViewCandidate> {
         let resolution = map.geometry.resolution;
         let side = (self.parameters.sensor_range / resolution).ceil() as usize + 1;
@@ -178,7 +181,8 @@ impl Exploration {
         candidates
     }
 
-    /// Returns the goal of the highest utility, at least `least`, of candidates of which the most promising come first.
+    /// Returns the goal of the highest utility among candidates.
+    /// The utility is at least `least`; the most promising candidates come first.
     fn best(
         &mut self,
         map: &OccupancyMap,
@@ -222,7 +226,7 @@ impl Exploration {
         self.blacklist.len()
     }
 
-    /// Goes on with other parameters.
+    /// Replaces the parameters.
     pub fn set_parameters(&mut self, parameters: ExplorationParameters) {
         if self.parameters != parameters {
             self.information_gain = InformationGain::new(parameters.sensor_range);
@@ -247,7 +251,8 @@ impl Exploration {
         }
     }
 
-    /// The cell that can be reached and is nearest to the frontier's middle, of its own or of those around it.
+    /// Returns the reachable cell nearest to the frontier's middle.
+    /// It is one of its own or of those around it.
     fn nearest_reachable(&self, costs: &CostGrid, frontier: &Frontier) -> Option<GridCell> {
         let middle = frontier.middle()?;
         let own = frontier.cells.iter().copied().chain(middle.around(VIEW_CELLS));

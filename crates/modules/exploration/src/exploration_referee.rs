@@ -12,7 +12,7 @@ use slate_module::prelude::*;
 use crate::explorer::ExplorationProgress;
 use crate::frontier::is_free;
 
-/// Time between two looks at the map, s.
+/// Period of checks of the map, s.
 const PERIOD: f64 = 1.0;
 /// Largest number of cells of a map.
 const MOST_CELLS: usize = 1 << 22;
@@ -20,17 +20,17 @@ const MOST_CELLS: usize = 1 << 22;
 /// Ports of [`ExplorationReferee`].
 #[ports]
 pub struct ExplorationRefereeIo {
-    /// Map that the robot makes, in the frame of the true one.
+    /// Map of the robot, in the frame of the true one.
     map: Input<OccupancyGrid>,
-    /// Progress as the robot has it.
+    /// Progress that the robot reports.
     progress: Input<ExplorationProgress>,
     /// Verdict: ends when the robot has nothing left to see, or the time is up.
     verdict: Output<Verdict>,
-    /// How much it knows.
+    /// Coverage of the exploration.
     coverage: Output<ExplorationCoverage>,
 }
 
-/// How much of a building an exploration has seen.
+/// Coverage of a building by an exploration.
 #[interface]
 #[derive(PartialEq)]
 pub struct ExplorationCoverage {
@@ -55,7 +55,8 @@ pub struct ExplorationRefereeParams {
     time_limit: f64,
 }
 
-/// Judges an exploration by the true map: how much of the free area the robot knows when it has nothing left to see.
+/// Referee of an exploration by the true map.
+/// It measures the share of the free area that is known when no frontier is left.
 ///
 /// Free area is the largest connected one of the true map.
 pub struct ExplorationReferee;
@@ -144,7 +145,7 @@ fn verdict(
 ) -> Verdict {
     let ExplorationCoverage { known_share, free_area, time } = *coverage;
     let mut reason = Text::default();
-    // What does not fit is cut.
+    // A text that does not fit is cut.
     let _ = write!(reason, "explored {:.1} % of {free_area:.0} m2 in {time:.0} s", 100.0 * known_share);
     let is_success = known_share >= params.min_known_share;
     let (state, outcome) = match (is_over, is_done) {

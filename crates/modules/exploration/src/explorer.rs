@@ -15,20 +15,21 @@ use crate::parameters::{ExplorationParameters, GoalSelection};
 const MOST_CELLS: usize = 1 << 22;
 /// Reduction of the path's cost that counts as progress, m.
 const PROGRESS: f64 = 0.2;
-/// Distance between two goals from which they are two, m.
+/// Minimum distance between two different goals, m.
 const OTHER_GOAL: f64 = 0.5;
 
 /// Ports of [`FrontierExplorer`].
 #[ports]
 pub struct FrontierExplorerIo {
-    /// Map of what is known, from Knowledge.
+    /// Map of the known space, from Knowledge.
     map: Required<OccupancyGrid>,
     /// Pose of the robot in the map frame, from Knowledge.
     pose: Required<Pose2>,
     /// Frontiers of the map.
     #[capacity(32_768)]
     change: Change<FrontierPoints>,
-    /// Where the robot goes next, in the map frame; its own position when nothing is left to see.
+    /// Next goal, in the map frame.
+    /// The robot's own position when no frontier is left.
     goal: Output<Point2>,
     /// Progress.
     progress: Output<ExplorationProgress>,
@@ -57,7 +58,7 @@ pub struct ExplorationProgress {
     /// Cost of the path there.
     #[unit("m")]
     pub path_cost: f64,
-    /// Whether nothing is left to see.
+    /// True if no frontier is left.
     pub is_done: Bool,
 }
 
@@ -92,7 +93,7 @@ pub struct FrontierExplorerParams {
     done_after: f64,
 }
 
-/// Explores unknown space: chooses goals from which the robot sees what its map lacks.
+/// Frontier-based exploration: chooses goals that reveal unknown cells.
 ///
 /// It keeps a goal until another is better by `hysteresis`, and leaves out goals that the robot does not reach.
 pub struct FrontierExplorer;
@@ -102,34 +103,34 @@ pub struct FrontierExplorer;
 pub struct FrontierExplorerState {
     exploration: Option<Exploration>,
     target: Option<ExplorationTarget>,
-    /// When it chose last, and since when it has no goal, ns.
+    /// Time of the last choice, ns; `idle_since` is that of the loss of a goal.
     chosen_at: Option<u64>,
     idle_since: Option<u64>,
-    /// How often the blacklist was cleared.
+    /// Number of times the blacklist was cleared.
     retries: i64,
-    /// Whether an unknown name of the strategy is in the log.
+    /// True if the log holds a warning of an unknown strategy.
     has_warned: bool,
-    /// With the radius of the robot that it was made for.
+    /// Costmap, and the robot's radius for which it was built.
     #[serde(skip)]
     costmap: Option<(f64, Costmap)>,
     #[serde(skip)]
     map: Option<OccupancyMap>,
 }
 
-/// The goal that the robot goes to.
+/// Current goal of the robot.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct ExplorationTarget {
     position: [f64; 2],
-    /// Least cost of the path so far, m, and when it was found, ns.
+    /// Least cost of the path so far, m; its time, ns.
     least_cost: f64,
     progress_at: u64,
-    /// Since when the robot is there, ns.
+    /// Time of arrival at the goal, ns.
     reached_at: Option<u64>,
 }
 
 impl Analyze for FrontierExplorer {
     const NAME: &'static str = "frontier_explorer";
-    const DOC: &'static str = "Chooses where to go next to see what the map lacks.";
+    const DOC: &'static str = "Chooses goals that explore the unknown cells of the map.";
     type Observed = FrontierExplorerIo;
     type Params = FrontierExplorerParams;
     type State = FrontierExplorerState;
@@ -159,7 +160,7 @@ impl Analyze for FrontierExplorer {
 }
 
 impl FrontierExplorerState {
-    /// Takes a map, and makes the costs of its cells; `None` if it is too large to search.
+    /// Takes a map and computes its cost grid; `None` if it is too large to search.
     fn take(
         &mut self,
         map: &OccupancyGrid,
@@ -184,7 +185,7 @@ impl FrontierExplorerState {
         Some(())
     }
 
-    /// Chooses a goal, after those that the robot has not reached went on the blacklist.
+    /// Chooses a goal, after the goals not reached went on the blacklist.
     fn choose(
         &mut self,
         robot: GridCell,
@@ -304,7 +305,7 @@ impl ExplorationTarget {
         Self { position: [x, y], reached_at, ..before }
     }
 
-    /// Whether the robot does not come nearer, or is there and it still is a goal.
+    /// Returns true if the robot makes no progress, or the reached goal remains.
     fn is_missed(&self, params: &FrontierExplorerParams, now: &Tick) -> bool {
         let since = |time: u64| now.now().saturating_sub(time) as f64 * 1e-9;
         since(self.progress_at) > params.progress_timeout

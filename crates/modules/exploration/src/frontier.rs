@@ -30,19 +30,20 @@ impl Frontier {
     }
 }
 
-/// Keeps the frontiers of a map as its cells change: only cells that have changed are looked at (as in Keidar and
-/// Kaminka, 2014, *Efficient frontier detection for robot exploration*).
+/// Incremental frontier detector: only changed cells are examined.
+/// As in Keidar and Kaminka, 2014, *Efficient frontier detection for robot exploration*.
 #[derive(Clone, Debug, Default)]
 pub struct FrontierDetector {
     size: [usize; 2],
-    /// The map's cells when they were looked at last.
+    /// Cells of the map at the last update.
     seen: Vec<i8>,
-    /// In the order of the map.
+    /// Frontier cells in the order of the map.
     frontier_cells: BTreeSet<usize>,
 }
 
 impl FrontierDetector {
-    /// Looks at the cells that have changed since the last call, or at all of a map of another size.
+    /// Examines the cells changed since the last call.
+    /// Of a map of another size it examines all.
     pub fn update(&mut self, map: &OccupancyMap) {
         let size = [map.geometry.width, map.geometry.height];
         if self.size != size || self.seen.len() != map.cells.len() {
@@ -70,7 +71,8 @@ impl FrontierDetector {
         }
     }
 
-    /// Returns the frontiers of at least that many cells, in the order of their first cells.
+    /// Returns the frontiers of at least `min_cells` cells.
+    /// They are in the order of their first cells.
     pub fn frontiers(&self, min_cells: usize) -> Vec<Frontier> {
         let mut left = self.frontier_cells.clone();
         let mut frontiers = Vec::new();

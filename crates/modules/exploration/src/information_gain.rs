@@ -1,4 +1,4 @@
-//! What a sensor would see of the unknown.
+//! Information gain: the unknown area in view of a sensor.
 
 use slate_grid::{LineCells, OccupancyMap, UNKNOWN_CELL};
 use slate_module::math;
@@ -9,18 +9,18 @@ use crate::frontier::is_free;
 /// Number of beams that are followed.
 const BEAMS: usize = 120;
 
-/// Unknown cells that a sensor with a view all around would see, by following beams through the map.
+/// Unknown cells in view of an omnidirectional sensor, by ray casting.
 #[derive(Clone, Debug)]
 pub struct InformationGain {
     /// Ends of the beams from the sensor, m.
     ends: Vec<[f64; 2]>,
-    /// The count in which each cell was seen last.
+    /// Count in which each cell was seen last.
     counted: Vec<u32>,
     count: u32,
 }
 
 impl InformationGain {
-    /// Makes it for a sensor of that range, m.
+    /// Returns the gain of a sensor with a range, m.
     pub fn new(sensor_range: f64) -> Self {
         let end = |beam: usize| {
             let angle = std::f64::consts::TAU * beam as f64 / BEAMS as f64;
@@ -29,8 +29,8 @@ impl InformationGain {
         Self { ends: (0..BEAMS).map(end).collect(), counted: Vec::new(), count: 0 }
     }
 
-    /// Returns the area of unknown cells in view from the middle of a cell, m²; obstacles hide what is behind them,
-    /// unknown cells do not.
+    /// Returns the unknown area in view from the middle of a cell, m².
+    /// Obstacles occlude what is behind them, unknown cells do not.
     pub fn area(&mut self, map: &OccupancyMap, from: GridCell) -> f64 {
         if self.counted.len() != map.cells.len() || self.count == u32::MAX {
             self.counted.clear();

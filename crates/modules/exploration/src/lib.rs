@@ -1,4 +1,4 @@
-//! Exploration of unknown space: where a robot goes next to see what its map does not know.
+//! Exploration of unknown space: next goals of a robot.
 //!
 //! [`FrontierDetector`] keeps the frontiers of a map as it changes, [`InformationGain`] counts the unknown cells that a
 //! sensor would see from a cell, and [`Exploration`] chooses the next goal by both and by the way there. None of them

@@ -2,16 +2,18 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How the next goal is chosen among the frontiers.
+/// Strategy that selects the next goal among the frontiers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GoalSelection {
-    /// The nearest one by path (Yamauchi, 1997, *A frontier-based approach for autonomous exploration*).
+    /// Nearest frontier by path length.
+    /// Yamauchi, 1997, *A frontier-based approach for autonomous exploration*.
     NearestFrontier,
-    /// The one with the most information gain per path cost.
+    /// One with the most information gain per path cost.
     InformationGain,
-    /// As [`InformationGain`](Self::InformationGain), seen from the cell around the frontier with the best view
-    /// (González-Baños and Latombe, 2002, *Navigation strategies for exploring indoor environments*).
+    /// Best view: [`InformationGain`](Self::InformationGain) from the best cell.
+    /// The cell is the one around the frontier with the best view (González-Baños and Latombe, 2002, *Navigation
+    /// strategies for exploring indoor environments*).
     #[default]
     NextBestView,
 }
@@ -19,17 +21,18 @@ pub enum GoalSelection {
 /// Parameters of an [`Exploration`](crate::Exploration).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExplorationParameters {
-    /// How the next goal is chosen.
+    /// Strategy that selects the next goal.
     pub goal_selection: GoalSelection,
     /// Range of the sensor, m.
     pub sensor_range: f64,
     /// Length below which a frontier is left out, m.
     pub min_frontier_size: f64,
-    /// Exponent of the path cost that the gain is divided by; the larger, the more near frontiers are preferred.
+    /// Exponent of the path cost that divides the gain.
+    /// The larger, the more near frontiers are preferred.
     pub path_cost_exponent: f64,
-    /// How much better than the current goal another one must be, as a share of its utility.
+    /// Hysteresis: utility advantage required to change the goal, as a share.
     pub hysteresis: f64,
-    /// Distance of a goal from another on the blacklist below which it counts as the same, m.
+    /// Distance below which a goal counts as one on the blacklist, m.
     pub blacklist_radius: f64,
 }
 

@@ -3,7 +3,9 @@
 use slate_grid::{OccupancyMap, UNKNOWN_CELL};
 use slate_planning::GridCell;
 
-/// Unknown cells left of and below each corner of a map's cells (Crow, 1984, *Summed-area tables for texture mapping*).
+/// Summed-area table of unknown cells.
+/// It counts those left of and below each corner of a map's cells (Crow, 1984, *Summed-area tables for texture
+/// mapping*).
 #[derive(Clone, Debug, Default)]
 pub(crate) struct UnknownCounts {
     width: usize,
@@ -28,7 +30,8 @@ impl UnknownCounts {
         }
     }
 
-    /// Returns the number of unknown cells that are at most so many columns and rows from one.
+    /// Returns the number of unknown cells in a square around a cell.
+    /// They are at most `side` columns and rows away.
     pub fn around(&self, middle: GridCell, side: usize) -> u32 {
         let ends = |at: u32, size: usize| {
             let at = at as usize;

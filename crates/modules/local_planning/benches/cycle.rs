@@ -1,5 +1,5 @@
-//! What a cycle of local planning costs on this machine, milliseconds: a distance field of the ends of 361 beams, and a
-//! plan on it.
+//! Benchmark of a local planning cycle, milliseconds.
+//! A cycle is a distance field of the ends of 361 beams, and a plan on it.
 #![allow(clippy::disallowed_methods, reason = "a bench measures real time")]
 #![allow(clippy::unwrap_used, reason = "a bench that can't go on ends")]
 
@@ -48,12 +48,13 @@ fn main() {
     });
 }
 
-/// A path that winds between columns.
+/// Returns a path that winds between columns.
 fn path() -> Vec<Point2> {
     (0..200).map(|k| 0.1 * f64::from(k)).map(|x| Point2 { x, y: 0.35 * math::sin(2.0 * x) }).collect()
 }
 
-/// Ends of beams at columns of 0.3 m on both sides of the path, which stand 1.5 m apart.
+/// Returns the ends of beams at columns of 0.3 m on both sides of the path.
+/// The columns stand 1.5 m apart.
 fn scan(pose: &Pose2) -> Vec<[f64; 2]> {
     let columns = (0..30).map(|k| {
         let x = 0.75 * f64::from(k);
@@ -73,7 +74,7 @@ fn scan(pose: &Pose2) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Range at which a ray hits a column.
+/// Returns the range at which a ray hits a column.
 fn hit([x, y]: [f64; 2], [across, up]: [f64; 2], radius: f64) -> Option<f64> {
     let along = x * across + y * up;
     let square = radius * radius - (x * x + y * y - along * along);

@@ -28,7 +28,7 @@ pub struct DwaParameters {
     pub acc_lim_x: f64,
     /// Largest angular acceleration, `acc_lim_theta`, rad/s².
     pub acc_lim_theta: f64,
-    /// Time that is looked ahead, `sim_time`, s.
+    /// Time horizon of trajectories, `sim_time`, s.
     pub sim_time: f64,
     /// Distance between points of a trajectory, `sim_granularity`, m.
     pub sim_granularity: f64,
@@ -48,11 +48,12 @@ pub struct DwaParameters {
     pub occdist_scale: f64,
     /// Distance from an obstacle up to which cells have a cost, `inflation_radius`, m.
     pub inflation_radius: f64,
-    /// How fast the cost falls, `cost_scaling_factor`, 1/m.
+    /// Decay rate of the cost with distance, `cost_scaling_factor`, 1/m.
     pub cost_scaling_factor: f64,
-    /// Distance to drive before a turn in place may change its direction, `oscillation_reset_dist`, m.
+    /// Travel that lets a turn in place reverse, `oscillation_reset_dist`, m.
     pub oscillation_reset_dist: f64,
-    /// How far ahead of a turn in place the local goal is judged, `heading_lookahead`, m.
+    /// Distance ahead at which turns in place are scored, `heading_lookahead`, m.
+    /// The local goal is scored there.
     pub heading_lookahead: f64,
 }
 
@@ -125,9 +126,10 @@ impl DwaParameters {
     }
 }
 
-/// Dynamic window approach (Fox, Burgard and Thrun, 1997, *The dynamic window approach to collision avoidance*) as
-/// ROS's `base_local_planner` has it: velocities that can be reached within a period, each held for
-/// [`sim_time`](DwaParameters::sim_time), are judged by the path, the local goal and the costs of cells.
+/// Dynamic window approach as in ROS's `base_local_planner`.
+/// Fox, Burgard and Thrun, 1997, *The dynamic window approach to collision avoidance*. Velocities that can be reached
+/// within a period, each held for [`sim_time`](DwaParameters::sim_time), are scored by the path, the local goal and the
+/// costs of cells.
 #[derive(Clone, Debug)]
 pub struct Dwa {
     parameters: DwaParameters,
@@ -139,7 +141,7 @@ pub struct Dwa {
     turning: Option<(f64, [f64; 2])>,
 }
 
-/// A candidate: velocity and score, the lower the better.
+/// Candidate: velocity and score, the lower the better.
 #[derive(Clone, Copy, Debug)]
 struct ScoredVelocity {
     velocity: PlanarVelocity,
@@ -147,7 +149,7 @@ struct ScoredVelocity {
 }
 
 impl Dwa {
-    /// Makes a planner.
+    /// Returns a planner.
     ///
     /// # Errors
     /// A parameter that no planner can have.
@@ -163,8 +165,9 @@ impl Dwa {
         })
     }
 
-    /// Returns the velocity to command next, [`escape_vel`](DwaParameters::escape_vel) if no velocity is free; `None`
-    /// if an argument is no number or empty, the robot is not inside of the field, or the path does not enter it.
+    /// Returns the next velocity command.
+    /// It is [`escape_vel`](DwaParameters::escape_vel) if no velocity is free; `None` if an argument is no number or
+    /// empty, the robot is not inside of the field, or the path does not enter it.
     pub fn plan(
         &mut self,
         robot: &MotionState,
@@ -192,7 +195,8 @@ impl Dwa {
         Some(velocity)
     }
 
-    /// The robot with a velocity that is at most a few times the limits, which bounds the points of a trajectory.
+    /// Returns the state with its velocity clamped to a few times the limits.
+    /// This bounds the points of a trajectory.
     fn within_limits(&self, robot: &MotionState) -> MotionState {
         let parameters = &self.parameters;
         let fastest = MOST_EXCESS * math::max(parameters.max_vel_x, parameters.escape_vel.abs());
@@ -258,7 +262,8 @@ impl Dwa {
         self.best_turn(robot, field, best, turns())
     }
 
-    /// Turns in place that cost no more than the best velocity: the one that faces the local goal best.
+    /// Returns the turn in place that faces the local goal best.
+    /// Only turns that cost no more than the best velocity count.
     fn best_turn(
         &self,
         robot: &MotionState,
@@ -293,7 +298,8 @@ impl Dwa {
         wz != 0.0 && self.turning.is_none_or(|(direction, _)| wz.signum() == direction)
     }
 
-    /// Returns the score of a velocity; `None` if its trajectory collides or leads nowhere.
+    /// Returns the score of a velocity.
+    /// `None` if its trajectory collides or leads nowhere.
     fn score(&self, robot: &MotionState, velocity: PlanarVelocity, field: &ObstacleField) -> Option<f64> {
         let parameters = &self.parameters;
         let points = math::max(
@@ -326,7 +332,8 @@ impl Dwa {
         )
     }
 
-    /// Cost of a pose, 0 to 252, as of an inflation layer; `None` for a collision.
+    /// Returns the cost of a pose.
+    /// 0 to 252, as of an inflation layer; `None` for a collision.
     fn cost(&self, pose: &Pose2, field: &ObstacleField) -> Option<f64> {
         let center = field.center();
         let at = [(pose.x - center[0]) as f32, (pose.y - center[1]) as f32];
@@ -335,7 +342,7 @@ impl Dwa {
         let (inscribed, circumscribed) = (self.footprint.inscribed, self.footprint.circumscribed);
         // An obstacle's cell reaches half of its size around its middle.
         let touch = (0.5 * field.resolution()) as f32;
-        // What is beyond the field is unknown, so it counts as occupied.
+        // Cells beyond the field are unknown, so they count as occupied.
         if distance <= inscribed || !lookup.contains_circle(at, circumscribed) {
             return None;
         }
@@ -353,7 +360,7 @@ impl Dwa {
     }
 }
 
-/// The k-th of values that are spread evenly over a range, with its ends.
+/// Returns the k-th of values that are spread evenly over a range, with its ends.
 fn spread_over(low: f64, high: f64, k: usize, count: usize) -> f64 {
     if count < 2 { high } else { low + (high - low) * k as f64 / (count - 1) as f64 }
 }

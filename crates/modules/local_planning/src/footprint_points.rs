@@ -9,26 +9,29 @@ use crate::obstacle_field::{FieldLookup, ObstacleField};
 /// Largest number of points on an edge.
 const MOST_POINTS: f64 = 10_000.0;
 
-/// By how much a point that may touch is free where it starts, m.
+/// Tolerance of contact points at the start, m.
+/// A point that may touch is free there within it.
 const SLACK: f32 = 1e-3;
 
-/// Points on a footprint's outline, and its circles, for lookups in a distance field.
+/// Points and circles of a footprint, for lookups in a distance field.
+/// The points are on its outline.
 #[derive(Clone, Debug)]
 pub struct FootprintPoints {
     corners: Vec<[f64; 2]>,
     points: Vec<[f32; 2]>,
     /// Largest distance between neighbouring points, m.
     spacing: f64,
-    /// Of each point: what is added to its distances, m.
+    /// Allowance of each point, added to its distances, m.
     allowances: Vec<f32>,
-    /// Radius of the largest circle around the reference point inside of the outline, m.
+    /// Radius of the inscribed circle around the reference point, m.
     pub(crate) inscribed: f32,
     /// Radius of the smallest one around it, m.
     pub(crate) circumscribed: f32,
 }
 
 impl FootprintPoints {
-    /// Finds corners and circles of a footprint; points on its outline come with a field's resolution.
+    /// Computes corners and circles of a footprint.
+    /// Points on its outline follow with a field's resolution.
     pub fn new(footprint: &Footprint) -> Self {
         let corners: Vec<[f64; 2]> = footprint.outline().collect();
         let farthest = corners.iter().fold(0.0, |most, [x, y]| math::max(most, math::hypot(*x, *y)));
@@ -42,7 +45,8 @@ impl FootprintPoints {
         }
     }
 
-    /// Places the points a cell apart at most, so that no occupied cell fits between two of them.
+    /// Places the points at most a cell apart.
+    /// No occupied cell then fits between two of them.
     pub(crate) fn fit(&mut self, resolution: f64) {
         if self.spacing == resolution {
             return;
@@ -54,7 +58,8 @@ impl FootprintPoints {
         self.allowances.resize(self.points.len(), 0.0);
     }
 
-    /// Lets points that touch at a pose do so, as long as they do not come nearer; all others must stay free.
+    /// Allows points that touch at a pose to do so while they come no nearer.
+    /// All others must stay free.
     pub(crate) fn allow(&mut self, field: &FieldLookup<'_>, at: [f32; 2], heading: [f32; 2], touch: f32) {
         for (point, allowance) in self.points.iter().zip(&mut self.allowances) {
             let distance = distance_at(field, *point, at, heading);
@@ -62,8 +67,8 @@ impl FootprintPoints {
         }
     }
 
-    /// Returns the distance of the footprint at a pose to the nearest obstacle, m; 0 where they overlap, or where the
-    /// footprint is not inside of the field, so that nothing is known.
+    /// Returns the distance of the footprint at a pose to an obstacle, m.
+    /// 0 where they overlap, or where the footprint is not inside of the field, so that its surroundings are unknown.
     pub fn distance(&self, field: &ObstacleField, pose: &Pose2) -> f64 {
         let center = field.center();
         let at = [(pose.x - center[0]) as f32, (pose.y - center[1]) as f32];
@@ -78,8 +83,8 @@ impl FootprintPoints {
         f64::from(distances.fold(f32::INFINITY, crate::single::min))
     }
 
-    /// Returns the least distance of the outline's points to an obstacle with their allowances, m, for a pose relative
-    /// to the field's middle.
+    /// Returns the clearance of the outline's points with their allowances, m.
+    /// The pose is relative to the field's middle.
     #[inline(always)]
     pub(crate) fn clearance(
         &self,
@@ -110,7 +115,7 @@ fn outline(corners: &[[f64; 2]], spacing: f64) -> impl Iterator<Item = [f32; 2]>
     })
 }
 
-/// Distance to an obstacle of a point in the robot's frame, m.
+/// Returns the distance to an obstacle of a point in the robot's frame, m.
 #[inline(always)]
 fn distance_at(
     field: &FieldLookup<'_>,

@@ -1,4 +1,4 @@
-//! Local planning: velocities that follow a path round the obstacles that a robot sees.
+//! Local planning: velocities that follow a path round observed obstacles.
 //!
 //! [`Mppi`] is model predictive path integral control in Nav2's formulation, [`Dwa`] the dynamic window approach. Both
 //! read an [`ObstacleField`], the distances to the obstacles around the robot, and check its footprint. [`VfhPlus`] is

@@ -6,12 +6,13 @@ use serde::{Deserialize, Serialize};
 use slate_interfaces::Pose2;
 use slate_module::math;
 
-/// Obstacles that scans have seen within a time, as the observation buffer of Nav2's obstacle layer.
+/// Observation buffer of scans, as that of Nav2's obstacle layer.
 ///
 /// A robot whose sensor does not look all round remembers what is behind it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ObservationBuffer {
-    /// How long points are kept, `observation_persistence`, s; 0 keeps the newest scan alone.
+    /// Time that points are kept, `observation_persistence`, s.
+    /// 0 keeps the newest scan alone.
     persistence: f64,
     /// Time between scans that are kept, s.
     interval: f64,
@@ -24,17 +25,19 @@ pub struct ObservationBuffer {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct ObservedPoints {
     time: f64,
-    /// In the planner's frame.
+    /// Points in the planner's frame.
     points: Vec<[f64; 2]>,
 }
 
 impl ObservationBuffer {
-    /// Makes a memory of that many seconds that keeps a scan of each interval, s, and the newest one.
+    /// Returns a buffer of `observation_persistence` seconds.
+    /// It keeps a scan of each `interval`, s, and the newest one.
     pub fn new(observation_persistence: f64, interval: f64) -> Self {
         Self { persistence: observation_persistence, interval, scans: VecDeque::new(), spare: Vec::new() }
     }
 
-    /// Adds a scan: ends of beams that hit something, in the sensor's frame, from the sensor's pose at a time in s.
+    /// Adds a scan: ends of beams that hit an obstacle, in the sensor's frame.
+    /// `sensor` is the sensor's pose at `time`, s.
     ///
     /// A scan from a pose or at a time that is no number is left out; scans of later times are dropped, as time has
     /// gone back.

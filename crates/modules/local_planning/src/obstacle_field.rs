@@ -21,13 +21,13 @@ pub struct ObstacleField {
     /// Middle of the window, at a corner of cells.
     center: [f64; 2],
     is_occupied: Vec<bool>,
-    /// Of each cell, m.
+    /// Distance of each cell to the nearest obstacle, m.
     distances: Vec<f32>,
     transform: DistanceTransform,
 }
 
 impl ObstacleField {
-    /// Makes a window of that side length, m, without obstacles.
+    /// Returns a window of side `size`, m, without obstacles.
     ///
     /// # Errors
     /// The window has no cell, or more than a million.
@@ -46,8 +46,9 @@ impl ObstacleField {
         })
     }
 
-    /// Moves the window around a point, and fills it from points on obstacles. Points that are outside of it, or no
-    /// numbers, are left out. A window around a point that is no number contains nothing, and no planner plans in it.
+    /// Centres the window on a point, and fills it from points on obstacles.
+    /// Points outside of it, or invalid ones, are left out. A window around an invalid point is empty, and no planner
+    /// plans in it.
     pub fn update(&mut self, center: [f64; 2], obstacles: impl Iterator<Item = [f64; 2]>) {
         // Cells stay where they are while the window moves, so that distances do not flicker.
         self.center = center.map(|part| (part / self.resolution).round() * self.resolution);
@@ -79,23 +80,24 @@ impl ObstacleField {
         }
     }
 
-    /// Edge length of a cell, m.
+    /// Returns the edge length of a cell, m.
     pub fn resolution(&self) -> f64 {
         self.resolution
     }
 
-    /// Middle of the window.
+    /// Returns the middle of the window.
     pub fn center(&self) -> [f64; 2] {
         self.center
     }
 
-    /// Returns whether a point is inside of the window; nothing is known of others.
+    /// Returns true if a point is inside of the window.
+    /// Points outside are unknown.
     pub fn contains(&self, x: f64, y: f64) -> bool {
         self.lookup().contains_circle([(x - self.center[0]) as f32, (y - self.center[1]) as f32], 0.0)
     }
 
-    /// Returns the distance of a point to the nearest obstacle, m; 1,000 m outside of the window, see
-    /// [`contains`](Self::contains).
+    /// Returns the distance of a point to the nearest obstacle, m.
+    /// It is 1,000 m outside of the window, see [`contains`](Self::contains).
     pub fn distance(&self, x: f64, y: f64) -> f64 {
         let lookup = self.lookup();
         f64::from(lookup.distance((x - self.center[0]) as f32, (y - self.center[1]) as f32))
@@ -114,12 +116,12 @@ impl ObstacleField {
         is_inside.then_some(row as usize * self.side + column as usize)
     }
 
-    /// Distance of a cell to the nearest obstacle, m.
+    /// Returns the distance of a cell to the nearest obstacle, m.
     pub(crate) fn cell_distance(&self, cell: usize) -> f64 {
         f64::from(self.distances[cell])
     }
 
-    /// For points relative to the middle of the window.
+    /// Returns the lookup for points relative to the middle of the window.
     pub(crate) fn lookup(&self) -> FieldLookup<'_> {
         FieldLookup {
             distances: &self.distances,
@@ -132,7 +134,7 @@ impl ObstacleField {
     }
 }
 
-/// The field as a loop reads it.
+/// View of the field for lookups in a loop.
 #[derive(Clone, Copy)]
 pub(crate) struct FieldLookup<'a> {
     distances: &'a [f32],
@@ -145,7 +147,8 @@ pub(crate) struct FieldLookup<'a> {
 }
 
 impl FieldLookup<'_> {
-    /// Whether a circle is inside of the window; what is beyond is unknown.
+    /// Returns true if a circle is inside of the window.
+    /// Cells beyond the window are unknown.
     #[inline(always)]
     pub fn contains_circle(&self, [x, y]: [f32; 2], radius: f32) -> bool {
         let most = self.reach - radius;

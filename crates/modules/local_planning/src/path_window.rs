@@ -1,4 +1,4 @@
-//! The part of a path that is ahead.
+//! Part of a path that is ahead.
 
 use slate_interfaces::Point2;
 use slate_module::math;
@@ -6,8 +6,8 @@ use slate_module::math;
 /// Distance between points of the window, m.
 pub(crate) const SPACING: f64 = 0.05;
 
-/// Path from the point nearest to the robot on, in points of equal distance, relative to the middle of the obstacle
-/// field.
+/// Resampled path from the point nearest to the robot.
+/// Its points have equal distances, and are relative to the middle of the obstacle field.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PathWindow {
     pub x: Vec<f32>,
@@ -19,8 +19,8 @@ pub(crate) struct PathWindow {
 }
 
 impl PathWindow {
-    /// Fills the window for a robot, up to a length in m; returns false for a path without a point, or one with a
-    /// point that is no number.
+    /// Fills the window for a robot, up to `length`, m.
+    /// Returns false for a path without a point, or with an invalid one.
     pub fn update(&mut self, path: &[Point2], robot: [f64; 2], center: [f64; 2], length: f64) -> bool {
         self.x.clear();
         self.y.clear();
@@ -64,7 +64,7 @@ impl PathWindow {
     }
 }
 
-/// Returns the segment of a path that is nearest to a point, and the nearest point on it.
+/// Returns the path segment nearest to a point, and the nearest point on it.
 fn nearest(path: &[Point2], [x, y]: [f64; 2]) -> (usize, [f64; 2]) {
     let mut best = (0, [path[0].x, path[0].y]);
     let mut least = f64::INFINITY;

@@ -15,13 +15,13 @@ pub struct ProgressChecker {
     radius: f64,
     /// Time without progress after which it is stuck, `movement_time_allowance`, s.
     allowance: f64,
-    /// Where and when it made progress.
+    /// Pose and time of the last progress.
     #[serde(with = "ProgressPoseTime")]
     newest: Option<(Pose2, f64)>,
 }
 
 impl ProgressChecker {
-    /// Makes a checker that has seen nothing.
+    /// Returns a checker without observations.
     ///
     /// # Errors
     /// A radius or a time that is not above 0.
@@ -50,13 +50,13 @@ impl ProgressChecker {
         time - since <= self.allowance
     }
 
-    /// Begins anew, as after a recovery.
+    /// Resets the checker, as after a recovery.
     pub fn reset(&mut self) {
         self.newest = None;
     }
 }
 
-/// A behavior that frees a robot that is stuck.
+/// Behavior that frees a robot that is stuck.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum RecoveryBehavior {
     /// Forgets obstacles that are out of sight.
@@ -75,14 +75,14 @@ pub enum RecoveryBehavior {
         /// Speed, rad/s.
         speed: f64,
     },
-    /// Stands still, s.
+    /// Waits, s.
     Wait {
         /// Time, s.
         duration: f64,
     },
 }
 
-/// Longest time that a behavior may take, s.
+/// Maximum duration of a behavior, s.
 const MOST_SECONDS: f64 = 600.0;
 
 impl RecoveryBehavior {
@@ -110,18 +110,19 @@ impl RecoveryBehavior {
     }
 }
 
-/// What a recovery commands.
+/// Command of a recovery behavior.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RecoveryCommand {
     /// Clear the costmap, and stand still.
     ClearCostmap,
     /// Move at a velocity.
     Move(PlanarVelocity),
-    /// The behavior is done: plan again.
+    /// End of the behavior: plan again.
     Done,
 }
 
-/// Recovery behaviors in a round: each time the robot is stuck, the next one (Nav2's `RoundRobin`).
+/// Recovery behaviors in turn, as Nav2's `RoundRobin`.
+/// Each time the robot is stuck, the next one runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecoverySequence {
     behaviors: Vec<RecoveryBehavior>,
@@ -141,11 +142,11 @@ struct RunningRecovery {
     heading: f64,
 }
 
-/// Time after which a motion that does not get on ends, as a multiple of what it takes.
+/// Timeout of a motion without progress, as a multiple of its nominal duration.
 const TIMEOUT_FACTOR: f64 = 3.0;
 
 impl RecoverySequence {
-    /// Makes a sequence of behaviors, which run in that order.
+    /// Returns a sequence of behaviors, which run in that order.
     ///
     /// # Errors
     /// A speed that is not above 0, a distance, an angle or a time that is no number, or a behavior that takes more than
@@ -155,7 +156,8 @@ impl RecoverySequence {
         Ok(Self { behaviors, next: 0, running: None })
     }
 
-    /// Starts the next behavior at a pose and a time in s; returns which, or `None` without any.
+    /// Starts the next behavior at a pose and a time in s; returns it.
+    /// `None` without any.
     pub fn start(&mut self, pose: &Pose2, time: f64) -> Option<RecoveryBehavior> {
         let behavior = *self.behaviors.get(self.next)?;
         self.next = (self.next + 1) % self.behaviors.len();
@@ -169,12 +171,13 @@ impl RecoverySequence {
         (self.next, self.running) = (0, None);
     }
 
-    /// Whether a behavior runs.
+    /// Returns true if a behavior runs.
     pub fn is_running(&self) -> bool {
         self.running.is_some()
     }
 
-    /// Returns what to command now; a motion ends when `is_free` says that it would touch something.
+    /// Returns the next command.
+    /// A motion ends when `is_free` reports a contact.
     pub fn step(
         &mut self,
         pose: &Pose2,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use slate_interfaces::Pose2;
 
-/// A pose, for `#[serde(with)]`.
+/// Pose, for `#[serde(with)]`.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Pose2")]
 pub(crate) struct ProgressPose {
@@ -15,7 +15,7 @@ pub(crate) struct ProgressPose {
 #[derive(Serialize, Deserialize)]
 struct TimedProgress(#[serde(with = "ProgressPose")] Pose2, f64);
 
-/// A pose and its time, if it is known, for `#[serde(with)]`.
+/// Pose and its time, if it is known, for `#[serde(with)]`.
 pub(crate) struct ProgressPoseTime;
 
 impl ProgressPoseTime {

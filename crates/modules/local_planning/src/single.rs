@@ -1,24 +1,25 @@
 //! Mathematics in single precision, in forms that a compiler vectorizes.
 
-/// The smaller number; the first when one is not a number.
+/// Returns the smaller number; the first when one is not a number.
 #[inline(always)]
 pub(crate) fn min(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }
 
-/// The larger number; the first when one is not a number.
+/// Returns the larger number; the first when one is not a number.
 #[inline(always)]
 pub(crate) fn max(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }
 
-/// `value` held between `low` and `high`.
+/// Returns `value`, clamped to `low` and `high`.
 #[inline(always)]
 pub(crate) fn clamp(value: f32, low: f32, high: f32) -> f32 {
     min(max(value, low), high)
 }
 
-/// Sine and cosine of an angle up to 1 rad, with an error below 3e-6 (Taylor).
+/// Returns sine and cosine of an angle up to 1 rad.
+/// The error is below 3e-6 (Taylor).
 #[inline(always)]
 pub(crate) fn small_sin_cos(angle: f32) -> (f32, f32) {
     let square = angle * angle;
@@ -27,7 +28,7 @@ pub(crate) fn small_sin_cos(angle: f32) -> (f32, f32) {
     (sine, cosine)
 }
 
-/// An angle in [-pi, pi] that is the same; of up to a million turns.
+/// Returns an angle in [-pi, pi] that is the same; of up to a million turns.
 #[inline(always)]
 pub(crate) fn wrap_angle(angle: f32) -> f32 {
     use std::f32::consts::TAU;

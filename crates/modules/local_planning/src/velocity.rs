@@ -6,7 +6,8 @@ use slate_module::math;
 
 use crate::error::LocalPlanningError;
 
-/// Largest measured velocity, as a multiple of its limit; a faster one is an error of its sensor.
+/// Largest measured velocity, as a multiple of its limit.
+/// A faster one is an error of its sensor.
 pub(crate) const MOST_EXCESS: f64 = 3.0;
 
 /// Velocity in the plane, in the robot's frame.
@@ -14,7 +15,7 @@ pub(crate) const MOST_EXCESS: f64 = 3.0;
 pub struct PlanarVelocity {
     /// Forward, m/s.
     pub vx: f64,
-    /// To the left, m/s; 0 unless the robot is omnidirectional.
+    /// Velocity to the left, m/s; 0 unless the robot is omnidirectional.
     pub vy: f64,
     /// Counter-clockwise, rad/s.
     pub wz: f64,
@@ -26,7 +27,7 @@ impl PlanarVelocity {
 }
 
 impl From<PlanarVelocity> for Twist2 {
-    /// The velocity without its part to the left.
+    /// Returns the velocity without its part to the left.
     fn from(velocity: PlanarVelocity) -> Self {
         Self { linear: velocity.vx, angular: velocity.wz }
     }
@@ -41,9 +42,10 @@ impl From<Twist2> for PlanarVelocity {
 /// Pose and velocity of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionState {
-    /// In the planner's frame, which is that of the path and of the obstacles: odometry, map, or the robot itself.
+    /// Pose in the planner's frame: odometry, map, or the robot itself.
+    /// It is the frame of the path and of the obstacles.
     pub pose: Pose2,
-    /// In the robot's frame.
+    /// Velocity in the robot's frame.
     pub velocity: PlanarVelocity,
 }
 
@@ -54,7 +56,7 @@ impl MotionState {
     }
 }
 
-/// How a robot moves at a commanded velocity.
+/// Motion model of a robot at a commanded velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum MotionModel {
     /// Two driven wheels: forward and turns.
@@ -70,7 +72,7 @@ pub enum MotionModel {
 }
 
 impl MotionModel {
-    /// Share of a commanded turn that happens.
+    /// Returns the share of a commanded turn that happens.
     pub(crate) fn turn_share(self) -> f64 {
         match self {
             Self::SkidSteer { slip } => 1.0 - slip,
@@ -121,7 +123,7 @@ impl Default for MotionLimits {
 }
 
 impl MotionLimits {
-    /// Returns the velocity that the robot has after a time, if it strives for a commanded one.
+    /// Returns the velocity after a time at a commanded velocity.
     pub fn apply(&self, now: PlanarVelocity, command: PlanarVelocity, seconds: f64) -> PlanarVelocity {
         let toward = |now: f64, wanted: f64, down: f64, up: f64| {
             math::clamp(wanted, now + down * seconds, now + up * seconds)

@@ -1,7 +1,7 @@
 //! Wavefronts on a grid.
 
-/// Steps from a set of cells to each cell of a grid, by four neighbours round obstacles (NF1: Latombe, 1991, *Robot
-/// Motion Planning*, section 7.2).
+/// Wavefront: steps from a set of cells to each cell of a grid.
+/// Four neighbours, round obstacles (NF1: Latombe, 1991, *Robot Motion Planning*, section 7.2).
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GridWavefront {
     /// Steps to each cell; [`u32::MAX`] where no step leads.
@@ -10,7 +10,7 @@ pub(crate) struct GridWavefront {
 }
 
 impl GridWavefront {
-    /// Begins a wave on a square grid.
+    /// Resets the wave on a square grid.
     pub fn clear(&mut self, side: usize) {
         self.steps.clear();
         self.steps.resize(side * side, u32::MAX);

@@ -1,4 +1,5 @@
-//! What an update by a scan costs on this machine, milliseconds: 2,000 particles, 60 beams, a map of 120 m by 50 m.
+//! Benchmark of an update by a scan, milliseconds.
+//! 2,000 particles, 60 beams, a map of 120 m by 50 m.
 #![allow(clippy::disallowed_methods, reason = "a bench measures real time")]
 #![allow(clippy::unwrap_used, reason = "a bench that can't go on ends")]
 

@@ -6,8 +6,8 @@ use slate_module::math;
 use crate::likelihood_field::LikelihoodField;
 use crate::parameters::BeamSkip;
 
-/// Finds which beams count: those that enough particles explain; all, if most beams would be left out. `explained` is
-/// a buffer.
+/// Selects the beams that enough particles explain.
+/// All count, if most would be left out. `explained` is a buffer.
 pub(crate) fn skip_beams(
     skip: &BeamSkip,
     particles: &[Particle],

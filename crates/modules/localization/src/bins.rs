@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use slate_interfaces::Pose2;
 
-/// Size of a bin, m and rad, as Nav2 has it.
+/// Size of a bin, m and rad, as in Nav2.
 const POSITION: f64 = 0.5;
 const HEADINGS: i64 = 36;
 /// Bins from here on are one.
@@ -12,8 +12,8 @@ const FARTHEST: i64 = 1 << 40;
 /// No bin.
 const NONE: u32 = u32::MAX;
 
-/// Bins of poses with their weights, in the order in which they were met. An open-addressing table finds them, as a
-/// tick must not allocate.
+/// Bins of poses with their weights, in the order of their first pose.
+/// An open-addressing table finds them, as a tick must not allocate.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PoseBins {
     bins: Vec<PoseBin>,
@@ -53,7 +53,7 @@ impl PoseBins {
         self.bins.len()
     }
 
-    /// Where the bin is in the table, or has its place.
+    /// Returns the table slot of a bin, or the free slot for it.
     fn slot(&self, key: [i64; 3]) -> usize {
         let mixed = key.into_iter().fold(0_u64, |hash, part| {
             (hash ^ part as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
@@ -66,7 +66,8 @@ impl PoseBins {
         slot
     }
 
-    /// Joins bins that touch to clusters, and returns the one of the largest weight; `stack` is a buffer.
+    /// Clusters adjacent bins, and returns the cluster of the largest weight.
+    /// `stack` is a buffer.
     pub fn heaviest_cluster(&mut self, stack: &mut Vec<u32>) -> Option<u32> {
         let mut best: Option<(u32, f64)> = None;
         for first in 0..self.bins.len() {
@@ -100,7 +101,7 @@ impl PoseBins {
         }
     }
 
-    /// Cluster of a pose that was added.
+    /// Returns the cluster of a pose that was added.
     pub fn cluster(&self, pose: &Pose2) -> Option<u32> {
         let bin = self.table[self.slot(key(pose))];
         self.bins.get(bin as usize).map(|bin| bin.cluster)

@@ -14,15 +14,17 @@ pub(crate) struct CandidatePool {
     cumulative: Vec<f64>,
 }
 
-/// Exponent of a likelihood. A candidate is some decimetres and degrees from the pose that it stands for, so that a scan
-/// says less about it than its likelihood does.
+/// Exponent that flattens a candidate's likelihood.
+/// A candidate is some decimetres and degrees from the pose that it stands for, so that its likelihood overstates the
+/// information of a scan.
 const TEMPER: f64 = 0.25;
-/// Beams that all candidates are compared with, and of how many one is compared with the rest.
+/// Number of beams in the first comparison, and candidates per one compared fully.
 const SOME_BEAMS: usize = 12;
 const BEST: usize = 10;
 
 impl CandidatePool {
-    /// Draws that many poses, and weighs them by a scan: all by some of its beams, and then the best by all of them.
+    /// Draws `count` poses, and weighs them by a scan.
+    /// All are compared with some of its beams, then the best with all of them.
     pub fn fill(&mut self, count: usize, points: &[[f64; 2]], field: &LikelihoodField, random: &mut Random) {
         self.some.clear();
         self.some.extend(points.iter().step_by(points.len().div_ceil(SOME_BEAMS).max(1)));

@@ -3,7 +3,7 @@
 use slate_interfaces::{Particle, Pose2, PoseEstimate};
 use slate_module::math;
 
-/// Mean and covariance of particles.
+/// Returns mean and covariance of particles.
 pub(crate) fn moments<'a, I: Iterator<Item = &'a Particle>>(particles: impl Fn() -> I) -> PoseEstimate {
     let (mut weight, mut x, mut y, mut sine, mut cosine) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for Particle { pose, weight: own } in particles() {

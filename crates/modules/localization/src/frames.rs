@@ -17,7 +17,8 @@ pub struct FrameNames<'a> {
 }
 
 impl FrameNames<'_> {
-    /// Returns the frame of the odometry in that of the map: where the odometry began, as far as is known now.
+    /// Returns the transform from map to odometry frame.
+    /// It is the origin of odometry in the map, by the present estimate.
     pub fn map_to_odom(&self, pose: &Pose2, odometry: &Pose2, now: &Tick) -> Transform {
         let origin = compose(pose, &relative(odometry, &Pose2 { x: 0.0, y: 0.0, theta: 0.0 }));
         transform(self.map, self.odom, &origin, now)

@@ -1,4 +1,5 @@
-//! Localization: on a known map from odometry and laser scans, and from odometry, IMU, compass, positions and landmarks.
+//! Localization on known maps, and sensor fusion by a Kalman filter.
+//! The map is matched with odometry and laser scans; the filter fuses odometry, IMU, compass, positions and landmarks.
 //!
 //! [`MonteCarloLocalization`] is adaptive Monte Carlo localization (KLD-AMCL) as Nav2 has it, with the names and
 //! defaults of its parameters: a [`LikelihoodField`] from an exact distance transform weighs particles, which an

@@ -6,22 +6,23 @@ use slate_module::{Random, math};
 
 use crate::InvalidParameter;
 
-/// How the likelihoods of a scan's beams make that of the scan, `laser_model_type`.
+/// Combination of beam likelihoods to that of a scan, `laser_model_type`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LaserModelType {
-    /// 1 + the sum of their cubes, so that no single beam decides: `likelihood_field` of Nav2.
+    /// 1 + the sum of cubes, so that no single beam decides.
+    /// `likelihood_field` of Nav2.
     #[default]
     LikelihoodField,
-    /// Their product, as beams are independent of each other: `likelihood_field_prob` of Nav2.
+    /// Product, for independent beams: `likelihood_field_prob` of Nav2.
     LikelihoodFieldProb,
 }
 
-/// How a range finder measures.
+/// Measurement model of a range finder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorModel {
     /// Likelihood of a scan, `laser_model_type`.
     pub laser_model_type: LaserModelType,
-    /// Standard deviation of the distance between a beam's end and the obstacle that it hits, `sigma_hit`, m.
+    /// Standard deviation from a beam's end to its obstacle, `sigma_hit`, m.
     pub sigma_hit: f64,
     /// Share of beams that end at an obstacle of the map, `z_hit`.
     pub z_hit: f64,
@@ -62,18 +63,19 @@ impl SensorModel {
     }
 }
 
-/// The least likelihood of a beam, so that its logarithm is a number.
+/// Least likelihood of a beam, so that its logarithm is a number.
 const LEAST: f64 = 1e-30;
 
-/// Likelihood of beams' ends in a map (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 6.3), from each cell's
-/// exact distance to the nearest occupied one.
+/// Likelihood field of a map, from exact distances to occupied cells.
+/// Likelihood of beams' ends (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 6.3).
 #[derive(Clone, Debug)]
 pub struct LikelihoodField {
     geometry: Geometry,
     /// Distance of each cell to the nearest occupied one, m; at most `max_distance`.
     distances: Vec<f32>,
     laser_model_type: LaserModelType,
-    /// Score of a beam that ends in each cell: the cube of its likelihood, or the logarithm.
+    /// Score of a beam that ends in each cell.
+    /// The cube of its likelihood, or the logarithm.
     scores: Vec<f32>,
     outside: f32,
     max_distance: f64,
@@ -82,7 +84,8 @@ pub struct LikelihoodField {
 }
 
 impl LikelihoodField {
-    /// Makes the field of a grid from which of its cells are occupied, and in which the robot may be.
+    /// Computes the field of a grid from its occupied and its free cells.
+    /// The robot may be in free cells.
     ///
     /// # Errors
     /// A parameter of the model that no sensor has.
@@ -144,8 +147,8 @@ impl LikelihoodField {
         })
     }
 
-    /// Returns the distance of a beam's end in the map frame to the nearest obstacle, m; at most the model's
-    /// `laser_likelihood_max_dist`, also outside of the map.
+    /// Returns the distance of a beam's end in the map frame to an obstacle, m.
+    /// At most the model's `laser_likelihood_max_dist`, also outside of the map.
     pub fn distance(&self, x: f64, y: f64) -> f64 {
         match self.geometry.cell(x, y) {
             Some((column, row)) => f64::from(self.distances[self.geometry.index(column, row)]),
@@ -153,8 +156,9 @@ impl LikelihoodField {
         }
     }
 
-    /// Returns the score of a scan from a pose, the sum of its beams' ones, and their number. Points are ends of beams
-    /// in the robot's frame, m; those with `counts` false are left out, where it is long enough.
+    /// Returns score and number of beams of a scan from a pose.
+    /// The score is the sum of its beams' scores. Points are ends of beams in the robot's frame, m; those with `counts`
+    /// false are left out, where it is long enough.
     pub(crate) fn score(&self, pose: &Pose2, points: &[[f64; 2]], counts: &[bool]) -> ScanScore {
         // Into cells at once: the rotation of pose and grid, and the scale.
         let resolution = self.geometry.resolution;
@@ -181,7 +185,7 @@ impl LikelihoodField {
     }
 }
 
-/// How well a scan fits from a pose.
+/// Fit of a scan from a pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ScanScore {
     sum: f64,
@@ -190,7 +194,7 @@ pub(crate) struct ScanScore {
 }
 
 impl ScanScore {
-    /// Logarithm of the scan's likelihood.
+    /// Returns the logarithm of the scan's likelihood.
     pub fn log_likelihood(&self) -> f64 {
         match self.laser_model_type {
             LaserModelType::LikelihoodField => math::ln(1.0 + self.sum),
@@ -198,8 +202,8 @@ impl ScanScore {
         }
     }
 
-    /// Likelihood of a beam, so that scans of different numbers of beams compare: the mean of the cubes, or the geometric
-    /// mean.
+    /// Returns the likelihood per beam: mean of cubes, or geometric mean.
+    /// Scans of different numbers of beams thus compare.
     pub fn per_beam(&self) -> f64 {
         let mean = self.sum / f64::from(self.beams.max(1));
         match self.laser_model_type {

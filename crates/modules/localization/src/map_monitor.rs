@@ -16,7 +16,7 @@ pub struct MapMonitor;
 
 impl Monitor for MapMonitor {
     const NAME: &'static str = "map_monitor";
-    const DOC: &'static str = "Hands on the map of a map_server.";
+    const DOC: &'static str = "Forwards the map of a map_server.";
     type Sensors = MapSensors;
     type Params = ();
     type State = ();

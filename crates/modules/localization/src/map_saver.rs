@@ -15,7 +15,7 @@ pub struct MapSaverIo {
     map: Input<OccupancyGrid>,
     /// Verdict on the mission, at whose end the map is saved to `map_file`.
     verdict: Input<Verdict>,
-    /// Requests: each saves the map as it is then.
+    /// Requests: each saves the map of its time.
     save_map: Inbox<SaveMap>,
 }
 
@@ -39,7 +39,8 @@ pub struct MapSaverParams {
     map_file: Text<252>,
 }
 
-/// Saves a map as `map.yaml` with its image, as Nav2's `map_saver`: when it is asked to, and at the end of a mission.
+/// Saves a map as `map.yaml` with its image, as Nav2's `map_saver`.
+/// It saves on request, and at the end of a mission.
 ///
 /// Paths are relative to the folder that the agent runs in.
 pub struct MapSaver;
@@ -47,9 +48,9 @@ pub struct MapSaver;
 /// State of [`MapSaver`].
 #[derive(Default, Serialize, Deserialize)]
 pub struct MapSaverState {
-    /// Whether the mission has ended.
+    /// True if the mission has ended.
     has_ended: bool,
-    /// Whether the newest map could not be saved.
+    /// True if the newest map could not be saved.
     has_failed: bool,
 }
 

@@ -28,7 +28,8 @@ pub struct MapServerParams {
     yaml_filename: Text<252>,
 }
 
-/// Publishes the map of a `map.yaml`, as ROS has it. The file is read when the agent starts, and when its name changes.
+/// Publishes the map of a `map.yaml`, in ROS's format.
+/// The file is read when the agent starts, and when its name changes.
 pub struct MapServer;
 
 /// State of [`MapServer`].
@@ -36,7 +37,7 @@ pub struct MapServer;
 pub struct MapServerState {
     /// Name of the file that was read, with success or not.
     file: Option<String>,
-    /// Whether it is no map that can be published.
+    /// True if the map is invalid and can't be published.
     is_invalid: bool,
 }
 
@@ -81,7 +82,8 @@ fn read(file: &str) -> Result<OccupancyMap, String> {
     }
 }
 
-/// A [`MapServer`] as a module: a [`SensorBlock`] that is degraded while its file is no map.
+/// [`MapServer`] as a module.
+/// A [`SensorBlock`] that is degraded while its file is no valid map.
 pub struct MapServerBlock;
 
 impl Module for MapServerBlock {

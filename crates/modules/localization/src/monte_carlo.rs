@@ -14,8 +14,9 @@ use crate::motion_model::OdometryIncrement;
 use crate::parameters::MonteCarloParameters;
 use crate::particles::{effective_number, normalize, parts as particle_parts};
 
-/// Adaptive Monte Carlo localization (Dellaert, Fox, Burgard and Thrun, 1999, *Monte Carlo localization for mobile
-/// robots*) with KLD sampling, augmented recovery, selective resampling and beam skipping.
+/// Adaptive Monte Carlo localization with KLD sampling.
+/// Dellaert, Fox, Burgard and Thrun, 1999, *Monte Carlo localization for mobile robots*; with augmented recovery,
+/// selective resampling and beam skipping.
 ///
 /// Until it is [initialized](Self::initialize) somewhere or [anywhere](Self::initialize_globally), the pose is
 /// unknown. It is plain data: a filter that is saved and restored goes on with the same bits.
@@ -27,7 +28,8 @@ pub struct MonteCarloLocalization {
     /// Newest pose of the odometry, and that up to which particles have moved.
     odometry: Option<[f64; 3]>,
     predicted: Option<[f64; 3]>,
-    /// Mean (x, y, heading) and covariance of the heaviest cluster, when the odometry was `predicted`.
+    /// Mean (x, y, heading) and covariance of the heaviest cluster.
+    /// They hold for the time at which the odometry was `predicted`.
     estimate: Option<([f64; 3], [f64; 9])>,
     initialization: Initialization,
     updates: u32,
@@ -38,14 +40,14 @@ pub struct MonteCarloLocalization {
     buffers: SampleBuffers,
 }
 
-/// What the next scan makes of an initialization.
+/// Initialization that the next scan completes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Initialization {
-    /// The first update is behind.
+    /// Done: the first update has passed.
     Done,
-    /// An update, whether the robot has moved or not.
+    /// Update by the next scan, whether the robot has moved or not.
     Local,
-    /// The same, with particles that the scan chooses.
+    /// Update by the next scan, with particles that the scan selects.
     Global,
 }
 
@@ -66,7 +68,7 @@ struct SampleBuffers {
 }
 
 impl MonteCarloLocalization {
-    /// Makes a filter without particles.
+    /// Returns a filter without particles.
     ///
     /// # Errors
     /// A parameter that no filter can have.
@@ -101,8 +103,9 @@ impl MonteCarloLocalization {
         Ok(())
     }
 
-    /// Begins, or begins anew, at a pose in the map frame with standard deviations of x, y (m) and heading (rad).
-    /// Returns false, without a change, for what is no number or farther than 1,000 km.
+    /// Initializes at a pose in the map frame with standard deviations.
+    /// They are of x, y (m) and heading (rad). Returns false, without a change, for a value that is no number or
+    /// farther than 1,000 km.
     pub fn initialize(&mut self, pose: Pose2, stddev: [f64; 3], random: &mut Random) -> bool {
         if !is_plausible(&pose) || !stddev.iter().all(|part| (0.0..=FARTHEST).contains(part)) {
             return false;
@@ -117,7 +120,8 @@ impl MonteCarloLocalization {
         true
     }
 
-    /// Begins, or begins anew, anywhere in the free cells of the map. Without one, the pose is unknown.
+    /// Initializes uniformly over the free cells of the map.
+    /// Without one, the pose is unknown.
     pub fn initialize_globally(&mut self, field: &LikelihoodField, random: &mut Random) {
         self.fill(|random| field.random_pose(random), random);
         self.initialization = Initialization::Global;
@@ -133,14 +137,16 @@ impl MonteCarloLocalization {
         self.estimate_pose();
     }
 
-    /// Particles, whose weights sum up to 1; none while the pose is unknown. They are of the newest update, as the
-    /// [estimate](Self::estimate) goes on by the odometry in between.
+    /// Returns the particles, with weights that sum up to 1.
+    /// It is empty while the pose is unknown. They are of the newest update, as the [estimate](Self::estimate) goes on
+    /// by the odometry in between.
     pub fn particles(&self) -> &[Particle] {
         &self.particles
     }
 
-    /// Takes the odometry, and updates by a scan once the robot has moved far enough since the newest update; returns
-    /// whether it did. A pose that is no number, or farther than 1,000 km, is skipped.
+    /// Predicts by the odometry; updates by a scan after enough motion.
+    /// Returns whether it updated; the motion counts since the newest update. A pose that is no number, or farther than
+    /// 1,000 km, is skipped.
     ///
     /// Points are ends of beams in the robot's frame, m, without those that hit nothing.
     pub fn update(
@@ -172,7 +178,8 @@ impl MonteCarloLocalization {
         true
     }
 
-    /// Takes a pose of the odometry that no motion has led to, as after its reset: the estimate stays.
+    /// Takes an odometry pose without a motion, as after its reset.
+    /// The estimate stays.
     pub fn rebase(&mut self, odometry: Pose2) {
         if !is_plausible(&odometry) {
             return;
@@ -192,7 +199,7 @@ impl MonteCarloLocalization {
             || turned >= self.parameters.update_min_a
     }
 
-    /// Weighs particles by a scan, and draws others.
+    /// Weighs particles by a scan, and resamples them.
     fn correct(&mut self, points: &[[f64; 2]], field: &LikelihoodField, random: &mut Random) {
         let candidates = self.parameters.candidates.global;
         let begin = std::mem::replace(&mut self.initialization, Initialization::Done);
@@ -246,7 +253,7 @@ impl MonteCarloLocalization {
             || self.random_share() > 0.0
     }
 
-    /// Draws as many particles as KLD sampling asks for, by their weights.
+    /// Draws as many particles as KLD sampling requires, by their weights.
     fn resample(&mut self, points: &[[f64; 2]], field: &LikelihoodField, random: &mut Random) {
         let MonteCarloParameters { sampling, candidates, .. } = self.parameters;
         let share = self.random_share();
@@ -285,7 +292,8 @@ impl MonteCarloLocalization {
         normalize(&mut self.particles);
     }
 
-    /// Share of random particles: how far scans are less likely than they were.
+    /// Returns the share of random particles.
+    /// It is the relative loss of likelihood of recent scans.
     fn random_share(&self) -> f64 {
         let recovery = self.parameters.recovery;
         if recovery.alpha_slow <= 0.0 || self.slow <= 0.0 {
@@ -294,8 +302,8 @@ impl MonteCarloLocalization {
         math::max(0.0, 1.0 - self.fast / self.slow)
     }
 
-    /// Returns mean and covariance of the heaviest cluster of particles, moved on by the odometry since the newest
-    /// update; `None` while the pose is unknown.
+    /// Returns mean and covariance of the heaviest cluster of particles.
+    /// They are moved on by the odometry since the newest update; `None` while the pose is unknown.
     pub fn estimate(&self) -> Option<PoseEstimate> {
         let (mean, covariance) = self.estimate?;
         let moved = match (self.predicted, self.odometry) {
@@ -333,6 +341,6 @@ const FULL_SHARE: f64 = 0.2;
 pub(crate) const FARTHEST: f64 = 1e6;
 
 fn is_plausible(pose: &Pose2) -> bool {
-    // Also false for what is no number.
+    // Also false for NaN.
     pose.x.abs() <= FARTHEST && pose.y.abs() <= FARTHEST && pose.theta.is_finite()
 }

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 use slate_interfaces::{Particle, Pose2};
 use slate_module::{Random, math};
 
-/// Noise of the odometry of a robot with a differential drive (Thrun, Burgard and Fox, *Probabilistic Robotics*, table
-/// 5.6), without units but for 1/m and m where rotation and translation make noise of the other.
+/// Odometry noise of a differential drive.
+/// Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.6. Dimensionless but for 1/m and m where rotation and
+/// translation make noise of the other.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OdometryAlphas {
     /// Variance of rotation from rotation, `alpha1`.
@@ -24,7 +25,8 @@ impl Default for OdometryAlphas {
     }
 }
 
-/// An increment of the odometry, as a rotation, a translation and another rotation, with their standard deviations.
+/// Odometry increment: rotation, translation, rotation.
+/// With their standard deviations.
 pub(crate) struct OdometryIncrement {
     rotation: [f64; 2],
     translation: f64,
@@ -36,7 +38,7 @@ pub(crate) struct OdometryIncrement {
 const STILL: f64 = 0.01;
 
 impl OdometryIncrement {
-    /// From the previous to the current pose in the odometry's frame.
+    /// Returns the increment between two poses in the odometry's frame.
     pub fn between(from: Pose2, to: Pose2, alphas: &OdometryAlphas) -> Self {
         let (right, up) = (to.x - from.x, to.y - from.y);
         let translation = math::hypot(right, up);

@@ -16,20 +16,22 @@ pub struct MonteCarloParameters {
     pub update_min_a: f64,
     /// Updates between two resamplings, `resample_interval`.
     pub resample_interval: u32,
-    /// Whether particles are resampled only while their effective number is below half of theirs,
-    /// `selective_resampling`.
+    /// Selective resampling, `selective_resampling`.
+    /// If true, particles are resampled only while their effective number is below half of theirs.
     pub selective_resampling: bool,
-    /// How many particles there are.
+    /// Number of particles.
     pub sampling: KldSampling,
     /// Random particles after the robot has been moved by hand.
     pub recovery: Recovery,
     /// Poses that random particles are chosen from; any pose by default, as in Nav2.
     pub candidates: Candidates,
-    /// Beams that are left out, as they hit what the map does not have; none by default (`do_beamskip`).
+    /// Skipping of beams that hit unmapped objects, `do_beamskip`.
+    /// `None` by default.
     pub beam_skip: Option<BeamSkip>,
 }
 
-/// KLD sampling (Fox, 2003, *Adapting the sample size in particle filters through KLD-sampling*).
+/// KLD sampling.
+/// Fox, 2003, *Adapting the sample size in particle filters through KLD-sampling*.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KldSampling {
     /// `min_particles`.
@@ -38,12 +40,14 @@ pub struct KldSampling {
     pub max_particles: usize,
     /// Largest error between the true and the estimated distribution, `pf_err`.
     pub pf_err: f64,
-    /// Upper quantile of the standard normal distribution for the probability that the error is less, `pf_z`.
+    /// Upper standard normal quantile for the error bound, `pf_z`.
+    /// Its probability is that of an error below the bound.
     pub pf_z: f64,
 }
 
-/// Augmented recovery (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 8.3): random particles come in while
-/// the likelihood of scans, averaged over a short time, falls below that over a long time. Rates of 0 switch it off.
+/// Augmented recovery by random particles.
+/// Thrun, Burgard and Fox, *Probabilistic Robotics*, table 8.3: random particles come in while the likelihood of scans,
+/// averaged over a short time, falls below that over a long time. Rates of 0 switch it off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Recovery {
     /// Rate of the average over a long time, `recovery_alpha_slow`.
@@ -52,9 +56,10 @@ pub struct Recovery {
     pub alpha_fast: f64,
 }
 
-/// Poses anywhere in the map that the newest scan is compared with: random particles are drawn from them by its
-/// likelihood (Lenser and Veloso, 2000, *Sensor resetting localization for poorly modelled mobile robots*). With 0, random
-/// particles are anywhere, whatever the laser sees.
+/// Candidate poses anywhere in the map for sensor resetting.
+/// The newest scan is compared with them, and random particles are drawn from them by its likelihood (Lenser and
+/// Veloso, 2000, *Sensor resetting localization for poorly modelled mobile robots*). With 0, random particles are
+/// anywhere, whatever the laser sees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Candidates {
     /// Number at the first scan of a global localization.
@@ -63,15 +68,18 @@ pub struct Candidates {
     pub recovery: usize,
 }
 
-/// Beams that most particles can't explain are left out, unless those are most of the beams.
+/// Beam skipping: leaves out beams that most particles can't explain.
+/// All count if those are most of the beams.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BeamSkip {
-    /// Distance to the nearest obstacle up to which a particle explains a beam, `beam_skip_distance`, m.
+    /// Distance to an obstacle that explains a beam, `beam_skip_distance`, m.
+    /// A particle explains a beam up to this distance.
     pub distance: f64,
-    /// Least share of particles that explain a beam which counts, `beam_skip_threshold`.
+    /// Least share of particles to explain a beam, `beam_skip_threshold`.
+    /// Other beams are left out.
     pub threshold: f64,
-    /// Share of beams left out from which all count, as the particles are at a wrong place,
-    /// `beam_skip_error_threshold`.
+    /// Share of skipped beams above which all count, `beam_skip_error_threshold`.
+    /// The particles are then at a wrong place.
     pub error_threshold: f64,
 }
 

@@ -27,7 +27,7 @@ pub(crate) fn normalize(particles: &mut [Particle]) {
     }
 }
 
-/// Effective number of particles (Liu, 1996): 1 over the sum of squared weights.
+/// Returns the effective sample size (Liu, 1996): 1 / sum of squared weights.
 pub(crate) fn effective_number(particles: &[Particle]) -> f64 {
     1.0 / particles.iter().map(|particle| particle.weight * particle.weight).sum::<f64>()
 }

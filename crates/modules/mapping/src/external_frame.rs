@@ -1,4 +1,4 @@
-//! A frame from outside of the agent.
+//! Frame from outside of the agent.
 
 use slate_interfaces::Transform;
 use slate_module::prelude::*;
@@ -8,7 +8,7 @@ use slate_module::prelude::*;
 pub struct ExternalFrameIo {
     /// Transform from outside, such as one of `/tf` of ROS.
     transform: Input<Transform>,
-    /// The same, which the frame tree has.
+    /// Transform of the frame for the frame tree.
     frame: Output<Transform>,
 }
 

@@ -15,7 +15,8 @@ pub struct LaserSensors {
     robot: Input<RobotModel>,
 }
 
-/// Monitors the laser scanner: degraded when it has stopped, by the rate of the device in the robot model.
+/// Monitor of the laser scanner.
+/// It is degraded when it has stopped, by the rate of the device in the robot model.
 pub struct LaserMonitor;
 
 /// Name of the laser scanner in a robot model.

@@ -1,4 +1,5 @@
-//! Localization ([`PoseEstimator`]), occupancy grid mapping ([`OccupancyMapper`]) and global planning ([`PathPlanner`]).
+//! Localization, occupancy grid mapping and global planning.
+//! [`PoseEstimator`], [`OccupancyMapper`] and [`PathPlanner`].
 //!
 //! Messages correct each by hand: reset the pose, and paint obstacles that the laser does not see.
 //!

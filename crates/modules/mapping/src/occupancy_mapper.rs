@@ -56,18 +56,19 @@ pub struct OccupancyMapperState {
     geometry: Option<Geometry>,
     /// Log odds of occupancy, in units of 0.05.
     log_odds: Vec<i8>,
-    /// The newest scan that has updated a cell.
+    /// Newest scan that has updated a cell.
     updated: Vec<u32>,
     scans: u32,
     painting: Painting,
     /// Number of the newest scans whose laser the robot model does not list.
     unlisted: u8,
-    /// Time of the newest published map, and whether it has changed since.
+    /// Time of the newest published map, and true if it has changed since.
     published: Option<u64>,
     changed: bool,
 }
 
-/// Scans of an unlisted laser before a warning: the robot model lists a sensor once it has measured, a cycle later.
+/// Scans of an unlisted laser before a warning.
+/// The robot model lists a sensor once it has measured, a cycle later.
 const PATIENCE: u8 = 3;
 /// Log odds of a miss and a hit, and their saturation, in units of 0.05.
 const MISS: i8 = -6;
@@ -130,7 +131,8 @@ impl Analyze for OccupancyMapper {
     }
 }
 
-/// Pose of a device in the map frame: that of the robot, and its mount on the robot.
+/// Returns the pose of a device in the map frame.
+/// It combines that of the robot, and its mount on the robot.
 fn mounted(robot: &Pose2, mount: &Pose2) -> Pose2 {
     let (sine, cosine) = (math::sin(robot.theta), math::cos(robot.theta));
     Pose2 {
@@ -140,7 +142,7 @@ fn mounted(robot: &Pose2, mount: &Pose2) -> Pose2 {
     }
 }
 
-/// Reason of a refused stroke, and its remedy.
+/// Returns the reason of a refused stroke, and its remedy.
 fn refusal(reason: u16) -> &'static str {
     match reason {
         MapStroke::FULL => "expected at most 256 strokes; remove some with UNDO",
@@ -232,7 +234,7 @@ impl OccupancyMapperState {
     }
 }
 
-/// Probability of occupancy in percent; -1 if unknown.
+/// Returns the probability of occupancy in percent; -1 if unknown.
 fn occupancy(log_odds: i8) -> i8 {
     if log_odds == 0 {
         return -1;

@@ -111,7 +111,7 @@ impl Stroke {
     }
 }
 
-/// Distance of a point from a line segment.
+/// Returns the distance of a point from a line segment.
 fn distance((x, y): (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let length = dx * dx + dy * dy;
@@ -122,7 +122,7 @@ fn distance((x, y): (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
     math::hypot(x - from.0 - share * dx, y - from.1 - share * dy)
 }
 
-/// Makes a stroke of points.
+/// Returns a stroke of points.
 #[cfg(test)]
 pub(crate) fn stroke(mark: MapMark, width: f64, points: &[(f64, f64)]) -> MapStroke {
     let points: Vec<_> = points.iter().map(|(x, y)| Point2 { x: *x, y: *y }).collect();

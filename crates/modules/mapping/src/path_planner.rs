@@ -17,7 +17,8 @@ pub struct PathPlannerIo {
     goal: Required<Point2>,
     /// Planned path; empty if the goal is unreachable.
     change: Change<Path>,
-    /// Point on the path at the lookahead distance, or its end; the robot's position without a path.
+    /// Point on the path at the lookahead distance, or its end.
+    /// The robot's position without a path.
     waypoint: Output<Point2>,
 }
 
@@ -34,7 +35,7 @@ pub struct PathPlannerParams {
     lookahead_distance: f64,
     #[param(default = 0.5, range = 0.02..=60.0, unit = "s", doc = "time between two plans for the same goal")]
     replan_period: f64,
-    #[param(default = true, doc = "whether paths cross unknown cells")]
+    #[param(default = true, doc = "allow paths through unknown cells")]
     allow_unknown: Bool,
 }
 
@@ -60,7 +61,8 @@ pub struct PathPlannerState {
     points: Vec<Point2>,
 }
 
-/// Cost of a cell at the robot's radius from an obstacle; it falls linearly to 1 at the end of the inflation margin.
+/// Cost of a cell at the robot's radius from an obstacle.
+/// It falls linearly to 1 at the end of the inflation margin.
 const HIGHEST: f64 = 8.0;
 
 impl Analyze for PathPlanner {

@@ -3,7 +3,8 @@ use slate_interfaces::{Pose2, PoseEstimate};
 
 use crate::pose_filter::{Axis, OdometryNoise, PoseFilter};
 
-/// Belief of a planar pose from odometry, positions and headings, by an extended Kalman filter.
+/// Belief of a planar pose, by an extended Kalman filter.
+/// It fuses odometry, positions and headings.
 ///
 /// Odometry predicts; a positioning system and a compass update (Thrun, Burgard and Fox, *Probabilistic Robotics*, 3.3). Until
 /// it [begins](PoseBelief::begin) somewhere, the pose is unknown.
@@ -15,7 +16,8 @@ pub struct PoseBelief {
 }
 
 impl PoseBelief {
-    /// Begins, or begins anew, at a pose in the map frame, with standard deviations of x and y (m) and heading (rad).
+    /// Initializes at a pose in the map frame.
+    /// Standard deviations are of x and y (m) and of the heading (rad).
     pub fn begin(&mut self, pose: Pose2, [position, heading]: [f64; 2]) {
         let Pose2 { x, y, theta } = pose;
         self.filter = Some(PoseFilter::new([x, y, theta], [position, position, heading]));
@@ -26,8 +28,8 @@ impl PoseBelief {
         self.filter.is_some()
     }
 
-    /// Predicts by the increment since the previous pose of the odometry, unless its noise is unknown. Returns false for a pose
-    /// that is no number, which is skipped.
+    /// Predicts by the increment since the odometry's previous pose.
+    /// It does not if the noise is unknown. Returns false for a pose that is no number, which is skipped.
     pub fn predict(&mut self, pose: Pose2, noise: Option<&OdometryNoise>) -> bool {
         let to = [pose.x, pose.y, pose.theta];
         if !to.iter().all(|number| number.is_finite()) {
@@ -40,7 +42,8 @@ impl PoseBelief {
         true
     }
 
-    /// Updates by a position, x and y in metres, with its standard deviation; 0 for an exact one.
+    /// Updates by a position, x and y in metres, with its standard deviation.
+    /// 0 for an exact one.
     ///
     /// Returns false, without an update, for an outlier, which is more than `gate` standard deviations of the innovation from the
     /// belief, and while the pose is unknown. An infinite gate lets all pass.
@@ -48,7 +51,7 @@ impl PoseBelief {
         self.update(&[(Axis::X, x), (Axis::Y, y)], stddev, gate)
     }
 
-    /// The same by a heading, radians.
+    /// Updates by a heading, radians, as by a position.
     pub fn update_heading(&mut self, theta: f64, stddev: f64, gate: f64) -> bool {
         self.update(&[(Axis::Heading, theta)], stddev, gate)
     }

@@ -62,7 +62,8 @@ pub struct PoseEstimator;
 /// Without a gate: a person corrects it.
 const NO_GATE: f64 = f64::INFINITY;
 
-/// The largest coordinate, m, and heading, rad, of a manual reset: half of the earth's circumference.
+/// Largest coordinate (m) and heading (rad) of a manual reset.
+/// Half of the earth's circumference.
 const LARGEST: f64 = 2e7;
 
 impl Analyze for PoseEstimator {

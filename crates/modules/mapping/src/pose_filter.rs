@@ -33,7 +33,8 @@ pub enum Axis {
 }
 
 impl PoseFilter {
-    /// Belief at a start or after a manual reset: x, y (m) and heading (rad), with their standard deviations.
+    /// Returns the belief at a start or after a manual reset.
+    /// The pose is x, y (m) and heading (rad), with standard deviations.
     pub fn new([x, y, theta]: [f64; 3], stddev: [f64; 3]) -> Self {
         let stddev = Vector3::from(stddev);
         Self {
@@ -42,7 +43,8 @@ impl PoseFilter {
         }
     }
 
-    /// EKF prediction from an odometry increment, between two poses (x, y, heading) of the odometry frame.
+    /// EKF prediction from an odometry increment.
+    /// Its two poses (x, y, heading) are in the odometry frame.
     pub fn predict(&mut self, from: [f64; 3], to: [f64; 3], noise: &OdometryNoise) {
         let increment = Vector2::new(to[0] - from[0], to[1] - from[1]);
         let axes = rotation(self.mean[2]);
@@ -64,8 +66,8 @@ impl PoseFilter {
         self.covariance = (covariance + covariance.transpose()) * 0.5;
     }
 
-    /// Returns whether a measurement is more than `gate` standard deviations of the innovation from the belief; never for
-    /// an exact one.
+    /// Returns whether a measurement is outside the gate; false for an exact one.
+    /// The gate is a multiple of the standard deviation of the innovation.
     pub fn is_outlier(&self, axis: Axis, measured: f64, stddev: f64, gate: f64) -> bool {
         let innovation = self.innovation(axis, measured);
         let variance = self.covariance[(axis as usize, axis as usize)] + stddev * stddev;
@@ -79,7 +81,8 @@ impl PoseFilter {
         }
     }
 
-    /// EKF update by a measurement of a coordinate, with its standard deviation; 0 for an exact one. Skips NaN.
+    /// EKF update by a measurement of a coordinate, with its standard deviation.
+    /// 0 for an exact one. Skips NaN.
     pub fn update(&mut self, axis: Axis, measured: f64, stddev: f64) {
         let index = axis as usize;
         let innovation = self.innovation(axis, measured);
@@ -95,7 +98,7 @@ impl PoseFilter {
             self.covariance -= gain * row;
         }
         if stddev == 0.0 {
-            // Bit for bit: rounding must not change what is exact.
+            // Bit for bit: rounding must not change an exact value.
             self.mean[index] = measured;
         }
     }
@@ -114,7 +117,8 @@ impl PoseFilter {
     }
 }
 
-/// Rotation matrix of an angle, by the deterministic functions of `math`.
+/// Returns the rotation matrix of an angle.
+/// It uses the deterministic functions of `math`.
 fn rotation(angle: f64) -> Matrix2<f64> {
     let (sine, cosine) = (math::sin(angle), math::cos(angle));
     Matrix2::new(cosine, -sine, sine, cosine)

@@ -26,7 +26,8 @@ pub(crate) struct Search {
 }
 
 impl Search {
-    /// Returns the cheapest path, with both ends; empty if there is none (Hart, Nilsson and Raphael, 1968).
+    /// Returns the cheapest path, with both ends; empty if no path exists.
+    /// A* (Hart, Nilsson and Raphael, 1968).
     ///
     /// Own code: `pathfinding` allocates its maps for each search, and a tick must not.
     pub fn path(&mut self, geometry: &Geometry, costs: &[u16], from: usize, to: usize) -> &[u32] {
@@ -119,7 +120,8 @@ mod tests {
         path.windows(2).map(step).sum()
     }
 
-    /// Cost of the cheapest path, by relaxation until nothing changes (Bellman-Ford).
+    /// Returns the cost of the cheapest path (Bellman-Ford).
+    /// It relaxes until no cost changes.
     fn least(geometry: &Geometry, costs: &[u16], from: usize, to: usize) -> Option<u32> {
         let mut taken = vec![None; geometry.cells()];
         taken[from] = Some(0_u32);

@@ -116,12 +116,12 @@ impl NavigationBody {
         self.robot.get()
     }
 
-    /// Asks for obstacles out of sight to be forgotten.
+    /// Requests that obstacles out of sight are forgotten.
     pub fn clear_costmap(&self, now: &Tick) {
         self.clear.set(CostmapClear { number: now.number().max(1) });
     }
 
-    /// Commands the wheels to a velocity; those of a robot without a model stand.
+    /// Commands the wheels to a velocity; without a robot model they stop.
     pub fn drive(&self, velocity: PlanarVelocity, priority: Priority) {
         let speeds =
             self.model().map_or(WheelSpeeds::ZERO, |model| model.wheels_for(velocity.vx, velocity.wz));

@@ -40,8 +40,9 @@ pub struct CollisionSensors {
     robot: Input<WheeledModel>,
 }
 
-/// Stops the robot when its present velocity leads to a collision within a time, by the newest scan (the approach mode of
-/// Nav2's collision monitor), and while the scan or the velocity is old. It has no memory.
+/// Stops the robot when its present velocity leads to a collision within a time.
+/// It uses the newest scan (the approach mode of Nav2's collision monitor), and stops also while the scan or the
+/// velocity is old. It has no memory.
 ///
 /// A robot that stands has no reflex, so that its Plan can lead it elsewhere.
 pub struct CollisionStop;
@@ -50,7 +51,7 @@ pub struct CollisionStop;
 const HALT: f64 = 0.25;
 /// Time between two poses that are checked, s.
 const STEP: f64 = 0.1;
-/// Velocities below which the robot stands, m/s and rad/s.
+/// Velocities below which the robot counts as stopped, m/s and rad/s.
 const STANDING: [f64; 2] = [0.02, 0.05];
 /// Name of the laser in a robot model.
 const LASER: &str = "laser";
@@ -88,7 +89,8 @@ impl ReactiveModel for CollisionStop {
     }
 }
 
-/// Whether enough points of a scan come within the margin of the outline at a velocity.
+/// Returns true if enough points of a scan reach the margin of the outline.
+/// The robot moves at the given velocity.
 fn collides(
     scan: &LaserScan,
     mount: &Pose2,
@@ -117,14 +119,14 @@ fn collides(
             let time = math::min(f64::from(step) * STEP, rules.time_before_collision);
             let [x, y] = PlanarTransform::of(&pose_after(twist, time)).inverse_point([*x, *y]);
             let then = footprint.distance(x, y);
-            // What is already too near may get farther away.
+            // Points that are already too near may get farther away.
             then < margin && then < now - 1e-3
         })
     };
     points.filter(is_hit).take(rules.min_points as usize).count() >= rules.min_points as usize
 }
 
-/// Pose after a time at a constant velocity.
+/// Returns the pose after a time at a constant velocity.
 fn pose_after(twist: Twist2, time: f64) -> Pose2 {
     let theta = twist.angular * time;
     // The chord of an arc has half its angle.

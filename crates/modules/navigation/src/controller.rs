@@ -1,4 +1,4 @@
-//! Local planner of an action, which goes on after a restart.
+//! Local planner of an action; it continues after a restart.
 
 use serde::{Deserialize, Serialize};
 use slate_avoidance::Footprint;
@@ -13,7 +13,8 @@ use crate::local_plan::LocalPlan;
 use crate::local_window::LocalWindow;
 use crate::settings::{ControllerSettings, LocalPlannerChoice};
 
-/// Local planner that follows paths. Its state is what it remembers; the rest is made anew.
+/// Local planner that follows paths.
+/// Its state is its memory between ticks; the rest is rebuilt.
 #[derive(Default, Serialize, Deserialize)]
 pub struct PathController {
     memory: MppiMemory,
@@ -61,7 +62,8 @@ impl<'a> ControlInputs<'a> {
 }
 
 impl PathController {
-    /// Returns the velocity that follows a path in the map frame, to a heading at its end, rad; `None` if none is free.
+    /// Returns the velocity that follows a path in the map frame.
+    /// At its end the robot turns to a heading, rad; `None` if no velocity is free.
     ///
     /// # Errors
     /// Settings or an outline that no local planner can have.

@@ -15,7 +15,7 @@ use crate::mission::{NavigationGoal, NavigationMission};
 pub struct DeliveryMetrics {
     /// Deliveries from one place of the mission to the next.
     pub deliveries: u64,
-    /// Those within their time.
+    /// Number of deliveries within their time.
     pub in_time: u64,
     /// Mean time of a delivery.
     #[unit("s")]
@@ -23,7 +23,7 @@ pub struct DeliveryMetrics {
     /// Longest time of a delivery.
     #[unit("s")]
     pub longest_time: f64,
-    /// Way of the robot.
+    /// Length of the robot's path.
     #[unit("m")]
     pub path_length: f64,
     /// Least distance to another body.
@@ -44,14 +44,14 @@ pub struct DeliveryRefereeIo {
     /// True clearance.
     #[role("truth")]
     clearance: Input<Clearance>,
-    /// All contacts.
+    /// Contacts of the simulator.
     #[role("truth")]
     contacts: Queue<Contacts>,
     /// Mission of the robot, from its Knowledge: the places in turn.
     mission: Input<NavigationMission>,
     /// Verdict on the mission.
     verdict: Output<Verdict>,
-    /// Deliveries so far.
+    /// Metrics of the deliveries so far.
     metrics: Output<DeliveryMetrics>,
 }
 
@@ -79,7 +79,7 @@ pub struct DeliveryRefereeParams {
 pub struct DeliveryRefereeState {
     /// Places reached, the first of which is where the first item is picked up.
     visits: u64,
-    /// When the newest one was reached, s.
+    /// Arrival time at the newest place, s.
     since: f64,
     in_time: u64,
     /// Sum and maximum of the times, s.
@@ -95,7 +95,8 @@ pub struct DeliveryRefereeState {
     graph: Option<(String, Option<NavigationGraph>)>,
 }
 
-/// Judges deliveries between the places of a mission: their number, whether each is in time, and collisions.
+/// Referee of deliveries: number, punctuality and collisions.
+/// Deliveries are between the places of a mission.
 pub struct DeliveryReferee;
 
 #[module(stage = PostLoop)]
@@ -200,7 +201,7 @@ impl DeliveryRefereeState {
         self.since = time;
     }
 
-    /// Length of the way between two goals, m: of the route, or straight.
+    /// Returns the distance between two goals, m: along the route, or straight.
     fn way(&self, from: &NavigationGoal, to: &NavigationGoal) -> f64 {
         let route = self.graph().and_then(|graph| graph.route(from.place.as_str(), to.place.as_str()));
         let straight = || Some(distance(self.position(from)?, self.position(to)?));

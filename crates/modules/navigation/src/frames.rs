@@ -3,7 +3,7 @@
 use slate_plugin::interfaces::{Point2, Pose2};
 use slate_plugin::prelude::*;
 
-/// A rigid motion in the plane: the pose of a frame in another one.
+/// Rigid motion in the plane: the pose of a frame in another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarTransform {
     x: f64,
@@ -14,13 +14,14 @@ pub struct PlanarTransform {
 }
 
 impl PlanarTransform {
-    /// Transform of points of a frame at that pose.
+    /// Returns the transform of points of a frame at that pose.
     pub fn of(pose: &Pose2) -> Self {
         let Pose2 { x, y, theta } = *pose;
         Self { x, y, theta, sine: math::sin(theta), cosine: math::cos(theta) }
     }
 
-    /// Transform from one frame to another, from the poses of the same robot in both.
+    /// Returns the transform between frames.
+    /// It follows from the poses of the same robot in both.
     pub fn between(from: &Pose2, to: &Pose2) -> Self {
         let theta = math::wrap_angle(to.theta - from.theta);
         let turn = Self::of(&Pose2 { x: 0.0, y: 0.0, theta });
@@ -57,7 +58,7 @@ impl PlanarTransform {
     }
 }
 
-/// Distance between two points, m.
+/// Returns the distance between two points, m.
 pub fn distance(a: Point2, b: Point2) -> f64 {
     math::hypot(b.x - a.x, b.y - a.y)
 }

@@ -56,7 +56,7 @@ pub struct GlobalCostmapParams {
     robot_radius: f64,
     #[param(default = 0.75, range = 0.0..=10.0, unit = "m", doc = "distance up to which an obstacle makes cells dearer")]
     inflation_radius: f64,
-    #[param(default = 4.0, range = 0.0..=100.0, unit = "1/m", doc = "how fast the cost falls with the distance")]
+    #[param(default = 4.0, range = 0.0..=100.0, unit = "1/m", doc = "decay rate of the cost with the distance")]
     cost_scaling_factor: f64,
     #[param(default = 4.0, range = 0.0..=100.0, unit = "m", doc = "distance from the robot up to which seen obstacles count")]
     obstacle_max_range: f64,
@@ -64,7 +64,7 @@ pub struct GlobalCostmapParams {
     keep_out_zones: Sequence<KeepOutZone, 8>,
 }
 
-/// Costmap of layers: the map, obstacles that the robot sees, zones to keep out of, inflation.
+/// Layered global costmap: map, observed obstacles, keep-out zones, inflation.
 pub struct GlobalCostmap;
 
 /// State of [`GlobalCostmap`].
@@ -72,9 +72,9 @@ pub struct GlobalCostmap;
 pub struct GlobalCostmapState {
     /// Time of the newest costmap, ns.
     updated: Option<u64>,
-    /// Whether the map is invalid.
+    /// True if the map is invalid.
     is_invalid: bool,
-    /// Layers, and what they were made of; made anew after a restart.
+    /// Layers and their source; rebuilt after a restart.
     #[serde(skip)]
     layers: Option<(Stamp, GlobalCostmapParams, Costmap)>,
     #[serde(skip)]
@@ -83,7 +83,7 @@ pub struct GlobalCostmapState {
 
 impl Analyze for GlobalCostmap {
     const NAME: &'static str = "global_costmap";
-    const DOC: &'static str = "Computes costs from a map and the obstacles that the robot sees.";
+    const DOC: &'static str = "Computes a costmap from a map and observed obstacles.";
     type Observed = GlobalCostmapIo;
     type Params = GlobalCostmapParams;
     type State = GlobalCostmapState;
@@ -154,7 +154,8 @@ fn write_costs(grid: &CostGrid, costs: &mut OccupancyGrid) {
 }
 
 impl GlobalCostmapState {
-    /// Makes the layers, where they are missing or the map or the parameters have changed.
+    /// Creates the layers when missing or outdated.
+    /// They are outdated when the map or the parameters have changed.
     fn prepare(
         &mut self,
         map: &OccupancyGrid,

@@ -35,7 +35,7 @@ pub struct NavigationModels {
     pub clear: Known<CostmapClear>,
 }
 
-/// Knowledge of a robot that navigates: what any wheeled robot knows, and its mission.
+/// Knowledge of a navigating robot: that of any wheeled robot, and its mission.
 pub struct NavigationKnowledge;
 
 /// State of [`NavigationKnowledge`].
@@ -43,9 +43,9 @@ pub struct NavigationKnowledge;
 pub struct NavigationKnowledgeState {
     wheeled: WheeledKnowledgeState,
     mission: SavedMission,
-    /// Whether the mission of the parameters was taken.
+    /// True if the mission of the parameters was taken.
     has_begun: bool,
-    /// Whether the mission has changed since it was published.
+    /// True if the mission has changed since it was published.
     is_changed: bool,
     /// Published settings; published again after a restart.
     #[serde(skip)]

@@ -7,7 +7,8 @@ use crate::collision_stop::CollisionRules;
 use crate::mission::{PlaceName, SavedGoal};
 use crate::settings::{ControllerSettings, LocalPlannerChoice};
 
-/// Parameters of [`NavigationKnowledge`](crate::NavigationKnowledge), with Nav2's names.
+/// Parameters of [`NavigationKnowledge`](crate::NavigationKnowledge).
+/// They have Nav2's names.
 #[params]
 #[derive(PartialEq)]
 pub struct NavigationKnowledgeParams {
@@ -22,20 +23,20 @@ pub struct NavigationKnowledgeParams {
     #[param(
         default = "",
         follows = ["world.robots.{robot}.sonar", "world.robots.{robot}.profile", "world.sonar"],
-        doc = "profile of its sonars, if it is another one"
+        doc = "profile of the sonars, if it differs from the robot's"
     )]
     pub sonar: Text<28>,
     #[param(
         default = "",
         follows = ["world.robots.{robot}.robot_sensor", "world.robots.{robot}.profile", "world.robot_sensor"],
-        doc = "profile of its sensor for other robots, if it is another one"
+        doc = "profile of the robot sensor, if it differs from the robot's"
     )]
     pub robot_sensor: Text<28>,
     #[param(default = Sequence::default(), doc = "places of the first mission, by their names in the navigation graph")]
     pub places: Sequence<PlaceName, 16>,
     #[param(default = Sequence::default(), doc = "points of the first mission, if it has no places, metres")]
     pub goals: Sequence<Point2, 16>,
-    #[param(default = false, doc = "whether the first goal of this mission follows the last one")]
+    #[param(default = false, doc = "repeat the mission from its first goal")]
     pub is_loop: Bool,
     #[param(default = "mppi", doc = "local planner: mppi or dwa")]
     pub local_planner: Text<28>,
@@ -73,7 +74,7 @@ pub struct NavigationKnowledgeParams {
     pub yaw_goal_tolerance: f64,
     #[param(default = 0.3, range = 0.01..=5.0, unit = "m", doc = "distance within which the robot makes no progress")]
     pub required_movement_radius: f64,
-    #[param(default = 8.0, range = 0.5..=600.0, unit = "s", doc = "time without progress after which it is stuck")]
+    #[param(default = 8.0, range = 0.5..=600.0, unit = "s", doc = "time without progress after which the robot is stuck")]
     pub movement_time_allowance: f64,
     #[param(default = 6, range = 0..=100, doc = "recoveries without progress after which an action fails")]
     pub number_of_retries: u32,
@@ -90,7 +91,8 @@ pub struct NavigationKnowledgeParams {
 }
 
 impl NavigationKnowledgeParams {
-    /// Those of the Knowledge of any wheeled robot, without its single goal.
+    /// Returns the parameters of any wheeled robot's Knowledge.
+    /// Without its single goal.
     pub(crate) fn wheeled(&self) -> WheeledKnowledgeParams {
         WheeledKnowledgeParams {
             robot: self.robot,

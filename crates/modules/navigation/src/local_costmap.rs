@@ -20,9 +20,10 @@ pub struct LocalCostmapIo {
     /// Odometry of the wheels.
     #[stale(after = "500ms")]
     odometry: Observed<Odometry>,
-    /// Robot model, from Knowledge: it has the mount of the laser. Without it, the laser is at the robot's origin.
+    /// Robot model, from Knowledge: it has the mount of the laser.
+    /// Without it, the laser is at the robot's origin.
     robot: Input<RobotModel>,
-    /// Request to forget what is out of sight, from Knowledge.
+    /// Request to forget obstacles out of sight, from Knowledge.
     clear: Input<CostmapClear>,
     /// Points on obstacles, with each scan.
     #[capacity(16_384)]
@@ -44,7 +45,7 @@ pub struct LocalCostmapParams {
     laser: Text<28>,
 }
 
-/// Obstacles that the laser sees, and those that it saw a short time ago beside its field of view.
+/// Local costmap: obstacles in view of the laser, and recent ones beside it.
 ///
 /// A bad input is named in the log, and the block is degraded: obstacles become stale, and the robot stops, until the
 /// input has recovered.
@@ -61,7 +62,7 @@ pub struct LocalCostmapState {
 
 impl Analyze for LocalCostmap {
     const NAME: &'static str = "local_costmap";
-    const DOC: &'static str = "Keeps the obstacles around the robot that its laser sees.";
+    const DOC: &'static str = "Keeps the obstacles around the robot that its laser detects.";
     type Observed = LocalCostmapIo;
     type Params = LocalCostmapParams;
     type State = LocalCostmapState;
@@ -111,7 +112,7 @@ impl Analyze for LocalCostmap {
     }
 }
 
-/// An input that is bad.
+/// Input that is bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum ObstacleFault {
     NoScan,
@@ -133,7 +134,7 @@ impl fmt::Display for ObstacleFault {
     }
 }
 
-/// Returns the scan, and the poses of the robot and of the laser in the odometry frame.
+/// Returns the scan, and the poses of robot and laser in the odometry frame.
 fn see<'a>(
     io: &'a LocalCostmapIo,
     params: &LocalCostmapParams,

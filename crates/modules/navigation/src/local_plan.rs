@@ -1,4 +1,4 @@
-//! What the local planner compares, for views.
+//! Trajectories that the local planner compares, for views.
 
 use slate_local_planning::Mppi;
 use slate_plugin::interfaces::Pose2;
@@ -7,19 +7,19 @@ use slate_plugin::prelude::*;
 use crate::frames::PlanarTransform;
 use crate::settings::ControllerSettings;
 
-/// Most sampled trajectories that are shown.
+/// Maximum number of sampled trajectories shown.
 const MOST_SAMPLED: usize = 48;
-/// Most points of all trajectories; capacity of the property.
+/// Maximum number of points of all trajectories; capacity of the property.
 const MOST_POINTS: usize = 1024;
 /// Steps of a trajectory from one shown point to the next.
 const STRIDE: usize = 4;
 
-/// Trajectories of a local planner: the one that the robot follows, and some of those that it was chosen from.
+/// Trajectories of a local planner: the chosen one, and some alternatives.
 #[interface]
 pub struct LocalPlan {
     /// Number of points of each trajectory.
     pub steps: u32,
-    /// Points, trajectory by trajectory; the first trajectory is the one that the robot follows.
+    /// Points by trajectory; the first trajectory is the one that is followed.
     pub points: [LocalPlanPoint],
 }
 
@@ -38,7 +38,8 @@ pub struct LocalPlanPoint {
 }
 
 impl LocalPlan {
-    /// Writes the trajectories of a planner, if somebody watches; the robot is at `pose` in the map frame.
+    /// Writes the trajectories of a planner, if a viewer subscribes.
+    /// The robot is at `pose` in the map frame.
     pub fn write(
         port: &Debug<Self>,
         planner: &Mppi,

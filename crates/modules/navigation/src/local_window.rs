@@ -12,7 +12,8 @@ const RESOLUTION: f64 = 0.05;
 /// Least clearance of a velocity, m, unless the robot already is nearer.
 const LEAST_CLEARANCE: f64 = 0.04;
 
-/// Obstacles around a robot; filled anew in each cycle, so that it is no state.
+/// Obstacles around a robot.
+/// They are replaced in each cycle, so that they are no state.
 pub struct LocalWindow {
     size: f64,
     /// Outline of the robot.
@@ -23,7 +24,7 @@ pub struct LocalWindow {
 }
 
 impl LocalWindow {
-    /// Makes a window of that size, m, or keeps the one that is there.
+    /// Returns a window of a size, m; keeps an existing one of that size.
     ///
     /// # Errors
     /// A size that no window can have, or a robot without a model or a convex outline.
@@ -54,7 +55,7 @@ impl LocalWindow {
         self.field.update([pose.x, pose.y], obstacles.iter().map(|point| [point.x, point.y]));
     }
 
-    /// Returns whether a velocity from a pose keeps clear of obstacles for a short time.
+    /// Returns true if a velocity from a pose is free of collisions for a short time.
     pub fn is_free(&self, pose: &Pose2, velocity: PlanarVelocity) -> bool {
         let distance = |seconds| self.points.distance(&self.field, &ahead(pose, velocity, seconds));
         let least = math::min(LEAST_CLEARANCE, distance(0.0));
@@ -62,7 +63,7 @@ impl LocalWindow {
     }
 }
 
-/// Pose after a time at a velocity.
+/// Returns the pose after a time at a velocity.
 fn ahead(pose: &Pose2, velocity: PlanarVelocity, seconds: f64) -> Pose2 {
     Pose2 {
         x: pose.x + velocity.vx * seconds * math::cos(pose.theta),

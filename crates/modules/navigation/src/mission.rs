@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use slate_plugin::prelude::*;
 
-/// Most goals of a mission.
+/// Maximum number of goals of a mission.
 pub const MOST_GOALS: usize = 16;
 
 /// Goal of navigation: a pose in the map frame, or a named place.
@@ -19,9 +19,10 @@ pub struct NavigationGoal {
     /// Heading at the goal, if it counts.
     #[unit("rad")]
     pub theta: f64,
-    /// Whether the heading counts; a place has its own.
+    /// True if the heading counts.
+    /// A place has its own.
     pub has_heading: Bool,
-    /// Whether the robot docks there: slowly, straight and within 2 cm.
+    /// Docking: true if the robot docks there: slowly, straight and within 2 cm.
     pub dock: Bool,
     /// Name of a place of the navigation graph; empty for the pose.
     pub place: Text<28>,
@@ -31,22 +32,22 @@ pub struct NavigationGoal {
 #[interface]
 #[derive(PartialEq)]
 pub struct PlaceName {
-    /// As in the navigation graph.
+    /// Name of the place, as in the navigation graph.
     pub place: Text<28>,
 }
 
 /// Change of a mission.
 #[interface]
 pub enum NavigationCommand {
-    /// A new mission with this goal alone.
+    /// New mission with this goal alone.
     GoTo,
-    /// One more goal behind those of the mission.
+    /// Appends a goal to the mission.
     Append,
-    /// Stands until it is resumed.
+    /// Pause until a resumption.
     Pause,
-    /// Goes on after a pause.
+    /// Resumes the mission after a pause.
     Resume,
-    /// Gives the mission up.
+    /// Cancels the mission.
     Cancel,
 }
 
@@ -54,7 +55,7 @@ pub enum NavigationCommand {
 #[interface]
 #[derive(PartialEq)]
 pub struct NavigationRequest {
-    /// The change.
+    /// Command of the change.
     pub command: NavigationCommand,
     /// Goal of a `GoTo` or an `Append`.
     pub goal: NavigationGoal,
@@ -75,9 +76,9 @@ impl NavigationRequest {
 pub struct NavigationMission {
     /// Number of the mission; a new one begins with its first goal.
     pub number: u64,
-    /// Whether the robot stands.
+    /// Pause state: true while the robot stands.
     pub is_paused: Bool,
-    /// Whether the first goal follows the last one.
+    /// Loop: true if the first goal follows the last one.
     pub is_loop: Bool,
     /// Goals in the order of the visits.
     pub goals: Sequence<NavigationGoal, 16>,
@@ -88,7 +89,7 @@ pub struct NavigationMission {
 pub enum NavigationState {
     /// No goal.
     Idle,
-    /// On the way to the goal.
+    /// Driving to the goal.
     Navigating,
     /// Paused.
     Paused,
@@ -123,7 +124,7 @@ pub struct NavigationStatus {
     pub reason: Text<124>,
 }
 
-/// A goal as state.
+/// Goal as state.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SavedGoal {
     x: f64,

@@ -1,4 +1,4 @@
-//! What the laser sees around the robot.
+//! Obstacles in view of the laser.
 
 use slate_plugin::interfaces::{Point2, Pose2};
 use slate_plugin::prelude::*;

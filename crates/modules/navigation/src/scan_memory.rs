@@ -14,11 +14,12 @@ const INTERVAL: f64 = 0.5;
 /// Distance within which a beam and a point are the same, m.
 const SAME: f64 = 0.1;
 
-/// Memory of scans, of which a later scan clears what it sees through, as the ray tracing of Nav2's obstacle layer.
+/// Memory of scans with ray tracing, as in Nav2's obstacle layer.
+/// A later scan clears the points that it sees through.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct ScanMemory {
     scans: ObservationBuffer,
-    /// Seconds for which the memory was made.
+    /// Persistence that the memory has room for, s.
     persistence: f64,
     /// Points of the newest scan, and whether there is one.
     newest: usize,
@@ -42,7 +43,8 @@ impl ScanMemory {
         }
     }
 
-    /// Adds a scan from a pose of the laser at a time, s. Beams up to `max_range` (m) that hit something mark.
+    /// Adds a scan from a pose of the laser at a time, s.
+    /// Beams up to `max_range` (m) that hit an obstacle mark it.
     pub fn insert(&mut self, scan: &LaserScan, laser: &Pose2, limits: &MemoryLimits, time: f64) {
         if self.persistence != limits.persistence {
             *self = Self::new(limits.persistence);
@@ -67,8 +69,8 @@ impl ScanMemory {
         self.scans.clear();
     }
 
-    /// Returns the points on obstacles: those of earlier scans that the newest one does not see through or see again, and
-    /// its own.
+    /// Returns the points on obstacles, in the newest scan and remembered.
+    /// Remembered are those of earlier scans that the newest one does not see through or see again.
     pub fn points<'m>(&'m self, scan: &'m LaserScan, laser: &Pose2) -> impl Iterator<Item = [f64; 2]> + 'm {
         let laser = PlanarTransform::of(laser);
         let earlier = self.scans.points().count().saturating_sub(self.newest);
@@ -78,10 +80,10 @@ impl ScanMemory {
     }
 }
 
-/// What of a scan is remembered.
+/// Limits of the memory of scans.
 #[derive(Clone, Copy, Debug)]
 pub struct MemoryLimits {
-    /// How long, s.
+    /// Time that points are kept, s.
     pub persistence: f64,
     /// Longest range, m.
     pub max_range: f64,
@@ -89,7 +91,8 @@ pub struct MemoryLimits {
     pub max_beams: usize,
 }
 
-/// Whether a scan does not tell of a point in the laser's frame: none of its beams reaches there.
+/// Returns true if no beam of a scan reaches a point in the laser's frame.
+/// The scan then gives no information about the point.
 fn is_hidden(scan: &LaserScan, [x, y]: [f64; 2]) -> bool {
     let angle = math::atan2(y, x) - scan.angle_min;
     // From 0 on, as beams are.

@@ -48,7 +48,7 @@ pub struct ControllerSettings {
     /// Distance between outline and obstacle below which a trajectory is very costly.
     #[unit("m")]
     pub collision_margin_distance: f64,
-    /// Distance to an obstacle up to which it makes a trajectory costly.
+    /// Distance to an obstacle up to which it adds cost to a trajectory.
     #[unit("m")]
     pub inflation_radius: f64,
     /// Side of the window with obstacles around the robot.
@@ -72,7 +72,7 @@ pub struct ControllerSettings {
     pub seed: u64,
 }
 
-/// A local planner.
+/// Local planner.
 #[interface]
 pub enum LocalPlannerChoice {
     /// Model predictive path integral control.
@@ -82,7 +82,8 @@ pub enum LocalPlannerChoice {
 }
 
 impl ControllerSettings {
-    /// Parameters of MPPI: Nav2's, with weights that turn the robot towards its path early.
+    /// Returns the parameters of MPPI: Nav2's, with other weights.
+    /// They turn the robot towards its path early.
     pub fn mppi(&self) -> MppiParameters {
         let critics = MppiCritics::default();
         MppiParameters {
@@ -117,7 +118,8 @@ impl ControllerSettings {
         }
     }
 
-    /// Parameters of DWA: those of ROS's `base_local_planner`, with the limits of the settings.
+    /// Returns the parameters of DWA: those of `base_local_planner` of ROS.
+    /// With the limits of the settings.
     pub fn dwa(&self) -> DwaParameters {
         DwaParameters {
             max_vel_x: self.vx_max,
@@ -130,7 +132,7 @@ impl ControllerSettings {
         }
     }
 
-    /// What a stuck robot does, one after the other.
+    /// Returns the recovery behaviors of a stuck robot, in order.
     pub fn recoveries() -> [RecoveryBehavior; 4] {
         [
             RecoveryBehavior::ClearCostmap,

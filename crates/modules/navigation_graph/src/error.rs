@@ -2,17 +2,17 @@
 
 use std::path::PathBuf;
 
-/// A change that a graph does not take.
+/// Invalid change of a graph.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct GraphError(pub(crate) String);
 
-/// A file that is no graph, or can't be read or written.
+/// File that is no graph, or can't be read or written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{reason}", place(.file, *.line))]
 pub struct GraphFileError {
     pub(crate) file: Option<PathBuf>,
-    /// From 1.
+    /// Line number, from 1.
     pub(crate) line: Option<usize>,
     pub(crate) reason: String,
 }

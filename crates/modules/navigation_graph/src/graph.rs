@@ -9,31 +9,32 @@ use crate::error::GraphError;
 /// Properties by name; those without a value are `true`.
 pub type Properties = BTreeMap<String, String>;
 
-/// A named place.
+/// Named place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NavigationNode {
     /// Name, unique in the graph.
     pub name: String,
     /// Position in the map frame, m.
     pub position: [f64; 2],
-    /// Whether it is to stay without a connection, such as a place that is only looked at.
+    /// True if the node stays without a connection.
+    /// For example, a place that is only looked at.
     pub is_unconnected: bool,
-    /// Such as `orientation`, rad, or `travel_tolerance`, m.
+    /// Properties, such as `orientation`, rad, or `travel_tolerance`, m.
     pub properties: Properties,
 }
 
-/// A connection of two nodes.
+/// Connection of two nodes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NavigationEdge {
     /// First node.
     pub from: String,
     /// Second node.
     pub to: String,
-    /// Whether it leads only from the first to the second.
+    /// Direction: true if it leads only from the first to the second.
     pub is_directed: bool,
 }
 
-/// A topological map. Each connection is between nodes of the graph.
+/// Topological map. Each connection is between nodes of the graph.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NavigationGraph {
     /// Name of the graph.
@@ -45,7 +46,7 @@ pub struct NavigationGraph {
 }
 
 impl NavigationGraph {
-    /// Makes a graph without nodes.
+    /// Returns a graph without nodes.
     pub fn new(name: impl Into<String>) -> Self {
         Self { name: name.into(), ..Self::default() }
     }
@@ -92,8 +93,8 @@ impl NavigationGraph {
         connected.min_by(|a, b| distance(a.position, point).total_cmp(&distance(b.position, point)))
     }
 
-    /// Returns pairs of start and goal without a route, one of which is the first node by name; none means that routes
-    /// lead from every node to every other one.
+    /// Returns pairs of start and goal without a route.
+    /// One of each is the first node by name; empty if routes lead from every node to every other one.
     pub fn unreachable(&self) -> Vec<(String, String)> {
         let connected = || self.nodes.values().filter(|node| !node.is_unconnected);
         let Some(first) = connected().next() else { return Vec::new() };

@@ -3,13 +3,13 @@
 use crate::error::GraphError;
 use crate::graph::{NavigationEdge, NavigationGraph, NavigationNode, distance};
 
-/// What happens where a new connection crosses one that is there.
+/// Treatment of a new connection that crosses an existing one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Crossing {
-    /// It is refused, `no-intersection`.
+    /// Refusal of the connection, `no-intersection`.
     #[default]
     Refuse,
-    /// It is added as it is, `allow-intersection`: the robot does not turn there.
+    /// Added unchanged, `allow-intersection`: the robot does not turn there.
     Allow,
     /// Both are split by a node at the crossing, `split-intersection`.
     Split,
@@ -107,7 +107,8 @@ impl NavigationGraph {
         Ok(())
     }
 
-    /// Connects a node to the nearest other one that is connected or may be, `closest-node`.
+    /// Connects a node to the nearest other connectable one, `closest-node`.
+    /// That is one which is connected or may be.
     ///
     /// # Errors
     /// The node does not exist, or no other one does.
@@ -149,7 +150,8 @@ impl NavigationGraph {
     }
 }
 
-/// Fraction of a line at which it crosses another one, if both do inside.
+/// Returns the fraction of a line at which it crosses another one.
+/// `None` unless both cross inside.
 fn crossing_fraction([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<f64> {
     let along = |from: [f64; 2], to: [f64; 2]| [to[0] - from[0], to[1] - from[1]];
     let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
@@ -160,7 +162,8 @@ fn crossing_fraction([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<f64
     ((0.0..=1.0).contains(&at) && (0.0..=1.0).contains(&there)).then_some(at)
 }
 
-/// The point of a line that is nearest to another point, if it is inside of the line.
+/// Returns the foot of a perpendicular, if it is inside of the line.
+/// It is the point of the line nearest to the given point.
 fn foot(point: [f64; 2], [a, b]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     let along = [b[0] - a[0], b[1] - a[1]];
     let square = along[0] * along[0] + along[1] * along[1];

@@ -1,4 +1,5 @@
-//! Topological navigation graphs: named places, the connections between them, and routes, as Fawkes's navgraph has them.
+//! Topological navigation graphs as Fawkes's navgraph.
+//! Named places, the connections between them, and routes.
 //!
 //! [`read_graph`] and [`write_graph`] use Fawkes's YAML; [`NavigationGraph::route`] finds the shortest route. None of them
 //! needs an agent. Positions are in the map frame, m.

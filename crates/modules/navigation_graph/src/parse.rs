@@ -65,11 +65,11 @@ impl FromStr for NavigationGraph {
     }
 }
 
-/// Refuses what is nested so deeply that reading it would overflow the stack.
+/// Refuses nesting so deep that reading it would overflow the stack.
 fn check_depth(text: &str) -> Result<(), GraphFileError> {
     let mut depth = 0;
     for event in Parser::new_from_str(text) {
-        // The loader says what is wrong.
+        // The loader reports the defect.
         let Ok((event, span)) = event else { return Ok(()) };
         match event {
             Event::SequenceStart(..) | Event::MappingStart(..) => depth += 1,
@@ -84,7 +84,7 @@ fn check_depth(text: &str) -> Result<(), GraphFileError> {
     Ok(())
 }
 
-/// Connects a node as its property `insert-mode` says.
+/// Connects a node by its property `insert-mode`.
 fn insert(graph: &mut NavigationGraph, name: &str, mode: Option<&str>) -> Result<(), GraphError> {
     match mode.map(|mode| mode.to_lowercase().replace('_', "-")).as_deref() {
         None | Some("not-connected") => Ok(()),
@@ -137,7 +137,7 @@ fn connection_of(item: &MarkedYaml<'_>) -> Result<(NavigationEdge, Crossing), Gr
     })?;
     let (is_directed, crossing) = match tag(item).as_deref() {
         None | Some("no-intersection") => (false, Crossing::Refuse),
-        // There is one tag, so that it can't say what happens at a crossing.
+        // A single tag can't define the treatment of a crossing.
         Some("dir") => (true, Crossing::Allow),
         Some("allow-intersection") => (false, Crossing::Allow),
         Some("split-intersection") => (false, Crossing::Split),
@@ -149,7 +149,7 @@ fn connection_of(item: &MarkedYaml<'_>) -> Result<(NavigationEdge, Crossing), Gr
     Ok((NavigationEdge { from, to, is_directed }, crossing))
 }
 
-/// A list of names, which are true, and of maps.
+/// Returns a list of names, which are true, and of maps.
 fn properties_of(list: &MarkedYaml<'_>) -> Result<Properties, GraphFileError> {
     let mut properties = Properties::new();
     for item in items(list)? {
@@ -192,7 +192,7 @@ fn text_of(node: &MarkedYaml<'_>) -> Result<String, GraphFileError> {
     }
 }
 
-/// A node without its tag.
+/// Returns a node without its tag.
 fn inner<'a, 'text>(node: &'a MarkedYaml<'text>) -> &'a MarkedYaml<'text> {
     match &node.data {
         YamlData::Tagged(_, inner) => inner,

@@ -4,23 +4,25 @@ use std::collections::BTreeMap;
 
 use crate::graph::NavigationGraph;
 
-/// A route through a graph.
+/// Route through a graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraphRoute {
     /// Names of the nodes, from start to goal.
     pub nodes: Vec<String>,
-    /// Length with the way to the first node, m.
+    /// Length with the distance to the first node, m.
     pub length: f64,
 }
 
 impl NavigationGraph {
-    /// Returns the shortest route between two nodes; `None` if no route exists, or one of them does not.
+    /// Returns the shortest route between two nodes.
+    /// `None` if no route exists, or a node is unknown.
     pub fn route(&self, from: &str, to: &str) -> Option<GraphRoute> {
         self.route_from(|node| (node == from).then_some(0.0), to)
     }
 
-    /// Returns the shortest route to a node from a place that is no node, such as a robot's: `entry` has the length of the
-    /// way to each node, m, for instance by a path on a grid; `None` for a node out of reach.
+    /// Returns the shortest route to a node from a position outside the graph.
+    /// The position is, for instance, the robot's. `entry` returns the path length to each node, m, for instance on a
+    /// grid; `None` for a node out of reach.
     ///
     /// Dijkstra, 1959. Of routes of the same length it is always the same one.
     pub fn route_from(&self, entry: impl Fn(&str) -> Option<f64>, to: &str) -> Option<GraphRoute> {

@@ -7,7 +7,8 @@ use std::path::Path;
 use crate::error::GraphFileError;
 use crate::graph::{NavigationGraph, Properties};
 
-/// Writes a graph to a file, whose folder exists. Connections that cross are marked so.
+/// Writes a graph to a file in an existing folder.
+/// Connections that cross are marked.
 ///
 /// # Errors
 /// The file can't be written.
@@ -18,7 +19,7 @@ pub fn write_graph(file: &Path, graph: &NavigationGraph) -> Result<(), GraphFile
     })
 }
 
-/// As YAML.
+/// YAML text of the graph.
 impl fmt::Display for NavigationGraph {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "%YAML 1.2\n%TAG ! tag:fawkesrobotics.org,navgraph/\n---")?;

@@ -1,4 +1,4 @@
-//! What a search of Hybrid A* costs on this machine, milliseconds.
+//! Benchmark of a search of Hybrid A*, milliseconds.
 #![allow(clippy::disallowed_methods, reason = "a bench measures real time")]
 #![allow(clippy::unwrap_used, reason = "a bench that can't go on ends")]
 
@@ -10,7 +10,8 @@ use slate_interfaces::Pose2;
 use slate_module::Random;
 use slate_planning::{DriveModel, FootprintGrid, HybridAStar, HybridAStarParameters};
 
-/// A car park of 40 m by 40 m in cells of 0.1 m, and a car of 4.5 m by 1.8 m.
+/// Plans in a car park of 40 m by 40 m, cells of 0.1 m.
+/// The car is 4.5 m by 1.8 m.
 fn main() {
     let geometry = Geometry::new([0.0, 0.0], [40.0, 40.0], 0.1, 1_000_000).unwrap();
     // Rows of cars with lanes of 6 m between, every third place empty.

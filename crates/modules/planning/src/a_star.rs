@@ -1,4 +1,4 @@
-//! A*.
+//! A* search on grids.
 
 use std::f64::consts::SQRT_2;
 
@@ -7,8 +7,8 @@ use crate::cost_grid::{CostGrid, GridCell};
 use crate::grid_path::GridPath;
 use crate::neighbors::{for_each_step, octile};
 
-/// Finds a cheapest path of steps to eight neighbours that cut no corner (Hart, Nilsson and Raphael, 1968, *A formal
-/// basis for the heuristic determination of minimum cost paths*).
+/// A* search on an 8-connected grid that cuts no corner.
+/// Hart, Nilsson and Raphael, 1968, *A formal basis for the heuristic determination of minimum cost paths*.
 ///
 /// The cost is exact: no other path costs less, but for the rounding of its sum.
 #[derive(Clone, Debug, Default)]
@@ -22,14 +22,15 @@ pub struct AStar {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct SearchNode {
-    /// From the start.
+    /// Cost from the start.
     cost: f64,
     predecessor: u32,
     search: u32,
 }
 
 impl AStar {
-    /// Returns a cheapest path; `None` if no path exists, or the start or the goal is impassable.
+    /// Returns a cheapest path.
+    /// `None` if no path exists, or the start or the goal is impassable.
     pub fn search(&mut self, grid: &CostGrid, start: GridCell, goal: GridCell) -> Option<&GridPath> {
         if !grid.is_passable(start) || !grid.is_passable(goal) {
             return None;

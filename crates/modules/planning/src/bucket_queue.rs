@@ -5,8 +5,9 @@ const NONE: u32 = u32::MAX;
 /// Priorities in one bucket differ by less than this, cells.
 const WIDTH: f64 = 0.25;
 
-/// Cells by priority, in buckets that are lists through the cells themselves (Dial, 1969, *Shortest-path forest with
-/// topological ordering*): each operation takes constant time, and a cell is in it once.
+/// Bucket queue of cells by priority.
+/// Buckets are lists through the cells themselves (Dial, 1969, *Shortest-path forest with topological ordering*): each
+/// operation takes constant time, and a cell is in it once.
 ///
 /// Priorities in the queue may span [`BucketQueue::clear`]'s `span`, as those of a search with a consistent heuristic
 /// do, which span one step. In a bucket, the cell that came last is the first.
@@ -14,7 +15,7 @@ const WIDTH: f64 = 0.25;
 pub(crate) struct BucketQueue {
     /// First cell of each bucket; they are used in a circle.
     first: Vec<u32>,
-    /// Where the search is, as a number of buckets from priority 0.
+    /// Bucket of the search, counted from priority 0.
     current: u64,
     len: usize,
     links: Vec<BucketLink>,
@@ -28,7 +29,8 @@ struct BucketLink {
 }
 
 impl BucketQueue {
-    /// Empties the queue, for that many cells and for priorities from `lowest` that span at most `span`.
+    /// Empties the queue, for `cells` cells.
+    /// Priorities begin at `lowest` and span at most `span`.
     pub fn clear(&mut self, cells: usize, lowest: f64, span: f64) {
         while self.pop().is_some() {}
         // One more for the bucket of the lowest one, and one for rounding.
@@ -42,7 +44,8 @@ impl BucketQueue {
         self.len = 0;
     }
 
-    /// Inserts a cell, or moves it to that priority; one below the current bucket's counts as in it.
+    /// Inserts a cell, or changes its priority.
+    /// A priority below the current bucket's counts as in it.
     #[inline(always)]
     pub fn insert(&mut self, cell: u32, priority: f64) {
         let number = u64::max((priority / WIDTH) as u64, self.current);
@@ -62,7 +65,7 @@ impl BucketQueue {
         self.len += 1;
     }
 
-    /// Takes a cell of the lowest bucket.
+    /// Removes and returns a cell of the lowest bucket.
     #[inline(always)]
     pub fn pop(&mut self) -> Option<u32> {
         if self.len == 0 {
@@ -92,7 +95,7 @@ impl BucketQueue {
         self.len -= 1;
     }
 
-    /// Whether no cell in it has a lower priority.
+    /// Returns true if no queued cell has a lower priority.
     #[inline(always)]
     pub fn is_past(&self, priority: f64) -> bool {
         (self.current as f64) * WIDTH >= priority

@@ -7,8 +7,8 @@ use crate::cost_grid::{CostGrid, GridCell};
 use crate::grid_path::GridPath;
 use crate::neighbors::for_each_step;
 
-/// Cheapest paths from one cell to every other, by steps to eight neighbours that cut no corner (Dijkstra, 1959, *A note
-/// on two problems in connexion with graphs*).
+/// Costs of the cheapest paths from one cell to every other (Dijkstra).
+/// Steps to eight neighbours cut no corner (Dijkstra, 1959, *A note on two problems in connexion with graphs*).
 #[derive(Clone, Debug, Default)]
 pub struct CostField {
     nodes: Vec<FieldNode>,
@@ -18,7 +18,7 @@ pub struct CostField {
 
 #[derive(Clone, Copy, Debug)]
 struct FieldNode {
-    /// From the start.
+    /// Cost from the start.
     cost: f64,
     predecessor: u32,
 }
@@ -49,7 +49,8 @@ impl CostField {
         }
     }
 
-    /// Returns the cost to a cell of the grid for which the field was computed; infinite if it is not reached.
+    /// Returns the cost to a cell of the grid of the last computation.
+    /// Infinite for a cell that can't be reached.
     pub fn cost(&self, grid: &CostGrid, cell: GridCell) -> f64 {
         let is_passable = grid.is_passable(cell);
         let node = is_passable.then(|| self.nodes.get(grid.index(cell) as usize)).flatten();

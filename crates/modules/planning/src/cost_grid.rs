@@ -4,24 +4,25 @@ use std::fmt;
 
 use slate_module::math;
 
-/// Cost from which the robot's middle can't be in a cell: an obstacle is within its inscribed circle.
+/// Cost from which the robot's middle can't be in a cell.
+/// An obstacle is then within its inscribed circle.
 pub const INSCRIBED: u8 = 253;
 /// Cost of an obstacle's cell.
 pub const LETHAL: u8 = 254;
-/// Cost of a cell that nobody has seen.
+/// Cost of an unknown cell.
 pub const UNKNOWN: u8 = 255;
 
-/// A cell of a grid.
+/// Cell of a grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct GridCell {
-    /// From the left, along x.
+    /// Column from the left, along x.
     pub column: u32,
-    /// From below, along y.
+    /// Row from below, along y.
     pub row: u32,
 }
 
 impl GridCell {
-    /// The cell there.
+    /// Returns the cell there.
     pub const fn new(column: u32, row: u32) -> Self {
         Self { column, row }
     }
@@ -43,10 +44,10 @@ impl GridCell {
 /// Largest number of cells of a grid, with its border.
 pub const MOST_CELLS: u64 = 1 << 26;
 
-/// What a search takes for each cell, bytes.
+/// Memory of a search per cell, bytes.
 const SEARCH_BYTES: u128 = 29;
 
-/// A grid that has no cell, or too many.
+/// Grid that has no cell, or too many.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GridSizeError {
     /// Number of cells along x.
@@ -77,16 +78,19 @@ impl std::error::Error for GridSizeError {}
 pub struct CostGrid {
     width: u32,
     height: u32,
-    /// With a border of impassable cells, so that no search looks for the edge.
+    /// Costs with a border of impassable cells.
+    /// No search thus checks for the edge.
     costs: Vec<u8>,
-    /// Factor on the length of a step to a cell, by cost; infinite where it is impassable.
+    /// Factor on the length of a step to a cell, by cost.
+    /// Infinite for an impassable cell.
     factors: [f64; 256],
     cost_factor: f64,
     unknown_cost: u8,
 }
 
 impl CostGrid {
-    /// Makes a grid of that many cells along x and y from the cost of each.
+    /// Creates a grid of `width` by `height` cells from the cost of each.
+    /// Width is along x, height along y.
     ///
     /// # Errors
     /// It has no cell, or more than [`MOST_CELLS`].
@@ -107,15 +111,15 @@ impl CostGrid {
         Ok(grid.with_factors())
     }
 
-    /// Sets how much dearer a step to a cell of cost 252 is than to one of cost 0, held between 0 and 1,000; with 0 a
-    /// search finds the shortest path.
+    /// Sets the relative extra cost of a step to a cell of cost 252.
+    /// The step to a cell of cost 0 is the reference. Clamped to 0 to 1,000; with 0 a search finds the shortest path.
     #[must_use]
     pub fn with_cost_factor(mut self, cost_factor: f64) -> Self {
         self.cost_factor = math::clamp(cost_factor, 0.0, 1_000.0);
         self.with_factors()
     }
 
-    /// Lets searches cross unknown cells, as cells of that cost.
+    /// Allows searches through unknown cells, at that cost.
     #[must_use]
     pub fn allow_unknown(mut self, cost: u8) -> Self {
         self.unknown_cost = cost;
@@ -133,12 +137,12 @@ impl CostGrid {
         self
     }
 
-    /// Number of cells along x.
+    /// Returns the number of cells along x.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Number of cells along y.
+    /// Returns the number of cells along y.
     pub fn height(&self) -> u32 {
         self.height
     }
@@ -161,7 +165,8 @@ impl CostGrid {
         self.contains(cell) && self.is_open(self.index(cell))
     }
 
-    /// Returns the cell itself, or else the nearest passable one at most `reach` columns and rows away.
+    /// Returns the cell itself, or else the nearest passable one.
+    /// It is at most `reach` columns and rows away.
     pub fn nearest_passable(&self, cell: GridCell, reach: u32) -> Option<GridCell> {
         if self.is_passable(cell) {
             return Some(cell);
@@ -179,12 +184,12 @@ impl CostGrid {
         self.width + 2
     }
 
-    /// Number of cells with the border.
+    /// Returns the number of cells with the border.
     pub(crate) fn cells(&self) -> usize {
         self.costs.len()
     }
 
-    /// Index of a cell of the grid in `costs`.
+    /// Returns the index of a cell of the grid in `costs`.
     pub(crate) fn index(&self, cell: GridCell) -> u32 {
         (cell.row + 1) * self.stride() + cell.column + 1
     }
@@ -197,12 +202,12 @@ impl CostGrid {
         self.factor(index) < f64::INFINITY
     }
 
-    /// Factor on the length of a step to the cell.
+    /// Returns the factor on the length of a step to the cell.
     pub(crate) fn factor(&self, index: u32) -> f64 {
         self.factors[usize::from(self.costs[index as usize])]
     }
 
-    /// The largest factor on the length of a step.
+    /// Returns the largest factor on the length of a step.
     pub(crate) fn largest_factor(&self) -> f64 {
         self.factors
             .iter()

@@ -6,14 +6,15 @@ use slate_module::math;
 
 use crate::cost_grid::{CostGrid, GridCell, GridSizeError, INSCRIBED, LETHAL, UNKNOWN};
 
-/// How costs fall with the distance to an obstacle, as in Nav2's inflation layer.
+/// Inflation: decay of the cost with distance to an obstacle.
+/// As in Nav2's inflation layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inflation {
     /// Radius of the largest circle inside of the robot's footprint, m.
     pub inscribed_radius: f64,
-    /// Distance up to which an obstacle makes cells dearer, `inflation_radius`, m.
+    /// Distance up to which an obstacle adds cost, `inflation_radius`, m.
     pub inflation_radius: f64,
-    /// How fast the cost falls, `cost_scaling_factor`, 1/m.
+    /// Decay rate of the cost, `cost_scaling_factor`, 1/m.
     pub cost_scaling_factor: f64,
 }
 
@@ -24,7 +25,8 @@ impl Default for Inflation {
 }
 
 impl Inflation {
-    /// Returns the cost at a distance from the middle of the nearest obstacle's cell, m.
+    /// Returns the cost at a distance from an obstacle, m.
+    /// The distance counts from the middle of the nearest obstacle's cell.
     pub fn cost(&self, distance: f64) -> u8 {
         if distance == 0.0 {
             LETHAL
@@ -39,8 +41,9 @@ impl Inflation {
     }
 }
 
-/// Layers of a map for planning: a static map, obstacles that sensors see, zones that a robot keeps out of, and around
-/// all of these an inflation (Lu, Hershberger and Smart, 2014, *Layered costmaps for context-sensitive navigation*).
+/// Layered costmap for planning.
+/// The layers are a static map, obstacles that sensors see, keep-out zones, and around all of these an inflation (Lu,
+/// Hershberger and Smart, 2014, *Layered costmaps for context-sensitive navigation*).
 ///
 /// ```
 /// use slate_grid::Geometry;
@@ -62,27 +65,27 @@ pub struct Costmap {
     inflation: Inflation,
     /// Cost of each cell by the static map.
     base: Vec<u8>,
-    /// By sensors, of each cell.
+    /// Observation of each cell by sensors.
     seen: Vec<CellObservation>,
     keep_out: Vec<bool>,
     distances: DistanceTransform,
     grid: CostGrid,
 }
 
-/// A cell as sensors have seen it.
+/// Observation of a cell by sensors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum CellObservation {
-    /// Nothing: the static map holds.
+    /// No observation: the static map is valid.
     #[default]
     Unseen,
-    /// A beam went through.
+    /// Free: a beam has passed it.
     Free,
-    /// A beam ended there.
+    /// Obstacle: a beam has ended in it.
     Obstacle,
 }
 
 impl Costmap {
-    /// Makes a map of unknown cells.
+    /// Returns a map of unknown cells.
     ///
     /// # Errors
     /// The grid is too large to search.
@@ -101,12 +104,13 @@ impl Costmap {
         })
     }
 
-    /// Where its cells are.
+    /// Returns the geometry of the cells.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }
 
-    /// Sets the static map from the occupancy of each cell in percent, from 65 on an obstacle; negative is unknown.
+    /// Sets the static map from the occupancy of each cell in percent.
+    /// From 65 on it is an obstacle; negative is unknown.
     pub fn set_static(&mut self, occupancy: impl Fn(usize) -> i8) {
         for (cell, base) in self.base.iter_mut().enumerate() {
             *base = match occupancy(cell) {
@@ -117,8 +121,9 @@ impl Costmap {
         }
     }
 
-    /// Adds a scan from a sensor's pose in the map frame: cells in which beams end are obstacles, those that they go
-    /// through are free, unless the static map has an obstacle there.
+    /// Adds a scan from a sensor's pose in the map frame.
+    /// Cells in which beams end are obstacles, those that they pass are free, unless the static map has an obstacle
+    /// there.
     ///
     /// Ends of beams are in the sensor's frame, m; `clearing` has those that ended without hitting anything. A point
     /// or pose that is no number or far from the grid is skipped. In a scan, obstacles count more than beams that go
@@ -127,7 +132,7 @@ impl Costmap {
         let from = self.geometry.place(sensor.x, sensor.y);
         // Lines are as long as a grid is large at most.
         let limit = 2.0 * (self.geometry.width + self.geometry.height) as f64;
-        // Also false for what is no number.
+        // Also false for NaN.
         if !(from.0.abs() <= limit && from.1.abs() <= limit) {
             return;
         }
@@ -181,7 +186,7 @@ impl Costmap {
         for (cell, square) in squares.iter().enumerate() {
             let cost = inflation.cost((*square as f64).sqrt() * geometry.resolution);
             let is_unknown = seen[cell] == CellObservation::Unseen && base[cell] == UNKNOWN;
-            // What nobody has seen stays so, unless an obstacle is too near in any case.
+            // Unknown cells stay unknown, unless an obstacle is too near in any case.
             let cost = if is_unknown && cost < INSCRIBED { UNKNOWN } else { cost };
             let place = GridCell::new((cell % geometry.width) as u32, (cell / geometry.width) as u32);
             grid.set(place, cost);

@@ -7,8 +7,9 @@ use crate::grid_path::GridPath;
 use crate::indexed_heap::{HeapKey, IndexedHeap};
 use crate::neighbors::{for_each_step, octile};
 
-/// Keeps a cheapest path to a goal up to date while the robot moves and cells change: D* Lite (Koenig and Likhachev,
-/// 2002, *D\* Lite*, figure 4, the optimized version).
+/// Incremental planner D* Lite: repairs a cheapest path as cells change.
+/// The path stays up to date while the robot moves (Koenig and Likhachev, 2002, *D\* Lite*, figure 4, the optimized
+/// version).
 ///
 /// Each plan is as cheap as one that [`AStar`](crate::AStar) finds anew, but only what a change concerns is searched
 /// again.
@@ -29,12 +30,13 @@ pub struct DStarLite {
     open: IndexedHeap,
     start: u32,
     goal: u32,
-    /// Where the robot was when keys were computed last, and how far it has moved since the first time.
+    /// Robot's cell at the last computation of keys.
+    /// `key_modifier` is its travel since the first one.
     last_start: u32,
     key_modifier: f64,
     /// Cells whose steps have changed since the last plan.
     changed: Vec<u32>,
-    /// The newest path from the robot to the goal; empty if no path exists.
+    /// Newest path from the robot to the goal; empty if no path exists.
     path_cells: Vec<u32>,
     path: GridPath,
 }
@@ -46,11 +48,12 @@ struct RepairNode {
     lookahead: f64,
 }
 
-/// What sums of the same steps in another order differ by is less, cells.
+/// Bound on rounding differences of sums of the same steps, cells.
 const ROUNDING: f64 = 1e-9;
 
 impl DStarLite {
-    /// Makes a planner from a cell to a goal; cells outside of the grid are impassable.
+    /// Returns a planner from a cell to a goal.
+    /// Cells outside of the grid are impassable.
     pub fn new(grid: CostGrid, start: GridCell, goal: GridCell) -> Self {
         let inside =
             |cell: GridCell| GridCell::new(cell.column.min(grid.width()), cell.row.min(grid.height()));
@@ -75,13 +78,13 @@ impl DStarLite {
         planner
     }
 
-    /// The grid as the robot knows it.
+    /// Returns the grid that the robot knows.
     pub fn grid(&self) -> &CostGrid {
         &self.grid
     }
 
-    /// Tells where the robot is; returns false for a cell outside of the grid, which is ignored. In an impassable cell
-    /// it has no path.
+    /// Sets the robot's cell; returns false for a cell outside of the grid.
+    /// Such a cell is ignored. From an impassable cell no path exists.
     pub fn move_to(&mut self, start: GridCell) -> bool {
         let is_inside = start.column < self.grid.width() && start.row < self.grid.height();
         if is_inside {
@@ -90,7 +93,7 @@ impl DStarLite {
         is_inside
     }
 
-    /// Tells the cost of a cell, as the robot has learnt it.
+    /// Sets the observed cost of a cell.
     pub fn set_cost(&mut self, cell: GridCell, cost: u8) {
         if cell.column >= self.grid.width() || cell.row >= self.grid.height() || self.grid.cost(cell) == cost
         {
@@ -109,7 +112,7 @@ impl DStarLite {
         }
     }
 
-    /// Recomputes the lookahead of cells around those that have changed since the last plan.
+    /// Recomputes the lookahead of cells around those changed since the last plan.
     fn take_changes(&mut self) {
         if self.changed.is_empty() {
             return;
@@ -120,7 +123,7 @@ impl DStarLite {
         changed.sort_unstable();
         changed.dedup();
         for cell in changed.drain(..) {
-            // Nothing leads to the border.
+            // No step leads to the border.
             let node = self.nodes[cell as usize];
             if self.grid.is_open(cell) || node.cost < f64::INFINITY || node.lookahead < f64::INFINITY {
                 self.look_ahead(cell);
@@ -129,11 +132,12 @@ impl DStarLite {
         self.changed = changed;
     }
 
-    /// Returns a cheapest path from the robot to the goal in the grid as it is known; `None` if no path exists.
+    /// Returns a cheapest path from the robot to the goal in the known grid.
+    /// `None` if no path exists.
     pub fn plan(&mut self) -> Option<&GridPath> {
         self.take_changes();
         self.expand();
-        // What is expanded may take away the path that was followed so far.
+        // An expansion may invalidate the path followed so far.
         while let Some(ill) = self.follow() {
             self.settle(ill);
             self.expand();
@@ -147,7 +151,7 @@ impl DStarLite {
         Some(&self.path)
     }
 
-    /// Expands what may make the robot's path cheaper, or has made it dearer (`ComputeShortestPath`).
+    /// Expands cells that may change the path's cost (`ComputeShortestPath`).
     ///
     /// Cells of the same key as the robot's are left: of the many paths that cost the same, only the one that is taken
     /// matters, and [`follow`](Self::follow) finds what is wrong there.
@@ -166,7 +170,8 @@ impl DStarLite {
         }
     }
 
-    /// Takes the cell's lookahead as its cost, or, where that is higher, unsettles what relies on its cost.
+    /// Sets the cell's cost to its lookahead, if that is lower.
+    /// Otherwise its cost becomes infinite, and the cells that rely on it are updated.
     fn settle(&mut self, here: u32) {
         let node = self.nodes[here as usize];
         if node.cost > node.lookahead {
@@ -180,8 +185,9 @@ impl DStarLite {
         }
     }
 
-    /// Follows the cheapest steps to the goal, along the path of the last plan as far as it still is one; returns a
-    /// cell whose cost is not what its neighbours say, as no path goes on from there.
+    /// Follows the cheapest steps to the goal.
+    /// It reuses the path of the last plan as far as it is valid. Returns a cell whose cost is inconsistent with its
+    /// neighbours, as no path goes on from there.
     fn follow(&mut self) -> Option<u32> {
         if self.nodes[self.start as usize].lookahead == f64::INFINITY || !self.grid.is_open(self.start) {
             self.path_cells.clear();
@@ -225,7 +231,7 @@ impl DStarLite {
         }
     }
 
-    /// Cost to the goal by that neighbour, if there is a step to it.
+    /// Returns the cost to the goal by that neighbour, if there is a step to it.
     fn through(&self, here: u32, next: u32) -> Option<f64> {
         let stride = self.grid.stride();
         let columns = (next % stride) as i32 - (here % stride) as i32;
@@ -253,8 +259,8 @@ impl DStarLite {
         }
     }
 
-    /// Looks anew at those whose cheapest step was to a cell of that cost, which holds no more. No step leads to an
-    /// impassable one.
+    /// Recomputes cells whose cheapest step led to a cell of a cost now outdated.
+    /// No step leads to an impassable cell.
     fn raise(&mut self, here: u32, cost: f64) {
         if !self.grid.is_open(here) {
             return;
@@ -279,7 +285,7 @@ impl DStarLite {
         steps.into_iter().take(count)
     }
 
-    /// Computes the cell's one-step lookahead anew.
+    /// Recomputes the cell's one-step lookahead.
     fn look_ahead(&mut self, cell: u32) {
         if cell != self.goal {
             let mut lookahead = f64::INFINITY;
@@ -296,7 +302,7 @@ impl DStarLite {
         self.update(cell);
     }
 
-    /// Puts the cell in the queue if its cost is not what its neighbours say.
+    /// Queues the cell if it is inconsistent with its neighbours.
     fn update(&mut self, cell: u32) {
         let node = self.nodes[cell as usize];
         if node.cost == node.lookahead {

@@ -5,9 +5,9 @@ use slate_module::math;
 
 use crate::steering_path::{PathPenalties, SteeringPath, SteeringPosition, normalized, positive};
 
-/// Returns the shortest path of a robot that only drives forward, with a smallest turning radius in metres (Dubins,
-/// 1957, *On curves of minimal length with a constraint on average curvature*; words as in Shkel and Lumelsky, 2001,
-/// *Classification of the Dubins set*, section 3).
+/// Returns the shortest path of a forward-only robot (Dubins curve).
+/// The smallest turning radius is in metres (Dubins, 1957, *On curves of minimal length with a constraint on average
+/// curvature*; words as in Shkel and Lumelsky, 2001, *Classification of the Dubins set*, section 3).
 pub fn dubins(start: &Pose2, end: &Pose2, turning_radius: f64) -> SteeringPath {
     best(start, end, turning_radius, &PathPenalties { reverse: 1.0, non_straight: 1.0, change: 0.0 })
 }
@@ -31,7 +31,8 @@ pub(crate) fn best(
 
 type DubinsWord = Option<[(SteeringPosition, f64); 3]>;
 
-/// The six words between poses at a distance, whose headings differ by `alpha` and `beta` from the line between them.
+/// Returns the six words between poses at a distance.
+/// Their headings differ by `alpha` and `beta` from the line between them.
 fn words(distance: f64, alpha: f64, beta: f64) -> [DubinsWord; 6] {
     use SteeringPosition::{Left, Right, Straight};
     let ([sin_a, cos_a], [sin_b, cos_b]) =

@@ -5,8 +5,8 @@ use slate_grid::{DistanceTransform, Geometry};
 use slate_interfaces::Pose2;
 use slate_module::math;
 
-/// Half of a cell's diagonal, cells: an obstacle may be that much nearer than the middle of its cell, and a point than
-/// the middle of its own.
+/// Half of a cell's diagonal, cells.
+/// An obstacle may be that much nearer than the middle of its cell, and a point than the middle of its own.
 const HALF_DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Obstacles of a grid with the distance of each cell to the nearest one.
@@ -26,13 +26,13 @@ impl FootprintGrid {
         Self { geometry, distances }
     }
 
-    /// Where the cells are.
+    /// Returns the geometry of the cells.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }
 
-    /// Returns the distance of a point from the nearest obstacle and from the grid's edge, m: at most the true one, and
-    /// 0 outside.
+    /// Returns the distance of a point from obstacles and the grid's edge, m.
+    /// It is at most the true one, and 0 outside.
     pub(crate) fn clearance(&self, x: f64, y: f64) -> f64 {
         let (column, row) = self.geometry.place(x, y);
         let Some(distance) = self.distance(column, row) else { return 0.0 };
@@ -61,7 +61,8 @@ impl FootprintGrid {
     }
 }
 
-/// A footprint as discs, which tell quickly that it is free, and as points that cover it.
+/// Footprint as discs and points that cover it.
+/// The discs decide quickly that it is free.
 #[derive(Clone, Debug)]
 pub(crate) struct FootprintCover {
     /// Middles in the robot's frame and radius of the discs, m.

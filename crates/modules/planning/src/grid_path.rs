@@ -1,8 +1,8 @@
-//! What a search finds.
+//! Path of a search.
 
 use crate::cost_grid::{CostGrid, GridCell};
 
-/// A path on a grid.
+/// Path on a grid.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GridPath {
     cells: Vec<GridCell>,
@@ -10,12 +10,13 @@ pub struct GridPath {
 }
 
 impl GridPath {
-    /// Cells from start to goal: neighbours, or ends of straight lines in paths of any angle.
+    /// Returns the cells from start to goal.
+    /// They are neighbours, or ends of straight lines in paths of any angle.
     pub fn cells(&self) -> &[GridCell] {
         &self.cells
     }
 
-    /// Sum of the steps' costs; where all cells cost 0 the length, cells.
+    /// Returns the sum of the steps' costs; where all cells cost 0 the length, cells.
     pub fn cost(&self) -> f64 {
         self.cost
     }
@@ -36,7 +37,7 @@ impl GridPath {
         self.cells.reverse();
     }
 
-    /// Makes the path of those cells.
+    /// Sets the cells and the cost of the path.
     pub(crate) fn set(&mut self, cells: impl Iterator<Item = GridCell>, cost: f64) {
         self.cells.clear();
         self.cells.extend(cells);

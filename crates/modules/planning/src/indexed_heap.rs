@@ -3,11 +3,12 @@
 /// No place in the heap.
 const NONE: u32 = u32::MAX;
 
-/// Binary heap of cells by a key of two parts, the least first; among equal keys the cell of lower index.
+/// Binary heap of cells by a key of two parts, the least first.
+/// Among equal keys the cell of lower index comes first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct IndexedHeap {
     heap: Vec<(HeapKey, u32)>,
-    /// Where each cell is in the heap.
+    /// Position of each cell in the heap.
     places: Vec<u32>,
 }
 

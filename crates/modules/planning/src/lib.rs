@@ -1,6 +1,6 @@
-//! Global planning on grids: paths that are cheapest among those of eight neighbours ([`AStar`]) or of any angle
-//! ([`ThetaStar`]), one that is repaired while the robot learns of obstacles ([`DStarLite`]), and paths of a robot that
-//! steers as a car ([`HybridAStar`]).
+//! Global planning on grids.
+//! Cheapest paths of eight neighbours ([`AStar`]) or of any angle ([`ThetaStar`]), one that is repaired while the robot
+//! discovers obstacles ([`DStarLite`]), and paths of a car-like robot ([`HybridAStar`]).
 //!
 //! All but the last search a [`CostGrid`], whose costs are those of Nav2's costmaps; a [`Costmap`] makes one of its layers.
 //! Buffers are kept from search to search.

@@ -2,8 +2,9 @@
 
 use crate::cost_grid::{CostGrid, GridCell};
 
-/// Returns the cost of the straight line between the middles of two cells: its length in cells, each part of it times
-/// the factor of the cell it crosses; `None` if it crosses an impassable one or goes through a corner of one.
+/// Returns the cost of the straight line between the middles of two cells.
+/// It is its length in cells, each part of it times the factor of the cell it crosses; `None` if it crosses an
+/// impassable one or goes through a corner of one.
 ///
 /// Cells are found in exact arithmetic (after Amanatides and Woo, 1987, *A fast voxel traversal algorithm for ray
 /// tracing*).
@@ -59,7 +60,7 @@ pub fn line_cost(grid: &CostGrid, from: GridCell, to: GridCell) -> Option<f64> {
     Some(sum * length / whole as f64)
 }
 
-/// The line along a row or a column.
+/// Returns the line along a row or a column.
 fn straight(grid: &CostGrid, from: u32, by: i32, steps: i64) -> Option<f64> {
     let mut cell = from;
     let mut sum = 0.5 * grid.factor(cell);

@@ -4,19 +4,19 @@ use std::f64::consts::SQRT_2;
 
 use crate::cost_grid::CostGrid;
 
-/// A step to a neighbour.
+/// Step to a neighbour.
 #[derive(Clone, Copy)]
 pub(crate) struct GridStep {
     pub to: u32,
     /// Columns to the right and rows up.
     pub columns: i32,
     pub rows: i32,
-    /// In cells.
+    /// Length of the step, in cells.
     pub length: f64,
 }
 
-/// Calls `visit` with each step that leaves the cell: a diagonal one only where both cells beside it are passable, so
-/// that no corner is cut.
+/// Calls `visit` with each step that leaves the cell.
+/// A diagonal step is valid only where both cells beside it are passable, so that no corner is cut.
 #[inline(always)]
 pub(crate) fn for_each_step(grid: &CostGrid, from: u32, mut visit: impl FnMut(GridStep)) {
     let stride = grid.stride();
@@ -38,7 +38,8 @@ pub(crate) fn for_each_step(grid: &CostGrid, from: u32, mut visit: impl FnMut(Gr
     offer(is_right && is_down && is_open(down + 1), down + 1, 1, -1, SQRT_2);
 }
 
-/// Length of the shortest way without obstacles, in steps to eight neighbours.
+/// Returns the octile distance: shortest path without obstacles, cells.
+/// Steps lead to eight neighbours.
 #[inline(always)]
 pub(crate) fn octile(columns: i32, rows: i32) -> f64 {
     let (columns, rows) = (columns.unsigned_abs(), rows.unsigned_abs());

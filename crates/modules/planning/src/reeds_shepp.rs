@@ -7,13 +7,15 @@ use slate_module::math;
 
 use crate::steering_path::{PathPenalties, SteeringPath, SteeringPosition, normalized};
 
-/// Returns the shortest path of a robot that drives forward and in reverse, with a smallest turning radius in metres
-/// (Reeds and Shepp, 1990, *Optimal paths for a car that goes both forwards and backwards*, section 8).
+/// Returns the shortest path of a robot that also reverses (Reeds-Shepp curve).
+/// The smallest turning radius is in metres (Reeds and Shepp, 1990, *Optimal paths for a car that goes both forwards
+/// and backwards*, section 8).
 pub fn reeds_shepp(start: &Pose2, end: &Pose2, turning_radius: f64) -> SteeringPath {
     best(start, end, turning_radius, &PathPenalties { reverse: 1.0, non_straight: 1.0, change: 0.0 })
 }
 
-/// Returns the cheapest of the paper's words, each of which is the shortest of its kind.
+/// Returns the cheapest of the paper's words.
+/// Each of them is the shortest of its kind.
 pub(crate) fn best(
     start: &Pose2,
     end: &Pose2,
@@ -37,7 +39,8 @@ pub(crate) fn best(
     best.path
 }
 
-/// Symmetries of the plane (paper, section 8): time runs backwards, and left is right.
+/// Symmetries of the plane (paper, section 8): time flip and reflection.
+/// Time runs backwards, and left is right.
 #[derive(Clone, Copy)]
 struct WordMirror {
     is_reverse: bool,
@@ -122,20 +125,21 @@ const FORMULAS: [(&[SteeringPosition], Formula); 8] = [
     (&[L, R, S, L, R], left_right_straight_left_right),
 ];
 
-/// Those of them that are another kind when driven the other way round.
+/// Formulas that are of another kind when driven in the opposite order.
 const REVERSIBLE_FORMULAS: [(&[SteeringPosition], Formula); 3] = [
     (&[L, R, L], left_right_left),
     (&[L, R, S, L], left_right_straight_left),
     (&[L, R, S, R], left_right_straight_right),
 ];
 
-/// The start as seen from the end, of a path that is driven the other way round.
+/// Returns the start in the frame of the end, for a path driven backwards.
+/// The path is driven in the opposite order.
 fn backwards([x, y, turn]: [f64; 3]) -> [f64; 3] {
     let (sine, cosine) = (math::sin(turn), math::cos(turn));
     [x * cosine + y * sine, x * sine - y * cosine, turn]
 }
 
-/// Length and direction of a vector.
+/// Returns the length and direction of a vector.
 fn polar(x: f64, y: f64) -> (f64, f64) {
     (math::hypot(x, y), math::atan2(y, x))
 }
@@ -167,7 +171,7 @@ fn left_straight_right([x, y, turn]: [f64; 3]) -> Option<[f64; 5]> {
     signed([t, u, v, 0.0, 0.0], [1.0, 1.0, 1.0, 0.0, 0.0])
 }
 
-/// Equations 8.3 and 8.4: L+ R- L, whose last arc is driven either way.
+/// Equations 8.3 and 8.4: L+ R- L, with the last arc in either direction.
 fn left_right_left([x, y, turn]: [f64; 3]) -> Option<[f64; 5]> {
     let (distance, direction) = polar(x - math::sin(turn), y - 1.0 + math::cos(turn));
     if distance > 4.0 {
@@ -179,7 +183,8 @@ fn left_right_left([x, y, turn]: [f64; 3]) -> Option<[f64; 5]> {
     signed([t, u, v, 0.0, 0.0], [1.0, -1.0, 0.0, 0.0, 0.0])
 }
 
-/// Arcs before and after the two in the middle, of which the one turns by `u` and the other by `v` (below 8.6).
+/// Returns the arcs before and after the two in the middle (below 8.6).
+/// One of these turns by `u`, the other by `v`.
 fn outer_arcs(u: f64, v: f64, [xi, eta, turn]: [f64; 3]) -> (f64, f64) {
     let delta = math::wrap_angle(u - v);
     let a = math::sin(u) - math::sin(delta);

@@ -16,7 +16,7 @@ pub enum SteeringPosition {
 }
 
 impl SteeringPosition {
-    /// Curvature with a turning radius of 1.
+    /// Returns the curvature with a turning radius of 1.
     pub(crate) fn sign(self) -> f64 {
         match self {
             Self::Left => 1.0,
@@ -49,7 +49,7 @@ pub(crate) struct PathPenalties {
 /// Largest number of segments of a path.
 const MOST_SEGMENTS: usize = 5;
 
-/// Path of arcs of one radius and of straight lines, for a robot that steers as a car.
+/// Path of arcs of one radius and of straight lines, for a car-like robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SteeringPath {
     segments: [SteeringSegment; MOST_SEGMENTS],
@@ -57,7 +57,7 @@ pub struct SteeringPath {
 }
 
 impl SteeringPath {
-    /// Makes a path of segments whose lengths are in turning radii.
+    /// Returns a path of segments with lengths in turning radii.
     pub(crate) fn new(word: &[(SteeringPosition, f64)], turning_radius: f64) -> Self {
         let mut segments = [SteeringSegment::default(); MOST_SEGMENTS];
         for (segment, (steering, length)) in segments.iter_mut().zip(word) {
@@ -71,7 +71,7 @@ impl SteeringPath {
         self.segments.iter().filter(|segment| segment.length != 0.0)
     }
 
-    /// Length of the path, in reverse as well, m.
+    /// Returns the length of the path, in reverse as well, m.
     pub fn length(&self) -> f64 {
         self.segments.iter().map(|segment| segment.length.abs()).sum()
     }
@@ -90,8 +90,8 @@ impl SteeringPath {
         cost
     }
 
-    /// Poses along the path from `start`, at most `spacing` apart (m), without the start; each with whether it is reached
-    /// in reverse. The last one is the end.
+    /// Returns the poses along the path from `start`, without the start.
+    /// They are at most `spacing` apart (m), each with true if it is reached in reverse. The last one is the end.
     pub fn poses(&self, start: Pose2, spacing: f64) -> impl Iterator<Item = (Pose2, bool)> + '_ {
         let mut from = start;
         self.segments().flat_map(move |segment| {
@@ -107,7 +107,7 @@ impl SteeringPath {
     }
 }
 
-/// Returns where a robot is that drives a length from a pose, m; negative in reverse.
+/// Returns the pose after a length from a pose, m; negative in reverse.
 pub(crate) fn drive(from: &Pose2, steering: SteeringPosition, length: f64, turning_radius: f64) -> Pose2 {
     let turn = steering.sign() * length / turning_radius;
     // The chord of the arc.
@@ -121,14 +121,14 @@ pub(crate) fn drive(from: &Pose2, steering: SteeringPosition, length: f64, turni
     }
 }
 
-/// The same angle in [0, 2 pi).
+/// Returns the equal angle in [0, 2 pi).
 pub(crate) fn positive(angle: f64) -> f64 {
     let wrapped = math::wrap_angle(angle);
     // A full turn less the rounding of an angle is none.
     if wrapped < -1e-10 { wrapped + std::f64::consts::TAU } else { math::max(wrapped, 0.0) }
 }
 
-/// The end of a path in the frame of its start, in turning radii.
+/// Returns the end of a path in the frame of its start, in turning radii.
 pub(crate) fn normalized(start: &Pose2, end: &Pose2, turning_radius: f64) -> [f64; 3] {
     let (sine, cosine) = (math::sin(start.theta), math::cos(start.theta));
     let (right, up) = ((end.x - start.x) / turning_radius, (end.y - start.y) / turning_radius);

@@ -8,8 +8,9 @@ use crate::grid_path::GridPath;
 use crate::line::line_cost;
 use crate::neighbors::for_each_step;
 
-/// Finds a short path of straight lines of any angle: Lazy Theta* (Nash, Koenig and Tovey, 2010, *Lazy Theta\*:
-/// Any-angle path planning and path length analysis in 3D*), for cells of any cost, whose path is then smoothed.
+/// Lazy Theta*: finds a short path of straight lines of any angle.
+/// Nash, Koenig and Tovey, 2010, *Lazy Theta\*: Any-angle path planning and path length analysis in 3D*, for cells of
+/// any cost; the path is then smoothed.
 ///
 /// The path is not always the shortest one; on published maps it is less than 1 % longer. No line of it touches an
 /// impassable cell.
@@ -25,7 +26,8 @@ pub struct ThetaStar {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct LazyNode {
-    /// From the start; before the node is taken, as if the line from its parent were free.
+    /// Cost from the start.
+    /// Until the node is closed, it assumes that the line from its parent is free.
     cost: f64,
     parent: u32,
     search: u32,
@@ -34,16 +36,17 @@ struct LazyNode {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum LineState {
-    /// The line from its parent has not been looked at.
+    /// Assumed cost: the line from its parent is not checked.
     #[default]
     Supposed,
-    /// Its cost is known.
+    /// Known cost.
     Known,
     Closed,
 }
 
 impl ThetaStar {
-    /// Returns a short path; `None` if no path exists, or the start or the goal is impassable.
+    /// Returns a short path.
+    /// `None` if no path exists, or the start or the goal is impassable.
     pub fn search(&mut self, grid: &CostGrid, start: GridCell, goal: GridCell) -> Option<&GridPath> {
         if !grid.is_passable(start) || !grid.is_passable(goal) {
             return None;
@@ -79,8 +82,8 @@ impl ThetaStar {
         self.searches += 1;
     }
 
-    /// Looks at the line from the node's parent, and else takes the best closed neighbour as its parent; returns
-    /// whether the node has become dearer, so that others may come first.
+    /// Checks the line from the node's parent; else takes the best closed neighbour.
+    /// The neighbour becomes the parent. Returns true if the node's cost has risen, so that others may come first.
     fn settle(&mut self, grid: &CostGrid, here: u32) -> bool {
         let node = self.nodes[here as usize];
         let parent = self.nodes[node.parent as usize];
@@ -131,7 +134,7 @@ impl ThetaStar {
     }
 }
 
-/// Leaves out corners, and moves them by one cell, as long as that makes the path cheaper.
+/// Leaves out corners, or moves them by a cell, while the cost falls.
 fn smooth(grid: &CostGrid, path: &mut GridPath, smoothed: &mut Vec<GridCell>) {
     let cells = path.cells_mut();
     loop {

@@ -1,4 +1,5 @@
-//! Main loop of two stages: `Sense` in each cycle, `Act` in one of several, for slow actuation.
+//! Main loop of two stages for slow actuation.
+//! `Sense` runs in each cycle, `Act` in one of several.
 //!
 //! Modules stay in the stages that they name: `Sense` runs those of `PreLoop` to `WorldState`, and `Act` those of `Think`
 //! to `PostLoop`. The loop is taken while the module `sense_act` is there, which may come and go while the agent runs
@@ -41,7 +42,7 @@ pub struct SenseActState {
     every: Arc<AtomicU64>,
 }
 
-/// Takes the main loop with the stages `Sense` and `Act`.
+/// Module of the main loop with the stages `Sense` and `Act`.
 pub struct SenseAct;
 
 #[module(stage = PreLoop)]

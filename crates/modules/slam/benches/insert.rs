@@ -1,4 +1,4 @@
-//! Time that a scan takes, with loop closures.
+//! Benchmark of a scan's insertion, with loop closures.
 #![allow(
     clippy::disallowed_methods,
     clippy::unwrap_used,

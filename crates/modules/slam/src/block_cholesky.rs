@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Sparse Cholesky factorization of a symmetric matrix of 3 x 3 blocks, one for each pair of poses (George and Liu,
-/// 1981, *Computer solution of large sparse positive definite systems*, chapter 5).
+/// Sparse Cholesky factorization of a symmetric matrix of 3 x 3 blocks.
+/// One block for each pair of poses (George and Liu, 1981, *Computer solution of large sparse positive definite
+/// systems*, chapter 5).
 ///
 /// Own code: a pose graph's blocks make it short, and its result depends on no kernel that a library chooses for the
 /// processor.
@@ -21,7 +22,8 @@ pub(crate) struct BlockCholesky {
 }
 
 impl BlockCholesky {
-    /// Orders that many poses by minimum degree, and finds which blocks become non-zero, from the pairs whose block is.
+    /// Orders the poses by minimum degree, and computes the fill-in.
+    /// `pairs` are the pairs of poses with a block.
     pub fn new(poses: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
         let mut neighbors = vec![BTreeSet::new(); poses];
         for (a, b) in pairs.filter(|(a, b)| a != b) {
@@ -63,7 +65,8 @@ impl BlockCholesky {
         self.diagonal[self.place[pose]] += block;
     }
 
-    /// Adds to the block of two different poses, and its transpose to that of the two exchanged.
+    /// Adds to the block of two different poses.
+    /// Its transpose is added to that of the two exchanged.
     pub fn add_pair(&mut self, row: usize, column: usize, block: &Matrix3<f64>) {
         let (row, column) = (self.place[row], self.place[column]);
         let (low, high, block) =
@@ -110,7 +113,8 @@ impl BlockCholesky {
         Some(())
     }
 
-    /// Solves for a right-hand side per pose, in place, after [`factorize`](Self::factorize).
+    /// Solves for a right-hand side per pose, in place.
+    /// It follows [`factorize`](Self::factorize).
     pub fn solve(&self, sides: &mut [Vector3<f64>]) {
         let mut ordered = vec![Vector3::zeros(); sides.len()];
         for (pose, side) in sides.iter().enumerate() {
@@ -136,7 +140,7 @@ impl BlockCholesky {
     }
 }
 
-/// Lower Cholesky factor of a block.
+/// Returns the lower Cholesky factor of a block.
 fn root(block: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let mut root = Matrix3::zeros();
     for column in 0..3 {

@@ -10,18 +10,19 @@ use slate_module::math;
 
 use crate::se2;
 
-/// What a log does not say of itself.
+/// Properties that a log does not contain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LogFormat {
-    /// Angle over which the beams of a scan spread, rad; the middle one looks ahead.
+    /// Field of view of a scan, rad; the middle beam points ahead.
     pub field_of_view: f64,
-    /// Whether GMapping has moved its `ODOM` lines onto the corrected pose of each `FLASER` line: between two of these,
-    /// their increments are those of the raw odometry, which is rebuilt from them.
+    /// True if GMapping has corrected the `ODOM` lines of the log.
+    /// They are moved onto the corrected pose of each `FLASER` line: between two of these, their increments are those
+    /// of the raw odometry, which is rebuilt from them.
     pub is_corrected: bool,
 }
 
 impl LogFormat {
-    /// The log of the Intel Research Lab that GMapping has corrected.
+    /// Log of the Intel Research Lab that GMapping has corrected.
     ///
     /// Of field of views of 0.97 to 1.01 half turns, 0.985 and 0.99 give matches of scans the largest information,
     /// without any reference.
@@ -34,7 +35,7 @@ impl Default for LogFormat {
     }
 }
 
-/// A laser log.
+/// Laser log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LaserLog {
     /// Scans, in the order of the log.
@@ -43,10 +44,11 @@ pub struct LaserLog {
     pub odometry: Vec<LoggedPose>,
 }
 
-/// A scan of a log.
+/// Scan of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoggedScan {
-    /// Time of the log, s; that of the newest line of the odometry if the line has none.
+    /// Time of the log, s.
+    /// It is that of the newest line of the odometry if the line has none.
     pub time: f64,
     /// Pose of the raw odometry.
     pub odometry: Pose2,
@@ -70,7 +72,7 @@ impl LoggedScan {
     }
 }
 
-/// A pose of the odometry.
+/// Pose of the odometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoggedPose {
     /// Time of the log, s.
@@ -81,29 +83,29 @@ pub struct LoggedPose {
     pub scans: usize,
 }
 
-/// A log that can't be read.
+/// Log that can't be read.
 #[derive(Debug, thiserror::Error)]
 pub enum LaserLogError {
-    /// The file can't be read.
+    /// Unreadable file.
     #[error("{}: can't be read: {source}", .file.display())]
     Unreadable {
-        /// The file.
+        /// File.
         file: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
-    /// A line is not what its name says.
+    /// Invalid line for its name.
     #[error("{}:{line}: expected CARMEN's `ODOM` or `FLASER` with its columns", .file.display())]
     Line {
-        /// The file.
+        /// File.
         file: PathBuf,
         /// Number of the line, from 1.
         line: usize,
     },
-    /// The log has no scan or no odometry.
+    /// Log without a scan or odometry.
     #[error("{}: expected lines `ODOM` and `FLASER`", .file.display())]
     Empty {
-        /// The file.
+        /// File.
         file: PathBuf,
     },
 }
@@ -132,11 +134,11 @@ pub fn read_log(file: &Path, format: &LogFormat) -> Result<LaserLog, LaserLogErr
     }
 }
 
-/// A log that is read.
+/// Log that is read.
 struct LogBuilder {
     format: LogFormat,
     log: LaserLog,
-    /// The newest pose of the log, and the raw one at the same place.
+    /// Newest pose of the log, and the raw one at the same place.
     newest: Option<(Pose2, Pose2)>,
     /// Time of the newest line of the odometry.
     time: f64,
@@ -177,7 +179,7 @@ impl LogBuilder {
         Some(())
     }
 
-    /// The raw odometry at a pose of the log.
+    /// Returns the raw odometry at a pose of the log.
     fn raw(&self, logged: Pose2) -> Pose2 {
         match self.newest.filter(|_| self.format.is_corrected) {
             Some((before, pose)) => se2::compose(pose, se2::relative(before, logged)),
@@ -186,7 +188,7 @@ impl LogBuilder {
     }
 }
 
-/// The first columns.
+/// Returns the first columns.
 fn numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
     let mut found = [0.0; N];
     for (number, word) in found.iter_mut().zip(words.get(..N)?) {

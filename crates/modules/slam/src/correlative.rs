@@ -15,11 +15,12 @@ pub(crate) struct SearchWindow {
     pub distance: f64,
     /// Farthest rotation, rad.
     pub angle: f64,
-    /// Largest part of the score that a pose at the border of the window loses against the guess, 0 to 1.
+    /// Largest relative loss of score at the border of the window, 0 to 1.
+    /// A pose there loses against the guess.
     pub penalty: f64,
 }
 
-/// The most likely pose of a window.
+/// Most likely pose of a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CorrelativeMatch {
     pub pose: Pose2,
@@ -42,8 +43,9 @@ struct Rotations {
     angles: Vec<f64>,
 }
 
-/// Returns the most likely pose of a window in the map, if its score is at least `minimum` (Olson, 2009, *Real-time
-/// correlative scan matching*; by branch and bound as Hess et al., 2016, algorithm 3).
+/// Returns the most likely pose of a window in the map.
+/// `None` if its score is below `minimum` (Olson, 2009, *Real-time correlative scan matching*; by branch and bound as
+/// Hess et al., 2016, algorithm 3).
 pub(crate) fn search(
     grids: &MaxGrids,
     resolution: f64,
@@ -103,7 +105,8 @@ pub(crate) fn search(
 }
 
 impl Rotations {
-    /// With steps by which points at their mean distance (root of the mean square) move by a cell.
+    /// Returns the search with its step sizes.
+    /// By a step, points at their mean distance (root of the mean square) move by a cell.
     fn new(points: &[[f64; 2]], guess: Pose2, window: SearchWindow, resolution: f64) -> Self {
         let square = points.iter().map(|[x, y]| x * x + y * y).sum::<f64>() / points.len() as f64;
         let steps = (window.angle * square.sqrt() / resolution).ceil() as i32;
@@ -132,7 +135,8 @@ impl PartialOrd for Branch {
     }
 }
 
-/// By bound; among equal ones the smaller square, then the first angle and offset.
+/// Orders branches by bound.
+/// Among equal ones the smaller square comes first, then the first angle and offset.
 impl Ord for Branch {
     fn cmp(&self, other: &Self) -> Ordering {
         let rest = |branch: &Self| (branch.level, branch.angle, branch.offset);

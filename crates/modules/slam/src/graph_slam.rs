@@ -16,8 +16,9 @@ use crate::se2;
 use crate::search_grids::SearchGrids;
 use crate::submap::Submap;
 
-/// 2D laser SLAM with a pose graph: scans are matched with submaps, and loops are closed between these (Hess, Kohler,
-/// Rapp and Andor, 2016, *Real-time loop closure in 2D LIDAR SLAM*).
+/// 2D laser SLAM with a pose graph.
+/// Scans are matched with submaps, and loops are closed between these (Hess, Kohler, Rapp and Andor, 2016, *Real-time
+/// loop closure in 2D LIDAR SLAM*).
 ///
 /// Each scan is matched with the older one of two overlapping submaps, in a frame that drifts. A submap that has all of
 /// its scans is searched in the earlier ones near it, by branch and bound; its scans are then matched one by one, and
@@ -31,14 +32,15 @@ pub struct GraphSlam {
     /// Searches that scans have left for later, in their order.
     pub(crate) pending: VecDeque<PendingWork>,
     odometry_jumps: usize,
-    /// Inverse covariance of the newest scan's pose in its own frame; none for the first scan.
+    /// Inverse covariance of the newest scan's pose in its own frame.
+    /// `None` for the first scan.
     information: Option<Matrix3<f64>>,
-    /// Made again after a restore.
+    /// Grids of the search of loops; rebuilt after a restore.
     #[serde(skip)]
     pub(crate) search_grids: SearchGrids,
 }
 
-/// A scan.
+/// Scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ScanNode {
     #[serde(with = "SavedPose")]
@@ -51,7 +53,7 @@ pub(crate) struct ScanNode {
 }
 
 impl GraphSlam {
-    /// Makes a SLAM without scans.
+    /// Returns a SLAM without scans.
     ///
     /// # Errors
     /// A parameter that no SLAM can have.
@@ -69,8 +71,9 @@ impl GraphSlam {
         })
     }
 
-    /// Inserts a scan: the pose of the odometry, and the ends of beams in the robot's frame, m. Returns the robot's
-    /// pose in the map frame, which is that of the first scan.
+    /// Inserts a scan; returns the robot's pose in the map frame.
+    /// A scan is the pose of the odometry, and the ends of beams in the robot's frame, m. The map frame is that of the
+    /// first scan.
     ///
     /// Points that are not finite or beyond `max_laser_range` are left out. An odometry that is unknown counts as that
     /// of the scan before; beyond `max_odometry_increment` from that one, no motion is assumed.
@@ -80,7 +83,8 @@ impl GraphSlam {
         self.newest_pose()
     }
 
-    /// Inserts a scan as [`insert`](Self::insert) does, and leaves the search of loops for [`work`](Self::work).
+    /// Inserts a scan as [`insert`](Self::insert), but defers the search of loops.
+    /// [`work`](Self::work) does that search.
     pub fn track(&mut self, odometry: Pose2, points: &[[f64; 2]]) -> Pose2 {
         let most = self.parameters.matching.max_laser_range;
         let is_fit = |[x, y]: &&[f64; 2]| x * x + y * y <= most * most;
@@ -103,7 +107,8 @@ impl GraphSlam {
         self.newest_pose()
     }
 
-    /// Closes the last submaps and loops, and optimizes the graph. More scans may follow.
+    /// Closes the last submaps and loops, and optimizes the graph.
+    /// More scans may follow.
     pub fn finish(&mut self) {
         self.request_finish();
         while self.work() {}
@@ -115,18 +120,20 @@ impl GraphSlam {
         self.pending.extend([true, false].map(PendingWork::constraints));
     }
 
-    /// Number of scans.
+    /// Returns the number of scans.
     pub fn scans(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Returns the covariance of x, y and theta of the newest pose against its submap and the odometry, in the map frame.
+    /// Returns the covariance of x, y and theta of the newest pose.
+    /// It is against its submap and the odometry, in the map frame.
     pub fn covariance(&self) -> Matrix3<f64> {
         let turned = self.information.map(|own| se2::turned(own, self.newest_pose().theta));
         turned.and_then(|information| information.try_inverse()).unwrap_or_else(Matrix3::zeros)
     }
 
-    /// Number of scans whose odometry was taken as an error, by `max_odometry_increment`.
+    /// Returns the number of scans with an odometry error.
+    /// Errors are increments beyond `max_odometry_increment`.
     pub fn odometry_jumps(&self) -> usize {
         self.odometry_jumps
     }
@@ -141,7 +148,7 @@ impl GraphSlam {
         &self.nodes[scan].points
     }
 
-    /// The graph of poses of scans.
+    /// Returns the graph of poses of scans.
     pub fn graph(&self) -> &PoseGraph {
         &self.graph
     }
@@ -150,7 +157,8 @@ impl GraphSlam {
         self.graph.poses.last().copied().unwrap_or_default()
     }
 
-    /// Submap that new scans are matched with: the oldest that grows, or the last one if none does.
+    /// Returns the submap that new scans are matched with.
+    /// It is the oldest that grows, or the last one if none does.
     fn reference(&self) -> Option<usize> {
         let growing = self.submaps.iter().position(|submap| !submap.is_finished);
         growing.or_else(|| self.submaps.len().checked_sub(1))
@@ -189,8 +197,9 @@ impl GraphSlam {
         self.information = self.information.map(|odometry| odometry + matched);
     }
 
-    /// Places the newest scan in the map frame: beside the submap it was matched with, or beside the scan before if
-    /// that submap no longer grows, as optimizing has moved scans in it.
+    /// Places the newest scan in the map frame.
+    /// It is placed by the submap it was matched with, or by the scan before if that submap no longer grows, as
+    /// optimization has moved its scans.
     fn place_newest(&mut self) {
         let newest = self.nodes.len() - 1;
         let growing = self.reference().map(|reference| &self.submaps[reference]);

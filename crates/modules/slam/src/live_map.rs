@@ -1,4 +1,4 @@
-//! Occupancy grid of a SLAM that goes on.
+//! Occupancy grid of a running SLAM.
 
 use serde::{Deserialize, Serialize};
 use slate_grid::{Geometry, UNKNOWN_CELL};
@@ -9,12 +9,13 @@ use crate::render::{BeamCounts, extent};
 use crate::saved;
 use crate::se2;
 
-/// Cells by which a map grows beyond what a scan needs, on each side.
+/// Margin of cells by which a map grows beyond a scan's need, on each side.
 const GROWTH: i64 = 40;
-/// Change of a pose from which a scan is drawn anew, m and rad.
+/// Change of a pose from which a scan is redrawn, m and rad.
 const MOVED: [f64; 2] = [0.02, 0.005];
 
-/// Occupancy grid that grows with the scans, and is drawn anew when their poses have changed.
+/// Occupancy grid that grows with the scans.
+/// It is redrawn when their poses have changed.
 ///
 /// Drawing anew goes on beside the map that is shown, some scans at a time, and takes its place at the end.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -32,7 +33,7 @@ pub(crate) struct MapSettings {
     pub most_cells: usize,
     /// Share of beams that end in a cell from which it is occupied, percent.
     pub occupied_threshold: i8,
-    /// Scans that are drawn anew in a step.
+    /// Maximum number of scans redrawn in a step.
     pub redrawn_scans: usize,
 }
 
@@ -45,12 +46,13 @@ struct DrawnScans {
     /// Pose of each scan when it was drawn.
     #[serde(with = "saved::poses")]
     poses: Vec<Pose2>,
-    /// Whether a scan did not fit into the largest grid.
+    /// True if a scan did not fit into the largest grid.
     is_cut: bool,
 }
 
 impl LiveMap {
-    /// Draws new scans, and some of those whose poses have changed; returns whether the map that is shown has changed.
+    /// Draws new scans, and some of those whose poses have changed.
+    /// Returns true if the published map has changed.
     pub fn update<'a>(
         &mut self,
         poses: &[Pose2],
@@ -73,17 +75,17 @@ impl LiveMap {
         true
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub fn cells(&self) -> usize {
         self.shown.beams.counts.len()
     }
 
-    /// Whether scans are drawn anew.
+    /// Returns true while scans are redrawn.
     pub fn is_redrawn(&self) -> bool {
         self.redrawn.is_some()
     }
 
-    /// Whether scans are cut, as the largest grid does not hold them.
+    /// Returns true if scans are cut, as the largest grid does not hold them.
     pub fn is_cut(&self) -> bool {
         self.shown.is_cut
     }
@@ -105,7 +107,7 @@ impl LiveMap {
 }
 
 impl DrawnScans {
-    /// Draws scans that are not yet drawn, at most so many.
+    /// Draws a limited number of new scans.
     fn draw<'a>(
         &mut self,
         poses: &[Pose2],
@@ -128,7 +130,7 @@ impl DrawnScans {
         })
     }
 
-    /// Grows the grid so that it has all of a box, unless it would have too many cells.
+    /// Grows the grid to cover a box, unless it would have too many cells.
     fn cover(&mut self, [low, high]: [[f64; 2]; 2], settings: &MapSettings) {
         let cell = |value: f64| (value / settings.resolution).floor() as i64;
         let (low, high) = (low.map(cell), high.map(cell));

@@ -17,7 +17,7 @@ pub struct LogPlayerIo {
     scan: Output<LaserScan>,
     /// Raw odometry of the log, without a twist.
     odometry: Output<Odometry>,
-    /// How far it has played.
+    /// Progress of the playback.
     progress: Output<LogProgress>,
 }
 
@@ -32,7 +32,7 @@ pub struct LogProgress {
     /// Time of the log since its first line.
     #[unit("s")]
     pub time: f64,
-    /// Whether all was played.
+    /// True if all scans were played.
     pub has_ended: Bool,
 }
 
@@ -47,11 +47,12 @@ pub struct LogPlayerParams {
     field_of_view: f64,
     #[param(default = 80.0, range = 0.1..=1000.0, unit = "m", doc = "maximum range of the laser")]
     max_range: f64,
-    #[param(default = false, doc = "whether GMapping has moved the odometry of the log onto its own poses")]
+    #[param(default = false, doc = "true: GMapping has moved the odometry of the log onto its own poses")]
     is_corrected: Bool,
 }
 
-/// Plays the scans and the odometry of a log of CARMEN, one scan in a cycle at most, none left out.
+/// Player of a CARMEN log: its scans and odometry.
+/// It plays one scan in a cycle at most, and leaves none out.
 ///
 /// With a scan comes the odometry at it. After the last line the odometry stands still.
 pub struct LogPlayer;
@@ -59,12 +60,12 @@ pub struct LogPlayer;
 /// State of [`LogPlayer`].
 #[derive(Default, Serialize, Deserialize)]
 pub struct LogPlayerState {
-    /// When it began, s.
+    /// Start time of the playback, s.
     began: Option<f64>,
     /// Scans and lines of the odometry that were played.
     scans: usize,
     lines: usize,
-    /// The log and the file it was read from, or what is wrong with it; read again after a restart.
+    /// Log and its file, or the error in it; read again after a restart.
     #[serde(skip)]
     log: Option<(String, Option<LaserLog>)>,
 }

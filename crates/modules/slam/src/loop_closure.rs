@@ -18,16 +18,16 @@ use crate::surface_map::SurfaceMap;
 const SPACING: f64 = 3.0;
 /// Farthest that a scan fits beside where its submap does, m and rad.
 const CONSISTENT: [f64; 2] = [0.25, 0.05];
-/// Points of a scan that are matched with another submap than its own: of so many, one.
+/// Thinning of a scan's points against another submap: one of so many.
 const THINNED: usize = 2;
-/// Scans of a unit of work that are looked at, and that are matched.
+/// Numbers of scans of a unit of work that are examined, and matched.
 const LOOKS: usize = 500;
 const MATCHES: usize = 8;
 
 impl GraphSlam {
-    /// Makes a unit of the work that [`track`](Self::track) and [`request_finish`](Self::request_finish) have left: a
-    /// submap is searched in another one, a few scans are matched with one, or the graph is optimized. Returns whether
-    /// more is left.
+    /// Does a unit of the deferred work; returns true if more is left.
+    /// [`track`](Self::track) and [`request_finish`](Self::request_finish) defer it. In a unit, a submap is searched in
+    /// another one, a few scans are matched with one, or the graph is optimized.
     pub fn work(&mut self) -> bool {
         let left = match self.pending.pop_front() {
             None => None,
@@ -42,13 +42,13 @@ impl GraphSlam {
         !self.pending.is_empty()
     }
 
-    /// Whether work is left.
+    /// Returns true if work is left.
     pub fn has_work(&self) -> bool {
         !self.pending.is_empty()
     }
 
-    /// Searches a submap in the next earlier one near it; returns what is left of the search. After the last one, the
-    /// graph is optimized.
+    /// Searches a submap in the next earlier one near it.
+    /// Returns the remaining search. After the last one, the graph is optimized.
     pub(crate) fn search_loop(&mut self, mut search: LoopSearch) -> Option<LoopSearch> {
         let LoopSearch { submap, other, .. } = search;
         let Some(near) = (other..submap).find(|other| self.may_close(submap, *other)) else {
@@ -67,13 +67,13 @@ impl GraphSlam {
         Some(search)
     }
 
-    /// Whether a submap may close a loop with an earlier one.
+    /// Returns true if a submap may close a loop with an earlier one.
     fn may_close(&self, submap: usize, other: usize) -> bool {
         let (earlier, later) = (self.submaps[other].nodes(), self.submaps[submap].nodes());
         earlier.end <= later.start && self.is_near(submap, other)
     }
 
-    /// Whether a scan of one is near one of the other.
+    /// Returns true if a scan of one submap is near one of the other.
     fn is_near(&self, submap: usize, other: usize) -> bool {
         let most = self.parameters.loops.max_distance;
         let poses = &self.graph.poses;
@@ -118,7 +118,8 @@ impl GraphSlam {
         self.graph.constraints.extend(constraints);
     }
 
-    /// Constraint between a submap and a scan, from a guess of the scan's pose in it; `None` if it does not fit there.
+    /// Returns the constraint between a submap and a scan.
+    /// It starts from a guess of the scan's pose in the submap; `None` if the scan does not fit there.
     fn constraint(&self, submap: usize, node: usize, guess: Pose2, is_rough: bool) -> Option<Constraint> {
         let submap = &self.submaps[submap];
         let points: Vec<[f64; 2]> = self.nodes[node].points.iter().step_by(THINNED).copied().collect();
@@ -135,8 +136,9 @@ impl GraphSlam {
         })
     }
 
-    /// Matches some scans with submaps near them, from the poses that are known; returns what is left of the search. After
-    /// the last one, the constraints take the place of those of earlier searches, and the graph is optimized.
+    /// Matches some scans with submaps near them, from the known poses.
+    /// Returns the remaining search. After the last one, the constraints replace those of earlier searches, and the
+    /// graph is optimized.
     pub(crate) fn search_constraints(&mut self, mut search: ConstraintSearch) -> Option<ConstraintSearch> {
         let (mut looks, mut matches) = (0, 0);
         while search.submap < self.submaps.len() {
@@ -159,8 +161,8 @@ impl GraphSlam {
         None
     }
 
-    /// Constraint between a submap and a scan of others, from their poses: `None` if it is not near, and inside of it
-    /// `None` if it does not fit.
+    /// Returns the constraint between a submap and a scan of others.
+    /// It starts from their poses: `None` if the scan is not near, and inside of it `None` if it does not fit.
     fn constraint_beside(&self, submap: usize, node: usize, is_rough: bool) -> Option<Option<Constraint>> {
         let poses = &self.graph.poses;
         let nodes = self.submaps[submap].nodes();

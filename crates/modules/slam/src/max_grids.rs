@@ -2,24 +2,28 @@
 
 use crate::surface_map::SurfaceMap;
 
-/// Likelihoods of points near surfaces, and of each level k the maximum over squares of 2^k cells (Hess, Kohler, Rapp
-/// and Andor, 2016, *Real-time loop closure in 2D LIDAR SLAM*, section V-B).
+/// Likelihood grids of points near surfaces, by level for branch and bound.
+/// Level k has the maximum over squares of 2^k cells (Hess, Kohler, Rapp and Andor, 2016, *Real-time loop closure in 2D
+/// LIDAR SLAM*, section V-B).
 #[derive(Clone, Debug)]
 pub(crate) struct MaxGrids {
     /// Column and row of the first cell.
     low: [i32; 2],
     size: [usize; 2],
-    /// Likelihoods from 0 to 255 by level; that of a cell is the maximum over the square of which it is the lower left.
+    /// Likelihoods from 0 to 255 by level.
+    /// That of a cell is the maximum over the square of which it is the lower left.
     levels: Vec<Vec<u8>>,
 }
 
 /// Reach of the kernel, cells.
 const REACH: i32 = 3;
-/// Likelihood beside a surface by the squared distance in cells: a normal distribution of standard deviation 1.2 cells.
+/// Likelihood beside a surface by the squared distance in cells.
+/// A normal distribution of standard deviation 1.2 cells.
 const KERNEL: [u8; 10] = [255, 180, 127, 0, 64, 45, 0, 0, 16, 11];
 
 impl MaxGrids {
-    /// Makes the grids of a map within a range of columns and rows, with that many levels, at least 1.
+    /// Computes the grids of a map within a range of columns and rows.
+    /// `levels` is their number, at least 1.
     pub fn new(map: &SurfaceMap, bounds: Option<[[i32; 2]; 2]>, levels: usize) -> Self {
         let mut places: Vec<[i32; 2]> = map.cells().map(|(place, _)| place).collect();
         if let Some([low, high]) = bounds {
@@ -77,12 +81,12 @@ impl MaxGrids {
         self.levels.push(level);
     }
 
-    /// Number of cells of all levels.
+    /// Returns the number of cells of all levels.
     pub fn cells(&self) -> usize {
         self.levels.iter().map(Vec::len).sum()
     }
 
-    /// Number of levels.
+    /// Returns the number of levels.
     pub fn levels(&self) -> usize {
         self.levels.len()
     }

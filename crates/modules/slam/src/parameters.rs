@@ -15,11 +15,13 @@ pub struct MatchingParameters {
     pub search_distance: f64,
     /// Farthest that the odometry's prediction is wrong between two scans, rad.
     pub search_angle: f64,
-    /// Distance to the nearest surfaces of the map within which a point belongs to them, m.
+    /// Correspondence distance of a point to the map's surfaces, m.
+    /// A point belongs to surfaces within it.
     pub correspondence_distance: f64,
-    /// Least share of points on surfaces of a match; a scan of fewer goes where the odometry says.
+    /// Least share of inliers of a match.
+    /// A scan of fewer is placed by the odometry.
     pub min_inliers: f64,
-    /// Translation of the odometry between two scans beyond which it is taken as an error, m.
+    /// Odometry translation between two scans that counts as an error, m.
     pub max_odometry_increment: f64,
 }
 
@@ -80,7 +82,8 @@ pub struct LoopClosureParameters {
     pub min_score: f64,
     /// Least share of a scan's points on surfaces of the other submap, 0 to 1.
     pub min_inliers: f64,
-    /// Squared Mahalanobis distance from which dynamic covariance scaling weakens a loop closure.
+    /// Parameter of dynamic covariance scaling of loop closures.
+    /// Squared Mahalanobis distance from which it weakens a loop closure.
     pub robust_kernel: f64,
 }
 
@@ -119,7 +122,8 @@ pub struct ParticleSlamParameters {
     pub particles: usize,
     /// Poses that are weighed for the proposal of each particle.
     pub samples: usize,
-    /// Number of points that count as one in the likelihood of a scan, as their errors are not independent.
+    /// Number of points that count as one in the likelihood of a scan.
+    /// Their errors are not independent.
     pub likelihood_gain: f64,
 }
 
@@ -135,12 +139,12 @@ impl Default for ParticleSlamParameters {
     }
 }
 
-/// A parameter that no SLAM can have.
+/// Parameter that no SLAM can have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InvalidSlamParameter {
-    /// Its name.
+    /// Name of the parameter.
     pub name: &'static str,
-    /// Its values.
+    /// Valid values of the parameter.
     pub expected: &'static str,
 }
 

@@ -14,11 +14,13 @@ use crate::scan_matcher::match_scan;
 use crate::se2;
 use crate::surface_map::SurfaceMap;
 
-/// Points of a scan that are matched and weighed by each particle: of so many, one.
+/// Thinning of a scan's points for each particle: one of so many.
+/// These points are matched and weighed.
 const THINNED: usize = 2;
 
-/// 2D laser SLAM with a Rao-Blackwellized particle filter (Grisetti, Stachniss and Burgard, 2007, *Improved techniques
-/// for grid mapping with Rao-Blackwellized particle filters*, algorithm 1).
+/// 2D laser SLAM with a Rao-Blackwellized particle filter.
+/// Grisetti, Stachniss and Burgard, 2007, *Improved techniques for grid mapping with Rao-Blackwellized particle
+/// filters*, algorithm 1.
 ///
 /// Each particle has a map of its own, whose tiles particles of one origin share until one changes them. Its pose is
 /// drawn from a normal distribution around the best match of the scan, and particles are resampled only while their
@@ -44,7 +46,7 @@ struct MapParticle {
 }
 
 impl ParticleSlam {
-    /// Makes a filter without scans.
+    /// Returns a filter without scans.
     ///
     /// # Errors
     /// A parameter that no SLAM can have.
@@ -59,8 +61,9 @@ impl ParticleSlam {
         Ok(Self { parameters, odometry: Pose2::default(), odometry_jumps: 0, particles, scans: Vec::new() })
     }
 
-    /// Inserts a scan: the pose of the odometry, and the ends of beams in the robot's frame, m. Returns the pose of the
-    /// heaviest particle in the map frame, which is that of the first scan.
+    /// Inserts a scan; returns the heaviest particle's pose in the map frame.
+    /// A scan is the pose of the odometry, and the ends of beams in the robot's frame, m. The map frame is that of the
+    /// first scan.
     ///
     /// Points that are not finite or beyond `max_laser_range` are left out. An odometry that is unknown counts as that
     /// of the scan before; beyond `max_odometry_increment` from that one, no motion is assumed.
@@ -90,12 +93,13 @@ impl ParticleSlam {
         self.heaviest().map_or(Pose2::default(), MapParticle::pose)
     }
 
-    /// Number of scans.
+    /// Returns the number of scans.
     pub fn scans(&self) -> usize {
         self.scans.len()
     }
 
-    /// Number of scans whose odometry was taken as an error, by `max_odometry_increment`.
+    /// Returns the number of scans with an odometry error.
+    /// Errors are increments beyond `max_odometry_increment`.
     pub fn odometry_jumps(&self) -> usize {
         self.odometry_jumps
     }
@@ -116,7 +120,8 @@ impl ParticleSlam {
         1.0 / weights.iter().map(|weight| weight * weight).sum::<f64>()
     }
 
-    /// Returns the covariance of x, y and theta of the particles around the newest pose, in the map frame.
+    /// Returns the covariance of x, y and theta of the particles.
+    /// It is around the newest pose, in the map frame.
     pub fn covariance(&self) -> Matrix3<f64> {
         let pose = self.heaviest().map_or(Pose2::default(), MapParticle::pose);
         let spread = self.particles.iter().zip(self.weights()).map(|(particle, weight)| {
@@ -128,7 +133,8 @@ impl ParticleSlam {
         spread.fold(Matrix3::zeros(), |sum, one| sum + one)
     }
 
-    /// Increment by which the heaviest particle fits its map best: a search for each of them would find much the same.
+    /// Returns the increment by which the heaviest particle fits its map best.
+    /// A search for each particle would find almost the same.
     fn match_heaviest(&self, increment: &ScanIncrement, points: &[[f64; 2]]) -> Pose2 {
         let Some(particle) = self.heaviest() else { return increment.pose };
         let here = particle.pose();
@@ -154,7 +160,8 @@ impl ParticleSlam {
         weights.into_iter().map(|weight| weight / sum).collect()
     }
 
-    /// Draws particles by their weights with low variance (*Probabilistic Robotics*, table 4.4), if few are effective.
+    /// Low-variance resampling, if few particles are effective.
+    /// *Probabilistic Robotics*, table 4.4.
     fn resample(&mut self, random: &mut Random) {
         let count = self.particles.len();
         if self.effective_number() > count as f64 / 2.0 {
@@ -180,8 +187,8 @@ impl MapParticle {
         self.poses.last().copied().unwrap_or_default()
     }
 
-    /// Draws the next pose from the proposal, and weighs the particle: from the increment of the odometry, and from one
-    /// by which the scan fits.
+    /// Draws the next pose from the proposal, and weighs the particle.
+    /// The proposal starts from the increment of the odometry, and from one by which the scan fits.
     fn advance(
         &mut self,
         increment: &ScanIncrement,

@@ -1,4 +1,4 @@
-//! Work of graph SLAM that takes longer than a scan may.
+//! Deferred work of graph SLAM, longer than a scan permits.
 
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +29,8 @@ pub(crate) struct LoopSearch {
 /// Match of every scan with every submap near it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ConstraintSearch {
-    /// Whether poses are as loop closure has found them, and not yet by such a search.
+    /// True while poses come from loop closure alone.
+    /// Such a search has not refined them yet.
     pub is_rough: bool,
     /// First submap and scan that were not matched.
     pub submap: usize,

@@ -26,7 +26,8 @@ pub struct Constraint {
     pub relative: Pose2,
     /// Inverse covariance of x, y and theta of the measurement.
     pub information: Matrix3<f64>,
-    /// Whether it may be wrong, as loop closures may, so that a robust kernel weighs it.
+    /// True for a constraint weighed by a robust kernel.
+    /// It may be wrong, as loop closures may.
     pub is_robust: bool,
 }
 
@@ -36,14 +37,16 @@ pub struct PoseGraph {
     /// Poses in the map frame; the first one is held.
     #[serde(with = "saved::poses")]
     pub poses: Vec<Pose2>,
-    /// Constraints; those of poses that do not exist, or with numbers that are not finite, are left out.
+    /// Constraints of the graph.
+    /// Those of poses that do not exist, or with numbers that are not finite, are left out.
     pub constraints: Vec<Constraint>,
 }
 
-/// How an optimization ended.
+/// Result of an optimization.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Optimization {
-    /// Cost before: half the sum of squared Mahalanobis distances, robust ones by their kernel.
+    /// Cost before: half the sum of squared Mahalanobis distances.
+    /// Robust ones count by their kernel.
     pub before: f64,
     /// Cost after.
     pub after: f64,
@@ -52,8 +55,8 @@ pub struct Optimization {
 }
 
 impl PoseGraph {
-    /// Moves the poses to a least cost by Levenberg and Marquardt's method on SE(2) (Grisetti, Kuemmerle, Stachniss and
-    /// Burgard, 2010, *A tutorial on graph-based SLAM*).
+    /// Minimizes the cost by Levenberg and Marquardt's method on SE(2).
+    /// Grisetti, Kuemmerle, Stachniss and Burgard, 2010, *A tutorial on graph-based SLAM*.
     ///
     /// Robust constraints are weighed by dynamic covariance scaling with that `kernel`, the squared Mahalanobis
     /// distance from which they lose weight (Agarwal et al., 2013, *Robust map optimization using dynamic covariance
@@ -103,14 +106,14 @@ fn shift(pose: Pose2, step: &Vector3<f64>) -> Pose2 {
     Pose2 { x: pose.x + step.x, y: pose.y + step.y, theta: math::wrap_angle(pose.theta + step.z) }
 }
 
-/// Difference between a constraint's poses and its measurement.
+/// Returns the difference between a constraint's poses and its measurement.
 fn error(poses: &[Pose2], constraint: &Constraint) -> Vector3<f64> {
     let found = se2::relative(poses[constraint.from], poses[constraint.to]);
     let Pose2 { x, y, theta } = constraint.relative;
     Vector3::new(found.x - x, found.y - y, math::angle_between(theta, found.theta))
 }
 
-/// Squared Mahalanobis distance, and the weight of the constraint.
+/// Returns the squared Mahalanobis distance, and the weight of the constraint.
 fn weight(constraint: &Constraint, error: &Vector3<f64>, kernel: f64) -> (f64, f64) {
     let square = error.dot(&(constraint.information * error));
     if !constraint.is_robust || square <= kernel {
@@ -130,7 +133,8 @@ fn cost(poses: &[Pose2], constraints: &[Constraint], kernel: f64) -> f64 {
     costs.sum()
 }
 
-/// Fills the matrix with the normal equations at the poses, and returns their right-hand side.
+/// Fills the matrix with the normal equations at the poses.
+/// Returns their right-hand side.
 fn linearize(
     matrix: &mut BlockCholesky,
     poses: &[Pose2],

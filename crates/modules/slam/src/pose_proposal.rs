@@ -15,7 +15,8 @@ pub(crate) struct PoseProposal {
 }
 
 impl PoseProposal {
-    /// Makes a distribution; one of unit covariance if the precision has no inverse.
+    /// Returns a distribution.
+    /// It has unit covariance if the precision has no inverse.
     pub fn new(center: Pose2, precision: Matrix3<f64>) -> Self {
         match precision.try_inverse().and_then(|covariance| covariance.cholesky()) {
             Some(root) => Self { center, precision, root: root.l() },
@@ -34,7 +35,8 @@ impl PoseProposal {
         Pose2 { x: x + offset.x, y: y + offset.y, theta: math::wrap_angle(theta + offset.z) }
     }
 
-    /// Logarithm of the density at an offset, but for the constant that all normal distributions share.
+    /// Returns the logarithm of the density at an offset, without its constant.
+    /// The constant is common to all normal distributions.
     pub fn log_density(&self, offset: Vector3<f64>) -> f64 {
         let log_volume: f64 = self.root.diagonal().iter().map(|value| math::ln(*value)).sum();
         -0.5 * offset.dot(&(self.precision * offset)) - log_volume
@@ -66,13 +68,13 @@ impl Moments {
         spread.map_or(mean, |root| mean + root.l() * normal(random))
     }
 
-    /// Logarithm of the mean weight.
+    /// Returns the logarithm of the mean weight.
     pub fn log_mean_weight(&self) -> f64 {
         let (most, sum) = self.largest_and_sum();
         most + math::ln(sum / self.samples.len() as f64)
     }
 
-    /// The largest logarithm of a weight, and the sum of weights by which it is 1.
+    /// Returns the largest log weight, and the sum of weights relative to it.
     fn largest_and_sum(&self) -> (f64, f64) {
         let most = self.samples.iter().map(|(_, log)| *log).fold(f64::NEG_INFINITY, math::max);
         (most, self.samples.iter().map(|(_, log)| math::exp(*log - most)).sum())
@@ -87,7 +89,8 @@ fn normal(random: &mut Random) -> Vector3<f64> {
 mod tests {
     use super::*;
 
-    /// Mean weight of the samples of a proposal whose inverse covariance is that, for a target of inverse covariance 1.
+    /// Returns the mean weight of the samples of a proposal.
+    /// `precision` is the proposal's inverse covariance, for a target of inverse covariance 1.
     fn log_mean_weight(precision: Matrix3<f64>) -> f64 {
         let proposal = PoseProposal::new(Pose2::default(), precision);
         let mut random = Random::new(1, "proposal");

@@ -7,26 +7,27 @@ use slate_module::math;
 use crate::se2;
 use crate::surface_map::SurfaceMap;
 
-/// Standard deviation of a point beside its surface, m: larger than the noise of the laser, as errors of neighbouring
-/// points are not independent.
+/// Standard deviation of a point beside its surface, m.
+/// It is larger than the noise of the laser, as errors of neighbouring points are not independent.
 const SIGMA: f64 = 0.1;
 /// Standard deviation of a point beside its surface in the likelihood of a scan, m.
 const LIKELIHOOD_SIGMA: f64 = 0.05;
 /// Residual at which a point has a quarter of its weight (Geman and McClure), m.
 const ROBUST_SCALE: f64 = 0.06;
-/// Largest ratio of variances across and along a surface of which the normal is known.
+/// Largest ratio of variances across and along a surface with a known normal.
 const STRAIGHT: f64 = 0.2;
-/// Weight of a point beside something of no direction, as a corner is, against one beside a surface.
+/// Weight of a point without a surface direction, such as a corner.
+/// It is relative to that of a point beside a surface.
 const POINT_WEIGHT: f64 = 0.1;
-/// Most iterations of Gauss-Newton.
+/// Maximum number of Gauss-Newton iterations.
 const ITERATIONS: usize = 12;
 /// Change of a pose below which it counts as found, m and rad.
 const CONVERGED: f64 = 1e-4;
 
-/// How a pose fits.
+/// Fit of a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Refined {
-    /// In the map's frame.
+    /// Pose in the map's frame.
     pub pose: Pose2,
     /// Inverse covariance of x, y and theta by the points alone, without the prior.
     pub information: Matrix3<f64>,
@@ -34,24 +35,25 @@ pub(crate) struct Refined {
     pub inliers: f64,
 }
 
-/// A prior of a pose: its mean, and its inverse covariance.
+/// Prior of a pose: its mean, and its inverse covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PosePrior {
     pub mean: Pose2,
     pub information: Matrix3<f64>,
 }
 
-/// A point's residual: its distance from a surface along up to two directions.
+/// Point's residual: its distance from a surface along up to two directions.
 struct Residual {
     directions: [[f64; 2]; 2],
     distances: [f64; 2],
-    /// Of each direction.
+    /// Weight of each direction.
     weights: [f64; 2],
 }
 
-/// Refines a pose by Gauss-Newton on the distances of points to the lines through nearby ones of the map (point to
-/// line: Censi, 2008, *An ICP variant using a point-to-line metric*; lines are least-squares fits weighed by distance,
-/// moving least squares). `radius` is how far surfaces are seen, m.
+/// Refines a pose by Gauss-Newton on point-to-line distances.
+/// Lines go through nearby points of the map (point to line: Censi, 2008, *An ICP variant using a point-to-line
+/// metric*; they are least-squares fits weighed by distance, moving least squares). `radius` is the reach of surfaces,
+/// m.
 pub(crate) fn refine(
     map: &SurfaceMap,
     points: &[[f64; 2]],
@@ -126,7 +128,8 @@ impl NormalEquations {
     }
 }
 
-/// Returns how far a point is from the map's surface; `None` if none is within the radius.
+/// Returns the distance of a point from the map's surface.
+/// `None` if none is within the radius.
 fn residual(map: &SurfaceMap, point: [f64; 2], radius: f64) -> Option<Residual> {
     let low = map.place([point[0] - radius, point[1] - radius]);
     let high = map.place([point[0] + radius, point[1] + radius]);

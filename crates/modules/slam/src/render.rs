@@ -10,10 +10,10 @@ use crate::se2;
 /// Width of the unknown border of a map, cells.
 const BORDER: f64 = 2.0;
 
-/// Returns the occupancy grid of scans, each with its pose in the map frame and its points in the robot's frame: the
-/// share of beams that end in a cell among those that reach it (counting model: Burgard, Stachniss and Haehnel, 2007,
-/// *Mobile robot map learning from range data in dynamic environments*). `None` without points, or if it has more cells
-/// than `most`.
+/// Returns the occupancy grid of scans with known poses (counting model).
+/// Each scan has its pose in the map frame and its points in the robot's frame. A cell's value is the share of beams
+/// that end in it among those that reach it (Burgard, Stachniss and Haehnel, 2007, *Mobile robot map learning from
+/// range data in dynamic environments*). `None` without points, or if it has more cells than `most`.
 pub fn occupancy_map<'a>(
     scans: impl Iterator<Item = (Pose2, &'a [[f64; 2]])> + Clone,
     resolution: f64,
@@ -37,7 +37,8 @@ pub fn occupancy_map<'a>(
     Some(OccupancyMap { geometry: counts.geometry, cells: counts.shares().collect() })
 }
 
-/// Least and greatest coordinates of a scan at a pose, its own place among them, m.
+/// Returns the bounding box of a scan at a pose, m.
+/// The position of the pose is inside of it.
 pub(crate) fn extent(pose: Pose2, points: &[[f64; 2]]) -> [[f64; 2]; 2] {
     let (mut low, mut high) = ([pose.x, pose.y], [pose.x, pose.y]);
     for point in se2::transform_all(pose, points) {
@@ -53,7 +54,7 @@ pub(crate) fn extent(pose: Pose2, points: &[[f64; 2]]) -> [[f64; 2]; 2] {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct BeamCounts {
     pub geometry: Geometry,
-    /// Of each cell: those that end there, and all.
+    /// Beams of each cell: those that end in it, and all.
     pub counts: Vec<[u32; 2]>,
 }
 
@@ -81,7 +82,8 @@ impl BeamCounts {
         }
     }
 
-    /// Share of beams that end in each cell, percent; [`UNKNOWN_CELL`] where none has come.
+    /// Returns the share of beams that end in each cell, percent.
+    /// [`UNKNOWN_CELL`] for a cell that no beam reaches.
     pub fn shares(&self) -> impl Iterator<Item = i8> {
         self.counts.iter().map(|[hits, all]| match all {
             0 => UNKNOWN_CELL,

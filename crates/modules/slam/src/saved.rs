@@ -3,7 +3,7 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use slate_interfaces::Pose2;
 
-/// A pose, for `#[serde(with)]`.
+/// Pose, for `#[serde(with)]`.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Pose2")]
 pub(crate) struct SavedPose {

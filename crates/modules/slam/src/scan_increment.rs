@@ -10,17 +10,17 @@ use crate::se2;
 /// Motion between two scans by the odometry.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ScanIncrement {
-    /// In the frame where it begins.
+    /// Increment in the frame of its start.
     pub pose: Pose2,
     /// Inverse covariance of x, y and theta in that frame.
     pub information: Matrix3<f64>,
-    /// Whether the odometry jumped, so that no motion is assumed.
+    /// True if the odometry jumped; no motion is then assumed.
     pub is_jump: bool,
 }
 
 impl ScanIncrement {
-    /// Returns the increment between two poses; beyond `max_odometry_increment`, no motion with the uncertainty of one
-    /// of that length.
+    /// Returns the increment between two poses.
+    /// Beyond `max_odometry_increment`, it is no motion with the uncertainty of one of that length.
     pub fn between(from: Pose2, to: Pose2, matching: &MatchingParameters, drift: &OdometryDrift) -> Self {
         let pose = se2::relative(from, to);
         let most = matching.max_odometry_increment;
@@ -34,7 +34,8 @@ impl ScanIncrement {
 }
 
 impl OdometryDrift {
-    /// Inverse covariance of x, y and theta after an increment, in the frame where it begins.
+    /// Returns the inverse covariance of x, y and theta after an increment.
+    /// It is in the frame where the increment begins.
     fn information(&self, increment: Pose2) -> Matrix3<f64> {
         let square = |value: f64| value * value;
         let length = math::hypot(increment.x, increment.y);

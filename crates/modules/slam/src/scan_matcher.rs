@@ -15,8 +15,8 @@ const LEVELS: usize = 4;
 /// Part of its score that a pose at the border of the search loses.
 const PENALTY: f64 = 0.3;
 
-/// Matches a scan with a map near a predicted pose in the map's frame: a correlative search, then a refinement with the
-/// prediction as a prior.
+/// Matches a scan with a map near a predicted pose in the map's frame.
+/// A correlative search is followed by a refinement with the prediction as a prior.
 pub(crate) fn match_scan(
     map: &SurfaceMap,
     points: &[[f64; 2]],

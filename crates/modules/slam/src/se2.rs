@@ -4,7 +4,8 @@ use nalgebra::Matrix3;
 use slate_interfaces::Pose2;
 use slate_module::math;
 
-/// Returns the pose that `second`, in the frame of `first`, has in the frame of `first` itself.
+/// Returns the composition of `first` and `second`.
+/// `second` is in the frame of `first`; the result is in the parent frame of `first`.
 pub fn compose(first: Pose2, second: Pose2) -> Pose2 {
     let [x, y] = transform(first, [second.x, second.y]);
     Pose2 { x, y, theta: math::wrap_angle(first.theta + second.theta) }
@@ -33,14 +34,15 @@ pub(crate) fn transform_all(pose: Pose2, points: &[[f64; 2]]) -> impl Iterator<I
     points.iter().map(move |[x, y]| [pose.x + x * cosine - y * sine, pose.y + x * sine + y * cosine])
 }
 
-/// Inverse covariance of x, y and theta in a frame in which that of `information` is turned by an angle.
+/// Returns the inverse covariance of x, y and theta in a rotated frame.
+/// The frame of `information` is turned by the angle in it.
 pub(crate) fn turned(information: Matrix3<f64>, angle: f64) -> Matrix3<f64> {
     let (sine, cosine) = (math::sin(angle), math::cos(angle));
     let rotation = Matrix3::new(cosine, -sine, 0.0, sine, cosine, 0.0, 0.0, 0.0, 1.0);
     rotation * information * rotation.transpose()
 }
 
-/// Distance between two poses, m.
+/// Returns the distance between two poses, m.
 pub(crate) fn distance(a: Pose2, b: Pose2) -> f64 {
     math::hypot(b.x - a.x, b.y - a.y)
 }

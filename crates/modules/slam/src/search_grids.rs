@@ -8,7 +8,8 @@ const LEVELS: usize = 7;
 /// Cells of the grids that are kept, a byte each.
 const MOST_CELLS: usize = 1 << 27;
 
-/// Grids for the search of loops, made when they are used; those used least recently leave when memory is short.
+/// Cache of grids for the search of loops, made on use.
+/// Those used least recently are dropped when memory is short.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SearchGrids {
     /// Submaps with their grids, that used last at the end.

@@ -6,7 +6,7 @@ use slate_interfaces::Pose2;
 use crate::se2;
 use crate::surface_map::SurfaceMap;
 
-/// Surfaces that a number of successive scans have seen, in the frame of the first one.
+/// Submap: surfaces seen by successive scans, in the frame of the first one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Submap {
     pub map: SurfaceMap,
@@ -14,7 +14,7 @@ pub(crate) struct Submap {
     pub anchor: usize,
     /// Number of scans, which are successive.
     pub scans: usize,
-    /// Whether it has all of them.
+    /// True if the submap has all its scans.
     pub is_finished: bool,
 }
 

@@ -11,8 +11,8 @@ const MOST_HITS: f32 = 64.0;
 /// Tiles beyond which a map does not grow: points that are farther away are errors.
 const MOST_TILES: i64 = 1 << 22;
 
-/// Points of scans in cells, each with the mean of its points, in tiles that copies of the map share until one changes
-/// them.
+/// Surface map: points of scans in cells, each with the mean of its points.
+/// Cells are in tiles that copies of the map share until one changes them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SurfaceMap {
     /// Edge length of a cell, m.
@@ -35,7 +35,8 @@ pub(crate) struct SurfaceCell {
 #[derive(Clone, Debug, PartialEq)]
 struct Tile(Arc<[SurfaceCell; (SIDE * SIDE) as usize]>);
 
-/// A copy for each map that shares the tile: a restored map is equal, and takes more memory.
+/// Serializes a tile once for each map that shares it.
+/// A restored map is equal, and takes more memory.
 impl Serialize for Tile {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.0.as_slice().serialize(serializer)
@@ -81,7 +82,8 @@ impl SurfaceMap {
         }
     }
 
-    /// Returns the index of a tile, which the map then has room for; `None` if it is too far away.
+    /// Returns the index of a tile, after growing the map to hold it.
+    /// `None` if it is too far away.
     fn grow_to(&mut self, tile: [i32; 2]) -> Option<usize> {
         if let Some(at) = self.index(tile) {
             return Some(at);
@@ -114,7 +116,8 @@ impl SurfaceMap {
         is_inside.then(|| up as usize * self.size[0] as usize + right as usize)
     }
 
-    /// Calls `visit` with each cell that has points in a range of columns and rows, its ends included.
+    /// Calls `visit` with each cell that has points in a range, ends included.
+    /// The range is one of columns and rows.
     #[inline]
     pub fn for_each_near(&self, low: [i32; 2], high: [i32; 2], mut visit: impl FnMut(&SurfaceCell)) {
         let tiles = |axis: usize| low[axis].div_euclid(SIDE)..=high[axis].div_euclid(SIDE);

@@ -1,11 +1,11 @@
-//! Precision and recall of the detection of victims in rendered images of random rooms:
-//! `cargo run --release -p slate-vision --example victim_accuracy -- 200 1000`, with the number of rooms and the first seed. Images
-//! with mistakes are written as PPM into a folder that is named behind that.
+//! Precision and recall of victim detection in rendered images of random rooms.
+//! Run it with `cargo run --release -p slate-vision --example victim_accuracy -- 200 1000`, with the number of rooms
+//! and the first seed. Images with mistakes are written as PPM into a folder that is named behind that.
 //!
 //! A victim counts when it is at most 4 m away and at least 60 % of it is in the image and before everything else. A detection
 //! is right when its middle is in the box of a victim of which anything is seen.
 
-// Wall time is what is measured here.
+// Wall time is measured here.
 #![allow(clippy::disallowed_methods)]
 
 use std::error::Error;
@@ -26,7 +26,7 @@ use slate_vision::VictimDetector;
 
 /// Half a side of the room, m.
 const HALF: f64 = 4.0;
-/// Where a victim must be found, m.
+/// Range within which a victim must be found, m.
 const REACH: f64 = 4.0;
 /// Share of a victim that must be seen.
 const SHARE: f64 = 0.6;
@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 struct Counts {
     /// Victims that must be found.
     required: usize,
-    /// Those of them that are.
+    /// Number of them that were found.
     found: usize,
     /// Detections of victims.
     right: usize,
@@ -76,7 +76,7 @@ impl Counts {
     }
 }
 
-/// A room with a robot in it.
+/// Room with a robot in it.
 struct Room {
     world: World,
     pose: Pose,
@@ -155,7 +155,7 @@ impl Room {
         Self { world, pose, pan, steps }
     }
 
-    /// An image of the robot's camera in a world.
+    /// Returns an image of the robot's camera in a world.
     fn image(&self, world: &World, camera: &CameraDescription, seed: u64) -> Result<Vec<u8>, Box<dyn Error>> {
         let mut description = RobotDescription::load("pioneer_p3dx")?;
         description.sonar.clear();
@@ -170,7 +170,7 @@ impl Room {
     }
 }
 
-/// A place at least a metre from the middle.
+/// Returns a place at least a metre from the middle.
 fn away(random: &mut Random) -> [f64; 2] {
     loop {
         let (x, y) = (random.uniform(-3.5, 3.5), random.uniform(-3.5, 3.5));
@@ -197,7 +197,7 @@ fn victim(seed: u64, number: u32, random: &mut Random) -> VictimDescription {
     VictimDescription { name: format!("victim {seed} {number}"), position, theta, posture, waves }
 }
 
-/// What is seen of a victim: number of pixels and their box.
+/// Visible part of a victim: number of pixels and their box.
 struct Seen {
     pixels: usize,
     corners: [usize; 4],
@@ -274,7 +274,7 @@ fn distance(room: &Room, victim: &VictimDescription) -> f64 {
     (x * x + y * y).sqrt()
 }
 
-/// Whether a part of a victim may be in the image.
+/// Returns true if a part of a victim may be in the image.
 fn is_ahead(room: &Room, victim: &VictimDescription) -> bool {
     let bearing = atan2(victim.position[1] - room.pose.y, victim.position[0] - room.pose.x);
     let off = slate_module::math::angle_between(room.pose.theta + room.pan, bearing);

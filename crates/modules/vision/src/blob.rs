@@ -2,7 +2,7 @@
 
 use slate_interfaces::Image;
 
-/// A detected blob.
+/// Detected blob.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Blob {
     /// Center, pixels from the left and from the top.
@@ -20,7 +20,7 @@ pub(crate) struct Search {
     open: Vec<(u32, u32)>,
 }
 
-/// From 0 to 1.
+/// Returns the brightness of a pixel, from 0 to 1.
 fn brightness(image: &Image, x: u32, y: u32) -> f64 {
     let size = image.format.pixel_size();
     let start = x as usize * size;
@@ -30,7 +30,8 @@ fn brightness(image: &Image, x: u32, y: u32) -> f64 {
 }
 
 impl Search {
-    /// Finds the 4-connected pixels about the brightest one with at least `share` of its brightness.
+    /// Finds the 4-connected blob about the brightest pixel.
+    /// Its pixels have at least `share` of that brightness.
     ///
     /// `None` for a black image; of equally bright pixels the topmost counts.
     pub fn brightest(&mut self, image: &Image, share: f64) -> Option<Blob> {
@@ -85,7 +86,7 @@ mod tests {
     use super::*;
     use crate::pattern;
 
-    /// An image of those pixels.
+    /// Returns an image of those pixels.
     fn with_image<R>(
         width: u32,
         height: u32,

@@ -1,4 +1,5 @@
-//! Cameras of a vision master. A capture takes no lock: cameras are only added, and each has a pool of readers.
+//! Cameras of a vision master.
+//! A capture takes no lock: cameras are only added, and each has a pool of readers.
 
 use std::cell::UnsafeCell;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,7 +18,7 @@ pub(crate) const CAMERAS: usize = 16;
 /// Maximum number of pictures of a camera in use.
 const SEATS: usize = 16;
 
-/// All cameras of a master.
+/// Cameras of a master.
 #[derive(Debug, Default)]
 pub(crate) struct Cameras {
     first: OnceLock<Box<Node>>,
@@ -29,7 +30,7 @@ struct Node {
     next: OnceLock<Box<Node>>,
 }
 
-/// A requested camera.
+/// Requested camera.
 #[derive(Debug)]
 pub(crate) struct Camera {
     text: String,
@@ -50,7 +51,7 @@ pub(crate) struct Seat {
     reader: UnsafeCell<Option<Latest>>,
 }
 
-// SAFETY: the reader is used only by who has taken the seat.
+// SAFETY: only the holder of the seat uses the reader.
 unsafe impl Sync for Seat {}
 
 impl Cameras {

@@ -1,6 +1,6 @@
 use slate_module::{Sequence, Text, interface};
 
-/// Something that was found in an image: its box.
+/// Detection in an image, with its box.
 #[interface]
 #[derive(PartialEq)]
 pub struct ImageDetection {
@@ -16,20 +16,20 @@ pub struct ImageDetection {
     /// Height of the box.
     #[unit("px")]
     pub height: f64,
-    /// How sure it is, 0 to 1.
+    /// Confidence, 0 to 1.
     pub confidence: f64,
-    /// What it is: `victim`, or `qr` with its text.
+    /// Label: `victim`, or `qr` with its text.
     pub label: Text<60>,
 }
 
-/// What was found in an image, the surest first.
+/// Detections in an image, the most confident first.
 #[interface]
 #[derive(PartialEq)]
 pub struct ImageDetections {
     /// Time of the image.
     #[unit("ns")]
     pub time: u64,
-    /// The detections.
+    /// Detections.
     pub list: Sequence<ImageDetection, 16>,
 }
 
@@ -37,7 +37,8 @@ pub struct ImageDetections {
 #[interface]
 #[derive(PartialEq)]
 pub struct ImageSharpness {
-    /// Variance of the Laplacian of the brightness, from 0 to 255 (Pech-Pacheco et al., 2000, *Diatom autofocusing in brightfield
-    /// microscopy*); low in blurred images.
+    /// Sharpness: variance of the Laplacian of the brightness.
+    /// Brightness is from 0 to 255 (Pech-Pacheco et al., 2000, *Diatom autofocusing in brightfield microscopy*); it is
+    /// low in blurred images.
     pub laplacian_variance: f64,
 }

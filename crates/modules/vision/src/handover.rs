@@ -1,4 +1,5 @@
-//! Lock-free handover of pictures from a capture thread to the vision master, without a copy.
+//! Lock-free, zero-copy handover of pictures to the vision master.
+//! They come from a capture thread.
 
 use std::cell::UnsafeCell;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -41,7 +42,8 @@ impl Default for Handover {
 }
 
 impl Handover {
-    /// Puts a new picture. For one thread at a time; it waits while the master takes the previous one, for a few instructions.
+    /// Puts a new picture; one thread at a time may call it.
+    /// It waits while the master takes the previous one, for a few instructions.
     pub fn fill(&self, work: impl FnOnce(&mut Option<Writer>) -> Result<(usize, u64), String>) {
         loop {
             let state = self.state.load(Ordering::Relaxed);

@@ -6,7 +6,7 @@ use crate::detection::{ImageDetection, ImageDetections, ImageSharpness};
 use crate::sharpness::Brightness;
 use crate::victim_detector::VictimDetector;
 
-/// Most detections of an image.
+/// Maximum number of detections of an image.
 const MOST: usize = 16;
 
 /// Ports of [`ImageProcessor`].
@@ -14,7 +14,7 @@ const MOST: usize = 16;
 pub struct ImageProcessorIo {
     /// Image of a camera.
     image: Input<Image>,
-    /// What was found in the newest image.
+    /// Detections in the newest image.
     detections: Output<ImageDetections>,
     /// Sharpness of the newest image.
     sharpness: Output<ImageSharpness>,
@@ -23,15 +23,16 @@ pub struct ImageProcessorIo {
 /// Parameters of [`ImageProcessor`].
 #[params]
 pub struct ImageProcessorParams {
-    #[param(default = true, doc = "whether it looks for victims")]
+    #[param(default = true, doc = "detect victims")]
     victims: Bool,
-    #[param(default = true, doc = "whether it reads QR codes")]
+    #[param(default = true, doc = "detect QR codes")]
     qr: Bool,
     #[param(default = 0.3, range = 0.0..=1.0, doc = "least confidence of a detection")]
     min_confidence: f64,
 }
 
-/// Finds victims and QR codes in the images of a camera, and measures their sharpness.
+/// Image processor: detects victims and QR codes, and measures sharpness.
+/// It reads the images of a camera.
 pub struct ImageProcessor;
 
 /// State of [`ImageProcessor`].

@@ -4,7 +4,7 @@ use slate_module::prelude::*;
 /// Ports of [`PanTiltController`].
 #[ports]
 pub struct PanTiltControllerIo {
-    /// Where the head should look; without a value, the parameters say it.
+    /// Setpoint of the head; without a value, the parameters give it.
     position: Input<PanTiltCommand>,
     /// Command of the head.
     command: Output<PanTiltCommand>,

@@ -8,7 +8,7 @@ use slate_module::math;
 /// Period of the disc's motion, seconds.
 const TURN: f64 = 4.0;
 
-/// Center and radius of the disc, pixels.
+/// Returns the center and radius of the disc, pixels.
 pub(crate) fn disc(width: u32, height: u32, seconds: f64) -> (f64, f64, f64) {
     let (width, height) = (f64::from(width), f64::from(height));
     let side = if width < height { width } else { height };

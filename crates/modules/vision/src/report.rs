@@ -6,10 +6,10 @@ use slate_module::prelude::*;
 pub struct CameraState {
     /// Number of the newest picture; 0 before the first.
     pub picture: u64,
-    /// Its capture time, the agent's time.
+    /// Capture time, the agent's time.
     #[unit("ns")]
     pub taken: u64,
-    /// Its arrival at the modules, the agent's time.
+    /// Arrival time at the modules, the agent's time.
     #[unit("ns")]
     pub came: u64,
     /// Text of the request.

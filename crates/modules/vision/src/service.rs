@@ -18,7 +18,7 @@ pub struct Vision {
     release: unsafe extern "C" fn(*const ()),
 }
 
-/// A lent picture.
+/// Lent picture.
 #[repr(C)]
 #[derive(Debug)]
 struct Captured {
@@ -35,12 +35,13 @@ unsafe impl Service for Vision {
 }
 
 impl Vision {
-    /// Makes the service of cameras, which its owner keeps.
+    /// Returns the service of cameras, which its owner keeps.
     pub(crate) fn new(cameras: &Arc<Cameras>) -> Self {
         Self { context: Arc::as_ptr(cameras), capture, release }
     }
 
-    /// Returns the newest picture of a camera, by the text of a [`Source`](crate::ImageSource).
+    /// Returns the newest picture of a camera.
+    /// `camera` is the text of a [`Source`](crate::ImageSource).
     ///
     /// The first call opens the camera; its first picture comes with a later tick. The [stamp](Picture::stamp) has time and number.
     ///
@@ -61,7 +62,7 @@ impl Vision {
     }
 }
 
-/// A picture, constant while it is held; at most for a tick.
+/// Picture, constant while it is held; at most for a tick.
 #[derive(Debug)]
 pub struct Picture<'a> {
     captured: Captured,
@@ -69,7 +70,8 @@ pub struct Picture<'a> {
 }
 
 impl Picture<'_> {
-    /// Returns the capture time, the agent's time in nanoseconds, and the number of the picture.
+    /// Returns capture time and number of the picture.
+    /// The time is the agent's, nanoseconds.
     pub fn stamp(&self) -> Stamp {
         self.captured.stamp
     }

@@ -9,7 +9,8 @@ pub(crate) struct Brightness {
 }
 
 impl Brightness {
-    /// Takes that of an image; empty for an unknown format.
+    /// Computes the sharpness of an image.
+    /// Empty for an unknown format.
     pub fn take(&mut self, image: &Image) {
         self.pixels.clear();
         (self.width, self.height) = (image.width as usize, image.height as usize);
@@ -26,7 +27,8 @@ impl Brightness {
         }
     }
 
-    /// Variance of its Laplacian; 0 for an image of less than 3 columns or rows.
+    /// Returns the variance of its Laplacian.
+    /// 0 for an image of less than 3 columns or rows.
     pub fn laplacian_variance(&self) -> f64 {
         let (mut sum, mut squares, mut count) = (0_i64, 0_i64, 0_i64);
         for y in 1..self.height.saturating_sub(1) {

@@ -10,7 +10,7 @@ pub struct VictimBox {
 }
 
 impl VictimBox {
-    /// How sure it is, 0 to 1: more pixels are surer.
+    /// Returns the confidence, 0 to 1; it grows with the number of pixels.
     pub fn confidence(&self) -> f64 {
         let share = |pixels: usize, half: f64| pixels as f64 / (pixels as f64 + half);
         share(self.skin, LEAST_SKIN as f64) * share(self.clothes, LEAST_CLOTHES as f64)
@@ -35,14 +35,14 @@ enum PixelClass {
     Clothes,
 }
 
-/// Finds people by the colours of skin beside those of clothes.
+/// Detector of people by the colours of skin beside those of clothes.
 ///
 /// Skin is where the ratios of red to green and of green to blue belong together as those of skin do, from light to dark; they
 /// are the same in light and shade. Clothes are saturated. What only has skin or only clothes is no person.
 #[derive(Clone, Debug, Default)]
 pub struct VictimDetector {
     classes: Vec<PixelClass>,
-    /// Which pixels belong to something already.
+    /// True for each pixel that belongs to a blob already.
     is_taken: Vec<bool>,
     /// Pixels that hang together.
     members: Vec<usize>,
@@ -50,7 +50,8 @@ pub struct VictimDetector {
 }
 
 impl VictimDetector {
-    /// Returns the people in an image by its rows of red, green and blue, the surest first.
+    /// Returns the people in an image, the most confident first.
+    /// The image is given by its rows of red, green and blue.
     pub fn detect<'a>(&mut self, width: usize, rows: impl Iterator<Item = &'a [u8]>) -> &[VictimBox] {
         self.found.clear();
         self.classes.clear();
@@ -71,7 +72,8 @@ impl VictimDetector {
         &self.found
     }
 
-    /// Takes all pixels that hang together with one; `None` when they are no person.
+    /// Takes all pixels connected with one.
+    /// `None` if they are no person.
     fn take(&mut self, first: usize, width: usize, height: usize) -> Option<VictimBox> {
         let mut person = VictimBox { corners: [width, height, 0, 0], skin: 0, clothes: 0 };
         self.members.clear();

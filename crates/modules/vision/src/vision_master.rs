@@ -18,7 +18,7 @@ use crate::source::{Files, ImageSource};
 /// Ports of [`VisionMaster`].
 #[ports]
 pub struct VisionMasterIo {
-    /// The cameras.
+    /// Cameras.
     vision: Provider<Vision>,
     threads: Aspect<Threads>,
     /// Newest picture of the first camera, up to 1 MiB.
@@ -220,7 +220,7 @@ fn fill(writer: &mut Writer, bytes: usize, draw: impl FnOnce(&mut Image)) {
     draw(unsafe { Image::from_raw_mut(draft.as_mut_ptr(), bytes) });
 }
 
-/// Main function of a thread that reads files.
+/// Runs a thread that reads files.
 fn read_files(stop: &Stop, camera: &Camera, files: &Files, period: Duration) {
     let mut number = 0;
     while stop.wait(period) {

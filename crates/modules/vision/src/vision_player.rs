@@ -11,10 +11,11 @@ use crate::report::{CameraReport, CameraState};
 use crate::service::Vision;
 use crate::vision_master::copy;
 
-/// Ports of [`VisionPlayer`]: outputs of a recorded [`VisionMaster`](crate::VisionMaster).
+/// Ports of [`VisionPlayer`].
+/// They are outputs of a recorded [`VisionMaster`](crate::VisionMaster).
 #[ports]
 pub struct VisionPlayerIo {
-    /// The cameras.
+    /// Cameras.
     vision: Provider<Vision>,
     cameras: Input<CameraReport>,
     image: Input<Image>,
@@ -23,7 +24,8 @@ pub struct VisionPlayerIo {
     image_4: Input<Image>,
 }
 
-/// Provides the service [`Vision`] from recorded pictures, instead of a vision master.
+/// Player of recorded pictures as the service [`Vision`].
+/// It replaces a vision master.
 ///
 /// Vision modules run on a recording, with the same pictures in each cycle.
 pub struct VisionPlayer;

@@ -1,4 +1,4 @@
-//! The actions of RoCS's Table 2, with their decomposition, for any robot on wheels.
+//! Actions of RoCS's Table 2, with their decomposition, for wheeled robots.
 //!
 //! | action | decomposition |
 //! |---|---|
@@ -35,7 +35,7 @@ pub struct Speeds {
     pub left: f64,
     /// Radians per second.
     pub right: f64,
-    /// Seconds.
+    /// Duration, seconds.
     pub duration: f64,
 }
 arguments!(Speeds { left, right, duration });
@@ -181,7 +181,8 @@ impl<B: WheeledBody> Action<B> for TurnToOrigin {
     }
 }
 
-/// Drives to a place without regard to obstacles. Its name is that of the paper's Table 2, where the place is the origin.
+/// Drives to a goal position without obstacle avoidance.
+/// Its name is that of the paper's Table 2, where the goal is the origin.
 ///
 /// Where sonars err it weaves, so that they hear faces beyond their greatest incidence.
 #[derive(Serialize, Deserialize)]
@@ -194,13 +195,14 @@ pub struct GoToOrigin {
 /// Arguments of [`GoToOrigin`].
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Leg {
-    /// To the east, metres.
+    /// Position to the east, metres.
     pub x: f64,
-    /// To the north, metres.
+    /// Position to the north, metres.
     pub y: f64,
-    /// Metres per second; with one below zero the action fails.
+    /// Linear velocity, metres per second.
+    /// With one below zero the action fails.
     pub speed: f64,
-    /// Metres.
+    /// Tolerance, metres.
     pub tolerance: f64,
 }
 arguments!(Leg { x, y, speed, tolerance });
@@ -268,7 +270,7 @@ impl<B: WheeledBody> Action<B> for GoToOrigin {
 #[derive(Serialize, Deserialize)]
 pub struct AvoidObstacle {
     evasion: Evasion,
-    /// The turn until it is done.
+    /// First turn; `None` when it is done.
     turn: Option<TurnAngle>,
     drive: SetWheelSpeed,
 }
@@ -276,13 +278,13 @@ pub struct AvoidObstacle {
 /// Arguments of [`AvoidObstacle`].
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Evasion {
-    /// The turn on the spot that comes first, radians.
+    /// Turn on the spot that comes first, radians.
     pub angle: f64,
     /// Then the left wheel, radians per second.
     pub left: f64,
-    /// And the right wheel, radians per second.
+    /// Velocity of the right wheel, radians per second.
     pub right: f64,
-    /// For so long, seconds.
+    /// Duration, seconds.
     pub duration: f64,
 }
 arguments!(Evasion { angle, left, right, duration });
@@ -300,7 +302,8 @@ impl ActionKind for AvoidObstacle {
         }
     }
 
-    /// Begins anew, but finishes a turn to one side before one to the other: the robot would waver before an obstacle.
+    /// Restarts with a new evasion, unless it turns to the other side.
+    /// A turn is finished first: the robot would waver before an obstacle.
     fn renew(&mut self, evasion: Evasion) {
         if self.turn.is_none() || self.evasion.angle * evasion.angle >= 0.0 {
             *self = Self::start(evasion);
@@ -326,7 +329,7 @@ impl<B: WheeledBody> Action<B> for AvoidObstacle {
     }
 }
 
-/// Makes an action that is [`SetWheelSpeed`] under a name of its own.
+/// Defines an action that is [`SetWheelSpeed`] under a name of its own.
 macro_rules! named_drive {
     ($(#[$attribute:meta])* $name:ident) => {
         $(#[$attribute])*
@@ -356,15 +359,16 @@ macro_rules! named_drive {
     };
 }
 named_drive! {
-    /// Goes along a wall.
+    /// Follows a wall.
     KeepWall
 }
 
-/// Drives away from a contact, and stands when that has not helped within a time limit.
+/// Drives away from a contact.
+/// It stops when that has not helped within a time limit.
 #[derive(Serialize, Deserialize)]
 pub struct ReleaseBumper {
     drive: SetWheelSpeed,
-    /// Time until it stands, seconds.
+    /// Remaining time until it stops, seconds.
     left: f64,
 }
 
@@ -390,7 +394,7 @@ impl ActionKind for ReleaseBumper {
         Self { drive: SetWheelSpeed::start(Speeds { left, right, duration }), left: time_limit }
     }
 
-    /// Begins the drive anew; the time limit goes on.
+    /// Restarts the drive; the time limit continues.
     fn renew(&mut self, release: Release) {
         *self = Self { left: self.left, ..Self::start(release) };
     }

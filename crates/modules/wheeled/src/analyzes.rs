@@ -14,7 +14,7 @@ pub struct Surroundings {
     /// Shortest range of the sonars.
     #[unit("m")]
     pub nearest: f64,
-    /// Whether an obstacle is closer than the crowded distance.
+    /// True if an obstacle is closer than the crowded distance.
     pub crowded: Bool,
 }
 

@@ -17,7 +17,8 @@ pub struct AvoidObstacleSensors {
     /// Other robots, if a sensor detects them.
     #[stale(after = "200ms")]
     robots: Input<Sightings>,
-    /// Twist of the robot: a fast one reacts earlier, and one of unknown speed as at its greatest.
+    /// Twist of the robot.
+    /// A fast one reacts earlier, and one of unknown speed as at its greatest.
     #[stale(after = "200ms")]
     odometry: Input<Odometry>,
     /// Thresholds, from Knowledge.
@@ -26,7 +27,8 @@ pub struct AvoidObstacleSensors {
     robot: Input<WheeledModel>,
 }
 
-/// Maps the newest measurements to `AvoidObstacle`, by the rules in Knowledge. It has no memory.
+/// Maps the newest measurements to `AvoidObstacle`, by the rules in Knowledge.
+/// It has no memory.
 ///
 /// It stops the robot while a sensor with a rule or the odometry is late, and without rules for the sonars, a robot model or a
 /// valid outline.

@@ -15,7 +15,7 @@ use crate::rules::WheeledRules;
 pub struct Sonar {
     #[stale(after = "200ms")]
     sonar: Input<SonarScan>,
-    /// Which sensors must not stop, from Knowledge.
+    /// Rules from Knowledge: the sensors that must not stop.
     rules: Input<WheeledRules>,
     /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
@@ -24,7 +24,7 @@ pub struct Sonar {
 /// Parameters of [`AvoidWallModel`].
 #[params]
 pub struct AvoidWallParams {
-    #[param(default = false, doc = "whether the authors' clamp is corrected")]
+    #[param(default = false, doc = "correct the authors' clamp")]
     corrected_clamp: Bool,
 }
 
@@ -36,7 +36,7 @@ pub struct AvoidWallModel;
 
 impl ReactiveModel for AvoidWallModel {
     const NAME: &'static str = "avoid_wall_model";
-    const DOC: &'static str = "The reactive law that the authors of RoCS ran.";
+    const DOC: &'static str = "Reactive control law as the authors of RoCS ran it.";
     type Sensors = Sonar;
     type Params = AvoidWallParams;
     type State = ();
@@ -44,7 +44,7 @@ impl ReactiveModel for AvoidWallModel {
     fn run(_: &mut (), sensors: &Sonar, params: &AvoidWallParams, now: &Tick) -> Option<ActionRequest> {
         let Sonar { sonar, rules, robot } = sensors;
         let variant = if params.corrected_clamp.get() { RocsVariant::RocsFixed } else { RocsVariant::Rocs };
-        // The law skips what is no number, so that a failed sonar looks like free space.
+        // The law skips a NaN, so that a failed sonar looks like free space.
         let is_blind = has_no_model(robot)
             || is_blind(SONAR, sonar, rules, robot.get()?, now)
             || sonar.get().is_some_and(|scan| !is_valid(scan));

@@ -19,12 +19,13 @@ pub struct Weave {
 const WEAVE_ANGLE: f64 = 0.6;
 /// Length of a weave, in lengths of the robot.
 const WEAVE_LENGTH: f64 = 1.8;
-/// Distance from the goal below which a robot no longer weaves, metres; from twice that on it weaves in full.
+/// Distance from the goal below which a robot no longer weaves, metres.
+/// From twice that on it weaves in full.
 const WEAVE_END: f64 = 0.4;
 
-/// A robot that steers by different wheel speeds of its sides.
+/// Robot that steers by different wheel speeds of its sides.
 pub trait WheeledBody {
-    /// Pose and robot model.
+    /// Returns the pose and the robot model.
     fn model(&self) -> &BodyModel;
 
     /// Commands the wheels of both sides.
@@ -37,32 +38,36 @@ pub struct BodyModel {
     /// Robot model with the pose, from Knowledge.
     #[stale(after = "100ms")]
     robot: Required<WheeledModel>,
-    /// Wheel encoders, by which a turn goes on while the pose is unknown.
+    /// Wheel encoders, by which a turn continues while the pose is unknown.
     #[stale(after = "200ms")]
     odometry: Input<Odometry>,
 }
 
 impl BodyModel {
-    /// Returns the pose; `None` if it is stale or invalid, or while the wheel encoders are late or have stopped.
+    /// Returns the pose.
+    /// `None` if it is stale or invalid, or while the wheel encoders are late or have stopped.
     pub fn pose(&self) -> Option<Pose2> {
         let robot = self.robot.fresh()?;
         let pose = robot.robot.pose;
         (pose.is_known() && !robot.has_lost_odometry()).then_some(pose)
     }
 
-    /// Returns the heading in the frame of the odometry, radians; `None` if it is stale, invalid or lost.
+    /// Returns the heading in the frame of the odometry, radians.
+    /// `None` if it is stale, invalid or lost.
     pub fn odometry_heading(&self) -> Option<f64> {
         let theta = self.odometry.fresh()?.pose.theta;
         let is_lost = self.robot.has_lost_odometry();
         (theta.is_finite() && !is_lost).then_some(theta)
     }
 
-    /// Returns the linear velocity (m/s) at a distance (m) from the goal: at most `speed`, and low enough to stop.
+    /// Returns the linear velocity (m/s) at a distance (m) from the goal.
+    /// It is at most `speed`, and low enough to stop.
     pub fn approach_speed(&self, speed: f64, distance: f64) -> f64 {
         approach_speed(speed, distance, self.robot.deceleration())
     }
 
-    /// Returns the weave at a distance (m) from the goal; `None` where sonars are exact.
+    /// Returns the weave at a distance (m) from the goal.
+    /// `None` for exact sonars.
     ///
     /// A sonar that errs hears a face only near its normal, and neither of the two that meet in a corner ahead. The robot that
     /// approaches it from changing sides hears one of them in time.

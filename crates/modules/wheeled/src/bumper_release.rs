@@ -19,7 +19,8 @@ pub struct BumperSensors {
     robot: Input<WheeledModel>,
 }
 
-/// Backs away from a pressed bumper, and by the release distance more. It has no memory: the action drives on after the release.
+/// Backs away from a pressed bumper, and by the release distance more.
+/// It has no memory: the action drives on after the release.
 pub struct BumperReleaseModel;
 
 impl ReactiveModel for BumperReleaseModel {

@@ -8,7 +8,7 @@ use crate::actions::{
 };
 use crate::body::{BodyModel, WheeledBody};
 
-/// The wheels of a differential drive.
+/// Wheels of a differential drive.
 #[ports]
 pub struct TwoWheels {
     /// Both wheels.
@@ -30,7 +30,7 @@ impl WheeledBody for DifferentialBody {
 }
 
 repertoire! {
-    /// All that a robot with two driven wheels can do.
+    /// Actions of a robot with two driven wheels.
     pub enum DifferentialActions for DifferentialBody as "differential_execute" {
         SetWheelSpeed, TurnAngle, TurnToOrigin, GoToOrigin, AvoidObstacle, ReleaseBumper, KeepWall
     }

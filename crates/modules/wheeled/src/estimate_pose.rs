@@ -13,7 +13,8 @@ pub struct ObservedMotion {
     position: Observed<Position>,
     orientation: Observed<Orientation>,
     odometry: Observed<Odometry>,
-    /// Robot model with the accuracy of its sensors, from Knowledge; of the previous cycle, as Knowledge reads the estimate.
+    /// Robot model with the accuracy of its sensors, from Knowledge.
+    /// It is that of the previous cycle, as Knowledge reads the estimate.
     robot: Input<WheeledModel>,
     /// Estimate, written with every measurement; NaN while the pose is unknown.
     estimate: Output<PoseEstimate>,
@@ -32,22 +33,24 @@ pub struct EstimatePoseParams {
     restart_time: f64,
 }
 
-/// Time without a measurement after which the pose is unknown if the sensors are exact, seconds: odometry replaces none of them.
+/// Timeout of the pose with exact sensors, seconds.
+/// After it the pose is unknown: odometry replaces no exact sensor.
 const EXACT_TIMEOUT: f64 = 0.2;
 
-/// Belief, and what it was updated by.
+/// State of the pose estimation: belief and times of accepted measurements.
 #[derive(Default, Serialize, Deserialize)]
 pub struct PoseEstimation {
     belief: PoseBelief,
-    /// When a position and a heading were believed last, seconds.
+    /// Times of the newest accepted position and heading, seconds.
     times: [f64; 2],
     /// Newest report.
     reported: Option<[f64; 3]>,
 }
 
-/// Estimates the pose with an extended Kalman filter: odometry predicts, positioning system and compass update.
+/// Estimates the pose with an extended Kalman filter.
+/// Odometry predicts, positioning system and compass update.
 ///
-/// The accuracy of the sensors comes from the robot model. With exact sensors the estimate is what they measure, bit for bit.
+/// The accuracy of the sensors comes from the robot model. With exact sensors the estimate equals their measurements, bit for bit.
 pub struct EstimatePose;
 
 impl Analyze for EstimatePose {
@@ -91,7 +94,7 @@ impl Analyze for EstimatePose {
     }
 }
 
-/// Whether nothing is to be estimated.
+/// Returns true for exact sensors, which need no estimation.
 fn is_exact(accuracy: &SensorAccuracy) -> bool {
     accuracy.position_stddev == 0.0 && accuracy.orientation_stddev == 0.0
 }
@@ -129,7 +132,7 @@ impl PoseEstimation {
         }
     }
 
-    /// Time since position and heading were both known by measurements, seconds.
+    /// Returns the time since measurements gave both position and heading, seconds.
     fn age(&self, time: f64) -> f64 {
         let [position, heading] = self.times;
         time - math::min(position, heading)

@@ -13,10 +13,12 @@ use crate::travelled_pose::{TURN, TravelledPose, has_turned};
 /// Travel by the odometry after which the same measurement is a frozen one, metres.
 const TRAVEL: f64 = 0.1;
 
-/// A measurement that changes, to the last bit, whenever its robot moves in some way.
+/// Measurement that changes, to the last bit, with any motion of its robot.
+/// It may be sensitive to one kind of motion only.
 pub trait MovingMeasurement {
-    /// The measured numbers, in any order; none if it tells nothing, as a detector without a detection. What is not finite
-    /// tells nothing, either.
+    /// Returns the measured numbers, in any order.
+    /// `None` without information, as a detector without a detection. Numbers that are not finite have no information,
+    /// either.
     fn numbers(&self) -> Option<[f64; 16]>;
 
     /// Returns whether it must have changed after a travel (m) and a turn (rad).
@@ -61,7 +63,8 @@ impl MovingMeasurement for Sightings {
     }
 }
 
-/// Detects a sensor that repeats a measurement, to the last bit, while the odometry moves.
+/// Detector of a sensor that repeats a measurement while the robot moves.
+/// Repeated means equal to the last bit; the motion is that of the odometry.
 ///
 /// A measurement counts as repeated when it is the same for as long as makes a device late, and the odometry has meanwhile
 /// moved by as much as must have changed it: 0.1 m, or 0.1 rad and 0.2 rad for each metre. A robot that stands, or is carried, has none.
@@ -69,11 +72,11 @@ impl MovingMeasurement for Sightings {
 pub struct FrozenSensor {
     held: Option<HeldMeasurement>,
     is_frozen: bool,
-    /// When the odometry measured last, ns.
+    /// Time of the newest odometry, ns.
     odometry_at: u64,
 }
 
-/// A measurement, and when and where it was first measured.
+/// Repeated measurement, with the time and pose of its first occurrence.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 struct HeldMeasurement {
     bits: [u64; 16],
@@ -84,7 +87,7 @@ struct HeldMeasurement {
 }
 
 impl FrozenSensor {
-    /// Adds a measurement that is new, and returns since when the sensor has been frozen, ns.
+    /// Adds a new measurement; returns the time since which it is frozen, ns.
     pub fn update<T: MovingMeasurement>(
         &mut self,
         measured: Option<&T>,
@@ -118,7 +121,8 @@ impl FrozenSensor {
     }
 }
 
-/// Detects wheel encoders that repeat a pose, to the last bit, with a twist by which the robot moves.
+/// Detector of wheel encoders that repeat a pose while the twist moves.
+/// Repeated means equal to the last bit.
 ///
 /// They count as frozen when they repeat both for as long as makes a device late, and for 0.1 m or 0.1 rad by that twist. This needs
 /// no other sensor. Those that froze while the robot stood are not known to be.
@@ -126,13 +130,13 @@ impl FrozenSensor {
 pub struct FrozenOdometry {
     /// Pose and twist, as bits.
     held: [u64; 5],
-    /// Since when, ns.
+    /// Time of the first occurrence, ns.
     since: u64,
     is_frozen: bool,
 }
 
 impl FrozenOdometry {
-    /// Adds odometry that is new, and returns since when the encoders have been frozen, ns.
+    /// Adds new odometry; returns the time since which it is frozen, ns.
     pub fn update(
         &mut self,
         odometry: Option<&Odometry>,
@@ -154,7 +158,8 @@ impl FrozenOdometry {
     }
 }
 
-/// Returns whether a device that has measured nothing else since a time (ns) is late.
+/// Returns true if a device that repeats its measurement is late.
+/// `since` is the time of its first one, ns.
 fn is_long(since: u64, device: Option<&Device>, now: &Tick) -> bool {
     let late_after = device.map_or_else(|| Device::default().late_after(), Device::late_after);
     now.now().saturating_sub(since) as f64 * 1e-9 > late_after
@@ -176,12 +181,12 @@ pub struct FrozenSensors {
     pub robot_sensor: FrozenSensor,
 }
 
-/// Since when each sensor has been frozen, ns, by name.
+/// Time since which each sensor has been frozen, ns, by name.
 #[derive(Clone, Copy, Default)]
 pub struct FrozenSince([(&'static str, Option<u64>); 5]);
 
 impl FrozenSince {
-    /// Since when these sensors have been frozen.
+    /// Returns the times since which these sensors have been frozen.
     pub fn new([sonar, position, orientation, odometry, robot_sensor]: [Option<u64>; 5]) -> Self {
         Self([
             (SONAR, sonar),

@@ -7,7 +7,7 @@ use slate_plugin::prelude::*;
 
 use crate::travelled_pose::{TravelledPose, has_turned};
 
-/// Displacement along a sonar's axis after which the same echo is a frozen one, metres.
+/// Displacement along a sonar's axis that proves an equal echo frozen, metres.
 const DISPLACEMENT: f64 = 0.05;
 /// Greatest ratio of the displacement across a sonar's axis to that along it.
 ///
@@ -21,14 +21,14 @@ const MAX_ASIDE: f64 = 0.6;
 #[derive(Default, Serialize, Deserialize)]
 pub struct FrozenSonars {
     held: [HeldEcho; 16],
-    /// Since when a sonar has been frozen, ns.
+    /// Time since which a sonar has been frozen, ns.
     since: Option<u64>,
-    /// When the odometry measured last, ns.
+    /// Time of the newest odometry, ns.
     #[serde(default)]
     odometry_at: u64,
 }
 
-/// An echo, and when and where it was first measured.
+/// Repeated echo, with the time and pose of its first occurrence.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 struct HeldEcho {
     /// Range, m; zero without an echo.
@@ -40,7 +40,7 @@ struct HeldEcho {
 }
 
 impl FrozenSonars {
-    /// Adds the newest measurements, and returns since when a sonar has been frozen, ns.
+    /// Adds the newest measurements; returns the time since which one is frozen, ns.
     pub fn update(
         &mut self,
         scan: Option<&SonarScan>,

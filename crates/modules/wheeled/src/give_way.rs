@@ -1,4 +1,4 @@
-//! Reflex of a robot that stands: gives way to another robot that comes too close.
+//! Reflex of a stopped robot: gives way to another robot that comes too close.
 
 use slate_avoidance::{ROBOT_SENSOR, SONAR};
 use slate_plugin::interfaces::{Echo, Odometry, Sighting, Sightings, SonarPlacement, SonarScan, WheelSpeeds};
@@ -15,7 +15,7 @@ use crate::rules::{GiveWayRules, WheeledRules};
 pub struct GiveWaySensors {
     #[stale(after = "200ms")]
     robots: Input<Sightings>,
-    /// Obstacles in its way.
+    /// Obstacles in its path.
     #[stale(after = "200ms")]
     sonar: Input<SonarScan>,
     /// Twist of the robot, which gives way only when it does not drive on.
@@ -30,7 +30,8 @@ pub struct GiveWaySensors {
 /// Duration of a command unless it is renewed, seconds.
 const HOLD: f64 = 0.1;
 
-/// Moves away from a robot ahead or behind. It knows neither a goal nor a position, and has no memory.
+/// Moves away from a robot ahead or behind.
+/// It knows neither a goal nor a position, and has no memory.
 pub struct GiveWayModel;
 
 impl ReactiveModel for GiveWayModel {
@@ -54,7 +55,8 @@ impl ReactiveModel for GiveWayModel {
 }
 
 impl GiveWaySensors {
-    /// Returns the linear velocity, m/s: zero without rules, or while a sensor with a rule or the odometry is late.
+    /// Returns the linear velocity, m/s.
+    /// Zero without rules, or while a sensor with a rule or the odometry is late.
     fn velocity(&self, robot: &WheeledModel, now: &Tick) -> Option<f64> {
         let Self { robots, sonar, odometry, rules, .. } = self;
         let is_blind = is_blind(SONAR, sonar, rules, robot, now)
@@ -71,7 +73,8 @@ impl GiveWaySensors {
 }
 
 impl GiveWayRules {
-    /// The linear velocity away from all robots that are too close, m/s; `None` without one, or without a way.
+    /// Returns the linear velocity away from all robots that are too close, m/s.
+    /// `None` without such a robot, or without free space.
     fn velocity(&self, robots: &Sightings, scan: &SonarScan, speed: f64) -> Option<f64> {
         // NaN is nowhere.
         let near = |seen: &&Sighting| seen.range < self.min_separation && seen.bearing.is_finite();

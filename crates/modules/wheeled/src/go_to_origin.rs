@@ -37,7 +37,7 @@ pub struct GoToOriginParams {
 pub struct GoToOriginState {
     #[serde(alias = "journey")]
     navigator: Navigator,
-    /// Whether the goal was reached and the robot has stayed there.
+    /// True if the goal was reached and the robot has stayed there.
     arrived: bool,
 }
 
@@ -64,13 +64,14 @@ impl Plan for GoToOriginPlanner {
 }
 
 impl GoToOriginState {
-    /// Updates from the percepts; returns whether the robot must drive at another speed.
+    /// Updates from the percepts; returns true if the speed must change.
     pub(crate) fn update(&mut self, noticed: &GoToOriginPorts) -> bool {
         let room_changed = self.navigator.update(&noticed.range, &noticed.position, &noticed.orientation);
         self.navigator.update_other(&noticed.other) | room_changed
     }
 
-    /// Plans the way to the goal, with `anew` also while another planned action runs; returns whether it did.
+    /// Plans the path to the goal; returns true if it did.
+    /// With `anew` also while another planned action runs.
     pub(crate) fn run(
         &mut self,
         noticed: &GoToOriginPorts,

@@ -15,7 +15,8 @@ pub const POSITION: &str = "position";
 /// Name of the compass in a robot model.
 pub const ORIENTATION: &str = "orientation";
 
-/// Hardware of a robot by its description, which the parameter `robot` of its Knowledge names.
+/// Returns the hardware of a robot by its description.
+/// The parameter `robot` of its Knowledge names the description.
 pub fn hardware_of(devices: RobotDevices) -> Hardware {
     let device = |interface: &'static str| {
         move |device: &DeviceDescription| HardwareDevice {

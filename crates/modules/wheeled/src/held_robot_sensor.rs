@@ -11,7 +11,7 @@ pub struct HeldRobotSensorPorts {
     source: Input<Sightings>,
     /// Wheel encoders, by which a detection stays where it was while this robot moves.
     odometry: Input<Odometry>,
-    /// Errors of the sensors, as their maker tells them; exact sensors without.
+    /// Errors of the sensors, from their data sheets; exact sensors without.
     accuracy: Input<SensorAccuracy>,
 }
 
@@ -22,7 +22,8 @@ pub struct HeldRobotSensorParams {
     hold_time: f64,
 }
 
-/// Detects robots, and reports one that is overlooked where it was, until the hold time has passed.
+/// Detects robots, and holds an overlooked one until the hold time has passed.
+/// A held robot is reported at its last position.
 ///
 /// Detections of an exact sensor pass as they are.
 pub struct HeldRobotSensor;
@@ -61,7 +62,7 @@ impl Sensor for HeldRobotSensor {
     }
 }
 
-/// The detection of a robot on a track, from a pose in the same frame.
+/// Returns the detection of a robot on a track, from a pose in the same frame.
 fn sighting(pose: Pose2, track: &Track) -> Sighting {
     let (dx, dy) = (track.x - pose.x, track.y - pose.y);
     let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));

@@ -70,7 +70,8 @@ fn stop() -> ActionRequest {
 }
 
 impl KeepWallRules {
-    /// The point to pursue, in the robot's frame, metres, and for how long, seconds; `None` without a wall on that side.
+    /// Returns the point to pursue (robot's frame, metres) and its duration, seconds.
+    /// `None` without a wall on that side.
     fn target(&self, scan: &SonarScan) -> Option<([f64; 2], f64)> {
         let (side, wanted) = (self.wall_distance.signum(), self.wall_distance.abs());
         let lookahead = self.lookahead_distance;
@@ -92,8 +93,8 @@ impl KeepWallRules {
         Some(([lookahead * along[0] + error * across, lookahead * along[1] + error * towards], HOLD))
     }
 
-    /// Returns the wall on one side (1 on the left, -1 on the right), and whether it ends beside the robot: the foremost
-    /// sonar of that side does not hear it.
+    /// Returns the wall on one side, and whether it ends beside the robot.
+    /// The side is 1 on the left, -1 on the right; the wall ends if the foremost sonar of that side does not detect it.
     fn wall_beside(&self, scan: &SonarScan, side: f64) -> Option<(Wall, bool)> {
         let (mut front, mut back): (Option<[f64; 3]>, Option<[f64; 3]>) = (None, None);
         let mut foremost = f64::NEG_INFINITY;
@@ -131,7 +132,8 @@ impl KeepWallRules {
 /// Direction towards a wall, of length 1, and its distance from the robot's center.
 type Wall = ([f64; 2], f64);
 
-/// Returns the wall that a sonar in front and one behind hear: x, y and range of each, metres.
+/// Returns the wall through the echoes of a front and a rear sonar.
+/// Each echo is x, y and range, metres.
 fn wall(front: [f64; 3], back: [f64; 3], side: f64) -> Wall {
     let base = front[0] - back[0];
     // A sonar measures the nearest point of a wall, so ranges differ by the mounts' distances from the wall.

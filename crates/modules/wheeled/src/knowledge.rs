@@ -24,7 +24,8 @@ pub use crate::knowledge_params::WheeledKnowledgeParams;
 /// Model of a wheeled robot.
 #[interface]
 pub struct WheeledModel {
-    /// Pose, drive, sensors and actuators. The pose is [`Pose2::UNKNOWN`] while the sensors do not tell it.
+    /// Robot model: pose, drive, sensors and actuators.
+    /// The pose is [`Pose2::UNKNOWN`] while no sensor measures it.
     pub robot: RobotModel,
     /// Outline and wheels.
     pub chassis: Chassis,
@@ -38,7 +39,8 @@ pub struct WheeledModel {
 }
 
 impl WheeledModel {
-    /// Reads the description of a robot by its name or path, as yet without pose and measurements.
+    /// Loads the description of a robot by its name or path.
+    /// The model has no pose and measurements yet.
     ///
     /// # Errors
     /// The description is unknown or invalid.
@@ -46,7 +48,8 @@ impl WheeledModel {
         RobotDevices::load(robot, SensorProfiles::all(profile)).map(|devices| Self::of(&devices))
     }
 
-    /// Model of a robot by its description, as yet without pose and measurements.
+    /// Returns the model of a robot by its description.
+    /// It has no pose and measurements yet.
     pub fn of(devices: &RobotDevices) -> Self {
         let corners: Vec<_> = devices.footprint.iter().map(|[x, y]| Point2 { x: *x, y: *y }).collect();
         let list = |devices: &[DeviceDescription]| devices.iter().map(device).collect::<Vec<_>>();
@@ -77,24 +80,28 @@ impl WheeledModel {
         }
     }
 
-    /// Returns whether the robot has wheel encoders that are late or have stopped: it must not drive on.
+    /// Returns true if the robot has wheel encoders that are late or have stopped.
+    /// It must not drive on.
     pub fn has_lost_odometry(&self) -> bool {
         let odometry = self.robot.sensor(ODOMETRY);
         odometry.is_some_and(|device| matches!(device.health, DeviceHealth::LATE | DeviceHealth::SILENT))
     }
 
-    /// Inverse kinematics: wheel speeds of a twist (m/s, rad/s); zero while the drive is unknown.
+    /// Inverse kinematics: wheel speeds of a twist (m/s, rad/s).
+    /// Zero while the drive is unknown.
     pub fn wheels_for(&self, linear: f64, angular: f64) -> WheelSpeeds {
         self.robot.drive.wheels_for(Twist2 { linear, angular })
     }
 
-    /// Usual deceleration, m/s², limited by the wheels; zero while the drive is unknown.
+    /// Returns the usual deceleration, m/s², limited by the wheels.
+    /// Zero while the drive is unknown.
     pub fn deceleration(&self) -> f64 {
         let greatest = self.chassis.maximum_wheel_acceleration * self.robot.drive.wheel_radius;
         math::min(Parameters::default().deceleration, greatest)
     }
 
-    /// Response of the wheels of each side; `None` while the drive is unknown.
+    /// Returns the response of the wheels of each side.
+    /// `None` while the drive is unknown.
     pub fn sides(&self) -> Option<Sides> {
         let Kinematics { wheel_radius, track, .. } = self.robot.drive;
         let acceleration = self.chassis.maximum_wheel_acceleration * wheel_radius;
@@ -102,7 +109,7 @@ impl WheeledModel {
     }
 }
 
-/// A device as its description says.
+/// Returns a device from its description.
 fn device(description: &DeviceDescription) -> Device {
     let [x, y, theta] = description.mount;
     Device {
@@ -115,7 +122,8 @@ fn device(description: &DeviceDescription) -> Device {
     }
 }
 
-/// Sensors, and facts of the knowledge. The RobotModel lists each Sensor by the name of its input, from its first measurement on.
+/// Inputs of sensors, and facts of the knowledge.
+/// The RobotModel lists each Sensor by the name of its input, from its first measurement on.
 #[ports]
 pub struct WheeledModels {
     /// Ring of sonars.
@@ -139,12 +147,12 @@ pub struct WheeledModels {
     /// Sensor that sees other robots.
     #[stale(after = "1s")]
     robot_sensor: Sensed<Sightings>,
-    /// Errors of the sensors, as their maker tells them; exact sensors without.
+    /// Errors of the sensors, from their data sheets; exact sensors without.
     accuracy: Sensed<SensorAccuracy>,
     /// Status of the wheels, by the name of their gate.
     #[role("actuator_status")]
     wheels: Input<ActuatorStatus>,
-    /// Goal of the robot; nothing without one, and while it has several.
+    /// Goal of the robot; no value without one, and while it has several.
     goal: Output<Point2>,
     /// Goals that it visits in turn, if it has several.
     goals: Output<Goals>,
@@ -160,7 +168,7 @@ pub struct WheeledModels {
 }
 
 impl WheeledModels {
-    /// The input of a sensor that the robot's description names.
+    /// Returns the input of a sensor that the robot's description names.
     fn sensor(&self, name: &str) -> Option<&dyn SensorInput> {
         Some(match name {
             SONAR => &self.sonar,
@@ -187,7 +195,8 @@ impl WheeledModels {
         true
     }
 
-    /// Names of the described sensors that the robot has and that may have a rule, and how many there are.
+    /// Returns names and number of the described sensors that may have a rule.
+    /// The robot has these sensors.
     fn ruled_sensors<'m>(&self, model: &'m WheeledModel) -> ([&'m str; 16], usize) {
         let (mut names, mut length) = ([""; 16], 0);
         for device in model.robot.sensors.iter() {
@@ -251,7 +260,7 @@ impl WheeledModels {
             let WatchedSensor { measured, health } = *watched;
             let mut sensor = Device { measured, health: DeviceHealth(health), ..*sensor };
             let has_measured = self.watch(&mut sensor, now);
-            // What it repeats is no measurement.
+            // A repeated value is no measurement.
             if let Some(since) = frozen.of(sensor.name.as_str()) {
                 (sensor.measured, sensor.health) = (since, DeviceHealth::SILENT);
             }
@@ -267,7 +276,7 @@ impl WheeledModels {
         length
     }
 
-    /// Sets what the parameters say of the goals.
+    /// Sets the goals of the parameters.
     fn set_goals(&self, params: &WheeledKnowledgeParams) {
         match (params.has_goal.get(), params.goals.is_empty()) {
             (false, _) => {}
@@ -276,7 +285,8 @@ impl WheeledModels {
         }
     }
 
-    /// The estimated pose; before the first estimate, the measured one of these devices.
+    /// Returns the estimated pose.
+    /// Before the first estimate, it is the one measured by these devices.
     fn newest_pose(&self, sensors: &[Device]) -> Option<Pose2> {
         if self.pose.get().is_some() {
             let pose = self.pose.fresh()?.pose;
@@ -294,7 +304,8 @@ impl WheeledModels {
     }
 }
 
-/// Logs once that a sensor with a rule is late, and once that it is fresh again. The Monitor logs a sensor that has stopped.
+/// Logs once that a sensor with a rule is late, and once that it is fresh again.
+/// The Monitor logs a sensor that has stopped.
 fn log_late(before: DeviceHealth, sensor: &Device, now: &Tick) {
     let name = sensor.name.as_str();
     match (before, sensor.health) {
@@ -311,9 +322,9 @@ fn log_late(before: DeviceHealth, sensor: &Device, now: &Tick) {
 
 /// Input of a Sensor of any interface.
 trait SensorInput {
-    /// Whether a Sensor of the robot writes it.
+    /// Returns true if a Sensor of the robot writes it.
     fn is_there(&self) -> bool;
-    /// Whether it has measured.
+    /// Returns true if it has measured.
     fn has_measured(&self) -> bool;
     /// Updates health and time of measurement.
     fn watch(&self, device: &mut Device, now: &Tick);
@@ -336,25 +347,26 @@ impl<T: Interface + ?Sized> SensorInput for Sensed<T> {
 /// State of a sensor in Knowledge.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 struct WatchedSensor {
-    /// When it measured last, nanoseconds.
+    /// Time of the newest measurement, nanoseconds.
     measured: u64,
-    /// Its [`DeviceHealth`].
+    /// Health of the sensor, a [`DeviceHealth`].
     health: u8,
 }
 
-/// State of [`WheeledKnowledge`]: the robot by its description, which is read again after a restart.
+/// State of [`WheeledKnowledge`]: the robot by its description.
+/// The description is read again after a restart.
 #[derive(Default, Serialize, Deserialize)]
 pub struct WheeledKnowledgeState {
     #[serde(skip)]
     robot: KnownRobot,
     #[serde(skip)]
     rules: CheckedRules,
-    /// The described sensors, as they were last.
+    /// Described sensors, as they were last.
     #[serde(default)]
     watched: [WatchedSensor; SENSORS],
     #[serde(default)]
     frozen: FrozenSensors,
-    /// Whether the pose was known once.
+    /// True if the pose was known once.
     #[serde(default)]
     was_placed: bool,
 }
@@ -364,7 +376,7 @@ const SENSORS: usize = 12;
 /// Maximum number of actuators of a robot model.
 const ACTUATORS: usize = 4;
 
-/// A robot by its description.
+/// Robot by its description.
 #[derive(Default)]
 pub struct KnownRobot {
     known: Option<(DescribedRobot, Option<WheeledModel>)>,
@@ -388,12 +400,13 @@ impl KnownRobot {
         Ok(Self { known: Some((params.described(), Some(model))) })
     }
 
-    /// The model of the description that was read.
+    /// Returns the model of the description that was read.
     fn described(&self) -> Option<&WheeledModel> {
         self.known.as_ref()?.1.as_ref()
     }
 
-    /// The model. After an error, which is logged, that of the description before.
+    /// Returns the model.
+    /// After an error, which is logged, that of the description before.
     fn model(&mut self, params: &WheeledKnowledgeParams, now: &Tick) -> Option<&WheeledModel> {
         let described = params.described();
         if self.known.as_ref().is_none_or(|(known, _)| *known != described) {
@@ -434,7 +447,7 @@ impl Knowledge for WheeledKnowledge {
     fn create(_: &Setup<'_>, params: &WheeledKnowledgeParams) -> Result<WheeledKnowledgeState, Refusal> {
         let robot = KnownRobot::new(params)?;
         if let Some(model) = robot.described() {
-            // Which of them it has, the links say.
+            // The links decide which of them the robot has.
             let names = model.robot.sensors.iter().map(|device| device.name.as_str());
             let names: Vec<_> = names.filter(|name| has_threshold(name)).collect();
             if let Some(refused) = RefusedRule::find(&params.rules().avoid_obstacle, &names) {

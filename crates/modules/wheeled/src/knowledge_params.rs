@@ -1,4 +1,5 @@
-//! Parameters of the Knowledge of a wheeled robot: description, goal, and the rules of the reflexes.
+//! Parameters of a wheeled robot's Knowledge.
+//! Description, goal, and the rules of the reflexes.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -24,13 +25,13 @@ pub struct WheeledKnowledgeParams {
     #[param(
         default = "",
         follows = ["world.robots.{robot}.sonar", "world.robots.{robot}.profile", "world.sonar"],
-        doc = "profile of its sonars, if it is another one"
+        doc = "profile of the sonars, if it differs from the robot's"
     )]
     pub sonar: Text<28>,
     #[param(
         default = "",
         follows = ["world.robots.{robot}.robot_sensor", "world.robots.{robot}.profile", "world.robot_sensor"],
-        doc = "profile of its sensor for other robots, if it is another one"
+        doc = "profile of the robot sensor, if it differs from the robot's"
     )]
     pub robot_sensor: Text<28>,
     #[param(default = 0.0, unit = "m", doc = "x of the goal")]
@@ -39,7 +40,7 @@ pub struct WheeledKnowledgeParams {
     pub goal_y: f64,
     #[param(default = Sequence::default(), doc = "goals that the robot visits in turn, metres, in the place of the single one")]
     pub goals: Sequence<Point2, 16>,
-    #[param(default = true, doc = "whether it has a goal: false for one whose Plan follows something else")]
+    #[param(default = true, doc = "true: the robot has a goal; false: its Plan has another target")]
     pub has_goal: Bool,
     #[param(default = default_sensor_rules(), doc = "distances ahead of the robot's front below which sensors cause a reflex, in metres")]
     pub sensor_rules: Sequence<SensorRule, 4>,
@@ -103,11 +104,11 @@ pub struct WheeledKnowledgeParams {
     pub release_timeout: f64,
 }
 
-/// A robot's description and the profiles of its sensors, as parameters name them.
+/// Robot's description and the profiles of its sensors, as parameters name them.
 pub(crate) type DescribedRobot = (Text<252>, [Text<28>; 3]);
 
 impl WheeledKnowledgeParams {
-    /// The robot's description and the profiles of its sensors.
+    /// Returns the robot's description and the profiles of its sensors.
     pub(crate) fn described(&self) -> DescribedRobot {
         (self.robot, [self.profile, self.sonar, self.robot_sensor])
     }

@@ -23,7 +23,7 @@ pub struct LaserRingParams {
     mount_theta: f64,
 }
 
-/// Mount of the laser in the plane of the robot.
+/// Returns the mount of the laser in the plane of the robot.
 fn mount(io: &Laser, params: &LaserRingParams) -> Pose2 {
     let written = Pose2 { x: params.mount_x, y: params.mount_y, theta: params.mount_theta };
     io.mount.get().map_or(written, |mount| Pose2 {
@@ -36,7 +36,8 @@ fn mount(io: &Laser, params: &LaserRingParams) -> Pose2 {
 /// Sonars of a ring.
 const SECTORS: usize = 16;
 
-/// Converts a laser scan to a sonar scan: the shortest range of each sixteenth of the field of view.
+/// Converts a laser scan to a sonar scan of sixteen sectors.
+/// A range is the shortest one of each sixteenth of the field of view.
 pub struct LaserRing;
 
 impl Sensor for LaserRing {

@@ -6,14 +6,15 @@ use slate_plugin::prelude::*;
 use crate::knowledge::WheeledModel;
 use crate::rules::WheeledRules;
 
-/// Returns whether no Knowledge has a robot model for a reflex: nothing is known to be far enough away then, and the reflex stops
-/// the robot. Before Knowledge has published its first one, no action runs.
+/// Returns true if no Knowledge has a robot model for a reflex.
+/// No obstacle is then known to be far enough away, and the reflex stops the robot. Before Knowledge has published its
+/// first model, no action runs.
 pub fn has_no_model(robot: &Input<WheeledModel>) -> bool {
     robot.get().is_none() && !robot.has_writer()
 }
 
-/// Returns whether a sensor that the reflexes have a rule for gives no timely measurement: it counts as near, and all reflexes
-/// that read it stop the robot.
+/// Returns true if a sensor with a rule gives no timely measurement.
+/// The reflexes have the rule. The sensor counts as near, and all reflexes that read it stop the robot.
 pub fn is_blind<T: Interface + ?Sized>(
     name: &str,
     input: &Input<T>,
@@ -34,8 +35,9 @@ pub fn has_lost<T: Interface + ?Sized>(
     (input.has_writer() || input.get().is_some()) && is_late(name, input, robot, now)
 }
 
-/// Returns whether a sensor has not measured yet or is late, by its rate and health in the robot model. Single measurements
-/// of a late one do not count: the robot would drive on for a moment with each.
+/// Returns true if a sensor has not measured yet or is late.
+/// Its rate and health in the robot model decide. Single measurements of a late one do not count: the robot would drive
+/// on for a moment with each.
 pub fn is_late<T: Interface + ?Sized>(
     name: &str,
     input: &Input<T>,

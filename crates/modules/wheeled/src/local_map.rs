@@ -1,4 +1,4 @@
-//! Analyze: local map of obstacles, with a short memory of echoes and tracks of other robots.
+//! Analyze: local map with a short memory of echoes and tracks of robots.
 
 use serde::{Deserialize, Serialize};
 use slate_avoidance::{Footprint, LocalMap, Parameters};
@@ -54,7 +54,8 @@ pub struct LocalObstacles {
     pub pose: Pose2,
     /// Twist of the robot.
     pub twist: Twist2,
-    /// Whether a sensor detects robots: `robots` are then all that are in sight.
+    /// True if a sensor detects robots.
+    /// `robots` are then all that are in sight.
     pub sees_robots: Bool,
     /// Other robots.
     pub robots: Sequence<TrackedRobot, 8>,
@@ -75,7 +76,7 @@ pub struct ObservedObstacles {
     robots: Observed<Sightings>,
     /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
-    /// Local map, as large as what is marked in it.
+    /// Local map, as large as the area of its marks.
     #[capacity(1024)]
     change: Change<LocalObstacles>,
 }
@@ -101,7 +102,7 @@ pub struct ObstacleMemory {
 /// Tolerance of an echo from a detected robot, metres.
 const SPREAD: f64 = 0.1;
 
-/// Keeps a local map of echoes and tracks of robots; reports them with each scan.
+/// Local map of echoes and tracks of robots; reports them with each scan.
 pub struct MapObstacles;
 
 impl Analyze for MapObstacles {
@@ -191,7 +192,8 @@ fn leave_out(scan: &mut SonarScan, is_known: impl Fn(&SonarPlacement, &Echo, &So
     scan.echoes = Sequence::new(&echoes[..scan.echoes.len()]);
 }
 
-/// Returns whether an echo may come from a wall of the known room, whose position is known better.
+/// Returns true if an echo may come from a wall of the known room.
+/// The wall's position is known better than the echo's.
 fn is_echo_of_room(
     pose: Pose2,
     placement: &SonarPlacement,

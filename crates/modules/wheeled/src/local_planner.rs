@@ -10,7 +10,8 @@ use crate::go_to_origin::{GoToOriginParams, GoToOriginPorts, GoToOriginState};
 use crate::knowledge::WheeledModel;
 use crate::local_map::LocalObstacles;
 
-/// Obstacles and knowledge that a [`GoToOriginPlanner`](crate::go_to_origin::GoToOriginPlanner) does not have.
+/// Obstacles and knowledge for the local planner.
+/// A [`GoToOriginPlanner`](crate::go_to_origin::GoToOriginPlanner) does not have them.
 #[ports]
 pub struct LocalPlannerPorts {
     obstacles: Noticed<LocalObstacles>,
@@ -42,11 +43,12 @@ pub struct LocalPlannerParams {
 /// State of [`LocalPlanner`].
 #[derive(Default, Serialize, Deserialize)]
 pub struct LocalPlannerState {
-    /// The straight path.
+    /// Straight path.
     #[serde(alias = "go")]
     straight: GoToOriginState,
     avoider: Option<Avoider>,
-    /// Newest wheel speeds round an obstacle (rad/s), and their time (s); `None` on the straight path.
+    /// Newest wheel speeds round an obstacle (rad/s), and their time (s).
+    /// `None` on the straight path.
     round: Option<([f64; 2], f64)>,
     /// Time of the newest map, seconds.
     mapped: Option<f64>,
@@ -59,7 +61,8 @@ const RENEWAL: f64 = 0.1;
 /// Age of the map above which the robot stops, seconds.
 const MAP_TIMEOUT: f64 = 0.3;
 
-/// Sends the robot to its goal, straight where that is free, and round obstacles elsewhere.
+/// Sends the robot to its goal.
+/// It drives straight where that is free, and round obstacles elsewhere.
 pub struct LocalPlanner;
 
 impl Plan for LocalPlanner {
@@ -101,7 +104,8 @@ impl Plan for LocalPlanner {
 }
 
 impl LocalPlannerState {
-    /// Decides by the newest map whether the straight path is free; `None` without a new map or a valid outline.
+    /// Decides by the newest map whether the straight path is free.
+    /// `None` without a new map or a valid outline.
     fn decide(
         &mut self,
         local: &LocalPlannerPorts,
@@ -131,7 +135,8 @@ impl LocalPlannerState {
         Some(avoider.guard(obstacles.pose, obstacles.twist, goal, None, &parameters, time))
     }
 
-    /// Plans a twist round an obstacle, unless the newest one is the same and still lasts.
+    /// Plans a twist round an obstacle.
+    /// It does not if the newest one is the same and still lasts.
     fn avoid(&mut self, robot: &WheeledModel, twist: Twist2, time: f64, plan: &mut Agenda<'_>) {
         let WheelSpeeds { left, right } = robot.wheels_for(twist.linear, twist.angular);
         let speeds = [left, right];

@@ -1,4 +1,5 @@
-//! Position of another robot from range and bearing: `P3dxPositonAnalyze` of the paper (section 6.4).
+//! Position of another robot from range and bearing.
+//! `P3dxPositonAnalyze` of the paper (section 6.4).
 
 use serde::{Deserialize, Serialize};
 use slate_avoidance::ROBOT_SENSOR;
@@ -20,13 +21,15 @@ use crate::travelled_pose::TravelledPose;
 pub struct RobotSensor {
     #[stale(after = "1s")]
     robots: Sensed<Sightings>,
-    /// Wheel encoders, by which the robot moves; without them the detector is not known to be frozen.
+    /// Wheel encoders, which measure the robot's motion.
+    /// Without them a frozen detector can't be recognized.
     odometry: Input<Odometry>,
     /// Robot model with mount, limits and rate of the detector, from Knowledge.
     robot: Input<WheeledModel>,
 }
 
-/// Monitors detections of other robots; drops those beyond the range of the device, and all while it is frozen.
+/// Monitor of detections of other robots.
+/// It drops those beyond the range of the device, and all while it is frozen.
 pub struct RobotMonitor;
 
 /// State of [`RobotMonitor`].
@@ -99,7 +102,7 @@ pub struct Located {
     /// Bearing, counter-clockwise.
     #[unit("rad")]
     pub bearing: f64,
-    /// Whether it is detected; else the position is the last known one.
+    /// True if the robot is detected; else the position is the last known one.
     pub seen: Bool,
 }
 
@@ -111,7 +114,7 @@ pub struct ObservedRobots {
     position: Observed<Position>,
     #[stale(after = "200ms")]
     orientation: Observed<Orientation>,
-    /// Robot model with the estimated pose and the accuracy of its sensors, from Knowledge.
+    /// Robot model with the estimated pose and sensor accuracy, from Knowledge.
     #[stale(after = "200ms")]
     robot: Input<WheeledModel>,
 }
@@ -131,7 +134,7 @@ pub struct LocateRobotParams {
     gate: f64,
 }
 
-/// Where a robot was reported.
+/// Reported position of a robot.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 struct ReportedPlace {
     /// Position in the map frame, metres.
@@ -156,18 +159,19 @@ pub struct LastSighting {
     last: Option<ReportedPlace>,
     is_seen: bool,
     seen_at: f64,
-    /// Filter of a sensor that errs.
+    /// Filter for a sensor with errors.
     #[serde(default)]
     track: Option<TrackFilter>,
-    /// Since when others are detected, and not yet this one, seconds.
+    /// Time since which others, but not this one, are detected, seconds.
     #[serde(default)]
     others_since: Option<f64>,
-    /// Whether it was detected once, or its absence was logged.
+    /// True if it was detected once, or its absence was logged.
     #[serde(default)]
     is_settled: bool,
 }
 
-/// Time after which a robot that was never detected, while others are, is logged, seconds.
+/// Time after which a robot never detected is logged, seconds.
+/// Others must be detected meanwhile.
 const MISSING: f64 = 10.0;
 
 /// Tracks the position of another robot; reports changes.
@@ -214,7 +218,7 @@ impl Analyze for LocateRobot {
 }
 
 impl ObservedRobots {
-    /// The estimated pose; without one, the measured one.
+    /// Returns the estimated pose; without one, the measured one.
     fn pose(&self) -> Option<Pose2> {
         if self.robot.get().is_some() {
             return self.robot.fresh().map(|robot| robot.robot.pose).filter(Pose2::is_known);
@@ -224,7 +228,7 @@ impl ObservedRobots {
     }
 }
 
-/// Whether the detector of robots has no errors.
+/// Returns true if the detector of robots has no errors.
 fn is_exact(accuracy: &SensorAccuracy) -> bool {
     let SensorAccuracy {
         sighting_range_stddev, sighting_range_relative_stddev, sighting_bearing_stddev, ..
@@ -233,7 +237,8 @@ fn is_exact(accuracy: &SensorAccuracy) -> bool {
 }
 
 impl LastSighting {
-    /// Updates the track, and returns where the robot is, in the map and as it would be seen; `None` without a track.
+    /// Updates the track; returns position in the map and expected sighting.
+    /// `None` without a track.
     fn follow(
         &mut self,
         pose: Pose2,

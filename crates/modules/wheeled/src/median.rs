@@ -7,7 +7,8 @@ const SCANS: usize = 9;
 /// Maximum number of sonars.
 const SONARS: usize = 16;
 
-/// Newest scans of a ring of sonars: the median of each range over time drops single outliers.
+/// Median filter of the newest scans of a ring of sonars.
+/// The median of each range over time drops single outliers.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct MedianRing {
     /// Ranges of each scan, metres; oldest overwritten first.
@@ -17,16 +18,16 @@ pub struct MedianRing {
 }
 
 impl MedianRing {
-    /// Adds a scan and returns the shortest of the sonars' medians over the newest `scans` ones, metres. A sonar without an
-    /// echo counts with the maximum range.
+    /// Adds a scan; returns the shortest median of the newest `scans`, metres.
+    /// A sonar without an echo counts with the maximum range.
     pub fn nearest(&mut self, scan: &SonarScan, scans: usize) -> f64 {
         self.add(scan);
         let sonars = scan.echoes.len().min(SONARS);
         (0..sonars).map(|sonar| self.median(sonar, scans)).fold(scan.range_max, math::min)
     }
 
-    /// Adds a scan and returns it with the medians over the newest `scans` ones in the place of its ranges. A range that is no
-    /// number stays: a failed sonar must not look like free space.
+    /// Adds a scan; returns it with the medians of the newest `scans` as ranges.
+    /// A range that is no number stays: a failed sonar must not look like free space.
     pub fn filter(&mut self, scan: &SonarScan, scans: usize) -> SonarScan {
         self.add(scan);
         let mut echoes = [Echo::default(); SONARS];
@@ -49,7 +50,7 @@ impl MedianRing {
         self.count += 1;
     }
 
-    /// The median range of a sonar over the newest `scans` scans.
+    /// Returns the median range of a sonar over the newest `scans` scans.
     fn median(&self, sonar: usize, scans: usize) -> f64 {
         let scans = scans.clamp(1, SCANS).min(self.count.min(SCANS as u64) as usize);
         let mut window = [0.0; SCANS];

@@ -9,7 +9,7 @@ use crate::median::MedianRing;
 #[ports]
 pub struct MedianSonarPorts {
     source: Input<SonarScan>,
-    /// Errors of the sensors, as their maker tells them; exact sensors without.
+    /// Errors of the sensors, from their data sheets; exact sensors without.
     accuracy: Input<SensorAccuracy>,
 }
 
@@ -20,7 +20,8 @@ pub struct MedianSonarParams {
     median_scans: u32,
 }
 
-/// Measures ranges as medians over the newest scans, which drops single echoes that no obstacle has sent, and single missing ones.
+/// Measures ranges as medians over the newest scans.
+/// This drops single echoes without an obstacle, and single missing ones.
 ///
 /// Ranges of exact sonars pass as they are.
 pub struct MedianSonar;

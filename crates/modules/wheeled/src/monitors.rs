@@ -1,6 +1,6 @@
-//! Monitors, one for each type of sensor. Each finds its device in the RobotModel: it is degraded after a second without a
-//! measurement, or five periods of a slower device, as sensors lose single ones, while the newest one is no number, and
-//! while the sensor is frozen.
+//! Monitors, one for each type of sensor.
+//! Each finds its device in the RobotModel. A device is degraded after a second without a measurement, or five periods
+//! of a slower device, as sensors lose single ones, while the newest one is no number, and while the sensor is frozen.
 
 use serde::{Deserialize, Serialize};
 use slate_avoidance::SONAR;
@@ -13,7 +13,7 @@ use crate::frozen_sonars::FrozenSonars;
 use crate::knowledge::{ODOMETRY, ORIENTATION, POSITION, WheeledModel};
 use crate::travelled_pose::TravelledPose;
 
-/// The device of that name in a robot model, if that is known.
+/// Returns the device of that name in a robot model, if that is known.
 pub(crate) fn device<'m>(robot: &'m Input<WheeledModel>, name: &str) -> Option<&'m Device> {
     robot.get()?.robot.sensor(name)
 }
@@ -23,15 +23,17 @@ pub(crate) fn device<'m>(robot: &'m Input<WheeledModel>, name: &str) -> Option<&
 pub struct Sonar {
     #[stale(after = "1s")]
     sonar: Sensed<SonarScan>,
-    /// Wheel encoders, by which the robot moves; without them no sonar is known to be frozen.
+    /// Wheel encoders, which measure the robot's motion.
+    /// Without them a frozen sonar can't be recognized.
     odometry: Input<Odometry>,
     /// Robot model with the limits and mounts of the sonars, from Knowledge.
     robot: Input<WheeledModel>,
 }
 
 impl Sonar {
-    /// Returns a scan as these sonars can have measured it, by the robot model (REP 117): beyond their maximum range they hear
-    /// nothing, and what is nearer than their minimum range is there. A scan without mounts takes those of the model.
+    /// Returns a scan limited to the sonars' ranges in the robot model (REP 117).
+    /// Beyond their maximum range they detect no obstacle, and an obstacle nearer than their minimum range is at that
+    /// range. A scan without mounts takes those of the model.
     fn interpreted(&self, scan: &SonarScan) -> SonarScan {
         let mut scan = *scan;
         let Some(robot) = self.robot.get() else { return scan };
@@ -49,7 +51,7 @@ impl Sonar {
     }
 }
 
-/// An echo within the limits of a device. One that is no number stays so.
+/// Returns an echo within the limits of a device. One that is no number stays so.
 fn within(echo: Echo, device: &Device) -> Echo {
     match echo.range {
         range if !range.is_finite() || device.permits(range) => echo,
@@ -58,7 +60,7 @@ fn within(echo: Echo, device: &Device) -> Echo {
     }
 }
 
-/// Returns whether a scan has a placement for each sonar and all ranges are numbers.
+/// Returns true if a scan has a mount for each sonar and all ranges are numbers.
 pub fn is_valid(scan: &SonarScan) -> bool {
     let echoes = scan.echoes.len();
     echoes > 0
@@ -66,7 +68,8 @@ pub fn is_valid(scan: &SonarScan) -> bool {
         && scan.echoes.iter().all(|echo| echo.range.is_finite() && echo.range >= 0.0)
 }
 
-/// Returns the newest measurement of a sensor; none while it is invalid, which is logged when that begins.
+/// Returns the newest valid measurement of a sensor.
+/// `None` while it is invalid, which is logged when that begins.
 fn valid<T: Copy>(
     is_invalid: &mut bool,
     (sensor, newest): (&str, Option<&T>),
@@ -86,9 +89,9 @@ fn valid<T: Copy>(
 /// State of [`RangeMonitor`].
 #[derive(Default, Serialize, Deserialize)]
 pub struct RangeMonitorState {
-    /// Whether the newest scan is invalid.
+    /// True if the newest scan is invalid.
     is_invalid: bool,
-    /// Whether a sonar is frozen.
+    /// True if a sonar is frozen.
     is_frozen: bool,
     sonars: FrozenSonars,
 }
@@ -131,9 +134,9 @@ impl Monitor for RangeMonitor {
 /// State of a Monitor that drops measurements of a sensor that is frozen.
 #[derive(Default, Serialize, Deserialize)]
 pub struct MonitorState<F> {
-    /// Whether the newest measurement is invalid.
+    /// True if the newest measurement is invalid.
     is_invalid: bool,
-    /// Whether the sensor is frozen.
+    /// True if the sensor is frozen.
     is_frozen: bool,
     sensor: F,
 }
@@ -143,7 +146,8 @@ pub struct MonitorState<F> {
 pub struct Positioning {
     #[stale(after = "1s")]
     position: Sensed<Position>,
-    /// Wheel encoders, by which the robot moves; without them the positioning system is not known to be frozen.
+    /// Wheel encoders, which measure the robot's motion.
+    /// Without them a frozen positioning system can't be recognized.
     odometry: Input<Odometry>,
     /// Robot model with the rate of the device, from Knowledge.
     robot: Input<WheeledModel>,
@@ -182,7 +186,8 @@ impl Monitor for PositionMonitor {
 pub struct Compass {
     #[stale(after = "1s")]
     orientation: Sensed<Orientation>,
-    /// Wheel encoders, by which the robot turns; without them the compass is not known to be frozen.
+    /// Wheel encoders, which measure the robot's turn.
+    /// Without them a frozen compass can't be recognized.
     odometry: Input<Odometry>,
     /// Robot model with the rate of the device, from Knowledge.
     robot: Input<WheeledModel>,

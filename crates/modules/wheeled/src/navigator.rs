@@ -16,13 +16,13 @@ const SPREAD: f64 = 0.3;
 /// State of such a Plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct Navigator {
-    /// Whether the surroundings are crowded.
+    /// True if the surroundings are crowded.
     crowded: bool,
     /// Newest position.
     position: Option<(f64, f64)>,
-    /// Whether the heading is known.
+    /// True if the heading is known.
     oriented: bool,
-    /// Whether another robot is near.
+    /// True if another robot is near.
     #[serde(default, alias = "met")]
     is_near_robot: bool,
     /// Newest goal, and its two velocities.
@@ -54,7 +54,8 @@ impl Navigator {
         self.position.filter(|_| self.oriented)
     }
 
-    /// Updates from the position of another robot; returns whether it has come near or left.
+    /// Updates from another robot's position; returns whether its nearness changed.
+    /// True if it has come near or left.
     pub fn update_other(&mut self, robot: &Noticed<Located>) -> bool {
         let was = self.is_near_robot;
         if let Some(located) = robot.newest() {
@@ -64,7 +65,8 @@ impl Navigator {
         was != self.is_near_robot
     }
 
-    /// Sets the position to the goal on arrival: the Analyze reports steps of some centimetres only.
+    /// Sets the position to the goal on arrival.
+    /// The Analyze reports steps of some centimetres only.
     pub fn set_arrived(&mut self) {
         self.position = self.goal.map(|([x, y], _)| (x, y)).or(self.position);
     }
@@ -85,7 +87,8 @@ impl Navigator {
         self.goal.is_some_and(|own| own != ([goal.x, goal.y], speeds))
     }
 
-    /// Sends the robot to a goal, with the velocity for free or for crowded space (m/s).
+    /// Sends the robot to a goal.
+    /// `speeds` are the velocities for free and for crowded space (m/s).
     pub fn send_goal(&mut self, goal: Point2, speeds: [f64; 2], tolerance: f64, plan: &mut Agenda<'_>) {
         self.goal = Some(([goal.x, goal.y], speeds));
         let [speed, careful_speed] = speeds;

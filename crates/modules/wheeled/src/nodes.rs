@@ -1,4 +1,5 @@
-//! Sensors and Actuators whose device is elsewhere, such as a node of ROS: `SensorNode` and `ActuatorNode` of the paper (Figure 10).
+//! Sensors and Actuators whose device is elsewhere, such as a node of ROS.
+//! `SensorNode` and `ActuatorNode` of the paper (Figure 10).
 
 use slate_plugin::interfaces::{
     Bumper, LaserScan, Odometry, Orientation, Position, SonarScan, Twist2, WheelSpeeds,
@@ -60,13 +61,14 @@ pub struct TwistNodeParams {
     track: f64,
 }
 
-/// Two wheels of a node that is commanded by twists: what passes the gate are speeds of wheels, which are limited there.
+/// Actuator of a two-wheeled node with a twist command.
+/// Wheel speeds pass the gate, which limits them there.
 #[derive(Debug)]
 pub struct TwistNode;
 
 impl Actuator for TwistNode {
     const NAME: &'static str = "twist_node";
-    const DOC: &'static str = "Two wheels of a node that takes twists.";
+    const DOC: &'static str = "Two wheels of a node with a twist command.";
     type Io = TwistNodePorts;
     type Params = TwistNodeParams;
     type State = ();

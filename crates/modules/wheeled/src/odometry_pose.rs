@@ -1,4 +1,5 @@
-//! Sensors of position and heading by odometry, in the place of a positioning system and a compass (section 6.1 of the paper).
+//! Sensors of position and heading by odometry.
+//! They replace a positioning system and a compass (section 6.1 of the paper).
 
 use slate_plugin::interfaces::{Odometry, Orientation, Pose2, Position};
 use slate_plugin::prelude::*;

@@ -9,13 +9,14 @@ use slate_plugin::prelude::*;
 #[interface]
 #[derive(PartialEq)]
 pub struct WheeledRules {
-    /// Of the reflex that avoids obstacles; a sensor with a rule there is one that no reflex does without.
+    /// Rules of the reflex that avoids obstacles.
+    /// A sensor with a rule here is required by all reflexes.
     pub avoid_obstacle: ReflexRules,
-    /// Of the reflex that gives way.
+    /// Rules of the reflex that gives way.
     pub give_way: GiveWayRules,
-    /// Of the reflex that follows a wall.
+    /// Rules of the reflex that follows a wall.
     pub keep_wall: KeepWallRules,
-    /// Of the reflex that backs away from a contact.
+    /// Rules of the reflex that backs away from a contact.
     pub bumper_release: BumperReleaseRules,
 }
 
@@ -26,7 +27,8 @@ pub struct GiveWayRules {
     /// Distance of another robot's center below which it gives way.
     #[unit("m")]
     pub min_separation: f64,
-    /// Bearing from straight ahead or behind within which it gives way; it can't move sideways.
+    /// Bearing from straight ahead or behind within which it gives way.
+    /// The robot can't move sideways.
     #[unit("rad")]
     pub max_bearing: f64,
     /// Linear velocity.
@@ -86,7 +88,7 @@ pub struct BumperReleaseRules {
     /// Distance to travel after the bumper is released.
     #[unit("m")]
     pub distance: f64,
-    /// Time after which a robot with a bumper that stays pressed stands.
+    /// Time after which a robot with a pressed bumper stops.
     #[unit("s")]
     pub timeout: f64,
 }
@@ -100,7 +102,8 @@ pub struct RulePorts {
 }
 
 impl WheeledRules {
-    /// Returns the rules with the default threshold of the sonars, if they have none for them.
+    /// Returns the rules with the default threshold of the sonars.
+    /// A rule for the sonars stays.
     ///
     /// A rule for another sensor does not switch the reflex by sonars off.
     pub fn with_sonars(mut self) -> Self {
@@ -114,7 +117,8 @@ impl WheeledRules {
         self
     }
 
-    /// Returns them for sonars that err: with a greater distance of the sonars' rule (m) and greater clearances (m).
+    /// Returns the rules for sonars with errors.
+    /// The distance of the sonars' rule (m) and the clearances (m) are greater.
     #[must_use]
     pub fn widened(mut self, distance: f64, clearance: f64) -> Self {
         let reflex = &mut self.avoid_obstacle;
@@ -130,7 +134,8 @@ impl WheeledRules {
         self
     }
 
-    /// Returns whether a sensor has a rule: while it is late, no reflex that reads it drives.
+    /// Returns true if a sensor has a rule.
+    /// While it is late, no reflex that reads it drives.
     pub fn is_required(&self, sensor: &str) -> bool {
         self.avoid_obstacle.distance(sensor).is_some()
     }
@@ -139,14 +144,15 @@ impl WheeledRules {
 /// Rules of a robot, checked against its sensors.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CheckedRules {
-    /// The last error, which is logged once.
+    /// Last error, which is logged once.
     error: Option<RuleError>,
-    /// Whether rules are published.
+    /// True if rules are published.
     is_published: bool,
 }
 
 impl CheckedRules {
-    /// Publishes the rules if the robot has their sensors; else the previous rules remain.
+    /// Publishes the rules if the robot has their sensors.
+    /// Else the previous rules remain.
     ///
     /// The first rules are published in any case: a sensor that never measures counts as near.
     pub fn publish(
@@ -170,7 +176,8 @@ impl CheckedRules {
 /// Name of the bumpers in a robot model.
 pub const BUMPER: &str = "bumper";
 
-/// A refused rule of a robot with these sensors. It begins with the place of the rule, by which the host finds its line.
+/// Invalid rule of a robot with these sensors.
+/// It begins with the place of the rule, by which the host finds its line.
 pub struct RefusedRule<'a> {
     error: RuleError,
     sensors: &'a [&'a str],
@@ -214,7 +221,7 @@ pub fn has_threshold(sensor: &str) -> bool {
     [SONAR, ROBOT_SENSOR, BUMPER].contains(&sensor)
 }
 
-/// The threshold of the sonars of a Pioneer.
+/// Returns the threshold of the sonars of a Pioneer.
 pub fn default_sensor_rules() -> Sequence<SensorRule, 4> {
     Sequence::new(&[SensorRule { distance: 0.1, sensor: Text::new(SONAR) }])
 }

@@ -8,10 +8,10 @@ use crate::actions::{
 };
 use crate::body::{BodyModel, WheeledBody};
 
-/// The wheels of a drive that steers by skidding.
+/// Wheels of a drive that steers by skidding.
 #[ports]
 pub struct FourWheels {
-    /// All four wheels.
+    /// Velocities of all four wheels.
     #[safe(FourWheelSpeeds::ZERO)]
     wheels: Command<FourWheelSpeeds>,
 }
@@ -32,7 +32,7 @@ impl WheeledBody for SkidSteerBody {
 }
 
 repertoire! {
-    /// All that a robot with four driven wheels can do.
+    /// Actions of a robot with four driven wheels.
     pub enum SkidSteerActions for SkidSteerBody as "skid_steer_execute" {
         SetWheelSpeed, TurnAngle, TurnToOrigin, GoToOrigin, AvoidObstacle, ReleaseBumper, KeepWall
     }

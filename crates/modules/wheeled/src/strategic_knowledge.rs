@@ -1,4 +1,4 @@
-//! Knowledge of a robot with several strategies: those of any wheeled robot, and their outcomes.
+//! Knowledge of a wheeled robot with strategies, and their outcomes.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::mapek::{StrategyModel, StrategyPorts};
@@ -7,8 +7,9 @@ use slate_plugin::prelude::*;
 
 use crate::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledKnowledgeState};
 
-/// The knowledge of a robot that has a role and plans to choose from. Its state is the strategies alone: what the robot
-/// remembers from run to run when the configuration gives this module a memory.
+/// Knowledge of a robot with a role and several plans.
+/// Its state is the strategies alone: the robot's memory from run to run when the configuration gives this module a
+/// memory.
 pub struct StrategicKnowledge;
 
 /// State of [`StrategicKnowledge`].
@@ -22,8 +23,7 @@ pub struct StrategicKnowledgeState {
 
 impl Knowledge for StrategicKnowledge {
     const NAME: &'static str = "strategic_knowledge";
-    const DOC: &'static str =
-        "Knows the robot's goal, its body, and which of its plans is the most promising.";
+    const DOC: &'static str = "Knows the robot's goal, its body, and its most promising plan.";
     type Models = (<WheeledKnowledge as Knowledge>::Models, StrategyPorts);
     type Params = WheeledKnowledgeParams;
     type State = StrategicKnowledgeState;

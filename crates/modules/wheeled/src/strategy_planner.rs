@@ -1,4 +1,5 @@
-//! Plan of a robot with strategies: follows the most promising plan of its role, and reports the outcome to Knowledge.
+//! Plan of a robot with strategies.
+//! It follows the most promising plan of its role, and reports the outcome to Knowledge.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
@@ -30,20 +31,21 @@ pub struct StrategyPlannerParams {
 /// Progress of the plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct StrategyProgress {
-    /// Whether position and heading are known.
+    /// Localization: true if the position is known, and if the heading is.
     #[serde(alias = "placed")]
     localized: (bool, bool),
-    /// The number of the strategy that is followed, or has ended.
+    /// Number of the strategy that is followed, or has ended.
     strategy: u64,
-    /// The running action; `None` when the plan has ended.
+    /// Running action; `None` when the plan has ended.
     step: Option<usize>,
-    /// The number under which Execute has it.
+    /// Ticket of the plan at Execute.
     ticket: u64,
     /// Time of the plan's start, seconds.
     since: f64,
 }
 
-/// Follows one plan after the other until one succeeds. Give it a period (`every`): time passes also when nothing changes.
+/// Follows one plan after the other until one succeeds.
+/// Give it a period (`every`): time passes also without changes.
 pub struct StrategyPlanner;
 
 impl Plan for StrategyPlanner {
@@ -92,7 +94,8 @@ impl Plan for StrategyPlanner {
 }
 
 impl StrategyProgress {
-    /// Begins a plan for another role, or again: what runs is outdated.
+    /// Begins a plan for another role, or again.
+    /// Running actions are outdated.
     fn begin(&mut self, strategy: &PlanDescription, number: u64, time: f64, plan: &mut Agenda<'_>) {
         if self.step.is_some() {
             plan.clear();
@@ -101,7 +104,7 @@ impl StrategyProgress {
         *self = Self { strategy: number, step, ticket: 0, since: time, ..*self };
     }
 
-    /// Returns the step after the actions that have completed, and whether one has failed.
+    /// Returns the step after the completed actions, and whether one has failed.
     fn next_step(&self, step: usize, situation: &Situation<'_>) -> (usize, bool) {
         let own = situation.ended().filter(|ended| ended.ticket == self.ticket && ended.ticket > 0);
         own.fold((step, false), |(step, has_failed), ended| match ended.ending {

@@ -6,26 +6,28 @@ use slate_plugin::interfaces::Point2;
 /// Standard deviation of the velocity of a new track, m/s.
 const NEW_VELOCITY: f64 = 0.5;
 
-/// Kalman filter with constant velocity and white acceleration (Bar-Shalom, Li and Kirubarajan, *Estimation with
-/// Applications to Tracking and Navigation*, 6.2.2); its errors are the same in x and in y.
+/// Kalman filter of a track: constant velocity, white acceleration.
+/// Bar-Shalom, Li and Kirubarajan, *Estimation with Applications to Tracking and Navigation*, 6.2.2; its errors are the
+/// same in x and in y.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackFilter {
     position: [f64; 2],
     velocity: [f64; 2],
-    /// Variance of the position, covariance with the velocity, variance of the velocity.
+    /// Variance of position, covariance with velocity, variance of velocity.
     covariance: [f64; 3],
     /// Time of the belief, seconds.
     time: f64,
 }
 
 impl TrackFilter {
-    /// A track from a detection at a time (s), with its standard deviation (m).
+    /// Returns a track from a detection at a time (s), with its standard deviation (m).
     pub fn new(seen: Point2, stddev: f64, time: f64) -> Self {
         let covariance = [stddev * stddev, 0.0, NEW_VELOCITY * NEW_VELOCITY];
         Self { position: [seen.x, seen.y], velocity: [0.0; 2], covariance, time }
     }
 
-    /// Predicts to a time (s); `acceleration` is the standard deviation of the robot's acceleration, m/s².
+    /// Predicts to a time (s).
+    /// `acceleration` is the standard deviation of the robot's acceleration, m/s².
     pub fn predict(&mut self, time: f64, acceleration: f64) {
         let elapsed = time - self.time;
         if elapsed.is_nan() || elapsed <= 0.0 {
@@ -44,8 +46,9 @@ impl TrackFilter {
         self.time = time;
     }
 
-    /// Updates by a detection at the time of the belief, with its standard deviation (m). Returns false, without an update,
-    /// for one that is more than `gate` standard deviations of the innovation away.
+    /// Updates by a detection with its standard deviation (m).
+    /// The detection is at the time of the belief. Returns false, without an update, if it is more than `gate` standard
+    /// deviations of the innovation away.
     pub fn update(&mut self, seen: Point2, stddev: f64, gate: f64) -> bool {
         let [position, mixed, velocity] = self.covariance;
         let variance = position + stddev * stddev;

@@ -4,14 +4,16 @@ use slate_plugin::interfaces::{Odometry, Pose2};
 use slate_plugin::mapek::Device;
 use slate_plugin::prelude::*;
 
-/// Turn by the odometry after which a measurement of a direction that stays the same is a frozen one, radians.
+/// Turn by the odometry that proves an equal direction frozen, radians.
+/// The direction is a measured one that stays the same.
 pub const TURN: f64 = 0.1;
-/// Turn by which odometry may err in a metre, rad/m: four standard deviations of wheels whose radii err by 1 %, 0.33 m apart.
+/// Heading drift of odometry per travel, rad/m.
+/// Four standard deviations of wheels whose radii err by 1 %, 0.33 m apart.
 ///
 /// An exact compass measures the same all along a straight path.
 const DRIFT: f64 = 0.2;
 
-/// Returns whether a robot has turned, by a travel (m) and a turn (rad) of the odometry.
+/// Returns true if a robot has turned, by travel (m) and turn (rad) of odometry.
 pub fn has_turned(travel: f64, turn: f64) -> bool {
     turn > TURN + DRIFT * travel
 }
@@ -19,19 +21,20 @@ pub fn has_turned(travel: f64, turn: f64) -> bool {
 /// Pose by the odometry, and when it was measured.
 #[derive(Clone, Copy)]
 pub struct TravelledPose {
-    /// In the frame of the odometry.
+    /// Pose in the frame of the odometry.
     pub pose: Pose2,
     /// Nanoseconds.
     pub time: u64,
 }
 
 impl TravelledPose {
-    /// The newest one.
+    /// Returns the newest one.
     pub fn of(odometry: &Input<Odometry>) -> Option<Self> {
         Some(Self { pose: odometry.get()?.pose, time: odometry.stamp().time })
     }
 
-    /// Returns whether the odometry was late until now, since a time of its last measurement (ns), which becomes that of this.
+    /// Returns true if the odometry was late until now.
+    /// `last` is the time of its previous measurement (ns), and becomes that of this one.
     ///
     /// Late odometry tells of a motion when the robot may stand again.
     pub fn follows_gap(self, last: &mut u64) -> bool {

@@ -5,7 +5,8 @@ use std::net::UdpSocket;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-/// Prints ports and payloads of the UDP packets on the loopback interface when its input ends, each once.
+/// Script that prints ports and payloads of the loopback interface's UDP packets.
+/// It prints when its input ends, each packet once.
 const CAPTURE: &str = "
 import select, socket, sys
 packets = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.ntohs(3))
@@ -25,11 +26,11 @@ for port, payload in seen:
     print(port, payload.hex())
 ";
 
-/// Notes the UDP packets on the loopback interface, which takes root.
+/// Capture of the UDP packets on the loopback interface; requires root.
 pub struct PacketCapture(Child);
 
 impl PacketCapture {
-    /// Begins.
+    /// Starts the capture.
     ///
     /// # Panics
     /// Without Python, or without root.
@@ -58,7 +59,8 @@ impl PacketCapture {
     }
 }
 
-/// A packet of RTPS with its announcements and values alone: without HEARTBEAT, ACKNACK, GAP and fragments.
+/// Returns a packet of RTPS with its announcements and values alone.
+/// HEARTBEAT, ACKNACK, GAP and fragments are left out.
 pub fn values_alone(packet: &[u8]) -> Option<Vec<u8>> {
     const HEADER: usize = 20;
     const DATA: u8 = 0x15;
@@ -119,7 +121,7 @@ impl HostileSender {
         packet
     }
 
-    /// Sends so many, one to each port in turn.
+    /// Sends a number of packets, one to each port in turn.
     ///
     /// # Panics
     /// The system refuses.
@@ -137,7 +139,7 @@ impl HostileSender {
     }
 }
 
-/// Resident memory of this program, bytes.
+/// Returns the resident memory of this program, bytes.
 ///
 /// # Panics
 /// The system does not tell.

@@ -1,4 +1,5 @@
-//! Python and Node for tests with programs of others, each with packages in a folder of its own.
+//! Python and Node for tests with external programs.
+//! Each has packages in a folder of its own.
 //!
 //! The first test that asks for packages installs them, from PyPI or npm; later ones find them.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
@@ -29,7 +30,8 @@ pub fn run(command: &mut Command, advice: &str) -> Output {
     }
 }
 
-/// Returns the virtual environment in `folder` that has these packages of PyPI; its programs are in `bin`.
+/// Returns the virtual environment in `folder` with these packages of PyPI.
+/// Its programs are in `bin`.
 ///
 /// # Panics
 /// Python lacks virtual environments, or PyPI is not reached.
@@ -87,7 +89,8 @@ pub fn ros2_python(temporary: &Path) -> PathBuf {
 const ZENOH_ROS2: [&str; 4] =
     ["eclipse-zenoh==1.10.2", "zenoh-ros2-sdk==0.1.8", "rosbags==0.11.9", "xxhash==3.6.0"];
 
-/// Returns a Python that has Zenoh and nodes of ROS 2 on it, in a folder of a target's temporary ones.
+/// Returns a Python with Zenoh and ROS 2 nodes on it.
+/// It is in a folder of a target's temporary ones.
 ///
 /// # Panics
 /// As [`virtual_environment`].
@@ -119,8 +122,9 @@ pub fn node_packages(folder: &Path, packages: &[&str]) -> PathBuf {
 /// Set in the namespace of a test.
 const INSIDE: &str = "SLATE_TEST_NAMESPACE";
 
-/// Runs a test of that path in a network namespace of its own, after `prepare` outside of it, as it has no network: domains of others
-/// are not seen there. Where the kernel lets nobody make one, in a domain that hardly anybody has.
+/// Runs a test of that path in a network namespace of its own.
+/// `prepare` runs before, outside of it, as it has no network: domains of others are not seen there. Where the kernel
+/// permits no namespace, the test runs in a domain that hardly anybody uses.
 ///
 /// # Panics
 /// The test fails.

@@ -41,7 +41,7 @@ pub struct AutopilotParams {
 /// State of the control.
 #[derive(Default, Serialize, Deserialize)]
 pub struct AutopilotState {
-    /// Where it began: east, north, altitude, metres.
+    /// Start position: east, north, altitude, metres.
     start: Option<[f64; 3]>,
     /// Newest setpoint: east, north, altitude, metres.
     setpoint: Option<[f64; 3]>,
@@ -52,7 +52,7 @@ pub struct AutopilotState {
 /// Greatest acceleration of the integral part, m/s².
 const MAX_INTEGRAL_ACCELERATION: f64 = 1.0;
 
-/// Holds a position with heading east, by six thrusters that it takes for healthy.
+/// Holds a position with heading east, by six thrusters assumed healthy.
 pub struct Autopilot;
 
 #[module(stage = Act)]
@@ -88,7 +88,8 @@ impl Module for Autopilot {
     }
 }
 
-/// Velocity towards the setpoint, in proportion to the distance and limited, m/s.
+/// Returns the velocity towards the setpoint.
+/// It is proportional to the distance and limited, m/s.
 fn wanted_velocity(position: [f64; 3], setpoint: [f64; 3], params: &AutopilotParams) -> [f64; 3] {
     let mut wanted: [f64; 3] =
         std::array::from_fn(|axis| params.position_gain * (setpoint[axis] - position[axis]));

@@ -14,7 +14,7 @@ pub struct FollowIo {
     navigation: Input<Navigation>,
     /// Course of the pipeline.
     chart: Required<PipelineCourse>,
-    /// Where it was found.
+    /// Mission with the point at which the pipeline was found.
     mission: Required<VehicleMission>,
     /// Points of the path.
     setpoint: Outbox<Setpoint>,
@@ -38,7 +38,7 @@ pub struct FollowPipelineParams {
 /// Progress along the pipeline.
 #[derive(Default, Serialize, Deserialize)]
 pub struct FollowState {
-    /// Time of the last look, seconds.
+    /// Time of the last observation, seconds.
     looked: Option<f64>,
     /// Number of reached points.
     reached: u32,
@@ -48,7 +48,8 @@ pub struct FollowState {
     distance: f64,
 }
 
-/// Follows the pipeline from where it was found to its end, and back to its beginning. A new activation begins anew.
+/// Follows the pipeline from its found point to its end, and back to its start.
+/// A new activation restarts it.
 pub struct FollowPipeline;
 
 #[module(stage = Skill)]
@@ -89,7 +90,8 @@ impl Module for FollowPipeline {
     }
 }
 
-/// The point of that number on the way from where the pipeline was found to its end, and then back to its beginning.
+/// Returns a numbered point of the path along the pipeline.
+/// The path goes from the found point to the end, and then back to the beginning.
 fn path_point(chart: &PipelineCourse, found: u32, number: u32) -> Option<(f64, f64)> {
     let (length, found, number) = (chart.len(), found as usize, number as usize);
     let out = length.saturating_sub(found);

@@ -1,4 +1,4 @@
-//! The vehicle and its functions, which a manager turns on, off and tunes.
+//! Vehicle and its functions, which a manager turns on, off and tunes.
 
 pub mod autopilot;
 pub mod follow_pipeline;
@@ -14,12 +14,13 @@ use crate::interfaces::{Navigation, Setpoint};
 /// Longest time between two ticks of a function that stays active, seconds.
 const PAUSE: f64 = 0.15;
 
-/// Returns whether a function is active anew: a manager has turned it on since its last tick.
+/// Returns true if a manager has activated the function since its last tick.
 fn is_activated(now: &Tick) -> bool {
     now.number() == 1 || now.elapsed() > PAUSE
 }
 
-/// Returns whether the vehicle is within a tolerance of a setpoint along each horizontal axis, metres.
+/// Returns true if the vehicle is near a setpoint.
+/// The tolerance is along each horizontal axis, metres.
 fn is_near(navigation: &Navigation, setpoint: &Setpoint, tolerance: f64) -> bool {
     (navigation.x - setpoint.x).abs() <= tolerance && (navigation.y - setpoint.y).abs() <= tolerance
 }

@@ -37,7 +37,7 @@ pub struct SearchParams {
 /// Progress on the spiral.
 #[derive(Default, Serialize, Deserialize)]
 pub struct SearchState {
-    /// Time of the last look, seconds.
+    /// Time of the last observation, seconds.
     looked: Option<f64>,
     center: Option<(f64, f64)>,
     /// Number of the next point.
@@ -46,11 +46,11 @@ pub struct SearchState {
     offset: (f64, f64),
     /// Present point: east, north, altitude, metres.
     point: Option<(f64, f64, f64)>,
-    /// Altitude of the last look, metres.
+    /// Altitude of the last observation, metres.
     altitude: f64,
 }
 
-/// Flies a spiral whose turns are as far apart as the camera sees from its altitude.
+/// Flies a spiral with turns as far apart as the camera's view at its altitude.
 pub struct SpiralSearch;
 
 #[module(stage = Skill)]
@@ -88,7 +88,8 @@ impl Module for SpiralSearch {
     }
 }
 
-/// The point of that number: the spiral grows from the radius of the point before.
+/// Returns the offset of a numbered point of the spiral.
+/// The spiral grows from the radius of the point before.
 fn next_offset(count: u32, before: (f64, f64), params: &SearchParams) -> (f64, f64) {
     if count == 0 {
         return (0.0, 0.0);

@@ -1,4 +1,5 @@
-//! Actions of the managing loop: change the settings of a function, and confirm the effect.
+//! Actions of the managing loop.
+//! They change the settings of a function, and confirm the effect.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::module::Level;
@@ -16,7 +17,7 @@ pub struct ManagerBody {
     functions: Input<ActiveFunctions>,
 }
 
-/// A design, and the decision that it was chosen by.
+/// Design, and the decision that it was chosen by.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Ground {
     /// Place of the design among all, from 0.
@@ -49,7 +50,7 @@ impl ActionKind for GroundDesign {
 impl Action<ManagerBody> for GroundDesign {
     fn act(&mut self, acting: &Acting<'_, ManagerBody>) -> Step {
         let Acting { body, now, .. } = acting;
-        // The cast takes the nearest place for what is out of range.
+        // The cast clamps places out of range.
         let place = self.ground.place as usize;
         let log = |level, text: &str| {
             let fields = [
@@ -81,7 +82,7 @@ impl Action<ManagerBody> for GroundDesign {
     }
 }
 
-/// Whether the functions are as the design at that place has them.
+/// Returns true if the functions have the settings of a design.
 fn is_effective(body: &ManagerBody, place: usize) -> bool {
     let (Some(design), Some(active)) = (body.designs.list.get(place), body.functions.get()) else {
         return false;
@@ -96,6 +97,6 @@ fn is_effective(body: &ManagerBody, place: usize) -> bool {
 }
 
 repertoire! {
-    /// All actions of the managing loop.
+    /// Actions of the managing loop.
     pub enum ManagerActions for ManagerBody as "suave_execute" { GroundDesign }
 }

@@ -5,7 +5,7 @@ use slate_plugin::prelude::*;
 
 use crate::interfaces::{FunctionStatus, ThrusterHealth, VehicleMission, WaterVisibility};
 
-/// Source of a health property.
+/// Defines a sensor of a health property.
 macro_rules! health_sensor {
     ($(#[$doc:meta])* $sensor:ident, $io:ident, $value:ty, $name:literal, $about:literal) => {
         /// Property of the vehicle.
@@ -52,9 +52,9 @@ pub struct ActiveFunctions {
     /// Altitude of the search; 0 while it is off.
     #[unit("m")]
     pub search_altitude: f64,
-    /// Whether the inspection is active.
+    /// True if the inspection is active.
     pub inspects: Bool,
-    /// Whether the recovery is active.
+    /// True if the recovery is active.
     pub recovers: Bool,
 }
 
@@ -119,7 +119,7 @@ pub struct TrendParams {
 pub struct TrendState {
     /// Time and visibility, nanoseconds and metres.
     last: Option<(u64, f64)>,
-    /// Metres per second.
+    /// Rate of change, metres per second.
     rate: f64,
 }
 

@@ -1,10 +1,11 @@
-//! Knowledge of the managing loop: designs of the functions, and what the vehicle's camera needs to see the pipeline.
+//! Knowledge of the managing loop.
+//! Designs of the functions, and the camera's requirements to see the pipeline.
 
 use slate_plugin::prelude::*;
 
 use crate::interfaces::FunctionDesigns;
 
-/// What a search needs.
+/// Requirements of a search.
 #[interface]
 #[derive(PartialEq)]
 pub struct SearchModel {
@@ -20,8 +21,8 @@ pub struct SearchModel {
 }
 
 impl SearchModel {
-    /// Returns the visibility that a search needs at an altitude, metres; the given one while the height of the
-    /// pipeline is not known.
+    /// Returns the visibility that a search needs at an altitude, metres.
+    /// The given one while the height of the pipeline is not known.
     pub fn visibility(&self, altitude: f64, given: f64) -> f64 {
         let needed = altitude - self.pipeline_height + self.visibility_margin;
         if needed.is_finite() { needed } else { given }
@@ -35,7 +36,7 @@ pub struct ManagerModels {
     known_designs: Required<FunctionDesigns>,
     /// Designs of the functions.
     designs: Output<FunctionDesigns>,
-    /// What a search needs.
+    /// Requirements of a search.
     search: Output<SearchModel>,
 }
 
@@ -44,7 +45,7 @@ pub struct ManagerModels {
 pub struct ManagerKnowledgeParams {
     #[param(
         default = true,
-        doc = "whether the search's need of visibility follows from the height of the pipeline, rather than from the designs"
+        doc = "derive the visibility that a search needs from the height of the pipeline, not from the designs"
     )]
     knows_pipeline: Bool,
     #[param(default = 0.5, range = 0.0..=10.0, unit = "m", doc = "height of the pipeline above the seabed")]
@@ -55,12 +56,13 @@ pub struct ManagerKnowledgeParams {
     vertical_speed: f64,
 }
 
-/// Knows the designs of the functions, the pipeline and the vehicle.
+/// Knowledge of the functions' designs, the pipeline and the vehicle.
 pub struct ManagerKnowledge;
 
 impl Knowledge for ManagerKnowledge {
     const NAME: &'static str = "suave_knowledge";
-    const DOC: &'static str = "Knows the designs of the vehicle's functions, and what a search needs.";
+    const DOC: &'static str =
+        "Knows the designs of the vehicle's functions, and the requirements of a search.";
     type Models = ManagerModels;
     type Params = ManagerKnowledgeParams;
     type State = ();

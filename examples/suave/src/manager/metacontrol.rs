@@ -1,4 +1,4 @@
-//! Strategy `metacontrol`: the rules of MROS with the exemplar's ontology, restated.
+//! Strategy `metacontrol`: rules of MROS with the exemplar's ontology.
 //!
 //! | concept | here |
 //! |---|---|
@@ -43,7 +43,7 @@ pub struct MetacontrolState {
     groundings: Groundings,
     /// Time of the last reasoning, seconds.
     reasoned: Option<f64>,
-    /// Whether a thruster was failed at the last reasoning.
+    /// True if a thruster was failed at the last reasoning.
     was_failed: bool,
 }
 

@@ -58,7 +58,8 @@ impl Groundings {
         settings.change(designs.changes(place));
     }
 
-    /// Turns the functions of the task before off when there is another one; returns whether there is.
+    /// Turns the previous task's functions off when the task has changed.
+    /// Returns true if it has.
     fn begin(
         &mut self,
         task: VehicleTask,

@@ -1,4 +1,5 @@
-//! Analyzes of the managing loop: what another visibility, a thruster and the mission ask for.
+//! Analyzes of the managing loop.
+//! Requirements of another visibility, a thruster and the mission.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::module::Level;
@@ -10,7 +11,7 @@ use crate::interfaces::{
     Function, FunctionDesign, FunctionDesigns, ThrusterHealth, VehicleMission, VehicleTask,
 };
 
-/// A design that is due.
+/// Design that is due.
 #[interface]
 #[derive(PartialEq)]
 pub struct DueDesign {
@@ -31,7 +32,7 @@ pub struct ObservedVisibility {
 /// Parameters of [`SearchOutlook`].
 #[params]
 pub struct OutlookParams {
-    #[param(default = true, doc = "whether to climb in time for a visibility that rises")]
+    #[param(default = true, doc = "climb in time for a rising visibility")]
     anticipates: Bool,
 }
 
@@ -42,12 +43,13 @@ pub struct OutlookState {
     place: Option<usize>,
 }
 
-/// Reports the best design of the search for the visibility that there will be when the vehicle is at its altitude.
+/// Reports the best search design for the predicted visibility.
+/// The prediction is for the time when the vehicle is at its altitude.
 pub struct SearchOutlook;
 
 impl Analyze for SearchOutlook {
     const NAME: &'static str = "search_outlook";
-    const DOC: &'static str = "Reports which design of the search the visibility allows.";
+    const DOC: &'static str = "Reports the search design that the visibility allows.";
     type Observed = ObservedVisibility;
     type Params = OutlookParams;
     type State = OutlookState;
@@ -63,7 +65,7 @@ impl Analyze for SearchOutlook {
         let altitude = state.place.and_then(|place| designs.list.get(place)).map_or(0.0, |own| own.altitude);
         let is_rising = params.anticipates.get() && altitude > 0.0 && seen.rate > 0.0;
         let is_suitable = |design: &FunctionDesign| {
-            // What it has climbed for in time is kept until the visibility falls.
+            // An altitude that it has climbed to in time is kept until the visibility falls.
             let climb = math::max(design.altitude - altitude, 0.0) / model.vertical_speed;
             let rise = if is_rising { seen.rate * climb } else { 0.0 };
             let is_kept = is_rising && design.altitude <= altitude;

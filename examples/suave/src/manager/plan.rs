@@ -23,9 +23,9 @@ pub struct ManagerNoticed {
 pub struct ManagerMemory {
     /// Designs that were decided on.
     groundings: Groundings,
-    /// Design that the visibility asks for.
+    /// Design that the visibility requires.
     search: Option<usize>,
-    /// Whether a thruster has failed.
+    /// True if a thruster has failed.
     is_failed: bool,
     /// Number of the newest decision.
     decision: u64,
@@ -65,7 +65,7 @@ impl Plan for ManagerPlan {
         if let Some(change) = noticed.task.newest() {
             memory.groundings.task = Some(change.task);
             memory.failures = 0;
-            // What is under way for the task before is of no use.
+            // Actions for the previous task are of no use.
             plan.clear();
             memory.groundings.places = [None; 3];
         }
@@ -76,7 +76,7 @@ impl Plan for ManagerPlan {
                     "plan: the designs are given up until something changes: see why they were refused";
                 now.log_with(Level::Error, format_args!("{what}"), &[("decision", memory.decision.into())]);
             } else {
-                // What holds is not known: all is decided anew.
+                // The present design is unknown: all is decided anew.
                 memory.groundings.places = [None; 3];
             }
         }
@@ -86,7 +86,7 @@ impl Plan for ManagerPlan {
         let Some(task) = memory.groundings.task else { return };
         let designs = &noticed.designs;
         let (is_failed, due) = (memory.is_failed, memory.search);
-        // What is turned on comes before what is turned off.
+        // Functions are turned on before others are turned off.
         let mut order: [(usize, Function); 3] = [0, 1, 2].map(|at| (at, Function::ALL[at]));
         order.sort_by_key(|(_, function)| !function.serves(task));
         for (at, function) in order {

@@ -31,7 +31,8 @@ pub struct RandomState {
     adaptations: u64,
 }
 
-/// Draws a design of the present task's function in each period; the designs that turn it off are among them.
+/// Draws a design of the present task's function in each period.
+/// The designs that turn it off are among them.
 pub struct RandomManager;
 
 #[module(stage = Think)]

@@ -66,7 +66,7 @@ impl<'a, 'b> Attributes<'a, 'b> {
         self.take(name).ok_or_else(|| self.error(format!("expected the port `{name}` of `{}`", self.title())))
     }
 
-    /// Returns what a port with a text leads to.
+    /// Returns the binding of a port with a text.
     pub fn bind(&mut self, name: &str, text: &str) -> PortBinding {
         match pointer(name, text) {
             Some(entry) => PortBinding::Entry(self.boards.entry(self.board, entry)),

@@ -14,7 +14,7 @@ pub(super) struct TreeBoard {
     pub remapped: BTreeMap<String, String>,
     /// Entries whose value the file has.
     pub own: BTreeMap<String, BoardValue>,
-    /// Whether entries are those of the parent with the same name.
+    /// True if entries are those of the parent with the same name.
     pub is_open: bool,
 }
 
@@ -24,7 +24,7 @@ pub(super) struct Boards {
     boards: Vec<TreeBoard>,
     slots: BTreeMap<(usize, String), usize>,
     pub entries: Vec<String>,
-    /// Where the name of each entry begins in its text.
+    /// Position of each entry's name in its text.
     pub names: Vec<usize>,
     pub initial: Vec<Option<BoardValue>>,
 }

@@ -1,4 +1,4 @@
-//! The XML of trees and models.
+//! XML of trees and models.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,11 +14,11 @@ const UNNAMED: &str = "BehaviorTree";
 /// Ports of sub-trees by their IDs, with their values where a tree has none.
 pub(super) type SubTreeModels = BTreeMap<String, Vec<(String, Option<String>)>>;
 
-/// A parsed file.
+/// Parsed file.
 pub(super) struct TreeSource<'a> {
     /// Included file; `None` for the first one.
     included: Option<&'a Path>,
-    /// Where lines end.
+    /// Positions of line ends.
     lines: Vec<usize>,
     document: Document<'a>,
 }

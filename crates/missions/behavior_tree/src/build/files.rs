@@ -1,4 +1,4 @@
-//! The file of a tree, and those that it includes.
+//! File of a tree, and those that it includes.
 
 use std::fs::File;
 use std::io::Read;
@@ -10,7 +10,7 @@ use crate::error::TreeError;
 
 /// Greatest size of all files, bytes.
 const MOST_BYTES: usize = 4 << 20;
-/// The most files.
+/// Maximum number of files.
 const MOST_FILES: usize = 64;
 
 /// Text of a file.
@@ -47,7 +47,7 @@ impl TreeText {
         Ok(texts)
     }
 
-    /// Takes the bytes of a file.
+    /// Parses the bytes of a file.
     pub fn parse(bytes: &[u8]) -> Result<Self, TreeError> {
         if bytes.len() > MOST_BYTES {
             return Err(too_long());
@@ -75,7 +75,7 @@ fn included_files(file: &Path, text: &str) -> Result<Vec<PathBuf>, TreeError> {
     elements.map(|element| path(element).map_err(|reason| TreeError::at(line(&element), reason))).collect()
 }
 
-/// Reads a text of at most `left` bytes, and takes them away.
+/// Reads a text of at most `left` bytes, and subtracts them.
 fn text_of(file: &Path, left: &mut usize) -> Result<String, TreeError> {
     let unreadable = |error: std::io::Error| TreeError::new(format!("can't be read: {error}")).of_file(file);
     if !std::fs::metadata(file).map_err(unreadable)?.is_file() {
@@ -100,7 +100,7 @@ fn decoded(bytes: &[u8]) -> Result<&str, TreeError> {
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
-/// The whole path of a file, by which it is known.
+/// Returns the absolute path of a file, its identity.
 fn whole(file: &Path) -> PathBuf {
     file.canonicalize().unwrap_or_else(|_| file.to_owned())
 }

@@ -24,9 +24,10 @@ use crate::ports::PortBinding;
 use crate::tree::{BehaviorNode, BehaviorTree, LoopQueue, NodeOperation, TreeLeaf, TreeLoop};
 use crate::value::BoardValue;
 
-/// The most nodes of a tree, those of sub-trees included.
+/// Maximum number of nodes of a tree, those of sub-trees included.
 const MOST_NODES: usize = 10_000;
-/// The most bytes of paths, attributes and defaults, those of sub-trees included.
+/// Maximum number of bytes of paths, attributes and defaults.
+/// Those of sub-trees are included.
 const MOST_TEXT: usize = 16 << 20;
 /// Deepest nesting of nodes, those of sub-trees included.
 const DEPTH: usize = 64;
@@ -79,13 +80,13 @@ fn build(texts: &[TreeText], is_file: bool, models: &LeafModels) -> Result<Behav
     Ok(tree.with_monitor_xml())
 }
 
-/// FNV-1a of all files.
+/// Returns the FNV-1a hash of all files.
 fn fingerprint(texts: &[TreeText]) -> u64 {
     let bytes = texts.iter().flat_map(|own| own.text.bytes());
     bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// Where nodes are added.
+/// Position in the tree at which nodes are added.
 struct NodePlace {
     board: usize,
     /// Names of the sub-trees that lead here.
@@ -98,7 +99,7 @@ struct TreeBuilder<'a, 'b> {
     boards: Boards,
     nodes: Vec<BehaviorNode>,
     leaves: Vec<TreeLeaf>,
-    /// Bytes of text that the nodes have so far.
+    /// Number of text bytes of the nodes so far.
     text: usize,
 }
 
@@ -338,12 +339,12 @@ fn shown_attributes(element: Node<'_, '_>) -> Vec<(String, String)> {
     shown.map(|attribute| (attribute.name().into(), attribute.value().into())).collect()
 }
 
-/// Error of a count of children that a parallel node doesn't have.
+/// Returns the error of a count of children that a parallel node doesn't have.
 pub(crate) fn too_many_children(count: usize, port: &str, number: f64) -> String {
     format!("expected at most the number of children, {count}, in the port `{port}`, found {number}")
 }
 
-/// Literal that a script can compute with: a number where it is one.
+/// Returns a literal for computation: a number if it is valid as one.
 fn computable(binding: PortBinding) -> PortBinding {
     match binding {
         PortBinding::Literal(BoardValue::Text(text)) => PortBinding::Literal(BoardValue::parse(&text)),

@@ -9,7 +9,7 @@ pub(super) fn nearest_name<'a>(name: &str, names: impl Iterator<Item = &'a str>)
     scored.filter(|(distance, _)| *distance <= farthest).min().map(|(_, other)| other)
 }
 
-/// Levenshtein distance of two names without regard to their case.
+/// Returns the Levenshtein distance of two names, ignoring case.
 fn edit_distance(name: &str, other: &str) -> usize {
     let mut distances: Vec<usize> = (0..=other.len()).collect();
     for (row, byte) in name.bytes().enumerate() {

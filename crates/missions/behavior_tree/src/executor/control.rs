@@ -86,7 +86,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
         self.tree.nodes[node].children.len()
     }
 
-    /// Goes on with the next child; returns whether that waits for the next tick.
+    /// Advances to the next child; returns true if it waits for the next tick.
     fn pass(&mut self, node: usize, lets_others_run: bool, count: usize) -> bool {
         self.records[node].child += 1;
         let must_wait = lets_others_run && (self.records[node].child as usize) < count;
@@ -201,7 +201,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
         Ok(if failed >= most_failures { NodeStatus::Failed } else { NodeStatus::Succeeded })
     }
 
-    /// Number of children in a port, where -1 is all of them.
+    /// Returns the number of children in a port; -1 means all.
     fn threshold(&self, node: usize, binding: &PortBinding, port: &str) -> Result<usize, TickError> {
         let count = self.tree.nodes[node].children.len();
         let number = i64::from(self.integer(node, binding, port)?);
@@ -295,7 +295,8 @@ impl<H: TreeHost> TreeRun<'_, H> {
         Ok(status)
     }
 
-    /// Ticks all children but the last in turn, and the last one when one of them has failed.
+    /// Ticks all children but the last in turn.
+    /// It ticks the last one when one of them has failed.
     pub fn try_catch(&mut self, node: usize) -> Result<NodeStatus, TickError> {
         if self.records[node].status != NodeStatus::Running {
             (self.records[node].count, self.records[node].is_started) = (0, false);
@@ -343,7 +344,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
         self.halt_children(node)?;
         let last = self.child(node, self.tree.nodes[node].children.len() - 1);
         self.execute(last)?;
-        // What would take longer is halted.
+        // A child that would take longer is halted.
         self.halt_child(last)
     }
 }

@@ -161,7 +161,8 @@ impl<H: TreeHost> TreeRun<'_, H> {
         Ok(status)
     }
 
-    /// Ticks the child with the next value, once in a tick, until it fails or no value is left.
+    /// Ticks the child with the next value, once in a tick.
+    /// It ends when the child fails or no value is left.
     pub fn item_loop(&mut self, node: usize, own: &TreeLoop) -> Result<NodeStatus, TickError> {
         if self.records[node].status == NodeStatus::Idle {
             let record = &mut self.records[node];
@@ -222,7 +223,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
     pub fn is_updated(&mut self, node: usize, entry: usize) -> bool {
         let writes = self.values.writes(entry);
         let is_there = self.values.get(entry).is_some();
-        // One that has no value keeps what was seen.
+        // An entry without a value keeps the seen count.
         is_there && std::mem::replace(&mut self.records[node].seen, writes) != writes
     }
 }

@@ -16,12 +16,12 @@ use crate::ports::LeafPorts;
 use crate::tree::{BehaviorTree, NodeStatus, TreeLeaf};
 use crate::value::BoardValue;
 
-/// Performer of the actions of a tree, which also knows its conditions.
+/// Host of a tree: performs its actions and answers its conditions.
 pub trait TreeHost {
     /// Answers a condition; one that is running is not known yet.
     fn condition(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
 
-    /// Starts an action and returns how far it has come.
+    /// Starts an action and returns its progress.
     fn start(&mut self, index: usize, leaf: &TreeLeaf, ports: &mut LeafPorts<'_>) -> NodeStatus;
 
     /// Returns how far an action has come that runs.
@@ -49,7 +49,7 @@ pub struct TreeExecutor {
 }
 
 impl TreeExecutor {
-    /// Makes an executor at the start of the tree.
+    /// Returns an executor at the start of the tree.
     pub fn new(tree: Arc<BehaviorTree>) -> Self {
         Self {
             records: vec![NodeRecord::default(); tree.nodes.len()],
@@ -129,14 +129,16 @@ impl TreeExecutor {
         self.records[node].status
     }
 
-    /// Returns the status that an idle node had before; idle if it had none, or the tree was restored since.
+    /// Returns the status that an idle node had before.
+    /// Idle if it had none, or the tree was restored since.
     ///
     /// For other nodes that of an earlier time.
     pub fn last_status(&self, node: usize) -> NodeStatus {
         self.last[node]
     }
 
-    /// Returns the entries that have a value: path of the sub-tree, which is empty for the main tree, name and value.
+    /// Returns the entries that have a value: path, name and value.
+    /// The path of the sub-tree is empty for the main tree.
     pub fn board(&self) -> impl Iterator<Item = (&str, &str, &BoardValue)> {
         let entries = self.tree.entries.iter().zip(&self.tree.entry_names).enumerate();
         entries.filter_map(|(slot, (entry, start))| {

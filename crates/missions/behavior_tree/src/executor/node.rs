@@ -1,4 +1,4 @@
-//! A node's tick and its halt.
+//! Node's tick and its halt.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,21 +22,23 @@ pub(crate) struct NodeRecord {
     pub count: u32,
     /// Children that failed.
     pub failures: u32,
-    /// Whether it was started: a timer, the child of a precondition, or what runs once.
+    /// True after the start of a timer, a guarded child, or a one-time child.
+    /// A guarded child is the child of a precondition.
     pub is_started: bool,
-    /// Whether its time-out has passed.
+    /// True if its timeout has passed.
     pub is_late: bool,
-    /// Whether the parallel node above has counted it.
+    /// True if the parallel node above has counted it.
     pub is_counted: bool,
     /// Status that the child of `RunOnce` returned.
     pub result: NodeStatus,
-    /// When a timer ends, ns.
+    /// Deadline of a timer, ns.
     pub deadline: u64,
-    /// Writes of the entry whose new values it waits for, or 1 for a loop that has begun.
+    /// Number of writes seen of the entry that the node waits for.
+    /// Or 1 for a loop that has begun.
     pub seen: u64,
 }
 
-/// A tick under way.
+/// Tick under way.
 pub(super) struct TreeRun<'a, H> {
     pub tree: &'a BehaviorTree,
     pub records: &'a mut [NodeRecord],
@@ -211,7 +213,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
         Ok(())
     }
 
-    /// Makes a node idle.
+    /// Resets a node to idle.
     pub fn reset_status(&mut self, node: usize) {
         let status = std::mem::take(&mut self.records[node].status);
         if status != NodeStatus::Idle {
@@ -245,7 +247,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
             NodeOperation::SequenceWithMemory => {
                 NodeRecord { child: old.child, count: old.count, ..NodeRecord::default() }
             }
-            // What has run once stays so.
+            // A node that has run once stays so.
             NodeOperation::RunOnce { .. } => {
                 NodeRecord { is_started: old.is_started, result: old.result, ..NodeRecord::default() }
             }
@@ -318,7 +320,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
         })
     }
 
-    /// Returns when a timer of so many milliseconds ends.
+    /// Returns the end of a timer of so many milliseconds.
     pub fn deadline(&self, node: usize, binding: &PortBinding, port: &str) -> Result<u64, TickError> {
         let milliseconds = self.integer(node, binding, port)?;
         let milliseconds = u64::try_from(milliseconds).map_err(|_| {

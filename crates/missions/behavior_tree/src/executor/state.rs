@@ -1,4 +1,4 @@
-//! The state of a run by names, for snapshots and for a changed tree.
+//! State of a run by names, for snapshots and for a changed tree.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::value::BoardValue;
 pub struct TreeState {
     /// Number of ticks.
     pub ticks: u64,
-    /// Whether a node wants another tick at once.
+    /// True if a node requests another tick at once.
     pub wants_tick: bool,
     /// Status that the last tick returned.
     pub outcome: NodeStatus,
@@ -25,7 +25,7 @@ pub struct TreeState {
     pub nodes: Vec<SavedNode>,
     /// Entries of the blackboards by their names, those without a value included.
     pub entries: Vec<(String, Option<BoardValue>)>,
-    /// How often each of these entries was written.
+    /// Number of writes of each of these entries.
     pub writes: Vec<u64>,
 }
 
@@ -35,7 +35,7 @@ pub struct TreeState {
 pub struct SavedNode {
     /// Path of the node, such as `patrol/2 GoTo`.
     pub path: String,
-    /// Its type.
+    /// Type of the node.
     pub tag: String,
     record: NodeRecord,
 }
@@ -60,7 +60,7 @@ impl TreeExecutor {
         }
     }
 
-    /// Makes an executor that goes on from a state, also of a changed tree.
+    /// Creates an executor from a saved state, also of a changed tree.
     ///
     /// Nodes are found by their path; one that runs must be there. All nodes above a leaf that runs must run, and a
     /// node that ticks its children in turn must be at the one that runs.
@@ -124,7 +124,7 @@ impl TreeExecutor {
         Ok(())
     }
 
-    /// Number of the only child that may run.
+    /// Returns the number of the only child that may run.
     fn running_child(&self, index: usize, node: &BehaviorNode) -> Option<usize> {
         let child = self.records[index].child as usize;
         match node.operation {
@@ -170,7 +170,7 @@ impl TreeExecutor {
     }
 }
 
-/// Whether a saved node may be one of the tree: its next child is there.
+/// Returns true if a saved node fits one of the tree: its next child exists.
 fn fits(node: &BehaviorNode, tag: &str, record: &NodeRecord) -> bool {
     let most = match node.operation {
         NodeOperation::IfThenElse => node.children.len() - 1,

@@ -5,12 +5,12 @@ use crate::entries::EntryValues;
 use crate::model::Enumerations;
 use crate::value::{BoardValue, is_same_number};
 
-/// Longest text that a script makes, bytes.
+/// Maximum length of a script's text, bytes.
 const MOST_TEXT: usize = 64 << 10;
 /// Greatest whole number up to which a float has all of them.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// What scripts read and write.
+/// Blackboard access of scripts.
 pub(crate) struct ScriptBoard<'a> {
     pub values: &'a mut EntryValues,
     pub names: &'a [String],
@@ -167,7 +167,8 @@ fn assign(
     Ok(value)
 }
 
-/// An entry keeps the type of its first value; returns a text that is no number.
+/// Converts a value to the type of an entry's first value.
+/// Returns a text that is no number as the error.
 pub(crate) fn keep_type(
     old: Option<&BoardValue>,
     value: BoardValue,

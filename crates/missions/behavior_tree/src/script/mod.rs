@@ -7,7 +7,7 @@ mod parser;
 pub(crate) use evaluate::{ScriptBoard, keep_type};
 pub(crate) use parser::parse_script;
 
-/// A parsed script, whose variables are slots of the tree's blackboards.
+/// Parsed script, whose variables are slots of the tree's blackboards.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TreeScript {
     pub text: String,

@@ -8,7 +8,7 @@ const MOST_BYTES: usize = 10_000;
 /// Deepest nesting of an expression.
 const DEPTH: usize = 64;
 
-/// Parses a script; `names` returns the entry or the number that a name stands for.
+/// Parses a script; `names` resolves a name to its entry or number.
 pub(crate) fn parse_script(
     text: &str,
     names: &mut dyn FnMut(&str) -> Expression,
@@ -49,7 +49,7 @@ impl ScriptParser<'_> {
         }
     }
 
-    /// An assignment, or an expression.
+    /// Returns an assignment, or an expression.
     fn statement(&mut self, depth: usize) -> Result<Expression, ScriptError> {
         let start = self.column();
         let target = self.choice(depth)?;
@@ -189,7 +189,8 @@ impl ScriptParser<'_> {
         Ok(value)
     }
 
-    /// An expression is as deep as its longest chain, as its evaluation is.
+    /// Increments the depth of an expression, that of its longest chain.
+    /// Its evaluation is as deep.
     fn deeper(&self, depth: usize) -> Result<usize, ScriptError> {
         match depth < DEPTH {
             true => Ok(depth + 1),

@@ -1,4 +1,4 @@
-//! The missions that a plain module follows.
+//! Missions that a plain module follows.
 
 #[cfg(feature = "lua")]
 use slate_behavior::{BehaviorEngine, BehaviorState, BehaviorStatus};
@@ -16,7 +16,7 @@ use crate::golog_plan::{GologPlanParams, load_program, run_program};
 use crate::mission::{MissionExecutor, PlanMission};
 use crate::petri_net_plan::{PetriNetPlanParams, PetriNetRun, SavedPetriNetRun, load_net, run_net};
 
-/// What a mission is loaded by.
+/// Settings by which a mission is loaded.
 #[derive(Clone, Copy)]
 pub struct MissionSettings<'a> {
     /// File of the mission.
@@ -25,7 +25,7 @@ pub struct MissionSettings<'a> {
     pub params: &'a MissionManagerParams,
 }
 
-/// A mission that a plain module follows.
+/// Mission that a plain module follows.
 pub trait ManagedMission: MissionExecutor<Saved: Send> + Send + 'static {
     /// Kind of the module.
     const MANAGER: &'static str;
@@ -38,7 +38,7 @@ pub trait ManagedMission: MissionExecutor<Saved: Send> + Send + 'static {
     /// What is wrong in the file, or does not fit.
     fn load(settings: &MissionSettings<'_>, saved: &Self::Saved) -> Result<(Self, MissionActions), String>;
 
-    /// Goes on with a changed file.
+    /// Continues with a changed file.
     fn wake(&mut self) {}
 
     /// Executes the mission until it waits.

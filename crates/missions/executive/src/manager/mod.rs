@@ -1,5 +1,6 @@
-//! Missions that a plain module follows, as OpenRDK's missionManager does: its actions are outputs, which are linked to
-//! inputs, parameters and `enabled` of other modules, and its conditions come from links.
+//! Missions followed by a plain module, as OpenRDK's missionManager.
+//! Its actions are outputs, which are linked to inputs, parameters and `enabled` of other modules, and its conditions
+//! come from links.
 
 mod missions;
 mod ports;
@@ -30,17 +31,18 @@ const SLOTS: usize = 8;
 #[serde(bound = "")]
 pub struct MissionManagerState<E: ManagedMission> {
     mission: PlanMission<E>,
-    /// What each output has: starts, and time of the newest one, ns; 0 while it is inactive.
+    /// State of each output: starts, and time of the newest one, ns.
+    /// 0 while it is inactive.
     slots: [SlotState; SLOTS],
-    /// Whether the outputs were written once.
+    /// True if the outputs were written once.
     written: bool,
 }
 
-/// What an output has.
+/// State of an output.
 #[derive(Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct SlotState {
     starts: u64,
-    /// Start of the action that it has, ns; none while it is inactive.
+    /// Start of its current action, ns; `None` while it is inactive.
     since: Option<u64>,
     arguments: [f64; SLOTS],
 }
@@ -147,7 +149,7 @@ fn take_results<E: ManagedMission>(
     params: &MissionManagerParams,
     now: &Tick,
 ) {
-    // The cast takes the nearest number for what is out of range.
+    // The cast clamps numbers out of range.
     let settle = (params.settle_time * 1e9) as u64;
     for (slot, result) in io.results().into_iter().enumerate() {
         let Some(since) = state.slots[slot].since else { continue };
@@ -210,7 +212,7 @@ impl<E: ManagedMission> MissionManagerState<E> {
         (self.slots, self.written) = (next, true);
     }
 
-    /// Writes what runs, where it has changed.
+    /// Writes the running actions, if they have changed.
     fn report(&mut self, io: &MissionManagerPorts) {
         let mission = &mut self.mission;
         mission.report_text.clear();

@@ -8,32 +8,32 @@ use crate::conditions::{ConditionName, ConditionValues};
 /// Name of an action in a mission, such as `search`.
 pub type ActivityName = Text<44>;
 
-/// An action of a mission, for the modules that perform it.
+/// Action of a mission, for the modules that perform it.
 #[interface]
 pub struct ManagedActivity {
     /// Number of its starts.
     pub starts: u64,
-    /// Its arguments at the newest start; 0 beyond them.
+    /// Arguments at the newest start; 0 beyond them.
     pub arguments: [f64; 8],
-    /// The first three arguments as x, y and heading.
+    /// First three arguments as x, y and heading.
     pub target: Pose2,
-    /// Whether it runs: for `enabled` of a module.
+    /// Activity: true if the action runs, for `enabled` of a module.
     pub is_active: Bool,
 }
 
-/// Whether what performs an action has done so.
+/// Result of an action, from the module that performs it.
 #[interface]
 pub struct ActivityResult {
-    /// Whether it has reached its goal.
+    /// Success: true if it has reached its goal.
     pub has_succeeded: Bool,
-    /// Whether it can't reach its goal.
+    /// Failure: true if it can't reach its goal.
     pub has_failed: Bool,
 }
 
-/// A condition of a mission, from a field of any property.
+/// Condition of a mission, from a field of any property.
 #[interface]
 pub struct SwitchCondition {
-    /// Whether it holds.
+    /// Value of the condition: true if it holds.
     pub holds: Bool,
 }
 
@@ -53,7 +53,7 @@ pub struct MissionManagerPorts {
     pub(super) facts: Input<ConditionValues>,
     /// Conditions that others send.
     pub(super) messages: Inbox<ConditionValues>,
-    /// The first condition of the parameter `conditions`.
+    /// First condition of the parameter `conditions`.
     condition_1: Input<SwitchCondition>,
     condition_2: Input<SwitchCondition>,
     condition_3: Input<SwitchCondition>,
@@ -71,7 +71,7 @@ pub struct MissionManagerPorts {
     result_6: Input<ActivityResult>,
     result_7: Input<ActivityResult>,
     result_8: Input<ActivityResult>,
-    /// The first action of the parameter `actions`.
+    /// First action of the parameter `actions`.
     action_1: Output<ManagedActivity>,
     action_2: Output<ManagedActivity>,
     action_3: Output<ManagedActivity>,

@@ -9,41 +9,42 @@ use super::drawing::NO_ELEMENT;
 use crate::actions::MissionActions;
 use crate::conditions::KnownConditions;
 
-/// The most items: their values are small enough for the last seconds that an agent keeps.
+/// Maximum number of items.
+/// Their values are small enough for the last seconds that an agent keeps.
 pub const MOST_ITEMS: usize = 512;
 
 /// Status of an item of a mission.
 #[interface]
 pub enum MissionItemStatus {
-    /// A place has tokens.
+    /// Place with tokens.
     Marked,
-    /// A machine is in the state.
+    /// Current state of a machine.
     Current,
-    /// A transition fires with the next step.
+    /// Transition that fires with the next step.
     Enabled,
-    /// A transition, a state or a condition waits; the text has the reason.
+    /// Waiting transition, state or condition; the text has the reason.
     Waiting,
     /// It runs.
     Running,
-    /// Something of higher priority runs; it waits for that.
+    /// Suspended: it waits for an action of higher priority.
     Suspended,
     /// It has succeeded.
     Succeeded,
     /// It has failed.
     Failed,
-    /// It was passed over.
+    /// Passed over.
     Skipped,
-    /// An action of the trace was done, or has begun.
+    /// Action of the trace that was done, or has begun.
     Performed,
-    /// An exogenous action of the trace has occurred.
+    /// Exogenous action of the trace.
     Occurred,
-    /// A row of the program that remains.
+    /// Row of the program that remains.
     Remaining,
-    /// A condition holds.
+    /// Condition that holds.
     Holds,
-    /// A condition does not hold.
+    /// Condition that does not hold.
     DoesNotHold,
-    /// Nothing has reported the condition.
+    /// Unknown: the condition has no report yet.
     Unknown,
 }
 
@@ -68,17 +69,17 @@ pub struct MissionActivity {
     pub state: MissionState,
     /// Number of the graph whose elements the items name.
     pub graph: u32,
-    /// Whether the mission makes no steps until it is resumed.
+    /// Pause state: true while the mission makes no steps.
     pub is_paused: Bool,
-    /// Whether items are missing, as the mission has more than fit.
+    /// True if items are missing, as the mission has more than fit.
     pub is_cut: Bool,
-    /// Reason of a failure, or what the mission waits for.
+    /// Reason of a failure, or for which the mission waits.
     pub reason: Text<124>,
     /// Elements that are not at rest, rows of a trace and a program, and conditions.
     pub items: [MissionItem],
 }
 
-/// The robot as an activity sees it.
+/// View of the robot for an activity.
 #[derive(Clone, Copy)]
 pub struct MissionSight<'a> {
     /// Actions of the mission.
@@ -91,11 +92,11 @@ pub struct MissionSight<'a> {
 
 /// Writer of an activity.
 pub struct ActivityWriter<'a> {
-    /// Items; what was there before is not.
+    /// Items; earlier content was removed.
     pub items: &'a mut Vec<MissionItem>,
-    /// What the mission waits for.
+    /// Reason for which the mission waits.
     pub reason: Text<124>,
-    /// Whether there were more items than fit.
+    /// True if the mission had more items than fit.
     pub is_cut: bool,
 }
 
@@ -110,7 +111,7 @@ impl ActivityWriter<'_> {
         self.add(NO_ELEMENT, status, u32::try_from(level).unwrap_or(u32::MAX), text);
     }
 
-    /// Adds a condition that nothing has reported, once.
+    /// Adds an unknown condition, once.
     pub fn unknown(&mut self, name: &str) {
         let is_there =
             |item: &MissionItem| item.status == MissionItemStatus::UNKNOWN && item.text.as_str() == name;

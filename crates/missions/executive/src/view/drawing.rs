@@ -4,13 +4,14 @@ use slate_plugin::prelude::*;
 
 use crate::activity_hash::ActivityHash;
 
-/// Number that stands for no element.
+/// Number for no element.
 pub const NO_ELEMENT: u16 = u16::MAX;
 
-/// The most elements of a graph: its values are small enough for the last seconds that an agent keeps.
+/// Maximum number of elements of a graph.
+/// Its values are small enough for the last seconds that an agent keeps.
 pub const MOST_ELEMENTS: usize = 640;
 
-/// What a mission is written in.
+/// Notation of a mission.
 #[interface]
 pub enum MissionNotation {
     /// Petri Net Plan.
@@ -38,7 +39,8 @@ pub enum MissionElementKind {
     Edge,
     /// Node of a tree, or part of a program, that has parts.
     Control,
-    /// Node of a tree, or part of a program, without parts that the executive performs itself.
+    /// Node of a tree, or part of a program.
+    /// It has no parts that the executive performs itself.
     Step,
     /// Action of the robot.
     Action,
@@ -48,20 +50,20 @@ pub enum MissionElementKind {
     Event,
 }
 
-/// What is special about an element.
+/// Mark of an element.
 #[interface]
 pub enum MissionMark {
-    /// Nothing.
+    /// No mark.
     Plain,
-    /// The mission begins there.
+    /// Start of the mission.
     Start,
-    /// The mission has succeeded there.
+    /// Success of the mission.
     Goal,
-    /// The mission has failed there.
+    /// Failure of the mission.
     Failure,
-    /// A transition that follows when time is over.
+    /// Transition that follows when time is over.
     Timeout,
-    /// A place whose action runs while it has a token.
+    /// Place whose action runs while it has a token.
     Performs,
 }
 
@@ -71,13 +73,13 @@ pub enum MissionMark {
 pub struct MissionElement {
     /// Kind.
     pub kind: MissionElementKind,
-    /// What is special about it.
+    /// Mark of the element.
     pub mark: MissionMark,
     /// Number of the group or node that it belongs to; 65535 for none.
     pub parent: u16,
-    /// Number of the element at which an edge begins; 65535 for what is no edge.
+    /// Number of the element at which an edge begins; 65535 for other elements.
     pub from: u16,
-    /// Number of the element to which an edge leads; 65535 for what is no edge.
+    /// Number of the element to which an edge leads; 65535 for other elements.
     pub to: u16,
     /// Tokens that an arc moves; 0 for other elements.
     pub weight: u16,
@@ -88,11 +90,11 @@ pub struct MissionElement {
 /// Drawing of a mission; elements are numbered in their order, from 0.
 #[interface]
 pub struct MissionGraph {
-    /// What the mission is written in.
+    /// Notation of the mission.
     pub notation: MissionNotation,
     /// Number that another drawing does not have.
     pub id: u32,
-    /// Whether elements are missing, as the mission has more than fit.
+    /// True if elements are missing, as the mission has more than fit.
     pub is_cut: Bool,
     /// Name of the mission.
     pub name: Text<60>,
@@ -109,12 +111,13 @@ pub struct MissionDrawing {
 }
 
 impl MissionDrawing {
-    /// An empty drawing of a mission of that name.
+    /// Returns an empty drawing of a mission of that name.
     pub fn new(name: &str) -> Self {
         Self { name: name.into(), ..Self::default() }
     }
 
-    /// Adds an element that is no edge; a parent that is no number of an element stands for none.
+    /// Adds an element other than an edge.
+    /// A parent that is no element's number means no parent.
     pub fn node(&mut self, kind: MissionElementKind, mark: MissionMark, parent: usize, label: &str) {
         let (from, to) = (NO_ELEMENT, NO_ELEMENT);
         let parent = number(parent);
@@ -173,7 +176,7 @@ fn number(index: usize) -> u16 {
     u16::try_from(index).unwrap_or(NO_ELEMENT)
 }
 
-/// A label, with a sign where it is cut.
+/// Returns a label, with a mark if it is cut.
 fn cut<const N: usize>(text: &str) -> Text<N> {
     let label: Text<N> = Text::new(text);
     if label.as_str().len() == text.len() {

@@ -1,4 +1,4 @@
-//! View of a Golog program: what it has done, what it performs, and what remains.
+//! View of a Golog program: its trace, running actions and remaining program.
 
 use slate_golog::{ActionTheory, GologExecutor, MOST_ACTIONS, TracedEvent, outline};
 
@@ -6,7 +6,7 @@ use super::activity::{ActivityWriter, MissionItemStatus};
 use super::drawing::{MissionDrawing, MissionElementKind, MissionMark};
 use crate::activity_hash::ActivityHash;
 
-/// Draws the slots of the robot's actions, the exogenous actions, and the outline of the program.
+/// Draws the robot's action slots, exogenous actions, and the program's outline.
 pub fn draw(theory: &ActionTheory) -> MissionDrawing {
     let mut drawing = MissionDrawing::new(theory.name());
     let plain = MissionMark::PLAIN;

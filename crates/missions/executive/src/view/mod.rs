@@ -1,4 +1,4 @@
-//! What a mission publishes for views, and what a developer orders.
+//! Views of a mission, and orders of a developer.
 
 pub mod activity;
 pub mod drawing;

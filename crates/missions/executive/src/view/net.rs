@@ -1,4 +1,5 @@
-//! View of a Petri Net Plan: places, transitions and arcs of the plan and of its sub-plans.
+//! View of a Petri Net Plan.
+//! Places, transitions and arcs of the plan and of its sub-plans.
 
 use std::fmt::Write;
 
@@ -11,7 +12,8 @@ use super::activity::{ActivityWriter, MissionItemStatus, MissionSight};
 use super::drawing::{MissionDrawing, MissionElementKind, MissionMark};
 use crate::activity_hash::ActivityHash;
 
-/// Prefix of conditions about the time since the newest action was started: `elapsed_30`, in seconds.
+/// Prefix of conditions about the time since the newest start of an action.
+/// `elapsed_30`, in seconds.
 pub const ELAPSED: &str = "elapsed_";
 
 /// Returns whether a condition of a net holds; `None` while it is unknown.
@@ -25,15 +27,16 @@ pub fn condition(seen: &MissionSight<'_>, name: &str) -> Option<bool> {
 /// Element of a net.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NetElement {
-    /// A place with its action: run of a net, place.
+    /// Place with its action: run of a net, place.
     Place(usize, usize),
-    /// A transition.
+    /// Transition.
     Transition(PlanTransition),
-    /// A net, or an arc.
+    /// Net, or an arc.
     Other,
 }
 
-/// Numbers of the first element of a run of a net: its group, its places, and its transitions.
+/// Returns the numbers of the first elements of each run of a net.
+/// Its group, its places, and its transitions.
 fn starts(executor: &PetriNetExecutor) -> impl Iterator<Item = (usize, [usize; 3])> {
     (0..executor.instances()).scan(0, |next, instance| {
         let net = executor.net(instance);

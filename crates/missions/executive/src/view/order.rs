@@ -5,25 +5,25 @@ use slate_plugin::prelude::*;
 use crate::actions::MissionActions;
 use crate::conditions::KnownConditions;
 
-/// What a developer orders.
+/// Order of a developer.
 #[interface]
 pub enum MissionCommand {
-    /// The mission makes no more steps; an action that runs goes on to its end.
+    /// Pause: no more steps; running actions go on to their end.
     Pause,
-    /// The mission goes on.
+    /// Continuation of the mission.
     Resume,
-    /// A paused mission makes one step.
+    /// Single step of a paused mission.
     Step,
-    /// Makes happen what the element stands for.
+    /// Forces the event of the element.
     Force,
 }
 
-/// What a forced action or condition results in.
+/// Result of a forced action or condition.
 #[interface]
 pub enum ForcedOutcome {
-    /// The action has succeeded, or the condition holds.
+    /// Success of the action; or the condition holds.
     Success,
-    /// The action has failed, or the condition does not hold.
+    /// Failure of the action; or the condition does not hold.
     Failure,
 }
 
@@ -31,7 +31,7 @@ pub enum ForcedOutcome {
 #[interface]
 #[derive(PartialEq)]
 pub struct MissionOrder {
-    /// What is ordered.
+    /// Command of the order.
     pub command: MissionCommand,
     /// Result of a forced action or condition; of no meaning otherwise.
     pub outcome: ForcedOutcome,
@@ -44,7 +44,7 @@ pub struct MissionOrder {
 impl MissionOrder {
     /// Refusal: no mission runs.
     pub const NO_MISSION: u16 = 1;
-    /// Refusal: a mission makes single steps while it is paused.
+    /// Refusal of a single step while the mission is not paused.
     pub const NOT_PAUSED: u16 = 2;
     /// Refusal: the element is of another graph.
     pub const OTHER_GRAPH: u16 = 3;
@@ -52,7 +52,7 @@ impl MissionOrder {
     pub const NOT_POSSIBLE: u16 = 4;
 }
 
-/// The robot as a mission changes it.
+/// Access to the robot for changes of the mission.
 pub struct MissionRobot<'a> {
     /// Actions of the mission.
     pub actions: &'a mut MissionActions,
@@ -72,13 +72,13 @@ impl MissionRobot<'_> {
     }
 }
 
-/// What has become of a forced element.
+/// Outcome of forcing an element.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Forcing {
-    /// It has happened.
+    /// The event was forced.
     Done,
-    /// It can't happen; nothing has changed.
+    /// The event is impossible; the mission is unchanged.
     Refused(String),
-    /// It has ended the mission with an error.
+    /// The event has ended the mission with an error.
     Failed(String),
 }

@@ -1,4 +1,4 @@
-//! What was published of a mission.
+//! Record of the published views of a mission.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::MissionState;
@@ -12,7 +12,7 @@ use crate::activity_hash::ActivityHash;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SavedView {
-    /// Whether the mission makes no steps until it is resumed.
+    /// Pause state: true while the mission makes no steps.
     pub is_paused: bool,
     /// Number of the graph that was published.
     pub graph: u32,
@@ -20,24 +20,24 @@ pub struct SavedView {
     activity: u64,
 }
 
-/// View of a mission: what was published of it, and whether it is paused.
+/// Published view of a mission, and its pause state.
 #[derive(Default)]
 pub struct MissionView {
     /// State in snapshots.
     pub saved: SavedView,
     /// Drawing that was not published yet.
     drawing: Option<MissionDrawing>,
-    /// Items, kept so that a run allocates nothing.
+    /// Items, a buffer without allocations in a run.
     items: Vec<MissionItem>,
 }
 
 impl MissionView {
-    /// Takes the drawing of a file that was read.
+    /// Stores the drawing of a new file.
     pub fn draw(&mut self, drawing: MissionDrawing) {
         self.drawing = Some(drawing);
     }
 
-    /// Publishes the drawing of a file that was read, unless it is the one that was published.
+    /// Publishes the drawing of a file, unless it was published before.
     pub fn publish_graph(&mut self, notation: MissionNotation, port: &Output<MissionGraph>) {
         if let Some(drawing) = self.drawing.take()
             && self.saved.graph != drawing.id()
@@ -47,7 +47,7 @@ impl MissionView {
         }
     }
 
-    /// Returns whether an activity of that hash was not published yet; takes it then.
+    /// Returns true if an activity with that hash is new, and records it.
     pub fn takes(&mut self, mut hash: ActivityHash) -> bool {
         hash.number(self.saved.is_paused.into());
         hash.number(self.saved.graph.into());
@@ -55,7 +55,8 @@ impl MissionView {
         std::mem::replace(&mut self.saved.activity, hash) != hash
     }
 
-    /// Publishes an activity, which `describe` writes; the conditions that are known follow.
+    /// Publishes an activity, which `describe` writes.
+    /// The known conditions follow.
     pub fn publish(
         &mut self,
         state: MissionState,

@@ -9,15 +9,15 @@ use crate::activity_hash::ActivityHash;
 /// Element of skills.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SkillElement {
-    /// A state: machine, state.
+    /// State: machine, state.
     State(usize, usize),
-    /// An action, by its number.
+    /// Action, by its number.
     Action(usize),
-    /// A machine, or a transition.
+    /// Machine, or a transition.
     Other,
 }
 
-/// Number of the group of each machine; its states follow.
+/// Returns the number of the group of each machine; its states follow.
 fn groups(engine: &BehaviorEngine) -> impl Iterator<Item = (&SkillMachine, usize)> {
     engine.machines().iter().scan(0, |next, machine| {
         let group = std::mem::replace(next, *next + 1 + machine.states.len());
@@ -25,7 +25,7 @@ fn groups(engine: &BehaviorEngine) -> impl Iterator<Item = (&SkillMachine, usize
     })
 }
 
-/// Number of the first action.
+/// Returns the number of the first action.
 fn first_action(engine: &BehaviorEngine) -> usize {
     groups(engine).last().map_or(0, |(machine, group)| group + 1 + machine.states.len())
 }
@@ -67,7 +67,7 @@ pub fn draw(engine: &BehaviorEngine) -> MissionDrawing {
     drawing
 }
 
-/// The transitions of a machine: states from and to, by their numbers.
+/// Returns the transitions of a machine: states from and to, by their numbers.
 fn transitions(
     machine: &SkillMachine,
 ) -> impl Iterator<Item = (usize, usize, &slate_behavior::MachineTransition)> {
@@ -101,7 +101,8 @@ pub fn hash(engine: &BehaviorEngine, hash: &mut ActivityHash) {
     hash.number(engine.changes());
 }
 
-/// Describes the current states, why their transitions do not follow, and the actions that run.
+/// Describes the current states, blocked transitions, and running actions.
+/// For each transition it gives the reason why it does not follow.
 pub fn describe(engine: &BehaviorEngine, seen: &MissionSight<'_>, activity: &mut ActivityWriter<'_>) {
     let current = engine.current_states();
     let first = first_action(engine);

@@ -75,7 +75,7 @@ impl TheoryBuilder<'_> {
         Ok(())
     }
 
-    /// The action's own arguments that are numbers, as arguments of the robot's action.
+    /// Returns the action's numeric arguments, as those of the robot's action.
     fn own_arguments(&self, index: usize) -> Vec<RobotArgument> {
         let domains = self.theory.actions[index].domains.iter().enumerate();
         let numbers = domains.filter(|(_, domain)| self.type_of(**domain) == FormulaType::Number);

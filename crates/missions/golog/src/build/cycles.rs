@@ -8,7 +8,7 @@ use crate::theory::{ActionEffect, ActionTheory, RobotArgument};
 
 /// Deepest evaluation of a formula.
 const DEPTH: u64 = 250;
-/// The most parts that an evaluation of a formula may visit.
+/// Maximum number of parts that an evaluation of a formula may visit.
 const MOST_PARTS: u64 = 200_000;
 
 /// Depth of an evaluation, and the most parts that it visits.
@@ -23,7 +23,8 @@ pub(super) struct CycleCheck<'a> {
 }
 
 impl CycleCheck<'_> {
-    /// Returns the number of parts of formulas that each step of a program evaluates at most.
+    /// Returns the cost of each step: the maximum number of evaluated formulas.
+    /// Parts of formulas count.
     pub fn check(&self, declarations: &[WrittenDeclaration]) -> Result<Vec<u64>, GologError> {
         let costs = self.defined_costs(declarations)?;
         let names = |is_wanted: fn(&WrittenContent) -> bool| -> Vec<TextRange> {
@@ -55,7 +56,7 @@ impl CycleCheck<'_> {
         Ok(parts)
     }
 
-    /// Cost of the formulas that a step evaluates itself.
+    /// Returns the cost of the formulas that a step evaluates itself.
     fn step_cost(&self, step: &ProgramStep, costs: &[FormulaCost]) -> FormulaCost {
         let sum = |formulas: &[GologFormula]| {
             formulas.iter().fold((0, 0), |sum, part| joined(sum, self.cost(part, costs)))
@@ -92,7 +93,7 @@ impl CycleCheck<'_> {
         }
     }
 
-    /// Cost of each defined fluent; refuses a cycle with its path.
+    /// Returns the cost of each defined fluent; refuses a cycle with its path.
     fn defined_costs(&self, declarations: &[WrittenDeclaration]) -> Result<Vec<FormulaCost>, GologError> {
         let defined: Vec<TextRange> = declarations
             .iter()
@@ -127,7 +128,7 @@ impl CycleCheck<'_> {
         Ok(costs)
     }
 
-    /// Indices such that each follows those that it uses; `Err` has a cycle.
+    /// Returns a topological order, used ones first; `Err` has a cycle.
     fn in_order(&self, uses: &[Vec<usize>]) -> Result<Vec<usize>, Vec<usize>> {
         let mut order = Vec::new();
         // 0 is new, 1 on the path, 2 done.
@@ -216,7 +217,8 @@ impl CycleCheck<'_> {
         })
     }
 
-    /// Procedures that a program may call before its first step; returns whether it may end without a step.
+    /// Collects the procedures that a program may call before its first step.
+    /// Returns true if it may end without a step.
     fn first_calls(&self, node: usize, calls: &mut Vec<usize>) -> bool {
         match &self.theory.nodes[node].step {
             ProgramStep::Nil => true,

@@ -30,12 +30,12 @@ impl TheoryBuilder<'_> {
         }
     }
 
-    /// An expression that is true or false.
+    /// Returns an expression that is true or false.
     pub(super) fn truth(&mut self, written: &WrittenExpression) -> Result<GologFormula, GologError> {
         self.typed(written, FormulaType::Symbol(TRUTH))
     }
 
-    /// An expression of a type.
+    /// Returns an expression of a type.
     pub(super) fn typed(
         &mut self,
         written: &WrittenExpression,
@@ -89,7 +89,7 @@ impl TheoryBuilder<'_> {
         }
     }
 
-    /// A value of a domain that no situation changes.
+    /// Returns a value of a domain that no situation changes.
     pub(super) fn constant(&mut self, written: &WrittenExpression, domain: usize) -> Result<i32, GologError> {
         let formula = self.typed(written, self.type_of(domain))?;
         self.check_constant(&formula, domain, written.range)?;

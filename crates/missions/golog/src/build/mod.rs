@@ -16,18 +16,18 @@ use crate::text::*;
 use crate::theory::formula::{GologFormula, MOST_VARIABLES};
 use crate::theory::*;
 
-/// The most values of a domain.
+/// Maximum number of values of a domain.
 const MOST_VALUES: usize = 1000;
-/// The most fluents, counted for each of their arguments.
+/// Maximum number of fluents, counted for each of their arguments.
 const MOST_CELLS: usize = 100_000;
-/// The most exogenous actions, counted for each of their arguments.
+/// Maximum number of exogenous actions, counted for each of their arguments.
 const MOST_EXOGENOUS: usize = 10_000;
 /// Domain of truth values.
 pub(crate) const TRUTH: usize = 0;
 /// Name of the domain of truth values.
 const BOOL: &str = "bool";
 
-/// What a name stands for.
+/// Named part of a theory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum NamedPart {
     Domain(usize),
@@ -226,7 +226,7 @@ impl TheoryBuilder<'_> {
         self.domains(&types, range)
     }
 
-    /// The error for a name that is unknown, or is something else.
+    /// Returns the error for a name that is unknown, or is something else.
     fn unknown(&self, name: &WrittenName, kind: &str, is_wanted: impl Fn(&NamedPart) -> bool) -> GologError {
         if let Some(part) = self.names.get(&name.text) {
             return self
@@ -244,7 +244,7 @@ impl TheoryBuilder<'_> {
             .with_help(near.map(|(_, own)| format!("did you mean `{own}`?")))
     }
 
-    /// Declares what a declaration names, so that others can use it before.
+    /// Declares the names of a declaration, so that others can use them before.
     fn declare(&mut self, declaration: &WrittenDeclaration) -> Result<(), GologError> {
         let name = &declaration.name;
         let line = self.line(name.range);
@@ -334,7 +334,8 @@ impl TheoryBuilder<'_> {
         Ok(())
     }
 
-    /// Builds the content of a declaration; `indices` count actions, defined fluents and procedures.
+    /// Builds the content of a declaration.
+    /// `indices` count actions, defined fluents and procedures.
     fn define(
         &mut self,
         declaration: &WrittenDeclaration,
@@ -375,12 +376,12 @@ impl TheoryBuilder<'_> {
         Ok(())
     }
 
-    /// Makes variables visible.
+    /// Adds variables to the scope.
     fn bind(&mut self, written: &[WrittenVariable]) -> Result<(), GologError> {
         written.iter().try_for_each(|variable| self.bind_one(variable).map(|_| ()))
     }
 
-    /// Makes a variable visible; returns its slot and domain.
+    /// Adds a variable to the scope; returns its slot and domain.
     fn bind_one(&mut self, written: &WrittenVariable) -> Result<(usize, usize), GologError> {
         let WrittenVariable { name, domain } = written;
         let domain = self.domain(domain)?;

@@ -6,7 +6,7 @@ use crate::text::*;
 use crate::theory::VariableScope;
 use crate::theory::program::{ProgramNode, ProgramStep, stable_hash};
 
-/// The most nodes of all programs.
+/// Maximum number of nodes of all programs.
 const MOST_NODES: usize = 100_000;
 
 /// Builder of the program of a procedure.
@@ -18,7 +18,7 @@ pub(super) struct ProgramBuilder<'a, 'text> {
 }
 
 impl<'a, 'text> ProgramBuilder<'a, 'text> {
-    /// Builder of a procedure whose arguments are visible.
+    /// Returns the builder of a procedure whose arguments are visible.
     pub fn new(builder: &'a mut TheoryBuilder<'text>, procedure: usize) -> Self {
         Self { builder, procedure, scope: None }
     }
@@ -121,7 +121,7 @@ impl<'a, 'text> ProgramBuilder<'a, 'text> {
         self.add(step, if is_followed { step_key } else { key }, written.range)
     }
 
-    /// A sequence; the key of each step has the text of the steps before.
+    /// Returns a sequence; the key of each step has the text of the steps before.
     fn sequence(&mut self, steps: &[WrittenProgram], key: u64) -> Result<usize, GologError> {
         let mut keys = vec![key];
         for step in steps {
@@ -221,7 +221,7 @@ impl<'a, 'text> ProgramBuilder<'a, 'text> {
     }
 }
 
-/// Text without comments and with single spaces.
+/// Returns a text without comments and with single spaces.
 fn plain(text: &str) -> String {
     let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
     lines.flat_map(str::split_whitespace).collect::<Vec<&str>>().join(" ")

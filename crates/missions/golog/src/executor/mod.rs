@@ -20,7 +20,7 @@ use crate::interpreter::*;
 use crate::theory::formula::{MOST_VARIABLES, SituationView, UNKNOWN};
 use crate::theory::{ActionModel, ActionTheory, MOST_ARGUMENTS, RobotArgument};
 
-/// The most actions of the robot at a time.
+/// Maximum number of actions of the robot at a time.
 pub const MOST_ACTIONS: usize = 16;
 
 /// Progress of an action of the robot.
@@ -28,21 +28,21 @@ pub const MOST_ACTIONS: usize = 16;
 pub enum GologProgress {
     /// It runs.
     Running,
-    /// It has succeeded; what it senses is true.
+    /// It has succeeded; its sensed fluent is true.
     Succeeded,
-    /// It has failed; what it senses is false.
+    /// It has failed; its sensed fluent is false.
     Failed,
 }
 
 /// Outcome of a program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum GologOutcome {
-    /// It goes on.
+    /// The program continues.
     #[default]
     Running,
-    /// It has ended.
+    /// The program has ended.
     Succeeded,
-    /// No transition is possible, and nothing can change that.
+    /// Failure: no transition is possible, and none can become possible.
     Failed,
 }
 
@@ -51,7 +51,7 @@ pub enum GologOutcome {
 pub struct RobotAction<'a> {
     /// Name of the robot's action, such as `GoToOrigin`.
     pub name: &'a str,
-    /// Its arguments.
+    /// Arguments of the action.
     pub arguments: Vec<f64>,
     /// Action of the theory, such as `go_to(desk)`.
     pub text: String,
@@ -75,9 +75,10 @@ pub trait GologHost {
 /// Limits of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SearchLimits {
-    /// The most transitions in a tick; the search goes on with the next one.
+    /// Maximum number of transitions in a tick.
+    /// The search continues with the next one.
     pub transitions_per_tick: u64,
-    /// The most transitions of a search, after which the mission ends.
+    /// Maximum number of transitions of a search, after which the mission ends.
     pub most_transitions: u64,
 }
 
@@ -90,10 +91,10 @@ impl Default for SearchLimits {
 /// Phase of an action that the program performs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 enum PerformancePhase {
-    /// The host has to start it.
+    /// New action, which the host must start.
     New,
     Running,
-    /// A program of higher priority performs an action.
+    /// Suspended: a program of higher priority performs an action.
     Suspended,
 }
 
@@ -103,7 +104,7 @@ struct Performance {
     phase: PerformancePhase,
 }
 
-/// Search that goes on.
+/// Search in progress.
 #[derive(Debug)]
 struct RunningSearch {
     program: u32,
@@ -126,19 +127,19 @@ pub struct GologExecutor {
     hopeless: Vec<u32>,
     observed: ObservedNames,
     outcome: GologOutcome,
-    /// Whether no transition is possible until something changes.
+    /// True if no transition is possible until a change.
     is_blocked: bool,
     steps: u64,
     /// Number of changes that a report shows.
     changes: u64,
     trace: ActionTrace,
-    /// Transitions of the newest step, kept so that it allocates nothing.
+    /// Transitions of the newest step, a buffer without allocations.
     found: Vec<ProgramTransition>,
     suspended: Vec<bool>,
 }
 
 impl GologExecutor {
-    /// Begins with the main program in the initial situation.
+    /// Returns an executor of the main program in the initial situation.
     pub fn new(theory: Arc<ActionTheory>, limits: SearchLimits) -> Self {
         let mut programs = RemainingPrograms::new();
         let body = theory.procedures[theory.main].body;
@@ -180,12 +181,13 @@ impl GologExecutor {
         self.steps
     }
 
-    /// Returns whether a search goes on with the next tick.
+    /// Returns true if a search continues with the next tick.
     pub fn is_searching(&self) -> bool {
         self.search.is_some()
     }
 
-    /// Returns the value of a fluent such as `at` or `visited(desk)`; `None` if it is unknown or not there.
+    /// Returns the value of a fluent such as `at` or `visited(desk)`.
+    /// `None` if it is unknown or does not exist.
     pub fn fluent(&self, name: &str) -> Option<String> {
         let theory = &*self.theory;
         theory.fluents.iter().find_map(|fluent| {
@@ -195,7 +197,8 @@ impl GologExecutor {
         })
     }
 
-    /// Returns the actions that run, by their slots, and whether each waits for one of higher priority.
+    /// Returns the running actions by slot, and whether each is suspended.
+    /// A suspended one waits for an action of higher priority.
     pub fn running(&self) -> impl Iterator<Item = (usize, String, bool)> {
         let performances = self.performances.iter().enumerate();
         performances.filter_map(|(slot, own)| {
@@ -204,12 +207,13 @@ impl GologExecutor {
         })
     }
 
-    /// Returns the newest actions with what has happened to them, oldest first.
+    /// Returns the newest actions with their events, oldest first.
     pub fn trace(&self) -> impl Iterator<Item = (String, TracedEvent)> {
         self.trace.entries().map(|(action, event)| (action.text(&self.theory), event))
     }
 
-    /// Returns the number of events of actions so far; [`trace`](Self::trace) has the newest of them.
+    /// Returns the number of events of actions so far.
+    /// [`trace`](Self::trace) has the newest of them.
     pub fn traced(&self) -> u64 {
         self.trace.count
     }
@@ -221,7 +225,8 @@ impl GologExecutor {
         writer.rows
     }
 
-    /// Iterates over the slots: 0 for one that is free, 1 for one whose action runs, 2 for one whose action waits.
+    /// Iterates over the slots' phases.
+    /// 0: free; 1: its action runs; 2: its action waits.
     pub fn phases(&self) -> impl Iterator<Item = u64> {
         self.performances.iter().map(|own| match own {
             None => 0,
@@ -235,17 +240,18 @@ impl GologExecutor {
         self.hash
     }
 
-    /// Returns a number that differs once other actions run, fluents have changed, or the program waits.
+    /// Returns a change counter of actions, fluents and waiting.
+    /// It differs once other actions run, fluents have changed, or the program waits.
     pub fn changes(&self) -> u64 {
         self.changes
     }
 
-    /// Returns whether nothing happens until a condition changes or an action ends.
+    /// Returns true if it waits for a condition's change or an action's end.
     pub fn is_blocked(&self) -> bool {
         self.is_blocked
     }
 
-    /// The robot's action of an action of the theory, which performs one.
+    /// Returns the robot's action of an action of the theory, which performs one.
     fn robot_action(&self, action: &GroundAction) -> Result<RobotAction<'_>, GologRunError> {
         let theory = &*self.theory;
         let model: &ActionModel = &theory.actions[action.action as usize];
@@ -281,7 +287,8 @@ impl GologExecutor {
         Ok(RobotAction { name, arguments: numbers, text: action.text(theory) })
     }
 
-    /// Takes the conditions of the robot; `condition` returns whether one holds, `None` while it is unknown.
+    /// Reads the conditions of the robot.
+    /// `condition` returns whether one holds, `None` while it is unknown.
     ///
     /// An exogenous action occurs each time the condition of its name, such as `button` or `closes(door)`, begins to
     /// hold.
@@ -309,7 +316,8 @@ impl GologExecutor {
         Ok(())
     }
 
-    /// Reports an exogenous action such as `closes(door)`; returns whether it is one that is possible.
+    /// Reports an exogenous action such as `closes(door)`.
+    /// Returns true if the action is possible.
     ///
     /// # Errors
     /// If its effects can't be computed.

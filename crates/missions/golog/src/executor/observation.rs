@@ -8,11 +8,11 @@ use crate::theory::{ActionTheory, MOST_ARGUMENTS};
 pub(super) struct ObservedAction {
     pub name: String,
     pub action: GroundAction,
-    /// Whether the condition holds, so that the action is not reported again.
+    /// Value of the condition; while true, the action is not reported again.
     pub holds: bool,
 }
 
-/// Names of what the robot reports.
+/// Names of the robot's conditions and exogenous actions.
 #[derive(Clone, Debug)]
 pub(super) struct ObservedNames {
     /// Conditions with their cells.

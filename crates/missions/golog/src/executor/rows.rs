@@ -1,17 +1,17 @@
-//! The program that remains, as rows of text.
+//! Program that remains, as rows of text.
 
 use super::GologExecutor;
 use super::state::visible;
 use crate::interpreter::*;
 use crate::theory::program::ProgramStep;
 
-/// The most rows; a program that is longer is cut.
+/// Maximum number of rows; a program that is longer is cut.
 const MOST_ROWS: usize = 128;
 
 /// Row of a program that remains.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RemainingRow {
-    /// Level of the part; 0 for what is next.
+    /// Level of the part; 0 for the next one.
     pub level: usize,
     /// Text such as `go_to(p), p = desk`.
     pub text: String,
@@ -74,7 +74,7 @@ impl RowWriter<'_> {
         self.write(second, level + 1);
     }
 
-    /// Writes a node that has not begun; `variables` has the values of what it names.
+    /// Writes a node that has not begun; `variables` has the values of its variables.
     fn code(&mut self, node: usize, level: usize, variables: &str) {
         let own = &self.executor.theory.nodes[node];
         let head = own.title.split('{').next().unwrap_or_default().trim_end();

@@ -10,7 +10,8 @@ use crate::error::GologStateError;
 use crate::theory::VariableScope;
 use crate::theory::formula::{Bindings, UNKNOWN};
 
-/// Saved remaining program; others are given by their places in the list, which are before.
+/// Saved remaining program.
+/// Parts are given by their indices in the list, which are smaller.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum SavedProgram {
     Nil,
@@ -179,7 +180,8 @@ impl GologExecutor {
         }
     }
 
-    /// Goes on from a state; the theory may have changed where the program has not been yet.
+    /// Continues from a state.
+    /// The theory may have changed in parts that the program has not reached yet.
     ///
     /// Fluents keep their values by name. The program goes on where it is, if the steps before that place are as they
     /// were.
@@ -230,12 +232,13 @@ impl GologExecutor {
         Ok(own)
     }
 
-    /// Makes a changed theory look at its transitions again.
+    /// Rechecks the transitions, after a change of the theory.
     pub fn wake(&mut self) {
         self.change();
     }
 
-    /// Searches as far as it was; a search depends on the program and the situation alone.
+    /// Repeats the search up to its saved extent.
+    /// A search depends on the program and the situation alone.
     fn restore_search(&mut self, program: u32, transitions: u64) {
         let mut search = DepthFirstSearch::of_plan(&self.situation.cells);
         let is_running = search.begin(&self.theory, &mut self.programs, program) == Ok(false)

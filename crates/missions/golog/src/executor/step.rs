@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use super::*;
 
-/// The most transitions of a tick.
+/// Maximum number of transitions of a tick.
 const MOST_STEPS: usize = 64;
 /// Deepest nesting of a program that remains.
 pub(super) const MOST_DEPTH: u16 = 300;
 
 impl GologExecutor {
-    /// Executes the program until it waits: for the robot, for a condition, or for a search that goes on.
+    /// Executes the program until it waits.
+    /// It waits for the robot, for a condition, or for a search that goes on.
     ///
     /// A tick has at most 64 transitions; the next one goes on from there.
     ///
@@ -63,7 +64,7 @@ impl GologExecutor {
         self.exchange(host)
     }
 
-    /// Takes the ends of actions, in the order of their slots.
+    /// Handles the ends of actions, in the order of their slots.
     fn take_ends(&mut self, host: &mut impl GologHost) -> Result<(), GologRunError> {
         for slot in 0..self.performances.len() {
             let Some(Performance { action, phase: PerformancePhase::Running }) = self.performances[slot]
@@ -96,7 +97,7 @@ impl GologExecutor {
         Ok(())
     }
 
-    /// Makes a transition; returns whether another one may follow in this tick.
+    /// Performs a transition; returns true if another one may follow in this tick.
     fn step(&mut self, budget: &mut u64) -> Result<bool, GologRunError> {
         let slot = self.performances.iter().position(Option::is_none).unwrap_or(self.performances.len());
         let theory = Arc::clone(&self.theory);
@@ -195,7 +196,7 @@ impl GologExecutor {
         Ok(progress)
     }
 
-    /// Line of a program.
+    /// Returns the line of a program.
     fn line(&self, program: u32) -> usize {
         match self.programs.get(program) {
             Remaining::Code(node, _) => self.theory.nodes[node as usize].line,
@@ -206,7 +207,7 @@ impl GologExecutor {
         }
     }
 
-    /// Keeps the plan that a search has found; returns the program and its first step.
+    /// Stores the plan of a search; returns the program and its first step.
     fn take_plan(&mut self, program: u32) -> Option<(u32, u32)> {
         let RunningSearch { search, .. } = self.search.take()?;
         let mut next = None;

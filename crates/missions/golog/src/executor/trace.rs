@@ -1,28 +1,28 @@
-//! What an execution has done most recently.
+//! Trace of the most recent events of an execution.
 
 use std::collections::VecDeque;
 
 use crate::interpreter::GroundAction;
 
-/// The most actions that are remembered.
+/// Maximum number of actions that are remembered.
 pub const MOST_TRACED: usize = 32;
 
-/// What has happened to an action.
+/// Event of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum TracedEvent {
-    /// It was done at once, as the robot performs nothing for it.
+    /// Done at once, as the robot performs no action for it.
     Done,
-    /// The robot has begun it.
+    /// Started by the robot.
     Started,
-    /// The robot has reached its goal; what it senses is true.
+    /// The robot has reached its goal; the sensed fluent is true.
     Succeeded,
-    /// The robot has failed; what it senses is false.
+    /// The robot has failed; the sensed fluent is false.
     Failed,
-    /// It has occurred: an exogenous action.
+    /// Occurrence of an exogenous action.
     Occurred,
 }
 
-/// The newest actions with what has happened to them.
+/// Newest actions with their events.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ActionTrace {
     entries: VecDeque<(GroundAction, TracedEvent)>,
@@ -39,7 +39,7 @@ impl ActionTrace {
         self.count += 1;
     }
 
-    /// The entries, oldest first.
+    /// Returns the entries, oldest first.
     pub fn entries(&self) -> impl Iterator<Item = (GroundAction, TracedEvent)> {
         self.entries.iter().copied()
     }

@@ -9,9 +9,9 @@ use crate::theory::{ActionEffect, ActionTheory, MOST_ARGUMENTS};
 /// Outcome of an action, which its effects depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum EffectKind {
-    /// It is not performed: what it senses becomes unknown.
+    /// Not performed: its sensed fluent becomes unknown.
     Planned,
-    /// It has ended; with what it has sensed.
+    /// Ended, with the sensed value.
     Ended(Option<bool>),
     Failed,
 }
@@ -31,12 +31,12 @@ impl SituationStore {
         Self { cells, ..Self::default() }
     }
 
-    /// Hash of all values.
+    /// Returns the hash of all values.
     pub fn hash(&self) -> u64 {
         self.cells.iter().fold(0, |hash, value| stable_hash(hash, &value.to_le_bytes()))
     }
 
-    /// Mark to undo to.
+    /// Returns a mark to which changes can be undone.
     pub fn mark(&self) -> usize {
         self.log.len()
     }

@@ -7,7 +7,7 @@ use crate::theory::formula::Bindings;
 use crate::theory::program::ProgramStep;
 
 impl TransitionReader<'_> {
-    /// Whether a program may end without a transition.
+    /// Returns true if a program may end without a transition.
     pub(super) fn ends(&mut self, program: u32, depth: usize) -> Result<bool, GologRunError> {
         self.count(depth, None)?;
         Ok(match self.programs.get(program) {

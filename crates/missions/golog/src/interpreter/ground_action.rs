@@ -2,7 +2,7 @@
 
 use crate::theory::{ActionTheory, MOST_ARGUMENTS};
 
-/// An action with its arguments.
+/// Action with its arguments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct GroundAction {
     pub action: u32,

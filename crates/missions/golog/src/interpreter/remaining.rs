@@ -6,7 +6,7 @@ use super::ground_action::GroundAction;
 use crate::theory::formula::{Bindings, MOST_VARIABLES};
 use crate::theory::program::{ProgramNode, ProgramStep};
 
-/// The remaining program of nothing.
+/// Empty remaining program.
 pub(crate) const NIL: u32 = 0;
 /// Number of remaining programs below which they are not collected.
 const FEW: usize = 4096;
@@ -15,15 +15,15 @@ const FEW: usize = 4096;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Remaining {
     Nil,
-    /// A node of a procedure, under bindings.
+    /// Node of a procedure, under bindings.
     Code(u32, u32),
     Then(u32, u32),
     Both(u32, u32),
     Priority(u32, u32),
     Search(u32),
-    /// A step of a plan that a search has found.
+    /// Step of a plan that a search has found.
     Plan(u32),
-    /// An action of the robot, by its slot.
+    /// Action of the robot, by its slot.
     Performing(u32),
 }
 
@@ -78,7 +78,7 @@ impl RemainingPrograms {
         self.programs.len()
     }
 
-    /// Nesting of a program.
+    /// Returns the nesting depth of a program.
     pub fn depth(&self, program: u32) -> u16 {
         self.depths[program as usize]
     }
@@ -108,7 +108,7 @@ impl RemainingPrograms {
         number
     }
 
-    /// A node under bindings, of which it keeps the visible ones.
+    /// Returns a node under bindings, of which it keeps the visible ones.
     pub fn code(&mut self, nodes: &[ProgramNode], node: usize, bindings: &Bindings) -> u32 {
         let ProgramNode { step, slots, .. } = &nodes[node];
         if matches!(step, ProgramStep::Nil) {
@@ -150,7 +150,7 @@ impl RemainingPrograms {
         }
     }
 
-    /// Whether a program performs an action of the robot now.
+    /// Returns true if a program performs an action of the robot now.
     pub fn is_performing(&self, program: u32) -> bool {
         match self.get(program) {
             Remaining::Performing(_) => true,
@@ -162,7 +162,7 @@ impl RemainingPrograms {
         }
     }
 
-    /// The program after the action of a slot has ended.
+    /// Returns the program after the action of a slot has ended.
     pub fn without(&mut self, program: u32, slot: u32) -> u32 {
         match self.get(program) {
             Remaining::Performing(own) if own == slot => NIL,
@@ -182,7 +182,8 @@ impl RemainingPrograms {
         }
     }
 
-    /// Marks the slots whose actions wait, because a program of higher priority performs one.
+    /// Marks the slots of suspended actions.
+    /// They wait because a program of higher priority performs one.
     pub fn mark_suspended(&self, program: u32, is_suspended: bool, slots: &mut [bool]) {
         match self.get(program) {
             Remaining::Performing(slot) => slots[slot as usize] = is_suspended,
@@ -199,7 +200,8 @@ impl RemainingPrograms {
         }
     }
 
-    /// Numbers of a program and all its parts, each after its parts, with the steps of their plans.
+    /// Returns the numbers of programs and their parts, and of the plans' steps.
+    /// Each program comes after its parts.
     pub fn reachable(&self, roots: &[u32]) -> (Vec<u32>, Vec<u32>) {
         let mut is_seen = vec![false; self.programs.len()];
         let mut is_planned = vec![false; self.plans.len()];
@@ -229,7 +231,8 @@ impl RemainingPrograms {
         (numbers(&is_seen), numbers(&is_planned))
     }
 
-    /// Forgets programs that the roots do not have, once there are many; the roots get new numbers.
+    /// Garbage-collects programs that the roots do not reach.
+    /// It does so once there are many; the roots get new numbers.
     pub fn collect<'a>(&mut self, nodes: &[ProgramNode], roots: impl Iterator<Item = &'a mut u32>) {
         if self.len() < FEW || self.len() < 2 * self.live {
             return;

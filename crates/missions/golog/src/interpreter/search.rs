@@ -13,11 +13,11 @@ use crate::theory::formula::SituationView;
 /// Result of a part of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SearchProgress {
-    /// The path leads to a program that may end.
+    /// Path to a program that may end.
     Found,
-    /// There is no further one.
+    /// Exhausted: no further solution exists.
     Exhausted,
-    /// The number of transitions is used up.
+    /// Limit of transitions reached.
     Interrupted,
 }
 
@@ -30,7 +30,7 @@ struct SearchFrame {
     /// Hash of the situation.
     situation: u64,
     mark: usize,
-    /// Its transitions that are left, in `open`.
+    /// Range of its remaining transitions in `open`: `next` to `end`.
     next: usize,
     end: usize,
 }
@@ -47,7 +47,7 @@ pub(crate) struct DepthFirstSearch {
     most_depth: usize,
     /// Number of transitions so far.
     pub transitions: u64,
-    /// Whether a path was longer than `most_depth`.
+    /// True if a path was longer than `most_depth`.
     pub is_cut: bool,
 }
 
@@ -59,7 +59,7 @@ struct VisitedPlaces {
 }
 
 impl VisitedPlaces {
-    /// Whether a place is new.
+    /// Marks a place as visited; returns true if it is new.
     fn visit(&mut self, program: u32, cells: &[i32]) -> bool {
         let situation = match self.situations.get(cells) {
             Some(known) => *known,
@@ -74,12 +74,13 @@ impl VisitedPlaces {
 }
 
 impl DepthFirstSearch {
-    /// Search for one path, which visits each program in each situation once.
+    /// Returns the search for one path.
+    /// It visits each program in each situation once.
     pub fn of_plan(cells: &[i32]) -> Self {
         Self::new(cells, Some(VisitedPlaces::default()), usize::MAX)
     }
 
-    /// Search for all paths of at most so many transitions.
+    /// Returns the search for all paths of at most so many transitions.
     pub fn of_all(cells: &[i32], most_depth: usize) -> Self {
         Self::new(cells, None, most_depth)
     }
@@ -90,7 +91,7 @@ impl DepthFirstSearch {
         Self { situation, frames, open, visited, most_depth, transitions: 0, is_cut: false }
     }
 
-    /// Begins with a program; returns whether it may end at once.
+    /// Begins with a program; returns true if it may end at once.
     pub fn begin(
         &mut self,
         theory: &ActionTheory,
@@ -105,12 +106,13 @@ impl DepthFirstSearch {
         self.frames.iter().filter_map(|frame| frame.action.as_ref())
     }
 
-    /// Programs of the path with the hash of their situations, and the action that has led to each.
+    /// Returns the programs of the path.
+    /// Each with the hash of its situation, and the action that has led to it.
     pub fn path(&self) -> impl DoubleEndedIterator<Item = (u32, u64, Option<GroundAction>)> {
         self.frames.iter().map(|frame| (frame.program, frame.situation, frame.action))
     }
 
-    /// Goes on for at most so many transitions.
+    /// Continues for a limited number of transitions.
     pub fn run(
         &mut self,
         theory: &ActionTheory,
@@ -150,7 +152,7 @@ impl DepthFirstSearch {
         Ok(SearchProgress::Exhausted)
     }
 
-    /// Goes on to a program; returns whether it may end.
+    /// Enters a program; returns true if it may end.
     fn enter(
         &mut self,
         theory: &ActionTheory,

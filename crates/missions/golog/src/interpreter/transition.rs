@@ -1,4 +1,5 @@
-//! Transitions and final programs (De Giacomo, Lespérance and Levesque, ConGolog, 2000, sections 4 and 5).
+//! Transitions and final programs of ConGolog.
+//! De Giacomo, Lespérance and Levesque, ConGolog, 2000, sections 4 and 5.
 
 use super::ground_action::GroundAction;
 use super::remaining::{NIL, Remaining, RemainingPrograms};
@@ -9,10 +10,10 @@ use crate::theory::program::{ProgramNode, ProgramStep};
 
 /// Deepest nesting of programs within a transition.
 const DEPTH: usize = 400;
-/// The most parts of programs and formulas that a transition may consider.
+/// Maximum number of parts of programs and formulas that a transition may consider.
 const MOST_PARTS: u64 = 200_000;
 
-/// A transition of a program.
+/// Transition of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ProgramTransition {
     /// `None` for a test.
@@ -25,16 +26,16 @@ pub(crate) struct ProgramTransition {
 /// Kind of transitions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TransitionMode<'a> {
-    /// All of them, in the order of the text; actions end at once.
+    /// All transitions, in the order of the text; actions end at once.
     Planned,
-    /// The first one; an action of the robot begins in a slot.
+    /// First transition; an action of the robot begins in a slot.
     Executed {
         slot: u32,
         /// Hash of the situation.
         situation: u64,
         /// Programs whose search has found no plan in this situation.
         hopeless: &'a [u32],
-        /// A searched program and its plan.
+        /// Searched program and its plan.
         found: Option<(u32, u32)>,
     },
 }
@@ -66,7 +67,7 @@ impl<'a> TransitionReader<'a> {
         self.of_program(program, 0, found)
     }
 
-    /// Whether a program may end.
+    /// Returns true if a program may end.
     pub fn is_final(&mut self, program: u32) -> Result<bool, GologRunError> {
         self.parts = 0;
         self.ends(program, 0)
@@ -141,7 +142,8 @@ impl<'a> TransitionReader<'a> {
         Ok(())
     }
 
-    /// Puts the programs of transitions from one on into their place; a program to search stays as it is.
+    /// Embeds the remaining programs of transitions in their context.
+    /// It begins at the given transition; a program to search stays unchanged.
     fn wrap(
         &mut self,
         from: usize,
@@ -153,7 +155,8 @@ impl<'a> TransitionReader<'a> {
         }
     }
 
-    /// A transition of a searched program: the first of its plan, or the search itself.
+    /// Returns a transition of a searched program.
+    /// It is the first of its plan, or the search itself.
     fn search(
         &mut self,
         inner: u32,
@@ -187,7 +190,7 @@ impl<'a> TransitionReader<'a> {
             return self.of_program(step.program, depth + 1, found);
         };
         if situation != step.expected {
-            // Something else has changed the situation.
+            // Another event has changed the situation.
             return match self.ends(step.program, depth + 1)? {
                 true => Ok(()),
                 false => self.search(step.program, depth + 1, found),
@@ -204,7 +207,7 @@ impl<'a> TransitionReader<'a> {
         Ok(())
     }
 
-    /// Program right after an action has begun.
+    /// Returns the program right after the start of an action.
     fn begun(&mut self, action: usize, slot: u32) -> u32 {
         match self.view.theory.actions[action].performs {
             Some(_) => self.programs.add(Remaining::Performing(slot)),
@@ -324,7 +327,7 @@ impl<'a> TransitionReader<'a> {
         Ok(())
     }
 
-    /// A node of concurrency or search as a program with parts.
+    /// Returns a node of concurrency or search as a program with parts.
     fn opened(&mut self, node: usize, bindings: &Bindings) -> u32 {
         let nodes: &'a [ProgramNode] = &self.view.theory.nodes;
         let programs = &mut *self.programs;
@@ -347,7 +350,7 @@ impl<'a> TransitionReader<'a> {
         }
     }
 
-    /// Transitions of a body after which the node is there again.
+    /// Returns the transitions of a body that is followed by the node again.
     fn again(
         &mut self,
         node: usize,

@@ -15,7 +15,8 @@ const COMPARISONS: [(&str, WrittenOperator); 6] = [
 ];
 
 impl GologParser<'_> {
-    /// An expression: `or` binds loosest, then `and`, `not`, comparisons, `+` and `-`.
+    /// Parses an expression.
+    /// `or` binds loosest, then `and`, `not`, comparisons, `+` and `-`.
     pub fn expression(&mut self, depth: usize) -> Result<WrittenExpression, GologError> {
         let depth = self.deeper(depth)?;
         let first = self.conjunction(depth)?;

@@ -209,7 +209,7 @@ impl GologParser<'_> {
         }
     }
 
-    /// An effect begins with its fluent, or with `all`.
+    /// Returns true at an effect, which begins with its fluent, or with `all`.
     fn begins_effect(&self) -> bool {
         match self.token() {
             GologToken::Name(name) => name == "all" || !WORDS.contains(&name.as_str()),
@@ -236,7 +236,7 @@ impl GologParser<'_> {
         Ok(WrittenEffect { variables, fluent, arguments, value, condition })
     }
 
-    /// A name with arguments.
+    /// Returns a name with arguments.
     pub fn head(&mut self, depth: usize) -> Result<(WrittenName, Vec<WrittenExpression>), GologError> {
         let name = self.name("a name")?;
         let arguments =
@@ -263,7 +263,7 @@ impl GologParser<'_> {
         }
     }
 
-    /// A list in parentheses, which may be empty.
+    /// Returns a list in parentheses, which may be empty.
     fn list<T>(
         &mut self,
         mut item: impl FnMut(&mut Self) -> Result<T, GologError>,
@@ -336,22 +336,22 @@ impl GologParser<'_> {
         &self.tokens[self.at].0
     }
 
-    /// Range of the next token.
+    /// Returns the range of the next token.
     pub fn range(&self) -> TextRange {
         self.tokens[self.at].1
     }
 
-    /// Range of the newest token that was taken.
+    /// Returns the range of the newest consumed token.
     pub fn previous(&self) -> TextRange {
         self.tokens[self.at.saturating_sub(1)].1
     }
 
-    /// Whether the newest token is a closing brace.
+    /// Returns true if the newest token is a closing brace.
     pub fn previous_closes(&self) -> bool {
         self.at > 0 && self.tokens[self.at - 1].0 == GologToken::Sign("}")
     }
 
-    /// Goes on after the next token.
+    /// Advances to the next token.
     pub fn take_token(&mut self) {
         self.at += usize::from(self.at + 1 < self.tokens.len());
     }
@@ -360,7 +360,7 @@ impl GologParser<'_> {
         matches!(self.tokens.get(self.at + 1), Some((GologToken::Name(name), _)) if name == word)
     }
 
-    /// Takes a sign or a word.
+    /// Consumes a sign or a word; returns false for another token.
     pub fn take(&mut self, sign: &str) -> bool {
         self.take_any(&[sign]).is_some()
     }

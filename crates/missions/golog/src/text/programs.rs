@@ -5,7 +5,7 @@ use super::parser::GologParser;
 use super::written::*;
 use crate::error::GologError;
 
-/// Most steps of a block.
+/// Maximum number of steps of a block.
 const MOST_STEPS: usize = 200;
 
 impl GologParser<'_> {
@@ -35,7 +35,7 @@ impl GologParser<'_> {
         Ok(WrittenProgram { range, kind })
     }
 
-    /// `a >> b`: b goes on only while a can't.
+    /// Parses `a >> b`: b runs only while a can't.
     fn prioritised(&mut self, depth: usize) -> Result<WrittenProgram, GologError> {
         let left = self.concurrent(depth)?;
         if !self.take(">>") {

@@ -1,4 +1,4 @@
-//! Declarations, expressions and programs as they are written.
+//! Syntax tree of declarations, expressions and programs.
 
 /// Range of bytes in the text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -8,7 +8,7 @@ pub(crate) struct TextRange {
 }
 
 impl TextRange {
-    /// Range from this one to the end of another.
+    /// Returns the range from this one to the end of another.
     pub fn to(self, other: Self) -> Self {
         Self { start: self.start, end: other.end.max(self.start) }
     }
@@ -23,7 +23,7 @@ pub(crate) struct WrittenName {
 /// Type in a declaration.
 #[derive(Clone, Debug)]
 pub(crate) enum WrittenType {
-    /// A name of a domain, or `bool`.
+    /// Name of a domain, or `bool`.
     Named(WrittenName),
     Range(i32, i32, TextRange),
 }
@@ -66,7 +66,7 @@ pub(crate) enum WrittenOperation {
     All(Vec<WrittenExpression>),
     Any(Vec<WrittenExpression>),
     Binary(WrittenOperator, Box<[WrittenExpression; 2]>),
-    /// Whether for all values, the variable, and the formula.
+    /// Quantifier: true for "for all", the variable, and the formula.
     Quantified(bool, WrittenVariable, Box<WrittenExpression>),
 }
 
@@ -110,12 +110,13 @@ pub(crate) struct WrittenEffect {
 pub(crate) struct WrittenAction {
     pub is_exogenous: bool,
     pub possible: Option<WrittenExpression>,
-    /// Action of the robot, with its arguments; one without a name is no action of the robot.
+    /// Action of the robot, with its arguments.
+    /// One without a name is no action of the robot.
     pub performs: Option<(Option<WrittenName>, Vec<WrittenExpression>)>,
     pub senses: Option<(WrittenName, Vec<WrittenExpression>)>,
     pub effects: Vec<WrittenEffect>,
     pub failure_effects: Vec<WrittenEffect>,
-    /// Whether a failure has effects or is said to have none.
+    /// True if a failure has effects, or is declared to have no effects.
     pub handles_failure: bool,
 }
 
@@ -133,7 +134,7 @@ pub(crate) enum WrittenContent {
     Procedure { variables: Vec<WrittenVariable>, body: WrittenProgram },
 }
 
-/// A declaration of the theory, with the name that it declares.
+/// Declaration of the theory, with the name that it declares.
 #[derive(Clone, Debug)]
 pub(crate) struct WrittenDeclaration {
     pub name: WrittenName,

@@ -2,10 +2,10 @@
 
 use crate::theory::ActionTheory;
 
-/// Value of what is not known.
+/// Value of an unknown fluent.
 pub(crate) const UNKNOWN: i32 = i32::MIN;
 
-/// The most variables of a procedure, an action or a defined fluent.
+/// Maximum number of variables of a procedure, an action or a defined fluent.
 pub(crate) const MOST_VARIABLES: usize = 16;
 
 /// Values of variables; those without a value are 0.
@@ -34,11 +34,11 @@ pub(crate) enum GologFormula {
     Compare(FormulaComparison, Box<[GologFormula; 2]>),
     Sum(Box<[GologFormula; 2]>),
     Difference(Box<[GologFormula; 2]>),
-    /// Whether for all values, the variable, its domain, and the formula.
+    /// Quantifier: true for "for all", the variable, its domain, and the formula.
     Quantified(bool, usize, usize, Box<GologFormula>),
 }
 
-/// A theory and the values of its fluents.
+/// Theory and the values of its fluents.
 #[derive(Clone, Copy)]
 pub(crate) struct SituationView<'a> {
     pub theory: &'a ActionTheory,
@@ -111,7 +111,7 @@ impl SituationView<'_> {
         })
     }
 
-    /// Whether a formula is known to hold.
+    /// Returns true if a formula is known to hold.
     pub fn holds(self, formula: &GologFormula, bindings: &Bindings) -> Result<bool, String> {
         Ok(self.evaluate(formula, &mut bindings.clone())? == 1)
     }
@@ -134,7 +134,7 @@ impl SituationView<'_> {
         Ok((left != UNKNOWN && right != UNKNOWN).then_some((left, right)))
     }
 
-    /// Cell of a fluent; `None` if an argument is unknown.
+    /// Returns the cell of a fluent; `None` if an argument is unknown.
     pub fn cell(
         self,
         fluent: usize,

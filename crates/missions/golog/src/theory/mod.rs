@@ -6,7 +6,7 @@ pub(crate) mod program;
 use formula::GologFormula;
 use program::ProgramNode;
 
-/// The most arguments of an action, fluent or procedure.
+/// Maximum number of arguments of an action, fluent or procedure.
 pub(crate) const MOST_ARGUMENTS: usize = 8;
 
 /// Finite set of values: symbols, or numbers of a range.
@@ -25,7 +25,7 @@ impl ValueDomain {
         (i64::from(self.high) - i64::from(self.low) + 1) as usize
     }
 
-    /// Place of a value in the domain.
+    /// Returns the index of a value in the domain.
     pub fn index(&self, value: i32) -> Option<usize> {
         (self.low..=self.high).contains(&value).then(|| (i64::from(value) - i64::from(self.low)) as usize)
     }
@@ -41,7 +41,7 @@ impl ValueDomain {
         }
     }
 
-    /// Text of a value.
+    /// Returns the text of a value.
     pub fn text(&self, value: i32) -> String {
         match self.symbols.get(value as usize) {
             Some(symbol) => symbol.clone(),
@@ -49,7 +49,7 @@ impl ValueDomain {
         }
     }
 
-    /// Value of a text.
+    /// Parses a text to a value of the domain.
     pub fn parse(&self, text: &str) -> Option<i32> {
         let value = match self.symbols.is_empty() {
             true => text.parse().ok()?,
@@ -65,7 +65,7 @@ pub(crate) struct FluentModel {
     pub line: usize,
     pub domains: Vec<usize>,
     pub value: usize,
-    /// Its first cell.
+    /// First cell of the fluent.
     pub base: usize,
     /// Number of its cells.
     pub count: usize,
@@ -118,7 +118,7 @@ pub(crate) struct ActionModel {
     pub possible: Option<GologFormula>,
     /// Name and arguments of the robot's action; `None` if it only changes fluents.
     pub performs: Option<(String, Vec<RobotArgument>)>,
-    /// Whether the text says what it performs.
+    /// True if the text declares the performed action.
     pub has_performs: bool,
     /// Fluent and arguments.
     pub senses: Option<(usize, Box<[GologFormula]>)>,
@@ -137,7 +137,8 @@ pub struct PerformedAction<'a> {
     pub arguments: usize,
     /// Line of the theory's action, from 1.
     pub line: usize,
-    /// Whether the arguments of the theory's action are numbers, or `performs` says which ones the robot has.
+    /// True if the robot's arguments are known.
+    /// The arguments of the theory's action are numbers, or `performs` gives those of the robot.
     pub is_plain: bool,
 }
 
@@ -160,7 +161,7 @@ pub(crate) struct VariableScope {
     pub domain: usize,
 }
 
-/// An action theory and its procedures, read from text.
+/// Action theory and its procedures, read from text.
 #[derive(Clone, Debug, Default)]
 pub struct ActionTheory {
     pub(crate) name: String,
@@ -230,12 +231,12 @@ impl ActionTheory {
         names.flatten().collect()
     }
 
-    /// Text of a fluent with the arguments of one of its cells.
+    /// Returns the text of a fluent with the arguments of one of its cells.
     pub(crate) fn cell_name(&self, fluent: &FluentModel, cell: usize) -> String {
         self.call_name(&fluent.name, &fluent.domains, &self.arguments_at(&fluent.domains, cell))
     }
 
-    /// Number of combinations of arguments.
+    /// Returns the number of combinations of arguments.
     pub(crate) fn combinations(&self, domains: &[usize]) -> usize {
         domains.iter().map(|domain| self.domains[*domain].size()).product()
     }
@@ -254,7 +255,7 @@ impl ActionTheory {
         arguments
     }
 
-    /// Text of a name with arguments.
+    /// Returns the text of a name with arguments.
     pub(crate) fn call_name(&self, name: &str, domains: &[usize], arguments: &[i32]) -> String {
         if domains.is_empty() {
             return name.into();
@@ -263,7 +264,8 @@ impl ActionTheory {
         format!("{name}({})", texts.collect::<Vec<String>>().join(", "))
     }
 
-    /// Values of the arguments in a text such as `f(a, 2)`, if its name and its domains are these.
+    /// Parses the arguments in a text such as `f(a, 2)`.
+    /// `None` if its name and its domains are others.
     pub(crate) fn parse_call(&self, text: &str, name: &str, domains: &[usize]) -> Option<Vec<i32>> {
         let rest = text.strip_prefix(name)?;
         if domains.is_empty() {
@@ -277,7 +279,7 @@ impl ActionTheory {
         texts.iter().zip(domains).map(|(text, domain)| self.domains[*domain].parse(text)).collect()
     }
 
-    /// Cell of a fluent with arguments.
+    /// Returns the cell of a fluent with arguments.
     pub(crate) fn cell_of(&self, fluent: &FluentModel, arguments: &[i32]) -> Option<usize> {
         let mut cell = 0;
         for (value, domain) in arguments.iter().zip(&fluent.domains) {
@@ -287,7 +289,7 @@ impl ActionTheory {
         Some(fluent.base + cell)
     }
 
-    /// Entry of a table.
+    /// Returns the entry of a table.
     pub(crate) fn entry(&self, table: &NumberTable, keys: &[i32]) -> Option<f64> {
         let mut entry = 0;
         for (value, domain) in keys.iter().zip(&table.domains) {

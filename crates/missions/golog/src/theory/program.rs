@@ -7,13 +7,14 @@ use crate::theory::formula::GologFormula;
 pub(crate) struct ProgramNode {
     pub step: ProgramStep,
     pub line: usize,
-    /// Its place: the same in a changed file whose steps before it are as they were.
+    /// Key of the place.
+    /// It is the same in a changed file with the same steps before.
     pub key: u64,
     /// Innermost visible variable.
     pub scope: Option<usize>,
     /// Number of slots of visible variables.
     pub slots: usize,
-    /// The most parts of formulas that it evaluates itself.
+    /// Maximum number of parts of formulas that it evaluates itself.
     pub parts: u64,
     /// First line of its text.
     pub title: String,
@@ -65,7 +66,7 @@ impl ProgramStep {
     }
 }
 
-/// FNV-1a hash of bytes after others, the same in every build.
+/// Returns the FNV-1a hash of bytes after others, the same in every build.
 pub(crate) fn stable_hash(before: u64, bytes: &[u8]) -> u64 {
     let start = before ^ 0xcbf2_9ce4_8422_2325;
     let hash =

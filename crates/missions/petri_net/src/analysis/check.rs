@@ -5,12 +5,13 @@ use crate::joint::split_robot;
 use crate::label::action_name;
 use crate::net::{NetTransition, PetriNet};
 
-/// What a check may take for granted, and how far it looks.
+/// Assumptions and limits of a check.
 #[derive(Clone, Copy)]
 pub struct CheckLimits<'a> {
-    /// The most markings that are explored.
+    /// Maximum number of markings that are explored.
     pub most_states: usize,
-    /// Returns whether an action is known, by its name or with its arguments; `None` if every action is.
+    /// Predicate of known actions, by name or with their arguments.
+    /// `None` if every action is known.
     pub is_known_action: Option<&'a dyn Fn(&str) -> bool>,
 }
 
@@ -25,25 +26,25 @@ impl Default for CheckLimits<'_> {
 pub enum FindingKind {
     /// Tokens of a place grow without bound.
     Unbounded,
-    /// The plan stands still without goal or failure.
+    /// Deadlock without goal or failure.
     Deadlock,
-    /// No marking that can be reached is the goal.
+    /// Goal that no reachable marking satisfies.
     UnreachableGoal,
-    /// An action that the robot does not have.
+    /// Action that the robot does not have.
     UnknownAction,
-    /// Only other robots can end a robot's wait.
+    /// Wait that only other robots can end.
     Dependent,
-    /// A place can have more than one token.
+    /// Place that can have more than one token.
     Unsafe,
-    /// A transition that never has its tokens.
+    /// Transition that never has its tokens.
     DeadTransition,
-    /// A transition whose tokens another one without a guard takes first.
+    /// Transition whose tokens another one without a guard takes first.
     Conflict,
-    /// No goal: the plan runs until it is stopped.
+    /// Plan without a goal: it runs until it is stopped.
     NoGoal,
-    /// A word in a label that is neither an event nor a guard, and so has no effect.
+    /// Word in a label that is neither an event nor a guard, and so has no effect.
     UnknownLabel,
-    /// The exploration ended before all markings were seen.
+    /// Exploration that ended before all markings were seen.
     Unfinished,
 }
 
@@ -71,14 +72,14 @@ impl FindingKind {
     }
 }
 
-/// A finding about a net.
+/// Finding about a net.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NetFinding {
     /// Kind.
     pub kind: FindingKind,
-    /// What is wrong, with the place or transition.
+    /// Description of the finding, with the place or transition.
     pub text: String,
-    /// A shortest firing sequence that leads to it.
+    /// Shortest firing sequence that leads to it.
     pub path: Option<FiringPath>,
 }
 
@@ -87,7 +88,7 @@ pub struct NetFinding {
 pub struct NetReport {
     /// Explored markings.
     pub states: usize,
-    /// Whether these are all.
+    /// True if the list is complete.
     pub is_complete: bool,
     /// Findings, errors first.
     pub findings: Vec<NetFinding>,
@@ -240,7 +241,8 @@ pub(super) fn dead_transitions(net: &PetriNet, space: &StateSpace, findings: &mu
     }
 }
 
-/// Transitions that never win in the order of the file, where places have one token at most.
+/// Finds transitions that never win in the order of the file.
+/// Places have one token at most.
 pub(super) fn conflicts(net: &PetriNet, findings: &mut Vec<NetFinding>) {
     let tokens = |transition: &NetTransition, place: usize| {
         let found = transition.inputs.iter().find(|(input, _)| *input == place);

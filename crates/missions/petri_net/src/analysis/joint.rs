@@ -31,7 +31,7 @@ pub fn check_joint(joint: &JointNet, limits: &CheckLimits<'_>) -> NetReport {
     NetReport { states: space.states(), is_complete: space.is_complete(), findings }
 }
 
-/// The places of a robot, with their tokens.
+/// Returns the places of a robot, with their tokens.
 fn own<'a>(
     joint: &'a JointNet,
     robot: usize,
@@ -41,7 +41,8 @@ fn own<'a>(
     places.filter(move |(place, _)| joint.owner(*place) == robot).map(|(_, (place, tokens))| (place, *tokens))
 }
 
-/// Whether each place of a robot that counts has so many tokens, and one counts.
+/// Returns true if each counting place of a robot has its tokens.
+/// At least one must count.
 fn fits(joint: &JointNet, robot: usize, marking: &[u32], count: impl Fn(&NetPlace) -> Option<u32>) -> bool {
     let mut counts = own(joint, robot, marking).filter_map(|(place, tokens)| Some(count(place)? == tokens));
     counts.next().is_some_and(|first| first && counts.all(|fits| fits))
@@ -65,7 +66,7 @@ fn marking_text(joint: &JointNet, robot: usize, marking: &[u32]) -> String {
     joint.net().marking_text(&alone)
 }
 
-/// A robot for which nothing can happen any more, whatever the others do.
+/// Finds robots in a deadlock, whatever the others do.
 fn deadlocks(
     joint: &JointNet,
     space: &StateSpace,
@@ -117,7 +118,8 @@ fn goals(joint: &JointNet, space: &StateSpace, findings: &mut Vec<NetFinding>) {
     }
 }
 
-/// Robots that wait for ever when the others vanish: no transition of their own has its tokens.
+/// Finds robots that wait for ever when the others vanish.
+/// No transition of their own has its tokens.
 fn dependences(joint: &JointNet, space: &StateSpace, findings: &mut Vec<NetFinding>) {
     for (robot, name) in joint.robots().iter().enumerate() {
         let depends = |state: &usize| {

@@ -4,19 +4,20 @@ use std::collections::HashMap;
 
 use crate::net::PetriNet;
 
-/// The most numbers of tokens that are kept, places times markings.
+/// Maximum number of numbers of tokens that are kept, places times markings.
 const MOST_NUMBERS: usize = 1 << 25;
-/// The most tokens of a place in an analysis.
+/// Maximum number of tokens of a place in an analysis.
 const MOST_TOKENS: u32 = u32::MAX;
 
-/// Reachable markings of a net, breadth first, so that the path to each is a shortest one.
+/// Reachable markings of a net, breadth first.
+/// The path to each is thus a shortest one.
 ///
 /// Guards are ignored: each may hold or not. So a plan reaches no other markings, but perhaps not all of these.
 #[derive(Clone, Debug)]
 pub struct StateSpace {
     places: usize,
     markings: Vec<u32>,
-    /// For each state but the first, the state before and the transition that led to it.
+    /// Predecessor and transition of each state but the first.
     origins: Vec<(usize, usize)>,
     /// State, transition, and the state that it leads to.
     edges: Vec<(usize, usize, usize)>,
@@ -29,13 +30,15 @@ pub struct StateSpace {
 pub struct FiringPath {
     /// Transitions in the order in which they fire.
     pub transitions: Vec<usize>,
-    /// For a growth without bound: the first transition of the part that can be repeated.
+    /// First transition of the part that can be repeated.
+    /// Only for a growth without bound.
     pub repeated: Option<usize>,
-    /// The marking at the end.
+    /// Marking at the end.
     pub marking: Vec<u32>,
 }
 
-/// Explores at most `most_states` markings of a net, and fewer where they would take more than 256 MB.
+/// Explores at most `most_states` markings of a net.
+/// Fewer where they would take more than 256 MB.
 ///
 /// With `stops`, nothing follows a goal or a failure, as in a plan that runs, and a growth without bound ends the
 /// exploration. Without it, all markings of the net follow from the initial one.
@@ -43,7 +46,7 @@ pub fn state_space(net: &PetriNet, most_states: usize, stops: bool) -> StateSpac
     explore(net, most_states, stops, |marking, _| !stops || !net.is_goal(marking) && !net.is_failure(marking))
 }
 
-/// Explores the markings that follow from each other by the transitions that `may_fire` in a marking.
+/// Explores the markings reachable by the transitions that `may_fire`.
 pub(super) fn explore(
     net: &PetriNet,
     most_states: usize,
@@ -127,7 +130,7 @@ impl StateSpace {
         self.is_complete
     }
 
-    /// Returns a path on which tokens grow without bound, if the exploration has met one.
+    /// Returns a path of unbounded growth, if the exploration found one.
     pub fn growth(&self) -> Option<FiringPath> {
         let (from, to) = self.growth?;
         Some(FiringPath { repeated: Some(self.path(from).transitions.len()), ..self.path(to) })
@@ -146,7 +149,8 @@ impl StateSpace {
         FiringPath { transitions, repeated: None, marking: self.marking(state).to_vec() }
     }
 
-    /// Returns a state on the path to another one that has fewer tokens in some places and more in none.
+    /// Returns a state on the path to another one that is covered by it.
+    /// It has fewer tokens in some places and more in none.
     ///
     /// The firings between them can be repeated without end, because a goal or a failure does not come between: places
     /// that count for one have equal tokens in both.

@@ -13,55 +13,58 @@ use crate::label::ActionEvent;
 use crate::net::PetriNet;
 use crate::plan::{Performer, PetriPlan, PlanAction};
 
-/// The most tokens of a place while a plan runs.
+/// Maximum number of tokens of a place while a plan runs.
 pub const MOST_TOKENS: u32 = 1_000_000;
 
-/// How far an action, or a plan, has come.
+/// Progress of an action or a plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ActionProgress {
-    /// Has not been started.
+    /// Not started.
     #[default]
     Idle,
     /// Runs.
     Running,
-    /// Has reached its goal.
+    /// Goal reached.
     Succeeded,
-    /// Has failed.
+    /// Failed.
     Failed,
-    /// Was preempted by something above the plan, such as a reflex.
+    /// Preempted from above the plan, for example by a reflex.
     Preempted,
 }
 
-/// Who performs the actions of a plan and knows its conditions.
+/// Host of a plan: performs its actions and evaluates its conditions.
 pub trait PlanHost {
-    /// Returns whether a condition holds; `None` while it is unknown, which satisfies neither it nor its negation.
+    /// Returns the value of a condition.
+    /// `None` while it is unknown, which satisfies neither it nor its negation.
     ///
     /// A step asks once at most, so that all guards of a step see one value.
     fn condition(&mut self, index: usize, name: &str) -> Option<bool>;
 
-    /// Returns how far an active action has come. A step asks once for each.
+    /// Returns the progress of an active action.
+    /// A step calls it once for each.
     fn progress(&mut self, index: usize, action: &PlanAction) -> ActionProgress;
 
-    /// Returns whether a transition fires that has its tokens, and whose guard `holds` or not: it does if the guard holds.
+    /// Returns whether a transition fires that has its tokens.
+    /// `holds` is the value of its guard; by default it decides.
     ///
     /// A host of a robot in a team overrides it.
     fn permits(&mut self, _transition: PlanTransition, holds: bool) -> bool {
         holds
     }
 
-    /// Begins, continues, or ends an action.
+    /// Starts, continues, or ends an action.
     fn control(&mut self, index: usize, action: &PlanAction, event: ActionEvent);
 }
 
-/// Whether the plan starts, steps, and stops an action.
+/// Phase of an action: start, step or stop by the plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ActionPhase {
-    /// Is not part of what the plan does now.
+    /// Not performed by the plan at present.
     #[default]
     Inactive,
-    /// Was started, and has not been ended.
+    /// Started, and not ended.
     Active,
-    /// Its plan was interrupted; `resume` continues it.
+    /// Suspended by an interruption of its plan; `resume` continues it.
     Suspended,
 }
 
@@ -74,23 +77,24 @@ struct ActionState {
 /// Order in which enabled transitions of a step fire, which decides conflicts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ConflictOrder {
-    /// As in the file.
+    /// Order of the file.
     #[default]
     File,
-    /// At random, from this seed.
+    /// Random order, from a seed.
     Seed(u64),
 }
 
-/// A transition of a plan or sub-plan.
+/// Transition of a plan or sub-plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct PlanTransition {
-    /// Number of the run of a net, 0 for the plan itself; see [`PetriNetExecutor::path`].
+    /// Number of the run of a net, 0 for the plan itself.
+    /// See [`PetriNetExecutor::path`].
     pub instance: usize,
     /// Index among the transitions of its net.
     pub transition: usize,
 }
 
-/// A step that can't be made.
+/// Step that can't be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "plan `{plan}`: transition `{transition}` would put more than {MOST_TOKENS} tokens into place `{place}`; \
@@ -99,9 +103,9 @@ pub struct PlanTransition {
 pub struct StepError {
     /// Path of the plan.
     pub plan: String,
-    /// The transition.
+    /// Transition.
     pub transition: String,
-    /// The place.
+    /// Place.
     pub place: String,
 }
 
@@ -111,17 +115,17 @@ pub enum ForceError {
     /// The plan has reached its goal, or has failed.
     #[error("the plan has ended; restart it")]
     Ended,
-    /// Its sub-plan does not run.
+    /// Sub-plan that does not run.
     #[error("the sub-plan `{0}` does not run; force what starts it")]
     Inactive(String),
     /// A place lacks tokens.
     #[error("place `{place}` has {tokens} of {needed} tokens; force what puts one there")]
     Tokens {
-        /// The place.
+        /// Place.
         place: String,
-        /// Its tokens.
+        /// Present tokens.
         tokens: u32,
-        /// Those that the transition takes.
+        /// Required tokens.
         needed: u32,
     },
     /// A place would overflow.
@@ -129,7 +133,8 @@ pub enum ForceError {
     Step(#[from] StepError),
 }
 
-/// Executes a [`PetriPlan`]: PNP's step, with its defects mended as the crate's page lists them.
+/// Executor of a [`PetriPlan`]: PNP's step, with corrections.
+/// The crate's page lists the defects that they mend.
 ///
 /// A step first asks how far the active actions have come, and steps active sub-plans; then it collects the enabled
 /// transitions whose guard holds, and fires each that is still enabled at its turn. It allocates nothing.
@@ -142,9 +147,9 @@ pub struct PetriNetExecutor {
     marking: Vec<u32>,
     /// Actions of all instances.
     actions: Vec<ActionState>,
-    /// How far each instance has come.
+    /// Progress of each instance.
     progress: Vec<ActionProgress>,
-    /// Answers of this step: asked or not, and the answer.
+    /// Answers of this step; `None` for conditions not queried yet.
     answers: Vec<Option<Option<bool>>>,
     /// Candidates of the instances that are stepped.
     candidates: Vec<PlanTransition>,
@@ -154,7 +159,7 @@ pub struct PetriNetExecutor {
 }
 
 impl PetriNetExecutor {
-    /// Makes an executor at the start of the plan.
+    /// Returns an executor at the start of the plan.
     pub fn new(plan: Arc<PetriPlan>, order: ConflictOrder) -> Self {
         let random = match order {
             ConflictOrder::File => 0,
@@ -199,7 +204,8 @@ impl PetriNetExecutor {
         &self.fired
     }
 
-    /// Returns the transitions of the last step that another one disabled before their turn.
+    /// Returns the transitions of the last step that lost a conflict.
+    /// Another one disabled them before their turn.
     pub fn conflicts(&self) -> &[PlanTransition] {
         &self.conflicts
     }
@@ -220,12 +226,13 @@ impl PetriNetExecutor {
         &self.plan.nets[self.plan.instances[instance].net]
     }
 
-    /// Returns whether a run of a net goes on: it and all above it are active, and it has not ended.
+    /// Returns true if a run of a net goes on.
+    /// It and all above it are active, and it has not ended.
     pub fn is_running(&self, instance: usize) -> bool {
         self.runs()[instance]
     }
 
-    /// Returns whether each run of a net goes on.
+    /// Returns for each run of a net whether it goes on.
     pub fn runs(&self) -> Vec<bool> {
         let active = self.reached_by(|phase| phase == ActionPhase::Active);
         let is_running = |progress: &ActionProgress| *progress == ActionProgress::Running;
@@ -237,7 +244,8 @@ impl PetriNetExecutor {
         self.actions[self.plan.instances[instance].states + action].phase == ActionPhase::Active
     }
 
-    /// Returns the number of an action of a net among [`PetriPlan::actions`]; `None` for a sub-plan.
+    /// Returns the number of a net's action among [`PetriPlan::actions`].
+    /// `None` for a sub-plan.
     pub fn host_action(&self, instance: usize, action: usize) -> Option<usize> {
         match self.plan.instances[instance].performers[action] {
             Performer::Host(index) => Some(index),
@@ -245,7 +253,8 @@ impl PetriNetExecutor {
         }
     }
 
-    /// Returns whether an atom of a guard holds at present, or the guard itself; `None` while that is unknown.
+    /// Returns the present value of a guard, or of an atom of it.
+    /// `None` while it is unknown.
     ///
     /// `condition` answers a condition by its name.
     pub fn holds(
@@ -273,13 +282,13 @@ impl PetriNetExecutor {
         format!("{}: {}", own.path, self.plan.nets[own.net].transitions[transition.transition].title())
     }
 
-    /// Ends what runs, and begins anew.
+    /// Ends running actions, and restarts the plan.
     pub fn restart(&mut self, host: &mut impl PlanHost) {
         self.stop(0, ActionEvent::End, host);
         self.reset(0);
     }
 
-    /// Puts a run of a net to its start; nothing of it may be active.
+    /// Resets a run of a net to its start; no action of it may be active.
     fn reset(&mut self, instance: usize) {
         let own = &self.plan.instances[instance];
         let net = &self.plan.nets[own.net];

@@ -1,4 +1,4 @@
-//! The state of a run by names, for snapshots and for a changed plan.
+//! State of a run by names, for snapshots and for a changed plan.
 
 use std::sync::Arc;
 
@@ -8,7 +8,8 @@ use super::{ActionPhase, ActionProgress, ActionState, ConflictOrder, PetriNetExe
 use crate::net::PetriNet;
 use crate::plan::{Performer, PetriPlan};
 
-/// State of a run: tokens and actions by their names, so that it fits into a changed plan.
+/// State of a run: tokens and actions by their names.
+/// It thus fits into a changed plan.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ExecutorState {
@@ -16,7 +17,7 @@ pub struct ExecutorState {
     pub steps: u64,
     /// State of the random order.
     pub random: u64,
-    /// The plan, then its sub-plans.
+    /// Plan, then its sub-plans.
     pub nets: Vec<NetState>,
 }
 
@@ -24,11 +25,12 @@ pub struct ExecutorState {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct NetState {
-    /// Actions that lead to it, such as `inspect_3/look`; empty for the plan itself.
+    /// Path of actions to it, such as `inspect_3/look`.
+    /// Empty for the plan itself.
     pub path: String,
-    /// Whether it runs or is interrupted.
+    /// True if it runs or is interrupted.
     pub live: bool,
-    /// How far it has come.
+    /// Progress.
     pub progress: ActionProgress,
     /// Places with tokens.
     pub tokens: Vec<SavedTokens>,
@@ -40,7 +42,7 @@ pub struct NetState {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SavedTokens {
-    /// Label of the place, if no other has it.
+    /// Label of the place, if it is unique.
     pub place: String,
     /// Identifier of the place.
     pub id: String,
@@ -52,15 +54,15 @@ pub struct SavedTokens {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SavedAction {
-    /// The action with its arguments.
+    /// Action with its arguments.
     pub action: String,
-    /// Whether it runs.
+    /// Phase of the action.
     pub phase: ActionPhase,
-    /// How far it has come.
+    /// Progress.
     pub progress: ActionProgress,
 }
 
-/// A state that doesn't fit into a plan.
+/// State that doesn't fit into a plan.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the state of the run doesn't fit into the plan: {0}; restart the plan, or keep that name")]
 pub struct CarryError(String);
@@ -73,7 +75,7 @@ impl PetriNetExecutor {
         ExecutorState { steps: self.steps, random: self.random, nets: nets.collect() }
     }
 
-    /// Makes an executor that goes on from a state, also of another version of the plan.
+    /// Creates an executor from a saved state, also of another plan version.
     ///
     /// Places are found by their label, or by their identifier where several have the label.
     pub fn restore(
@@ -110,7 +112,8 @@ impl PetriNetExecutor {
         Ok(executor)
     }
 
-    /// Exchanges the plan while it runs. The old one goes on where the state doesn't fit.
+    /// Replaces the plan while it runs.
+    /// The old one goes on if the state doesn't fit.
     pub fn reload(&mut self, plan: Arc<PetriPlan>) -> Result<(), CarryError> {
         *self = Self::restore(plan, self.order, &self.state())?;
         Ok(())
@@ -121,12 +124,13 @@ impl PetriNetExecutor {
         path[self.plan.instances[0].path.len()..].trim_start_matches('/')
     }
 
-    /// Whether each run of a net is active or suspended.
+    /// Returns for each run of a net whether it is active or suspended.
     fn live(&self) -> Vec<bool> {
         self.reached_by(|phase| phase != ActionPhase::Inactive)
     }
 
-    /// Whether all actions that lead to each run of a net are in such a phase.
+    /// Returns for each run of a net whether all actions above are in a phase.
+    /// They are the actions that lead to it.
     pub(super) fn reached_by(&self, is_fit: impl Fn(ActionPhase) -> bool) -> Vec<bool> {
         let mut live = vec![false; self.plan.instances.len()];
         live[0] = true;
@@ -187,7 +191,7 @@ impl PetriNetExecutor {
                 Some(index) => {
                     self.actions[own.states + index] = ActionState { phase: *phase, progress: *progress };
                 }
-                // How a missing action has ended matters to no guard.
+                // The end of a missing action matters to no guard.
                 None if *phase == ActionPhase::Inactive => {}
                 None => {
                     return Err(CarryError(format!("`{}` has no action `{action}`, which runs", own.path)));

@@ -1,4 +1,4 @@
-//! A step of a plan.
+//! Step of a plan.
 
 use std::sync::Arc;
 
@@ -12,7 +12,8 @@ use crate::net::NetTransition;
 use crate::plan::{NetRun, Performer, PetriPlan};
 
 impl PetriNetExecutor {
-    /// Performs a step, and returns how far the plan has come. After the goal or a failure it does nothing.
+    /// Performs a step, and returns the progress of the plan.
+    /// After the goal or a failure it has no effect.
     pub fn step(&mut self, host: &mut impl PlanHost) -> Result<ActionProgress, StepError> {
         self.answers.fill(None);
         self.fired.clear();
@@ -22,10 +23,11 @@ impl PetriNetExecutor {
         self.advance(&plan, 0, host)
     }
 
-    /// Fires a transition that has its tokens, whatever its guard says; everything else is as in a step.
+    /// Fires a transition that has its tokens, whatever its guard says.
+    /// Everything else is as in a step.
     ///
     /// # Errors
-    /// Why it can't fire; nothing has changed then.
+    /// The reason why it can't fire; the marking is then unchanged.
     pub fn force(&mut self, forced: PlanTransition, host: &mut impl PlanHost) -> Result<(), ForceError> {
         let PlanTransition { instance, transition } = forced;
         if self.progress[0] != ActionProgress::Running {
@@ -53,7 +55,8 @@ impl PetriNetExecutor {
         Ok(())
     }
 
-    /// Takes over what a marking says of the progress of its net, and ends its actions after a goal or a failure.
+    /// Sets the progress of a net from its marking.
+    /// Ends its actions after a goal or a failure.
     fn complete(&mut self, instance: usize, host: &mut impl PlanHost) {
         self.progress[instance] = self.reached(instance);
         if self.progress[instance] != ActionProgress::Running {
@@ -81,7 +84,7 @@ impl PetriNetExecutor {
         Ok(self.progress[instance])
     }
 
-    /// Starts actions that a token has reached without `start`, and asks how far each has come.
+    /// Starts actions reached without `start`, and reads their progress.
     fn execute(
         &mut self,
         plan: &PetriPlan,
@@ -110,7 +113,7 @@ impl PetriNetExecutor {
         Ok(())
     }
 
-    /// Collects the enabled transitions whose guard holds, in the order in which they fire.
+    /// Collects the enabled transitions whose guard holds, in firing order.
     fn collect(&mut self, plan: &PetriPlan, instance: usize, host: &mut impl PlanHost) {
         let own = &plan.instances[instance];
         let net = &plan.nets[own.net];
@@ -156,7 +159,7 @@ impl PetriNetExecutor {
         }
     }
 
-    /// Whether an action is as a guard asks.
+    /// Returns true if an action has the state that a guard queries.
     pub(super) fn answers_query(&self, state: usize, query: ActionQuery) -> bool {
         let ActionState { phase, progress } = self.actions[state];
         match query {
@@ -202,7 +205,8 @@ impl PetriNetExecutor {
         Ok(())
     }
 
-    /// Interrupts actions that have lost their last token without `end`, `fail` or `interrupt`.
+    /// Interrupts actions that have lost their last token.
+    /// Only without `end`, `fail` or `interrupt`.
     fn release(
         &mut self,
         plan: &PetriPlan,
@@ -267,7 +271,7 @@ impl PetriNetExecutor {
         }
     }
 
-    /// The next random number (SplitMix64).
+    /// Returns the next random number (SplitMix64).
     fn random(&mut self) -> u64 {
         self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut bits = self.random;

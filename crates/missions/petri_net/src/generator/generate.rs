@@ -1,4 +1,4 @@
-//! The net of a linear plan.
+//! Net of a linear plan.
 
 use super::{ExecutionRule, LinearAction, PlanRecovery};
 use crate::builder::NetBuilder;

@@ -1,4 +1,4 @@
-//! From linear plans and execution rules to nets, as PNPgen does.
+//! Net generation from linear plans and execution rules, as PNPgen.
 
 mod generate;
 mod parse;
@@ -6,16 +6,16 @@ mod parse;
 pub use generate::generate_net;
 pub use parse::{parse_linear_plan, parse_rules};
 
-/// An action of a linear plan.
+/// Action of a linear plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearAction {
     /// Action with its arguments, such as `goto_printer`.
     pub action: String,
-    /// Time after which the plan goes on without it, s.
+    /// Time after which the plan continues without the action, s.
     pub timeout: Option<f64>,
 }
 
-/// What a plan does when a condition holds while an action runs.
+/// Reaction of a plan to a condition while an action runs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExecutionRule {
     /// Guard, such as `and person close`.
@@ -24,20 +24,20 @@ pub struct ExecutionRule {
     pub during: String,
     /// Actions that are performed instead.
     pub actions: Vec<String>,
-    /// How the plan goes on afterwards.
+    /// Continuation of the plan after the reaction.
     pub recovery: PlanRecovery,
 }
 
-/// How a plan goes on after an interruption.
+/// Continuation of a plan after an interruption.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlanRecovery {
-    /// With the next action.
+    /// Continuation with the next action.
     SkipAction,
-    /// With the interrupted action, from its start.
+    /// Continuation with the interrupted action, from its start.
     RestartAction,
-    /// With the first action.
+    /// Continuation with the first action.
     RestartPlan,
-    /// Not at all: the plan has failed.
+    /// Failure of the plan.
     FailPlan,
 }
 

@@ -3,7 +3,8 @@
 use super::{ExecutionRule, LinearAction, PlanRecovery};
 use crate::error::NetError;
 
-/// Parses a linear plan: actions separated by `;` or lines, a time-out in seconds after `|`, comments after `#`.
+/// Parses a linear plan.
+/// Actions are separated by `;` or lines, a timeout in seconds follows `|`, comments follow `#`.
 ///
 /// ```
 /// let plan = slate_petri_net::parse_linear_plan("goto_printer|30; say_hello # and no more")?;
@@ -27,7 +28,8 @@ pub fn parse_linear_plan(text: &str) -> Result<Vec<LinearAction>, NetError> {
     Ok(plan)
 }
 
-/// Parses execution rules, a line each: `*if* CONDITION *during* ACTION *do* ACTION; ...; RECOVERY`.
+/// Parses execution rules, a line each.
+/// `*if* CONDITION *during* ACTION *do* ACTION; ...; RECOVERY`.
 pub fn parse_rules(text: &str) -> Result<Vec<ExecutionRule>, NetError> {
     lines(text).map(|(line, content)| rule(content, line)).collect()
 }

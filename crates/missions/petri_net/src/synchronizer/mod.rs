@@ -8,56 +8,57 @@ pub use state::{SavedPartner, SavedReceived, SavedSynchronization, SynchronizerS
 use crate::joint::RobotNet;
 use crate::net::PetriNet;
 
-/// What a robot states about a transition that it shares with others.
+/// Statement of a robot about a transition that it shares with others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SynchronizationEntry {
-    /// Whether it could fire it now.
+    /// True if the robot could fire it now.
     pub is_ready: bool,
     /// Life of the deciding robot that the numbers are of.
     pub life: u64,
-    /// Attempt that the deciding robot has opened, or that another one has promised to follow; 0 for none.
+    /// Number of the open attempt; 0 for none.
+    /// The deciding robot has opened it, or another one has promised to follow it.
     pub open: u64,
     /// Newest attempt in which it fired, or number of firings whose tokens it has sent.
     pub done: u64,
 }
 
-/// What a robot states about itself.
+/// Statement of a robot about itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RobotStatement {
     /// Number of the run of its plan: another one after a restart.
     pub life: u64,
     /// Changes now and then, as long as the robot runs.
     pub beat: u64,
-    /// Whether its plan has reached its goal or failed.
+    /// True if its plan has reached its goal or failed.
     pub has_ended: bool,
 }
 
-/// A synchronisation whose outcome another robot does not share.
+/// Synchronisation whose outcome another robot does not share.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SynchronizationError {
-    /// The deciding robot is not heard any more.
+    /// Silence of the deciding robot.
     #[error(
         "`{robot}` is not heard since it was to decide about `{transition}`: whether it has fired it is unknown; \
          look after that robot, and start the plans again"
     )]
     InDoubt {
-        /// The robot.
+        /// Robot.
         robot: String,
         /// Identifier of the transition.
         transition: String,
     },
-    /// A robot that promised to follow has ended its plan instead.
+    /// End of a robot's plan in spite of its promise to follow.
     #[error("`{robot}` has ended its plan and not followed `{transition}`: start the plans again")]
     NotFollowed {
-        /// The robot.
+        /// Robot.
         robot: String,
         /// Identifier of the transition.
         transition: String,
     },
-    /// One of both was restored to a state before the synchronisation.
+    /// Restoration of a robot to a state before the synchronisation.
     #[error("this robot and `{robot}` count other firings of `{transition}`: restore both to one time")]
     Restored {
-        /// The robot.
+        /// Robot.
         robot: String,
         /// Identifier of the transition.
         transition: String,
@@ -69,15 +70,15 @@ pub enum SynchronizationError {
 struct Partner {
     name: String,
     statement: RobotStatement,
-    /// When its beat changed, ns of this robot's clock.
+    /// Time of its last beat, ns of this robot's clock.
     heard: u64,
-    /// Whether it was absent when that was reported.
+    /// True if the robot was absent at the last report.
     was_absent: bool,
     /// Entries by the transitions of the synchronizer.
     entries: Vec<SynchronizationEntry>,
 }
 
-/// A hard synchronisation.
+/// Hard synchronisation.
 #[derive(Clone, Debug)]
 struct Hard {
     transition: usize,
@@ -85,12 +86,12 @@ struct Hard {
     id: usize,
     /// Partner that decides; `None` where this robot does.
     decider: Option<usize>,
-    /// The other robots.
+    /// Other robots.
     partners: Vec<usize>,
     entry: SynchronizationEntry,
     /// Number of attempts that this robot has opened.
     attempts: u64,
-    /// Whether all others have promised, or the deciding robot has fired.
+    /// True if all others have promised, or the deciding robot has fired.
     is_agreed: bool,
 }
 
@@ -103,7 +104,7 @@ struct Reception {
     done: u64,
 }
 
-/// Keeps the synchronisations of one robot with the others of a [`JointNet`](crate::JointNet).
+/// Synchronizer of one robot with the others of a [`JointNet`](crate::JointNet).
 ///
 /// The first robot by name decides about a hard synchronisation: when all are ready it opens an attempt, each other robot
 /// promises to follow and then changes nothing in its plan, and when all have promised the deciding robot fires, which
@@ -125,7 +126,8 @@ pub struct Synchronizer {
 }
 
 impl Synchronizer {
-    /// Begins a run of a robot's part of a plan at a time, ns, which tells it from earlier runs.
+    /// Begins a run of a robot's part of a plan at a time, ns.
+    /// The time distinguishes it from earlier runs.
     pub fn new(net: &RobotNet, robot: &str, now: u64) -> Self {
         // 0 is that of a robot that was not heard.
         let life = now.max(1);
@@ -186,7 +188,8 @@ impl Synchronizer {
         })
     }
 
-    /// Begins a run of the robot at a time, with a time-out of its partners, both ns.
+    /// Begins a run of the robot at a time.
+    /// Both the time and the timeout of its partners are in ns.
     ///
     /// A robot that was frozen itself does not take others for absent.
     pub fn begin(&mut self, now: u64, timeout: u64) {
@@ -198,7 +201,8 @@ impl Synchronizer {
         self.now = now;
     }
 
-    /// Takes the newest statement of a partner, of any robot that the plan may have.
+    /// Receives the newest statement of a partner.
+    /// It may be any robot of the plan.
     pub fn hear<'a>(
         &mut self,
         robot: &str,
@@ -220,13 +224,15 @@ impl Synchronizer {
         }
     }
 
-    /// Returns whether a robot of the plan is absent: not heard for the time-out, or at its end. `None` for others.
+    /// Returns true if a robot of the plan is absent.
+    /// It is not heard for the timeout, or at its end. `None` for robots outside the plan.
     pub fn is_absent(&self, robot: &str) -> Option<bool> {
         let index = self.partners.iter().position(|partner| partner.name == robot)?;
         Some(self.is_silent(index) || self.partners[index].statement.has_ended)
     }
 
-    /// Reports each robot that has become absent, or is back: its name, whether it is absent, and whether it has ended.
+    /// Reports each robot that has become absent, or is back.
+    /// Its name, true if it is absent, and true if it has ended.
     pub fn report_presence(&mut self, mut report: impl FnMut(&str, bool, bool)) {
         for index in 0..self.partners.len() {
             let has_ended = self.partners[index].statement.has_ended;
@@ -242,10 +248,10 @@ impl Synchronizer {
         self.now.saturating_sub(self.partners[partner].heard) > self.timeout
     }
 
-    /// Takes decisions from what was heard.
+    /// Decides by the received statements.
     ///
     /// # Errors
-    /// If robots do not agree, and can't any more.
+    /// If robots do not agree, and can't agree any more.
     pub fn decide(&mut self) -> Result<(), SynchronizationError> {
         for index in 0..self.hard.len() {
             match self.hard[index].decider {
@@ -262,7 +268,7 @@ impl Synchronizer {
         Ok(())
     }
 
-    /// As the deciding robot: whether all others have promised.
+    /// Decides as the deciding robot, once all others have promised.
     fn decide_own(&mut self, index: usize) -> Result<(), SynchronizationError> {
         let Hard { id, ref partners, entry, .. } = self.hard[index];
         let (mut is_agreed, mut is_open) = (entry.open > 0, entry.open > 0);
@@ -293,7 +299,7 @@ impl Synchronizer {
         Ok(())
     }
 
-    /// As another robot: whether the deciding one has fired, or given up.
+    /// Follows the deciding robot, once it has fired or given up.
     fn follow(&mut self, index: usize, decider: usize) -> Result<(), SynchronizationError> {
         let Hard { id, entry, .. } = self.hard[index];
         let other = &self.partners[decider];
@@ -337,7 +343,7 @@ impl Synchronizer {
         make(self.partners[partner].name.clone(), self.ids[self.hard[index].id].clone())
     }
 
-    /// Whether this robot waits for a decision that it has promised to follow.
+    /// Returns true if this robot has promised to follow an open decision.
     pub fn is_bound(&self) -> bool {
         self.hard.iter().any(|hard| hard.decider.is_some() && hard.entry.open > 0)
     }
@@ -347,12 +353,13 @@ impl Synchronizer {
         self.hard.iter_mut().for_each(|hard| hard.entry.is_ready = false);
     }
 
-    /// Returns whether a transition fires that has its tokens, and whose guard holds or not.
+    /// Returns whether a transition with its tokens fires.
+    /// `holds` is the value of its guard.
     pub fn permits(&mut self, transition: usize, holds: bool) -> bool {
         let is_bound = self.is_bound();
         if let Some(hard) = self.hard.iter_mut().find(|hard| hard.transition == transition) {
             if hard.decider.is_some() {
-                // What was promised is followed, whatever the guard says now.
+                // A promise is followed, whatever the guard says now.
                 hard.entry.is_ready = holds && !is_bound;
                 return hard.is_agreed;
             }
@@ -365,14 +372,15 @@ impl Synchronizer {
         holds && has_come && !is_bound
     }
 
-    /// Returns whether a transition fires with other robots, or sends or takes their tokens.
+    /// Returns true if a transition fires with other robots.
+    /// Or if it sends or takes their tokens.
     pub fn shares(&self, transition: usize) -> bool {
         self.hard.iter().any(|hard| hard.transition == transition)
             || self.received.iter().any(|received| received.transition == transition)
             || self.sent.iter().any(|(sent, ..)| *sent == transition)
     }
 
-    /// Takes the firing of a transition.
+    /// Records the firing of a transition.
     pub fn fired(&mut self, transition: usize) {
         if let Some(hard) = self.hard.iter_mut().find(|hard| hard.transition == transition) {
             hard.entry = SynchronizationEntry {
@@ -424,13 +432,13 @@ impl Synchronizer {
         }
     }
 
-    /// Returns what the robot states about itself.
+    /// Returns the statement of the robot about itself.
     pub fn statement(&self) -> RobotStatement {
         let beat = self.now / (self.timeout / 8).max(1);
         RobotStatement { life: self.life, beat, has_ended: self.has_ended }
     }
 
-    /// Returns what the robot states about transitions, by their identifiers.
+    /// Returns the statements of the robot about transitions, by their identifiers.
     pub fn entries(&self) -> impl Iterator<Item = (&str, SynchronizationEntry)> {
         let id = |index: usize| self.ids[index].as_str();
         let hard = self.hard.iter().map(move |hard| (id(hard.id), hard.entry));

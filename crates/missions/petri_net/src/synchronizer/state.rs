@@ -1,4 +1,4 @@
-//! The state of synchronisations by names, for snapshots and for a changed plan.
+//! State of synchronisations by names, for snapshots and for a changed plan.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,15 +14,15 @@ pub struct SynchronizerState {
     pub now: u64,
     /// Time-out of partners in that run, ns.
     pub timeout: u64,
-    /// Whether the plan has ended.
+    /// True if the plan has ended.
     pub has_ended: bool,
     /// Hard synchronisations.
     pub hard: Vec<SavedSynchronization>,
-    /// What was sent, with the number of firings.
+    /// Sent tokens, with the number of firings.
     pub sent: Vec<(String, u64)>,
-    /// What was received.
+    /// Received tokens.
     pub received: Vec<SavedReceived>,
-    /// The other robots.
+    /// Other robots.
     pub partners: Vec<SavedPartner>,
 }
 
@@ -31,7 +31,7 @@ pub struct SynchronizerState {
 pub struct SavedSynchronization {
     /// Identifier of the transition.
     pub id: String,
-    /// What the robot states about it.
+    /// Statement of the robot about it.
     pub entry: SynchronizationEntry,
     /// Number of attempts that the robot has opened.
     pub attempts: u64,
@@ -40,7 +40,7 @@ pub struct SavedSynchronization {
 /// Tokens that were received.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SavedReceived {
-    /// Identifier of what was sent.
+    /// Identifier of the sent tokens.
     pub id: String,
     /// Life of the sender.
     pub life: u64,
@@ -48,18 +48,18 @@ pub struct SavedReceived {
     pub done: u64,
 }
 
-/// What is known of another robot.
+/// Knowledge of another robot.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SavedPartner {
-    /// Its name.
+    /// Name of the robot.
     pub name: String,
-    /// Its newest statement.
+    /// Newest statement.
     pub statement: RobotStatement,
-    /// When it changed, ns.
+    /// Time of its last change, ns.
     pub heard: u64,
-    /// Whether it was absent when that was reported.
+    /// True if the robot was absent at the last report.
     pub was_absent: bool,
-    /// What it states about transitions.
+    /// Statements about transitions.
     pub entries: Vec<(String, SynchronizationEntry)>,
 }
 
@@ -96,7 +96,7 @@ impl Synchronizer {
         }
     }
 
-    /// Takes a state, also of another version of the plan.
+    /// Restores a state, also of another version of the plan.
     ///
     /// # Errors
     /// If the plan lacks a transition that the robot has promised to fire.

@@ -1,4 +1,4 @@
-//! The robot that the controller moves, in its world.
+//! Robot that the controller moves, in its world.
 
 use slate_sim::drive::Wheels;
 use slate_sim::geometry::Pose;
@@ -6,10 +6,10 @@ use slate_sim::robot::RobotDescription;
 use slate_sim::world::{DescriptionError, World};
 use slate_sim::{Placement, Simulation};
 
-/// A step of the physics, nanoseconds.
+/// Step of the physics, nanoseconds.
 const STEP: u64 = 10_000_000;
 
-/// A Pioneer 3-DX among walls.
+/// Pioneer 3-DX among walls.
 #[derive(Debug)]
 pub struct SimulatedPioneer {
     simulation: Simulation,
@@ -17,7 +17,7 @@ pub struct SimulatedPioneer {
 }
 
 impl SimulatedPioneer {
-    /// Puts the robot into a world, by the name of one that comes with the simulator or by a file's path.
+    /// Places the robot in a world: the name of a bundled one, or a file's path.
     ///
     /// # Errors
     /// When the world is unknown, or the robot does not fit at its pose.
@@ -30,14 +30,14 @@ impl SimulatedPioneer {
         Ok(Self { simulation, drive })
     }
 
-    /// Lets time pass up to that one, nanoseconds since the beginning.
+    /// Advances the simulation to a time, nanoseconds since the beginning.
     pub fn advance(&mut self, now: u64) {
         while self.simulation.now() + STEP <= now {
             self.simulation.step();
         }
     }
 
-    /// Turns the wheels so that the robot drives at `linear` m/s and turns at `angular` rad/s.
+    /// Sets wheel velocities for `linear` in m/s and `angular` in rad/s.
     pub fn drive(&mut self, linear: f64, angular: f64) {
         let turn = angular * self.drive.track / 2.0;
         let wheels = Wheels {
@@ -47,36 +47,36 @@ impl SimulatedPioneer {
         self.simulation.command(0, wheels);
     }
 
-    /// Where the wheels say the robot is, since it was put there.
+    /// Returns the pose from wheel odometry, relative to the start.
     pub fn odometry(&self) -> Pose {
         self.simulation.odometry(0).0
     }
 
-    /// The speeds of the left and the right wheel over the floor, m/s.
+    /// Returns the speeds of the left and the right wheel over the floor, m/s.
     pub fn wheels(&self) -> (f64, f64) {
         let (_, (linear, angular)) = self.simulation.odometry(0);
         let turn = angular * self.drive.track / 2.0;
         (linear - turn, linear + turn)
     }
 
-    /// Lets the sonars hear.
+    /// Updates the sonars' echoes.
     pub fn listen(&mut self) {
         self.simulation.sense();
     }
 
-    /// Last range of a sonar, metres.
+    /// Returns the last range of a sonar, metres.
     pub fn range(&self, sonar: usize) -> Option<f64> {
         let (echoes, _) = self.simulation.sonar(0)?;
         echoes.get(sonar).map(|echo| echo.range)
     }
 
-    /// Whether anything presses on the front bumper, and on the back one.
+    /// Returns the contacts of the front and the rear bumper; true if pressed.
     pub fn bumpers(&self) -> (bool, bool) {
         let felt = self.simulation.felt(0);
         (felt.front, felt.back)
     }
 
-    /// Where the robot really is.
+    /// Returns the true pose.
     pub fn pose(&self) -> Pose {
         self.simulation.pose(0)
     }

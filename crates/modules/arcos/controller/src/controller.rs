@@ -11,17 +11,17 @@ use crate::body::SimulatedPioneer;
 use crate::error::ControllerError;
 use crate::firmware::Firmware;
 
-/// How long the controller waits for bytes at a time.
+/// Timeout of a wait for bytes.
 const LOOK: Duration = Duration::from_millis(5);
 
 /// Options of a controller.
 #[derive(Clone, Debug)]
 pub struct ControllerOptions {
-    /// A world that comes with the simulator, or a file's path.
+    /// World that comes with the simulator, or a file's path.
     pub world: String,
-    /// Where the robot stands: x and y in metres, theta in radians.
+    /// True pose: x and y in metres, theta in radians.
     pub at: [f64; 3],
-    /// Of what is random.
+    /// Seed of the random numbers.
     pub seed: u64,
     /// Link to the pseudo-terminal, whose own name changes each time.
     pub link: Option<PathBuf>,
@@ -41,7 +41,7 @@ impl Default for ControllerOptions {
     }
 }
 
-/// A controller that runs in a thread of its own, until it is dropped.
+/// Controller that runs in a thread of its own, until it is dropped.
 #[derive(Debug)]
 pub struct Controller {
     inner: Arc<Mutex<ControllerState>>,
@@ -83,7 +83,7 @@ impl Controller {
         Ok(Self { inner, thread: Some(thread), path, link })
     }
 
-    /// Path for the driver: the link, if any.
+    /// Returns the path for the driver: the link, if any.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -93,7 +93,8 @@ impl Controller {
         locked(&self.inner).faults = faults;
     }
 
-    /// Pulls the cable: the terminal goes away. The robot itself goes on.
+    /// Unplugs the cable: the terminal disappears.
+    /// The robot continues.
     pub fn unplug(&self) {
         locked(&self.inner).terminal = None;
     }
@@ -124,23 +125,23 @@ impl Controller {
         locked(&self.inner).firmware.set_stop_button(pressed);
     }
 
-    /// Where the robot really is: x, y, theta.
+    /// Returns the true pose: x, y, theta.
     pub fn pose(&self) -> [f64; 3] {
         let Pose { x, y, theta } = locked(&self.inner).body.pose();
         [x, y, theta]
     }
 
-    /// The speeds of the left and the right wheel over the floor, m/s.
+    /// Returns the speeds of the left and the right wheel over the floor, m/s.
     pub fn wheels(&self) -> (f64, f64) {
         locked(&self.inner).body.wheels()
     }
 
-    /// Whether a client is connected.
+    /// Returns true if a client is connected.
     pub fn is_open(&self) -> bool {
         locked(&self.inner).firmware.is_open()
     }
 
-    /// Whether the motors are on.
+    /// Returns true if the motors are on.
     pub fn motors(&self) -> bool {
         locked(&self.inner).firmware.motors()
     }
@@ -190,7 +191,7 @@ impl ControllerState {
         firmware.advance(body, now);
         let bytes = std::mem::take(firmware.outgoing());
         if let Some(terminal) = terminal {
-            // What there is no room for is lost.
+            // Bytes without room are lost.
             let _ = terminal.write(&faults.spoil_reports(&bytes, random));
         }
     }

@@ -7,10 +7,10 @@ pub enum ControllerError {
     /// World or robot don't fit.
     #[error(transparent)]
     World(#[from] DescriptionError),
-    /// There is no pseudo-terminal.
+    /// No pseudo-terminal is available.
     #[error(transparent)]
     Terminal(#[from] TerminalError),
-    /// The system gives no thread.
+    /// The system can't start a thread.
     #[error("no thread: {0}")]
     Thread(#[from] std::io::Error),
     /// Without a link, a driver can't find a new terminal.

@@ -1,4 +1,4 @@
-//! Firmware of a controller: it synchronises, obeys, watches its client, and reports.
+//! Firmware of a controller: synchronization, commands, watchdog, reports.
 
 use std::time::Duration;
 
@@ -8,13 +8,13 @@ use slate_arcos::report::{Identity, MOTORS, Range, Report, STOP_BUTTON};
 
 use crate::body::SimulatedPioneer;
 
-/// Without a packet for so long the robot stands.
+/// Watchdog timeout: the robot stops without a packet.
 pub const WATCHDOG: Duration = Duration::from_secs(2);
-/// From report to report.
+/// Period of reports.
 const CYCLE: Duration = Duration::from_millis(100);
-/// From sonar to sonar, of each array.
+/// Interval between the sonars of an array.
 const SONAR: Duration = Duration::from_millis(40);
-/// A stalled robot keeps its motors off for so long.
+/// Time for which a stalled robot keeps its motors off.
 const STALL: Duration = Duration::from_secs(1);
 /// Sonars of an array.
 const ARRAY: usize = 8;
@@ -27,14 +27,14 @@ enum ClientState {
     Open,
 }
 
-/// The software of a controller, without a line and without a clock.
+/// Software of a controller, without a line and without a clock.
 #[derive(Debug)]
 pub struct Firmware {
     identity: Identity,
     decoder: Decoder,
     outgoing: Vec<u8>,
     connection: ClientState,
-    /// When a packet came last.
+    /// Arrival time of the last packet.
     heard: Duration,
     motors: bool,
     sonars: bool,
@@ -42,18 +42,18 @@ pub struct Firmware {
     /// Last command: mm/s, degrees per second.
     velocity: f64,
     rotation: f64,
-    /// Where the origin is, in the odometry of the body: x, y, theta.
+    /// Pose of the origin in the body's odometry: x, y, theta.
     origin: [f64; 3],
     stalled: Option<Duration>,
     next_report: Duration,
     next_sonar: Duration,
-    /// The sonar of each array that is asked next.
+    /// Next sonar of each array.
     sonar: usize,
     ranges: Vec<Range>,
 }
 
 impl Firmware {
-    /// Switched on.
+    /// Returns a controller that is switched on.
     pub fn new() -> Self {
         Self {
             identity: Identity { name: "slate-sim".into(), class: "Pioneer".into(), model: "p3dx-sh".into() },
@@ -75,12 +75,13 @@ impl Firmware {
         }
     }
 
-    /// Bytes to send; the caller removes those it has sent.
+    /// Returns the bytes to send; the caller removes those it has sent.
     pub fn outgoing(&mut self) -> &mut Vec<u8> {
         &mut self.outgoing
     }
 
-    /// Switches it off and on: it forgets its client, and its origin is where it stands.
+    /// Power-cycles the controller: drops its client and zeroes its odometry.
+    /// The origin is then the present pose.
     pub fn restart(&mut self, body: &SimulatedPioneer) {
         let pose = body.odometry();
         *self = Self { origin: [pose.x, pose.y, pose.theta], ..Self::new() };
@@ -97,17 +98,17 @@ impl Firmware {
         self.motors &= !pressed;
     }
 
-    /// Whether a client is connected.
+    /// Returns true if a client is connected.
     pub fn is_open(&self) -> bool {
         self.connection == ClientState::Open
     }
 
-    /// Whether the motors are on.
+    /// Returns true if the motors are on.
     pub fn motors(&self) -> bool {
         self.motors
     }
 
-    /// Takes bytes that came.
+    /// Decodes received bytes.
     pub fn receive(&mut self, bytes: &[u8], body: &SimulatedPioneer, now: Duration) {
         let mut decoder = std::mem::take(&mut self.decoder);
         decoder.receive(bytes, |data| self.packet(data, body, now));
@@ -168,7 +169,7 @@ impl Firmware {
         (self.velocity, self.rotation) = (0.0, 0.0);
     }
 
-    /// Lets time pass up to `now`.
+    /// Advances the time to `now`.
     pub fn advance(&mut self, body: &mut SimulatedPioneer, now: Duration) {
         let is_alive = now.saturating_sub(self.heard) < WATCHDOG;
         self.feel(body, now);
@@ -194,7 +195,7 @@ impl Firmware {
         }
     }
 
-    /// A bumper that is pressed in the direction of travel stalls the robot.
+    /// Stalls the robot while a bumper in the direction of travel is pressed.
     fn feel(&mut self, body: &SimulatedPioneer, now: Duration) {
         let (front, back) = body.bumpers();
         if (front && self.velocity > 0.0) || (back && self.velocity < 0.0) {

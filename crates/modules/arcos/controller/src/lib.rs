@@ -1,4 +1,4 @@
-//! A simulated Pioneer at the end of a pseudo-terminal, to try and test its driver without a robot.
+//! Simulated Pioneer on a pseudo-terminal, to test its driver without a robot.
 //!
 //! The [`Controller`] answers at a pseudo-terminal as a robot's does at its serial line, and drives a robot of
 //! slate-sim in real time. The [`firmware`] is a state machine of its own, without a device and without a clock.

@@ -9,33 +9,33 @@ use super::faults::Faults;
 use super::line_end::LineEnd;
 use super::terminal::TerminalError;
 
-/// Period with which a simulated device looks at its line.
+/// Polling period of a simulated device's line.
 const LOOK: Duration = Duration::from_millis(1);
 /// Bytes that wait for room on the line; more are lost.
 const ROOM: usize = 64 * 1024;
 
-/// What a device does: a state machine without a line and without a clock.
+/// Firmware of a simulated device: a state machine without line and clock.
 pub trait DeviceFirmware: Send + 'static {
-    /// A driver has opened the line.
+    /// Notes that a driver has opened the line.
     fn open(&mut self) {}
 
-    /// Takes bytes of the driver.
+    /// Decodes bytes of the driver.
     fn receive(&mut self, bytes: &[u8]);
 
-    /// Lets time pass up to `now` since the device was made, and appends what it sends.
+    /// Advances the time to `now` since the device was created; appends sent bytes.
     fn advance(&mut self, now: Duration, outgoing: &mut Vec<u8>);
 }
 
 /// Line of a simulated device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SimulatedLine {
-    /// A pseudo-terminal, with a path that leads to it.
+    /// Pseudo-terminal, with a path that leads to it.
     Terminal(Option<PathBuf>),
-    /// A port of TCP of this machine; 0 for a free one.
+    /// Port of TCP of this machine; 0 for a free one.
     Tcp(u16),
 }
 
-/// Why there is no simulated device.
+/// Reason why no simulated device is available.
 #[derive(Debug, thiserror::Error)]
 pub enum SimulationError {
     /// No pseudo-terminal.
@@ -49,7 +49,7 @@ pub enum SimulationError {
     Unlinked,
 }
 
-/// A device at the end of a line, in a thread of its own, until it is dropped.
+/// Device at the end of a line, in a thread of its own, until it is dropped.
 #[derive(Debug)]
 pub struct SimulatedDevice<F: DeviceFirmware> {
     inner: Arc<Mutex<Inner<F>>>,
@@ -65,7 +65,7 @@ struct Inner<F> {
     random: Random,
     end: Option<LineEnd>,
     is_open: bool,
-    /// What the line has no room for yet.
+    /// Bytes that the line had no room for.
     waiting: Vec<u8>,
     ends: bool,
 }
@@ -94,7 +94,7 @@ impl<F: DeviceFirmware> SimulatedDevice<F> {
         Ok(Self { inner, thread: Some(thread), line, name })
     }
 
-    /// What a driver calls it: a path, or `tcp://HOST:PORT`.
+    /// Returns the address for a driver: a path, or `tcp://HOST:PORT`.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -114,12 +114,13 @@ impl<F: DeviceFirmware> SimulatedDevice<F> {
         locked(&self.inner).waiting.extend_from_slice(bytes);
     }
 
-    /// Whether a driver has the line open.
+    /// Returns true if a driver has the line open.
     pub fn is_open(&self) -> bool {
         locked(&self.inner).is_open
     }
 
-    /// Pulls the cable: the line goes away. The device itself goes on.
+    /// Unplugs the cable: the line disappears.
+    /// The device continues.
     pub fn unplug(&self) {
         let inner = &mut *locked(&self.inner);
         inner.end = None;

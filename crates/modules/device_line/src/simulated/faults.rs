@@ -7,9 +7,9 @@ pub struct Faults {
     pub drop: f64,
     /// Probability that a byte becomes another one.
     pub corrupt: f64,
-    /// Whether nothing comes from the device.
+    /// Silence: true if the device sends no bytes.
     pub silent: bool,
-    /// Whether nothing but noise comes from the device.
+    /// Noise: true if the device sends noise alone.
     pub noise: bool,
 }
 
@@ -27,7 +27,7 @@ impl Faults {
         spoilt
     }
 
-    /// Returns what arrives of what the device sends.
+    /// Returns the bytes that arrive of those that the device sends.
     pub fn spoil_reports(&self, bytes: &[u8], random: &mut Random) -> Vec<u8> {
         if self.silent {
             return Vec::new();

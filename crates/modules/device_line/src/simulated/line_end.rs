@@ -1,4 +1,4 @@
-//! The device's end of either kind of line.
+//! Device's end of either kind of line.
 
 use std::fs::OpenOptions;
 use std::io::{Read, Write};
@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::terminal::{PseudoTerminal, TerminalError};
 
-/// The end of a line that belongs to the device.
+/// End of a line that belongs to the device.
 #[derive(Debug)]
 pub(crate) enum LineEnd {
     Terminal(PseudoTerminal),
@@ -29,7 +29,7 @@ impl LineEnd {
         Ok(Self::Server { listener, client: None })
     }
 
-    /// What a driver calls it: a path, or `tcp://HOST:PORT`.
+    /// Returns the address for a driver: a path, or `tcp://HOST:PORT`.
     pub fn name(&self) -> String {
         match self {
             Self::Terminal(terminal) => terminal.path().display().to_string(),
@@ -46,7 +46,8 @@ impl LineEnd {
         }
     }
 
-    /// Whether a driver has it open now, and whether another one has just opened it.
+    /// Returns whether a driver has it open, and whether one has just opened it.
+    /// The second is true also for another driver than before.
     pub fn look(&mut self, was_open: bool) -> (bool, bool) {
         match self {
             Self::Terminal(terminal) => {

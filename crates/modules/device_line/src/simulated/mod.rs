@@ -1,4 +1,4 @@
-//! The other ends of lines: simulated devices for tests, and for trying a driver without its device.
+//! Far ends of lines: simulated devices for tests and to try a driver.
 
 mod device;
 mod faults;

@@ -1,4 +1,4 @@
-//! A pseudo-terminal, of which a driver opens the other end.
+//! Pseudo-terminal, of which a driver opens the other end.
 
 use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
@@ -10,23 +10,23 @@ use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-/// Why there is no pseudo-terminal.
+/// Reason why no pseudo-terminal is available.
 #[derive(Debug, thiserror::Error)]
 pub enum TerminalError {
-    /// The system gives none.
+    /// The system has no free pseudo-terminal.
     #[error("no pseudo-terminal: {0}")]
     System(#[from] std::io::Error),
-    /// The link can't be made.
+    /// The link can't be created.
     #[error("{}: {error}; expected a path where there is nothing, or an older link", .path.display())]
     Link {
-        /// Where it should be.
+        /// Expected path.
         path: PathBuf,
         /// Error of the system.
         error: std::io::Error,
     },
 }
 
-/// The device's end of a line.
+/// Device's end of a line.
 #[derive(Debug)]
 pub struct PseudoTerminal {
     file: OwnedFd,
@@ -35,7 +35,7 @@ pub struct PseudoTerminal {
 }
 
 impl PseudoTerminal {
-    /// Opens one, and makes `link` lead to the end that is for the driver.
+    /// Opens a pseudo-terminal, and links `link` to the driver's end.
     ///
     /// # Errors
     /// When the system gives none, or the link can't be made.
@@ -45,7 +45,7 @@ impl PseudoTerminal {
         grantpt(&file).map_err(io)?;
         unlockpt(&file).map_err(io)?;
         rustix::io::ioctl_fionbio(&file, true).map_err(io)?;
-        // A new one says back what it is told.
+        // A new terminal echoes its input.
         let mut settings = tcgetattr(&file).map_err(io)?;
         settings.make_raw();
         tcsetattr(&file, OptionalActions::Now, &settings).map_err(io)?;
@@ -61,12 +61,12 @@ impl PseudoTerminal {
         Ok(Self { file, path, link: link.map(Path::to_owned) })
     }
 
-    /// Path for the driver.
+    /// Returns the path for the driver.
     pub fn path(&self) -> &Path {
         self.link.as_deref().unwrap_or(&self.path)
     }
 
-    /// Whether a program has the other end open.
+    /// Returns true if a program has the other end open.
     pub fn is_open(&self) -> bool {
         let mut files = [PollFd::new(&self.file, PollFlags::IN)];
         poll(&mut files, Some(&Timespec { tv_sec: 0, tv_nsec: 0 })).is_ok()
@@ -84,12 +84,13 @@ impl PseudoTerminal {
         }
     }
 
-    /// Reads what is there.
+    /// Reads the available bytes.
     pub fn read(&self, bytes: &mut [u8]) -> usize {
         rustix::io::read(&self.file, bytes).unwrap_or(0)
     }
 
-    /// Writes what there is room for, and returns the number of bytes; on a real line the others are lost.
+    /// Writes as many bytes as fit, and returns their number.
+    /// On a real line the others are lost.
     pub fn write(&self, bytes: &[u8]) -> usize {
         let mut written = 0;
         while written < bytes.len() {

@@ -8,10 +8,10 @@ pub trait Conversation: Send + 'static {
     /// Measurement of the device.
     type Value;
 
-    /// Begins on a line that was opened just now.
+    /// Begins the conversation on a newly opened line.
     fn begin(&mut self, now: Duration, outgoing: &mut Vec<u8>);
 
-    /// Takes bytes that came, and calls `take` with each measurement that they complete.
+    /// Decodes received bytes, and calls `take` with each complete measurement.
     fn receive(
         &mut self,
         bytes: &[u8],
@@ -29,21 +29,23 @@ pub trait Conversation: Send + 'static {
     /// Ends it: the device may switch its laser or its motor off.
     fn end(&mut self, _outgoing: &mut Vec<u8>) {}
 
-    /// Name of the device for people, once it is known.
+    /// Returns the name of the device for people, once it is known.
     fn identity(&self) -> &str;
 
     /// Returns the number of packets that came damaged.
     fn damaged(&self) -> u64;
 
-    /// What is wrong with a device that measures, such as a receiver without satellites.
+    /// Returns the fault of a device that measures.
+    /// For example, a receiver without satellites.
     fn complaint(&self) -> Option<&str> {
         None
     }
 
-    /// Returns the time without a measurement after which the device counts as silent; `None` while it may be silent.
+    /// Returns the time without a measurement after which the device is silent.
+    /// `None` while it may be silent.
     fn allowed_silence(&self) -> Option<Duration>;
 
-    /// Returns the number of measurements in a second that the device should deliver, if it has a rate.
+    /// Returns the nominal rate in measurements per second, if the device has one.
     fn nominal_rate(&self) -> Option<f64> {
         None
     }
@@ -54,22 +56,22 @@ pub trait Conversation: Send + 'static {
     }
 }
 
-/// Why a device does not measure.
+/// Reason why a device does not measure.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DeviceFault {
-    /// No byte came.
+    /// No answer.
     #[error("the device does not answer: is it switched on, and connected?")]
     NoAnswer,
     /// Bytes came, but nothing that is known.
     #[error("only noise is on the line: is `baud` the speed of the device, and is it such a device?")]
     Noise,
-    /// It had measured, and nothing came since.
+    /// Silent after measurements.
     #[error("the device fell silent")]
     Silent,
-    /// It had measured, and only noise came since.
+    /// Only noise after measurements.
     #[error("the device can't be understood any more: there is only noise on the line")]
     Drowned,
-    /// It refuses to work.
+    /// The device refuses to work; its reason.
     #[error("{0}")]
     Refused(String),
 }

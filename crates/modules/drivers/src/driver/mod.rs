@@ -1,4 +1,4 @@
-//! What all drivers share: the thread that has the line, and its tick.
+//! Common part of all drivers: the thread that owns the line, and its tick.
 
 mod conversation;
 mod reader;

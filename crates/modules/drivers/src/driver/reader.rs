@@ -1,4 +1,4 @@
-//! The thread that has the line.
+//! Thread that has the line.
 
 use std::time::{Duration, Instant};
 
@@ -11,14 +11,14 @@ use super::reading::DriverReading;
 use super::watch::RateWatch;
 use crate::status::DeviceStatus;
 
-/// Longest time between two looks at the line and the clock.
+/// Maximum polling period of the line and the clock.
 const LOOK: Duration = Duration::from_millis(10);
 /// Pauses before a line is opened again, the first one and the longest.
 const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(2));
 /// Timeout of the last bytes at the end.
 const FAREWELL: Duration = Duration::from_millis(100);
 
-/// The life of the thread.
+/// Runs the driver thread until it is stopped.
 pub(super) fn run<R, C>(stop: &Stop, address: &LineAddress, conversation: C)
 where
     R: DriverReading,
@@ -51,13 +51,14 @@ where
     }
 }
 
-/// A device lives by the wall clock, also when the agent's time stands still.
+/// Returns the wall-clock time.
+/// A device runs by the wall clock, also when the agent's time stands still.
 #[allow(clippy::disallowed_methods, reason = "the device on the other end of the line has no other time")]
 fn wall() -> Instant {
     Instant::now()
 }
 
-/// What the log compares to find out whether it knows a complaint.
+/// Returns a fault's text without numbers, to compare it with the last logged.
 fn without_numbers(text: &str) -> String {
     text.chars().filter(|letter| !letter.is_ascii_digit()).collect()
 }
@@ -70,15 +71,15 @@ struct LineReader<'a, R, C> {
     outgoing: Vec<u8>,
     watch: RateWatch,
     status: DeviceStatus,
-    /// What is wrong, as the log knows it; empty when nothing is.
+    /// Fault last logged; empty for none.
     told: String,
-    /// A message that the tick had no room for.
+    /// Message that the tick had no room for.
     pending: Option<R>,
     backoff: Backoff,
 }
 
 impl<R: DriverReading, C: Conversation<Value = R::Value>> LineReader<'_, R, C> {
-    /// Since the thread began.
+    /// Returns the time since the start of the thread.
     fn now(&self) -> Duration {
         self.began.elapsed()
     }
@@ -138,7 +139,7 @@ impl<R: DriverReading, C: Conversation<Value = R::Value>> LineReader<'_, R, C> {
         });
     }
 
-    /// Finds out how the device is, and tells the tick and the log when that has changed.
+    /// Determines the status; reports a change to the tick and the log.
     fn judge(&mut self) {
         if !self.watch.measures() {
             return;

@@ -2,25 +2,25 @@ use slate_module::blackboard::interface::Interface;
 
 use crate::status::DeviceStatus;
 
-/// Message from the thread to the tick: a status, with a measurement or without one.
+/// Message from the thread to the tick: status and optional measurement.
 pub(crate) trait DriverReading: Interface + Copy + Default {
-    /// The measurement.
+    /// Measurement.
     type Value: Copy;
 
-    /// A status and a new measurement.
+    /// Returns a status and a new measurement.
     fn measured(value: &Self::Value) -> Self;
 
-    /// The status, to be set.
+    /// Returns the status, to be set.
     fn status_mut(&mut self) -> &mut DeviceStatus;
 
-    /// The status.
+    /// Returns the status.
     fn status(&self) -> &DeviceStatus;
 
-    /// The measurement, if there is one.
+    /// Returns the measurement, if there is one.
     fn value(&self) -> Option<&Self::Value>;
 }
 
-/// Makes the message of a driver whose measurement is of an interface.
+/// Defines the message of a driver with a measurement of an interface.
 macro_rules! reading {
     ($name:ident, $value:ident) => {
         /// Message from the thread to the tick.
@@ -28,9 +28,9 @@ macro_rules! reading {
         pub struct $name {
             /// State of the line and of the device.
             pub status: $crate::status::DeviceStatus,
-            /// Whether there is a measurement.
+            /// True if the message carries a measurement.
             pub is_new: ::slate_module::Bool,
-            /// The measurement.
+            /// Measurement.
             pub value: $value,
         }
 

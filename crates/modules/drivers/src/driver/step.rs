@@ -34,23 +34,24 @@ impl<P> Default for DriverState<P> {
     }
 }
 
-/// How a driver of some parameters begins: the line, and the conversation on it.
+/// Start of a driver from its parameters: the line, and its conversation.
 pub(crate) trait DriverStart: Copy + PartialEq {
     /// Message of the thread.
     type DriverReading: DriverReading;
     /// Conversation with the device.
     type Conversation: Conversation<Value = <Self::DriverReading as DriverReading>::Value>;
 
-    /// Whether a measurement counts until the next one, however old it is: one that is only sent on a change.
+    /// True for a measurement that is valid until the next one, at any age.
+    /// Such a device sends on changes alone.
     const LASTS: bool = false;
 
-    /// The line, and the conversation on it.
+    /// Returns the line, and the conversation on it.
     ///
     /// # Errors
     /// When a parameter is wrong.
     fn start(&self) -> Result<(LineAddress, Self::Conversation), Refusal>;
 
-    /// Checks the parameters, also those of a device that is not there yet.
+    /// Checks the parameters, also those of a missing device.
     ///
     /// # Errors
     /// When a parameter is wrong.
@@ -60,7 +61,7 @@ pub(crate) trait DriverStart: Copy + PartialEq {
     }
 }
 
-/// A refusal of the parameter `device`.
+/// Returns a refusal of the parameter `device`.
 pub(crate) fn device(error: &slate_device_line::AddressError) -> Refusal {
     Refusal(format!("params.device: {error}"))
 }
@@ -71,7 +72,7 @@ const ROOM: usize = 16;
 /// Age above which a measurement is discarded, nanoseconds.
 const OLD: u64 = 500_000_000;
 
-/// Tick of a driver: takes what its thread has sent, and begins the thread where it is missing.
+/// Runs a driver's tick: takes its thread's messages, starts a missing thread.
 ///
 /// `take` is called with each measurement, oldest first.
 pub(crate) fn step<P: DriverStart>(
@@ -113,7 +114,7 @@ pub(crate) fn step<P: DriverStart>(
 }
 
 impl<P> DriverState<P> {
-    /// Whether the device measures.
+    /// Returns true if the device measures.
     pub(crate) fn is_connected(&self) -> bool {
         self.status.is_connected.get()
     }

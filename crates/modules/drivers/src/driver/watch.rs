@@ -1,22 +1,22 @@
-//! Whether a device measures as often as it should.
+//! Rate monitor of a device.
 
 use std::time::Duration;
 
 use super::conversation::DeviceFault;
 
-/// Least time over which a rate is measured, and least number of measurements that should come in it.
+/// Minimum window of a rate measurement: time, and expected measurements.
 const WINDOW: (Duration, f64) = (Duration::from_secs(1), 5.0);
 /// Part of the nominal rate below which a device is late.
 const ENOUGH: f64 = 0.7;
 
-/// Counts what comes from a device.
+/// Measured rate of a device, and its newest bytes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RateWatch {
-    /// When the newest measurement came, or the line was opened.
+    /// Arrival time of the newest measurement, initially the opening time.
     heard: Duration,
-    /// Whether anything was measured on this line.
+    /// True if a measurement came on this line.
     measures: bool,
-    /// When the newest byte came, if there was one on this line.
+    /// Arrival time of the newest byte on this line.
     spoke: Option<Duration>,
     /// Beginning of the window, and measurements in it.
     window: (Duration, u32),
@@ -25,12 +25,12 @@ pub(super) struct RateWatch {
 }
 
 impl RateWatch {
-    /// The line was opened.
+    /// Resets the monitor for a newly opened line.
     pub fn begin(&mut self, now: Duration) {
         *self = Self { heard: now, window: (now, 0), ..Self::default() };
     }
 
-    /// Something came.
+    /// Notes the arrival of bytes.
     pub fn take_bytes(&mut self, now: Duration) {
         self.spoke = Some(now);
     }
@@ -77,7 +77,8 @@ impl RateWatch {
         })
     }
 
-    /// The measured rate and that part of the nominal one below which a device is late, when it is late.
+    /// Returns the measured rate and the rate's lower limit, if it is too low.
+    /// The limit is a part of the nominal rate.
     pub fn lag(&self, nominal: Option<f64>) -> Option<(f64, f64)> {
         let nominal = nominal?;
         (self.rate > 0.0 && self.rate < ENOUGH * nominal).then_some((self.rate, nominal))

@@ -1,4 +1,5 @@
-//! Messages of a satellite receiver: GGA, RMC, GSA and GST of NMEA 0183, of any talker.
+//! Messages of a GNSS receiver: GGA, RMC, GSA and GST of NMEA 0183.
+//! Any talker is accepted.
 
 use slate_interfaces::FixStatus;
 
@@ -20,7 +21,7 @@ pub enum GpsMessage {
     Gga {
         /// Time of the day in UTC, seconds, if known.
         time: Option<f64>,
-        /// Where the receiver is, if it knows.
+        /// Position, if the receiver has a fix.
         point: Option<GeographicPoint>,
         /// Kind of the fix.
         status: FixStatus,
@@ -31,11 +32,11 @@ pub enum GpsMessage {
         /// Height above the ellipsoid, metres.
         altitude: Option<f64>,
     },
-    /// The least that a receiver says.
+    /// Recommended minimum data.
     Rmc {
         /// Time of the day in UTC, seconds, if known.
         time: Option<f64>,
-        /// Where the receiver is, if that is valid.
+        /// Position, if it is valid.
         point: Option<GeographicPoint>,
     },
     /// Dilution of precision.
@@ -49,13 +50,14 @@ pub enum GpsMessage {
     Gst {
         /// Time of the day in UTC, seconds, if known.
         time: Option<f64>,
-        /// Those of latitude, longitude and altitude.
+        /// Standard deviations of latitude, longitude and altitude.
         stddev: [f64; 3],
     },
 }
 
 impl GpsMessage {
-    /// Reads the body of a sentence; nothing for other messages, and where a field makes no sense.
+    /// Parses the body of a sentence.
+    /// `None` for other messages, and for an invalid field.
     pub fn parse(body: &str) -> Option<Self> {
         let mut fields = body.split(',');
         let address = fields.next()?;
@@ -74,7 +76,7 @@ impl GpsMessage {
     }
 }
 
-/// The fields that are left.
+/// Fields that are left.
 struct MessageFields<'a>(std::str::Split<'a, char>);
 
 impl<'a> MessageFields<'a> {
@@ -82,13 +84,13 @@ impl<'a> MessageFields<'a> {
         self.0.next()
     }
 
-    /// A number, which may be missing.
+    /// Returns a number, which may be missing.
     fn number(&mut self) -> Option<Option<f64>> {
         let field = self.next()?;
         if field.is_empty() { Some(None) } else { number(field).map(Some) }
     }
 
-    /// hhmmss.ss as seconds of the day.
+    /// Parses hhmmss.ss to seconds of the day.
     fn time(&mut self) -> Option<Option<f64>> {
         let Some(number) = self.number()? else { return Some(None) };
         if !(0.0..=235_961.0).contains(&number) {
@@ -98,7 +100,7 @@ impl<'a> MessageFields<'a> {
         Some(Some(hours * 3600.0 + minutes * 60.0 + number % 100.0))
     }
 
-    /// ddmm.mmmm and a letter, twice.
+    /// Parses a point: ddmm.mmmm and a letter, twice.
     fn point(&mut self) -> Option<Option<GeographicPoint>> {
         let latitude = self.coordinate("N", "S", 90.0)?;
         let longitude = self.coordinate("E", "W", 180.0)?;
@@ -126,7 +128,7 @@ impl<'a> MessageFields<'a> {
             "1" | "3" | "8" => FixStatus::FIX,
             "2" => FixStatus::SATELLITE_AUGMENTED,
             "4" | "5" | "9" => FixStatus::GROUND_AUGMENTED,
-            // No fix, dead reckoning, and what a person has entered.
+            // No fix, dead reckoning, and manual input.
             "" | "0" | "6" | "7" => FixStatus::NO_FIX,
             _ => return None,
         };

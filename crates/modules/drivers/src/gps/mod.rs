@@ -13,7 +13,7 @@ use crate::driver::{DriverIo, DriverStart, DriverState, device, reading, step};
 /// Port of receivers with a network.
 const PORT: u16 = 10110;
 
-/// Parameters of [`Gps`]; when one changes, the connection is made anew.
+/// Parameters of [`Gps`]; a change restarts the connection.
 #[params]
 #[derive(PartialEq)]
 pub struct GpsParams {

@@ -8,34 +8,36 @@ use super::message::{GeographicPoint, GpsMessage};
 use crate::driver::{Conversation, DeviceFault};
 use crate::sentence::SentenceDecoder;
 
-/// Age above which dilutions and standard deviations no longer count, and a receiver without GGA is one with RMC alone.
+/// Age above which dilutions and standard deviations are outdated.
+/// After it a receiver without GGA counts as one with RMC alone.
 const OLD: Duration = Duration::from_secs(3);
 
-/// What a driver wants of a receiver.
+/// Driver's options for a receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GpsOptions {
     /// Fixes in a second.
     pub rate: f64,
-    /// Standard deviation of a distance to a satellite, metres; 0 without covariances from dilutions.
+    /// Standard deviation of a pseudorange, metres.
+    /// 0: no covariances from dilutions.
     pub range_error_stddev: f64,
 }
 
-/// A conversation with a receiver, which only listens.
+/// Conversation with a receiver, which only listens.
 #[derive(Clone, Debug)]
 pub struct GpsSession {
     options: GpsOptions,
     decoder: SentenceDecoder,
-    /// Standard deviations to the north, to the east and up, metres, and when they came.
+    /// Standard deviations north, east and up (metres), and their time of arrival.
     stddev: Option<([f64; 3], Duration)>,
     /// Vertical dilution, and when it came.
     vertical_dilution: Option<(f64, Duration)>,
-    /// When the newest GGA came.
+    /// Arrival time of the newest GGA.
     gga: Option<Duration>,
     complaint: Option<String>,
 }
 
 impl GpsSession {
-    /// A session without a fix.
+    /// Returns a session without a fix.
     pub fn new(options: GpsOptions) -> Self {
         Self {
             options,
@@ -86,7 +88,8 @@ impl GpsSession {
         fix(FixStatus::NO_FIX, nowhere, f64::NAN, [0.0; 9])
     }
 
-    /// Covariance to the east, to the north and up: from standard deviations if there are some, else from dilutions.
+    /// Returns the covariance east, north, up.
+    /// It comes from standard deviations if there are some, else from dilutions.
     fn covariance(&self, horizontal_dilution: Option<f64>, now: Duration) -> [f64; 9] {
         let is_fresh = |time: Duration| now.saturating_sub(time) < OLD;
         let variances = if let Some((stddev, _)) = self.stddev.filter(|(_, time)| is_fresh(*time)) {

@@ -2,7 +2,8 @@
 //!
 //! Hokuyo, *Communication Protocol Specification for SCIP2.0 Standard*, sections 3 and 4.
 
-/// Checksum of a line: the lower six bits of the sum of its bytes, as a character.
+/// Returns the checksum of a line.
+/// The lower six bits of the sum of its bytes, as a character.
 ///
 /// ```
 /// use slate_drivers::hokuyo::encoding::checksum;
@@ -15,7 +16,8 @@ pub fn checksum(line: &[u8]) -> u8 {
     (sum & 0x3F) + 0x30
 }
 
-/// A number in characters of six bits each, the highest first; nothing when another character is among them.
+/// Decodes a number of 6 bits per character, the highest first.
+/// `None` if another character is among them.
 ///
 /// ```
 /// use slate_drivers::hokuyo::encoding::decode;

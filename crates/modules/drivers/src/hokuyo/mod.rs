@@ -1,4 +1,5 @@
-//! Laser scanners of Hokuyo, by SCIP 2.0: URG, UTM and UST at a serial line, by USB, or at a network.
+//! Laser scanners of Hokuyo, by SCIP 2.0.
+//! URG, UTM and UST at a serial line, by USB, or at a network.
 //!
 //! Hokuyo, *Communication Protocol Specification for SCIP2.0 Standard*. The commands in use are `QT`, `PP`, `VV`, `BM`
 //! and `MD`; [`scan`] reads `ME`, too.
@@ -19,7 +20,7 @@ use crate::scan::{LaserScannerIo, SweepReading};
 /// Port of scanners with a network.
 pub const PORT: u16 = 10940;
 
-/// Parameters of [`Hokuyo`]; when one changes, the connection is made anew.
+/// Parameters of [`Hokuyo`]; a change restarts the connection.
 #[params]
 #[derive(PartialEq)]
 pub struct HokuyoParams {

@@ -1,23 +1,27 @@
-//! Responses of SCIP 2.0: an echo of the command, a status, lines with checksums, an empty line.
+//! Responses of SCIP 2.0: command echo, status, lines with checksums.
+//! An empty line ends each.
 
 use super::encoding::checksum;
 
-/// The most bytes of a response: a scan with intensities has 6 characters for each of 1,440 steps.
+/// Maximum length of a response, bytes.
+/// A scan with intensities has 6 characters for each of 1,440 steps.
 pub const LARGEST: usize = 16 * 1024;
 
-/// A response whose checksums are right.
+/// Response whose checksums are right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ScipResponse<'a> {
-    /// The command, as the scanner repeats it.
+    /// Command, as the scanner repeats it.
     pub echo: &'a [u8],
     /// Status, such as `00`.
     pub status: [u8; 2],
-    /// Lines with their checksums, apart by line feeds; empty for a response without data.
+    /// Lines with their checksums, separated by line feeds.
+    /// Empty for a response without data.
     lines: &'a [u8],
 }
 
 impl<'a> ScipResponse<'a> {
-    /// Reads a response, without the empty line at its end; nothing when a checksum is wrong.
+    /// Parses a response without the empty line at its end.
+    /// `None` if a checksum is wrong.
     pub fn parse(bytes: &'a [u8]) -> Option<Self> {
         let (echo, rest) = split_line(bytes);
         let (status, lines) = split_line(rest);
@@ -29,7 +33,7 @@ impl<'a> ScipResponse<'a> {
         is_whole.then_some(response)
     }
 
-    /// The lines of data, without their checksums.
+    /// Returns the lines of data, without their checksums.
     pub fn lines(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
         self.raw_lines().map(|line| line.split_last().map_or(line, |(_, line)| line))
     }
@@ -39,7 +43,8 @@ impl<'a> ScipResponse<'a> {
         lines.split(|byte| *byte == b'\n').filter(|line| !line.is_empty())
     }
 
-    /// The value of a line such as `DMIN:23;7` of the responses to `VV`, `PP` and `II`.
+    /// Returns the value of a line such as `DMIN:23;7`.
+    /// The line is of the responses to `VV`, `PP` and `II`.
     pub fn value(&self, key: &str) -> Option<&'a str> {
         let text = self.lines().find_map(|line| line.strip_prefix(key.as_bytes())?.strip_prefix(b":"))?;
         let text = text.strip_suffix(b";").unwrap_or(text);
@@ -63,25 +68,25 @@ fn split_line(bytes: &[u8]) -> (&[u8], &[u8]) {
     }
 }
 
-/// Whether a line may be a command: two capital letters, and what belongs to it.
+/// Returns true if a line may be a command: two capital letters and arguments.
 fn may_be_command(line: &[u8]) -> bool {
     matches!(line, [first, second, ..] if first.is_ascii_uppercase() && second.is_ascii_uppercase())
         && line.len() < 64
 }
 
-/// Finds responses in a stream of bytes that comes in any cuts and with garbage between them.
+/// Decoder of responses from a byte stream in arbitrary pieces, with garbage.
 ///
 /// It holds at most one response. Garbage before the echo spoils that response alone, or none when it ends a line.
 #[derive(Clone, Debug, Default)]
 pub struct ScipDecoder {
     held: Vec<u8>,
     damaged: u64,
-    /// Whether what comes belongs to something that was too long.
+    /// True while the rest of an oversized response is skipped.
     skips: bool,
 }
 
 impl ScipDecoder {
-    /// Takes bytes, and calls `take` with each response that they complete.
+    /// Decodes bytes, and calls `take` with each complete response.
     pub fn receive(&mut self, bytes: &[u8], mut take: impl FnMut(ScipResponse<'_>)) {
         for byte in bytes {
             if *byte == b'\r' {
@@ -125,7 +130,8 @@ impl ScipDecoder {
     }
 }
 
-/// The response in what stands before an empty line: lines before the echo are garbage.
+/// Returns the response in the bytes before an empty line.
+/// Lines before the echo are garbage.
 fn find(bytes: &[u8]) -> Option<ScipResponse<'_>> {
     let mut rest = bytes;
     for _ in 0..4 {

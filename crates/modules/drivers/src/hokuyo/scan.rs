@@ -1,4 +1,4 @@
-//! Scans of SCIP 2.0: the commands `MD` and `ME`, and what they answer.
+//! Scans of SCIP 2.0: the commands `MD` and `ME`, and their responses.
 
 use super::encoding::{append_blocks, append_line, decode, encode};
 use super::response::ScipResponse;
@@ -6,7 +6,7 @@ use super::response::ScipResponse;
 /// Command for continuous scans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ScanCommand {
-    /// Whether intensities come with the distances (`ME`).
+    /// True if intensities come with the distances (`ME`).
     pub intensities: bool,
     /// First step.
     pub first: u16,
@@ -62,10 +62,10 @@ const WIDTH: usize = 3;
 /// Characters of a time stamp.
 const STAMP: usize = 4;
 
-/// One scan.
+/// Scan of a scanner.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ScipScan {
-    /// Time of the scanner's clock, milliseconds, which begins anew after 24 bits.
+    /// Time of the scanner's clock, milliseconds; wraps around after 24 bits.
     pub time: u32,
     /// Distances, millimetres; below the scanner's minimum they are codes of errors.
     pub distances: Vec<u32>,
@@ -74,8 +74,8 @@ pub struct ScipScan {
 }
 
 impl ScipScan {
-    /// Reads the scan of a response with the status `99`, in place of the old one; the number of distances is that of
-    /// the command. Nothing when it has another number.
+    /// Reads the scan of a response with status `99`, replacing the old one.
+    /// The number of distances is that of the command; `None` for another number.
     pub fn read(&mut self, command: &ScanCommand, response: &ScipResponse<'_>) -> Option<()> {
         let mut lines = response.lines();
         self.time = decode(lines.next().filter(|stamp| stamp.len() == STAMP)?)?;

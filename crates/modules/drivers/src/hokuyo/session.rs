@@ -1,4 +1,4 @@
-//! The conversation with a scanner of SCIP 2.0.
+//! Conversation with a scanner of SCIP 2.0.
 
 use std::time::Duration;
 
@@ -17,7 +17,7 @@ const TRIES: u32 = 3;
 /// Time without a scan after which the scanner is silent.
 const SILENCE: Duration = Duration::from_secs(1);
 
-/// What a driver wants of a scanner.
+/// Driver's options for a scanner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HokuyoOptions {
     /// First direction, radians.
@@ -35,19 +35,19 @@ pub struct HokuyoOptions {
 enum HokuyoPhase {
     /// Ends what an earlier program has begun.
     Quit,
-    /// Asks for the parameters.
+    /// Request of the parameters.
     Parameters,
-    /// Asks for the serial number.
+    /// Request of the serial number.
     Version,
     /// Switches the laser on.
     Laser,
-    /// Asks for scans.
+    /// Request of scans.
     Request,
-    /// Takes scans.
+    /// Reception of scans.
     Scans,
 }
 
-/// A conversation with a scanner.
+/// Conversation with a scanner.
 #[derive(Clone, Debug)]
 pub struct HokuyoSession {
     options: HokuyoOptions,
@@ -61,12 +61,12 @@ pub struct HokuyoSession {
     identity: String,
     refused: Option<DeviceFault>,
     complaint: Option<String>,
-    /// Scans with another number of beams than was asked for.
+    /// Number of scans with another number of beams than requested.
     misfits: u64,
 }
 
 impl HokuyoSession {
-    /// A session that has not begun.
+    /// Returns a session that has not begun.
     pub fn new(options: HokuyoOptions) -> Self {
         Self {
             options,
@@ -106,7 +106,7 @@ impl HokuyoSession {
         outgoing.push(b'\n');
     }
 
-    /// Takes a response; true when it is a scan, which is in `self.scan` then.
+    /// Handles a response; true for a scan, which is then in `self.scan`.
     fn take(&mut self, response: &ScipResponse<'_>, now: Duration, outgoing: &mut Vec<u8>) -> bool {
         let name = response.echo.get(..2).unwrap_or_default();
         match (self.phase, name, &response.status) {
@@ -146,7 +146,7 @@ impl HokuyoSession {
     }
 
     fn take_scan(&mut self, response: &ScipResponse<'_>) -> bool {
-        // What an earlier program had asked for has other steps.
+        // Scans requested by an earlier program have other steps.
         let expected = ScanCommand { count: 0, ..self.command };
         let is_own = ScanCommand::parse(response.echo)
             .is_some_and(|echo| ScanCommand { count: 0, ..echo } == expected);
@@ -160,7 +160,8 @@ impl HokuyoSession {
         is_whole
     }
 
-    /// SCIP 2.0, status of `MD`: 1 to 6 a wrong command, 21 to 49 a pause, 50 to 97 a defect, 98 the end of a pause.
+    /// Handles a status of `MD`, SCIP 2.0.
+    /// 1 to 6: a wrong command; 21 to 49: a pause; 50 to 97: a defect; 98: the end of a pause.
     fn take_status(&mut self, status: [u8; 2]) {
         let text = String::from_utf8_lossy(&status).into_owned();
         match text.parse::<u32>() {

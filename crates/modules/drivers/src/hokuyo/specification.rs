@@ -1,4 +1,4 @@
-//! What a scanner says of itself: the response to `PP`.
+//! Specification that a scanner reports in its response to `PP`.
 
 use super::response::ScipResponse;
 
@@ -24,7 +24,7 @@ pub struct ScannerSpecification {
 }
 
 impl ScannerSpecification {
-    /// Reads the response to `PP`; nothing when a value is missing or makes no sense.
+    /// Parses the response to `PP`; `None` for a missing or invalid value.
     pub fn read(response: &ScipResponse<'_>) -> Option<Self> {
         let number = |key: &str| response.value(key)?.parse::<u32>().ok();
         let step = |key: &str| {
@@ -50,17 +50,17 @@ impl ScannerSpecification {
         makes_sense.then_some(specification)
     }
 
-    /// Angle between steps, radians.
+    /// Returns the angle between steps, radians.
     pub fn increment(&self) -> f64 {
         std::f64::consts::TAU / f64::from(self.resolution)
     }
 
-    /// Direction of a step, counter-clockwise from the front, radians.
+    /// Returns the direction of a step, counter-clockwise from the front, radians.
     pub fn angle(&self, step: u16) -> f64 {
         (f64::from(step) - f64::from(self.front)) * self.increment()
     }
 
-    /// The steps between two directions, as far as the scanner measures there.
+    /// Returns the steps between two directions, as far as the scanner measures there.
     pub fn steps(&self, from: f64, to: f64) -> (u16, u16) {
         // Beyond all steps the nearest one; a millionth of a step is no step less.
         let step = |angle: f64, round: fn(f64) -> f64| {

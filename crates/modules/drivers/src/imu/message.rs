@@ -10,7 +10,8 @@ use crate::sentence::number;
 /// Attitude, acceleration and angular velocity, in the axes of robots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InertialSample {
-    /// Rotation of the device (x forward, y left, z up) in the frame x east, y north, z up.
+    /// Orientation of the device in the frame x east, y north, z up.
+    /// The device's axes are x forward, y left, z up.
     pub orientation: Quaternion,
     /// Acceleration with that of gravity, m/s².
     pub acceleration: Vector3,
@@ -23,16 +24,17 @@ pub struct InertialSample {
 pub enum VectorNavMessage<'a> {
     /// `VNYMR`: yaw, pitch, roll, magnetic field, acceleration, angular velocity.
     Sample(InertialSample),
-    /// The answer to a read of register 1: the model.
+    /// Answer to a read of register 1: the model.
     Model(&'a str),
-    /// The answer to a write of that register.
+    /// Answer to a write of that register.
     Written(u8),
-    /// An error, by its code.
+    /// Error, by its code.
     Error(u8),
 }
 
 impl<'a> VectorNavMessage<'a> {
-    /// Reads the body of a sentence; nothing for other messages, and where a field makes no sense.
+    /// Parses the body of a sentence.
+    /// `None` for other messages, and for an invalid field.
     pub fn parse(body: &'a str) -> Option<Self> {
         let (name, rest) = body.split_once(',')?;
         match name {
@@ -59,13 +61,15 @@ fn sample(fields: &str) -> Option<InertialSample> {
     })
 }
 
+/// Converts a vector between axes right, down and axes left, up.
 /// From x forward, y right, z down to x forward, y left, z up; or back.
 fn turned(x: f64, y: f64, z: f64) -> Vector3 {
     Vector3 { x, y: -y, z: -z }
 }
 
-/// Rotation of the robot's axes in the frame x east, y north, z up, from that of x forward, y right, z down in the frame
-/// x north, y east, z down: yaw clockwise from north, then pitch, nose up, then roll, right side down.
+/// Returns the rotation of the robot's axes in the frame x east, y north, z up.
+/// The angles rotate x forward, y right, z down in the frame x north, y east, z down: yaw clockwise from north, then
+/// pitch, nose up, then roll, right side down.
 fn orientation(yaw: f64, pitch: f64, roll: f64) -> Quaternion {
     let half = |angle: f64| (sin(angle / 2.0), cos(angle / 2.0));
     // Counter-clockwise from east, nose down, right side down.
@@ -80,7 +84,7 @@ fn orientation(yaw: f64, pitch: f64, roll: f64) -> Quaternion {
     }
 }
 
-/// What an error code means.
+/// Returns the text of an error code.
 pub fn error_text(code: u8) -> &'static str {
     match code {
         1 => "hard fault",

@@ -1,4 +1,5 @@
-//! Inertial measurement units of VectorNav (VN-100 and later), by their ASCII protocol.
+//! Inertial measurement units of VectorNav, by their ASCII protocol.
+//! VN-100 and later.
 //!
 //! VectorNav, *VN-100 User Manual* (UM001). Its protocol is public, a person can read it on the line, its checksum is that of
 //! NMEA, and one message has all that an IMU measures: `VNYMR`, orientation, magnetic field, acceleration and angular velocity.
@@ -16,10 +17,10 @@ use crate::driver::{DriverIo, DriverStart, DriverState, device, reading, step};
 /// Port of sensors behind a serial server.
 const PORT: u16 = 4001;
 
-/// Rates that a sensor knows, in a second.
+/// Rates that a sensor supports, per second.
 pub const RATES: [u64; 11] = [1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200];
 
-/// Parameters of [`VectorNav`]; when one changes, the connection is made anew.
+/// Parameters of [`VectorNav`]; a change restarts the connection.
 #[params]
 #[derive(PartialEq)]
 pub struct VectorNavParams {

@@ -1,4 +1,4 @@
-//! The conversation with a VectorNav sensor.
+//! Conversation with a VectorNav sensor.
 
 use std::time::Duration;
 
@@ -12,14 +12,14 @@ use crate::sentence::{self, SentenceDecoder};
 const PATIENCE: Duration = Duration::from_millis(250);
 /// Attempts of the commands.
 const TRIES: u32 = 4;
-/// Register with the kind of message that the sensor sends by itself, and the kind `VNYMR`.
+/// Register of the asynchronous message type, and the type `VNYMR`.
 const KIND: (u8, u8) = (6, 14);
 /// Register with their number in a second.
 const RATE: u8 = 7;
 /// Code of an error for a line that is too slow.
 const TOO_SLOW: u8 = 12;
 
-/// What a driver wants of a sensor.
+/// Driver's options for a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuOptions {
     /// Measurements in a second.
@@ -32,21 +32,21 @@ pub struct ImuOptions {
     pub linear_acceleration_stddev: f64,
 }
 
-/// A conversation with a sensor.
+/// Conversation with a sensor.
 #[derive(Clone, Debug)]
 pub struct ImuSession {
     options: ImuOptions,
     decoder: SentenceDecoder,
     asked: Duration,
     tries: u32,
-    /// Whether model, kind and rate were answered.
+    /// Answers received: model, message type and rate.
     answered: [bool; 3],
     identity: String,
     complaint: Option<String>,
 }
 
 impl ImuSession {
-    /// A session that has not begun.
+    /// Returns a session that has not begun.
     pub fn new(options: ImuOptions) -> Self {
         Self {
             options,
@@ -59,7 +59,8 @@ impl ImuSession {
         }
     }
 
-    /// Sends the commands without an answer; they change the sensor until it is switched off.
+    /// Sends the commands without an answer.
+    /// They change the sensor until it is switched off.
     fn ask(&mut self, now: Duration, outgoing: &mut Vec<u8>) {
         self.asked = now;
         self.tries += 1;

@@ -6,28 +6,28 @@
 /// Bytes of an event.
 pub const EVENT: usize = 8;
 
-/// Kind of an event of a button, of an axis, and the bit of those that tell the state at the beginning.
+/// Event types of a button, of an axis, and the bit of the initial state.
 const BUTTON: u8 = 1;
 const AXIS: u8 = 2;
 const INITIAL: u8 = 0x80;
 
-/// What has changed.
+/// Changed control of a joystick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JoystickChange {
-    /// A button of that number is pressed or released.
+    /// Number of a button, and true if it is pressed.
     Button(u8, bool),
-    /// An axis of that number, -32767 to 32767: right and back are positive.
+    /// Axis of that number, -32767 to 32767: right and back are positive.
     Axis(u8, i16),
 }
 
-/// An event.
+/// Event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JoystickEvent {
     /// Time of any clock, milliseconds.
     pub time: u32,
-    /// Whether it tells the state at the beginning.
+    /// True for an event of the initial state.
     pub is_initial: bool,
-    /// What it tells.
+    /// Change that the event reports.
     pub change: JoystickChange,
 }
 

@@ -16,7 +16,7 @@ pub use self::teleoperation::{
 };
 use crate::driver::{DriverIo, DriverStart, DriverState, device, reading, step};
 
-/// Parameters of [`Joystick`]; when one changes, the device is opened anew.
+/// Parameters of [`Joystick`]; a change reopens the device.
 #[params]
 #[derive(PartialEq)]
 pub struct JoystickParams {
@@ -51,7 +51,7 @@ pub struct JoystickIo {
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct JoystickState {
     driver: DriverState<JoystickParams>,
-    /// The newest state of axes and buttons.
+    /// Newest state of axes and buttons.
     #[serde(skip)]
     joy: Option<Joy>,
 }

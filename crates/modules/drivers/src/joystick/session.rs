@@ -1,4 +1,4 @@
-//! The state of a joystick, from its events.
+//! State of a joystick, from its events.
 
 use std::time::Duration;
 
@@ -11,21 +11,21 @@ use crate::driver::{Conversation, DeviceFault};
 /// Time until the state at the beginning.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// A joystick, which only talks.
+/// Joystick, which only talks.
 #[derive(Clone, Debug)]
 pub struct JoystickSession {
-    /// Part of the way of an axis that counts as its middle.
+    /// Dead zone: part of an axis's range that counts as its middle.
     deadzone: f64,
     held: Vec<u8>,
     axes: [f32; 16],
     buttons: [i32; 32],
-    /// How many axes and buttons there are.
+    /// Numbers of axes and buttons.
     counts: (usize, usize),
     damaged: u64,
 }
 
 impl JoystickSession {
-    /// A joystick of which nothing is known.
+    /// Returns a joystick of which nothing is known.
     pub fn new(deadzone: f64) -> Self {
         Self { deadzone, held: Vec::new(), axes: [0.0; 16], buttons: [0; 32], counts: (0, 0), damaged: 0 }
     }
@@ -50,7 +50,8 @@ impl JoystickSession {
     }
 }
 
-/// -1 to 1, with forward and left positive; 0 within the dead zone, and without a jump at its edge.
+/// Returns an axis value from -1 to 1, forward and left positive.
+/// 0 within the dead zone, and without a jump at its edge.
 fn axis(value: i16, deadzone: f64) -> f32 {
     let value = (-f64::from(value) / 32_767.0).clamp(-1.0, 1.0);
     let beyond = value.abs() - deadzone;

@@ -4,14 +4,14 @@ use serde::{Deserialize, Serialize};
 use slate_interfaces::{Joy, Twist2, WheelSpeeds};
 use slate_module::prelude::*;
 
-/// Whether a person drives.
+/// State of teleoperation by a person.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct TeleoperationState {
-    /// Whether the dead-man button was seen released since the joystick is there.
+    /// True if the dead-man button was seen released since the connection.
     was_released: bool,
-    /// Whether it was held in the last tick.
+    /// True if the dead-man button was held in the last tick.
     was_held: bool,
-    /// Whether the log knows that an axis or a button is missing.
+    /// True if the log holds a warning of a missing axis or button.
     has_complained: bool,
 }
 
@@ -26,7 +26,8 @@ struct AxisAssignment {
 }
 
 impl TeleoperationState {
-    /// The velocity that a person commands; nothing without a person. The release of the dead-man button is a standstill.
+    /// Returns a person's velocity command; `None` without a person.
+    /// The release of the dead-man button is a standstill.
     fn command(
         &mut self,
         joy: Option<&Joy>,

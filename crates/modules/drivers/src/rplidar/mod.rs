@@ -16,7 +16,7 @@ use crate::scan::{LaserScannerIo, SweepReading};
 /// Port of scanners behind a serial server.
 const PORT: u16 = 20108;
 
-/// Parameters of [`Rplidar`]; when one changes, the connection is made anew.
+/// Parameters of [`Rplidar`]; a change restarts the connection.
 #[params]
 #[derive(PartialEq)]
 pub struct RplidarParams {

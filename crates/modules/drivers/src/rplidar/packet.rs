@@ -12,15 +12,16 @@ pub const DESCRIPTOR: [u8; 2] = [0xA5, 0x5A];
 pub enum RplidarRequest {
     /// Ends a scan.
     Stop,
-    /// Starts the scanner anew.
+    /// Reset of the scanner.
     Reset,
-    /// Begins a scan without end.
+    /// Request of a continuous scan.
     Scan,
-    /// Asks for model and serial number.
+    /// Request of model and serial number.
     Information,
-    /// Asks for the state of health.
+    /// Request of the state of health.
     Health,
-    /// Sets the motor, 0 to 1023; an A1 does not know it, and switches its motor by the line DTR.
+    /// Motor control, 0 to 1023.
+    /// An A1 does not know it, and switches its motor by the line DTR.
     Motor(u16),
 }
 
@@ -56,8 +57,8 @@ impl RplidarRequest {
         }
     }
 
-    /// Reads a request from the beginning of bytes, with the number of its bytes; nothing when it is incomplete or
-    /// unknown.
+    /// Parses a request at the beginning of bytes; returns it and its length.
+    /// `None` for an incomplete or unknown request.
     pub fn parse(bytes: &[u8]) -> Option<(Self, usize)> {
         Some(match *bytes {
             [REQUEST, 0x25, ..] => (Self::Stop, 2),
@@ -78,7 +79,7 @@ impl RplidarRequest {
     }
 }
 
-/// Kind of a response, as its descriptor says.
+/// Kind of a response, from its descriptor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResponseKind {
     /// Model and serial number.
@@ -99,7 +100,7 @@ impl ResponseKind {
         }
     }
 
-    /// The descriptor: length in 30 bits, mode in 2 bits, type.
+    /// Returns the descriptor: length in 30 bits, mode in 2 bits, type.
     pub fn descriptor(self) -> [u8; 7] {
         let (mode, kind) = match self {
             Self::Information => (0, 0x04),
@@ -109,7 +110,7 @@ impl ResponseKind {
         [DESCRIPTOR[0], DESCRIPTOR[1], self.length() as u8, 0, 0, mode, kind]
     }
 
-    /// The kind of a descriptor.
+    /// Returns the kind of a descriptor.
     pub fn of(descriptor: &[u8]) -> Option<Self> {
         [Self::Information, Self::Health, Self::Scan].into_iter().find(|kind| kind.descriptor() == descriptor)
     }
@@ -118,10 +119,10 @@ impl ResponseKind {
 /// Bytes of a node.
 pub const NODE: usize = 5;
 
-/// One measurement of a scan.
+/// Measurement of a scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RplidarNode {
-    /// Whether a new turn begins with it.
+    /// True if a new revolution begins with it.
     pub begins: bool,
     /// Strength of the echo, 0 to 63.
     pub quality: u8,
@@ -153,12 +154,13 @@ impl RplidarNode {
         [self.quality << 2 | if self.begins { 0b01 } else { 0b10 }, low, high, near, far]
     }
 
-    /// Direction, counter-clockwise from the front, radians from -2 pi to 0.
+    /// Returns the direction.
+    /// It is counter-clockwise from the front, radians from -2 pi to 0.
     pub fn direction(&self) -> f64 {
         -(f64::from(self.angle) / 64.0).to_radians()
     }
 
-    /// Distance, metres; `None` without an echo.
+    /// Returns the distance, metres; `None` without an echo.
     pub fn range(&self) -> Option<f64> {
         (self.distance > 0).then(|| f64::from(self.distance) / 4000.0)
     }
@@ -171,13 +173,13 @@ pub enum RplidarPacket<'a> {
     Information(&'a [u8]),
     /// State of health: 0 good, 1 a warning, 2 an error; and its code.
     Health(u8, u16),
-    /// A scan begins.
+    /// Beginning of a scan.
     ScanBegins,
-    /// A measurement.
+    /// Measurement.
     Node(RplidarNode),
 }
 
-/// Finds packets in a stream of bytes that comes in any cuts and with garbage between them.
+/// Decoder of packets from a byte stream in arbitrary pieces, with garbage.
 ///
 /// It holds less than 32 bytes. A node has only three bits of check, so that after garbage three nodes in a row must be
 /// right before the first one counts.
@@ -186,7 +188,7 @@ pub struct PacketDecoder {
     held: Vec<u8>,
     expects: Option<ResponseKind>,
     damaged: u64,
-    /// Whether nodes are in step.
+    /// True if nodes are in step.
     in_step: bool,
 }
 
@@ -194,7 +196,7 @@ pub struct PacketDecoder {
 const RIGHT: usize = 3;
 
 impl PacketDecoder {
-    /// Takes bytes, and calls `take` with each packet that they complete.
+    /// Decodes bytes, and calls `take` with each complete packet.
     pub fn receive(&mut self, bytes: &[u8], mut take: impl FnMut(RplidarPacket<'_>)) {
         for byte in bytes {
             self.held.push(*byte);
@@ -204,7 +206,7 @@ impl PacketDecoder {
         }
     }
 
-    /// Handles what the held bytes begin with; returns the number of bytes that are done with, if any.
+    /// Decodes the beginning of the held bytes; returns the number consumed, if any.
     fn look(&mut self, take: &mut impl FnMut(RplidarPacket<'_>)) -> Option<usize> {
         let first = *self.held.first()?;
         match self.expects {
@@ -254,7 +256,7 @@ impl PacketDecoder {
         Some(1)
     }
 
-    /// Forgets what was expected, on a new line or after a request.
+    /// Resets the expected packet, on a new line or after a request.
     pub fn clear(&mut self) {
         self.held.clear();
         self.expects = None;

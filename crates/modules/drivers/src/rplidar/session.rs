@@ -1,4 +1,4 @@
-//! The conversation with an RPLIDAR.
+//! Conversation with an RPLIDAR.
 
 use std::time::Duration;
 
@@ -17,10 +17,11 @@ const TRIES: u32 = 4;
 const SILENCE: Duration = Duration::from_secs(1);
 /// Time until the motor turns.
 const SPIN_UP: Duration = Duration::from_secs(3);
-/// Turns in a second below which the motor is too slow, as a part of which the driver counts as late.
+/// Motor speed in revolutions per second below which it is too slow.
+/// The driver counts as late below a part of it.
 const SLOWEST: f64 = 5.0;
 
-/// What a driver wants of a scanner.
+/// Driver's options for a scanner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RplidarOptions {
     /// Beams of a scan.
@@ -36,19 +37,19 @@ pub struct RplidarOptions {
 /// Step of the conversation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum RplidarPhase {
-    /// Has ended what an earlier program has begun.
+    /// Stop of a scan that an earlier program has begun.
     Stop,
-    /// Asks for the model.
+    /// Request of the model.
     Information,
-    /// Asks for the state of health.
+    /// Request of the state of health.
     Health,
-    /// Asks for a scan.
+    /// Request of a scan.
     Request,
-    /// Takes nodes.
+    /// Reception of nodes.
     Scan,
 }
 
-/// A conversation with a scanner.
+/// Conversation with a scanner.
 #[derive(Clone, Debug)]
 pub struct RplidarSession {
     options: RplidarOptions,
@@ -57,9 +58,9 @@ pub struct RplidarSession {
     tries: u32,
     decoder: PacketDecoder,
     turn: TurnBuilder,
-    /// Whether the beginning of a turn was seen.
+    /// True if the beginning of a revolution was seen.
     has_begun: bool,
-    /// Whether a whole turn was.
+    /// True if a whole revolution was seen.
     has_turned: bool,
     identity: String,
     refused: Option<DeviceFault>,
@@ -67,7 +68,7 @@ pub struct RplidarSession {
 }
 
 impl RplidarSession {
-    /// A session that has not begun.
+    /// Returns a session that has not begun.
     pub fn new(options: RplidarOptions) -> Self {
         Self {
             options,
@@ -104,7 +105,7 @@ impl RplidarSession {
         }
     }
 
-    /// Takes a packet; returns the scan of a turn that is over.
+    /// Handles a packet; returns the scan of a completed revolution.
     fn take(
         &mut self,
         packet: RplidarPacket<'_>,
@@ -146,6 +147,7 @@ impl RplidarSession {
     }
 }
 
+/// Returns the identity in a response: model and serial number.
 /// Model 24 is an A1M8, and so on: the higher four bits are the series; the serial number has 16 bytes.
 fn identity(data: &[u8]) -> String {
     let [model, minor, major, _, serial @ ..] = data else { return "an RPLIDAR".into() };

@@ -7,7 +7,7 @@ use slate_module::Sequence;
 use super::packet::RplidarNode;
 use crate::scan::{LaserSweep, MOST_BEAMS};
 
-/// A turn that is being measured.
+/// Turn that is being measured.
 ///
 /// A scanner measures at any angles. Each node counts for the nearest beam, and the shortest range of a beam counts; a
 /// beam without a node takes that of the one beside it.
@@ -28,7 +28,7 @@ impl TurnBuilder {
         Self { beams, range_min, range_max, ranges: [f32::NAN; MOST_BEAMS], nodes: 0 }
     }
 
-    /// Angle between beams, radians.
+    /// Returns the angle between beams, radians.
     fn increment(&self) -> f64 {
         TAU / self.beams as f64
     }

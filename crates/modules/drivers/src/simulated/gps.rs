@@ -6,14 +6,14 @@ use super::PeriodClock;
 use crate::gps::message::GeographicPoint;
 use crate::sentence;
 
-/// A simulated satellite receiver.
+/// Simulated satellite receiver.
 #[derive(Clone, Debug)]
 pub struct SimulatedGps {
-    /// Where it is; nothing without a fix.
+    /// Position; `None` without a fix.
     point: Option<GeographicPoint>,
     /// Kind of the fix, as GGA numbers it.
     quality: u8,
-    /// Standard deviations to the north, to the east and up, metres, for a receiver with GST.
+    /// Standard deviations north, east and up (metres), of a receiver with GST.
     stddev: Option<[f64; 3]>,
     rate: f64,
     beat: PeriodClock,
@@ -27,12 +27,13 @@ impl Default for SimulatedGps {
 }
 
 impl SimulatedGps {
-    /// Sets where it is, degrees; nothing takes its fix.
+    /// Sets the position, degrees; `None` for no fix.
     pub fn set_point(&mut self, point: Option<GeographicPoint>) {
         self.point = point;
     }
 
-    /// Sets the kind of the fix, as GGA numbers it: 1 satellites alone, 2 corrections of satellites, 4 RTK.
+    /// Sets the fix quality of GGA.
+    /// 1: satellites alone; 2: corrections of satellites; 4: RTK.
     pub fn set_quality(&mut self, quality: u8) {
         self.quality = quality;
     }
@@ -47,7 +48,7 @@ impl SimulatedGps {
         self.rate = rate;
     }
 
-    /// The sentences of a fix at that time of the day, seconds.
+    /// Returns the sentences of a fix at that time of the day, seconds.
     fn sentences(&self, time: f64, bytes: &mut Vec<u8>) {
         let whole = time as u64;
         let clock = format!("{:02}{:02}{:02}.00", whole / 3600 % 24, whole / 60 % 60, whole % 60);

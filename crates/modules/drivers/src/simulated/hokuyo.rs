@@ -7,7 +7,7 @@ use crate::hokuyo::encoding::{append_line, checksum};
 use crate::hokuyo::scan::{ScanCommand, ScipScan};
 use crate::hokuyo::specification::ScannerSpecification;
 
-/// A simulated UTM-30LX of Hokuyo.
+/// Simulated UTM-30LX of Hokuyo.
 #[derive(Clone, Debug)]
 pub struct SimulatedHokuyo {
     specification: ScannerSpecification,
@@ -65,22 +65,22 @@ impl SimulatedHokuyo {
         self.speed = speed;
     }
 
-    /// Lets its laser fail, or work again.
+    /// Sets a defect of the laser, or ends it.
     pub fn set_defective(&mut self, is_defective: bool) {
         self.is_defective = is_defective;
     }
 
-    /// Whether the laser is on.
+    /// Returns true if the laser is on.
     pub fn laser_is_on(&self) -> bool {
         self.laser_is_on
     }
 
-    /// Number of scans that were sent.
+    /// Returns the number of scans that were sent.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// Angle of a step, radians.
+    /// Returns the angle of a step, radians.
     pub fn angle(&self, step: u16) -> f64 {
         self.specification.angle(step)
     }

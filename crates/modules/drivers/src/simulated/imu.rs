@@ -5,7 +5,7 @@ use slate_device_line::simulated::DeviceFirmware;
 use super::PeriodClock;
 use crate::sentence::{self, SentenceDecoder};
 
-/// A simulated VN-100 of VectorNav.
+/// Simulated VN-100 of VectorNav.
 #[derive(Clone, Debug)]
 pub struct SimulatedImu {
     /// Yaw, pitch and roll, degrees; the axes are x forward, y right, z down.
@@ -39,12 +39,14 @@ impl Default for SimulatedImu {
 }
 
 impl SimulatedImu {
-    /// Sets yaw, pitch and roll, degrees, clockwise from north, nose up, right side down.
+    /// Sets yaw, pitch and roll, degrees.
+    /// Clockwise from north, nose up, right side down.
     pub fn set_attitude(&mut self, attitude: [f64; 3]) {
         self.attitude = attitude;
     }
 
-    /// Sets the acceleration forward, right and down, m/s²; level and at rest it is 0, 0, -9.81.
+    /// Sets the acceleration forward, right and down, m/s².
+    /// Level and at rest it is 0, 0, -9.81.
     pub fn set_acceleration(&mut self, acceleration: [f64; 3]) {
         self.acceleration = acceleration;
     }
@@ -54,7 +56,7 @@ impl SimulatedImu {
         self.angular_velocity = angular_velocity;
     }
 
-    /// Number of messages in a second.
+    /// Returns the number of messages in a second.
     pub fn rate(&self) -> u32 {
         self.rate
     }

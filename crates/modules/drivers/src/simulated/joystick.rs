@@ -4,12 +4,12 @@ use slate_device_line::simulated::DeviceFirmware;
 
 use crate::joystick::event::{JoystickChange, JoystickEvent};
 
-/// A simulated gamepad.
+/// Simulated gamepad.
 #[derive(Clone, Debug)]
 pub struct SimulatedJoystick {
     axes: Vec<i16>,
     buttons: Vec<bool>,
-    /// Changes that are to be told, and whether they tell the state at the beginning.
+    /// Pending changes, each with true for the initial state.
     changes: Vec<(JoystickChange, bool)>,
 }
 
@@ -20,7 +20,7 @@ impl Default for SimulatedJoystick {
 }
 
 impl SimulatedJoystick {
-    /// A gamepad with that many axes and buttons.
+    /// Returns a gamepad with that many axes and buttons.
     pub fn new(axes: usize, buttons: usize) -> Self {
         Self { axes: vec![0; axes], buttons: vec![false; buttons], changes: Vec::new() }
     }

@@ -1,4 +1,4 @@
-//! Simulated devices, to try and test the drivers without devices: what they say, without a line and without a clock.
+//! Simulated devices, to test drivers without hardware, line and clock.
 //!
 //! ```
 //! use slate_device_line::simulated::{SimulatedDevice, SimulatedLine};
@@ -34,7 +34,7 @@ struct PeriodClock {
 }
 
 impl PeriodClock {
-    /// Whether it is time; what was missed is left out.
+    /// Returns true if a period has elapsed; missed periods are left out.
     fn due(&mut self, now: Duration, period: Duration) -> bool {
         let is_due = now >= self.next;
         if is_due {

@@ -7,14 +7,15 @@ use crate::rplidar::packet::{ResponseKind, RplidarNode, RplidarRequest};
 /// Nodes of a turn.
 const NODES: usize = 360;
 
-/// A simulated RPLIDAR A2 of Slamtec, which measures at each degree.
+/// Simulated RPLIDAR A2 of Slamtec, which measures at each degree.
 #[derive(Clone, Debug)]
 pub struct SimulatedRplidar {
-    /// Distance at each degree clockwise from the front, quarters of a millimetre; 0 without an echo.
+    /// Distances at each degree clockwise from the front, quarters of a millimetre.
+    /// 0 without an echo.
     distances: [u16; NODES],
     received: Vec<u8>,
     outgoing: Vec<u8>,
-    /// The node to come, and when it comes.
+    /// Next node, and its time.
     scan: Option<(usize, Duration)>,
     motor: u16,
     health: (u8, u16),
@@ -37,7 +38,8 @@ impl Default for SimulatedRplidar {
 }
 
 impl SimulatedRplidar {
-    /// Sets the distance at each degree clockwise from the front, quarters of a millimetre; 0 without an echo.
+    /// Sets the distance at each degree clockwise from the front.
+    /// Quarters of a millimetre; 0 without an echo.
     pub fn set_distances(&mut self, distance: impl Fn(u16) -> u16) {
         for (degree, place) in (0..).zip(&mut self.distances) {
             *place = distance(degree);
@@ -54,7 +56,7 @@ impl SimulatedRplidar {
         self.speed = speed;
     }
 
-    /// Speed to which the motor was set; 0 while it stands.
+    /// Returns the set motor speed; 0 while it is off.
     pub fn motor(&self) -> u16 {
         self.motor
     }

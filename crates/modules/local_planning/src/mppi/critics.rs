@@ -8,7 +8,7 @@ use crate::path_window::{PathWindow, SPACING};
 use crate::single::{max, wrap_angle};
 use crate::velocity::MotionModel;
 
-/// What trajectories are judged by.
+/// Scene in which critics score trajectories.
 pub(crate) struct CriticScene<'a> {
     pub parameters: &'a MppiParameters,
     pub rollouts: &'a Rollouts,
@@ -35,7 +35,7 @@ pub(crate) struct CriticSums {
     sums: Vec<f32>,
     critical: Vec<f32>,
     repulsive: Vec<f32>,
-    /// Whether a trajectory collides.
+    /// Collision of each trajectory; true if it collides.
     pub collides: Vec<bool>,
 }
 
@@ -52,7 +52,7 @@ impl CriticSums {
         }
     }
 
-    /// Whether all trajectories collide.
+    /// Returns true if all trajectories collide.
     pub fn all_collide(&self) -> bool {
         self.collides.iter().all(|collides| *collides)
     }
@@ -79,7 +79,7 @@ impl CriticSums {
         self.path(scene, critics, is_near);
     }
 
-    /// The critics of the path.
+    /// Returns the critics of the path.
     fn path(&mut self, scene: &CriticScene<'_>, critics: &MppiCritics, is_near: impl Fn(f64) -> bool) {
         let furthest = furthest_reached(scene);
         if !is_near(critics.path_align.threshold_to_consider) {
@@ -93,7 +93,8 @@ impl CriticSums {
         }
     }
 
-    /// Nearness to obstacles: the inscribed circle first, then the outline where it is near enough to matter.
+    /// Adds the cost of nearness to obstacles.
+    /// The inscribed circle is checked first, then the outline where it is near enough to matter.
     fn obstacles(&mut self, scene: &CriticScene<'_>) {
         let critic = &scene.parameters.critics.obstacles;
         let (rollouts, footprint) = (scene.rollouts, scene.footprint);
@@ -112,7 +113,7 @@ impl CriticSums {
                     continue;
                 }
                 let at = [rollouts.x[row + k], rollouts.y[row + k]];
-                // What is beyond the field is unknown, so it counts as occupied.
+                // Cells beyond the field are unknown, so they count as occupied.
                 if !scene.field.contains_circle(at, footprint.circumscribed) {
                     self.collides[k] = true;
                     continue;
@@ -143,8 +144,9 @@ impl CriticSums {
         }
     }
 
-    /// Velocities beyond the limits: those of an omnidirectional robot together, and what is left of a speed that the
-    /// limits do not allow any more.
+    /// Adds the cost of velocities beyond the limits.
+    /// Those of an omnidirectional robot count together; a present speed that the limits no longer allow counts with
+    /// its excess.
     fn constraint(&mut self, scene: &CriticScene<'_>) {
         let (rollouts, limits) = (scene.rollouts, &scene.parameters.limits);
         let weight = (scene.parameters.critics.constraint * scene.parameters.model_dt) as f32;
@@ -206,7 +208,7 @@ impl CriticSums {
         }
     }
 
-    /// Distance to the point of the path that is as far along it as the trajectory has driven.
+    /// Adds the distance to the path point at the trajectory's driven length.
     fn path_align(&mut self, scene: &CriticScene<'_>, furthest: usize) {
         let critic = &scene.parameters.critics.path_align;
         if furthest < critic.offset_from_furthest || is_occupied(scene, furthest) {
@@ -241,7 +243,7 @@ impl CriticSums {
         self.costs.iter_mut().zip(&self.sums).for_each(|(cost, sum)| *cost += weight * sum);
     }
 
-    /// Distance of the trajectory's end to a point of the path that is farther than any reaches.
+    /// Adds the distance of the trajectory's end to a path point beyond all ends.
     fn path_follow(&mut self, scene: &CriticScene<'_>, furthest: usize) {
         let critic = &scene.parameters.critics.path_follow;
         let (rollouts, path) = (scene.rollouts, scene.path);
@@ -260,7 +262,8 @@ impl CriticSums {
         }
     }
 
-    /// Angle between the trajectory's last heading and a point of the path, while the robot heads elsewhere.
+    /// Adds the angle between the trajectory's last heading and a path point.
+    /// It counts while the robot heads elsewhere.
     fn path_angle(&mut self, scene: &CriticScene<'_>, furthest: usize) {
         let critic = &scene.parameters.critics.path_angle;
         let (rollouts, path) = (scene.rollouts, scene.path);
@@ -283,20 +286,21 @@ fn bearing(up: f32, across: f32) -> f32 {
     slate_module::math::atan2(f64::from(up), f64::from(across)) as f32
 }
 
-/// Whether the robot's middle can't be at a point of the path.
+/// Returns true if the robot's middle can't be at a point of the path.
 fn is_blocked(scene: &CriticScene<'_>, at: usize) -> bool {
     let [x, y] = scene.path.point(at);
     scene.field.distance(x, y) <= scene.footprint.inscribed
 }
 
-/// Whether too many points of the path, up to one, are in obstacles.
+/// Returns true if too many path points, up to `furthest`, are in obstacles.
 fn is_occupied(scene: &CriticScene<'_>, furthest: usize) -> bool {
     let critic = &scene.parameters.critics.path_align;
     let blocked = (0..furthest).filter(|at| is_blocked(scene, *at)).count();
     blocked as f64 > critic.max_path_occupancy_ratio * furthest as f64
 }
 
-/// Index of the furthest point of the path that is the nearest one to the end of a trajectory.
+/// Returns the index of the furthest path point reached by a trajectory.
+/// The point is the nearest one to the trajectory's end.
 fn furthest_reached(scene: &CriticScene<'_>) -> usize {
     let (rollouts, path) = (scene.rollouts, scene.path);
     let row = (rollouts.steps - 1) * rollouts.batch;

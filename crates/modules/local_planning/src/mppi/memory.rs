@@ -1,23 +1,24 @@
-//! What a controller remembers from call to call.
+//! Memory of a controller between calls.
 
 use serde::{Deserialize, Serialize};
 
 use super::Mppi;
 use crate::velocity::PlanarVelocity;
 
-/// Memory of [`Mppi`] between two calls: a controller with the same parameters and seed goes on by it.
+/// Memory of [`Mppi`] between two calls.
+/// A controller with the same parameters and seed continues from it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MppiMemory {
-    /// Mean controls: velocity forward, to the left and angular, a number for each step.
+    /// Mean controls: velocity forward, to the left and angular, one per step.
     mean: [Vec<f32>; 3],
-    /// The four newest commands.
+    /// Newest four commands.
     earlier: [PlanarVelocity; 4],
     /// Set of noise of the newest call.
     noise_set: usize,
 }
 
 impl Mppi {
-    /// Writes what it remembers; allocates only the first time.
+    /// Writes the memory; allocates only the first time.
     pub fn remember(&self, memory: &mut MppiMemory) {
         let parts = [&self.mean.vx, &self.mean.vy, &self.mean.wz];
         for (saved, part) in memory.mean.iter_mut().zip(parts) {
@@ -27,7 +28,8 @@ impl Mppi {
         memory.noise_set = self.noise.set();
     }
 
-    /// Goes on by a memory; one of other parameters is left out.
+    /// Continues from a memory.
+    /// One of other parameters is ignored.
     pub fn resume(&mut self, memory: &MppiMemory) {
         let parts = [&mut self.mean.vx, &mut self.mean.vy, &mut self.mean.wz];
         if parts.iter().zip(&memory.mean).any(|(part, saved)| part.len() != saved.len()) {

@@ -24,8 +24,9 @@ pub use parameters::{
     MppiCritics, MppiParameters, ObstaclesCritic, PathAlignCritic, PathAngleCritic, PathCritic,
 };
 
-/// Model predictive path integral control (Williams, Drews, Goldfain, Rehg and Theodorou, 2016, *Aggressive driving
-/// with model predictive path integral control*) in Nav2's formulation.
+/// Model predictive path integral control in Nav2's formulation.
+/// Williams, Drews, Goldfain, Rehg and Theodorou, 2016, *Aggressive driving with model predictive path integral
+/// control*.
 ///
 /// Each call samples trajectories around the controls of the call before, judges them by [critics](MppiCritics), and
 /// averages their controls by cost. Calls are [`model_dt`](MppiParameters::model_dt) apart. A call allocates nothing.
@@ -40,7 +41,7 @@ pub struct Mppi {
     planned: Rollouts,
     sums: CriticSums,
     path: PathWindow,
-    /// The four newest commands.
+    /// Newest four commands.
     earlier: [PlanarVelocity; 4],
     center: [f64; 2],
     /// Distance between outline and obstacle up to which they touch, m.
@@ -48,7 +49,7 @@ pub struct Mppi {
 }
 
 impl Mppi {
-    /// Makes a controller; the same seed gives the same commands.
+    /// Returns a controller; the same seed gives the same commands.
     ///
     /// # Errors
     /// A parameter that no controller can have.
@@ -79,8 +80,9 @@ impl Mppi {
         self.earlier = [PlanarVelocity::ZERO; 4];
     }
 
-    /// Returns the velocity to command next; `None` if every trajectory collides or leaves the field, if the robot is
-    /// not inside of the field, or an argument is no number or empty.
+    /// Returns the next velocity command.
+    /// `None` if every trajectory collides or leaves the field, if the robot is not inside of the field, or an argument
+    /// is no number or empty.
     ///
     /// `path` leads to the goal, in the frame of the robot's pose and of the field; `heading` is that at the goal, rad,
     /// `None` for any.
@@ -135,7 +137,8 @@ impl Mppi {
         })
     }
 
-    /// Weight of a sampled trajectory of the newest call that found a velocity, and its positions, a time step apart.
+    /// Returns weight and positions of a sampled trajectory of the newest success.
+    /// That is the newest call that found a velocity; positions are a time step apart.
     ///
     /// The best one has 1; those that collide have 0. There are [`batch_size`](MppiParameters::batch_size) of them.
     pub fn sampled(&self, trajectory: usize) -> (f64, impl Iterator<Item = [f64; 2]> + '_) {
@@ -191,8 +194,8 @@ impl Mppi {
         }
     }
 
-    /// Replaces the mean controls by the average of the sampled ones, weighted by their costs; returns false, and leaves
-    /// them, if the weights are no numbers.
+    /// Replaces the mean controls by the cost-weighted average of the samples.
+    /// Returns false, and leaves them, if the weights are no numbers.
     fn average(&mut self) -> bool {
         let Self { parameters, mean, rollouts, sums, .. } = self;
         let least = sums.costs.iter().fold(f32::INFINITY, |least, cost| crate::single::min(least, *cost));
@@ -225,7 +228,8 @@ impl Mppi {
         true
     }
 
-    /// Smooths the mean controls, and takes the first; if their trajectory collides, those of the cheapest one.
+    /// Smooths the mean controls, and returns the first.
+    /// If their trajectory collides, it returns that of the cheapest one.
     fn command(&mut self, start: &RolloutStart, field: FieldLookup<'_>) -> PlanarVelocity {
         self.smooth();
         self.planned.run(start, &self.mean, None);

@@ -12,7 +12,7 @@ pub struct MppiParameters {
     pub model_dt: f64,
     /// Number of sampled trajectories, `batch_size`.
     pub batch_size: usize,
-    /// How often a call improves the controls, `iteration_count`.
+    /// Number of optimization iterations per call, `iteration_count`.
     pub iteration_count: usize,
     /// Standard deviation of the sampled velocity forward, `vx_std`, m/s.
     pub vx_std: f64,
@@ -20,19 +20,20 @@ pub struct MppiParameters {
     pub vy_std: f64,
     /// Standard deviation of the sampled angular velocity, `wz_std`, rad/s.
     pub wz_std: f64,
-    /// How little the costliest trajectories count, `temperature`; the lower, the less.
+    /// Temperature of the softmax weights, `temperature`.
+    /// The lower, the less costly trajectories count.
     pub temperature: f64,
     /// Weight of the controls' change, `gamma`.
     pub gamma: f64,
-    /// How often a call starts anew when all trajectories collide, `retry_attempt_limit`.
+    /// Number of retries when all trajectories collide, `retry_attempt_limit`.
     pub retry_attempt_limit: usize,
     /// Length of the path ahead that is followed, `prune_distance`, m.
     pub prune_distance: f64,
-    /// How the robot moves.
+    /// Motion model.
     pub motion_model: MotionModel,
     /// Limits of velocities and accelerations, `vx_max` and so on.
     pub limits: MotionLimits,
-    /// What makes a trajectory costly.
+    /// Critics that score a trajectory.
     pub critics: MppiCritics,
 }
 
@@ -106,15 +107,16 @@ impl Default for MppiCritics {
     }
 }
 
-/// A critic that counts by the distance to the goal.
+/// Critic that counts by the distance to the goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathCritic {
     /// `cost_weight`.
     pub cost_weight: f64,
-    /// Distance to the goal up to which a critic of the goal counts, and from which one of the path,
-    /// `threshold_to_consider`, m.
+    /// Distance to the goal that enables a critic, `threshold_to_consider`, m.
+    /// A critic of the goal counts up to it, one of the path from it on.
     pub threshold_to_consider: f64,
-    /// Points of the path, 5 cm apart, beyond the one that trajectories reach at most, `offset_from_furthest`.
+    /// Offset beyond the furthest path point reached, `offset_from_furthest`.
+    /// Points of the path, 5 cm apart.
     pub offset_from_furthest: usize,
 }
 
@@ -125,11 +127,12 @@ pub struct PathAlignCritic {
     pub cost_weight: f64,
     /// Distance to the goal from which it counts, `threshold_to_consider`, m.
     pub threshold_to_consider: f64,
-    /// Points of the path, 5 cm apart, that trajectories reach at least before it counts, `offset_from_furthest`.
+    /// Path points that trajectories must reach, `offset_from_furthest`.
+    /// Points are 5 cm apart; below that number the critic does not count.
     pub offset_from_furthest: usize,
     /// Steps between the points of a trajectory that count, `trajectory_point_step`.
     pub trajectory_point_step: usize,
-    /// Share of the path in obstacles from which it does not count, `max_path_occupancy_ratio`.
+    /// Share of the path in obstacles that disables it, `max_path_occupancy_ratio`.
     pub max_path_occupancy_ratio: f64,
 }
 
@@ -152,9 +155,10 @@ pub struct PathAngleCritic {
     pub cost_weight: f64,
     /// Distance to the goal from which it counts, `threshold_to_consider`, m.
     pub threshold_to_consider: f64,
-    /// Points of the path, 5 cm apart, beyond the one that trajectories reach at most, `offset_from_furthest`.
+    /// Offset beyond the furthest path point reached, `offset_from_furthest`.
+    /// Points of the path, 5 cm apart.
     pub offset_from_furthest: usize,
-    /// Angle between the robot's heading and the path from which it counts, `max_angle_to_furthest`, rad.
+    /// Angle between heading and path that enables it, `max_angle_to_furthest`, rad.
     pub max_angle_to_furthest: f64,
 }
 
@@ -167,13 +171,16 @@ pub struct ObstaclesCritic {
     pub critical_weight: f64,
     /// Cost of a collision, `collision_cost`.
     pub collision_cost: f64,
-    /// Distance between footprint and obstacle that is too near, `collision_margin_distance`, m.
+    /// Clearance below which a pose is too near, `collision_margin_distance`, m.
+    /// The distance between footprint and obstacle.
     pub collision_margin_distance: f64,
-    /// Distance between footprint and obstacle at which the robot touches it, as the field is not exact, m.
+    /// Distance between footprint and obstacle that counts as contact, m.
+    /// It is above 0, as the field is not exact.
     pub collision_distance: f64,
-    /// Distance from the robot's inscribed circle up to which an obstacle repels, `inflation_radius`, m.
+    /// Range beyond the inscribed circle of repulsion, `inflation_radius`, m.
+    /// Distance from the robot's inscribed circle up to which an obstacle repels.
     pub inflation_radius: f64,
-    /// Distance to the goal below which obstacles do not repel, `near_goal_distance`, m.
+    /// Goal distance below which obstacles do not repel, `near_goal_distance`, m.
     pub near_goal_distance: f64,
 }
 

@@ -6,7 +6,8 @@ use super::parameters::MppiParameters;
 use crate::single::{clamp, small_sin_cos};
 use crate::velocity::{MOST_EXCESS, MotionLimits, MotionModel, MotionState};
 
-/// Sets of noise that take turns, so that a robot that stands still sees new trajectories.
+/// Number of alternating noise sets.
+/// A robot that stands still thus samples new trajectories.
 const NOISE_SETS: usize = 4;
 
 /// Velocities of a control sequence, a number for each step.
@@ -41,7 +42,7 @@ impl ControlSequence {
 /// Standard normal noise times the standard deviations, computed once.
 #[derive(Clone, Debug)]
 pub(crate) struct ControlNoise {
-    /// Of all sets: set, step, trajectory.
+    /// Noise of all sets, by set, step and trajectory.
     vx: Vec<f32>,
     vy: Vec<f32>,
     wz: Vec<f32>,
@@ -70,12 +71,12 @@ impl ControlNoise {
         self.choose_set(self.set + 1);
     }
 
-    /// The present set.
+    /// Returns the present set.
     pub fn set(&self) -> usize {
         self.set
     }
 
-    /// Goes on with a set.
+    /// Selects a noise set.
     pub fn choose_set(&mut self, set: usize) {
         self.set = set % NOISE_SETS;
     }
@@ -140,7 +141,8 @@ impl StepLimits {
     }
 }
 
-/// Trajectories, each array by step and then by trajectory; positions are relative to the middle of the obstacle field.
+/// Sampled trajectories; arrays by step, then by trajectory.
+/// Positions are relative to the middle of the obstacle field.
 #[derive(Clone, Debug)]
 pub(crate) struct Rollouts {
     pub batch: usize,
@@ -161,7 +163,7 @@ pub(crate) struct Rollouts {
     seconds: f32,
 }
 
-/// A pose in single precision, with sine and cosine of its heading, and a velocity.
+/// Pose in single precision, with sine and cosine of its heading, and a velocity.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RolloutStart {
     pub x: f32,
@@ -189,7 +191,8 @@ impl RolloutStart {
         }
     }
 
-    /// The start with a velocity that is at most a few times the limits, and turns by at most 1 rad in a step.
+    /// Returns the start with its velocity clamped to a few times the limits.
+    /// It turns by at most 1 rad in a step.
     pub fn within(self, limits: &MotionLimits, seconds: f64) -> Self {
         let held = |value: f32, most: f64| clamp(value, -most as f32, most as f32);
         let fastest = math::max(limits.vx_max.abs(), limits.vx_min.abs());
@@ -225,7 +228,8 @@ impl Rollouts {
         }
     }
 
-    /// Rolls all trajectories out from a start, with the mean controls plus noise, if any.
+    /// Rolls all trajectories out from a start.
+    /// The controls are the mean plus noise, if any.
     pub fn run(&mut self, start: &RolloutStart, mean: &ControlSequence, noise: Option<&ControlNoise>) {
         for step in 0..self.steps {
             self.set_controls(step, start, mean, noise);
@@ -296,7 +300,8 @@ impl Rollouts {
     }
 }
 
-/// Controls of a step: the mean plus noise, within what the limits allow after the step before.
+/// Fills a step's controls: the mean plus noise.
+/// They are within the limits relative to the step before.
 fn fill_row(
     rows: &mut [f32],
     (step, batch): (usize, usize),

@@ -5,8 +5,9 @@ use slate_module::math;
 
 use crate::error::LocalPlanningError;
 
-/// Certainty that each cell of a square window around the robot is occupied, 0 to 1, from cones of sonars (Moravec and
-/// Elfes, 1985, *High resolution maps from wide angle sonar*), which fades with time.
+/// Certainty grid of a square window around the robot, 0 to 1.
+/// Occupancy from cones of sonars (Moravec and Elfes, 1985, *High resolution maps from wide angle sonar*), which fades
+/// with time.
 #[derive(Clone, Debug)]
 pub struct CertaintyGrid {
     side: usize,
@@ -21,12 +22,14 @@ pub struct CertaintyGrid {
 
 /// Largest number of cells along a side.
 const MOST_CELLS: f64 = 400.0;
-/// What an echo adds at its range, and a cone takes away before it.
+/// Certainty that an echo adds at its range.
+/// A cone takes the same away before it.
 const HIT: f32 = 0.4;
 const MISS: f32 = 0.25;
 
 impl CertaintyGrid {
-    /// Makes a window of that side length, m, around the origin; certainties fade within `memory` seconds.
+    /// Creates a window of side `size`, m, around the origin.
+    /// Certainties fade within `memory` seconds.
     ///
     /// # Errors
     /// A size, a resolution or a time that is not above 0, or more than 400 cells along a side.
@@ -54,8 +57,8 @@ impl CertaintyGrid {
         })
     }
 
-    /// Moves the window around a point, and lets certainties fade for a time, s. It stays where it is for a pose or a time
-    /// that is no number.
+    /// Centres the window on a point, and fades certainties for a time, s.
+    /// It stays where it is for an invalid pose or time.
     pub fn advance(&mut self, robot: &Pose2, seconds: f64) {
         if !(robot.is_known() && seconds.is_finite()) {
             return;
@@ -79,8 +82,8 @@ impl CertaintyGrid {
         self.corner = corner;
     }
 
-    /// Inserts a measurement of a sonar at a pose: its cone is free up to the range, m, and occupied there if it heard
-    /// an echo.
+    /// Inserts the cone of a sonar: free up to `range`, occupied there if `heard`.
+    /// `sonar` is its pose, `range` is in m; `heard` is true if it received an echo.
     pub fn insert_cone(&mut self, sonar: &Pose2, field_of_view: f64, range: f64, heard: bool) {
         if !(sonar.is_known() && range >= 0.0 && field_of_view > 0.0) {
             return;
@@ -112,7 +115,7 @@ impl CertaintyGrid {
         }
     }
 
-    /// Edge length of a cell, m.
+    /// Returns the edge length of a cell, m.
     pub fn resolution(&self) -> f64 {
         self.resolution
     }

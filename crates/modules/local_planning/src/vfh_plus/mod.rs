@@ -12,7 +12,7 @@ use crate::velocity::{MotionState, PlanarVelocity};
 
 pub use certainty_grid::CertaintyGrid;
 
-/// Parameters of [`VfhPlus`], with the defaults of its paper where it has any.
+/// Parameters of [`VfhPlus`], with the defaults of its paper if it has them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VfhPlusParameters {
     /// Sectors of the histogram.
@@ -29,7 +29,8 @@ pub struct VfhPlusParameters {
     pub threshold_high: f64,
     /// Sectors from which an opening is wide.
     pub wide_opening: usize,
-    /// Radius of the sharpest turn at the largest velocity, m; it falls with the velocity.
+    /// Radius of the sharpest turn at the largest velocity, m.
+    /// It falls with the velocity.
     pub minimum_turning_radius: f64,
     /// Weight of the angle to the target.
     pub target_weight: f64,
@@ -92,23 +93,25 @@ impl VfhPlusParameters {
     }
 }
 
-/// VFH+ (Ulrich and Borenstein, 1998, *VFH+: Reliable obstacle avoidance for fast mobile robots*) on a
-/// [`CertaintyGrid`] of sonars.
+/// VFH+ on a [`CertaintyGrid`] of sonars.
+/// Ulrich and Borenstein, 1998, *VFH+: Reliable obstacle avoidance for fast mobile robots*.
 #[derive(Clone, Debug)]
 pub struct VfhPlus {
     parameters: VfhPlusParameters,
-    /// Obstacle density of each sector; sector k is around the direction k x 2 pi / sectors of the frame (section 3.1).
+    /// Obstacle density of each sector.
+    /// Sector k is around the direction k x 2 pi / sectors of the frame (section 3.1).
     density: Vec<f64>,
-    /// Whether each sector is blocked, with hysteresis (section 3.2).
+    /// Binary histogram: true for a blocked sector, with hysteresis (section 3.2).
     binary: Vec<bool>,
-    /// With those that the robot can't turn to (section 3.3).
+    /// Masked histogram: true also for directions out of reach (section 3.3).
+    /// The robot can't turn to them.
     masked: Vec<bool>,
     candidates: Vec<f64>,
     previous: Option<f64>,
 }
 
 impl VfhPlus {
-    /// Makes a planner.
+    /// Returns a planner.
     ///
     /// # Errors
     /// A parameter that no planner can have.
@@ -124,8 +127,8 @@ impl VfhPlus {
         })
     }
 
-    /// Returns the velocity towards a target in the grid's frame; `None` if all directions are blocked, or an argument
-    /// is no number.
+    /// Returns the velocity towards a target in the grid's frame.
+    /// `None` if all directions are blocked, or an argument is no number.
     pub fn plan(
         &mut self,
         robot: &MotionState,
@@ -154,7 +157,7 @@ impl VfhPlus {
         number.rem_euclid(self.parameters.sectors as i64) as usize
     }
 
-    /// Primary and binary polar histogram.
+    /// Computes the primary and the binary polar histogram.
     fn fill(&mut self, pose: &Pose2, grid: &CertaintyGrid) {
         let VfhPlusParameters { robot_radius, safety_distance, active_radius, .. } = self.parameters;
         let (enlarged, width) = (robot_radius + safety_distance, self.width());
@@ -182,7 +185,7 @@ impl VfhPlus {
         }
     }
 
-    /// Blocks the directions to which a turn at the current velocity would touch a cell.
+    /// Blocks the directions to which a turn at the current velocity hits a cell.
     fn mask(&mut self, robot: &MotionState, grid: &CertaintyGrid) {
         let parameters = self.parameters;
         let enlarged = parameters.robot_radius + parameters.safety_distance;
@@ -217,7 +220,8 @@ impl VfhPlus {
         }
     }
 
-    /// Directions in openings: the middle of a narrow one, both sides of a wide one and the target in it (section 3.4).
+    /// Finds candidate directions in openings (section 3.4).
+    /// The middle of a narrow one, both sides of a wide one and the target in it.
     fn find_candidates(&mut self, wanted: f64) {
         self.candidates.clear();
         let count = self.parameters.sectors;
@@ -252,7 +256,7 @@ impl VfhPlus {
         }
     }
 
-    /// The candidate of least cost (equation 14).
+    /// Returns the candidate of least cost (equation 14).
     fn cheapest(&self, heading: f64, wanted: f64) -> Option<f64> {
         let parameters = &self.parameters;
         let previous = self.previous.unwrap_or(heading);
@@ -268,7 +272,8 @@ impl VfhPlus {
         best.map(|(direction, _)| math::wrap_angle(direction))
     }
 
-    /// Turns to a direction; the slower, the farther it is to turn and the denser the obstacles are there.
+    /// Returns the velocity that turns to a direction.
+    /// It is lower for a larger turn and for denser obstacles there.
     fn velocity(&self, pose: &Pose2, direction: f64, target: Point2) -> PlanarVelocity {
         let parameters = &self.parameters;
         let error = math::angle_between(pose.theta, direction);

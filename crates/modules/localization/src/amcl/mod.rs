@@ -23,11 +23,13 @@ pub struct AmclIo {
     odometry: Observed<Odometry>,
     /// Map of the building, as of a `map_server`.
     map: Input<OccupancyGrid>,
-    /// Robot model, from Knowledge: it has the mount of the laser. Without it, the laser is at the robot's origin.
+    /// Robot model, from Knowledge: it has the mount of the laser.
+    /// Without it, the laser is at the robot's origin.
     robot: Input<RobotModel>,
     /// Manual pose reset, as RViz's `initialpose`.
     initial_pose: Inbox<Pose2>,
-    /// Number of a request; each starts a localization anywhere in the map, as `reinitialize_global_localization`.
+    /// Number of a global localization request, `reinitialize_global_localization`.
+    /// Each new one starts a localization anywhere in the map.
     global_localization: Inbox<GlobalLocalization>,
     /// Particles of the newest update.
     #[capacity(20_000)]
@@ -59,17 +61,18 @@ pub struct AmclState {
     scan: ScanCheck,
     odometry: OdometryCheck,
     fault: Option<InputFault>,
-    /// Likelihood field, and what it was made of; made anew after a restart.
+    /// Likelihood field and its source; recomputed after a restart.
     #[serde(skip)]
     field: Option<(FieldSource, LikelihoodField)>,
     #[serde(skip)]
     points: Vec<[f64; 2]>,
 }
 
-/// What a likelihood field is made of.
+/// Inputs from which a likelihood field was computed.
 #[derive(Clone, Copy, PartialEq)]
 struct FieldSource {
-    /// Stamp of the map; another property that is linked may have the same sequence number.
+    /// Stamp of the map.
+    /// Another linked property may have the same sequence number.
     map: Stamp,
     model: SensorModel,
     occupied_threshold: i64,
@@ -113,7 +116,8 @@ impl Analyze for Amcl {
 }
 
 impl AmclState {
-    /// Checks what is new. A fault lasts until the next good value of the same input.
+    /// Checks new inputs.
+    /// A fault lasts until the next valid value of the same input.
     fn check(&mut self, io: &AmclIo, params: &AmclParams) {
         let odometry = io.odometry.get();
         if let Some(odometry) = odometry.filter(|_| io.odometry.is_new()) {
@@ -131,7 +135,7 @@ impl AmclState {
         }
     }
 
-    /// Takes what is new.
+    /// Takes new inputs.
     fn step(&mut self, io: &AmclIo, params: &AmclParams, now: &Tick) -> Result<(), InputFault> {
         self.prepare(io, params)?;
         let (Some((_, field)), Some(localization)) = (&self.field, &mut self.localization) else {
@@ -156,7 +160,8 @@ impl AmclState {
         Ok(())
     }
 
-    /// Makes filter and likelihood field, where they are missing or the parameters or the map have changed.
+    /// Creates filter and likelihood field when missing or outdated.
+    /// They are outdated when the parameters or the map have changed.
     fn prepare(&mut self, io: &AmclIo, params: &AmclParams) -> Result<(), InputFault> {
         let parameters = params.filter();
         match &mut self.localization {
@@ -185,7 +190,7 @@ impl AmclState {
     }
 }
 
-/// Makes the likelihood field of a map.
+/// Computes the likelihood field of a map.
 fn field_of(map: &OccupancyGrid, source: FieldSource) -> Result<LikelihoodField, InputFault> {
     let geometry = Geometry::of(map, MOST_CELLS).ok_or(InputFault::new(
         FaultyInput::Map,
@@ -197,7 +202,7 @@ fn field_of(map: &OccupancyGrid, source: FieldSource) -> Result<LikelihoodField,
     LikelihoodField::new(geometry, is_occupied, is_free, source.model).map_err(InputFault::parameter)
 }
 
-/// Starts the filter, while it has no particles, and when asked to.
+/// Starts the filter on request, and while it has no particles.
 fn begin(
     localization: &mut MonteCarloLocalization,
     field: &LikelihoodField,

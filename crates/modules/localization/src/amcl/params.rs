@@ -30,7 +30,7 @@ pub struct AmclParams {
     resample_interval: i64,
     #[param(
         default = false,
-        doc = "whether particles are resampled only while their effective number is below half of theirs"
+        doc = "resample particles only while their effective number is below half of theirs"
     )]
     selective_resampling: Bool,
     #[param(default = 500, range = 1..=20_000, doc = "least number of particles")]
@@ -68,7 +68,7 @@ pub struct AmclParams {
     z_hit: f64,
     #[param(default = 0.5, range = 0.0..=1.0, doc = "share of beams that end anywhere")]
     z_rand: f64,
-    #[param(default = false, doc = "whether beams that few particles explain are left out")]
+    #[param(default = false, doc = "leave out beams that few particles explain")]
     do_beamskip: Bool,
     #[param(default = 0.5, range = 0.0..=10.0, unit = "m", doc = "distance up to which a particle explains a beam")]
     beam_skip_distance: f64,
@@ -76,7 +76,7 @@ pub struct AmclParams {
     beam_skip_threshold: f64,
     #[param(default = 0.9, range = 0.0..=1.0, doc = "share of beams left out from which all count")]
     beam_skip_error_threshold: f64,
-    #[param(default = false, doc = "whether it begins at the initial pose; else anywhere in the map")]
+    #[param(default = false, doc = "true: begin at the initial pose; false: anywhere in the map")]
     set_initial_pose: Bool,
     #[param(default = 0.0, unit = "m", doc = "initial x in the map")]
     initial_pose_x: f64,
@@ -98,9 +98,9 @@ pub struct AmclParams {
     max_angular_velocity: f64,
     #[param(default = "laser", doc = "name of the laser in the robot model, which has its mount")]
     laser: Text<28>,
-    #[param(default = true, doc = "whether the transform from map to odometry is published")]
+    #[param(default = true, doc = "publish the transform from map to odometry")]
     tf_broadcast: Bool,
-    #[param(default = true, doc = "whether the transform from odometry to robot is, too")]
+    #[param(default = true, doc = "publish the transform from odometry to robot")]
     odom_broadcast: Bool,
     #[param(default = "map", doc = "frame of the map")]
     global_frame_id: Text<60>,
@@ -196,12 +196,12 @@ impl AmclParams {
     }
 }
 
-/// A number whose range the host has checked.
+/// Returns a number whose range the host has checked.
 fn count(number: i64) -> usize {
     usize::try_from(number).unwrap_or(0)
 }
 
-/// Returns what is wrong with an initial pose that the filter refuses.
+/// Returns the defect of an initial pose that the filter refuses.
 pub(super) fn invalid_initial_pose(pose: &Pose2) -> InvalidParameter {
     let is_far = |coordinate: f64| coordinate.is_nan() || coordinate.abs() > FARTHEST;
     let name = match () {

@@ -17,7 +17,8 @@ pub struct BeamSelection {
     pub max_range: f64,
 }
 
-/// Returns the mount of a laser: that of the robot model, or the robot's origin without one.
+/// Returns the mount of a laser from the robot model.
+/// It is the robot's origin without a model.
 ///
 /// # Errors
 /// A laser that the robot model lacks.
@@ -30,7 +31,8 @@ pub fn laser_mount(robot: Option<&RobotModel>, laser: &str) -> Result<Pose2, Inp
     robot.sensor(laser).map(|device| device.mount).ok_or_else(missing)
 }
 
-/// Fills `points` with the ends of about `max_beams` beams in the robot's frame, m, without those that hit nothing.
+/// Fills `points` with the ends of about `max_beams` beams.
+/// They are in the robot's frame, m, without beams that hit no obstacle.
 pub fn ends_of_beams(scan: &LaserScan, mount: &Pose2, beams: BeamSelection, points: &mut Vec<[f64; 2]>) {
     points.clear();
     let step = scan.ranges.len().div_ceil(beams.max_beams.max(1));

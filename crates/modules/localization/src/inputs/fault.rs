@@ -5,30 +5,31 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use slate_module::{Text, Tick};
 
-/// An input that is bad.
+/// Input that is bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FaultyInput {
-    /// A scan.
+    /// Scan.
     Scan,
-    /// No scan for too long: apart from a bad one, so that the log names both.
+    /// Timeout of scans.
+    /// It is apart from a bad scan, so that the log names both.
     StoppedScan,
-    /// The odometry.
+    /// Odometry.
     Odometry,
-    /// No odometry for too long.
+    /// Timeout of odometry.
     StoppedOdometry,
-    /// The map.
+    /// Map.
     Map,
-    /// A parameter.
+    /// Parameter.
     Parameter,
-    /// An inertial measurement.
+    /// Inertial measurement.
     Imu,
-    /// No inertial measurement for too long.
+    /// Timeout of inertial measurements.
     StoppedImu,
-    /// A heading.
+    /// Heading.
     Orientation,
-    /// A position.
+    /// Position.
     Position,
-    /// A satellite fix.
+    /// Satellite fix.
     Fix,
     /// Detected landmarks.
     Landmarks,
@@ -37,7 +38,7 @@ pub enum FaultyInput {
 }
 
 impl FaultyInput {
-    /// Name in messages.
+    /// Returns the name in messages.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Scan | Self::StoppedScan => "`scan`",
@@ -54,7 +55,7 @@ impl FaultyInput {
     }
 }
 
-/// Which input is bad, and why.
+/// Invalid input, and the reason.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InputFault {
     input: FaultyInput,
@@ -63,20 +64,20 @@ pub struct InputFault {
 }
 
 impl InputFault {
-    /// Makes a fault with a reason.
+    /// Returns a fault with a reason.
     pub fn new(input: FaultyInput, reason: &str) -> Self {
         Self { input, reason: Text::new(reason) }
     }
 
-    /// Makes a fault with a reason that has numbers.
+    /// Returns a fault with a reason that has numbers.
     pub fn with(input: FaultyInput, reason: fmt::Arguments<'_>) -> Self {
         let mut text = Text::default();
-        // What does not fit is cut.
+        // A text that does not fit is cut.
         let _ = fmt::write(&mut text, reason);
         Self { input, reason: text }
     }
 
-    /// Makes the fault of an invalid parameter.
+    /// Returns the fault of an invalid parameter.
     pub fn parameter(error: impl fmt::Display) -> Self {
         Self::with(FaultyInput::Parameter, format_args!("is invalid: {error}"))
     }

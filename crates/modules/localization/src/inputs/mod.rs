@@ -1,4 +1,4 @@
-//! Inputs of blocks that estimate a pose by laser and odometry: checks, faults, ends of beams.
+//! Inputs of pose estimators by laser and odometry: checks, faults, beam ends.
 
 mod beams;
 mod fault;

@@ -20,7 +20,7 @@ pub struct VelocityLimits {
 pub struct OdometryCheck {
     /// Newest pose, and its time, ns.
     newest: Option<([f64; 3], u64)>,
-    /// What is wrong with the newest pose.
+    /// Fault of the newest pose.
     fault: Option<InputFault>,
 }
 

@@ -25,9 +25,9 @@ pub struct ScanCheck {
     /// Hash of the newest ranges, and the odometry when they came first.
     ranges: u64,
     since: Option<[f64; 3]>,
-    /// Whether the robot has moved without a changed range, until one changes.
+    /// True while the robot moves without a changed range.
     is_stuck: bool,
-    /// What is wrong with the newest scan.
+    /// Fault of the newest scan.
     fault: Option<InputFault>,
 }
 
@@ -91,7 +91,7 @@ impl ScanCheck {
         if std::mem::replace(&mut self.ranges, ranges) != ranges {
             (self.since, self.is_stuck) = (None, false);
         }
-        // Where nothing is in range, scans are the same wherever the robot is.
+        // Without an obstacle in range, scans are the same at all poses.
         let is_return =
             |range: &f32| f64::from(*range) > scan.range_min && f64::from(*range) < scan.range_max;
         let Some(odometry) = odometry.filter(|_| scan.ranges.iter().any(is_return)) else { return Ok(()) };
@@ -107,7 +107,7 @@ impl ScanCheck {
     }
 }
 
-/// FNV-1a of ranges' bits.
+/// Returns the FNV-1a hash of the ranges' bits.
 fn hash(ranges: &[f32]) -> u64 {
     ranges.iter().fold(0xcbf2_9ce4_8422_2325, |hash: u64, range| {
         (hash ^ u64::from(range.to_bits())).wrapping_mul(0x0100_0000_01b3)

@@ -38,12 +38,12 @@ pub enum StateVariable {
     LandmarkRangeScale = 9,
 }
 
-/// What a measurement has done to a belief.
+/// Innovation of a measurement against a belief.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Innovation {
-    /// Mahalanobis distance of the measurement from what the belief expects.
+    /// Mahalanobis distance of the measurement from its prediction by the belief.
     pub distance: f64,
-    /// Whether the belief was updated: the distance is within the gate.
+    /// True if the belief was updated: the distance is within the gate.
     pub is_accepted: bool,
 }
 
@@ -61,11 +61,12 @@ pub(super) struct PlanarBelief {
 pub(super) struct ProcessNoise {
     /// Variances that the variables gain in a second.
     pub variances: StateVector,
-    /// Whether those of the pose are for a twist of norm 1, and grow with it.
+    /// True if the pose's noise grows with the norm of the twist.
+    /// `variances` then hold for a twist of norm 1.
     pub is_dynamic: bool,
 }
 
-/// A measurement near a state, for the correction of a belief.
+/// Measurement near a state, for the correction of a belief.
 pub(super) struct Linearization<const D: usize> {
     /// Measured minus expected value at that state.
     pub residual: SVector<f64, D>,
@@ -102,9 +103,9 @@ impl PlanarBelief {
         self.covariance = symmetric(&(grown + StateMatrix::from_diagonal(&noise) * seconds));
     }
 
-    /// Corrects the belief by a measurement that is linearized at the belief's mean, then `iterations - 1` times more
-    /// where that has led to (iterated extended Kalman filter: Bell and Cathey, 1993, *The iterated Kalman filter
-    /// update as a Gauss-Newton method*).
+    /// Corrects the belief by a measurement linearized at its mean.
+    /// It linearizes `iterations - 1` times more at the result (iterated extended Kalman filter: Bell and Cathey, 1993,
+    /// *The iterated Kalman filter update as a Gauss-Newton method*).
     ///
     /// A measurement that is farther than `gate` (Mahalanobis distance), or that leads to no number, changes nothing.
     pub fn correct<const D: usize>(
@@ -160,7 +161,7 @@ impl PlanarBelief {
     }
 }
 
-/// Kalman gain; `None` if the innovation has no covariance.
+/// Returns the Kalman gain; `None` if the innovation has no covariance.
 fn gain<const D: usize>(
     covariance: &StateMatrix,
     jacobian: &SMatrix<f64, D, SIZE>,
@@ -171,8 +172,9 @@ fn gain<const D: usize>(
     Some(factor.solve(&cross).transpose())
 }
 
-/// Covariance after an update, in Joseph's form, which stays positive with any gain (Bucy and Joseph, 1968, *Filtering
-/// for stochastic processes with applications to guidance*).
+/// Returns the covariance after an update, in Joseph's form.
+/// It stays positive with any gain (Bucy and Joseph, 1968, *Filtering for stochastic processes with applications to
+/// guidance*).
 fn joseph<const D: usize>(
     covariance: &StateMatrix,
     gain: &SMatrix<f64, SIZE, D>,
@@ -183,14 +185,15 @@ fn joseph<const D: usize>(
     symmetric(&(kept * covariance * kept.transpose() + gain * noise * gain.transpose()))
 }
 
-/// Difference of two states, with the shortest turn.
+/// Returns the difference of two states, with the shortest turn.
 fn difference(state: &StateVector, from: &StateVector) -> StateVector {
     let mut difference = state - from;
     difference[2] = math::wrap_angle(difference[2]);
     difference
 }
 
-/// The mean of a matrix and its transpose: rounding makes covariances asymmetric.
+/// Returns the mean of a matrix and its transpose.
+/// Rounding makes covariances asymmetric.
 fn symmetric<const D: usize>(matrix: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
     (matrix + matrix.transpose()) * 0.5
 }

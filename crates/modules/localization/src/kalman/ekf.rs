@@ -15,12 +15,13 @@ use crate::inputs::{FaultyInput, InputFault, OdometryCheck};
 /// Number of inputs that measure.
 const SOURCES: usize = FilterSource::ALL.len();
 
-/// Ports of [`Ekf`]. Each input is optional; an input without a link measures nothing.
+/// Ports of [`Ekf`].
+/// Each input is optional; an input without a link has no measurements.
 #[ports]
 pub struct EkfIo {
     /// Odometry of the wheels.
     odometry: Observed<Odometry>,
-    /// Angular velocity, and heading, of an inertial measurement unit at the robot's origin.
+    /// Angular velocity and heading of an IMU at the robot's origin.
     imu: Observed<Imu>,
     /// Heading of a compass in the frame of the estimate.
     orientation: Observed<Orientation>,
@@ -30,7 +31,7 @@ pub struct EkfIo {
     fix: Observed<NavSatFix>,
     /// Landmarks that the robot sees.
     landmarks: Observed<LandmarkDetections>,
-    /// Places of the landmarks; detections of others measure nothing.
+    /// Map of the landmarks; detections of others are ignored.
     landmark_map: Input<LandmarkMap>,
     /// Manual pose reset, as RViz's `initialpose` or `robot_localization`'s `set_pose`.
     initial_pose: Inbox<Pose2>,
@@ -48,22 +49,23 @@ pub struct EkfIo {
 #[interface]
 #[derive(PartialEq)]
 pub struct RejectedMeasurements {
-    /// Of the odometry.
+    /// Outliers of the odometry.
     pub odometry: u64,
-    /// Of the inertial measurement unit.
+    /// Outliers of the inertial measurement unit.
     pub imu: u64,
-    /// Of the compass.
+    /// Outliers of the compass.
     pub orientation: u64,
-    /// Of the positioning system.
+    /// Outliers of the positioning system.
     pub position: u64,
-    /// Of satellite fixes.
+    /// Outliers of satellite fixes.
     pub fix: u64,
-    /// Of landmarks.
+    /// Outliers of landmarks.
     pub landmarks: u64,
 }
 
-/// Extended Kalman filter of pose and twist from any of odometry, IMU, compass, positions, satellite fixes and
-/// landmarks, with the parameters of `robot_localization`.
+/// Extended Kalman filter that fuses any sensors into pose and twist.
+/// It takes odometry, IMU, compass, positions, satellite fixes and landmarks, with the parameters of
+/// `robot_localization`.
 ///
 /// A bad input is named in the log, and the block is degraded: its pose is not published, so that it becomes stale,
 /// until the input has recovered.
@@ -79,7 +81,7 @@ pub struct EkfState {
     plane: Option<TangentPlane>,
     /// Newest time of each input, ns.
     times: [u64; SOURCES],
-    /// What is wrong with the newest value of each input.
+    /// Fault of the newest value of each input.
     faults: [Option<InputFault>; SOURCES],
     /// Outliers of each input, in all and in a row.
     rejected: [u64; SOURCES],
@@ -116,7 +118,7 @@ impl Analyze for Ekf {
 }
 
 impl EkfState {
-    /// Takes what is new, and returns whether anything is.
+    /// Takes new inputs; returns true if any is new.
     fn step(&mut self, io: &EkfIo, params: &EkfParams, now: &Tick) -> Result<bool, InputFault> {
         params.is_in_map().map_err(InputFault::parameter)?;
         self.prepare(params, now)?;
@@ -137,7 +139,7 @@ impl EkfState {
         Ok(is_new)
     }
 
-    /// Makes the filter at its initial pose, or changes its parameters.
+    /// Creates the filter at its initial pose, or changes its parameters.
     fn prepare(&mut self, params: &EkfParams, now: &Tick) -> Result<(), InputFault> {
         let parameters = params.filter();
         match &mut self.filter {
@@ -214,7 +216,7 @@ impl EkfState {
         Ok(())
     }
 
-    /// Checks odometry, and returns what it measures.
+    /// Checks odometry, and returns its measurement.
     fn odometry(
         &mut self,
         odometry: &Odometry,
@@ -283,7 +285,7 @@ impl EkfState {
         Ok(())
     }
 
-    /// Checks that an input that has measured goes on.
+    /// Checks that an input with measurements has not timed out.
     fn check_age(
         &self,
         source: FilterSource,
@@ -319,7 +321,7 @@ impl EkfState {
     }
 }
 
-/// Time of an input's new value, ns; `None` without one.
+/// Returns the time of an input's new value, ns; `None` without one.
 fn stamp(io: &EkfIo, source: FilterSource) -> Option<u64> {
     let (is_new, stamp) = match source {
         FilterSource::Odometry => (io.odometry.is_new(), io.odometry.stamp()),

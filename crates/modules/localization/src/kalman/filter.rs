@@ -14,8 +14,9 @@ use crate::InvalidParameter;
 /// Measurements that the history has room for.
 const MOST_LAGGED: usize = 256;
 
-/// Extended Kalman filter of a robot in the plane: pose, twist in the robot's frame, and a calibration of its
-/// sensors: the bias of the gyroscope and the scales of odometry and landmarks.
+/// Extended Kalman filter of a robot in the plane.
+/// It estimates the pose, the twist in the robot's frame, and a calibration of its sensors: the bias of the gyroscope
+/// and the scales of odometry and landmarks.
 ///
 /// Between measurements the twist is constant but for its process noise (`robot_localization` with `two_d_mode`;
 /// Thrun, Burgard and Fox, *Probabilistic Robotics*, table 3.3). With a `history_length`, a measurement that comes late is
@@ -29,30 +30,30 @@ pub struct PlanarFilter {
     rejected: u64,
 }
 
-/// A measurement, with the belief after it.
+/// Measurement, with the belief after it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct LaggedEntry {
     belief: PlanarBelief,
     measurement: Option<(FilterMeasurement, f64)>,
 }
 
-/// What a filter has done with a measurement.
+/// Outcome of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MeasurementOutcome {
-    /// It has corrected the belief; its Mahalanobis distance.
+    /// Accepted, with its Mahalanobis distance: the belief was updated.
     Accepted(f64),
-    /// It is an outlier; its Mahalanobis distance.
+    /// Rejected as an outlier, with its Mahalanobis distance.
     Rejected(f64),
-    /// It is older than the history by that many seconds, and was left out.
+    /// Left out, as it is older than the history by so many seconds.
     TooLate(f64),
-    /// It has numbers that are not finite, or no standard deviation above 0.
+    /// Invalid: numbers that are not finite, or no positive standard deviation.
     Invalid,
-    /// The filter has no pose yet.
+    /// Left out, as the filter has no pose yet.
     NoPose,
 }
 
 impl PlanarFilter {
-    /// Makes a filter without a pose.
+    /// Returns a filter without a pose.
     ///
     /// # Errors
     /// A parameter that is out of its range.
@@ -77,8 +78,9 @@ impl PlanarFilter {
         Ok(())
     }
 
-    /// Starts at a pose with standard deviations of x, y (m) and heading (rad). Twist and bias begin at 0 and scales at
-    /// 1, with the initial standard deviations of the parameters. Returns false, and changes nothing, if a number is not finite.
+    /// Initializes at a pose with standard deviations of x, y (m) and heading (rad).
+    /// Twist and bias begin at 0 and scales at 1, with the initial standard deviations of the parameters. Returns
+    /// false, and changes nothing, if a number is not finite.
     pub fn initialize(&mut self, pose: Pose2, stddev: [f64; 3], time: u64) -> bool {
         if !pose.is_known() || stddev.iter().any(|stddev| !stddev.is_finite() || *stddev < 0.0) {
             return false;
@@ -91,8 +93,9 @@ impl PlanarFilter {
         true
     }
 
-    /// Widens the belief of the pose to standard deviations of x, y (m) and heading (rad), as of a robot that may have
-    /// been carried away; twist and calibration stay.
+    /// Widens the belief of the pose to standard deviations.
+    /// They are of x, y (m) and heading (rad). It is for a robot that may have been carried away; twist and calibration
+    /// stay.
     pub fn widen(&mut self, stddev: [f64; 3]) {
         let Some(mut belief) = self.belief else { return };
         for (at, stddev) in stddev.into_iter().enumerate() {
@@ -117,8 +120,8 @@ impl PlanarFilter {
         }
     }
 
-    /// Corrects by a measurement of a time. It is rejected beyond a Mahalanobis distance of `gate`; an infinite gate
-    /// lets all pass.
+    /// Updates by a measurement of a time.
+    /// It is rejected beyond a Mahalanobis distance of `gate`; an infinite gate lets all pass.
     pub fn update(&mut self, measurement: &FilterMeasurement, time: u64, gate: f64) -> MeasurementOutcome {
         if !measurement.is_valid() {
             return MeasurementOutcome::Invalid;
@@ -162,7 +165,8 @@ impl PlanarFilter {
         })
     }
 
-    /// Drops what is older than the history. One entry before it stays, for measurements after that.
+    /// Drops entries older than the history.
+    /// One entry before it stays, for measurements after that.
     fn forget(&mut self) {
         let Some(newest) = self.belief else { return };
         let is_old =
@@ -174,34 +178,36 @@ impl PlanarFilter {
         }
     }
 
-    /// Pose with its covariance, at the newest time; `None` before [`initialize`](Self::initialize).
+    /// Returns the pose with its covariance, at the newest time.
+    /// `None` before [`initialize`](Self::initialize).
     pub fn estimate(&self) -> Option<PoseEstimate> {
         self.belief.map(|belief| belief.estimate())
     }
 
-    /// Pose and twist at the newest time.
+    /// Returns the pose and twist at the newest time.
     pub fn odometry(&self) -> Option<Odometry> {
         self.belief.map(|belief| belief.odometry())
     }
 
-    /// Mean of a variable, and its standard deviation.
+    /// Returns mean and standard deviation of a variable.
     pub fn variable(&self, variable: StateVariable) -> Option<(f64, f64)> {
         let at = variable as usize;
         self.belief.map(|belief| (belief.mean[at], belief.covariance[(at, at)].sqrt()))
     }
 
-    /// Covariance of the variables in the order of [`StateVariable`], row by row.
+    /// Returns the covariance of the variables in the order of [`StateVariable`].
+    /// They are row by row.
     pub fn covariance(&self) -> Option<[[f64; 10]; 10]> {
         // The matrix is symmetric, so its columns are its rows.
         self.belief.map(|belief| belief.covariance.into())
     }
 
-    /// Number of measurements that were outliers.
+    /// Returns the number of measurements that were outliers.
     pub fn rejected(&self) -> u64 {
         self.rejected
     }
 
-    /// Newest time, ns.
+    /// Returns the newest time, ns.
     pub fn time(&self) -> Option<u64> {
         self.belief.map(|belief| belief.time)
     }
@@ -216,7 +222,7 @@ fn advance(belief: &mut PlanarBelief, time: u64, process_noise: &ProcessNoise) {
     }
 }
 
-/// Time between, s; 0 if the second is not later.
+/// Returns the time between two times in ns, s; 0 if the second is not later.
 fn seconds(from: u64, to: u64) -> f64 {
     to.saturating_sub(from) as f64 * 1e-9
 }

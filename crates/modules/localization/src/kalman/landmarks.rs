@@ -21,7 +21,7 @@ pub struct Landmark {
 #[interface]
 #[derive(PartialEq)]
 pub struct LandmarkMap {
-    /// In any order.
+    /// Landmarks in any order.
     pub landmarks: Sequence<Landmark, 64>,
 }
 
@@ -43,6 +43,6 @@ pub struct LandmarkDetection {
 #[interface]
 #[derive(PartialEq)]
 pub struct LandmarkDetections {
-    /// In any order.
+    /// Detections in any order.
     pub list: Sequence<LandmarkDetection, 16>,
 }

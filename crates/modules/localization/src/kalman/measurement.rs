@@ -14,7 +14,8 @@ const NEAREST: f64 = 1e-6;
 pub enum FilterMeasurement {
     /// Variables of the state.
     Variables(MeasuredVariables),
-    /// The same by an odometry: its velocities have the scales of the state.
+    /// Variables measured by odometry.
+    /// Its velocities have the scales of the state.
     Odometry(MeasuredVariables),
     /// Position in the filter's frame, m, with its covariance row by row, m².
     Position {
@@ -23,9 +24,10 @@ pub enum FilterMeasurement {
         /// Covariance of x and y.
         covariance: [f64; 4],
     },
-    /// Angular velocity of a gyroscope, counter-clockwise, rad/s: with the gyroscope's bias.
+    /// Angular velocity of a gyroscope, counter-clockwise, rad/s.
+    /// It includes the gyroscope's bias.
     Gyroscope {
-        /// What it shows.
+        /// Measured angular velocity, rad/s.
         angular_velocity: f64,
         /// Standard deviation.
         stddev: f64,
@@ -37,17 +39,19 @@ pub enum FilterMeasurement {
 /// Values of some variables of the state, whose errors are independent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredVariables {
-    /// Value and standard deviation of x to angular velocity, in the order of [`StateVariable`].
+    /// Values and standard deviations of x to angular velocity.
+    /// They are in the order of [`StateVariable`].
     values: [Option<(f64, f64)>; 6],
 }
 
-/// What a sensor measures as the range of a landmark.
+/// Kind of a landmark's range.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum RangeKind {
     /// Distance from the robot's origin.
     #[default]
     Distance,
-    /// Distance along the robot's x axis, as of a camera that knows the landmark's size.
+    /// Distance along the robot's x axis.
+    /// As measured by a camera that knows the landmark's size.
     Depth,
 }
 
@@ -58,7 +62,7 @@ pub struct MeasuredLandmark {
     pub landmark: [f64; 2],
     /// Range, m.
     pub range: f64,
-    /// What the range is.
+    /// Kind of the range.
     pub range_kind: RangeKind,
     /// Bearing from the robot's front, counter-clockwise, rad.
     pub bearing: f64,
@@ -79,7 +83,8 @@ const SCALES: [Option<StateVariable>; 6] = [
 ];
 
 impl MeasuredVariables {
-    /// Adds a variable, with its standard deviation; the bias of a gyroscope can't be measured.
+    /// Adds a variable, with its standard deviation.
+    /// The bias of a gyroscope can't be measured.
     #[must_use]
     pub fn with(mut self, variable: StateVariable, value: f64, stddev: f64) -> Self {
         if let Some(measured) = self.values.get_mut(variable as usize) {
@@ -113,7 +118,8 @@ impl MeasuredVariables {
 }
 
 impl MeasuredLandmark {
-    /// *Probabilistic Robotics*, table 7.2, without its signature.
+    /// Corrects a belief by a landmark, without its signature.
+    /// *Probabilistic Robotics*, table 7.2.
     fn apply(&self, belief: &mut PlanarBelief, gate: f64, iterations: u32) -> Innovation {
         let stddev = Vector2::new(self.range_stddev, self.bearing_stddev);
         let noise = Matrix2::from_diagonal(&stddev.component_mul(&stddev));
@@ -150,7 +156,8 @@ impl MeasuredLandmark {
 }
 
 impl FilterMeasurement {
-    /// Corrects a belief; nothing changes outside of the gate, which is a Mahalanobis distance.
+    /// Corrects a belief; changes nothing outside of the gate.
+    /// The gate is a Mahalanobis distance.
     pub(super) fn apply(&self, belief: &mut PlanarBelief, gate: f64, iterations: u32) -> Innovation {
         match self {
             Self::Variables(variables) => variables.apply(belief, gate, false),
@@ -179,7 +186,7 @@ impl FilterMeasurement {
         }
     }
 
-    /// Returns whether all numbers of it are finite, and no standard deviation is 0 or less.
+    /// Returns true if all numbers are finite and all standard deviations positive.
     pub fn is_valid(&self) -> bool {
         let is_deviation = |stddev: &f64| stddev.is_finite() && *stddev > 0.0;
         match self {

@@ -8,25 +8,30 @@ use crate::InvalidParameter;
 /// Parameters of [`PlanarFilter`](super::PlanarFilter).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlanarFilterParameters {
+    /// Process noise: diagonal of `process_noise_covariance`.
     /// Variance that x, y (m²), heading (rad²), velocities forward and left (m²/s²), and angular velocity (rad²/s²)
-    /// gain in a second: the diagonal of `process_noise_covariance`.
+    /// gain in a second.
     pub process_noise: [f64; 6],
     /// Variance that the bias of the gyroscope gains in a second, rad²/s².
     pub gyroscope_bias_noise: f64,
-    /// Standard deviation of the initial velocities forward and left, m/s, and of the angular velocity, rad/s.
+    /// Standard deviation of the initial twist.
+    /// Velocities forward and left, m/s, and angular velocity, rad/s.
     pub initial_twist_stddev: [f64; 3],
     /// Standard deviation of the initial bias of the gyroscope, rad/s.
     pub initial_gyroscope_bias_stddev: f64,
-    /// Standard deviation of the initial scales of the odometry's velocity and angular velocity; 0 for known ones of 1.
+    /// Standard deviation of the initial odometry scales: linear and angular.
+    /// They are of its velocity and angular velocity; 0 for known ones of 1.
     pub initial_odometry_scale_stddev: [f64; 2],
-    /// Standard deviation of the initial scale of landmarks' ranges; 0 for a known one of 1.
+    /// Standard deviation of the initial scale of landmarks' ranges.
+    /// 0 for a known one of 1.
     pub initial_landmark_scale_stddev: f64,
-    /// Whether the process noise of the pose is for a twist of norm 1, and grows with it,
-    /// `dynamic_process_noise_covariance`.
+    /// Process noise growing with the twist, `dynamic_process_noise_covariance`.
+    /// If true, that of the pose is for a twist of norm 1, and grows with it.
     pub dynamic_process_noise: bool,
     /// Age up to which a late measurement is taken in, `history_length`, s.
     pub history_length: f64,
-    /// Linearizations of a landmark's measurement; 1 is the plain extended Kalman filter.
+    /// Number of linearizations of a landmark's measurement.
+    /// 1 is the plain extended Kalman filter.
     pub iterations: u32,
 }
 
@@ -71,7 +76,7 @@ impl PlanarFilterParameters {
         ProcessNoise { variances, is_dynamic: self.dynamic_process_noise }
     }
 
-    /// Mean and standard deviations of twist and calibration at the start.
+    /// Returns the mean and standard deviations of twist and calibration at the start.
     pub(super) fn initial(&self) -> (StateVector, StateVector) {
         let (mut mean, mut stddev) = (StateVector::zeros(), StateVector::zeros());
         stddev.as_mut_slice()[3..6].copy_from_slice(&self.initial_twist_stddev);

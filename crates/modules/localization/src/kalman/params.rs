@@ -1,4 +1,4 @@
-//! Parameters of the block, with the names of `robot_localization` where it has them.
+//! Parameters of the block, with `robot_localization`'s names where it has them.
 
 use slate_interfaces::Pose2;
 use slate_module::prelude::*;
@@ -9,7 +9,8 @@ use crate::InvalidParameter;
 use crate::frames::FrameNames;
 use crate::inputs::VelocityLimits;
 
-/// Parameters of [`Ekf`](super::Ekf); `stddev` is a standard deviation, a rejection threshold a Mahalanobis distance.
+/// Parameters of [`Ekf`](super::Ekf).
+/// `stddev` is a standard deviation, a rejection threshold a Mahalanobis distance.
 #[params]
 pub struct EkfParams {
     #[param(
@@ -17,10 +18,7 @@ pub struct EkfParams {
         doc = "variables of the odometry that are used, of x y yaw vx vy vyaw; its vy is 0"
     )]
     odom0_config: Text<28>,
-    #[param(
-        default = false,
-        doc = "whether vx, vy and vyaw of the odometry are those between two of its poses"
-    )]
+    #[param(default = false, doc = "derive vx, vy and vyaw of the odometry from its poses")]
     odom0_differential: Bool,
     #[param(default = 0.1, range = 0.0001..=1000.0, unit = "m", doc = "x and y of the odometry")]
     odom0_position_stddev: f64,
@@ -56,7 +54,7 @@ pub struct EkfParams {
     fix_stddev: f64,
     #[param(default = 5.0, range = 0.1..=1e6, doc = "distance from which a satellite fix is an outlier")]
     fix_rejection_threshold: f64,
-    #[param(default = false, doc = "whether x and y are metres from the datum; else from the first fix")]
+    #[param(default = false, doc = "true: x and y are metres from the datum; false: from the first fix")]
     wait_for_datum: Bool,
     #[param(default = 0.0, range = -90.0..=90.0, unit = "deg", doc = "latitude of the datum")]
     datum_latitude: f64,
@@ -68,7 +66,7 @@ pub struct EkfParams {
     landmark_range_relative_stddev: f64,
     #[param(
         default = false,
-        doc = "whether a landmark's range is along the robot's x axis, as of a camera that knows its size"
+        doc = "measure a landmark's range along the robot's x axis, as of a camera that knows its size"
     )]
     landmark_range_is_depth: Bool,
     #[param(default = 0.0, range = 0.0..=1.0, doc = "initial scale of the landmarks' ranges; 0 if it is 1")]
@@ -91,7 +89,7 @@ pub struct EkfParams {
     process_noise_vyaw: f64,
     #[param(
         default = false,
-        doc = "whether those of x, y and yaw are for a twist of norm 1, and grow with it"
+        doc = "true: those of x, y and yaw are for a twist of norm 1, and grow with it"
     )]
     dynamic_process_noise_covariance: Bool,
     #[param(default = 1e-8, range = 0.0..=1.0, unit = "rad^2/s^3", doc = "variance that the gyroscope's bias gains in a second")]
@@ -118,9 +116,9 @@ pub struct EkfParams {
     reset_position_stddev: f64,
     #[param(default = 1.0, range = 0.0..=10.0, unit = "rad", doc = "its heading")]
     reset_heading_stddev: f64,
-    #[param(default = false, doc = "whether a late measurement is taken in at its time")]
+    #[param(default = false, doc = "fuse a late measurement at its time")]
     smooth_lagged_data: Bool,
-    #[param(default = 1.0, range = 0.0..=60.0, unit = "s", doc = "age up to which it is")]
+    #[param(default = 1.0, range = 0.0..=60.0, unit = "s", doc = "maximum age of a late measurement")]
     history_length: f64,
     #[param(default = 3, range = 1..=20, doc = "linearizations of a landmark's range and bearing")]
     iterations: i64,
@@ -130,7 +128,7 @@ pub struct EkfParams {
     max_linear_velocity: f64,
     #[param(default = 6.0, range = 0.1..=100.0, unit = "rad/s", doc = "angular velocity from which the odometry has jumped")]
     max_angular_velocity: f64,
-    #[param(default = true, doc = "whether the transform is published")]
+    #[param(default = true, doc = "publish the transform")]
     publish_tf: Bool,
     #[param(default = "map", doc = "frame of the map")]
     map_frame: Text<60>,

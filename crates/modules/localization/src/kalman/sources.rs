@@ -24,7 +24,7 @@ pub(super) enum FilterSource {
 }
 
 impl FilterSource {
-    /// In the order in which they are taken in at equal times.
+    /// All sources, in their order at equal times.
     pub const ALL: [Self; 6] =
         [Self::Odometry, Self::Imu, Self::Orientation, Self::Position, Self::Fix, Self::Landmarks];
 
@@ -39,16 +39,17 @@ impl FilterSource {
         }
     }
 
-    /// Whether its outliers tell that the robot was carried away.
+    /// Returns true if its outliers indicate that the robot was carried away.
     pub const fn is_absolute(self) -> bool {
         !matches!(self, Self::Odometry | Self::Imu)
     }
 }
 
-/// A measurement with its gate.
+/// Measurement with its gate.
 pub(super) type GatedMeasurement = (FilterMeasurement, f64);
 
-/// Pose and twist of the odometry; velocities are those since an earlier pose, if one is given with the seconds since.
+/// Returns pose and twist of the odometry as a measurement.
+/// Velocities are those since an earlier pose, if one is given with the seconds since.
 pub(super) fn odometry(
     odometry: &Odometry,
     before: Option<([f64; 3], f64)>,
@@ -81,7 +82,7 @@ pub(super) fn odometry(
     Ok([pose, twist])
 }
 
-/// Heading and angular velocity of an IMU, as far as it measures them.
+/// Returns heading and angular velocity of an IMU, as far as it measures them.
 pub(super) fn imu(imu: &Imu, params: &EkfParams) -> Result<[Option<GatedMeasurement>; 2], InvalidParameter> {
     let used = params.imu_variables()?;
     let stddev = |covariance: &[f64; 9], unknown: f64| {
@@ -101,7 +102,8 @@ pub(super) fn imu(imu: &Imu, params: &EkfParams) -> Result<[Option<GatedMeasurem
     Ok([heading, rate])
 }
 
-/// Position of a satellite fix in a plane, which touches at the datum or at the first fix.
+/// Returns the position of a satellite fix in a tangent plane.
+/// It touches at the datum or at the first fix.
 pub(super) fn fix(
     fix: &NavSatFix,
     plane: &mut Option<TangentPlane>,
@@ -127,7 +129,7 @@ pub(super) fn fix(
     Ok((FilterMeasurement::Position { position, covariance }, params.fix_rejection_threshold))
 }
 
-/// Detection of a landmark that the map has.
+/// Returns the measurement of a mapped landmark.
 pub(super) fn landmark(
     detection: &LandmarkDetection,
     map: &LandmarkMap,
@@ -145,20 +147,20 @@ pub(super) fn landmark(
     Some((FilterMeasurement::Landmark(measured), params.landmark_rejection_threshold))
 }
 
-/// Heading of the compass.
+/// Returns the measurement of the compass: heading.
 pub(super) fn orientation(theta: f64, params: &EkfParams) -> GatedMeasurement {
     let measured = MeasuredVariables::default().with(Yaw, theta, params.orientation_stddev);
     (FilterMeasurement::Variables(measured), params.orientation_rejection_threshold)
 }
 
-/// Position of the positioning system.
+/// Returns the measurement of the positioning system: position.
 pub(super) fn position([x, y]: [f64; 2], params: &EkfParams) -> GatedMeasurement {
     let stddev = params.position_stddev;
     let measured = MeasuredVariables::default().with(X, x, stddev).with(Y, y, stddev);
     (FilterMeasurement::Variables(measured), params.position_rejection_threshold)
 }
 
-/// The variables that are used; `None` of none.
+/// Returns the variables that are used; `None` of none.
 fn variables(
     used: UsedVariables,
     measured: [(super::belief::StateVariable, f64, f64); 3],
@@ -170,7 +172,7 @@ fn variables(
     (variables != MeasuredVariables::default()).then_some(variables)
 }
 
-/// Heading of a rotation, about z after those about y and x.
+/// Returns the heading of a rotation, about z after those about y and x.
 fn heading(Quaternion { x, y, z, w }: &Quaternion) -> f64 {
     math::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 }

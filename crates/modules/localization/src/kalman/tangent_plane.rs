@@ -17,7 +17,7 @@ pub struct TangentPlane {
     latitude: [f64; 2],
     /// Degrees.
     longitude: f64,
-    /// Distance of the origin from the axis of the Earth and from the equator's plane, m.
+    /// Distances of the origin from the Earth's axis and the equatorial plane, m.
     origin: [f64; 2],
 }
 
@@ -42,7 +42,8 @@ impl TangentPlane {
     }
 }
 
-/// Distance of a point of the ellipsoid from the axis of the Earth and from the equator's plane, m.
+/// Returns an ellipsoid point's distances from the Earth's axis and equator, m.
+/// The equator's is the distance from its plane.
 fn meridian_place(latitude: f64) -> [f64; 2] {
     let (sine, cosine) = (math::sin(latitude), math::cos(latitude));
     let prime_vertical = SEMI_MAJOR_AXIS / (1.0 - SQUARED_ECCENTRICITY * sine * sine).sqrt();

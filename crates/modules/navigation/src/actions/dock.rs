@@ -8,14 +8,15 @@ use crate::body::NavigationBody;
 use crate::controller::{ControlInputs, PathController};
 use crate::frames::PlanarTransform;
 
-/// Drives slowly and straight to a pose before a target, such as a charger: within 2 cm and 2 degrees by the robot's pose.
+/// Docks: drives slowly and straight to a pose before a target.
+/// Such as a charger: within 2 cm and 2 degrees by the robot's pose.
 ///
 /// It begins before the pose, about in its direction. It fails beside or behind it, and where something is in its way.
 #[derive(Serialize, Deserialize)]
 pub struct Dock {
     arguments: DockArguments,
     controller: PathController,
-    /// Time for which something has been in its way, s.
+    /// Time for which an obstacle has blocked the path, s.
     blocked: f64,
 }
 
@@ -33,7 +34,7 @@ pub struct DockArguments {
 }
 arguments!(DockArguments { x, y, theta, speed });
 
-/// Tolerances at the end: along the way and beside it, m, and of the heading, rad.
+/// Tolerances at the end: along and across the path, m, and of the heading, rad.
 const AHEAD_TOLERANCE: f64 = 0.01;
 const SIDE_TOLERANCE: f64 = 0.02;
 const HEADING_TOLERANCE: f64 = 0.035;
@@ -42,7 +43,7 @@ const LINE_GAIN: f64 = 2.5;
 const LINE_ANGLE: f64 = 0.5;
 /// Angular velocity per error of the heading, 1/s.
 const TURN_GAIN: f64 = 1.5;
-/// Time for which something may be in the way, s.
+/// Maximum time for which an obstacle may block the path, s.
 const BLOCKED_TIMEOUT: f64 = 10.0;
 
 impl ActionKind for Dock {
@@ -98,7 +99,8 @@ impl Action<NavigationBody> for Dock {
 }
 
 impl Dock {
-    /// Robot in the frame of the pose: before it (negative) or behind it, m, left of it, m, and its heading, rad.
+    /// Returns the tracking error: the robot in the frame of the pose.
+    /// Before it (negative) or behind it, m, left of it, m, and heading, rad.
     fn error(&self, inputs: &ControlInputs<'_>) -> [f64; 3] {
         let DockArguments { x, y, theta, .. } = self.arguments;
         let target = PlanarTransform::of(&Pose2 { x, y, theta });
@@ -106,7 +108,8 @@ impl Dock {
         [along, left, math::angle_between(theta, inputs.pose.theta)]
     }
 
-    /// Returns the velocity towards the pose, along the line through it; `None` where it ends.
+    /// Returns the velocity towards the pose, along the line through it.
+    /// `None` at its end.
     fn velocity(&self, inputs: &ControlInputs<'_>) -> Option<PlanarVelocity> {
         let [along, left, heading] = self.error(inputs);
         let speed = math::clamp(self.arguments.speed, 0.02, inputs.settings.vx_max);

@@ -15,7 +15,8 @@ use crate::frames::distance;
 #[derive(Default, Serialize, Deserialize)]
 pub struct FollowPath {
     controller: PathController,
-    /// Whether the end was within its tolerance, so that the robot only turns.
+    /// True if the end was within its tolerance.
+    /// The robot then only turns.
     is_near: bool,
     /// Input that was missing in the newest cycle.
     missing: Option<MissingInput>,
@@ -35,15 +36,15 @@ pub struct GoalPose {
 /// Progress of a step along a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FollowStep {
-    /// The robot drives.
+    /// Driving to the goal.
     Driving,
-    /// No velocity is free.
+    /// No free velocity.
     Blocked,
-    /// An input is missing.
+    /// Missing input.
     Waiting,
-    /// The goal is reached.
+    /// Arrival at the goal.
     Arrived,
-    /// The settings are invalid.
+    /// Invalid settings.
     Failed,
 }
 
@@ -52,7 +53,7 @@ const SAME_GOAL: f64 = 0.3;
 /// Angular velocity per error of the heading, 1/s, and the least one, rad/s.
 const TURN_GAIN: f64 = 1.5;
 const LEAST_TURN: f64 = 0.15;
-/// By how much the tolerance grows once the robot is within it.
+/// Factor by which the tolerance grows once the robot is within it.
 const HYSTERESIS: f64 = 2.0;
 
 impl ActionKind for FollowPath {
@@ -75,7 +76,7 @@ impl Action<NavigationBody> for FollowPath {
 }
 
 impl FollowPath {
-    /// Makes a step to a goal, or to the end of the path without one.
+    /// Steps towards a goal, or to the end of the path without one.
     pub fn step(&mut self, goal: Option<GoalPose>, acting: &Acting<'_, NavigationBody>) -> FollowStep {
         let Acting { body, priority, now } = *acting;
         match self.velocity(goal, body, now) {
@@ -154,7 +155,7 @@ impl FollowPath {
     }
 }
 
-/// What follows a path in a cycle.
+/// Result of following a path in a cycle.
 enum PathVelocity {
     Free(PlanarVelocity),
     NoneFree,

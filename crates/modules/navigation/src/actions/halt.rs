@@ -5,7 +5,7 @@ use slate_plugin::prelude::*;
 
 use crate::body::NavigationBody;
 
-/// Stands for a duration; its argument is that, s.
+/// Stops for a duration, the argument, s.
 #[derive(Serialize, Deserialize)]
 pub struct Halt {
     left: f64,

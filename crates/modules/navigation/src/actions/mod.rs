@@ -22,7 +22,7 @@ pub use navigate_to::{NavigateTo, NavigateToArguments};
 pub use recovery::{BackUp, ClearCostmap, Spin, Wait};
 
 repertoire! {
-    /// All that a robot that navigates can do.
+    /// Actions of a navigating robot.
     pub enum NavigationActions for NavigationBody as "navigation_execute" {
         NavigateTo, FollowPath, Dock, BackUp, Spin, Wait, ClearCostmap, Halt
     }

@@ -20,7 +20,7 @@ pub struct NavigateTo {
     blocked: u32,
     /// Recoveries since the robot last got on.
     retries: u32,
-    /// Where the newest recovery was, in the odometry frame, m.
+    /// Position of the newest recovery, in the odometry frame, m.
     stuck_at: [f64; 2],
 }
 
@@ -38,7 +38,7 @@ pub struct NavigateToArguments {
 }
 arguments!(NavigateToArguments { x, y, theta, has_heading });
 
-/// A recovery that runs.
+/// Recovery that runs.
 #[derive(Serialize, Deserialize)]
 enum RecoveryAction {
     ClearCostmap(ClearCostmap),
@@ -111,7 +111,7 @@ impl Action<NavigationBody> for NavigateTo {
 }
 
 impl NavigateTo {
-    /// Whether the robot gets on.
+    /// Returns true if the robot makes progress.
     fn makes_progress(&mut self, acting: &Acting<'_, NavigationBody>) -> bool {
         let (Ok(settings), Ok(odometry)) = (acting.body.settings(), acting.body.odometry()) else {
             return true;

@@ -1,4 +1,4 @@
-//! What a robot does that is stuck.
+//! Recovery behaviors of a stuck robot.
 
 use serde::{Deserialize, Serialize};
 use slate_local_planning::{RecoveryBehavior, RecoveryCommand, RecoverySequence};
@@ -8,11 +8,11 @@ use crate::body::NavigationBody;
 use crate::controller::ControlInputs;
 use crate::local_window::LocalWindow;
 
-/// A recovery behavior as an action.
+/// Recovery behavior as an action.
 #[derive(Serialize, Deserialize)]
 struct RunningBehavior {
     behavior: RecoveryBehavior,
-    /// The behavior alone, once it has begun.
+    /// Recovery behavior, once it has begun.
     sequence: Option<RecoverySequence>,
     #[serde(skip)]
     window: Option<Box<LocalWindow>>,
@@ -102,7 +102,7 @@ recovery! {
     Spin: [f64; 2], [angle, speed] => RecoveryBehavior::Spin { angle, speed }
 }
 recovery! {
-    /// Stands for a duration; its argument is that, s.
+    /// Waits for a duration, the argument, s.
     Wait: f64, duration => RecoveryBehavior::Wait { duration }
 }
 recovery! {

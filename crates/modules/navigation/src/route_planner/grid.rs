@@ -8,12 +8,13 @@ use slate_plugin::module::Stamp;
 use crate::MOST_CELLS;
 use crate::costs::from_percent;
 
-/// Distance from the robot within which a passable cell is looked for, where its own is not, m.
+/// Search radius for a passable start cell, m.
+/// It is used where the robot's own cell is not passable.
 const START_REACH: f64 = 0.5;
-/// Distance within which the nearest free point to a goal is looked for, m.
+/// Search radius for the nearest free point to a goal, m.
 const OFFER_REACH: f64 = 4.0;
 
-/// Costmap as searches read it; made anew for each costmap.
+/// Costmap as a grid for searches; rebuilt for each costmap.
 pub struct RouteGrid {
     made_of: (Stamp, f64),
     geometry: Geometry,
@@ -21,7 +22,8 @@ pub struct RouteGrid {
 }
 
 impl RouteGrid {
-    /// Makes a grid of a costmap, or keeps one that is made of it; `None` if the costmap is invalid.
+    /// Builds a grid from a costmap, or keeps the one built from it.
+    /// `None` if the costmap is invalid.
     pub fn fit<'g>(
         grid: &'g mut Option<Self>,
         costmap: &OccupancyGrid,
@@ -44,8 +46,8 @@ impl RouteGrid {
         grid.as_ref()
     }
 
-    /// Returns the point itself, if the robot may be there, and the nearest point at which it may be; `None` if that is too
-    /// far away.
+    /// Returns the point, if it is free, or the nearest free point.
+    /// Free points are those at which the robot may be; `None` if that is too far away.
     pub fn nearest_free(&self, point: Point2) -> Option<Point2> {
         let cell = self.cell_near(point)?;
         if self.costs.is_passable(cell) && self.cell(point) == Some(cell) {
@@ -60,8 +62,8 @@ impl RouteGrid {
         cells.is_some_and(|(from, to)| line_cost(&self.costs, from, to).is_some())
     }
 
-    /// Adds the cheapest path between two points to others, without its first point; returns false, and adds nothing, if
-    /// no path exists.
+    /// Appends the cheapest path between two points, without its first point.
+    /// Returns false, and adds nothing, if no path exists.
     pub fn extend_path(&self, search: &mut AStar, from: Point2, to: Point2, path: &mut Vec<Point2>) -> bool {
         let (Some(start), Some(goal)) = (self.start(from), self.cell(to)) else { return false };
         let Some(found) = search.search(&self.costs, start, goal) else { return false };
@@ -79,12 +81,12 @@ impl RouteGrid {
         true
     }
 
-    /// The robot's cell, or the nearest one in which it may be.
+    /// Returns the robot's cell, or the nearest one in which it may be.
     fn start(&self, point: Point2) -> Option<GridCell> {
         self.costs.nearest_passable(self.cell(point)?, self.cells(START_REACH))
     }
 
-    /// Number of cells that a distance in m takes, at least.
+    /// Returns the number of cells that cover a distance in m.
     fn cells(&self, distance: f64) -> u32 {
         (distance / self.geometry.resolution).ceil() as u32
     }
@@ -94,13 +96,13 @@ impl RouteGrid {
         Some(GridCell::new(column as u32, row as u32))
     }
 
-    /// The cell at a point, or that at the edge nearest to it.
+    /// Returns the cell at a point, or that at the edge nearest to it.
     fn cell_near(&self, point: Point2) -> Option<GridCell> {
         let (column, row) = self.geometry.place(point.x, point.y);
         if !(column.is_finite() && row.is_finite()) {
             return None;
         }
-        // The casts hold what is outside at the edge.
+        // The casts clamp outside points to the edge.
         let within = |place: f64, cells: usize| (place.floor() as usize).min(cells - 1) as u32;
         Some(GridCell::new(within(column, self.geometry.width), within(row, self.geometry.height)))
     }

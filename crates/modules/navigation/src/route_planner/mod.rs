@@ -44,7 +44,7 @@ pub struct RoutePlannerParams {
     graph_filename: Text<252>,
     #[param(default = 1.0, range = 0.05..=60.0, unit = "s", doc = "time between two plans for the same goal")]
     replan_period: f64,
-    #[param(default = 3.0, range = 0.0..=100.0, doc = "how much dearer a step near an obstacle is than one in free space")]
+    #[param(default = 3.0, range = 0.0..=100.0, doc = "relative extra cost of a step near an obstacle")]
     cost_factor: f64,
     #[param(default = 0.25, range = 0.0..=10.0, unit = "m", doc = "distance from a goal in an obstacle up to which the nearest free point takes its place")]
     tolerance: f64,
@@ -62,8 +62,9 @@ pub struct RoutePlannerParams {
     dock_velocity: f64,
 }
 
-/// Plans a path to each goal of the mission, through the nodes of a navigation graph where the goal is one of its places,
-/// and requests the actions that follow it.
+/// Plans a path to each goal, and requests the actions that follow it.
+/// Goals are those of the mission; the path leads through the nodes of a navigation graph where the goal is one of its
+/// places.
 ///
 /// It plans again after a period, when an action has failed, after a reflex, and when the goal changes.
 pub struct RoutePlanner;
@@ -124,7 +125,7 @@ impl Plan for RoutePlanner {
     }
 }
 
-/// What a run of the Plan reads.
+/// Inputs of a run of the Plan.
 struct PlanningCycle<'a> {
     io: &'a RoutePlannerIo,
     mission: &'a NavigationMission,
@@ -136,13 +137,13 @@ struct PlanningCycle<'a> {
 /// Time from the start on in which inputs may be missing, s.
 const STARTUP: f64 = 1.0;
 
-/// A goal is given up; the status has the reason.
+/// Failure of a goal; the status has the reason.
 struct GivenUp;
 
 /// Sets state and reason of a status.
 fn say(status: &mut NavigationStatus, state: NavigationState, reason: std::fmt::Arguments<'_>) {
     (status.state, status.reason) = (state, Text::default());
-    // What does not fit is cut.
+    // A text that does not fit is cut.
     let _ = status.reason.write_fmt(reason);
 }
 
@@ -204,7 +205,8 @@ impl RoutePlannerState {
         Ok(())
     }
 
-    /// Sets the status of a mission without a goal; the reason why the last goal was given up stays.
+    /// Sets the status of a mission without a goal.
+    /// The reason why the last goal was given up stays.
     fn finish(&self, mission: &NavigationMission, status: &mut NavigationStatus) {
         let was_last = |before: &NavigationStatus| {
             let is_end = matches!(before.state, NavigationState::BLOCKED | NavigationState::FINISHED);
@@ -279,12 +281,13 @@ impl RoutePlannerState {
             }
         }
         let blocked = self.progress.set_blocked(now);
-        // What the robot does not see is part of the map, and stays.
+        // Unseen obstacles are part of the map, and stay.
         let stays = end.is_none() && distance(from, wanted) > params.seen_distance;
         if stays || blocked >= params.give_up_timeout { Err(GivenUp) } else { Ok(()) }
     }
 
-    /// Fills the points of a path through the nodes on the route to a place, or straight to a goal that is none.
+    /// Computes the path through the nodes on the route to a place.
+    /// It leads straight to a goal that is no place.
     fn find_path(&mut self, from: Point2, end: Point2, place: &str) -> bool {
         let Self { grid, places, search, route, points, .. } = self;
         let Some(grid) = grid else { return false };

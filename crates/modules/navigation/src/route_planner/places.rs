@@ -9,18 +9,19 @@ use slate_plugin::prelude::*;
 use super::grid::RouteGrid;
 use crate::frames::distance;
 
-/// Navigation graph of a file, which is read when the agent starts and when its name changes.
+/// Navigation graph of a file.
+/// It is read when the agent starts and when its name changes.
 #[derive(Default)]
 pub struct KnownPlaces {
     read: Option<(String, Option<NavigationGraph>)>,
 }
 
-/// A place.
+/// Place.
 #[derive(Clone, Copy, Debug)]
 pub struct NamedPlace {
-    /// In the map frame, m.
+    /// Position in the map frame, m.
     pub position: Point2,
-    /// Its property `orientation`, rad.
+    /// Heading, from the property `orientation`, rad.
     pub heading: Option<f64>,
 }
 
@@ -56,8 +57,9 @@ impl KnownPlaces {
         nodes.filter(|node| !node.is_unconnected).map(|node| node.name.as_str())
     }
 
-    /// Fills the points of the shortest route of a robot to a place: the first one is a node that it sees, the last one the
-    /// place. Without a route, the place is the only point.
+    /// Computes the shortest route to a place, as points.
+    /// The first one is a node in view of the robot, the last one the place. Without a route, the place is the only
+    /// point.
     pub fn route(&self, from: Point2, name: &str, grid: &RouteGrid, route: &mut Vec<Point2>) {
         route.clear();
         let Some(graph) = self.graph() else { return };

@@ -10,7 +10,7 @@ use crate::actions::GoalPose;
 use crate::frames::PlanarTransform;
 use crate::mission::{NavigationGoal, NavigationMission, NavigationStatus};
 
-/// How far a mission has got.
+/// Progress of a mission.
 #[derive(Default, Serialize, Deserialize)]
 pub struct MissionProgress {
     /// Number of the mission.
@@ -23,12 +23,13 @@ pub struct MissionProgress {
     planned: Option<u64>,
     /// End of the newest path, m.
     pub end: Option<[f64; 2]>,
-    /// Whether the action for the goal was requested, and its number.
+    /// True if the action for the goal was requested.
+    /// `ticket` is its number.
     pub is_requested: bool,
     ticket: u64,
-    /// Whether the robot docks: the approach is done.
+    /// True if the robot docks: the approach is done.
     pub is_docking: bool,
-    /// Whether the action was cleared for a pause.
+    /// True if the action was cleared for a pause.
     pub is_paused: bool,
     /// Actions for this goal that failed.
     pub failures: u32,
@@ -39,7 +40,7 @@ pub struct MissionProgress {
 }
 
 impl MissionProgress {
-    /// Begins a mission, if it is another one; returns whether it is.
+    /// Begins a mission; returns false for the current one.
     pub fn begin(&mut self, mission: &NavigationMission) -> bool {
         if self.mission == mission.number {
             return false;
@@ -62,7 +63,8 @@ impl MissionProgress {
         mission.goals.get((self.index % count) as usize)
     }
 
-    /// Takes actions that have ended; `docks` tells whether the goal is one to dock at.
+    /// Handles the actions that have ended.
+    /// `docks` is true for a goal to dock at.
     pub fn take_endings(&mut self, situation: &Situation<'_>, docks: bool, dwell_time: f64, now: &Tick) {
         for ended in situation.ended() {
             if !self.is_requested || ended.ticket != self.ticket {
@@ -86,13 +88,13 @@ impl MissionProgress {
         }
     }
 
-    /// Gives the goal up.
+    /// Gives up the current goal.
     pub fn give_up(&mut self) {
         self.given_up += 1;
         self.advance();
     }
 
-    /// Goes on to the next goal.
+    /// Advances to the next goal.
     fn advance(&mut self) {
         *self = Self {
             mission: self.mission,
@@ -103,12 +105,12 @@ impl MissionProgress {
         };
     }
 
-    /// Whether the robot stays at a goal.
+    /// Returns true if the robot dwells at a goal.
     pub fn dwells(&self, time: f64) -> bool {
         time < self.dwell_until
     }
 
-    /// Whether a plan is due.
+    /// Returns true if a plan is due.
     pub fn is_due(&self, period: f64, now: &Tick) -> bool {
         let elapsed = |planned: u64| now.now().saturating_sub(planned) as f64;
         !self.is_docking && self.planned.is_none_or(|planned| elapsed(planned) >= period * 1e9 - 1.0)
@@ -130,7 +132,7 @@ impl MissionProgress {
         now.seconds() - *self.blocked_since.get_or_insert(now.seconds())
     }
 
-    /// Whether no path was found in the newest plan.
+    /// Returns true if the newest plan found no path.
     pub fn is_blocked(&self) -> bool {
         self.blocked_since.is_some()
     }
@@ -149,12 +151,12 @@ impl MissionProgress {
 /// Distance within which the ends of two paths are the same, m.
 const SAME_END: f64 = 0.2;
 
-/// A goal in the map frame.
+/// Goal in the map frame.
 #[derive(Clone, Copy, Debug)]
 pub struct ResolvedGoal {
-    /// Its pose.
+    /// Pose of the goal.
     pub goal: GoalPose,
-    /// Where the robot begins to dock; `None` without docking.
+    /// Point at which docking begins; `None` without docking.
     dock_from: Option<Point2>,
 }
 
@@ -185,17 +187,17 @@ impl ResolvedGoal {
         Ok(Self { goal: pose, dock_from })
     }
 
-    /// Whether the robot docks.
+    /// Returns true if the robot docks.
     pub fn docks(&self) -> bool {
         self.dock_from.is_some()
     }
 
-    /// Position of the goal.
+    /// Returns the position of the goal.
     pub fn position(&self) -> Point2 {
         Point2 { x: self.goal.x, y: self.goal.y }
     }
 
-    /// Where the path leads to.
+    /// Returns the end of the path.
     pub fn approach(&self) -> Point2 {
         self.dock_from.unwrap_or(self.position())
     }

@@ -17,7 +17,7 @@ use crate::{dubins, reeds_shepp};
 use nodes::{HybridNode, HybridNodes, NodeArrival, key};
 pub use parameters::{DriveModel, HybridAStarParameters};
 
-/// A path of steps to eight neighbours is at most that much longer than a straight line: 1 / cos(pi / 8).
+/// Largest ratio of an 8-connected path to a straight line: 1 / cos(pi / 8).
 const LONGEST_DETOUR: f64 = 1.082_392_200_292_394;
 
 /// Pose of a path.
@@ -25,22 +25,22 @@ const LONGEST_DETOUR: f64 = 1.082_392_200_292_394;
 pub struct DrivenPose {
     /// Pose of the robot's origin.
     pub pose: Pose2,
-    /// Whether the robot comes there in reverse.
+    /// True if the robot arrives in reverse.
     pub is_reverse: bool,
 }
 
-/// Why there is no path.
+/// Reason why no path was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HybridSearchError {
-    /// An obstacle is under the footprint at the start.
+    /// Obstacle under the footprint at the start.
     StartOccupied,
-    /// An obstacle is under the footprint at the goal.
+    /// Obstacle under the footprint at the goal.
     GoalOccupied,
-    /// The robot can't get there.
+    /// Unreachable goal.
     NoPath,
-    /// The search gave up after that many states; raise `max_iterations`.
+    /// Number of states after which the search gave up; raise `max_iterations`.
     GaveUp(u32),
-    /// The grid is too large to search.
+    /// Grid too large to search.
     Size(GridSizeError),
 }
 
@@ -58,8 +58,9 @@ impl fmt::Display for HybridSearchError {
 
 impl std::error::Error for HybridSearchError {}
 
-/// Finds paths of a robot that steers as a car, with its footprint (Dolgov, Thrun, Montemerlo and Diebel, 2008,
-/// *Practical search techniques in path planning for autonomous driving*, sections 2 and 3).
+/// Hybrid A*: finds paths of a car-like robot with its footprint.
+/// Dolgov, Thrun, Montemerlo and Diebel, 2008, *Practical search techniques in path planning for autonomous driving*,
+/// sections 2 and 3.
 ///
 /// States are poses in cells of the grid and bins of the heading. The heuristic is the larger of the shortest path without
 /// obstacles, by Reeds and Shepp or Dubins, and the shortest one among obstacles of a robot that turns on the spot. From
@@ -78,7 +79,7 @@ pub struct HybridAStar {
     iterations: u32,
 }
 
-/// What a search is made in.
+/// Context of a search.
 struct HybridSearch<'a> {
     grid: &'a FootprintGrid,
     cover: &'a FootprintCover,
@@ -92,7 +93,7 @@ struct HybridSearch<'a> {
 }
 
 impl HybridAStar {
-    /// Makes a planner for a robot.
+    /// Returns a planner for a robot.
     ///
     /// # Errors
     /// A parameter that is out of its range.
@@ -151,12 +152,12 @@ impl HybridAStar {
         Ok(&self.path)
     }
 
-    /// Cost of the newest path: its length with its penalties, m.
+    /// Returns the cost of the newest path: its length with its penalties, m.
     pub fn cost(&self) -> f64 {
         self.cost
     }
 
-    /// Number of states that the newest search has expanded.
+    /// Returns the number of states that the newest search has expanded.
     pub fn iterations(&self) -> u32 {
         self.iterations
     }
@@ -165,7 +166,7 @@ impl HybridAStar {
 /// Cells in which the robot's origin can be, whatever its heading.
 fn inscribed(grid: &FootprintGrid, inscribed_radius: f64) -> Result<CostGrid, GridSizeError> {
     let geometry = grid.geometry();
-    // Less what a point of the cell and an obstacle in its own are nearer than the middles.
+    // Reduced, as points of a cell and of an obstacle's cell may be nearer than the cells' middles.
     let least = math::max(inscribed_radius / geometry.resolution - std::f64::consts::SQRT_2, 0.0);
     let size = |cells: usize| u32::try_from(cells).unwrap_or(u32::MAX);
     CostGrid::new(size(geometry.width), size(geometry.height), |cell| {
@@ -258,13 +259,13 @@ impl HybridSearch<'_> {
         nodes.offer_goal(goal, &path);
     }
 
-    /// Cost of a change of direction.
+    /// Returns the cost of a change of direction.
     fn change(&self, node: &HybridNode, is_reverse: bool) -> f64 {
         let is_change = node.arrival.is_reverse().is_some_and(|was| was != is_reverse);
         if is_change { self.penalties.change } else { 0.0 }
     }
 
-    /// The cheapest path to the goal without obstacles.
+    /// Returns the cheapest path to the goal without obstacles.
     fn direct(&self, pose: &Pose2) -> SteeringPath {
         let radius = self.parameters.minimum_turning_radius;
         match self.parameters.drive_model {
@@ -273,7 +274,8 @@ impl HybridSearch<'_> {
         }
     }
 
-    /// Least cost from a pose to the goal, m, as far as is known; infinite if walls are between.
+    /// Returns a lower bound of the cost from a pose to the goal, m.
+    /// Infinite if walls are between.
     fn heuristic(&self, pose: &Pose2) -> f64 {
         let geometry = self.grid.geometry();
         let Some((column, row)) = geometry.cell(pose.x, pose.y) else { return f64::INFINITY };

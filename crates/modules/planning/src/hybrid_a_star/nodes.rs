@@ -10,19 +10,19 @@ use slate_module::math;
 
 use crate::steering_path::{SteeringPath, SteeringPosition};
 
-/// How a state was reached from its predecessor.
+/// Arrival at a state from its predecessor.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum NodeArrival {
-    /// It is the start.
+    /// Start of the search.
     Start,
-    /// By a step.
+    /// Arrival by a step.
     Step { steering: SteeringPosition, is_reverse: bool },
-    /// By the path to the goal, [`HybridNodes::goal_path`].
+    /// Arrival by the path to the goal, [`HybridNodes::goal_path`].
     Goal { is_reverse: bool },
 }
 
 impl NodeArrival {
-    /// Whether the robot came in reverse; `None` at the start.
+    /// Returns true if the robot came in reverse; `None` at the start.
     pub fn is_reverse(&self) -> Option<bool> {
         match self {
             Self::Start => None,
@@ -31,26 +31,27 @@ impl NodeArrival {
     }
 }
 
-/// A state.
+/// State.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HybridNode {
     /// Continuous, somewhere in its cell and bin.
     pub pose: Pose2,
-    /// From the start, m.
+    /// Cost from the start, m.
     pub cost: f64,
     pub predecessor: u32,
     pub arrival: NodeArrival,
     pub is_closed: bool,
 }
 
-/// All states of a search, and the open list.
+/// States of a search, and the open list.
 #[derive(Clone, Debug, Default)]
 pub(super) struct HybridNodes {
     nodes: Vec<HybridNode>,
-    /// Newest state of each cell and bin. Only looked up, so its order does not count.
+    /// Newest state of each cell and bin.
+    /// It is only looked up, so its order does not count.
     states: HashMap<u64, u32, BuildHasherDefault<StateHasher>>,
     open: BinaryHeap<OpenNode>,
-    /// Of the cheapest state at the goal, from its predecessor.
+    /// Path to the cheapest state at the goal, from its predecessor.
     goal_path: SteeringPath,
 }
 
@@ -65,7 +66,8 @@ impl HybridNodes {
         &self.nodes[index as usize]
     }
 
-    /// Adds a state with its priority, unless its cell and bin have one that is closed or as cheap; returns whether it was.
+    /// Adds a state with its priority; returns whether it was added.
+    /// It is not, if its cell and bin have one that is closed or as cheap.
     pub fn offer(&mut self, key: u64, node: HybridNode, priority: f64) -> bool {
         if let Some(known) = self.states.get(&key) {
             let known = &self.nodes[*known as usize];
@@ -80,14 +82,15 @@ impl HybridNodes {
         true
     }
 
-    /// Adds the goal, which is reached by a path from its predecessor, unless it was as cheaply.
+    /// Adds the goal at the end of a path from its predecessor.
+    /// It is not added if it was reached as cheaply before.
     pub fn offer_goal(&mut self, node: HybridNode, path: &SteeringPath) {
         if self.offer(GOAL, node, node.cost) {
             self.goal_path = *path;
         }
     }
 
-    /// Path to the goal from the predecessor of its cheapest state.
+    /// Returns the path to the goal from the predecessor of its cheapest state.
     pub fn goal_path(&self) -> SteeringPath {
         self.goal_path
     }
@@ -104,7 +107,7 @@ impl HybridNodes {
         None
     }
 
-    /// Whether the cell and bin of a key are closed.
+    /// Returns true if the cell and bin of a key are closed.
     pub fn is_closed(&self, key: u64) -> bool {
         self.states.get(&key).is_some_and(|index| self.nodes[*index as usize].is_closed)
     }
@@ -113,7 +116,7 @@ impl HybridNodes {
 /// Key of the goal, which no cell has.
 const GOAL: u64 = u64::MAX;
 
-/// Key of the cell and bin of a pose; `None` outside of the grid.
+/// Returns the key of the cell and bin of a pose; `None` outside of the grid.
 pub(super) fn key(geometry: &Geometry, bins: u32, pose: &Pose2) -> Option<u64> {
     let (column, row) = geometry.cell(pose.x, pose.y)?;
     let share = math::wrap_angle(pose.theta) / std::f64::consts::TAU;
@@ -122,7 +125,8 @@ pub(super) fn key(geometry: &Geometry, bins: u32, pose: &Pose2) -> Option<u64> {
     Some(geometry.index(column, row) as u64 * u64::from(bins) + bin)
 }
 
-/// Entry of the open list: the least priority is the greatest entry; among equal ones, the oldest.
+/// Entry of the open list, ordered for a max-heap.
+/// The least priority is the greatest entry; among equal ones, the oldest.
 #[derive(Clone, Copy, Debug)]
 struct OpenNode {
     priority: f64,
@@ -150,7 +154,8 @@ impl PartialEq for OpenNode {
 
 impl Eq for OpenNode {}
 
-/// Multiplicative hash of a key (Knuth, *The Art of Computer Programming*, volume 3, section 6.4).
+/// Multiplicative hash of a key.
+/// Knuth, *The Art of Computer Programming*, volume 3, section 6.4.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct StateHasher(u64);
 

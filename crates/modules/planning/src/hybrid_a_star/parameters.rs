@@ -23,7 +23,7 @@ pub struct HybridAStarParameters {
     pub drive_model: DriveModel,
     /// Smallest radius of a turn of the robot's origin, `minimum_turning_radius`, m.
     pub minimum_turning_radius: f64,
-    /// Number of headings that are told apart, `angle_quantization_bins`.
+    /// Number of heading bins, `angle_quantization_bins`.
     pub angle_quantization_bins: u32,
     /// Factor on the length in reverse, `reverse_penalty`.
     pub reverse_penalty: f64,
@@ -31,8 +31,8 @@ pub struct HybridAStarParameters {
     pub change_penalty: f64,
     /// Factor on the length of an arc, `non_straight_penalty`.
     pub non_straight_penalty: f64,
-    /// How often an analytic expansion is tried: every so many cells of the distance to the goal,
-    /// `analytic_expansion_ratio`.
+    /// Interval of analytic expansions, `analytic_expansion_ratio`.
+    /// One is tried every so many cells of the distance to the goal.
     pub analytic_expansion_ratio: f64,
     /// States after which the search gives up, `max_iterations`.
     pub max_iterations: u32,
@@ -78,7 +78,8 @@ impl HybridAStarParameters {
         }
     }
 
-    /// Length of a step that leaves a cell of that resolution and turns by whole bins at most, m.
+    /// Returns the length of a step, m.
+    /// The step leaves a cell of that resolution and turns by whole bins at most.
     pub(super) fn step_length(&self, resolution: f64) -> f64 {
         let bin = TAU / f64::from(self.angle_quantization_bins) * self.minimum_turning_radius;
         let least = std::f64::consts::SQRT_2 * resolution;

@@ -1,4 +1,4 @@
-//! What the block publishes for views and referees.
+//! Interfaces of the block for views and referees.
 
 use slate_interfaces::Point2;
 use slate_module::prelude::*;
@@ -6,9 +6,9 @@ use slate_module::prelude::*;
 /// Kind of an edge of a pose graph.
 #[interface]
 pub enum SlamEdgeKind {
-    /// From a scan to the next one.
+    /// Edge from a scan to the next one.
     Odometry,
-    /// Between a scan and a submap that it has come back to.
+    /// Edge between a scan and a revisited submap.
     LoopClosure,
 }
 
@@ -28,7 +28,8 @@ pub struct SlamEdge {
 pub struct SlamGraph {
     /// Number of scans.
     pub scans: u32,
-    /// Number of constraints that close loops; edges have a part of them if they are many.
+    /// Number of loop closure constraints.
+    /// Edges have a part of them if they are many.
     pub loop_closures: u32,
     /// Edges: from scan to scan, then those that close loops.
     pub edges: [SlamEdge],
@@ -42,6 +43,7 @@ pub struct SlamStatus {
     pub scans: u32,
     /// Number of constraints that close loops.
     pub loop_closures: u32,
-    /// Whether all work of these scans is done, also that which `finish_after` begins, and is in the map.
+    /// True if all work of these scans is done and in the map.
+    /// It includes the work that `finish_after` begins.
     pub is_settled: Bool,
 }

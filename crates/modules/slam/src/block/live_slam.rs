@@ -35,7 +35,7 @@ impl LiveSlam {
         };
     }
 
-    /// Makes some of the work that scans have left; returns whether it made any.
+    /// Does some of the deferred work of scans; returns true if it did any.
     pub fn work(&mut self, units: usize) -> bool {
         let Self::Graph(slam) = self else { return false };
         let had_work = slam.has_work();
@@ -72,7 +72,7 @@ impl LiveSlam {
         }
     }
 
-    /// Covariance of the newest pose, in the frame of the first scan.
+    /// Returns the covariance of the newest pose, in the frame of the first scan.
     pub fn covariance(&self) -> Matrix3<f64> {
         match self {
             Self::Graph(slam) => slam.covariance(),

@@ -29,7 +29,8 @@ pub struct SlamIo {
     scan: Observed<LaserScan>,
     /// Odometry of the wheels.
     odometry: Observed<Odometry>,
-    /// Robot model, from Knowledge: it has the mount of the laser. Without it, the laser is at the robot's origin.
+    /// Robot model, from Knowledge: it has the mount of the laser.
+    /// Without it, the laser is at the robot's origin.
     robot: Input<RobotModel>,
     /// Manual pose reset, as RViz's `initialpose`: the next scan is matched there.
     initial_pose: Inbox<Pose2>,
@@ -47,7 +48,8 @@ pub struct SlamIo {
     odom_to_base: Output<Transform>,
 }
 
-/// SLAM by a pose graph or a particle filter: pose and map from odometry and laser scans.
+/// 2D SLAM from odometry and laser scans: pose and map.
+/// By a pose graph or a particle filter.
 ///
 /// A scan is inserted after some travel, and between two of them the pose goes on by the odometry. Loops are searched in
 /// units of which a step makes some, so that no step takes long; their number is a parameter and depends on no clock, so a
@@ -65,14 +67,15 @@ pub struct SlamState {
     /// Travel at the newest scan.
     #[serde(with = "SavedPose")]
     inserted: Pose2,
-    /// When that was inserted, ns, and whether all scans were matched with all submaps since.
+    /// Time of that insertion, ns.
+    /// `is_finished` is true if all scans were matched with all submaps since.
     inserted_at: u64,
     is_finished: bool,
     map: LiveMap,
-    /// When the map was published, and whether it has changed since.
+    /// Time of the map's publication; `is_changed` is true after a later change.
     published_at: Option<u64>,
     is_changed: bool,
-    /// Whether the log has it that the map is full.
+    /// True if the log holds a warning that the map is full.
     is_cut: bool,
     #[serde(skip)]
     points: Vec<[f64; 2]>,
@@ -121,7 +124,8 @@ impl Analyze for Slam {
 }
 
 impl SlamState {
-    /// Checks what is new. A fault lasts until the next good value of the same input.
+    /// Checks new inputs.
+    /// A fault lasts until the next valid value of the same input.
     fn check(&mut self, io: &SlamIo, params: &SlamParams) {
         let odometry = io.odometry.get();
         if let Some(odometry) = odometry.filter(|_| io.odometry.is_new()) {
@@ -137,7 +141,7 @@ impl SlamState {
         }
     }
 
-    /// Takes what is new.
+    /// Takes new inputs.
     fn step(&mut self, io: &SlamIo, params: &SlamParams, now: &Tick) -> Result<(), InputFault> {
         if self.slam.is_none() {
             self.slam = Some(LiveSlam::new(params).map_err(InputFault::parameter)?);
@@ -162,7 +166,7 @@ impl SlamState {
         Ok(())
     }
 
-    /// Takes poses that a person sets; returns whether it took one.
+    /// Handles manual poses; returns true if there was one.
     fn reset(&mut self, io: &SlamIo, params: &SlamParams, now: &Tick) -> bool {
         let mut is_reset = false;
         for pose in io.initial_pose.iter() {
@@ -185,7 +189,7 @@ impl SlamState {
         is_reset
     }
 
-    /// Whether the robot has moved enough for another scan.
+    /// Returns true if the robot has moved enough for another scan.
     fn has_travelled(&self, params: &SlamParams) -> bool {
         let is_first = self.slam.as_ref().is_none_or(|slam| slam.poses().is_empty());
         let moved = se2::relative(self.inserted, self.travel.pose());
@@ -239,7 +243,7 @@ impl SlamState {
         (self.published_at, self.is_changed) = (Some(now.now()), false);
     }
 
-    /// The pose now: that of the newest scan, and the travel since.
+    /// Returns the pose now: that of the newest scan, and the travel since.
     fn estimate(&self, params: &SlamParams) -> Option<PoseEstimate> {
         let slam = self.slam.as_ref()?;
         let newest = se2::compose(params.start(), *slam.poses().last()?);
@@ -253,7 +257,8 @@ impl SlamState {
     }
 }
 
-/// Writes the edges from scan to scan, and as many of those that close loops as there is room for, evenly chosen.
+/// Writes the edges from scan to scan, and loop closures.
+/// As many of the closures as there is room for, evenly chosen.
 fn write_graph(slam: &LiveSlam, poses: &[Pose2], output: &Output<SlamGraph>) {
     let position =
         |scan: usize| poses.get(scan).map_or(Point2::default(), |pose| Point2 { x: pose.x, y: pose.y });

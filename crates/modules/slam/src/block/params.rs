@@ -14,7 +14,8 @@ use crate::parameters::{
 /// Largest number of cells of a map.
 const MOST_CELLS: usize = 1 << 22;
 
-/// Parameters of [`Slam`](super::Slam), of which those of the method hold from the first scan on.
+/// Parameters of [`Slam`](super::Slam).
+/// Those of the method hold from the first scan on.
 #[params]
 pub struct SlamParams {
     #[param(default = "graph", doc = "graph, or particle_filter")]
@@ -59,7 +60,7 @@ pub struct SlamParams {
     finish_after: f64,
     #[param(default = 0.5, range = 0.02..=60.0, unit = "s", doc = "time between two published maps")]
     map_update_interval: f64,
-    #[param(default = 25, range = 1..=100, unit = "%", doc = "share of beams that end in a cell from which it is occupied")]
+    #[param(default = 25, range = 1..=100, unit = "%", doc = "least share of beams that end in a cell for it to be occupied")]
     occupied_threshold: i64,
     #[param(default = 10, range = 1..=10_000, doc = "scans that are drawn anew in a step after poses have changed")]
     redrawn_scans: i64,
@@ -77,9 +78,9 @@ pub struct SlamParams {
     max_angular_velocity: f64,
     #[param(default = "laser", doc = "name of the laser in the robot model, which has its mount")]
     laser: Text<28>,
-    #[param(default = true, doc = "whether the transform from map to odometry is published")]
+    #[param(default = true, doc = "publish the transform from map to odometry")]
     tf_broadcast: Bool,
-    #[param(default = true, doc = "whether the transform from odometry to robot is, too")]
+    #[param(default = true, doc = "publish the transform from odometry to robot")]
     odom_broadcast: Bool,
     #[param(default = "map", doc = "frame of the map")]
     global_frame_id: Text<60>,
@@ -152,12 +153,12 @@ impl SlamParams {
         }
     }
 
-    /// Pose of the first scan in the map.
+    /// Returns the pose of the first scan in the map.
     pub(super) fn start(&self) -> Pose2 {
         Pose2 { x: self.map_start_x, y: self.map_start_y, theta: self.map_start_yaw }
     }
 
-    /// Translation, m, and rotation, rad, after which a scan is inserted.
+    /// Returns translation, m, and rotation, rad, after which a scan is inserted.
     pub(super) fn minimum_travel(&self) -> [f64; 2] {
         [self.minimum_travel_distance, self.minimum_travel_heading]
     }
@@ -166,12 +167,13 @@ impl SlamParams {
         count(self.background_units)
     }
 
-    /// Time without an inserted scan after which the graph is finished, ns.
+    /// Returns the time without an inserted scan after which the graph is finished, ns.
     pub(super) fn finish_after(&self) -> Option<u64> {
         (self.finish_after > 0.0).then_some((self.finish_after * 1e9) as u64)
     }
 
-    /// Time between two maps, ns; a rounding below it, so that none is a cycle late.
+    /// Returns the time between two maps, ns.
+    /// It is a rounding below the parameter, so that no map is a cycle late.
     pub(super) fn map_interval(&self) -> u64 {
         (self.map_update_interval * 1e9 - 1.0) as u64
     }
@@ -197,7 +199,7 @@ impl SlamParams {
     }
 }
 
-/// A number whose range the host has checked.
+/// Returns a number whose range the host has checked.
 fn count(number: i64) -> usize {
     usize::try_from(number).unwrap_or(0)
 }

@@ -27,7 +27,7 @@ impl OdometryTravel {
         self.pose
     }
 
-    /// Goes on to a pose of the odometry.
+    /// Advances to a pose of the odometry.
     pub fn advance(&mut self, odometry: Pose2) {
         if self.newest.is_known() {
             self.pose = se2::compose(self.pose, se2::relative(self.newest, odometry));
@@ -35,7 +35,7 @@ impl OdometryTravel {
         self.newest = odometry;
     }
 
-    /// Goes on from a pose of the odometry that no motion has led to.
+    /// Continues from an odometry pose without a motion.
     pub fn rebase(&mut self, odometry: Pose2) {
         self.newest = odometry;
     }
