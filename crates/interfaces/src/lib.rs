@@ -5,6 +5,7 @@
 //! Modules with these interfaces can be linked to each other.
 
 mod accuracy;
+mod april_tag;
 mod camera;
 mod chassis;
 mod contact;
@@ -25,6 +26,7 @@ mod sighting;
 mod transform;
 
 pub use accuracy::SensorAccuracy;
+pub use april_tag::TAG16H5;
 pub use camera::{CameraInfo, PanTiltCommand, PanTiltState};
 pub use chassis::Chassis;
 pub use contact::{Bumper, Contact, Contacts};

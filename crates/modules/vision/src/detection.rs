@@ -18,7 +18,7 @@ pub struct ImageDetection {
     pub height: f64,
     /// Confidence, 0 to 1.
     pub confidence: f64,
-    /// Label: `victim`, or `qr` with its text.
+    /// Label: `victim`, `qr` with its text, or `tag` with its number.
     pub label: Text<60>,
 }
 

@@ -1,7 +1,9 @@
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{Image, ImageFormat};
+use slate_module::math;
 use slate_module::prelude::*;
 
+use crate::april_tag::{AprilTag, AprilTagDetector};
 use crate::detection::{ImageDetection, ImageDetections, ImageSharpness};
 use crate::sharpness::Brightness;
 use crate::victim_detector::VictimDetector;
@@ -27,11 +29,13 @@ pub struct ImageProcessorParams {
     victims: Bool,
     #[param(default = true, doc = "detect QR codes")]
     qr: Bool,
+    #[param(default = true, doc = "detect AprilTags of the family 16h5")]
+    april_tags: Bool,
     #[param(default = 0.3, range = 0.0..=1.0, doc = "least confidence of a detection")]
     min_confidence: f64,
 }
 
-/// Image processor: detects victims and QR codes, and measures sharpness.
+/// Image processor: victims, QR codes, AprilTags, and sharpness.
 /// It reads the images of a camera.
 pub struct ImageProcessor;
 
@@ -41,6 +45,8 @@ pub struct ImageProcessorState {
     /// Memory, without anything of the last image.
     #[serde(skip)]
     victims: VictimDetector,
+    #[serde(skip)]
+    tags: AprilTagDetector,
     #[serde(skip)]
     brightness: Brightness,
     #[serde(skip)]
@@ -70,6 +76,10 @@ impl Module for ImageProcessor {
         if params.qr.get() {
             read_codes(&state.brightness, &mut state.found);
         }
+        if params.april_tags.get() {
+            let Brightness { width, height, pixels } = &state.brightness;
+            state.found.extend(state.tags.detect(*width, *height, pixels).iter().map(tag_detection));
+        }
         state.found.retain(|found| found.confidence >= params.min_confidence);
         state.found.truncate(MOST);
         let time = io.image.stamp().time;
@@ -87,6 +97,22 @@ fn detection(person: &crate::VictimBox) -> ImageDetection {
         height: bottom - top + 1.0,
         confidence: person.confidence(),
         label: Text::new("victim"),
+    }
+}
+
+fn tag_detection(tag: &AprilTag) -> ImageDetection {
+    let of = |axis: usize| tag.corners.map(|corner| corner[axis]);
+    let least = |values: [f64; 4]| values.into_iter().fold(f64::INFINITY, math::min);
+    let most = |values: [f64; 4]| values.into_iter().fold(f64::NEG_INFINITY, math::max);
+    let [left, right] = [least(of(0)), most(of(0))];
+    let [top, bottom] = [least(of(1)), most(of(1))];
+    ImageDetection {
+        x: (left + right) / 2.0,
+        y: (top + bottom) / 2.0,
+        width: right - left,
+        height: bottom - top,
+        confidence: tag.confidence,
+        label: Text::new(&format!("tag {}", tag.number)),
     }
 }
 

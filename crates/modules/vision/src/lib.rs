@@ -44,6 +44,7 @@
 //! ```
 #![allow(unsafe_code, reason = "a service is a table of C calls")]
 
+mod april_tag;
 mod blob;
 mod blob_finder;
 mod camera;
@@ -61,6 +62,7 @@ mod victim_detector;
 mod vision_master;
 mod vision_player;
 
+pub use april_tag::{AprilTag, AprilTagDetector};
 pub use blob_finder::{Blob, BlobFinder, BlobFinderIo, BlobFinderParams, BlobFinderState};
 pub use detection::{ImageDetection, ImageDetections, ImageSharpness};
 pub use image_processor::{ImageProcessor, ImageProcessorIo, ImageProcessorParams, ImageProcessorState};

@@ -91,6 +91,44 @@ fn a_qr_code_is_read_in_a_rendered_image() {
 }
 
 #[test]
+fn a_tag_is_read_from_the_front_and_aslant() {
+    for (number, distance, turn) in [(7, 1.5, 0.0), (0, 1.0, 0.6), (29, 2.5, -0.5), (13, 3.0, 0.3)] {
+        let mut world = plain();
+        world.scenery.signs.push(SignDescription {
+            name: "tag".into(),
+            position: [distance, 0.1, 0.7],
+            theta: std::f64::consts::PI + turn,
+            size: 0.4,
+            qr: None,
+            april_tag: Some(number),
+        });
+        let found = process(&world, 0.0).0;
+        let [tag] = &found.list[..] else { panic!("{number}: {found:?}") };
+        assert_eq!(tag.label.as_str(), format!("tag {number}"));
+        // The camera stands 0.155 m ahead of the robot's middle; the nearer side of a turned tag is larger.
+        let height = 277.13 * 0.4 / (distance - 0.155);
+        assert!((tag.height - height).abs() < 0.2 * height, "{number}: {tag:?}, {height} expected");
+    }
+}
+
+#[test]
+fn nothing_is_a_tag_in_a_world_without_one() {
+    let mut world = plain();
+    world.scenery.signs.push(SignDescription {
+        name: "code".into(),
+        position: [2.5, 0.2, 0.7],
+        theta: std::f64::consts::PI,
+        size: 0.4,
+        qr: Some("no tag".into()),
+        april_tag: None,
+    });
+    for pan in [-1.0, -0.4, 0.0, 0.5] {
+        let found = process(&world, pan).0;
+        assert!(found.list.iter().all(|found| !found.label.as_str().starts_with("tag")), "{found:?}");
+    }
+}
+
+#[test]
 fn an_image_of_a_moving_head_is_less_sharp() {
     let sharpness = |pan: f64| process(&plain(), pan).1.laplacian_variance;
     let (still, moving) = (sharpness(0.0), sharpness(1.0));
