@@ -141,7 +141,7 @@ pub struct WardenIo {
     rooms: Input<FactTable<Room>>,
     /// What to state: the number of a room, and how warm it is; below 0 it is taken back.
     say: Queue<Point2>,
-    /// What is stated.
+    /// Stated value.
     #[capacity(3)]
     stated: Output<FactTable<Room>>,
     /// How many keys have changed, and whether all that is stated was written.

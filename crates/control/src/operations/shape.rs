@@ -41,7 +41,7 @@ pub(super) fn problem() -> Json {
             "title": text(),
             "status": { "type": "integer" },
             "detail": text(),
-            "help": { "type": "string", "description": "How to fix it." },
+            "help": { "type": "string", "description": "Remedy." },
             "code": { "type": "string", "description": "Error code; see `slate explain CODE`." },
             "report": { "type": "string", "description": "File, line and caret of the error in a configuration." },
         },

@@ -65,11 +65,11 @@ impl<T: Plain> Stated<T> {
         same(HEAD, 7),
         same(HEAD, 8),
         same(HEAD, 9),
-        Field { name: "value", doc: "What is stated.", unit: "", offset: HEAD.size, kind: T::KIND },
+        Field { name: "value", doc: "Stated value.", unit: "", offset: HEAD.size, kind: T::KIND },
     ];
     const DESCRIPTOR: &'static Descriptor = &Descriptor {
         name: "Fact",
-        doc: "What one robot states about one thing.",
+        doc: "Statement of one robot about one thing.",
         ros: "",
         fields: Self::FIELDS,
         size: size_of::<Self>(),

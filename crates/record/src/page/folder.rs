@@ -122,7 +122,7 @@ fn pictures(path: &Path) -> Result<Section, Error> {
 /// Decisions of robots, from their trajectories.
 fn decisions(trajectory: &Trajectory) -> Section {
     let mut section = Section::new("Decisions");
-    section.text("When routes and actions changed, as often as the way was sampled; a recording has more.");
+    section.text("Changes of route and action at the samples of the path; a recording has more.");
     let mut decisions = Decisions::default();
     for robot in trajectory.robots() {
         let mut last: Option<&Sample> = None;

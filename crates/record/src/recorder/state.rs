@@ -32,7 +32,7 @@ impl RecordStateOutput {
     /// Creates the output of the state; `None` if the board has it already.
     pub fn new(board: &Arc<Board>) -> Option<Self> {
         let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 0, window: 0 } };
-        let doc = "How the recording goes.";
+        let doc = "State of the recording.";
         let property = board.add_channel(PATH, doc, RecordState::DESCRIPTOR, store, Access::Output).ok();
         // One that began earlier has left it.
         let property = property.or_else(|| board.get(PATH).map(|(property, _)| property))?;

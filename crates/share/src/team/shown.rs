@@ -36,7 +36,7 @@ pub(super) struct ShownFacts {
 impl ShownFacts {
     pub fn new(board: &Arc<Board>, topic: &str, layout: Layout, room: usize) -> Result<Self, String> {
         let store = Store { capacity: room, depth: 1, budget: Budget { latest: 16, queues: 1, window: 4 } };
-        let doc = "What the team states about a topic.";
+        let doc = "Statements of the team about a topic.";
         let property = board
             .add_channel(&format!("{TEAM}/{topic}"), doc, layout.descriptor(), store, Access::Output)
             .map_err(|error| error.to_string())?;

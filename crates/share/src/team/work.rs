@@ -67,7 +67,7 @@ impl TeamWork {
             site.host.log(Level::Error, &trouble);
         }
         let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 1, window: 4 } };
-        let doc = "How this robot takes part in its team's knowledge.";
+        let doc = "This robot's part in the knowledge of its team.";
         let state =
             site.board.add_channel("share/knowledge", doc, TeamState::DESCRIPTOR, store, Access::Output);
         let state_writer =

@@ -182,14 +182,14 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         let board = &self.builder.resources.board;
         let command = board.add_channel(
             &format!("{name}/command"),
-            "What passed the gate.",
+            "Command that passed the gate.",
             descriptor,
             Store { capacity: 0, depth: 1, budget },
             Access::Output,
         );
         let state = board.add_channel(
             &format!("{name}/gate"),
-            "How the gate stands.",
+            "State of the gate.",
             GateState::DESCRIPTOR,
             Store { capacity: 0, depth: 1, budget: state_budget },
             Access::Output,

@@ -18,9 +18,9 @@ use slate_engine::timing::TimingHistogram;
 /// Properties that every module's runner writes.
 fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {
     [
-        (Implied::State, "How the module is.", ModuleState::DESCRIPTOR),
-        (Implied::Timing, "How long its ticks take.", ModuleTiming::DESCRIPTOR),
-        (Implied::Histogram, "How long its ticks took.", TimingHistogram::DESCRIPTOR),
+        (Implied::State, "State of the module.", ModuleState::DESCRIPTOR),
+        (Implied::Timing, "Duration of the module's ticks.", ModuleTiming::DESCRIPTOR),
+        (Implied::Histogram, "Histogram of the durations of its ticks.", TimingHistogram::DESCRIPTOR),
     ]
 }
 
@@ -129,7 +129,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         if self.builder.standing(m, &path, enabled_descriptor())?.is_none() {
             let (depth, budget) = self.plan.demand(target, &path);
             let store = Store { capacity: 0, depth, budget };
-            let (doc, descriptor) = ("Whether a module runs.", enabled_descriptor());
+            let (doc, descriptor) = ("Switch of the module.", enabled_descriptor());
             let added =
                 self.builder.resources.board.add_channel(&path, doc, descriptor, store, Access::Output);
             self.builder.added(m, added)?;
@@ -214,7 +214,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
                 (LinkSource::Port(m, p), port.descriptor, port.capacity, port.doc.clone())
             }
             Wire::Enabled | Wire::Params => {
-                let doc = String::from("Whether the module runs.");
+                let doc = String::from("Switch of the module.");
                 (LinkSource::Implied(m, Implied::Enabled), enabled_descriptor(), 0, doc)
             }
         };
@@ -268,7 +268,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     fn new_switch(&mut self, m: usize) -> Result<Arc<Property>, Failed> {
         let path = format!("{}/enabled", self.plan.name(m));
         let store = self.setting_store(m, Implied::Enabled, &path);
-        let (doc, descriptor) = ("Whether the module runs.", enabled_descriptor());
+        let (doc, descriptor) = ("Switch of the module.", enabled_descriptor());
         let made =
             self.builder.resources.board.new_channel(&path, doc, descriptor, store, Access::Setting, None);
         let property = self.made(m, made)?;

@@ -123,10 +123,15 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         let params = format!("{}/params", self.plan.name(m));
         let params = self.builder.resources.board.get(&params)?.0.channel()?.latest().ok()?;
         let enabled = self.builder.switch(m)?;
-        let state = self.builder.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
-        let timing =
-            self.builder.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
-        let doc = "How long its ticks took.";
+        let state =
+            self.builder.implied_writer(m, "state", "State of the module.", ModuleState::DESCRIPTOR)?;
+        let timing = self.builder.implied_writer(
+            m,
+            "timing",
+            "Duration of the module's ticks.",
+            ModuleTiming::DESCRIPTOR,
+        )?;
+        let doc = "Histogram of the durations of its ticks.";
         let histogram = self.builder.implied_writer(m, "histogram", doc, TimingHistogram::DESCRIPTOR)?;
         Some(OwnProperties { params, enabled, state, timing, histogram })
     }

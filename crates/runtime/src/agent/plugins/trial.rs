@@ -47,7 +47,7 @@ impl<'c> ModuleTrials<'c> {
         let failed = |error: &dyn std::fmt::Display| refused(name, &error.to_string(), "try again");
         let path = path_of(module);
         let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 16, queues: 4, window: 16 } };
-        let doc = "How new code beside this module compares with it.";
+        let doc = "Comparison of new code beside this module with it.";
         let property =
             self.agent.shared.board.add_channel(&path, doc, ShadowState::DESCRIPTOR, store, Access::Output);
         let property = property.map_err(|error| failed(&error))?;
