@@ -41,3 +41,12 @@ pub struct ImageSharpness {
     /// microscopy*); low in blurred images.
     pub laplacian_variance: f64,
 }
+
+/// Texture of the floor before a camera.
+#[interface]
+#[derive(PartialEq)]
+pub struct TerrainTexture {
+    /// Mean difference of neighbouring pixels, relative to their mean, in the lowest quarter of the image: high on rough
+    /// ground.
+    pub contrast: f64,
+}

@@ -26,6 +26,24 @@ impl Brightness {
         }
     }
 
+    /// Takes that of pixels in red, green and blue, of an image of the same size.
+    pub fn take_pixels(&mut self, pixels: &[u8]) {
+        self.pixels.clear();
+        self.pixels.extend(pixels.chunks_exact(3).map(luma));
+        self.pixels.resize(self.width * self.height, 0);
+    }
+
+    /// Contrast of the floor: mean difference of neighbours in the lowest quarter of the image, relative to the mean; 0 for a
+    /// dark one.
+    pub fn floor_contrast(&self) -> f64 {
+        let (mut differences, mut sum) = (0_u64, 0_u64);
+        for row in self.pixels.chunks_exact(self.width.max(1)).skip(self.height - self.height / 4) {
+            sum += row.iter().map(|value| u64::from(*value)).sum::<u64>();
+            differences += row.windows(2).map(|pair| u64::from(pair[0].abs_diff(pair[1]))).sum::<u64>();
+        }
+        if sum == 0 { 0.0 } else { differences as f64 / sum as f64 }
+    }
+
     /// Variance of its Laplacian; 0 for an image of less than 3 columns or rows.
     pub fn laplacian_variance(&self) -> f64 {
         let (mut sum, mut squares, mut count) = (0_i64, 0_i64, 0_i64);
