@@ -113,11 +113,11 @@ impl Measurement for Vec<f32> {
 }
 
 impl Sensors {
-    /// Lets them measure from robot number `own`, whose body moves like that. What is near is memory that many robots share.
+    /// Lets them measure from robot number `own`, whose body moves and is shaken like that. What is near is memory that many robots share.
     pub fn sense(
         &mut self,
         own: usize,
-        body: Motion,
+        (body, shaking): (Motion, f64),
         surroundings: &Surroundings,
         now: u64,
         nearby: &mut Nearby,
@@ -136,7 +136,7 @@ impl Sensors {
             sensor.look(own, surroundings, now);
         }
         if let Some(camera) = &mut self.camera {
-            camera.look(own, body, surroundings, now);
+            camera.look(own, (body, shaking), surroundings, now);
         }
     }
 }

@@ -13,6 +13,9 @@ use crate::robot::CameraDescription;
 use crate::surroundings::Surroundings;
 use crate::viewpoint::{CameraMotion, CameraPose};
 
+/// Standard deviations of the nodding of a camera on the roughest ground at 1 m/s: angle, rad, and rate, rad/s.
+const NOD: [f64; 2] = [0.02, 0.8];
+
 /// A camera with the head that carries it. An exposure has its middle at the time of the image.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct CameraSensor {
@@ -118,15 +121,27 @@ impl CameraSensor {
         self.head.as_ref().map(|head| (head.angles(), head.rates()))
     }
 
-    /// Takes an image from robot number `own` whose body moves like that, if it is time to.
-    pub fn look(&mut self, own: usize, body: Motion, surroundings: &Surroundings, now: u64) {
+    /// Takes an image from robot number `own` whose body moves and is shaken like that, if it is time to.
+    pub fn look(
+        &mut self,
+        own: usize,
+        (body, shaking): (Motion, f64),
+        surroundings: &Surroundings,
+        now: u64,
+    ) {
         if !due(self.description.rate, 0.0, self.last, now) {
             return;
         }
         self.last = Some(now);
         let frame = *surroundings.robots()[own].frame();
-        let pose = self.pose(&frame);
-        let motion = self.motion(&pose, body);
+        // Even ground draws nothing from the stream.
+        let [nod, rate] = match shaking > 0.0 {
+            true => NOD.map(|deviation| deviation * shaking * self.random.normal()),
+            false => [0.0; 2],
+        };
+        let pose = self.pose(&frame, nod);
+        let mut motion = self.motion(&pose, body);
+        motion.angular[0] -= rate;
         let Some(CameraOptics { world, exposure, raster, visible, pixels }) = &mut self.optics else {
             return;
         };
@@ -134,13 +149,13 @@ impl CameraSensor {
         exposure.expose(raster, &motion, &mut self.random, pixels);
     }
 
-    /// Where the camera of a robot in that frame is.
-    pub fn pose(&self, frame: &Frame) -> CameraPose {
+    /// Where the camera of a robot in that frame is, which nods down by an angle, rad.
+    pub fn pose(&self, frame: &Frame, nod: f64) -> CameraPose {
         let [x, y, z, yaw, pitch] = self.description.mount;
         let Point { x, y } = frame.apply(Point::new(x, y));
         let [pan, tilt] = self.head.map_or([0.0; 2], |head| head.angles());
         let heading = slate_module::math::atan2(frame.sin, frame.cos);
-        CameraPose::new([x, y, z], heading + yaw.to_radians() + pan, pitch.to_radians() + tilt)
+        CameraPose::new([x, y, z], heading + yaw.to_radians() + pan, pitch.to_radians() + tilt + nod)
     }
 
     /// How the camera moves on a body and a head that do.

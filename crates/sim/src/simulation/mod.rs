@@ -20,6 +20,7 @@ use crate::robot::{
     ImuDescription, OdometryDescription, PositioningDescription, RobotDescription, RobotSensorDescription,
 };
 use crate::robot_sensor::RobotSensor;
+use crate::rough_ground::RoughGround;
 use crate::script::{RandomWalk, Wanderer};
 use crate::sensors::Sensors;
 use crate::sonar::SonarRing;
@@ -91,6 +92,9 @@ pub struct Simulation {
     /// People and doors.
     #[serde(default, skip_serializing_if = "Moving::is_empty")]
     moving: Moving,
+    /// What shakes the robots.
+    #[serde(default, skip_serializing_if = "RoughGround::is_even")]
+    ground: RoughGround,
     /// Pressing contacts of each robot.
     felt: Vec<Felt>,
     /// Memory for what is around a robot, for each thread. How many threads there are is no part of the state.
@@ -156,6 +160,7 @@ impl Simulation {
             contacts: Vec::new(),
             touching: Touching::default(),
             moving: Moving::default(),
+            ground: RoughGround::of(&world.scenery),
             felt: vec![Felt::default(); robots.len()],
             nearby: one_thread(),
         };
