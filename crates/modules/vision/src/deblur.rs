@@ -112,7 +112,7 @@ mod tests {
 
     /// A row of stripes 12 pixels wide, averaged over that many pixels.
     fn blurred(blur: usize) -> Vec<f64> {
-        let stripe = |x: usize| if x / 12 % 2 == 0 { 60.0 } else { 180.0 };
+        let stripe = |x: usize| if (x / 12).is_multiple_of(2) { 60.0 } else { 180.0 };
         let at = |x: usize| {
             (0..blur).map(|n| stripe((x + n + 240 - blur / 2).min(10_000))).sum::<f64>() / blur as f64
         };
