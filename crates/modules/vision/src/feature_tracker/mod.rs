@@ -316,6 +316,6 @@ mod tests {
             tracker.tick();
         }
         let victims = found(&tracker);
-        assert!(victims.len() == 1 && (victims[0].x - 1.95).abs() < 0.06, "{victims:?}");
+        assert!(victims.len() == 1 && (victims[0].x - 1.85).abs() < 0.06, "{victims:?}");
     }
 }

@@ -111,7 +111,7 @@ pub struct FeatureTrackerParams {
     label: Text<60>,
     #[param(default = 5.0, range = 0.1..=100.0, unit = "m", doc = "range up to which a feature is placed")]
     max_range: f64,
-    #[param(default = 0.7, range = 0.05..=10.0, unit = "m", doc = "distance from a track up to which a feature belongs to it")]
+    #[param(default = 1.0, range = 0.05..=10.0, unit = "m", doc = "distance from a track up to which a feature belongs to it")]
     merge_distance: f64,
     #[param(default = 3, range = 1..=1000, doc = "images from which a track is a candidate")]
     candidate_hits: u32,

@@ -17,8 +17,10 @@ const THICKNESS: f64 = 0.5;
 /// Error of the edges of a box, pixels.
 const EDGE_ERROR: f64 = 2.5;
 /// Error of the range of a wall to what is in it, m, and of a bearing by pose and head, rad.
-const WALL_ERROR: f64 = 0.15;
-const BEARING_ERROR: f64 = 0.03;
+const WALL_ERROR: f64 = 0.25;
+const BEARING_ERROR: f64 = 0.015;
+/// How far before a wall a feature is on average whose lower edge is not on the floor, m.
+const BEFORE_WALL: f64 = 0.1;
 /// A wall this much nearer than the floor hides the floor, m.
 const HIDDEN: f64 = 0.3;
 /// Factor on the covariance of a sight: errors of successive images are the same ones.
@@ -109,7 +111,8 @@ impl CameraView {
             // Seen over something low: it is anywhere from there to the next wall, and another place to look from tells.
             (0.5 * (wall + behind), WALL_ERROR + 0.3 * (behind - wall))
         } else {
-            (wall, WALL_ERROR)
+            // In the wall, or before it with a lower part that was not recognized.
+            (math::max(0.0, wall - BEFORE_WALL), WALL_ERROR)
         };
         if range > params.max_range {
             return None;
