@@ -55,7 +55,7 @@ struct FileExample {
     features: &'static [&'static str],
 }
 
-const FILE_EXAMPLES: [FileExample; 21] = [
+const FILE_EXAMPLES: [FileExample; 22] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
@@ -151,6 +151,12 @@ const FILE_EXAMPLES: [FileExample; 21] = [
         about: "a camera on a pan-tilt head in a damaged building",
         file: "camera/rescue_camera.toml",
         features: &[],
+    },
+    FileExample {
+        name: "rescue",
+        about: "a rescue robot that explores a damaged building, reports victims and adapts, in three steps",
+        file: "rescue/context.toml",
+        features: &["navigation", "missions"],
     },
     FileExample {
         name: "rescue_reactive",

@@ -167,7 +167,7 @@ fn the_context_changes_no_functional_module() {
     assert!(hybrid.is_subset(&context));
     assert_eq!(added, [&("context_subsystem".to_owned(), "context_subsystem".to_owned())]);
     // What it has to say, it says by links: to itself, or to parameters.
-    let text = std::fs::read_to_string(file("adaptation.toml")).unwrap();
+    let text = std::fs::read_to_string(file("modules/adaptation.toml")).unwrap();
     let document: toml_edit::DocumentMut = text.parse().unwrap();
     assert_eq!(document.iter().map(|(key, _)| key).collect::<Vec<_>>(), ["modules", "links"]);
     assert_eq!(document["modules"].as_table().unwrap().len(), 1);
