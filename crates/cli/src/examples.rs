@@ -51,125 +51,149 @@ struct FileExample {
     name: &'static str,
     about: &'static str,
     file: &'static str,
-    /// Feature of the command that the example needs.
-    feature: Option<&'static str>,
+    /// Features of the command that the example needs.
+    features: &'static [&'static str],
 }
 
-const FILE_EXAMPLES: [FileExample; 18] = [
+const FILE_EXAMPLES: [FileExample; 22] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
         file: "mapping/mapping.toml",
-        feature: None,
+        features: &[],
     },
     FileExample {
         name: "localization",
         about: "a robot with a laser finds its pose in the map of an office and drives by it",
         file: "localization/localization.toml",
-        feature: Some("navigation"),
+        features: &["navigation"],
     },
     FileExample {
         name: "explore",
         about: "a robot with a laser explores an unknown building and saves its map",
         file: "explore/explore.toml",
-        feature: Some("navigation"),
+        features: &["navigation"],
     },
     FileExample {
         name: "slam",
         about: "the laser log of a real building becomes a map",
         file: "slam/intel.toml",
-        feature: Some("navigation"),
+        features: &["navigation"],
     },
     FileExample {
         name: "office",
         about: "a robot with a laser delivers between the rooms of an office",
         file: "office/office.toml",
-        feature: Some("navigation"),
+        features: &["navigation"],
     },
     FileExample {
         name: "adaptation",
         about: "a robot whose sensors fail, and a loop that adapts it",
         file: "adaptation/adaptation.toml",
-        feature: None,
+        features: &[],
     },
     FileExample {
         name: "reflexes",
         about: "reflexes of three ranks",
         file: "reflexes/reflexes.toml",
-        feature: None,
+        features: &[],
     },
     FileExample {
         name: "patrol",
         about: "a robot that visits three places by a Petri Net Plan and lets others pass",
         file: "patrol/patrol.toml",
-        feature: Some("missions"),
+        features: &["missions"],
     },
     FileExample {
         name: "patrol_golog",
         about: "the same patrol by a Golog program",
         file: "patrol/patrol_golog.toml",
-        feature: Some("missions"),
+        features: &["missions"],
     },
     FileExample {
         name: "patrol_tree",
         about: "the same patrol by a behaviour tree",
         file: "patrol/patrol_tree.toml",
-        feature: Some("missions"),
+        features: &["missions"],
     },
     FileExample {
         name: "patrol_lua",
         about: "the same patrol by skills in Lua",
         file: "patrol/patrol_lua.toml",
-        feature: Some("lua"),
+        features: &["lua"],
     },
     FileExample {
         name: "door",
         about: "two robots that pass a door one after the other and come back, by one Petri net",
         file: "door/door.toml",
-        feature: Some("missions"),
+        features: &["missions"],
     },
     FileExample {
         name: "strategies",
         about: "plans chosen by past outcomes",
         file: "strategies/strategies.toml",
-        feature: None,
+        features: &[],
     },
     FileExample {
         name: "roles",
         about: "two robots that exchange the roles of attacker and defender",
         file: "roles/roles.toml",
-        feature: None,
+        features: &[],
     },
     FileExample {
         name: "camera",
         about: "a camera and the objects in its images",
         file: "camera/camera.toml",
-        feature: None,
+        features: &[],
     },
     FileExample {
         name: "rescue_camera",
         about: "a camera on a pan-tilt head in a damaged building",
         file: "camera/rescue_camera.toml",
-        feature: None,
+        features: &[],
+    },
+    FileExample {
+        name: "rescue",
+        about: "a rescue robot that explores a damaged building, reports victims and adapts, in three steps",
+        file: "rescue/context.toml",
+        features: &["navigation", "missions"],
+    },
+    FileExample {
+        name: "rescue_reactive",
+        about: "a rescue robot that drives to targets in its own frame",
+        file: "rescue/reactive.toml",
+        features: &["navigation"],
+    },
+    FileExample {
+        name: "rescue_hybrid",
+        about: "the same robot, which explores a damaged building and reports victims",
+        file: "rescue/hybrid.toml",
+        features: &["navigation", "missions"],
+    },
+    FileExample {
+        name: "rescue_context",
+        about: "the same robot, which adapts to the ground and to its speed",
+        file: "rescue/context.toml",
+        features: &["navigation", "missions"],
     },
     FileExample {
         name: "sharing",
         about: "two agents, one of which reads the other",
         file: "sharing/team.toml",
-        feature: None,
+        features: &[],
     },
     FileExample {
         name: "team",
         about: "eight robots that explore an arena and tell each other what they find",
         file: "team/team.toml",
-        feature: None,
+        features: &[],
     },
 ];
 
 impl FileExample {
-    /// Returns the feature that it needs and that is not built in.
+    /// Returns the first feature that it needs and that is not built in.
     fn missing_feature(&self) -> Option<&'static str> {
-        self.feature.filter(|feature| FEATURES.contains(&(feature, false)))
+        self.features.iter().copied().find(|feature| FEATURES.contains(&(feature, false)))
     }
 
     /// Returns its file.

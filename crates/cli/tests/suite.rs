@@ -40,6 +40,7 @@ mod refusals;
 mod remote;
 mod replay;
 mod report;
+mod rescue;
 mod ros1;
 mod ros2;
 mod sharing;

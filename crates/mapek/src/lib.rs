@@ -353,6 +353,7 @@ mod knowledge;
 mod message;
 mod monitor;
 mod pipeline;
+mod plain;
 mod plan;
 mod port;
 mod published;
@@ -384,6 +385,7 @@ pub use knowledge::{
 pub use message::{ActionRequest, PlanStep, Planned, Rank, Reflex, RefusalReason};
 pub use monitor::{Monitor, MonitorBlock};
 pub use pipeline::{Admission, Origin, Pipeline, QueuedAction};
+pub use plain::{PlainAnalyze, PlainModule, PlainPorts};
 pub use plan::{Agenda, Plan, PlanBlock, PlanMemory, PlanPorts, Situation};
 pub use port::{
     Change, Commanded, HandedOn, Known, Measurement, Noticed, Observed, Percept, PlanIn, PlanOut, ReflexIn,

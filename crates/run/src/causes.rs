@@ -79,6 +79,10 @@ impl<'a> EndOfRun<'a> {
     /// Adds the causes in a property's RobotModel: its silent or unlisted sensors.
     /// `field` is the field with the model. Returns whether the robot knows its pose.
     fn add_sensors(&self, property: &Property, field: &str, now: u64, causes: &mut Vec<String>) -> bool {
+        // A model in an input is set by hand, for a module of a robot without Knowledge.
+        if property.access() == Access::Setting {
+            return true;
+        }
         let robot = robot_of(property.path());
         let (Ok(newest), Some(knowledge)) =
             (self.board.read(property.path()), self.module_of(property.path()))

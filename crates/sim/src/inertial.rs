@@ -13,6 +13,9 @@ use crate::robot::ImuDescription;
 
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.80665;
+/// Standard deviation of the vertical acceleration by shaking, m/s².
+/// It is that on the roughest ground at 1 m/s.
+const SHAKING: f64 = 4.0;
 
 /// Measurement of an inertial measurement unit, in its own frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -83,8 +86,8 @@ impl InertialSensor {
     }
 
     /// Measures if a measurement is due at `now`, ns.
-    /// `pose` and `body` are the pose and the motion of the robot.
-    pub fn measure(&mut self, pose: Pose, body: Motion, now: u64) -> Option<InertialReading> {
+    /// `pose` and `body` are the pose and the motion of the robot, and `shaking` how much the ground shakes it.
+    pub fn measure(&mut self, pose: Pose, body: Motion, shaking: f64, now: u64) -> Option<InertialReading> {
         let [x, y, degrees] = self.description.mount;
         let last = self.times.map(|(_, last)| last);
         if self.description.rate.is_some_and(|rate| !due(rate, 0.0, last, now)) {
@@ -96,7 +99,9 @@ impl InertialSensor {
         let change = frame.turn_back(velocity.minus(self.velocity));
         // Before the first measurement there was no velocity.
         let per_second = if seconds > 0.0 { 1.0 / seconds } else { 0.0 };
-        let truth = [[0.0, 0.0, body.angular], [change.x * per_second, change.y * per_second, GRAVITY]];
+        // Even ground draws nothing from the stream.
+        let up = GRAVITY + if shaking > 0.0 { SHAKING * shaking * self.random.normal() } else { 0.0 };
+        let truth = [[0.0, 0.0, body.angular], [change.x * per_second, change.y * per_second, up]];
         let [angular_velocity, acceleration] = self.with_errors(truth);
         self.velocity = velocity;
         let first = self.times.map_or(now, |(first, _)| first);

@@ -26,6 +26,7 @@ mod referee;
 mod render;
 pub mod robot;
 pub mod robot_sensor;
+mod rough_ground;
 pub mod scenario;
 mod scenery;
 pub mod script;

@@ -113,12 +113,12 @@ impl Measurement for Vec<f32> {
 }
 
 impl Sensors {
-    /// Measures with all sensors of robot number `own`, whose body moves so.
-    /// `nearby` is scratch memory that many robots share.
+    /// Measures with all sensors of robot number `own`.
+    /// Its body moves and is shaken so; `nearby` is scratch memory that many robots share.
     pub fn sense(
         &mut self,
         own: usize,
-        body: Motion,
+        (body, shaking): (Motion, f64),
         surroundings: &Surroundings,
         now: u64,
         nearby: &mut Nearby,
@@ -137,7 +137,7 @@ impl Sensors {
             sensor.look(own, surroundings, now);
         }
         if let Some(camera) = &mut self.camera {
-            camera.look(own, body, surroundings, now);
+            camera.look(own, (body, shaking), surroundings, now);
         }
     }
 }

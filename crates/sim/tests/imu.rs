@@ -85,3 +85,29 @@ fn noise_of_an_imu_depends_on_the_seed_alone() {
     let run = |seed: u64| readings(real(), Wheels { left: 1.0, right: 2.0 }, 50, seed).0;
     assert!(run(1) == run(1) && run(1) != run(2));
 }
+
+#[test]
+fn rough_ground_shakes_an_imu_that_moves_on_it() {
+    // Standard deviation of the vertical acceleration at 0.3 m/s.
+    let shaken = |roughness: f64, speed: f64| {
+        let mut description = RobotDescription::named("pioneer_p3dx").unwrap().unwrap();
+        description.sonar.clear();
+        let pose = Pose { x: -1.0, y: 0.0, theta: 0.0 };
+        let robot = Placement { name: "r".into(), description, sonar: String::new(), pose, script: None };
+        let mut world = World::named("rocs_arena").unwrap().unwrap();
+        world.scenery.floor_roughness = Some(roughness);
+        let mut simulation = Simulation::new(&world, &[robot], 3, STEP).unwrap();
+        simulation.mount_imu(0, ImuDescription::default(), 3);
+        let mut squares = 0.0;
+        for cycle in 0..150 {
+            simulation.command(0, Wheels { left: speed / 0.0975, right: speed / 0.0975 });
+            (0..2).for_each(|_| simulation.step());
+            let up = simulation.shown_imu(0).unwrap().acceleration[2] - 9.80665;
+            squares += if cycle < 50 { 0.0 } else { up * up };
+        }
+        (squares / 100.0_f64).sqrt()
+    };
+    let (even, rough, halted) = (shaken(0.0, 0.3), shaken(0.5, 0.3), shaken(0.5, 0.0));
+    assert!(even == 0.0 && halted < 1e-6, "{even} {halted}");
+    assert!((rough - 4.0 * 0.5 * 0.3).abs() < 0.15, "{rough} m/s²");
+}

@@ -8,7 +8,7 @@ use slate_executive::manager::{
 };
 use slate_executive::petri_net_plan::PetriNetRun;
 use slate_golog::GologExecutor;
-use slate_plugin::interfaces::{MissionState, Verdict};
+use slate_plugin::interfaces::{MissionState, Pose2, Verdict};
 use slate_plugin::module::testing::Fixture;
 use slate_plugin::module::{Bool, Sequence, Text};
 
@@ -163,4 +163,27 @@ fn more_conditions_than_a_mission_may_know_end_it() {
     manager.params().revision = 0;
     let saved = String::from_utf8_lossy(&manager.save().unwrap()).into_owned();
     assert!(saved.contains("expected at most 256 conditions, found `c256`"), "{saved}");
+}
+
+#[test]
+fn a_target_comes_by_a_link_or_by_arguments() {
+    let net = "<pnml><net>
+<place id='s'><name><value>Search.exec</value></name><initialMarking><value>1</value></initialMarking></place>
+<place id='f'><name><value>Follow_3_-4.exec</value></name></place>
+<transition id='t'><name><value>Search.end Follow_3_-4.start [found]</value></name></transition>
+<arc source='s' target='t'/><arc source='t' target='f'/></net></pnml>";
+    let mut manager = managed::<PetriNetRun>(("targets.pnml", net));
+    let target = |manager: &Fixture<_>| manager.output::<Pose2>("target").map(|pose| [pose.x, pose.y]);
+    tick(&mut manager);
+    assert_eq!(target(&manager), None, "nothing leads anywhere yet");
+    manager.set("target_1", Pose2 { x: 1.0, y: 2.0, theta: 0.0 });
+    tick(&mut manager);
+    assert_eq!(target(&manager), Some([1.0, 2.0]));
+    manager.set("target_1", Pose2 { x: 1.5, y: 2.0, theta: 0.0 });
+    tick(&mut manager);
+    assert_eq!(target(&manager), Some([1.5, 2.0]), "it is followed while the action runs");
+    manager.set("condition_1", SwitchCondition { holds: Bool::TRUE });
+    tick(&mut manager);
+    assert_eq!(target(&manager), Some([3.0, -4.0]));
+    assert_eq!(manager.output::<ManagedActivity>("action_2").map(|action| action.target.y), Some(-4.0));
 }

@@ -9,11 +9,14 @@
 //! | Plan | [`planner`] | chooses among the [`alternatives`] of the configuration |
 //! | Execute | [`actions`] | changes links and parameters, and confirms the effect |
 //!
+//! [`context_subsystem`] is a module of robots without blocks, whose output is linked to parameters of other modules.
+//!
 //! Only [`range_health`] and the effect in [`actions`] depend on the kind of robot.
 
 pub mod actions;
 pub mod alternatives;
 pub mod condition;
+pub mod context_subsystem;
 pub mod planner;
 pub mod range_health;
 
@@ -21,6 +24,7 @@ use slate_plugin::mapek::{AnalyzeBlock, ExecuteBlock, MonitorBlock, PlanBlock, S
 use slate_plugin::prelude::*;
 
 plugin!(
+    context_subsystem::ContextSubsystem,
     SensorBlock<range_health::ManagedSonar>,
     SensorBlock<range_health::ManagedOdometry>,
     MonitorBlock<range_health::RangeHealthMonitor>,

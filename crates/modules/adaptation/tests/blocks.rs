@@ -7,6 +7,7 @@ use slate::module::testing::Fixture;
 use slate::prelude::*;
 use slate_adaptation::alternatives::{Alternative, Alternatives};
 use slate_adaptation::condition::{Condition, SensorCondition, TellCondition};
+use slate_adaptation::context_subsystem::{ContextAdvice, ContextSubsystem, TerrainReading};
 use slate_adaptation::planner::AdaptationPlanner;
 use slate_adaptation::range_health::{RangeHealthMonitor, SensorHealth};
 
@@ -176,4 +177,28 @@ fn an_alternative_is_the_file_and_its_own_changes() {
     assert_eq!(asked(0), ["a.b", "c", "a.b"]);
     assert_eq!(asked(1), ["a.b", "c", "a.b", "a.b=1", "c=\"x=y\""]);
     assert_eq!(asked(2), ["a.b", "c", "a.b", "a.b=2"]);
+}
+
+#[test]
+fn a_context_slows_a_robot_on_rough_ground_and_tells_the_blur() {
+    let mut context = Fixture::<ContextSubsystem>::new();
+    let mut advice = |linear: f64, roughness: f64, seconds: u32| {
+        let mut advice = ContextAdvice::default();
+        for _ in 0..20 * seconds {
+            context.set("actual_speed", Twist2 { linear, angular: 1.0 });
+            context.set("terrain", TerrainReading { roughness });
+            context.advance(50_000_000);
+            context.tick();
+            advice = context.output("advice").unwrap();
+        }
+        advice
+    };
+    let smooth = advice(0.5, 0.0, 3);
+    assert_eq!(smooth.max_linear_velocity, 0.5);
+    // 10 ms at 1 rad/s, and at 0.5 m/s before what is 2 m away, with 277 pixels a radian: 3.5 pixels.
+    assert_eq!(smooth.deblur_length, 3.5);
+    let rough = advice(0.2, 1.0, 6);
+    assert!(rough.max_linear_velocity < 0.26 && rough.roughness > 0.9, "{rough:?}");
+    let halted = advice(0.0, f64::NAN, 1);
+    assert!(halted.max_linear_velocity < 0.26, "no number changes nothing: {halted:?}");
 }

@@ -8,7 +8,7 @@ use slate_module::prelude::*;
 use slate_planning::{Costmap, GridCell, Inflation};
 
 use crate::exploration::{Exploration, ExplorationGoal};
-use crate::frontier::Frontier;
+use crate::frontier::{FREE, Frontier};
 use crate::parameters::{ExplorationParameters, GoalSelection};
 
 /// Largest number of cells of a map.
@@ -71,6 +71,8 @@ pub struct FrontierExplorerParams {
     sensor_range: f64,
     #[param(default = 0.4, range = 0.0..=10.0, unit = "m", doc = "length below which a frontier is left out")]
     min_frontier_size: f64,
+    #[param(default = 25, range = 25..=64, unit = "%", doc = "occupancy up to which a cell is free; 49 for maps that are probabilities")]
+    free_threshold: i64,
     #[param(default = 1.5, range = 0.0..=10.0, doc = "exponent of the path cost that the gain is divided by")]
     path_cost_exponent: f64,
     #[param(default = 0.3, range = 0.0..=10.0, doc = "share by which another goal must be better than the current one")]
@@ -170,7 +172,10 @@ impl FrontierExplorerState {
         let known = self.map.get_or_insert_with(|| OccupancyMap { geometry, cells: Vec::new() });
         known.geometry = geometry;
         known.cells.clear();
-        known.cells.extend_from_slice(&map.data);
+        // What a mapper has seen a few times is between free and unknown, and would hide the frontier.
+        let threshold = i8::try_from(params.free_threshold).unwrap_or(FREE);
+        let as_free = |cell: &i8| if (FREE..=threshold).contains(cell) { FREE } else { *cell };
+        known.cells.extend(map.data.iter().map(as_free));
         let inflation = Inflation {
             inscribed_radius: params.robot_radius,
             inflation_radius: params.robot_radius,

@@ -6,7 +6,7 @@ use slate_grid::{OccupancyMap, UNKNOWN_CELL};
 use slate_planning::GridCell;
 
 /// Occupancy up to which a cell is free, percent.
-const FREE: i8 = 25;
+pub(crate) const FREE: i8 = 25;
 
 /// Connected free cells beside unknown ones.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -40,9 +40,13 @@ pub use frontier::{Frontier, FrontierDetector};
 pub use information_gain::InformationGain;
 pub use parameters::{ExplorationParameters, GoalSelection};
 
-use slate_mapek::AnalyzeBlock;
+use slate_mapek::{AnalyzeBlock, PlainAnalyze, PlainModule};
 
-slate_module::plugin!(AnalyzeBlock<FrontierExplorer>, ExplorationReferee);
+impl PlainAnalyze for FrontierExplorer {
+    const KIND: &'static str = "frontier_finder";
+}
+
+slate_module::plugin!(AnalyzeBlock<FrontierExplorer>, ExplorationReferee, PlainModule<FrontierExplorer>);
 
 #[cfg(doctest)]
 #[doc = include_str!("../../../../book/src/38-exploration.md")]

@@ -139,6 +139,9 @@ pub struct Dwa {
     to_goal: GridWavefront,
     /// Direction of the newest turn in place, and where it was.
     turning: Option<(f64, [f64; 2])>,
+    /// Least and largest velocity that it was made with.
+    least_vel_x: f64,
+    most_vel_x: f64,
 }
 
 /// Candidate: velocity and score, the lower the better.
@@ -162,7 +165,17 @@ impl Dwa {
             to_path: GridWavefront::default(),
             to_goal: GridWavefront::default(),
             turning: None,
+            least_vel_x: parameters.min_vel_x,
+            most_vel_x: parameters.max_vel_x,
         })
+    }
+
+    /// Sets the largest velocity forward, m/s.
+    /// It is at most the one that this was made with; the least one is lowered with it.
+    pub fn set_max_velocity(&mut self, max_vel_x: f64) {
+        let most = math::clamp(max_vel_x, 0.0, self.most_vel_x);
+        self.parameters.max_vel_x = most;
+        self.parameters.min_vel_x = math::min(self.least_vel_x, most);
     }
 
     /// Returns the next velocity command.

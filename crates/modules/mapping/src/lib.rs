@@ -3,6 +3,8 @@
 //!
 //! Messages correct each by hand: reset the pose, and paint obstacles that the laser does not see.
 //!
+//! A robot without blocks has the kinds `grid_mapper`, which is [`OccupancyMapper`], and [`GlobalPlanner`].
+//!
 //! All three are Analyzes. Each reads the result of another one as a fact of the robot's Knowledge: in the same cycle, and
 //! without a copy.
 //!
@@ -27,6 +29,7 @@
 //! ```
 
 mod external_frame;
+mod global_planner;
 mod laser;
 mod occupancy_mapper;
 mod painting;
@@ -37,6 +40,9 @@ mod pose_filter;
 mod search;
 
 pub use external_frame::{ExternalFrame, ExternalFrameIo};
+pub use global_planner::{
+    GlobalPlanner, GlobalPlannerIo, GlobalPlannerParams, GlobalPlannerState, PathStatus,
+};
 pub use laser::{LaserMonitor, LaserSensors};
 pub use occupancy_mapper::{OccupancyMapper, OccupancyMapperIo, OccupancyMapperParams, OccupancyMapperState};
 pub use path_planner::{PathPlanner, PathPlannerIo, PathPlannerParams, PathPlannerState};
@@ -44,7 +50,11 @@ pub use pose_belief::PoseBelief;
 pub use pose_estimator::{PoseEstimator, PoseEstimatorIo, PoseEstimatorParams};
 pub use pose_filter::OdometryNoise;
 
-use slate_mapek::{AnalyzeBlock, MonitorBlock};
+use slate_mapek::{AnalyzeBlock, MonitorBlock, PlainAnalyze, PlainModule};
+
+impl PlainAnalyze for OccupancyMapper {
+    const KIND: &'static str = "grid_mapper";
+}
 
 /// Largest number of cells of a map.
 const MOST_CELLS: usize = 65_536;
@@ -55,4 +65,6 @@ slate_module::plugin!(
     AnalyzeBlock<OccupancyMapper>,
     AnalyzeBlock<PathPlanner>,
     ExternalFrame,
+    GlobalPlanner,
+    PlainModule<OccupancyMapper>,
 );

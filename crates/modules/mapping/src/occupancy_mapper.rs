@@ -40,6 +40,8 @@ pub struct OccupancyMapperParams {
     resolution: f64,
     #[param(default = 0.2, range = 0.02..=60.0, unit = "s", doc = "time between two published maps")]
     publish_period: f64,
+    #[param(default = 1000.0, range = 0.1..=1000.0, unit = "m", doc = "range up to which a scan is mapped")]
+    max_laser_range: f64,
     #[param(default = "laser", doc = "name of the laser in the robot model")]
     laser: Text<28>,
 }
@@ -114,7 +116,10 @@ impl Analyze for OccupancyMapper {
         }
         if let (Some(scan), Some(pose), Some(robot)) = (io.scan.updated(), io.pose.fresh(), io.robot.get()) {
             match robot.sensor(params.laser.as_str()) {
-                Some(laser) => state.integrate(&geometry, scan, mounted(pose, &laser.mount)),
+                Some(laser) => {
+                    let range_max = math::min(scan.range_max, params.max_laser_range);
+                    state.integrate(&geometry, (scan, range_max), mounted(pose, &laser.mount));
+                }
                 None if state.unlisted == PATIENCE => now.warn(format_args!(
                     "the robot model lists no sensor `{}`, and its scans are not mapped; expected the laser's name as the parameter `laser`",
                     params.laser.as_str()
@@ -163,7 +168,7 @@ impl OccupancyMapperState {
         self.changed = true;
     }
 
-    fn integrate(&mut self, geometry: &Geometry, scan: &LaserScan, laser: Pose2) {
+    fn integrate(&mut self, geometry: &Geometry, (scan, range_max): (&LaserScan, f64), laser: Pose2) {
         // No map is that large.
         let is_near = |(column, row): (f64, f64)| column.abs() < 1e6 && row.abs() < 1e6;
         let from = geometry.place(laser.x, laser.y);
@@ -177,8 +182,8 @@ impl OccupancyMapperState {
                 let direction = laser.theta + scan.angle_min + beam as f64 * scan.angle_increment;
                 // Ranges below the minimum and NaN are no measurement.
                 let is_valid = range >= scan.range_min && direction.is_finite();
-                let hits = range < scan.range_max;
-                let length = math::min(range, scan.range_max);
+                let hits = range < range_max;
+                let length = math::min(range, range_max);
                 let (sine, cosine) = (math::sin(direction), math::cos(direction));
                 let to = geometry.place(laser.x + length * cosine, laser.y + length * sine);
                 (is_valid && is_near(to)).then_some((to, hits))

@@ -40,7 +40,7 @@ pub struct PathPlannerParams {
 }
 
 /// Largest number of cells of a map that is planned on.
-const MOST_CELLS: usize = 1 << 20;
+pub(crate) const MOST_CELLS: usize = 1 << 20;
 
 /// Global planner: A* on an inflated costmap, with line-of-sight smoothing.
 pub struct PathPlanner;
@@ -116,8 +116,13 @@ fn distance(a: Point2, b: Point2) -> f64 {
 }
 
 impl PathPlannerState {
+    /// Points of the newest path.
+    pub(crate) fn points(&self) -> &[Point2] {
+        &self.points
+    }
+
     /// Plans a path into `points`.
-    fn plan(
+    pub(crate) fn plan(
         &mut self,
         geometry: &Geometry,
         map: &OccupancyGrid,

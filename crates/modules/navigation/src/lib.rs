@@ -8,7 +8,7 @@
 //! | Knowledge | [`NavigationKnowledge`]: that of any wheeled robot, mission, controller, rules of the collision stop |
 //! | ReactiveModel | [`CollisionStop`] |
 //!
-//! [`DeliveryReferee`] judges deliveries. The algorithms are those of `slate_planning`, `slate_local_planning` and
+//! [`ObstacleAvoidance`] is a module of robots without blocks. [`DeliveryReferee`] judges deliveries. The algorithms are those of `slate_planning`, `slate_local_planning` and
 //! `slate_navigation_graph`.
 
 mod actions;
@@ -25,6 +25,7 @@ mod local_costmap;
 mod local_plan;
 mod local_window;
 mod mission;
+mod obstacle_avoidance;
 mod obstacles;
 mod route_planner;
 mod scan_memory;
@@ -50,6 +51,9 @@ pub use mission::{
     NavigationCommand, NavigationGoal, NavigationMission, NavigationRequest, NavigationState,
     NavigationStatus, PlaceName,
 };
+pub use obstacle_avoidance::{
+    AvoidanceStatus, ObstacleAvoidance, ObstacleAvoidanceIo, ObstacleAvoidanceParams, ObstacleAvoidanceState,
+};
 pub use obstacles::ObstaclePoints;
 pub use route_planner::{RoutePlanner, RoutePlannerIo, RoutePlannerParams, RoutePlannerState};
 pub use settings::{ControllerSettings, LocalPlannerChoice};
@@ -68,4 +72,5 @@ plugin!(
     KnowledgeBlock<NavigationKnowledge>,
     ReactiveBlock<CollisionStop>,
     DeliveryReferee,
+    ObstacleAvoidance,
 );

@@ -5,5 +5,6 @@ mod collision_stop;
 mod common;
 mod costmaps;
 mod mission;
+mod obstacle_avoidance;
 mod referee;
 mod route_planner;

@@ -59,6 +59,10 @@ pub use particle_slam::ParticleSlam;
 pub use pose_graph::{Constraint, Optimization, PoseGraph};
 pub use render::occupancy_map;
 
-use slate_mapek::AnalyzeBlock;
+use slate_mapek::{AnalyzeBlock, PlainAnalyze, PlainModule};
 
-slate_module::plugin!(AnalyzeBlock<Slam>, LogPlayer, LogReferee);
+impl PlainAnalyze for Slam {
+    const KIND: &'static str = "scan_localizer";
+}
+
+slate_module::plugin!(AnalyzeBlock<Slam>, PlainModule<Slam>, LogPlayer, LogReferee);

@@ -42,3 +42,12 @@ pub struct ImageSharpness {
     /// low in blurred images.
     pub laplacian_variance: f64,
 }
+
+/// Texture of the floor before a camera.
+#[interface]
+#[derive(PartialEq)]
+pub struct TerrainTexture {
+    /// Contrast of the lowest quarter of the image, high on rough ground.
+    /// Mean difference of neighbouring pixels, relative to their mean.
+    pub contrast: f64,
+}

@@ -4,7 +4,8 @@ use slate_module::math;
 use slate_module::prelude::*;
 
 use crate::april_tag::{AprilTag, AprilTagDetector};
-use crate::detection::{ImageDetection, ImageDetections, ImageSharpness};
+use crate::deblur::{LONGEST, MotionDeblur};
+use crate::detection::{ImageDetection, ImageDetections, ImageSharpness, TerrainTexture};
 use crate::sharpness::Brightness;
 use crate::victim_detector::VictimDetector;
 
@@ -20,6 +21,8 @@ pub struct ImageProcessorIo {
     detections: Output<ImageDetections>,
     /// Sharpness of the newest image.
     sharpness: Output<ImageSharpness>,
+    /// Texture of the floor in the newest image.
+    terrain: Output<TerrainTexture>,
 }
 
 /// Parameters of [`ImageProcessor`].
@@ -33,9 +36,11 @@ pub struct ImageProcessorParams {
     april_tags: Bool,
     #[param(default = 0.3, range = 0.0..=1.0, doc = "least confidence of a detection")]
     min_confidence: f64,
+    #[param(default = 0.0, range = 0.0..=LONGEST, unit = "px", doc = "length of the motion blur along the rows that is taken out before anything is looked for; none below 1")]
+    deblur_length: f64,
 }
 
-/// Image processor: victims, QR codes, AprilTags, and sharpness.
+/// Image processor: victims, QR codes, AprilTags, sharpness and floor texture.
 /// It reads the images of a camera.
 pub struct ImageProcessor;
 
@@ -49,6 +54,8 @@ pub struct ImageProcessorState {
     tags: AprilTagDetector,
     #[serde(skip)]
     brightness: Brightness,
+    #[serde(skip)]
+    deblur: MotionDeblur,
     #[serde(skip)]
     found: Vec<ImageDetection>,
 }
@@ -68,10 +75,19 @@ impl Module for ImageProcessor {
         let Some(image) = io.image.get().filter(|_| io.image.is_new()) else { return Outcome::Ok };
         state.brightness.take(image);
         io.sharpness.set(ImageSharpness { laplacian_variance: state.brightness.laplacian_variance() });
+        io.terrain.set(TerrainTexture { contrast: state.brightness.floor_contrast() });
         state.found.clear();
+        let width = image.width as usize;
+        let restored = state.deblur.restore(image, params.deblur_length);
         if params.victims.get() && image.format == ImageFormat::RGB8 {
-            let rows = (0..image.height).map(|y| image.row(y));
-            state.found.extend(state.victims.detect(image.width as usize, rows).iter().map(detection));
+            let found = match restored {
+                Some(pixels) => state.victims.detect(width, pixels.chunks_exact(3 * width)),
+                None => state.victims.detect(width, (0..image.height).map(|y| image.row(y))),
+            };
+            state.found.extend(found.iter().map(detection));
+        }
+        if let Some(pixels) = restored.filter(|_| params.qr.get()) {
+            state.brightness.take_pixels(pixels);
         }
         if params.qr.get() {
             read_codes(&state.brightness, &mut state.found);

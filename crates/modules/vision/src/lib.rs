@@ -48,7 +48,11 @@ mod april_tag;
 mod blob;
 mod blob_finder;
 mod camera;
+mod camera_interface;
+mod deblur;
 mod detection;
+mod feature_seeker;
+mod feature_tracker;
 mod handover;
 mod image_processor;
 mod pan_tilt_controller;
@@ -59,19 +63,41 @@ mod service;
 mod sharpness;
 mod source;
 mod victim_detector;
+mod victim_saver;
 mod vision_master;
 mod vision_player;
 
 pub use april_tag::{AprilTag, AprilTagDetector};
 pub use blob_finder::{Blob, BlobFinder, BlobFinderIo, BlobFinderParams, BlobFinderState};
-pub use detection::{ImageDetection, ImageDetections, ImageSharpness};
+pub use camera_interface::{
+    CameraInterface, CameraInterfaceIo, CameraInterfaceParams, CameraInterfaceState, CameraStatus,
+};
+pub use detection::{ImageDetection, ImageDetections, ImageSharpness, TerrainTexture};
+pub use feature_seeker::{
+    FeatureSeeker, FeatureSeekerIo, FeatureSeekerParams, FeatureSeekerState, SeekerMode,
+};
+pub use feature_tracker::{
+    ExaminationResult, ExaminationSwitch, FeatureCandidate, FeatureTracker, FeatureTrackerIo,
+    FeatureTrackerParams, FeatureTrackerState, FoundVictim, FoundVictims,
+};
 pub use image_processor::{ImageProcessor, ImageProcessorIo, ImageProcessorParams, ImageProcessorState};
 pub use pan_tilt_controller::{PanTiltController, PanTiltControllerIo, PanTiltControllerParams};
 pub use report::{CameraReport, CameraState};
 pub use service::{Picture, Vision};
 pub use source::{Files, ImageSource, Rate, SourceError};
 pub use victim_detector::{VictimBox, VictimDetector};
+pub use victim_saver::{VictimSaver, VictimSaverIo, VictimSaverParams, VictimSaverState};
 pub use vision_master::{VisionMaster, VisionMasterIo, VisionMasterState};
 pub use vision_player::{VisionPlayer, VisionPlayerIo, VisionPlayerState};
 
-slate_module::plugin!(VisionMaster, VisionPlayer, BlobFinder, ImageProcessor, PanTiltController);
+slate_module::plugin!(
+    VisionMaster,
+    VisionPlayer,
+    BlobFinder,
+    CameraInterface,
+    ImageProcessor,
+    FeatureSeeker,
+    FeatureTracker,
+    PanTiltController,
+    VictimSaver,
+);

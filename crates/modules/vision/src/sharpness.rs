@@ -27,6 +27,25 @@ impl Brightness {
         }
     }
 
+    /// Computes the brightness of pixels in red, green and blue.
+    /// The image has the size of the one before.
+    pub fn take_pixels(&mut self, pixels: &[u8]) {
+        self.pixels.clear();
+        self.pixels.extend(pixels.chunks_exact(3).map(luma));
+        self.pixels.resize(self.width * self.height, 0);
+    }
+
+    /// Returns the contrast of the floor, in the lowest quarter of the image.
+    /// It is the mean difference of neighbours relative to the mean; 0 for a dark floor.
+    pub fn floor_contrast(&self) -> f64 {
+        let (mut differences, mut sum) = (0_u64, 0_u64);
+        for row in self.pixels.chunks_exact(self.width.max(1)).skip(self.height - self.height / 4) {
+            sum += row.iter().map(|value| u64::from(*value)).sum::<u64>();
+            differences += row.windows(2).map(|pair| u64::from(pair[0].abs_diff(pair[1]))).sum::<u64>();
+        }
+        if sum == 0 { 0.0 } else { differences as f64 / sum as f64 }
+    }
+
     /// Returns the variance of its Laplacian.
     /// 0 for an image of less than 3 columns or rows.
     pub fn laplacian_variance(&self) -> f64 {

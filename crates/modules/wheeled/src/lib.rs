@@ -43,6 +43,7 @@ pub mod nodes;
 pub mod odometry_pose;
 pub mod rules;
 pub mod skid_steer;
+pub mod skid_steer_interface;
 pub mod strategic_knowledge;
 pub mod strategy_planner;
 pub mod track_filter;
@@ -58,6 +59,7 @@ use slate_plugin::prelude::*;
 
 plugin!(
     arrival::Arrival,
+    skid_steer_interface::SkidSteerInterface,
     SensorBlock<held_robot_sensor::HeldRobotSensor>,
     SensorBlock<laser_ring::LaserRing>,
     SensorBlock<median_sonar::MedianSonar>,

@@ -13,6 +13,10 @@ use crate::robot::CameraDescription;
 use crate::surroundings::Surroundings;
 use crate::viewpoint::{CameraMotion, CameraPose};
 
+/// Standard deviations of a camera's nodding on the roughest ground at 1 m/s.
+/// Angle, rad, and rate, rad/s.
+const NOD: [f64; 2] = [0.02, 0.8];
+
 /// Camera with the head that carries it.
 /// The time of an image is the middle of its exposure.
 #[derive(Debug, Serialize, Deserialize)]
@@ -120,15 +124,28 @@ impl CameraSensor {
         self.head.as_ref().map(|head| (head.angles(), head.rates()))
     }
 
-    /// Takes an image from robot number `own` if one is due; `body` is its motion.
-    pub fn look(&mut self, own: usize, body: Motion, surroundings: &Surroundings, now: u64) {
+    /// Takes an image from robot number `own` if one is due.
+    /// `body` is its motion, and `shaking` how much the ground shakes it.
+    pub fn look(
+        &mut self,
+        own: usize,
+        (body, shaking): (Motion, f64),
+        surroundings: &Surroundings,
+        now: u64,
+    ) {
         if !due(self.description.rate, 0.0, self.last, now) {
             return;
         }
         self.last = Some(now);
         let frame = *surroundings.robots()[own].frame();
-        let pose = self.pose(&frame);
-        let motion = self.motion(&pose, body);
+        // Even ground draws nothing from the stream.
+        let [nod, rate] = match shaking > 0.0 {
+            true => NOD.map(|deviation| deviation * shaking * self.random.normal()),
+            false => [0.0; 2],
+        };
+        let pose = self.pose(&frame, nod);
+        let mut motion = self.motion(&pose, body);
+        motion.angular[0] -= rate;
         let Some(CameraOptics { world, exposure, raster, visible, pixels }) = &mut self.optics else {
             return;
         };
@@ -137,12 +154,13 @@ impl CameraSensor {
     }
 
     /// Returns the pose of the camera on a robot in that frame.
-    pub fn pose(&self, frame: &Frame) -> CameraPose {
+    /// It nods down by the angle `nod`, rad.
+    pub fn pose(&self, frame: &Frame, nod: f64) -> CameraPose {
         let [x, y, z, yaw, pitch] = self.description.mount;
         let Point { x, y } = frame.apply(Point::new(x, y));
         let [pan, tilt] = self.head.map_or([0.0; 2], |head| head.angles());
         let heading = slate_module::math::atan2(frame.sin, frame.cos);
-        CameraPose::new([x, y, z], heading + yaw.to_radians() + pan, pitch.to_radians() + tilt)
+        CameraPose::new([x, y, z], heading + yaw.to_radians() + pan, pitch.to_radians() + tilt + nod)
     }
 
     /// Returns the twist of the camera from the motions of body and head.

@@ -20,6 +20,7 @@ use crate::robot::{
     ImuDescription, OdometryDescription, PositioningDescription, RobotDescription, RobotSensorDescription,
 };
 use crate::robot_sensor::RobotSensor;
+use crate::rough_ground::RoughGround;
 use crate::script::{RandomWalk, Wanderer};
 use crate::sensors::Sensors;
 use crate::sonar::SonarRing;
@@ -95,6 +96,9 @@ pub struct Simulation {
     /// People and doors.
     #[serde(default, skip_serializing_if = "Moving::is_empty")]
     moving: Moving,
+    /// Shaking of the robots by the ground.
+    #[serde(default, skip_serializing_if = "RoughGround::is_even")]
+    ground: RoughGround,
     /// Contacts that each robot feels.
     felt: Vec<Felt>,
     /// Scratch memory for the neighbourhood of a robot, one per thread.
@@ -162,6 +166,7 @@ impl Simulation {
             contacts: Vec::new(),
             touching: Touching::default(),
             moving: Moving::default(),
+            ground: RoughGround::of(&world.scenery),
             felt: vec![Felt::default(); robots.len()],
             nearby: one_thread(),
         };

@@ -85,8 +85,9 @@ impl Simulation {
     pub fn shown_imu(&mut self, robot: usize) -> Option<InertialReading> {
         let own = &self.robots[robot];
         let body = own.body_motion();
+        let shaking = self.ground.shaking(own.pose.point(), own.velocity.norm());
         let imu = self.sensors[robot].imu.as_mut()?;
-        let reading = imu.measure(own.pose, body, self.now)?;
+        let reading = imu.measure(own.pose, body, shaking, self.now)?;
         *imu.display.show(&Some(reading), self.now)?
     }
 
@@ -109,10 +110,12 @@ impl Simulation {
 
     /// Measures with all sensors of all robots.
     pub fn sense(&mut self) {
-        let Self { sensors, surroundings, robots, now, nearby, .. } = self;
+        let Self { sensors, surroundings, robots, ground, now, nearby, .. } = self;
         let robots: &[_] = robots;
         workers::each(sensors, nearby, |robot, sensors, nearby| {
-            sensors.sense(robot, robots[robot].body_motion(), surroundings, *now, nearby);
+            let own = &robots[robot];
+            let shaking = ground.shaking(own.pose.point(), own.velocity.norm());
+            sensors.sense(robot, (own.body_motion(), shaking), surroundings, *now, nearby);
         });
     }
 

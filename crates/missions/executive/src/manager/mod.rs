@@ -36,6 +36,9 @@ pub struct MissionManagerState<E: ManagedMission> {
     slots: [SlotState; SLOTS],
     /// True if the outputs were written once.
     written: bool,
+    /// Value of the output `target`.
+    #[serde(default)]
+    target: Option<[f64; 3]>,
 }
 
 /// State of an output.
@@ -45,11 +48,31 @@ struct SlotState {
     /// Start of its current action, ns; `None` while it is inactive.
     since: Option<u64>,
     arguments: [f64; SLOTS],
+    /// Number of its arguments at the newest start.
+    #[serde(default)]
+    given: usize,
+    /// Value of its target input, while it is active without a target argument.
+    #[serde(default)]
+    linked: Option<[f64; 3]>,
+}
+
+impl SlotState {
+    /// Target of the action: its arguments as a pose, or what its input has.
+    fn target(&self) -> Pose2 {
+        let [x, y, theta] = self.linked.unwrap_or([self.arguments[0], self.arguments[1], self.arguments[2]]);
+        Pose2 { x, y, theta }
+    }
+
+    /// Returns true if it has a target.
+    fn has_target(&self) -> bool {
+        self.since.is_some() && (self.given >= 2 || self.linked.is_some())
+    }
 }
 
 impl<E: ManagedMission> Default for MissionManagerState<E> {
     fn default() -> Self {
-        Self { mission: PlanMission::default(), slots: [SlotState::default(); SLOTS], written: false }
+        let slots = [SlotState::default(); SLOTS];
+        Self { mission: PlanMission::default(), slots, written: false, target: None }
     }
 }
 
@@ -196,20 +219,35 @@ impl<E: ManagedMission> MissionManagerState<E> {
             arguments[..request.arguments.len()].copy_from_slice(&request.arguments);
             let is_new = self.slots[slot].since != Some(since);
             let starts = self.slots[slot].starts + u64::from(is_new);
-            next[slot] = SlotState { starts, since: Some(since), arguments };
+            let given = request.arguments.len();
+            let linked = io.targets()[slot].get().filter(|target| given < 2 && target.is_known());
+            let linked = linked.map(|target| [target.x, target.y, target.theta]);
+            next[slot] = SlotState { starts, since: Some(since), arguments, given, linked };
         }
         if let Some((index, progress)) = ended {
             self.mission.actions.finish(index, progress);
         }
         for ((output, slot), before) in io.activities().into_iter().zip(&next).zip(&self.slots) {
             if slot != before || !self.written {
-                let SlotState { starts, since, arguments } = *slot;
-                let target = Pose2 { x: arguments[0], y: arguments[1], theta: arguments[2] };
-                let is_active = since.is_some().into();
+                let SlotState { starts, since, arguments, .. } = *slot;
+                let (target, is_active) = (slot.target(), since.is_some().into());
                 output.set(ManagedActivity { starts, arguments, target, is_active });
             }
         }
         (self.slots, self.written) = (next, true);
+        self.show_target(io);
+    }
+
+    /// Publishes the target of the newest action that has one, if changed.
+    /// It stays when the action ends.
+    fn show_target(&mut self, io: &MissionManagerPorts) {
+        let leading = self.slots.iter().filter(|slot| slot.has_target());
+        let Some(newest) = leading.max_by_key(|slot| slot.since) else { return };
+        let Pose2 { x, y, theta } = newest.target();
+        if self.target != Some([x, y, theta]) {
+            self.target = Some([x, y, theta]);
+            io.target.set(Pose2 { x, y, theta });
+        }
     }
 
     /// Writes the running actions, if they have changed.

@@ -71,6 +71,15 @@ pub struct MissionManagerPorts {
     result_6: Input<ActivityResult>,
     result_7: Input<ActivityResult>,
     result_8: Input<ActivityResult>,
+    /// Target of the first action in `actions` if its arguments have none.
+    target_1: Input<Pose2>,
+    target_2: Input<Pose2>,
+    target_3: Input<Pose2>,
+    target_4: Input<Pose2>,
+    target_5: Input<Pose2>,
+    target_6: Input<Pose2>,
+    target_7: Input<Pose2>,
+    target_8: Input<Pose2>,
     /// First action of the parameter `actions`.
     action_1: Output<ManagedActivity>,
     action_2: Output<ManagedActivity>,
@@ -80,6 +89,9 @@ pub struct MissionManagerPorts {
     action_6: Output<ManagedActivity>,
     action_7: Output<ManagedActivity>,
     action_8: Output<ManagedActivity>,
+    /// Target of the newest active action that has one.
+    /// It comes from two arguments or more, or from a link.
+    pub(super) target: Output<Pose2>,
     /// State of the mission, written when it changes.
     pub(super) mission: Output<ManagedMissionStatus>,
     /// Verdict on the mission, for the end of a run.
@@ -96,6 +108,12 @@ impl MissionManagerPorts {
     pub(super) fn results(&self) -> [&Input<ActivityResult>; 8] {
         let first = [&self.result_1, &self.result_2, &self.result_3, &self.result_4];
         let last = [&self.result_5, &self.result_6, &self.result_7, &self.result_8];
+        eight(first, last)
+    }
+
+    pub(super) fn targets(&self) -> [&Input<Pose2>; 8] {
+        let first = [&self.target_1, &self.target_2, &self.target_3, &self.target_4];
+        let last = [&self.target_5, &self.target_6, &self.target_7, &self.target_8];
         eight(first, last)
     }
 
