@@ -7,6 +7,7 @@ use slate::runtime::snapshot::Snapshot;
 use slate_robotics_cli::FEATURES;
 use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory};
 
+use crate::absent_kinds::check_kinds;
 use crate::failure::Failure;
 use crate::output;
 
@@ -196,8 +197,12 @@ fn missing_feature_of(file: &Path) -> Option<&'static str> {
 }
 
 /// An application with the modules that are linked into the command.
-fn application(name: &str, database: Database) -> Application {
-    Application::new(name, database, plugins())
+///
+/// # Errors
+/// Modules whose feature is not built in.
+fn application(name: &str, database: Database) -> Result<Application, Failure> {
+    check_kinds(&database.current())?;
+    Ok(Application::new(name, database, plugins()))
 }
 
 /// The modules that are linked into the command.
@@ -280,7 +285,7 @@ pub fn find(
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
         let file = format!("{name}.toml");
         let options = Options { embedded: example.embedded, ..options(sets) };
-        return Ok(application(name, Database::from_text(&file, example.configuration, options)?));
+        return application(name, Database::from_text(&file, example.configuration, options)?);
     }
     let path = file_of(name);
     let path = path.as_path();
@@ -317,7 +322,7 @@ pub fn find(
         Some(text) => Database::from_text(&format!("{stem}.toml"), text, options(sets))?,
         None => Database::open(path, options(sets))?,
     };
-    Ok(application(&run, database))
+    application(&run, database)
 }
 
 /// The application that a snapshot was taken of, with its configuration as it was then; `sets` go over it.
@@ -333,7 +338,7 @@ pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure
     if let Some(set) = sets.into_iter().find(is_variant) {
         return Err(Failure::OtherVariant { set });
     }
-    Ok(application(&name, database))
+    application(&name, database)
 }
 
 /// Returns the names of the examples.

@@ -4,6 +4,7 @@
 #[macro_use(eprint, eprintln)]
 extern crate slate_run;
 
+mod absent_kinds;
 mod api;
 mod arguments;
 mod bag;

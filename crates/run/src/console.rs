@@ -120,7 +120,7 @@ mod built_in {
         pub fn of(configuration: &Configuration) -> Result<Self, RunError> {
             let Some(table) = configuration.value("console") else { return Ok(Self) };
             let help = "build it with the feature `console`, or take the table away";
-            let message = "this program is built without a console";
+            let message = slate_runtime::Mistake::Feature.of("this program is built without a console");
             Err(RunError::Configuration(
                 configuration.diagnostic(table.span, message, Some(help.into())).into(),
             ))

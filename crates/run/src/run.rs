@@ -59,7 +59,8 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     let configuration = Arc::clone(&application.configuration);
     let mut mission = MissionRun::load(application, load_options)?;
     for end in mission.agent.composer().loose_ends() {
-        eprintln!("warning: {}", slate_runtime::configuration::Report::from(vec![end]));
+        let heading = end.heading("warning");
+        eprintln!("{heading}: {}", slate_runtime::configuration::Report::from(vec![end]));
     }
     if let Some(snapshot) = snapshot {
         mission.resume(&snapshot)?;

@@ -32,6 +32,7 @@ impl Findings {
     /// Adds what is new of a composition, that of a variant which is not chosen (`variant`) or that of the chosen ones.
     pub fn add(&mut self, severity: &'static str, diagnostics: &[Diagnostic], variant: Option<&str>) {
         for diagnostic in diagnostics {
+            let diagnostic = &diagnostic.clone().or(Mistake::Setting);
             let is_same = |one: &&mut VariantFinding| place(&one.diagnostic) == place(diagnostic);
             match (self.0.iter_mut().find(is_same), variant) {
                 (Some(known), Some(variant)) if !known.variants.is_empty() => {
@@ -66,7 +67,7 @@ impl Findings {
             let report = Report::from(finding.in_words());
             match finding.severity {
                 "error" => report.render(colour),
-                severity => format!("{severity}: {report}\n"),
+                severity => format!("{}: {report}\n", finding.diagnostic.heading(severity)),
             }
         };
         self.0.iter().map(one).collect()
