@@ -40,6 +40,8 @@ pub struct Operation {
     pub answer: fn() -> Json,
     /// The other kinds of answers.
     pub kinds: &'static [&'static str],
+    /// Whether it has an effect only while the run goes on.
+    pub needs_run: bool,
     /// Carries it out.
     pub handler: fn(&Arc<ControlSurface>, &OperationRequest) -> Result<OperationAnswer, Problem>,
 }
@@ -55,6 +57,7 @@ pub(crate) struct OperationDraft {
     parameters: &'static [Parameter],
     body: Option<fn() -> Json>,
     kinds: &'static [&'static str],
+    needs_run: bool,
 }
 
 /// The token, where a browser can set no header.
@@ -73,6 +76,21 @@ impl Operation {
         summary: &'static str,
     ) -> OperationDraft {
         OperationDraft::new("GET", path, name, role, summary).parameters(&[TOKEN])
+    }
+
+    /// Carries it out.
+    ///
+    /// # Errors
+    /// When the operation needs a run that is over, or the agent refuses.
+    pub fn carry_out(
+        &self,
+        surface: &Arc<ControlSurface>,
+        request: &OperationRequest,
+    ) -> Result<OperationAnswer, Problem> {
+        match surface.run_end().filter(|_| self.needs_run) {
+            Some(how) => Err(Problem::run_over(surface.name(), how, "it would have no effect")),
+            None => (self.handler)(surface, request),
+        }
     }
 
     /// Operation that begins something.
@@ -129,7 +147,18 @@ impl OperationDraft {
         role: Role,
         summary: &'static str,
     ) -> Self {
-        Self { method, path, name, role, summary, pace: Pace::Slow, parameters: &[], body: None, kinds: &[] }
+        Self {
+            method,
+            path,
+            name,
+            role,
+            summary,
+            pace: Pace::Slow,
+            parameters: &[],
+            body: None,
+            kinds: &[],
+            needs_run: false,
+        }
     }
 
     /// How it is scheduled.
@@ -152,14 +181,32 @@ impl OperationDraft {
         Self { kinds, ..self }
     }
 
+    /// Refuses the operation after the end of the run, when it would have no effect.
+    pub const fn needs_run(self) -> Self {
+        Self { needs_run: true, ..self }
+    }
+
     /// The operation, with the schema of its answer as JSON and what carries it out.
     pub const fn answers(
         self,
         answer: fn() -> Json,
         handler: fn(&Arc<ControlSurface>, &OperationRequest) -> Result<OperationAnswer, Problem>,
     ) -> Operation {
-        let Self { method, path, name, role, summary, pace, parameters, body, kinds } = self;
-        Operation { method, path, name, summary, role, pace, parameters, body, answer, kinds, handler }
+        let Self { method, path, name, role, summary, pace, parameters, body, kinds, needs_run } = self;
+        Operation {
+            method,
+            path,
+            name,
+            summary,
+            role,
+            pace,
+            parameters,
+            body,
+            answer,
+            kinds,
+            needs_run,
+            handler,
+        }
     }
 }
 

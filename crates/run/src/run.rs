@@ -105,9 +105,7 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     let finished = mission.run();
     drop(display);
     let mut finished = finished?;
-    if let Some(console) = &console {
-        console.announce_end(&finished.summary.headline());
-    }
+    surface.announce_end(&finished.summary.headline());
     let (is_lost, written) = conclude(&mut finished, &log, &folder, options.common.json);
     if can_stay {
         stay(&interrupt, console.as_ref(), options.stay);
