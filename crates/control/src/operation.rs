@@ -272,6 +272,13 @@ impl std::fmt::Debug for Caller {
     }
 }
 
+impl Caller {
+    /// The caller for people; one at this computer that gives itself no name is a tool.
+    pub(crate) fn name(&self) -> &str {
+        if self.who.is_empty() { "a tool" } else { &self.who }
+    }
+}
+
 impl OperationRequest {
     /// Value of a path parameter; empty if absent.
     pub fn part(&self, name: &str) -> &str {
