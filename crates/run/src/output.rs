@@ -23,7 +23,12 @@ pub fn harmless(text: impl Display) -> String {
 
 /// Prints a line. Who reads it may have gone, as `head` does; then nobody misses the rest.
 pub fn line(text: impl Display) {
-    match writeln!(std::io::stdout(), "{}", harmless(text)) {
+    note(writeln!(std::io::stdout(), "{}", harmless(text)));
+}
+
+/// Notes the result of a write to stdout, and reports the first one that failed; a closed pipe is no failure.
+pub fn note(written: std::io::Result<()>) {
+    match written {
         Ok(()) => {}
         Err(error) if error.kind() == ErrorKind::BrokenPipe => UNREAD.store(true, Ordering::Relaxed),
         Err(error) => {
