@@ -2,11 +2,13 @@
 
 use serde::Deserialize as _;
 use serde_json::Value;
+use slate::blackboard::nearest_names;
 use slate::control::{Client, ClientError};
 use slate::runtime::Mistake;
 use toml_edit::de::ValueDeserializer;
 
 use crate::failure::Failure;
+use crate::urls;
 
 /// Reads JSON, or an inline table or array of TOML; nothing for anything else.
 pub fn parse(text: &str) -> Option<Value> {
@@ -20,9 +22,14 @@ pub fn parse(text: &str) -> Option<Value> {
     Value::deserialize(text.parse::<ValueDeserializer>().ok()?).ok()
 }
 
-/// The error of a value that an agent refuses, with an example of a right one.
+/// The error of a value that an agent refuses, with an example of a right one, or of a name that nothing has, with the
+/// one that is like it.
 pub fn refused(client: &mut Client, verb: &str, url: &str, error: ClientError) -> Failure {
     let ClientError::Refused(mut refusal) = error else { return error.into() };
+    if refusal.code.as_deref() == Some(Mistake::Name.code()) && refusal.help.starts_with("GET ") {
+        refusal.help = known_names(client, url);
+        return urls::unknown(client, url, ClientError::Refused(refusal));
+    }
     if refusal.code.as_deref() == Some(Mistake::Value.code()) && refusal.help.starts_with("GET ") {
         let present = client.read(url).ok().flatten().map(|reading| reading.value);
         let example = match present.filter(Value::is_object) {
@@ -35,6 +42,21 @@ pub fn refused(client: &mut Client, verb: &str, url: &str, error: ClientError) -
         );
     }
     ClientError::Refused(refusal).into()
+}
+
+/// Advice about a name that nothing has: the field of the value above that is like it, or what lists the names.
+fn known_names(client: &mut Client, url: &str) -> String {
+    let (above, name) = url.trim_end_matches('/').rsplit_once('/').unwrap_or_default();
+    let value = client.read(above).ok().flatten().map(|reading| reading.value);
+    match value.as_ref().and_then(Value::as_object) {
+        Some(fields) => match nearest_names(name, fields.keys().map(String::as_str)).first() {
+            Some(near) => format!("did you mean {above}/{near}?"),
+            None => format!("`slate get {above}` prints the fields"),
+        },
+        None => {
+            "`slate list` lists the properties, and `slate tree '/**/params' --values` the parameters".into()
+        }
+    }
 }
 
 /// A value as TOML in a line.

@@ -360,6 +360,7 @@ fn a_forgotten_slash_and_a_wrong_name_get_the_right_hint() {
             "did you mean /simulator/r2/sonar?",
         ),
         ("/simulator/r2/sonnar", "`simulator` has no output `r2/sonnar`", "did you mean r2/sonar"),
+        ("wheels/comand", "nothing is called `/r2/wheels/comand`", "did you mean r2/wheels/command?"),
         (
             "pass_range/change",
             "an Analyze reads another one only as a fact of Knowledge",
