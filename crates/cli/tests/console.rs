@@ -9,7 +9,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::os::unix::fs::PermissionsExt;
 
-use common::{Running, folder, slate, text, wait_for};
+use common::{Running, WORLD, folder, json, slate, text, wait_for};
 use serde_json::Value;
 
 #[test]
@@ -120,6 +120,32 @@ fn run_that_keeps_nothing_leaves_no_folder_and_no_path_length() {
         assert!(!stdout.contains(word), "{word}: {stdout}");
     }
     assert!(!running.folder().join("runs").exists());
+}
+
+#[test]
+fn run_without_a_mission_has_no_path_length() {
+    let mut running = Running::new("console-aimless");
+    let robot = r#"
+[agent]
+name = "aimless"
+[time]
+source = "simulator"
+[modules.simulator]
+[modules.referee]
+params = { robot = "r2" }
+[links]
+"referee/truth" = "simulator/r2/truth"
+"referee/clearance" = "simulator/r2/clearance"
+"referee/contacts" = "simulator/contacts"
+[report]
+metrics = "/referee/metrics"
+"#;
+    std::fs::write(running.folder().join("aimless.toml"), [robot, WORLD].concat()).unwrap();
+    running.start("aimless", &["run", "aimless.toml", "--headless", "--json"]);
+    wait_for("figures", || running.read("aimless", "/referee/metrics/path_length").is_number());
+    running.interrupt();
+    let summary = json(&running.finish());
+    assert_eq!((&summary["path_length_m"], &summary["outcome"]), (&Value::Null, &"stopped".into()));
 }
 
 #[test]
