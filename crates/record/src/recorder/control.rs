@@ -39,7 +39,10 @@ fn refusal(message: impl Into<String>, help: &str) -> RecordingRefusal {
 }
 
 fn over() -> RecordingRefusal {
-    refusal("nothing is recorded of this agent any more", "its log says why; start it again")
+    refusal(
+        "the recorder of this agent has ended",
+        "`slate log` shows why; start the agent again to record it",
+    )
 }
 
 /// Log line of a recording that has ended.

@@ -167,10 +167,10 @@ impl AgentHandle {
         self.shared.logger.log(self.now(), level, text);
     }
 
-    /// Logs whose links are other ones.
+    /// Logs the modules whose links changed.
     pub fn tell_links(&self, modules: &[String]) {
         if !modules.is_empty() {
-            self.log(Level::Info, &format!("other links hold for {}", modules.join(", ")));
+            self.log(Level::Info, &format!("links changed, of these modules: {}", modules.join(", ")));
         }
     }
 }
