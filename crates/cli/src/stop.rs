@@ -57,7 +57,7 @@ pub struct ArmOptions {
 }
 
 /// How long an agent may take to confirm a stop. It needs a few milliseconds; a person must not be left without an answer.
-const PATIENCE: Duration = Duration::from_secs(4);
+const TIMEOUT: Duration = Duration::from_secs(4);
 
 /// Retries of a stop whose connection an agent without free descriptors has closed, and the pause between them.
 const TRIES: u32 = 5;
@@ -154,8 +154,8 @@ fn stop_all(
     let waiting = |target: &StopTarget| StopResult {
         agent: target.name.clone(),
         stopped: false,
-        after_ms: PATIENCE.as_secs_f64() * 1e3,
-        trouble: Some(format!("no answer within {} s", PATIENCE.as_secs())),
+        after_ms: TIMEOUT.as_secs_f64() * 1e3,
+        trouble: Some(format!("no answer within {} s", TIMEOUT.as_secs())),
     };
     let mut answers: Vec<StopResult> = targets.iter().map(waiting).collect();
     let is_one = answers.len() == 1;
@@ -179,7 +179,7 @@ fn stop_all(
         }
     }
     drop(sender);
-    while let Ok((index, outcome, time)) = outcomes.recv_timeout(PATIENCE.saturating_sub(begin.elapsed())) {
+    while let Ok((index, outcome, time)) = outcomes.recv_timeout(TIMEOUT.saturating_sub(begin.elapsed())) {
         let answer = &mut answers[index];
         answer.after_ms = time.as_secs_f64() * 1e3;
         answer.stopped = outcome.is_ok();

@@ -25,7 +25,7 @@ use member::{MemberProcess, TeamMember, code};
 pub use tether::{Tether, end_later};
 
 /// How long an agent that was asked to end may take.
-const PATIENCE: Duration = Duration::from_secs(10);
+const TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Exit code of a process that was interrupted twice.
 const INTERRUPTED: u8 = 130;
@@ -183,7 +183,7 @@ impl Deployment {
         let waiting = self.members.iter().filter(|member| member.code.is_none());
         let restarts = waiting.filter_map(|member| member.supervisor.due());
         let restart = restarts.min().map(|due| self.start + Duration::from_nanos(due));
-        self.stopping.map(|since| since + PATIENCE).or(restart)
+        self.stopping.map(|since| since + TIMEOUT).or(restart)
     }
 
     fn nanoseconds(&self) -> u64 {
@@ -283,7 +283,7 @@ impl Deployment {
 
     /// Starts anew what is due, or ends what should have ended.
     fn on_time(&mut self) {
-        if self.stopping.is_some_and(|since| now() >= since + PATIENCE) {
+        if self.stopping.is_some_and(|since| now() >= since + TIMEOUT) {
             self.each_running(MemberProcess::kill);
             // It can't be held up.
             self.stopping = Some(now());

@@ -109,11 +109,7 @@ impl SharedLoop {
 
     /// Does `work` in this thread between two cycles, with all that is to be done between cycles for it, and says after
     /// which. Nothing is said when no cycle has ended for so long, as this thread may be one that the loop waits for.
-    pub fn between_two<R>(
-        self: &Arc<Self>,
-        patience: Duration,
-        work: impl FnOnce() -> R,
-    ) -> (Option<u64>, R) {
+    pub fn between_two<R>(self: &Arc<Self>, timeout: Duration, work: impl FnOnce() -> R) -> (Option<u64>, R) {
         let (begin, begun) = channel();
         let (held, jobs) = channel::<Job>();
         let between = move |shared: &SharedLoop| {
@@ -131,7 +127,7 @@ impl SharedLoop {
         let helper = std::thread::Builder::new().name("change".into());
         // Nobody waits for it: what it holds ends with the work.
         let helper = helper.spawn(move || drop(shared.between_cycles(&[], between)));
-        let cycle = helper.ok().and_then(|_| begun.recv_timeout(patience).ok());
+        let cycle = helper.ok().and_then(|_| begun.recv_timeout(timeout).ok());
         drop(begun);
         let _hold = LoopHold::new(cycle.map(|_| held));
         (cycle, work())

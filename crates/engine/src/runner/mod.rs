@@ -103,7 +103,7 @@ pub struct Shortcuts {
     /// Whether it was found to run, and does so until something is set, or its condition changes.
     is_steady: bool,
     /// Whether it has ports, services or new code beside it.
-    has_company: bool,
+    has_interactions: bool,
     /// Whether its ports are inputs and outputs alone, and nothing else comes with its steps.
     has_only_values: bool,
     /// Whether there are links that do not fit as they are, or are pinned when a cycle begins.
@@ -165,7 +165,7 @@ impl Runner {
         let is_on = if changed || self.switch.is_linked() { self.switch.read() } else { self.switch.is_on() };
         // Also while it is switched off, so that it keeps no service that nobody provides any more.
         let mut missing =
-            if self.shortcuts.has_company { self.services.missing(&mut self.frame.slots) } else { None };
+            if self.shortcuts.has_interactions { self.services.missing(&mut self.frame.slots) } else { None };
         if is_on && missing.is_none() && self.inputs.requirements.is_open() {
             missing = self.missing_input();
         }
@@ -235,7 +235,7 @@ impl Runner {
         let has_slots = !self.frame.slots.is_empty();
         self.shortcuts = Shortcuts {
             is_steady: false,
-            has_company: has_slots || has_conversions || has_services || self.shadow.is_some(),
+            has_interactions: has_slots || has_conversions || has_services || self.shadow.is_some(),
             has_only_values: self.entries.is_empty() && !has_services && self.shadow.is_none(),
             has_conversions,
         };
@@ -250,7 +250,7 @@ impl Runner {
 
     /// Pins the inputs and fills the frame for a step at `now`.
     pub fn prepare(&mut self, now: u64) {
-        if self.shortcuts.has_company {
+        if self.shortcuts.has_interactions {
             self.inputs.pin();
         }
         self.prepare_pinned(now);
@@ -271,7 +271,7 @@ impl Runner {
     /// Fills the frame.
     #[inline(always)] // As for `commit`.
     fn prepare_pinned(&mut self, now: u64) {
-        if self.shortcuts.has_company {
+        if self.shortcuts.has_interactions {
             self.prepare_ports(now);
         }
         self.params.show(&mut self.frame.frame);

@@ -68,7 +68,7 @@ pub struct OccupancyMapperState {
 }
 
 /// Scans of an unlisted laser before a warning: the robot model lists a sensor once it has measured, a cycle later.
-const PATIENCE: u8 = 3;
+const UNLISTED_SCANS: u8 = 3;
 /// Log odds of a miss and a hit, and their saturation, in units of 0.05.
 const MISS: i8 = -6;
 const HIT: i8 = 17;
@@ -114,7 +114,7 @@ impl Analyze for OccupancyMapper {
         if let (Some(scan), Some(pose), Some(robot)) = (io.scan.updated(), io.pose.fresh(), io.robot.get()) {
             match robot.sensor(params.laser.as_str()) {
                 Some(laser) => state.integrate(&geometry, scan, mounted(pose, &laser.mount)),
-                None if state.unlisted == PATIENCE => now.warn(format_args!(
+                None if state.unlisted == UNLISTED_SCANS => now.warn(format_args!(
                     "the robot model lists no sensor `{}`, and its scans are not mapped; expected the laser's name as the parameter `laser`",
                     params.laser.as_str()
                 )),

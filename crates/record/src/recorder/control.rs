@@ -26,7 +26,7 @@ use super::thread::{Order, ThreadHandle};
 use super::{FIRST, RecordError, Recorded, Recorder, TOOLS, selection, wants_of_flight};
 
 /// How long the thread that writes may take to answer; less than tools wait.
-const PATIENCE: Duration = Duration::from_secs(30);
+const TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Maximum wait of a tool until its change is in the file.
 const SETTLED: Duration = Duration::from_secs(1);
@@ -71,7 +71,7 @@ impl Recorder {
 
     fn answer<T>(answer: &Receiver<T>) -> Result<T, RecordingRefusal> {
         let late = "the recorder has not answered in time, as its disk is slow";
-        answer.recv_timeout(PATIENCE).map_err(|_| refusal(late, "see `slate record status`, and try again"))
+        answer.recv_timeout(TIMEOUT).map_err(|_| refusal(late, "see `slate record status`, and try again"))
     }
 
     /// Waits until what was told of changes is in the hands of the system, but not for a disk that takes nothing.

@@ -251,12 +251,12 @@ impl Hub {
         {
             return true;
         }
-        self.push_with_patience(own, head, parts)
+        self.push_slowly(own, head, parts)
     }
 
     /// Where the ring of this thread has no room, or there is none yet.
     #[cold]
-    fn push_with_patience<const PARTS: usize>(
+    fn push_slowly<const PARTS: usize>(
         &self,
         own: &mut Vec<Own>,
         head: ValueHead,

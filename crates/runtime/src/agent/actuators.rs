@@ -10,7 +10,7 @@ use crate::recording::Change;
 
 /// A stop waits no longer than this for the end of a cycle, and in lockstep alone: there it takes effect as soon as the world
 /// goes on, and can be made again.
-const PATIENCE: Duration = Duration::from_millis(100);
+const TIMEOUT: Duration = Duration::from_millis(100);
 
 /// Stops, resets and arms the gates.
 pub(super) struct GateOperator<'c> {
@@ -62,8 +62,7 @@ impl<'c> GateOperator<'c> {
     }
 
     fn with_actuators<R>(&self, change: Change, make: impl FnOnce() -> R) -> R {
-        let Ok(done) =
-            self.agent.recorder.make_within(PATIENCE, vec![change], || Ok::<_, Infallible>(make()));
+        let Ok(done) = self.agent.recorder.make_within(TIMEOUT, vec![change], || Ok::<_, Infallible>(make()));
         done
     }
 

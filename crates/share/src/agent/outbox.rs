@@ -10,7 +10,7 @@ use crate::peers::Peers;
 use crate::session::DeliveryStatus;
 
 /// How long the answers to messages are waited for, nanoseconds. Those that come later wait behind them.
-const PATIENCE: u64 = 1_000_000_000;
+const DELIVERY_TIMEOUT: u64 = 1_000_000_000;
 
 pub(super) struct Outbox {
     path: RemotePath,
@@ -74,7 +74,7 @@ impl Outbox {
             }
             refused.into_iter().for_each(|place| receiver.answer(place, Reply::Refused(ABANDONED)));
         }
-        let late = now.saturating_sub(self.since) > PATIENCE;
+        let late = now.saturating_sub(self.since) > DELIVERY_TIMEOUT;
         let trouble = &mut self.trouble;
         let path = &self.path;
         self.open.retain(|(place, answers)| {

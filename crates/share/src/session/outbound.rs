@@ -25,7 +25,7 @@ pub(super) struct Outbound {
     /// All fragments before this one came, or need not.
     confirmed: u64,
     announce_at: Option<u64>,
-    patience: u64,
+    retry_interval: u64,
     /// The number of the last value.
     pub sequence: u64,
     announced: u64,
@@ -57,10 +57,10 @@ impl Part {
 }
 
 /// How long a receiver may take to confirm, nanoseconds, before it is told what there is.
-const PATIENCE: u64 = 20_000_000;
+const RETRY_INTERVAL: u64 = 20_000_000;
 
 /// The longest that is waited from one announcement to the next.
-const LONGEST_PATIENCE: u64 = 200_000_000;
+const LONGEST_RETRY_INTERVAL: u64 = 200_000_000;
 
 impl Outbound {
     pub fn new(content: Content, reliable: bool, window: usize) -> Self {
@@ -75,7 +75,7 @@ impl Outbound {
             again: BTreeSet::new(),
             confirmed: 1,
             announce_at: None,
-            patience: PATIENCE,
+            retry_interval: RETRY_INTERVAL,
             sequence: 0,
             announced: 0,
         }
@@ -161,8 +161,8 @@ impl Outbound {
             self.flight.push_back(part.clone());
         }
         if self.reliable || self.content == Content::All {
-            self.patience = PATIENCE;
-            self.announce_at = Some(now + PATIENCE);
+            self.retry_interval = RETRY_INTERVAL;
+            self.announce_at = Some(now + RETRY_INTERVAL);
         }
         Some((number, part))
     }
@@ -170,7 +170,7 @@ impl Outbound {
     /// A value went by unsent, so the receiver has to hear of it even if nothing follows.
     pub fn pass(&mut self, sequence: u64, now: u64) {
         self.sequence = self.sequence.max(sequence);
-        self.announce_at.get_or_insert(now + PATIENCE);
+        self.announce_at.get_or_insert(now + RETRY_INTERVAL);
     }
 
     /// When there is something to be announced.
@@ -181,8 +181,8 @@ impl Outbound {
 
     /// What is announced, and again after twice the time, until it is confirmed.
     pub fn announcement(&mut self, stream: u32, epoch: u32, now: u64) -> Announcement {
-        self.announce_at = Some(now + self.patience);
-        self.patience = (self.patience * 2).min(LONGEST_PATIENCE);
+        self.announce_at = Some(now + self.retry_interval);
+        self.retry_interval = (self.retry_interval * 2).min(LONGEST_RETRY_INTERVAL);
         self.announced = self.sequence;
         let first = self.next - self.flight.len() as u64;
         Announcement { stream, first, next: self.next, sequence: self.sequence, epoch }
@@ -194,8 +194,8 @@ impl Outbound {
             return;
         }
         if report.next > self.confirmed || !report.missing.is_empty() {
-            self.patience = PATIENCE;
-            self.announce_at = self.announce_at.map(|_| now + PATIENCE);
+            self.retry_interval = RETRY_INTERVAL;
+            self.announce_at = self.announce_at.map(|_| now + RETRY_INTERVAL);
         }
         self.confirmed = self.confirmed.max(report.next);
         while self.next - self.flight.len() as u64 <= self.confirmed.saturating_sub(1) {

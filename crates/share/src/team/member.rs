@@ -22,8 +22,8 @@ const INTERFACE: &[u8] = b":interface/";
 /// Ticks after which a robot that tells nothing is not told anything either, as it seems to take no part: at least, and for each
 /// neighbour. A tick compares with two of them, so 26 messages to each are to be expected meanwhile, and as many answers: most
 /// of them may be lost.
-const PATIENCE: usize = 25;
-const PATIENCE_EACH: usize = 13;
+const MINIMUM_SILENCE: usize = 25;
+const SILENCE_PER_NEIGHBOUR: usize = 13;
 
 /// After so many times that long it is tried again.
 const AGAIN: usize = 10;
@@ -144,24 +144,24 @@ impl Member {
 
     /// To be called several times a second.
     pub fn tick(&mut self) {
-        let patience = self.patience();
+        let silence_limit = self.silence_limit();
         // Who was only heard, perhaps after it had gone, is not tried again.
         self.neighbours.retain(|number, neighbour| {
             neighbour.silence = neighbour.silence.saturating_add(1);
             neighbour.was_told = false;
-            if neighbour.silence % (AGAIN * patience) < patience {
+            if neighbour.silence % (AGAIN * silence_limit) < silence_limit {
                 self.replica.meet(*number);
             } else {
                 self.replica.part(*number);
             }
-            neighbour.is_met || neighbour.silence < patience
+            neighbour.is_met || neighbour.silence < silence_limit
         });
         self.replica.tick();
     }
 
     /// The ticks that a neighbour may be silent.
-    fn patience(&self) -> usize {
-        PATIENCE.max(PATIENCE_EACH * self.neighbours.len())
+    fn silence_limit(&self) -> usize {
+        MINIMUM_SILENCE.max(SILENCE_PER_NEIGHBOUR * self.neighbours.len())
     }
 
     /// The next message, and the name of the robot that it is for.
@@ -274,8 +274,8 @@ impl Member {
 
     /// How many robots are within reach and take part.
     pub fn neighbours(&self) -> usize {
-        let patience = self.patience();
-        self.neighbours.values().filter(|neighbour| neighbour.silence < patience).count()
+        let silence_limit = self.silence_limit();
+        self.neighbours.values().filter(|neighbour| neighbour.silence < silence_limit).count()
     }
 }
 

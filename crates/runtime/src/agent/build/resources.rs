@@ -122,7 +122,7 @@ impl HostResources {
     }
 
     /// How long the last calls of a module are waited for.
-    pub fn patience(&self, module: &Arc<str>, is_isolated: bool) -> CallTimeout {
+    pub fn timeout(&self, module: &Arc<str>, is_isolated: bool) -> CallTimeout {
         CallTimeout {
             module: Arc::clone(module),
             limit: (!is_isolated).then_some(self.hang),

@@ -17,7 +17,7 @@ pub(in crate::agent) struct ChangeRecorder {
 }
 
 /// How long a change waits for the end of a cycle.
-const PATIENCE: Duration = Duration::from_secs(1);
+const TIMEOUT: Duration = Duration::from_secs(1);
 
 thread_local! {
     /// The module that has asked for the change that this thread makes, if one has.
@@ -47,13 +47,13 @@ impl ChangeRecorder {
     /// Makes changes; what records the agent is told. In lockstep they are made between two cycles, so that they can be made
     /// again.
     pub fn make<R, E>(&self, changes: Vec<Recorded>, make: impl FnOnce() -> Result<R, E>) -> Result<R, E> {
-        self.make_within(PATIENCE, changes, make)
+        self.make_within(TIMEOUT, changes, make)
     }
 
     /// As [`make`](ChangeRecorder::make), but made so much later at most.
     pub fn make_within<R, E>(
         &self,
-        patience: Duration,
+        timeout: Duration,
         changes: Vec<Recorded>,
         make: impl FnOnce() -> Result<R, E>,
     ) -> Result<R, E> {
@@ -61,7 +61,7 @@ impl ChangeRecorder {
         let module = BY_MODULE.with_borrow(Option::clone);
         let before = self.shared.order();
         let (cycle, result) = match self.shared.lockstep && module.is_none() {
-            true => self.shared.between_two(patience, make),
+            true => self.shared.between_two(timeout, make),
             false => (None, make()),
         };
         let (now, cycles) = (self.shared.clock.now(), self.shared.cycles());

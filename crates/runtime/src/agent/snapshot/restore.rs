@@ -272,7 +272,7 @@ fn instance(
     let retired = Retired::new(
         kind,
         made,
-        composition.assembly.resources.patience(&Arc::from(name.as_str()), is_isolated),
+        composition.assembly.resources.timeout(&Arc::from(name.as_str()), is_isolated),
     );
     let (retired, fits) = retired.restored(state.to_vec());
     fits.map_err(|reason| refused("does not take its state", reason))?;

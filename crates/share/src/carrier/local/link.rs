@@ -28,7 +28,7 @@ const MEMORY: u8 = b'M';
 pub(super) struct LocalLink {
     socket: OwnedFd,
     /// How long the socket waits for a packet.
-    patience: Mutex<Duration>,
+    timeout: Mutex<Duration>,
     /// What this end fills, and what the other one does.
     own: Mutex<Regions>,
     others: Mutex<Regions>,
@@ -48,7 +48,7 @@ impl LocalLink {
         rustix::io::ioctl_fionbio(&socket, false)?;
         Ok(Self {
             socket,
-            patience: Mutex::new(Duration::ZERO),
+            timeout: Mutex::new(Duration::ZERO),
             own: Mutex::new(Regions::default()),
             others: Mutex::new(Regions::default()),
         })
@@ -65,12 +65,12 @@ impl LocalLink {
     }
 
     fn wait_at_most(&self, limit: Duration) -> io::Result<()> {
-        let mut patience = locked(&self.patience);
-        if *patience != limit {
+        let mut timeout = locked(&self.timeout);
+        if *timeout != limit {
             // None at all would mean to wait for ever.
             let at_least = limit.max(Duration::from_micros(1));
             set_socket_timeout(&self.socket, Timeout::Recv, Some(at_least))?;
-            *patience = limit;
+            *timeout = limit;
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use rustix::event::PollFlags;
 use rustix::net::sockopt::set_socket_send_buffer_size;
 
 use super::connection::{LARGEST, TlsConnection};
-use super::{Credentials, PATIENCE};
+use super::{Credentials, TIMEOUT};
 use crate::carrier::{CarrierError, Link, ready};
 
 /// What the system is asked to keep of what the other end has not taken, bytes; it may allow less.
@@ -67,7 +67,7 @@ impl TlsLink {
         credentials: &Credentials,
     ) -> Result<Self, CarrierError> {
         let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
-        let socket = TcpStream::connect_timeout(&address, PATIENCE).map_err(|error| match error.kind() {
+        let socket = TcpStream::connect_timeout(&address, TIMEOUT).map_err(|error| match error.kind() {
             ErrorKind::ConnectionRefused => CarrierError::Nobody { endpoint: endpoint.into() },
             _ => system(error),
         })?;
@@ -82,7 +82,7 @@ impl TlsLink {
     }
 
     fn shake_hands(&self) -> io::Result<()> {
-        let left = timer(PATIENCE);
+        let left = timer(TIMEOUT);
         while self.agent.get().is_none() {
             // Nothing is sent before, so no packet comes that would be lost here.
             let waits_for = self.listen(|connection| {
@@ -91,7 +91,7 @@ impl TlsLink {
                 Ok(interest(connection))
             })?;
             if left().is_zero() {
-                let late = format!("nobody shook hands within {} ms", PATIENCE.as_millis());
+                let late = format!("nobody shook hands within {} ms", TIMEOUT.as_millis());
                 return Err(io::Error::new(ErrorKind::TimedOut, late));
             }
             if self.agent.get().is_none() {

@@ -21,7 +21,7 @@ use listener::TlsListener;
 
 /// How long a host's name, a connection, and its handshake may take, each. The thread of the agent that is dialled waits
 /// for it, and nobody else. A first packet that is lost is sent again after a second.
-const PATIENCE: Duration = Duration::from_secs(2);
+const TIMEOUT: Duration = Duration::from_secs(2);
 
 const EXPECTED: &str = "tls:HOST:PORT, such as tls:192.168.1.5:7447 or tls:[::1]:7447";
 
@@ -54,7 +54,7 @@ impl Tls {
     }
 
     fn place(&self, endpoint: &str) -> Result<(Vec<SocketAddr>, &Credentials), CarrierError> {
-        let addresses = parse(endpoint)?.resolve(endpoint, PATIENCE)?;
+        let addresses = parse(endpoint)?.resolve(endpoint, TIMEOUT)?;
         let is_here = addresses.iter().all(|address| address.ip().is_loopback());
         Ok((addresses, self.credentials(endpoint, is_here)?))
     }

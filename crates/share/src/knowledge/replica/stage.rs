@@ -4,7 +4,7 @@ use crate::knowledge::wire::LifeSection;
 
 /// After how many ticks without another part a life that is received in parts is given up, so that who sent them need
 /// not come back.
-const PATIENCE: u32 = 8;
+const IDLE_TICKS: u32 = 8;
 
 /// A newer version of a life, as far as its parts are there.
 ///
@@ -80,6 +80,6 @@ impl LifeStage {
     /// Lets a tick pass; says whether there is still hope.
     pub fn wait(&mut self) -> bool {
         self.idle += 1;
-        self.idle <= PATIENCE
+        self.idle <= IDLE_TICKS
     }
 }
