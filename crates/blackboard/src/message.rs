@@ -40,12 +40,12 @@ pub struct Mailbox {
     slots: Box<[Slot]>,
     /// 1 + the index of the message sent last; 0 for none.
     head: AtomicU64,
-    desk: Mutex<Desk>,
+    handles: Mutex<MailboxHandles>,
     tap: Tapped,
 }
 
 #[derive(Debug)]
-struct Desk {
+struct MailboxHandles {
     senders: Vec<bool>,
     /// Names of the present or last sender of each place.
     names: Vec<String>,
@@ -138,19 +138,19 @@ impl Mailbox {
         };
         let count = usize::from(senders);
         let (senders, names) = (vec![false; count], vec![String::new(); count]);
-        let desk = Desk { senders, names, receiver: false, sequence: 0 };
+        let handles = MailboxHandles { senders, names, receiver: false, sequence: 0 };
         Arc::new(Self {
             shape,
             slots_per_sender,
             slots: (0..count * slots_per_sender).map(|_| slot()).collect(),
             head: AtomicU64::new(0),
-            desk: Mutex::new(desk),
+            handles: Mutex::new(handles),
             tap: Tapped::default(),
         })
     }
 
-    fn desk(&self) -> impl DerefMut<Target = Desk> {
-        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    fn handles(&self) -> impl DerefMut<Target = MailboxHandles> {
+        self.handles.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Returns the memory of a message.
@@ -178,15 +178,15 @@ impl Mailbox {
     /// # Errors
     /// When all are taken.
     pub fn sender_of(self: &Arc<Self>, name: &str) -> Result<Sender, HandlesSpent> {
-        let mut desk = self.desk();
+        let mut handles = self.handles();
         let free = |is_meant: &dyn Fn(&str) -> bool| {
-            let mut places = desk.senders.iter().zip(&desk.names);
+            let mut places = handles.senders.iter().zip(&handles.names);
             places.position(|(taken, own)| !taken && is_meant(own))
         };
         let place = free(&|own| own == name).or_else(|| free(&str::is_empty)).or_else(|| free(&|_| true));
-        let place = place.ok_or(HandlesSpent { limit: desk.senders.len() })?;
-        desk.senders[place] = true;
-        desk.names[place] = name.to_owned();
+        let place = place.ok_or(HandlesSpent { limit: handles.senders.len() })?;
+        handles.senders[place] = true;
+        handles.names[place] = name.to_owned();
         let numbers = vec![0; self.slots_per_sender];
         Ok(Sender { mailbox: Arc::clone(self), place, numbers, sent: 0, hint: 0 })
     }
@@ -194,14 +194,14 @@ impl Mailbox {
     /// Returns the name of the present or last sender at that place.
     /// Empty for one without a name.
     pub fn sender_name(&self, sender: u32) -> String {
-        self.desk().names.get(sender as usize).cloned().unwrap_or_default()
+        self.handles().names.get(sender as usize).cloned().unwrap_or_default()
     }
 
     /// Returns the names of the present senders.
     /// Empty for one without a name.
     pub fn sender_names(&self) -> Vec<String> {
-        let desk = self.desk();
-        let taken = desk.senders.iter().zip(&desk.names).filter(|(taken, _)| **taken);
+        let handles = self.handles();
+        let taken = handles.senders.iter().zip(&handles.names).filter(|(taken, _)| **taken);
         taken.map(|(_, name)| name.clone()).collect()
     }
 
@@ -210,12 +210,12 @@ impl Mailbox {
     /// # Errors
     /// When there is one.
     pub fn receiver(self: &Arc<Self>) -> Result<Receiver, HandlesSpent> {
-        let mut desk = self.desk();
-        if std::mem::replace(&mut desk.receiver, true) {
+        let mut handles = self.handles();
+        if std::mem::replace(&mut handles.receiver, true) {
             return Err(HandlesSpent { limit: 1 });
         }
         let order = Vec::with_capacity(self.slots.len());
-        Ok(Receiver { mailbox: Arc::clone(self), order, sequence: desk.sequence })
+        Ok(Receiver { mailbox: Arc::clone(self), order, sequence: handles.sequence })
     }
 }
 
@@ -313,7 +313,7 @@ impl Sender {
 
 impl Drop for Sender {
     fn drop(&mut self) {
-        self.mailbox.desk().senders[self.place] = false;
+        self.mailbox.handles().senders[self.place] = false;
     }
 }
 
@@ -443,9 +443,9 @@ impl Receiver {
 impl Drop for Receiver {
     fn drop(&mut self) {
         self.give_back(u32::from(ABANDONED) << CODE_SHIFT | REFUSED);
-        let mut desk = self.mailbox.desk();
-        desk.receiver = false;
-        desk.sequence = self.sequence;
+        let mut handles = self.mailbox.handles();
+        handles.receiver = false;
+        handles.sequence = self.sequence;
     }
 }
 

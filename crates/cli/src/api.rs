@@ -1,10 +1,10 @@
-//! Any operation of an agent's HTTP API.
+//! Any operation of an agent's API, at its socket or over TCP.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::Value;
-use slate::control::client::{Access, Request};
+use slate::control::client::Request;
 use slate::control::{BASE, Role};
 
 use crate::connection::AgentOption;
@@ -29,7 +29,7 @@ pub struct ApiOptions {
     #[arg(long, value_name = "KIND", value_parser = header)]
     accept: Option<String>,
 
-    /// Role whose token is used [default: the highest]
+    /// Role in which the agent is asked [default: the highest]
     #[arg(long, value_parser = role::parser())]
     role: Option<Role>,
 
@@ -69,14 +69,13 @@ fn header(text: &str) -> Result<String, String> {
 
 /// Asks, and prints the answer as it comes.
 pub fn api(options: &ApiOptions) -> Result<bool, Failure> {
-    let access = options.agent.over_http(options.role)?;
     let (Some(method), Some(path)) = (&options.method, &options.path) else {
-        return list(&access, options.json);
+        return list(options);
     };
     let body = options.body.as_deref().map(body).transpose()?;
     let accept = options.accept.as_deref();
     let request = Request { method, path, accept, body: body.as_deref() };
-    let mut response = access.ask(&request)?.well()?;
+    let mut response = options.agent.request(options.role, &request)?;
     let lost = |source| Failure::File { path: place(options.out.as_deref()), source };
     let mut to: Box<dyn std::io::Write> = match &options.out {
         Some(file) => Box::new(std::fs::File::create(file).map_err(lost)?),
@@ -113,9 +112,12 @@ fn body(text: &str) -> Result<String, Failure> {
 }
 
 /// Lists the operations.
-fn list(access: &Access, json: bool) -> Result<bool, Failure> {
-    let index = access.value(&Request { method: "GET", path: BASE, ..Request::default() })?;
-    if json {
+fn list(options: &ApiOptions) -> Result<bool, Failure> {
+    let request = Request { method: "GET", path: BASE, ..Request::default() };
+    let response = options.agent.request(options.role, &request)?;
+    let failed = |source| Failure::File { path: place(None), source };
+    let index: Value = serde_json::from_reader(response.body).map_err(|error| failed(error.into()))?;
+    if options.json {
         output::document("slate.api/1", &index);
         return Ok(true);
     }

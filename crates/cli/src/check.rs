@@ -14,10 +14,10 @@ use slate::blackboard::Board;
 use slate::control::OpenError;
 use slate::module::Plugin;
 use slate::record::{Misspelt, misspelt};
-use slate::runtime::StartError;
 use slate::runtime::composition::{Catalogue, DescribedLimits, Survey, Wired, described_limits, loose};
 use slate::runtime::configuration::{Configuration, Diagnostic, Report, Variant};
 use slate::runtime::directory::check_reach;
+use slate::runtime::{Mistake, StartError};
 use slate_run::{
     Application, Observation, check_bridges, check_console, check_dds, check_groot, check_network,
     check_ros1, check_ros2,
@@ -270,7 +270,7 @@ fn unused(configuration: &Configuration, catalogue: &Catalogue, survey: &Survey<
         let is_used =
             survey.modules.iter().any(|module| plugin.kinds().iter().any(|kind| kind.is(&module.kind)));
         let entry = configuration.table("plugins").and_then(|table| table.get(plugin.name()))?;
-        let message = format!("no module uses plugin `{}`", plugin.name());
+        let message = Mistake::UnusedPlugin.of(format!("no module uses plugin `{}`", plugin.name()));
         let help = "remove it, or set `load = false` to load it later";
         (!is_used).then(|| configuration.diagnostic(entry.span, message, Some(help.into())))
     };
@@ -281,7 +281,8 @@ fn unused(configuration: &Configuration, catalogue: &Catalogue, survey: &Survey<
 fn unrecorded(configuration: &Configuration, board: &Board) -> Vec<Diagnostic> {
     let warn = |own: Misspelt| {
         let setting = configuration.value(own.setting)?;
-        Some(configuration.diagnostic(setting.span, own.to_string(), Some(own.help.clone())))
+        let message = Mistake::Unrecorded.of(own.to_string());
+        Some(configuration.diagnostic(setting.span, message, Some(own.help.clone())))
     };
     misspelt(&configuration.record().selection, board).into_iter().filter_map(warn).collect()
 }

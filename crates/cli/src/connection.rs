@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use slate::control::client::{Access, Trouble};
+use slate::control::client::{Access, Request, Response, Trouble};
 use slate::control::{Client, Role};
 use slate::runtime::directory::agents;
 use slate::runtime::sharing::TEAM;
@@ -49,6 +49,22 @@ impl AgentOption {
             Some(address) => access_at(&address, role),
             None => access_of(self.connect()?.name(), role),
         }
+    }
+
+    /// Sends a request in a role, or in the highest known one.
+    /// It goes to the agent's socket, or over TCP to an address.
+    pub fn request(&self, role: Option<Role>, request: &Request<'_>) -> Result<Response, Failure> {
+        let response = match self.address() {
+            Some(address) => access_at(&address, role)?.ask(request)?,
+            None => {
+                let mut client = self.connect()?;
+                if let Some(role) = role {
+                    client.in_role(role);
+                }
+                client.request(request)?
+            }
+        };
+        Ok(response.well()?)
     }
 
     /// Returns access over HTTP for callers with their own tokens.

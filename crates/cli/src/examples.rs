@@ -7,6 +7,7 @@ use slate::runtime::snapshot::Snapshot;
 use slate_robotics_cli::FEATURES;
 use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory};
 
+use crate::absent_kinds::check_kinds;
 use crate::failure::Failure;
 use crate::output;
 
@@ -221,8 +222,9 @@ fn missing_feature_of(file: &Path) -> Option<&'static str> {
 }
 
 /// Creates an application with the modules that are linked into the command.
-fn application(name: &str, database: Database) -> Application {
-    Application::new(name, database, plugins())
+fn application(name: &str, database: Database) -> Result<Application, Failure> {
+    check_kinds(&database.current())?;
+    Ok(Application::new(name, database, plugins()))
 }
 
 /// Returns the modules that are linked into the command.
@@ -306,7 +308,7 @@ pub fn find(
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
         let file = format!("{name}.toml");
         let options = Options { embedded: example.embedded, ..options(sets) };
-        return Ok(application(name, Database::from_text(&file, example.configuration, options)?));
+        return application(name, Database::from_text(&file, example.configuration, options)?);
     }
     let path = file_of(name);
     let path = path.as_path();
@@ -343,7 +345,7 @@ pub fn find(
         Some(text) => Database::from_text(&format!("{stem}.toml"), text, options(sets))?,
         None => Database::open(path, options(sets))?,
     };
-    Ok(application(&run, database))
+    application(&run, database)
 }
 
 /// Returns the application of a snapshot, with its configuration of that time.
@@ -360,7 +362,7 @@ pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure
     if let Some(set) = sets.into_iter().find(is_variant) {
         return Err(Failure::OtherVariant { set });
     }
-    Ok(application(&name, database))
+    application(&name, database)
 }
 
 /// Returns the names of the examples.

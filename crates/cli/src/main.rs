@@ -4,6 +4,7 @@
 #[macro_use(eprint, eprintln)]
 extern crate slate_run;
 
+mod absent_kinds;
 mod api;
 mod arguments;
 mod bag;
@@ -70,6 +71,7 @@ mod wait;
 mod watch;
 mod words;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{ColorChoice, CommandFactory, FromArgMatches};
@@ -86,8 +88,8 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         // Help and version are no errors; what is asked for goes to stdout, a complaint to stderr.
         Err(Failure::Words(error)) if !error.use_stderr() => {
-            let _ = error.print();
-            return ExitCode::SUCCESS;
+            output::note(error.print().and_then(|()| std::io::stdout().flush()));
+            return ExitCode::from(if output::is_lost() { 2 } else { 0 });
         }
         Err(failure) => {
             failure.print();

@@ -19,6 +19,8 @@ struct AgentRow {
     modules: Option<(usize, usize)>,
     /// Cycles of the main loop.
     cycles: Option<u64>,
+    /// End of its run; none while it continues.
+    over: Option<String>,
     /// Actuators that let no command through.
     #[serde(flatten)]
     held: HeldActuators,
@@ -31,6 +33,7 @@ struct AgentRow {
 struct AgentStatus {
     modules: Option<(usize, usize)>,
     cycles: Option<u64>,
+    over: Option<String>,
     held: HeldActuators,
 }
 
@@ -45,8 +48,8 @@ pub fn ps(json: bool) -> Result<bool, Failure> {
                 Some(Err(error)) => (AgentStatus::default(), Some(error.to_string())),
                 None => (AgentStatus::default(), Some("no answer".into())),
             };
-            let AgentStatus { modules, cycles, held } = answer;
-            AgentRow { agent, process, modules, cycles, held, trouble }
+            let AgentStatus { modules, cycles, over, held } = answer;
+            AgentRow { agent, process, modules, cycles, over, held, trouble }
         })
         .collect();
     if json {
@@ -54,7 +57,7 @@ pub fn ps(json: bool) -> Result<bool, Failure> {
         return Ok(true);
     }
     if rows.is_empty() {
-        eprintln!("no agent of this user runs here");
+        eprintln!("no agent of this user runs on this machine; `slate run exp1` starts one");
         return Ok(true);
     }
     let dash = || "-".to_owned();
@@ -84,7 +87,11 @@ fn state(row: &AgentRow) -> String {
     }
     let ill = row.modules.map_or(0, |(_, ill)| ill);
     let ill = (ill > 0).then(|| format!("{ill} faulty"));
-    let words: Vec<_> = row.held.words().into_iter().chain(ill).collect();
+    // The actuators of a run that is over have no driver any more.
+    let words: Vec<_> = match &row.over {
+        Some(how) => vec![format!("run over: {how}")],
+        None => row.held.words().into_iter().chain(ill).collect(),
+    };
     if words.is_empty() { "ok".into() } else { words.join("; ") }
 }
 
@@ -95,6 +102,7 @@ fn look(client: &mut Client) -> Result<AgentStatus, ClientError> {
     Ok(AgentStatus {
         modules: Some((modules.len(), ill.count())),
         cycles: cycles.and_then(|reading| reading.value.as_u64()),
+        over: client.run_end()?,
         held: HeldActuators::of(client)?,
     })
 }

@@ -41,7 +41,7 @@ pub enum RecordVerb {
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Download a finished recording over HTTP
+    /// Download a finished recording
     Fetch {
         /// Name, such as `recording`; `slate api GET /recordings` lists all
         name: String,
@@ -138,8 +138,8 @@ fn fetch(agent: &AgentOption, name: &str, out: &Path) -> Result<(), Failure> {
         byte => format!("%{byte:02X}"),
     };
     let path = format!("{BASE}/recordings/{}", name.bytes().map(coded).collect::<String>());
-    let mut response =
-        agent.over_http(None)?.ask(&Request { method: "GET", path: &path, ..Request::default() })?.well()?;
+    let request = Request { method: "GET", path: &path, ..Request::default() };
+    let mut response = agent.request(None, &request)?;
     let unwritten = |source: Error| match source.kind() {
         ErrorKind::AlreadyExists => Failure::Taken { path: out.into() },
         _ => Failure::File { path: out.into(), source },

@@ -58,7 +58,7 @@ pub struct ArmOptions {
 
 /// Timeout for the confirmation of a stop.
 /// It needs a few milliseconds; a person must not be left without an answer.
-const PATIENCE: Duration = Duration::from_secs(4);
+const TIMEOUT: Duration = Duration::from_secs(4);
 
 /// Retries of a stop, and the pause between them.
 /// An agent without free descriptors closes the connection of a stop.
@@ -159,8 +159,8 @@ fn stop_all(
     let waiting = |target: &StopTarget| StopResult {
         agent: target.name.clone(),
         stopped: false,
-        after_ms: PATIENCE.as_secs_f64() * 1e3,
-        trouble: Some(format!("no answer within {} s", PATIENCE.as_secs())),
+        after_ms: TIMEOUT.as_secs_f64() * 1e3,
+        trouble: Some(format!("no answer within {} s", TIMEOUT.as_secs())),
     };
     let mut answers: Vec<StopResult> = targets.iter().map(waiting).collect();
     let is_one = answers.len() == 1;
@@ -184,7 +184,7 @@ fn stop_all(
         }
     }
     drop(sender);
-    while let Ok((index, outcome, time)) = outcomes.recv_timeout(PATIENCE.saturating_sub(begin.elapsed())) {
+    while let Ok((index, outcome, time)) = outcomes.recv_timeout(TIMEOUT.saturating_sub(begin.elapsed())) {
         let answer = &mut answers[index];
         answer.after_ms = time.as_secs_f64() * 1e3;
         answer.stopped = outcome.is_ok();

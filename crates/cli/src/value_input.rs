@@ -2,11 +2,13 @@
 
 use serde::Deserialize as _;
 use serde_json::Value;
+use slate::blackboard::nearest_names;
 use slate::control::{Client, ClientError};
 use slate::runtime::Mistake;
 use toml_edit::de::ValueDeserializer;
 
 use crate::failure::Failure;
+use crate::urls;
 
 /// Reads JSON, or an inline table or array of TOML; `None` for any other text.
 pub fn parse(text: &str) -> Option<Value> {
@@ -23,6 +25,10 @@ pub fn parse(text: &str) -> Option<Value> {
 /// Returns the error of a refused value, with an example of a valid one.
 pub fn refused(client: &mut Client, verb: &str, url: &str, error: ClientError) -> Failure {
     let ClientError::Refused(mut refusal) = error else { return error.into() };
+    if refusal.code.as_deref() == Some(Mistake::Name.code()) && refusal.help.starts_with("GET ") {
+        refusal.help = known_names(client, url);
+        return urls::unknown(client, url, ClientError::Refused(refusal));
+    }
     if refusal.code.as_deref() == Some(Mistake::Value.code()) && refusal.help.starts_with("GET ") {
         let present = client.read(url).ok().flatten().map(|reading| reading.value);
         let example = match present.filter(Value::is_object) {
@@ -35,6 +41,22 @@ pub fn refused(client: &mut Client, verb: &str, url: &str, error: ClientError) -
         );
     }
     ClientError::Refused(refusal).into()
+}
+
+/// Returns advice about an unknown name.
+/// It is the nearest field of the value above, or the command that lists the names.
+fn known_names(client: &mut Client, url: &str) -> String {
+    let (above, name) = url.trim_end_matches('/').rsplit_once('/').unwrap_or_default();
+    let value = client.read(above).ok().flatten().map(|reading| reading.value);
+    match value.as_ref().and_then(Value::as_object) {
+        Some(fields) => match nearest_names(name, fields.keys().map(String::as_str)).first() {
+            Some(near) => format!("did you mean {above}/{near}?"),
+            None => format!("`slate get {above}` prints the fields"),
+        },
+        None => {
+            "`slate list` lists the properties, and `slate tree '/**/params' --values` the parameters".into()
+        }
+    }
 }
 
 /// Returns a value as TOML in a line.

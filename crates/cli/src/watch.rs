@@ -8,6 +8,7 @@ use clap_complete::ArgValueCompleter;
 use serde_json::{Value, json};
 use slate::control::{ClientError, Reading, Watched};
 use slate::record::bag::seconds;
+use slate::runtime::Mistake;
 
 use crate::clock::now;
 use crate::condition::Condition;
@@ -95,14 +96,21 @@ pub fn watch(options: &WatchOptions) -> Result<u8, Failure> {
     let mut lines: Vec<WatchLine> = urls.into_iter().map(new).collect();
     let until = options.time.map(|time| now() + time);
     let (mut total, mut has_head, mut since) = (0, false, None);
+    // Whether the run went on after the first values were read.
+    let mut polls = 0;
     loop {
         let left = until.map_or(WAIT, |until| until.saturating_duration_since(now()).min(WAIT));
         let news = match client.watch(&of, left) {
             Ok(news) => news,
             // It has ended, and what it had to show was shown.
             Err(ClientError::Lost { .. }) if total > 0 => break,
+            Err(error) if total > 0 && polls > 1 && is_run_over(&error) => {
+                eprintln!("{error}");
+                break;
+            }
             Err(error) => return Err(error.into()),
         };
+        polls += 1;
         for one in news {
             let (Some(line), Some(watched)) = (lines.get_mut(one.of), of.get_mut(one.of)) else { continue };
             line.missed += one.missed;
@@ -143,6 +151,10 @@ pub fn watch(options: &WatchOptions) -> Result<u8, Failure> {
         eprintln!("{total} values in {seconds:.1} s, {missed} missed");
     }
     Ok(0)
+}
+
+fn is_run_over(error: &ClientError) -> bool {
+    matches!(error, ClientError::Refused(refusal) if refusal.code.as_deref() == Some(Mistake::RunOver.code()))
 }
 
 /// Returns whether a value is to be shown.

@@ -360,6 +360,7 @@ fn a_forgotten_slash_and_a_wrong_name_get_the_right_hint() {
             "did you mean /simulator/r2/sonar?",
         ),
         ("/simulator/r2/sonnar", "`simulator` has no output `r2/sonnar`", "did you mean r2/sonar"),
+        ("wheels/comand", "nothing is called `/r2/wheels/comand`", "did you mean r2/wheels/command"),
         (
             "pass_range/change",
             "an Analyze reads another one only as a fact of Knowledge",
@@ -419,7 +420,7 @@ fn a_robot_model_of_another_robot_is_refused_with_both_places() {
             "S017",
             format!("`simulator` has a `pioneer_p3dx` there (other.toml:{model})"),
         ),
-        ("none.toml", &none, "", "no robot is named; expected one of pioneer_p3dx, summit_xl".into()),
+        ("none.toml", &none, "S019", "no robot is named; expected one of pioneer_p3dx, summit_xl".into()),
     ] {
         std::fs::write(running.folder().join(name), text).unwrap();
         let checked = findings(&running, 7, &["check", name]);

@@ -395,6 +395,17 @@ fn exit_code_is_the_same_without_anywhere_to_write() {
 }
 
 #[test]
+fn help_without_anywhere_to_write_fails() {
+    for arguments in [&["--help"][..], &["--version"], &["run", "--help"], &["completions", "bash"]] {
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_slate")).args(arguments).stdout(full).output().unwrap();
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert_eq!(stderr.matches("stdout can't be written").count(), 1, "{arguments:?}: {stderr}");
+    }
+}
+
+#[test]
 fn too_little_address_space_gives_advice() {
     let folder = folder("address-space");
     for kilobytes in ["900000", "150000"] {

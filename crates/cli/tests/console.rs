@@ -9,7 +9,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::os::unix::fs::PermissionsExt;
 
-use common::{Running, folder, slate, text, wait_for};
+use common::{Running, WORLD, folder, json, slate, text, wait_for};
 use serde_json::Value;
 
 #[test]
@@ -61,12 +61,34 @@ fn run_with_stay_is_reached_after_its_end() {
     wait_for("the report", || summary.is_file());
     // Its values stay, and so do the tools' answers.
     assert!(running.done(&["get", "/referee/verdict/state"]).contains("SUCCEEDED"));
-    assert!(running.done(&["ps"]).contains("exp1"));
+    assert!(running.done(&["ps"]).contains("run over: exp1, seed 0: "));
     running.interrupt();
     let output = running.finish();
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let stderr = text(&output.stderr);
     assert!(stderr.contains("the run is over; the agent stays until Ctrl-C"), "{stderr}");
+}
+
+#[test]
+fn what_needs_a_run_is_refused_after_its_end() {
+    let mut running = Running::new("console-over");
+    running.start("exp1", &["run", "exp1", "--headless", "--stay", "--out", "here"]);
+    let summary = running.folder().join("here/summary.json");
+    wait_for("the report", || summary.is_file());
+    running.done(&["snapshot", "save", "last.snapshot"]);
+    let wanted = ["the run of agent `exp1` is over (exp1, seed 0: ", "start it again"];
+    for arguments in [
+        &["watch", "/referee/verdict/state"][..],
+        &["wait", "/referee/verdict/state", "== RUNNING"],
+        &["record", "start"],
+        &["snapshot", "load", "last.snapshot"],
+        &["api", "POST", "/leases", r#"{"actuator": "r2/wheels"}"#],
+    ] {
+        running.fails(5, arguments, &wanted);
+    }
+    assert!(!running.folder().join("recording.mcap").exists());
+    // A value that was asked for once is there.
+    assert!(running.done(&["watch", "/referee/verdict/state", "-n", "1"]).contains("SUCCEEDED"));
 }
 
 #[test]
@@ -98,6 +120,32 @@ fn run_that_keeps_nothing_leaves_no_folder_and_no_path_length() {
         assert!(!stdout.contains(word), "{word}: {stdout}");
     }
     assert!(!running.folder().join("runs").exists());
+}
+
+#[test]
+fn run_without_a_mission_has_no_path_length() {
+    let mut running = Running::new("console-aimless");
+    let robot = r#"
+[agent]
+name = "aimless"
+[time]
+source = "simulator"
+[modules.simulator]
+[modules.referee]
+params = { robot = "r2" }
+[links]
+"referee/truth" = "simulator/r2/truth"
+"referee/clearance" = "simulator/r2/clearance"
+"referee/contacts" = "simulator/contacts"
+[report]
+metrics = "/referee/metrics"
+"#;
+    std::fs::write(running.folder().join("aimless.toml"), [robot, WORLD].concat()).unwrap();
+    running.start("aimless", &["run", "aimless.toml", "--headless", "--json"]);
+    wait_for("figures", || running.read("aimless", "/referee/metrics/path_length").is_number());
+    running.interrupt();
+    let summary = json(&running.finish());
+    assert_eq!((&summary["path_length_m"], &summary["outcome"]), (&Value::Null, &"stopped".into()));
 }
 
 #[test]

@@ -25,6 +25,7 @@ fn warnings(name: &str, configuration: &str) -> Vec<String> {
     let checked: Value = serde_json::from_str(&text(&output.stdout)).unwrap();
     let words = |one: &Value| {
         assert_eq!(one["severity"], "warning", "{checked}");
+        assert!(one["code"].as_str().unwrap().starts_with("S2"), "{checked}");
         format!("{}: {}", one["message"].as_str().unwrap(), one["help"].as_str().unwrap())
     };
     let found = checked["findings"].as_array().unwrap();

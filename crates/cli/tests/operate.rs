@@ -191,7 +191,7 @@ fn a_goal_is_set_where_the_robot_keeps_it() {
 }
 
 #[test]
-fn any_operation_of_the_api_is_called_with_a_found_secret() {
+fn any_operation_of_the_api_is_called_by_its_path() {
     let running = started("api");
     let agent: Value = serde_json::from_str(&running.done(&["api", "GET", "/agent"])).unwrap();
     assert_eq!((&agent["name"], &agent["role"]), (&"exp1".into(), &"developer".into()));
@@ -214,6 +214,25 @@ fn any_operation_of_the_api_is_called_with_a_found_secret() {
     let document = std::fs::read_to_string(running.folder().join("openapi.json")).unwrap();
     assert!(document.contains("\"3.1.0\""));
     // A stream goes on until nobody reads it.
+    let path = "/slate/exp1/simulator/r2/truth";
+    let mut stream = running.command(&["api", "GET", path, "--accept", "text/event-stream"]);
+    let mut stream = stream.stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = std::io::BufRead::lines(std::io::BufReader::new(stream.stdout.take().unwrap()));
+    assert!(lines.any(|line| line.unwrap().starts_with("data: {")));
+    drop(lines);
+    assert_eq!(stream.wait().unwrap().code(), Some(0));
+}
+
+#[test]
+fn api_reaches_an_agent_without_a_console() {
+    let mut running = Running::new("api-socket");
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "realtime"]);
+    running.fails(3, &["console"], &["its web console is off"]);
+    let agent = json(&running.call(&["api", "GET", "/agent", "--role", "viewer"]));
+    assert_eq!((&agent["name"], &agent["role"]), (&"exp1".into(), &"viewer".into()));
+    assert!(running.done(&["api"]).contains("/leases"));
+    running.done(&["api", "POST", "/log", r#"{"text": "a note"}"#]);
+    assert!(running.done(&["log"]).contains("a tool: a note"));
     let path = "/slate/exp1/simulator/r2/truth";
     let mut stream = running.command(&["api", "GET", path, "--accept", "text/event-stream"]);
     let mut stream = stream.stdout(Stdio::piped()).spawn().unwrap();

@@ -200,7 +200,7 @@ fn what_is_of_this_computer_is_not_taken_for_the_agents() {
     }
     // A run is here, whatever agent is usual.
     says(&call(&["run", "exp1", "--agent", &all.address]), 2, &["exp1"]);
-    says(&call(&["ps"]), 0, &["no agent of this user runs here"]);
+    says(&call(&["ps"]), 0, &["no agent of this user runs on this machine"]);
 }
 
 #[test]

@@ -364,7 +364,7 @@ fn what_is_changed_during_the_run_is_changed_again() {
         let line = schema.decode(&line.data).unwrap();
         line.get("msg").and_then(|value| value.as_str()).unwrap().to_owned()
     });
-    assert!(said.into_iter().any(|line| line.contains("other links hold for r2/avoid_wall")));
+    assert!(said.into_iter().any(|line| line.contains("links changed, of these modules: r2/avoid_wall")));
     let (said, code) = verify(running.folder(), "here/run.mcap");
     assert!(said.starts_with("identical, "), "{said}");
     assert_eq!(code, Some(0));

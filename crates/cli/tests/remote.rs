@@ -220,7 +220,7 @@ fn a_file_is_edited_and_saved_while_its_agent_runs() {
         "is refused",
         "outside 0 to 1000000000",
         "robot.toml:",
-        "holds now: modules.referee.params.time_limit",
+        "are in effect: modules.referee.params.time_limit",
     ] {
         assert!(stderr.contains(words), "{words}: {stderr}");
     }

@@ -50,7 +50,7 @@ fn a_playback_is_controlled_from_another_shell() {
     let values = status("values").as_u64().unwrap();
     wait_for("it goes in circles", || status("values").as_u64().unwrap() > values + 2000);
     assert!((1_000_000_000..=1_200_000_000).contains(&status("time").as_u64().unwrap()));
-    running.fails(5, &["replay", "seek", "1000"], &["behind its end", "slate replay status"]);
+    running.fails(5, &["replay", "seek", "1000"], &["after the end of the recording", "slate replay status"]);
     running.done(&["replay", "pause"]);
     assert_eq!(status("is_paused"), true);
     running.done(&["replay", "loop"]);

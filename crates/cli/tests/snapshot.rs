@@ -72,7 +72,11 @@ fn a_running_agent_is_frozen_and_goes_back() {
     // What does not fit is refused, and the agent goes on.
     let whole = std::fs::read(running.folder().join("here.snapshot")).unwrap();
     std::fs::write(running.folder().join("half.snapshot"), &whole[..whole.len() / 2]).unwrap();
-    running.fails(5, &["snapshot", "load", "half.snapshot"], &["half.snapshot", "no whole snapshot", "help"]);
+    running.fails(
+        5,
+        &["snapshot", "load", "half.snapshot"],
+        &["half.snapshot", "not a complete snapshot", "help"],
+    );
     running.fails(
         5,
         &["snapshot", "save", "no-folder/x.snapshot"],

@@ -138,7 +138,7 @@ fn the_documents_in_json_keep_their_form() {
         ),
         (
             &["ps"],
-            r#"{"agents":[{"agent":"text","cycles":"number","disarmed":[],"modules":["number"],"process":{"id":"number",
+            r#"{"agents":[{"agent":"text","cycles":"number","disarmed":[],"modules":["number"],"over":null,"process":{"id":"number",
                 "memory":"number","threads":"number","uptime":"number"},"stopped":[],"trouble":null}],
                 "schema":"slate.ps/1"}"#,
         ),

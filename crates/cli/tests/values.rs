@@ -190,7 +190,18 @@ fn what_can_be_set_is_set_and_else_it_is_said_what_to_do() {
 
     running.fails(5, &["set", "/r2/planner/params/max_linear_velocity", "99"], &["99, outside 0 to 3"]);
     running.fails(5, &["set", "/r2/planner/params/max_linear_velocity", "fast"], &["max_linear_velocity"]);
-    running.fails(4, &["set", "/r2/planner/params/speed", "1"], &["max_linear_velocity"]);
+    running.fails(
+        4,
+        &["set", "/r2/planner/params/elephant", "1"],
+        &["`slate get /r2/planner/params` prints the fields"],
+    );
+    let near = ["did you mean /r2/planner/params/max_linear_velocity?"];
+    running.fails(4, &["set", "/r2/planner/params/max_linear_velocty", "1"], &near);
+    running.fails(
+        4,
+        &["set", "/r2/plannr/params/max_linear_velocity", "1"],
+        &["`slate list` lists the properties"],
+    );
     running.fails(5, &["set", "/simulator/r2/truth", "1"], &["written by module `simulator`", "slate link"]);
     running.fails(5, &["set", "/r2/planner/position", "1"], &["is linked, from", "slate unlink"]);
     running.fails(5, &["set", "/r2/execute/plan", "1"], &["takes messages"]);

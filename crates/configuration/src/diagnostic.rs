@@ -110,6 +110,17 @@ impl Diagnostic {
         self.mistake
     }
 
+    /// The diagnostic with a kind, unless it has one.
+    pub fn or(mut self, mistake: Mistake) -> Self {
+        self.mistake.get_or_insert(mistake);
+        self
+    }
+
+    /// The beginning of its line: the severity and the code, such as `warning[S201]`.
+    pub fn heading(&self, severity: &str) -> String {
+        self.mistake.map_or_else(|| severity.into(), |mistake| format!("{severity}[{}]", mistake.code()))
+    }
+
     /// The help.
     pub fn help_text(&self) -> Option<&str> {
         self.help.as_deref()
@@ -203,10 +214,7 @@ struct Coded<'a>(&'a Diagnostic);
 
 impl fmt::Display for Coded<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0.mistake {
-            Some(mistake) => write!(f, "error[{}]: {}", mistake.code(), self.0.message),
-            None => write!(f, "error: {}", self.0.message),
-        }
+        write!(f, "{}: {}", self.0.heading("error"), self.0.message)
     }
 }
 

@@ -43,6 +43,10 @@ pub enum Mistake {
     Attachment,
     /// RobotModel of another robot.
     Hardware,
+    /// A feature is not built in.
+    Feature,
+    /// A setting does not fit, in a way that has no kind of its own.
+    Setting,
     /// Unreachable agent.
     NoAgent,
     /// Missing choice of an agent.
@@ -59,11 +63,29 @@ pub enum Mistake {
     Messages,
     /// Taken already.
     Held,
+    /// The run of the agent is over.
+    RunOver,
+    /// A port leads nowhere.
+    Loose,
+    /// A block without which its robot does nothing is switched off.
+    SwitchedOff,
+    /// A block drives another robot.
+    OtherRobot,
+    /// The input of a driver is not reserved for commands that passed the gate.
+    Unguarded,
+    /// The limits of a gate are wider than those of the robot.
+    WideLimits,
+    /// A robot has no modules.
+    EmptyRobot,
+    /// No module uses a plugin.
+    UnusedPlugin,
+    /// A property to record does not exist.
+    Unrecorded,
 }
 
 impl Mistake {
     /// All kinds, in the order of their codes.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 36] = [
         Self::Syntax,
         Self::Key,
         Self::Parameter,
@@ -81,6 +103,8 @@ impl Mistake {
         Self::Value,
         Self::Attachment,
         Self::Hardware,
+        Self::Feature,
+        Self::Setting,
         Self::NoAgent,
         Self::WhichAgent,
         Self::Silent,
@@ -89,6 +113,15 @@ impl Mistake {
         Self::Linked,
         Self::Messages,
         Self::Held,
+        Self::RunOver,
+        Self::Loose,
+        Self::SwitchedOff,
+        Self::OtherRobot,
+        Self::Unguarded,
+        Self::WideLimits,
+        Self::EmptyRobot,
+        Self::UnusedPlugin,
+        Self::Unrecorded,
     ];
 
     /// Code of the kind; it is never used for another kind.
@@ -111,6 +144,8 @@ impl Mistake {
             Self::Value => "S015",
             Self::Attachment => "S016",
             Self::Hardware => "S017",
+            Self::Feature => "S018",
+            Self::Setting => "S019",
             Self::NoAgent => "S101",
             Self::WhichAgent => "S102",
             Self::Silent => "S103",
@@ -119,6 +154,15 @@ impl Mistake {
             Self::Linked => "S106",
             Self::Messages => "S107",
             Self::Held => "S108",
+            Self::RunOver => "S109",
+            Self::Loose => "S201",
+            Self::SwitchedOff => "S202",
+            Self::OtherRobot => "S203",
+            Self::Unguarded => "S204",
+            Self::WideLimits => "S205",
+            Self::EmptyRobot => "S206",
+            Self::UnusedPlugin => "S207",
+            Self::Unrecorded => "S208",
         }
     }
 

@@ -21,7 +21,7 @@ use tokio::sync::Notify;
 
 use slate_control::{
     ConnectionEnd, ConnectionSlot, Connections, ControlSurface, DescriptorReserve, Dispatcher, Document,
-    HEARING, LOOK, Page, Patient,
+    HEARING, LOOK, Page, TimedStream,
 };
 
 use crate::guard::Guard;
@@ -317,7 +317,7 @@ where
         .keep_alive(!only_stops)
         .max_buf_size(HEAD)
         .max_headers(HEADERS)
-        .serve_connection(TokioIo::new(Patient::new(stream)), service)
+        .serve_connection(TokioIo::new(TimedStream::new(stream)), service)
         .with_upgrades();
     // Who is gone misses nothing.
     let _ = connection.await;

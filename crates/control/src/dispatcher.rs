@@ -89,7 +89,7 @@ impl Dispatcher {
             last_event: None,
             body,
         };
-        let answer = (found.operation.handler)(&self.surface, &ask);
+        let answer = found.operation.carry_out(&self.surface, &ask);
         self.log(found.operation, &ask.caller, path, &answer);
         answer.map_or_else(|problem| problem.response(), whole)
     }
@@ -136,7 +136,7 @@ impl Dispatcher {
         let worked = tokio::task::spawn_blocking(move || {
             // It ends with the work, also when nobody waits for the answer any more.
             let _turn = turn;
-            let answer = (operation.handler)(&surface, &ask);
+            let answer = operation.carry_out(&surface, &ask);
             if operation.method != "GET" {
                 // Whoever is told of a change finds it in the recording.
                 surface.agent.settle();

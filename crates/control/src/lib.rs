@@ -50,7 +50,7 @@ pub use agent::{
 pub use answer::{OperationAnswer, ResponseBody, json_response, response};
 pub use client::{Client, ClientError};
 pub use connection::{
-    BusyConnection, ConnectionEnd, ConnectionSlot, Connections, MOST_SOCKETS, Patient, WRITE_TIMEOUT,
+    BusyConnection, ConnectionEnd, ConnectionSlot, Connections, MOST_SOCKETS, TimedStream, WRITE_TIMEOUT,
 };
 pub use dispatcher::{Dispatcher, OperationTurn};
 pub use entries::{

@@ -41,6 +41,8 @@ pub struct Operation {
     pub answer: fn() -> Json,
     /// The other kinds of answers.
     pub kinds: &'static [&'static str],
+    /// True if it has an effect only while the run continues.
+    pub needs_run: bool,
     /// Carries it out.
     pub handler: fn(&Arc<ControlSurface>, &OperationRequest) -> Result<OperationAnswer, Problem>,
 }
@@ -56,6 +58,7 @@ pub(crate) struct OperationDraft {
     parameters: &'static [Parameter],
     body: Option<fn() -> Json>,
     kinds: &'static [&'static str],
+    needs_run: bool,
 }
 
 /// Token, where a browser can set no header.
@@ -75,6 +78,21 @@ impl Operation {
         summary: &'static str,
     ) -> OperationDraft {
         OperationDraft::new("GET", path, name, role, summary).parameters(&[TOKEN])
+    }
+
+    /// Carries it out.
+    ///
+    /// # Errors
+    /// When the operation needs a run that is over, or the agent refuses.
+    pub fn carry_out(
+        &self,
+        surface: &Arc<ControlSurface>,
+        request: &OperationRequest,
+    ) -> Result<OperationAnswer, Problem> {
+        match surface.run_end().filter(|_| self.needs_run) {
+            Some(how) => Err(Problem::run_over(surface.name(), how, "it would have no effect")),
+            None => (self.handler)(surface, request),
+        }
     }
 
     /// Creates an operation that begins an activity.
@@ -131,7 +149,18 @@ impl OperationDraft {
         role: Role,
         summary: &'static str,
     ) -> Self {
-        Self { method, path, name, role, summary, pace: Pace::Slow, parameters: &[], body: None, kinds: &[] }
+        Self {
+            method,
+            path,
+            name,
+            role,
+            summary,
+            pace: Pace::Slow,
+            parameters: &[],
+            body: None,
+            kinds: &[],
+            needs_run: false,
+        }
     }
 
     /// Sets the duration class.
@@ -154,14 +183,32 @@ impl OperationDraft {
         Self { kinds, ..self }
     }
 
+    /// Refuses the operation after the end of the run, when it would have no effect.
+    pub const fn needs_run(self) -> Self {
+        Self { needs_run: true, ..self }
+    }
+
     /// Sets the schema of the answer as JSON, and the handler.
     pub const fn answers(
         self,
         answer: fn() -> Json,
         handler: fn(&Arc<ControlSurface>, &OperationRequest) -> Result<OperationAnswer, Problem>,
     ) -> Operation {
-        let Self { method, path, name, role, summary, pace, parameters, body, kinds } = self;
-        Operation { method, path, name, summary, role, pace, parameters, body, answer, kinds, handler }
+        let Self { method, path, name, role, summary, pace, parameters, body, kinds, needs_run } = self;
+        Operation {
+            method,
+            path,
+            name,
+            summary,
+            role,
+            pace,
+            parameters,
+            body,
+            answer,
+            kinds,
+            needs_run,
+            handler,
+        }
     }
 }
 
@@ -224,6 +271,13 @@ pub struct Caller {
 impl std::fmt::Debug for Caller {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Caller").field("who", &self.who).finish_non_exhaustive()
+    }
+}
+
+impl Caller {
+    /// The caller for people; one at this computer that gives itself no name is a tool.
+    pub(crate) fn name(&self) -> &str {
+        if self.who.is_empty() { "a tool" } else { &self.who }
     }
 }
 

@@ -69,6 +69,13 @@ impl Problem {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again later").with("retry-after", "1")
     }
 
+    /// A request to an agent whose run is over.
+    pub fn run_over(agent: &str, how: &str, consequence: &str) -> Self {
+        let message = format!("the run of agent `{agent}` is over ({how}), so {consequence}");
+        let help = "end the agent with Ctrl-C and start it again, such as `slate run exp1`; `slate get` prints its last values";
+        Self::new(StatusCode::CONFLICT, message, help).of(Mistake::RunOver)
+    }
+
     /// Creates the problem of a refusal by the agent.
     pub fn refused(status: StatusCode, refusal: Refusal) -> Self {
         let mistake = refusal.code.as_deref().and_then(Mistake::from_code);

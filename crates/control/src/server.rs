@@ -19,7 +19,7 @@ use tokio::net::{UnixListener, UnixStream};
 use tokio::sync::Notify;
 
 use crate::answer::ResponseBody;
-use crate::connection::{ConnectionEnd, ConnectionSlot, Connections, Patient};
+use crate::connection::{ConnectionEnd, ConnectionSlot, Connections, TimedStream};
 use crate::dispatcher::Dispatcher;
 use crate::lease::LOOK;
 use crate::operation::Caller;
@@ -225,7 +225,7 @@ async fn converse(stream: UnixStream, host: Arc<SocketHost>, place: Arc<Connecti
         .timer(TokioTimer::new())
         .header_read_timeout(None)
         .keep_alive(!is_brief)
-        .serve_connection(TokioIo::new(Patient::new(stream)), service);
+        .serve_connection(TokioIo::new(TimedStream::new(stream)), service);
     let connection = std::pin::pin!(async move {
         // Who is gone misses nothing.
         let _ = connection.await;

@@ -1,6 +1,6 @@
 //! State of an agent that all requests share.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use serde_json::Value as Json;
 use slate_blackboard::{Board, Pattern};
@@ -66,6 +66,8 @@ pub struct ControlSurface {
     pub(crate) repeats: Repeats,
     /// Held during a change under a condition.
     condition: Mutex<()>,
+    /// End of the run, once it is over.
+    run_end: OnceLock<String>,
 }
 
 impl std::fmt::Debug for ControlSurface {
@@ -92,6 +94,7 @@ impl ControlSurface {
             changes: Arc::default(),
             repeats: Repeats::default(),
             condition: Mutex::default(),
+            run_end: OnceLock::new(),
         })
     }
 
@@ -118,6 +121,18 @@ impl ControlSurface {
     /// It must be called periodically, [`LOOK`](crate::LOOK) apart.
     pub fn end_old_leases(&self) {
         self.leases.end_old();
+    }
+
+    /// Announces that the run is over, and how it ended; only the first call counts.
+    /// From then on, operations that need a running main loop are refused.
+    pub fn announce_end(&self, how: &str) {
+        // A run ends once.
+        let _ = self.run_end.set(how.to_owned());
+    }
+
+    /// Returns how the run ended; none while it goes on.
+    pub fn run_end(&self) -> Option<&str> {
+        self.run_end.get().map(String::as_str)
     }
 
     /// Returns the blackboard.

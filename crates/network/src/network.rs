@@ -215,7 +215,7 @@ fn declare(
     ];
     let outputs = shared.settings.write.iter().map(|output| output.key.clone());
     let keys: Vec<_> = own.into_iter().chain(outputs).collect();
-    let queryable = |key: &String| session.declare_queryable(key).callback(requests.door()).wait();
+    let queryable = |key: &String| session.declare_queryable(key).callback(requests.handler()).wait();
     let queryables = keys.iter().map(queryable).collect::<Result<_, _>>().map_err(refused)?;
     let mut inputs = Vec::new();
     for reader in &readers.readers {

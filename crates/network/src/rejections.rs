@@ -99,7 +99,7 @@ fn rejection(message: &str) -> Option<String> {
 
 fn reason(message: &str) -> Option<String> {
     let known = [
-        ("peer sent no certificates", "whoever is there shows no certificate"),
+        ("peer sent no certificates", "the peer shows no certificate"),
         ("expired", "the certificate there has expired"),
         ("not valid yet", "the certificate there is not valid yet"),
         ("UnknownIssuer", "the certificate there was not signed by the authority"),

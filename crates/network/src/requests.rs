@@ -61,7 +61,7 @@ impl QueryThread {
     }
 
     /// Takes queries in threads of Zenoh, which never wait.
-    pub fn door(&self) -> impl Fn(Query) + Send + Sync + 'static {
+    pub fn handler(&self) -> impl Fn(Query) + Send + Sync + 'static {
         let queries = self.queries.clone();
         move |query| {
             if let Err(error) = queries.try_send(Some(query))

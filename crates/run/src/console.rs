@@ -9,7 +9,7 @@ use crate::mission::MissionRun;
 
 #[cfg(feature = "console")]
 mod built_in {
-    use std::sync::{Arc, OnceLock};
+    use std::sync::Arc;
 
     use serde_json::json;
     use slate_console::{Console, Document, Settings};
@@ -22,7 +22,6 @@ mod built_in {
     pub struct RunConsole {
         console: Console,
         _trails: Trails,
-        over: Arc<OnceLock<String>>,
     }
 
     impl RunConsole {
@@ -34,12 +33,6 @@ mod built_in {
         /// Returns whether a browser shows the page.
         pub fn has_browser(&self) -> bool {
             self.console.browsers() > 0
-        }
-
-        /// Tells the clients that the run is over, and its result.
-        pub fn announce_end(&self, how: &str) {
-            // It ends once.
-            let _ = self.over.set(how.to_owned());
         }
     }
 
@@ -69,14 +62,16 @@ mod built_in {
             let world = Document { name: "world".into(), read: Arc::new(move || scene.clone()) };
             let trails = Trails::follow(Arc::clone(&mission.observation), mission.agent.clock());
             let trail = Document { name: "trails".into(), read: trails.reader() };
-            let over = Arc::<OnceLock<String>>::default();
-            let told = Arc::clone(&over);
-            let run = Document { name: "run".into(), read: Arc::new(move || json!({ "over": told.get() })) };
+            // The surface keeps its documents.
+            let weak = Arc::downgrade(&surface);
+            let over =
+                move || json!({ "over": weak.upgrade().as_ref().and_then(|surface| surface.run_end()) });
+            let run = Document { name: "run".into(), read: Arc::new(over) };
             surface.add_documents([world, trail, run]);
             match Console::start_on(surface, &self.settings, Vec::new()) {
                 Ok(console) => {
                     eprintln!("console: {}", console.link());
-                    Ok(Some(RunConsole { console, _trails: trails, over }))
+                    Ok(Some(RunConsole { console, _trails: trails }))
                 }
                 Err(error) if self.is_named => Err(error.into()),
                 // A run that nobody has asked it of goes on without.
@@ -108,10 +103,6 @@ mod built_in {
         pub fn has_browser(&self) -> bool {
             match *self {}
         }
-
-        pub fn announce_end(&self, _: &str) {
-            match *self {}
-        }
     }
 
     pub struct ConsoleOptions;
@@ -120,7 +111,7 @@ mod built_in {
         pub fn of(configuration: &Configuration) -> Result<Self, RunError> {
             let Some(table) = configuration.value("console") else { return Ok(Self) };
             let help = "build it with the feature `console`, or take the table away";
-            let message = "this program is built without a console";
+            let message = slate_runtime::Mistake::Feature.of("this program is built without a console");
             Err(RunError::Configuration(
                 configuration.diagnostic(table.span, message, Some(help.into())).into(),
             ))

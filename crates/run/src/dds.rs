@@ -65,7 +65,8 @@ mod built_in {
         let Some(table) = configuration.value("dds") else { return Ok(()) };
         let help =
             "build it with the feature `dds`: cargo build --release --features dds; or take the table away";
-        let message = "this program is built without DDS, which [dds] needs";
+        let message =
+            slate_runtime::Mistake::Feature.of("this program is built without DDS, which [dds] needs");
         Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
     }
 }

@@ -49,7 +49,8 @@ mod built_in {
     pub fn check(_: &Agent, configuration: &Configuration) -> Result<(), Report> {
         let Some(table) = configuration.value("groot") else { return Ok(()) };
         let help = "build it with the feature `groot`: cargo build --release --features groot; or take the table away";
-        let message = "this program is built without Groot, which [groot] needs";
+        let message =
+            slate_runtime::Mistake::Feature.of("this program is built without Groot, which [groot] needs");
         Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
     }
 }

@@ -167,12 +167,17 @@ impl MissionRun {
         }
     }
 
+    /// Returns true if the run has a mission, to whose goal a path has a length.
+    fn has_mission(&self) -> bool {
+        self.application.configuration.mission().is_some()
+    }
+
     /// Returns whether the run leaves a report even if no tool records.
     /// It does with a mission, robots to follow or a recording.
     pub fn keeps_report(&self) -> bool {
         let configuration = &self.application.configuration;
         let record = configuration.record();
-        configuration.mission().is_some() || !self.observation.robots.is_empty() || record.enabled
+        self.has_mission() || !self.observation.robots.is_empty() || record.enabled
     }
 
     /// Returns whether the agent may stay when its run is over.
@@ -314,7 +319,7 @@ impl MissionRun {
             sim_time_s: now as f64 * 1e-9,
             wall_time_s: wall_time.as_secs_f64(),
             time_to_goal_s: time_to_goal,
-            path_length_m: path_length,
+            path_length_m: path_length.filter(|_| self.has_mission()),
             shortest_path_m: shortest_path,
             collisions: count(collisions),
             collisions_caused: count(collisions_caused),

@@ -14,7 +14,8 @@ pub fn network_settings(configuration: &Configuration) -> Result<Option<NetworkS
     match table {
         Some(table) => {
             let help = "build it with the feature `zenoh`: cargo build --release --features zenoh; or take the table away";
-            let message = "this program is built without Zenoh, which [network] needs";
+            let message = slate_runtime::Mistake::Feature
+                .of("this program is built without Zenoh, which [network] needs");
             Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
         }
         None => Ok(settings),

@@ -25,7 +25,13 @@ pub fn harmless(text: impl Display) -> String {
 /// Prints a line.
 /// If its reader has gone, as `head` does, the output is dropped silently.
 pub fn line(text: impl Display) {
-    match writeln!(std::io::stdout(), "{}", harmless(text)) {
+    note(writeln!(std::io::stdout(), "{}", harmless(text)));
+}
+
+/// Notes the result of a write to stdout, and reports the first failed one.
+/// A closed pipe is no failure.
+pub fn note(written: std::io::Result<()>) {
+    match written {
         Ok(()) => {}
         Err(error) if error.kind() == ErrorKind::BrokenPipe => UNREAD.store(true, Ordering::Relaxed),
         Err(error) => {

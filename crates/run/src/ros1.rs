@@ -65,7 +65,8 @@ mod built_in {
         let Some(table) = configuration.value("ros1") else { return Ok(()) };
         let help =
             "build it with the feature `ros1`: cargo build --release --features ros1; or take the table away";
-        let message = "this program is built without ROS 1, which [ros1] needs";
+        let message =
+            slate_runtime::Mistake::Feature.of("this program is built without ROS 1, which [ros1] needs");
         Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
     }
 }

@@ -67,7 +67,8 @@ mod built_in {
         let Some(table) = configuration.value(TABLE) else { return Ok(()) };
         let help =
             "build it with the feature `ros2`: cargo build --release --features ros2; or take the table away";
-        let message = "this program is built without ROS 2, which [ros2] needs";
+        let message =
+            slate_runtime::Mistake::Feature.of("this program is built without ROS 2, which [ros2] needs");
         Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
     }
 }

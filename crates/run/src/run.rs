@@ -61,7 +61,8 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     let configuration = Arc::clone(&application.configuration);
     let mut mission = MissionRun::load(application, load_options)?;
     for end in mission.agent.composer().loose_ends() {
-        eprintln!("warning: {}", slate_runtime::configuration::Report::from(vec![end]));
+        let heading = end.heading("warning");
+        eprintln!("{heading}: {}", slate_runtime::configuration::Report::from(vec![end]));
     }
     if let Some(snapshot) = snapshot {
         mission.resume(&snapshot)?;
@@ -106,9 +107,7 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     let finished = mission.run();
     drop(display);
     let mut finished = finished?;
-    if let Some(console) = &console {
-        console.announce_end(&finished.summary.headline());
-    }
+    surface.announce_end(&finished.summary.headline());
     let (is_lost, written) = conclude(&mut finished, &log, &folder, options.common.json);
     if can_stay {
         stay(&interrupt, console.as_ref(), options.stay);

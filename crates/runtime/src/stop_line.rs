@@ -22,7 +22,7 @@ const LOOK: Duration = Duration::from_millis(500);
 
 /// Time limit of one exchange with a client, in both directions.
 /// It holds for a client to receive the answer, and for the agent to receive a client.
-const PATIENCE: Duration = Duration::from_secs(1);
+const TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Answer to a stop request.
 const STOPPED: &[u8] = b"stopped";
@@ -56,7 +56,7 @@ impl StopLine {
         }
         let socket = Arc::new(UnixDatagram::bind(&path)?);
         socket.set_read_timeout(Some(LOOK))?;
-        socket.set_write_timeout(Some(PATIENCE))?;
+        socket.set_write_timeout(Some(TIMEOUT))?;
         let closed = Arc::new(AtomicBool::new(false));
         let (own, ends) = (Arc::clone(&socket), Arc::clone(&closed));
         let thread = Builder::new().name("stop line".into()).spawn(move || listen(&own, &ends, &stop))?;
@@ -107,7 +107,7 @@ pub fn is_there(socket: &Path) -> bool {
 ///
 /// # Errors
 /// No agent listens (`NotFound` or `ConnectionRefused`), or the stop is not confirmed.
-pub fn stop(socket: &Path, reason: &str, patience: Duration) -> Result<()> {
+pub fn stop(socket: &Path, reason: &str, timeout: Duration) -> Result<()> {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let line = beside(socket);
     let folder = line.parent().ok_or(ErrorKind::NotFound)?;
@@ -117,8 +117,8 @@ pub fn stop(socket: &Path, reason: &str, patience: Duration) -> Result<()> {
     let _ = std::fs::remove_file(&own.0);
     let answers = UnixDatagram::bind(&own.0)?;
     answers.connect(&line)?;
-    answers.set_write_timeout(Some(PATIENCE))?;
-    answers.set_read_timeout(Some(patience))?;
+    answers.set_write_timeout(Some(TIMEOUT))?;
+    answers.set_read_timeout(Some(timeout))?;
     let reason = &reason.as_bytes()[..reason.floor_char_boundary(REASON.min(reason.len()))];
     answers.send(if reason.is_empty() { b"by a tool" } else { reason })?;
     let mut answer = [0; STOPPED.len()];

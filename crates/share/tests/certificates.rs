@@ -283,7 +283,7 @@ fn what_is_no_agent_of_ours_is_told_once_and_holds_nobody() {
     let arm = Agent::start(agent("arm", &ours.sign("arm"), "arm", &ours));
     arm.peers.connect("base", &at).unwrap();
     wait_for("the true one", || base.peers.is_connected("arm"));
-    let noise = "whoever is there does not speak TLS as agents do";
+    let noise = "the peer does not speak TLS as agents do";
     let of_leg = "the certificate there, in the name of `leg`, was not signed by the authority";
     let told_of = |what: &str| told.lock().unwrap().iter().filter(|reason| reason.contains(what)).count();
     wait_for(noise, || told_of(noise) == 1);

@@ -22,7 +22,7 @@ fn configuration(text: &str, sets: &[String]) -> Configuration {
 }
 
 /// How long the run may take on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(90);
+const TIMEOUT: Duration = Duration::from_secs(90);
 
 #[test]
 fn the_same_blocks_drive_a_robot_at_a_line_to_the_goal() {
@@ -41,7 +41,7 @@ fn the_same_blocks_drive_a_robot_at_a_line_to_the_goal() {
     };
     let (seen, begun) = (state.clone(), Instant::now());
     let until = move |_: &Cycle<'_>| match seen().as_deref() {
-        None | Some("RUNNING") if begun.elapsed() < PATIENCE => Control::Continue,
+        None | Some("RUNNING") if begun.elapsed() < TIMEOUT => Control::Continue,
         _ => Control::Stop,
     };
     agent.run(Box::new(until)).unwrap();

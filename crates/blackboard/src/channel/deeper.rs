@@ -26,7 +26,7 @@ impl Channel {
     /// Returns true if a new reader of every value can take `window` values at once.
     /// Twice as many are kept, so that it is far enough from being overtaken.
     pub fn keeps_enough(&self, window: usize) -> bool {
-        match self.desk().deeper.clone() {
+        match self.handles().deeper.clone() {
             Some(deeper) => deeper.keeps_enough(window),
             None => self.ring.len() >= window * 2 && usize::from(self.budget.window) >= window,
         }
@@ -61,20 +61,20 @@ impl Writer {
             held.give_back();
         }
         deeper.skip(last - shown);
-        self.channel.desk().deeper = Some(Arc::clone(&deeper.channel));
+        self.channel.handles().deeper = Some(Arc::clone(&deeper.channel));
         self.deeper = Some(Box::new(deeper));
     }
 
     /// Drops an unread deeper channel if a still deeper one takes its place.
     /// So values are copied no more often than there are depths in use.
     fn leave_unread(&mut self) {
-        let mut desk = self.channel.desk();
+        let mut handles = self.channel.handles();
         let Some(own) = self.deeper.as_mut().filter(|own| !own.channel.has_readers()) else { return };
         let Some(next) = own.deeper.take() else { return };
-        desk.deeper = Some(Arc::clone(&next.channel));
+        handles.deeper = Some(Arc::clone(&next.channel));
         let unread = self.deeper.replace(next);
         // Not under the lock, as it tells that it leaves.
-        drop(desk);
+        drop(handles);
         drop(unread);
     }
 }

@@ -79,12 +79,12 @@ impl Channel {
     /// When there is no slot for what this pins meanwhile.
     pub fn freeze(&self) -> Result<Frozen, LinkError> {
         // No other handle is given out meanwhile, so the one pin more is counted.
-        let desk = self.desk();
-        if let Some(deeper) = desk.deeper.clone() {
-            drop(desk);
+        let handles = self.handles();
+        if let Some(deeper) = handles.deeper.clone() {
+            drop(handles);
             return deeper.freeze();
         }
-        let readers = (usize::from(desk.latest), desk.queues_taken());
+        let readers = (usize::from(handles.latest), handles.queues_taken());
         let count = slots(self.ring.len(), self.budget, readers.0, readers.1) + 1;
         if count > self.pool.limit() || !self.pool.provide(count) {
             return Err(LinkError::OutOfMemory { bytes: self.pool.slot_size() });
@@ -106,7 +106,7 @@ impl Channel {
                 found.insert(stamp.sequence, FrozenValue { bytes, items, stamp });
             }
         }
-        drop(desk);
+        drop(handles);
         let mut values: Vec<FrozenValue> = Vec::new();
         for value in found.into_values().rev() {
             if values.last().is_none_or(|next| next.stamp.sequence == value.stamp.sequence + 1) {

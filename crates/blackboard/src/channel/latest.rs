@@ -169,10 +169,10 @@ impl Drop for Latest {
     fn drop(&mut self) {
         self.reject();
         self.replace(None);
-        let mut desk = self.channel.desk();
-        desk.latest -= 1;
-        desk.probes -= u16::from(self.probe);
-        drop(desk);
+        let mut handles = self.channel.handles();
+        handles.latest -= 1;
+        handles.probes -= u16::from(self.probe);
+        drop(handles);
         if !self.probe {
             self.channel.hook.call(HandleChange::ReaderLeft);
         }

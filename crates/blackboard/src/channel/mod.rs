@@ -91,12 +91,12 @@ pub struct Channel {
     hook: Hook,
     /// Handles given out, and the state that a writer leaves to the next.
     /// Not used for writing or reading a value.
-    desk: Mutex<Desk>,
+    handles: Mutex<ChannelHandles>,
 }
 
 /// Handles given out.
 #[derive(Debug)]
-struct Desk {
+struct ChannelHandles {
     latest: u16,
     /// Number of these that are not counted, because they belong to tools.
     probes: u16,
@@ -157,7 +157,7 @@ impl Channel {
         let queues = if depth > 1 { budget.queues.min(1) } else { 0 };
         let near = slots(depth, budget, budget.latest.min(2).into(), queues.into());
         let near = near.next_multiple_of(LINE).min(limit);
-        let desk = Desk {
+        let handles = ChannelHandles {
             latest: 0,
             probes: 0,
             queues: vec![false; budget.queues.into()].into(),
@@ -176,7 +176,7 @@ impl Channel {
             aside: AtomicU32::new(0),
             tap: Tapped::default(),
             hook: Hook::default(),
-            desk: Mutex::new(desk),
+            handles: Mutex::new(handles),
         })
     }
 
@@ -187,7 +187,7 @@ impl Channel {
 
     /// Returns the number of kept values.
     pub fn depth(&self) -> usize {
-        let deeper = self.desk().deeper.clone();
+        let deeper = self.handles().deeper.clone();
         deeper.map_or(self.ring.len(), |deeper| deeper.depth())
     }
 
@@ -214,15 +214,15 @@ impl Channel {
 
     /// Returns the number of reader handles given out.
     pub fn readers(&self) -> usize {
-        let desk = self.desk();
-        let deeper = desk.deeper.as_ref().map_or(0, |deeper| deeper.readers());
-        usize::from(desk.latest - desk.probes) + desk.queues_taken() + deeper
+        let handles = self.handles();
+        let deeper = handles.deeper.as_ref().map_or(0, |deeper| deeper.readers());
+        usize::from(handles.latest - handles.probes) + handles.queues_taken() + deeper
     }
 
     /// Returns true if this channel itself has a reader.
     fn has_readers(&self) -> bool {
-        let desk = self.desk();
-        desk.latest > 0 || desk.queues_taken() > 0
+        let handles = self.handles();
+        handles.latest > 0 || handles.queues_taken() > 0
     }
 
     /// Creates the writer, with a new generation.
@@ -252,14 +252,14 @@ impl Channel {
     }
 
     fn new_latest(self: &Arc<Self>, probe: bool) -> Result<Latest, LinkError> {
-        let mut desk = self.desk();
+        let mut handles = self.handles();
         let spent = LinkError::BudgetSpent { limit: self.budget.latest };
-        if desk.latest == self.budget.latest {
+        if handles.latest == self.budget.latest {
             return Err(spent);
         }
-        self.provide(&desk, 1, 0, spent)?;
-        desk.latest += 1;
-        desk.probes += u16::from(probe);
+        self.provide(&handles, 1, 0, spent)?;
+        handles.latest += 1;
+        handles.probes += u16::from(probe);
         Ok(Latest::new(Arc::clone(self), probe))
     }
 
@@ -269,27 +269,27 @@ impl Channel {
     /// # Errors
     /// When the budget is spent, or no memory is left for what it may pin.
     pub fn queue(self: &Arc<Self>, policy: Policy, start: Start) -> Result<QueueReader, LinkError> {
-        let mut desk = self.desk();
+        let mut handles = self.handles();
         // One that holds the writer up stands where that looks.
         while policy != Policy::Block
-            && let Some(deeper) = desk.deeper.clone()
+            && let Some(deeper) = handles.deeper.clone()
         {
-            drop(desk);
+            drop(handles);
             let reader = deeper.queue(policy, start);
-            let is_written = self.desk().deeper.as_ref().is_some_and(|own| Arc::ptr_eq(own, &deeper));
+            let is_written = self.handles().deeper.as_ref().is_some_and(|own| Arc::ptr_eq(own, &deeper));
             if is_written || reader.is_err() {
                 return reader;
             }
             // A still deeper one has taken its place before there was a reader.
             drop(reader);
-            desk = self.desk();
+            handles = self.handles();
         }
         let spent = LinkError::BudgetSpent { limit: self.budget.queues };
-        let place = desk.queues.iter().position(|taken| !taken).ok_or(spent)?;
-        self.provide(&desk, 0, 1, spent)?;
-        desk.queues[place] = true;
+        let place = handles.queues.iter().position(|taken| !taken).ok_or(spent)?;
+        self.provide(&handles, 0, 1, spent)?;
+        handles.queues[place] = true;
         let reader = QueueReader::new(Arc::clone(self), place, policy, start);
-        drop(desk);
+        drop(handles);
         self.hook.call(HandleChange::ReaderCame);
         Ok(reader)
     }
@@ -307,15 +307,21 @@ impl Channel {
         self.hook.set(hook);
     }
 
-    fn desk(&self) -> impl DerefMut<Target = Desk> {
-        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    fn handles(&self) -> impl DerefMut<Target = ChannelHandles> {
+        self.handles.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Creates the slots for the handles given out and for additional ones.
     /// Their maximum is the range of an index: beyond it the budget is `spent`.
-    fn provide(&self, desk: &Desk, latest: usize, queues: usize, spent: LinkError) -> Result<(), LinkError> {
-        let latest = usize::from(desk.latest) + latest;
-        let queues = desk.queues_taken() + queues;
+    fn provide(
+        &self,
+        handles: &ChannelHandles,
+        latest: usize,
+        queues: usize,
+        spent: LinkError,
+    ) -> Result<(), LinkError> {
+        let latest = usize::from(handles.latest) + latest;
+        let queues = handles.queues_taken() + queues;
         let slots = slots(self.ring.len(), self.budget, latest, queues);
         if slots > self.pool.limit() {
             return Err(spent);
@@ -333,7 +339,7 @@ impl Channel {
     }
 }
 
-impl Desk {
+impl ChannelHandles {
     fn queues_taken(&self) -> usize {
         self.queues.iter().filter(|taken| **taken).count()
     }

@@ -209,7 +209,7 @@ impl Drop for QueueReader {
             self.channel.blockers.fetch_sub(1, Ordering::Relaxed);
             self.channel.cursors[self.place].store(IDLE, order::RELEASE);
         }
-        self.channel.desk().queues[self.place] = false;
+        self.channel.handles().queues[self.place] = false;
         self.channel.hook.call(HandleChange::ReaderLeft);
     }
 }

@@ -52,17 +52,17 @@ impl Draft<'_> {
 
 impl Writer {
     pub(super) fn new(channel: &Arc<Channel>) -> Result<Self, LinkError> {
-        let mut desk = channel.desk();
+        let mut handles = channel.handles();
         let generation = channel.generation();
         let taken = LinkError::WriterTaken { generation };
-        if desk.ledger.is_some() {
-            channel.provide(&desk, 0, 0, taken)?;
+        if handles.ledger.is_some() {
+            channel.provide(&handles, 0, 0, taken)?;
         }
-        if desk.ledger.is_none() {
+        if handles.ledger.is_none() {
             return Err(taken);
         }
-        let deeper = desk.deeper.as_ref().map(Writer::new).transpose()?;
-        let ledger = desk.ledger.take().ok_or(taken)?;
+        let deeper = handles.deeper.as_ref().map(Writer::new).transpose()?;
+        let ledger = handles.ledger.take().ok_or(taken)?;
         let generation = generation + 1;
         channel.writer.store(generation << 1 | 1, Ordering::Release);
         let (head, capacity) = (channel.shape.bytes(0), channel.shape.capacity);
@@ -393,10 +393,10 @@ impl Drop for Writer {
         self.channel.ring[0].in_turn.store(0, Ordering::Relaxed);
         // First, as the next writer takes both.
         drop(self.deeper.take());
-        let mut desk = self.channel.desk();
-        desk.ledger = Some(std::mem::replace(&mut self.ledger, Ledger::new(0)));
+        let mut handles = self.channel.handles();
+        handles.ledger = Some(std::mem::replace(&mut self.ledger, Ledger::new(0)));
         self.channel.writer.store(self.generation << 1, Ordering::Release);
-        drop(desk);
+        drop(handles);
         self.channel.hook.call(HandleChange::WriterLeft(self.generation));
     }
 }

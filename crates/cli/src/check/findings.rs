@@ -34,6 +34,7 @@ impl Findings {
     /// `variant` is a variant that is not chosen; `None` for the chosen ones.
     pub fn add(&mut self, severity: &'static str, diagnostics: &[Diagnostic], variant: Option<&str>) {
         for diagnostic in diagnostics {
+            let diagnostic = &diagnostic.clone().or(Mistake::Setting);
             let is_same = |one: &&mut VariantFinding| place(&one.diagnostic) == place(diagnostic);
             match (self.0.iter_mut().find(is_same), variant) {
                 (Some(known), Some(variant)) if !known.variants.is_empty() => {
@@ -68,7 +69,7 @@ impl Findings {
             let report = Report::from(finding.in_words());
             match finding.severity {
                 "error" => report.render(colour),
-                severity => format!("{severity}: {report}\n"),
+                severity => format!("{}: {report}\n", finding.diagnostic.heading(severity)),
             }
         };
         self.0.iter().map(one).collect()

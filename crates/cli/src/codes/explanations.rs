@@ -10,7 +10,7 @@ pub struct Explanation {
 }
 
 /// Explanations of the codes.
-pub const EXPLANATIONS: [Explanation; 25] = [
+pub const EXPLANATIONS: [Explanation; 36] = [
     Explanation {
         mistake: Mistake::Syntax,
         title: "invalid syntax",
@@ -49,10 +49,20 @@ pub const EXPLANATIONS: [Explanation; 25] = [
     Explanation {
         mistake: Mistake::Ends,
         title: "the two ends of a link don't match",
-        text: "An input takes values of one interface. Between different interfaces, fields are linked one by \
-               one; numbers are converted if their units measure the same quantity. `different versions` means \
-               that one plugin was built against older source of the interface: rebuild both. `slate interface \
-               diff OLD NEW` shows what changed.",
+        text: "A link is written `\"destination\" = \"source\"`. What the destination takes and what the source has must fit:\n\n\
+               - Interfaces: both have the same one, or one that converts exactly: whole numbers to wider ones and to \
+               smaller units of the same quantity, and interfaces with such fields of the same names. Otherwise link single \
+               fields, such as `\"planner/goal/x\" = \"tracker/target/x\"`.\n\
+               - `different versions`: one plugin was built against an older source of the interface. Rebuild both; `slate \
+               interface diff OLD NEW` shows what changed.\n\
+               - Direction: the input is on the left, the output on the right. The message prints the turned line.\n\
+               - Messages: an inbox takes an outbox, and inputs take values. A queue input takes queues, or values one by \
+               one; `policy` and `window` are for queue inputs.\n\
+               - Parts: fields of an input can be linked, but not items of a list or parts of a queue's values; of \
+               parameters, only single ones.\n\
+               - Several candidates: an input that is wired by its type has more than one fitting source in its robot. \
+               Write one of the links that the message lists, or `\"/module/input\" = false` for none.\n\n\
+               `slate get` and `slate interface` show the fields of a value, `slate graph` all links.",
     },
     Explanation {
         mistake: Mistake::Circle,
@@ -133,6 +143,19 @@ pub const EXPLANATIONS: [Explanation; 25] = [
                that the description has, and Monitors, ReactiveModels and Execute read sensors that it has.",
     },
     Explanation {
+        mistake: Mistake::Feature,
+        title: "a feature is not built in",
+        text: "Parts of Slate that take long to build or need libraries are features of the command: `slate --version` \
+               lists those that are built in, and those that are not. Build it with the one that the message names, such \
+               as `cargo build --release --features missions`; `--features full` has all but the bridges to DDS and ROS.",
+    },
+    Explanation {
+        mistake: Mistake::Setting,
+        title: "a setting does not fit",
+        text: "The message names the setting and what is expected there. The book's chapter on configuration describes \
+               the tables; `slate config get PATH` prints a setting of a running agent with the layer that it is from.",
+    },
+    Explanation {
         mistake: Mistake::NoAgent,
         title: "no agent found",
         text: "Commands find agents of the same user by their sockets, in XDG_RUNTIME_DIR/slate or \
@@ -180,5 +203,62 @@ pub const EXPLANATIONS: [Explanation; 25] = [
         text: "One person or program at a time controls an actuator. `slate api GET /leases` shows which, and \
                since when. Control ends when that client releases it or disconnects; `slate stop` needs no \
                control.",
+    },
+    Explanation {
+        mistake: Mistake::RunOver,
+        title: "the run of the agent is over",
+        text: "After the end of its mission an agent stays while a browser shows its console, or with --stay. Its \
+               values can be read and its state be saved; its modules and its recorder have ended. Press Ctrl-C in its \
+               terminal and start it again, with `--resume FILE` from a snapshot. `slate ps` shows how the run ended.",
+    },
+    Explanation {
+        mistake: Mistake::Loose,
+        title: "a port leads nowhere",
+        text: "An input that its module needs has no source, an outbox has no receiver, or a command has no driver that \
+               reads it: the agent runs, and the robot stands still. The help has the line to write in [links]. Where \
+               nothing is to be linked, `\"/module/port\" = false` says so, and the warning goes.",
+    },
+    Explanation {
+        mistake: Mistake::SwitchedOff,
+        title: "a block that its robot needs is switched off",
+        text: "The block has `enabled = false`, no link switches it on, and without it the robot commands no actuator, \
+               or has no plan or no measurement. Set `enabled = true`, or remove the module.",
+    },
+    Explanation {
+        mistake: Mistake::OtherRobot,
+        title: "a block drives another robot",
+        text: "A command of one robot's block reaches the actuator or driver of another robot. One agent may drive \
+               two robots so; usually a name in [links] or [actuators] is that of the wrong robot.",
+    },
+    Explanation {
+        mistake: Mistake::Unguarded,
+        title: "a driver's input is not reserved for the gate",
+        text: "Commands reach a driver from a gate, which keeps limits and stops. An input without the role \
+               `actuation` could also be linked to anything else, past the gate: mark it with #[role(\"actuation\")] in \
+               the ports of the driver.",
+    },
+    Explanation {
+        mistake: Mistake::WideLimits,
+        title: "limits are wider than those of the robot",
+        text: "The limits of a gate come from the RobotModel unless they are written in [actuators]. The written ones \
+               allow commands that the described hardware can't follow. Remove them, or make them narrower.",
+    },
+    Explanation {
+        mistake: Mistake::EmptyRobot,
+        title: "a robot has no modules",
+        text: "The table [robots.NAME] describes a robot, and no module is in it. Add its blocks in \
+               [robots.NAME.modules], or remove the table.",
+    },
+    Explanation {
+        mistake: Mistake::UnusedPlugin,
+        title: "no module uses a plugin",
+        text: "[plugins] loads a library, and no module is of its kinds. Remove it, or set `load = false` to load it \
+               later with `slate plugin load`.",
+    },
+    Explanation {
+        mistake: Mistake::Unrecorded,
+        title: "a recorded property does not exist",
+        text: "`select` and `exclude` of [record] take paths and patterns, such as `/r2/**`. A path that no property \
+               has records nothing; `slate list` shows the properties of a running agent.",
     },
 ];

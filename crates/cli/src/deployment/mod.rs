@@ -25,7 +25,7 @@ use member::{MemberProcess, TeamMember, code};
 pub use tether::{Tether, end_later};
 
 /// Time that an agent may take to end on request.
-const PATIENCE: Duration = Duration::from_secs(10);
+const TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Exit code of a process that was interrupted twice.
 const INTERRUPTED: u8 = 130;
@@ -184,7 +184,7 @@ impl Deployment {
         let waiting = self.members.iter().filter(|member| member.code.is_none());
         let restarts = waiting.filter_map(|member| member.supervisor.due());
         let restart = restarts.min().map(|due| self.start + Duration::from_nanos(due));
-        self.stopping.map(|since| since + PATIENCE).or(restart)
+        self.stopping.map(|since| since + TIMEOUT).or(restart)
     }
 
     fn nanoseconds(&self) -> u64 {
@@ -284,7 +284,7 @@ impl Deployment {
 
     /// Restarts agents that are due, or ends those that should have ended.
     fn on_time(&mut self) {
-        if self.stopping.is_some_and(|since| now() >= since + PATIENCE) {
+        if self.stopping.is_some_and(|since| now() >= since + TIMEOUT) {
             self.each_running(MemberProcess::kill);
             // It can't be held up.
             self.stopping = Some(now());

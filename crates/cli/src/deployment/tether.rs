@@ -6,7 +6,7 @@ use std::os::unix::net::UnixStream;
 
 use rustix::process::{Signal, set_parent_process_death_signal};
 
-use super::PATIENCE;
+use super::TIMEOUT;
 use crate::failure::Failure;
 
 /// Connection of an agent to its supervisor, on stdin.
@@ -36,7 +36,7 @@ impl Tether {
 /// Ends this process when it was asked to end and has not done so.
 pub fn end_later() {
     let end = || {
-        std::thread::sleep(PATIENCE);
+        std::thread::sleep(TIMEOUT);
         std::process::exit(130);
     };
     // Without a thread for it, whoever supervises does it.

@@ -7,7 +7,7 @@ use slate_module::{Direction, PortDescription};
 use super::block::Block;
 use super::commander::commands_actuator;
 use super::{LinkSource, Survey, Wire, scope};
-use slate_configuration::{Configuration, Diagnostic};
+use slate_configuration::{Configuration, Diagnostic, Mistake};
 
 /// Warns of commands that cross from one robot to another.
 pub fn crossing(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
@@ -42,7 +42,11 @@ fn sent(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
         let crosses = !from.is_empty() && !to.is_empty() && from != to;
         crosses.then(|| {
             let message = format!("`{source}` of robot `{from}` drives robot `{to}` by `{destination}`");
-            configuration.diagnostic(joint.link.to.span, message, Some(help(from, to)))
+            configuration.diagnostic(
+                joint.link.to.span,
+                Mistake::OtherRobot.of(message),
+                Some(help(from, to)),
+            )
         })
     };
     survey.joints.iter().filter_map(warn).collect()
@@ -71,6 +75,7 @@ fn commanded(configuration: &Configuration) -> Vec<Diagnostic> {
             if !from.is_empty() && !to.is_empty() && from != to {
                 let name = &actuator.name.value;
                 let message = format!("`{path}` of robot `{from}` drives robot `{to}` by actuator `{name}`");
+                let message = Mistake::OtherRobot.of(message);
                 found.push(configuration.diagnostic(command.span, message, Some(help(from, to))));
             }
         }

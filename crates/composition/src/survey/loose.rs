@@ -16,7 +16,7 @@ use super::loose_reflexes::{astray, unmeasured};
 use super::names::{in_scope, line};
 use super::switched_off::switched_off;
 use super::{LinkSource, Survey, Wire, scope};
-use slate_configuration::{Configuration, Diagnostic, empty_robots};
+use slate_configuration::{Configuration, Diagnostic, Mistake, empty_robots};
 
 /// Warns of ports and actuators without a counterpart.
 pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
@@ -26,6 +26,7 @@ pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
     for (module, surveyed) in enabled {
         for port in 0..surveyed.description.ports.len() {
             if let Some((message, help)) = loose_port(configuration, survey, module, port) {
+                let message = Mistake::Loose.of(message);
                 found.push(configuration.diagnostic(surveyed.module.name.span, message, Some(help)));
             }
         }
@@ -35,7 +36,7 @@ pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
     found.extend(unguarded(configuration, survey));
     found.extend(wide_limits(configuration, survey));
     found.extend(empty_robots(configuration).into_iter().map(|robot| {
-        let message = format!("robot `{}` has no modules", robot.value);
+        let message = Mistake::EmptyRobot.of(format!("robot `{}` has no modules", robot.value));
         let help = format!("add its blocks in [robots.{0}.modules], or remove [robots.{0}]", robot.value);
         configuration.diagnostic(robot.span, message, Some(help))
     }));
@@ -304,7 +305,7 @@ fn loose_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagno
             Some(input) => line(&input, &command),
             None => format!("link the input of its driver to it: \"driver/input\" = \"/{command}\""),
         };
-        let message = format!("`{name}` reaches nothing: no link reads `{command}`");
+        let message = Mistake::Loose.of(format!("`{name}` reaches nothing: no link reads `{command}`"));
         found.push(configuration.diagnostic(actuator.name.span, message, Some(help)));
     }
     found
@@ -371,9 +372,9 @@ fn unguarded(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
             continue;
         };
         let input = survey.path(configuration, LinkSource::Port(*module, *port));
-        let message = format!(
+        let message = Mistake::Unguarded.of(format!(
             "`{input}` is moved by `{actuator}` and lacks the role `{ACTUATION}`: anything could be linked to it past the gate"
-        );
+        ));
         let help = format!(
             "write #[role(\"{ACTUATION}\")] above `{}` in the ports of `{}`",
             description(*module).ports[*port].name,

@@ -1,6 +1,6 @@
 //! Warnings of blocks that are switched off although their robot needs them.
 
-use slate_configuration::{Configuration, Diagnostic};
+use slate_configuration::{Configuration, Diagnostic, Mistake};
 use slate_module::Direction;
 
 use super::block::{ACTUATOR_STATUS, Block, MEASUREMENT, PLAN};
@@ -16,7 +16,7 @@ pub fn switched_off(configuration: &Configuration, survey: &Survey<'_>) -> Vec<D
         }
         let name = &surveyed.module.name.value;
         let Some(lack) = lack(configuration, survey, module) else { continue };
-        let message = format!("`{name}` is switched off: {lack}");
+        let message = Mistake::SwitchedOff.of(format!("`{name}` is switched off: {lack}"));
         let help = format!("set `enabled = true` of `{name}`, or remove it");
         found.push(configuration.diagnostic(surveyed.module.enabled.span, message, Some(help)));
     }

@@ -270,7 +270,7 @@ impl AgentControl {
         match (name, file) {
             (Some(name), None) => loaded(self.composer.load(name)?),
             (None, Some(file)) => loaded(self.composer.load_library(absolute(file)?)?),
-            _ => Err(refusal("plugin/load takes a name or a file", "give one of the two")),
+            _ => Err(refusal("expected the name of a plugin or the file of a library, not both", "omit one")),
         }
     }
 

@@ -104,6 +104,16 @@ impl Client {
         self.call("DELETE", "/trace", None)
     }
 
+    /// Returns how the agent's run ended; none while it goes on.
+    pub fn run_end(&mut self) -> Done<Option<String>> {
+        #[derive(Deserialize)]
+        struct AgentState {
+            #[serde(default)]
+            over: Option<String>,
+        }
+        self.call("GET", "/agent", None).map(|agent: AgentState| agent.over)
+    }
+
     /// Sends a message, or checks whether it would be taken; returns the outcome.
     pub fn send(&mut self, url: &str, value: Json, dry_run: bool) -> Done<String> {
         #[derive(Deserialize)]

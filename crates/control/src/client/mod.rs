@@ -369,6 +369,18 @@ impl Client {
         self.ask(method, path, body, ANSWER)
     }
 
+    /// Sends a request, and returns at the head of the answer.
+    /// The connection ends with the answer.
+    ///
+    /// # Errors
+    /// When the connection is lost.
+    pub fn request(mut self, request: &Request<'_>) -> Result<Response, ClientError> {
+        let response = self.link.ask(request, ANSWER).map_err(|broken| self.broken(broken, ANSWER))?;
+        let status = response.status().as_u16();
+        let body = BodyReader { link: self.link, incoming: response.into_body(), piece: Bytes::new() };
+        Ok(Response { status, body })
+    }
+
     fn ask<T: DeserializeOwned>(
         &mut self,
         method: &str,

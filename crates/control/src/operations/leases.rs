@@ -26,7 +26,7 @@ pub(super) const TAKE: Operation = Operation::post(
     "/leases",
     "take",
     Role::Operator,
-    "Acquires the exclusive control lease of an actuator", Pace::Prompt).body(|| {
+    "Acquires the exclusive control lease of an actuator", Pace::Prompt).needs_run().body(|| {
         json!({
             "type": "object",
             "required": ["actuator"],

@@ -121,7 +121,7 @@ pub(super) fn note(
         let help = format!("it is one line of 1 to {LONGEST} bytes");
         return Err(Problem::unfit("this is no line for the log", help));
     }
-    surface.log(Level::Info, &format!("{}: {text}", ask.caller.who));
+    surface.log(Level::Info, &format!("{}: {text}", ask.caller.name()));
     Ok(OperationAnswer::Nothing)
 }
 

@@ -177,7 +177,7 @@ pub fn carry_out(
         last_event: None,
         body: Some(body),
     };
-    let answer = (operation.handler)(surface, &ask);
+    let answer = operation.carry_out(surface, &ask);
     if operation.name != STOP {
         surface.agent.settle();
     }

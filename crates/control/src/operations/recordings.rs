@@ -51,7 +51,7 @@ pub(super) const START: Operation = Operation::post(
             },
             "additionalProperties": false,
         })
-    }).answers(|| shape::object(&[("file", shape::text())]), start);
+    }).needs_run().answers(|| shape::object(&[("file", shape::text())]), start);
 
 pub(super) const END_ONLY: Operation = Operation::delete(
     "/recordings",

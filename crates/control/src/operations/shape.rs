@@ -59,6 +59,10 @@ pub(super) fn agent() -> Json {
         ("time", count()),
         ("lockstep", flag()),
         ("stopped", optional(text())),
+        (
+            "over",
+            json!({ "type": ["string", "null"], "description": "How the run ended; null while it goes on." }),
+        ),
     ])
 }
 

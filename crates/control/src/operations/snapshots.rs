@@ -23,6 +23,7 @@ pub(super) const LOAD: Operation = Operation::post(
     "Resumes from a snapshot",
     Pace::Change,
 )
+.needs_run()
 .answers(shape::snapshot, load);
 
 pub(super) const SAVE: Operation = Operation::post(

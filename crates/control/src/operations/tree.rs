@@ -74,6 +74,7 @@ pub(super) fn agent(
         "time": surface.now(),
         "lockstep": surface.is_lockstep,
         "stopped": stopped,
+        "over": surface.run_end(),
     })))
 }
 

@@ -101,7 +101,17 @@ struct WatchRequest {
 fn watch(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let WatchRequest { mut of, within } = ask.body()?;
     of.iter_mut().for_each(|watched| watched.url = ask.own_url(&watched.url));
-    told(surface.agent.values.watch(&of, Duration::from_millis(within)))
+    let is_over = surface.run_end().is_some();
+    let within = if is_over { Duration::ZERO } else { Duration::from_millis(within) };
+    let news = surface.agent.values.watch(&of, within)?;
+    let is_elsewhere = |watched: &Watched| surface.agent.properties.remote.of(&watched.url).is_some();
+    match surface.run_end() {
+        // Another agent may go on.
+        Some(how) if news.as_array().is_some_and(Vec::is_empty) && !of.iter().any(is_elsewhere) => {
+            Err(Problem::run_over(surface.name(), how, "no new value comes"))
+        }
+        _ => Ok(OperationAnswer::json(news)),
+    }
 }
 
 #[derive(Deserialize)]

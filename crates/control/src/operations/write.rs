@@ -50,6 +50,7 @@ pub(super) const SEND: Operation = Operation::post(
     Pace::Slow,
 )
 .parameters(&[DRY_RUN])
+.needs_run()
 .body(shape::anything)
 .answers(|| shape::object(&[("status", json!({ "enum": ["accepted", "done", "fits"] }))]), send);
 

@@ -48,7 +48,7 @@ fn a_setting_for_the_next_start_waits_and_blocks_nothing_else() {
     let said = |word: &str| log.lines().iter().any(|line| line.to_string().contains(word));
     let with = |text: &str| TEXT.replace("[modules.relay]", &format!("[modules.relay]\n{text}"));
     std::fs::write(&path, with("every = '50ms'").replace("first = 2.0", "first = 8.0")).unwrap();
-    eventually(|| said("holds from the next start: modules.relay.every"));
+    eventually(|| said("take effect at the next start: modules.relay.every"));
     assert_eq!(number(&agent, "teller/params/first"), 8.0);
     let waiting = |client: &mut Client| -> Vec<_> {
         let different = client.differences().unwrap();
@@ -70,7 +70,7 @@ fn a_setting_for_the_next_start_waits_and_blocks_nothing_else() {
     let another = "[modules.another]\nkind = 'relay'\n[links]\n\"another/input\" = \"counter/number\"";
     let more = text.replace("every = '50ms'\n", "").replace("[links]", another);
     std::fs::write(&path, more).unwrap();
-    eventually(|| said("holds from the next start: ") && said("modules.another.kind"));
+    eventually(|| said("take effect at the next start: ") && said("modules.another.kind"));
     assert!(!agent.modules().contains(&"another".into()));
     // What is taken out again waits no more.
     std::fs::write(&path, text.replace("every = '50ms'\n", "")).unwrap();
@@ -100,7 +100,7 @@ fn another_variant_is_applied_whole_at_once_or_waits_whole() {
     // Half of it would be no variant.
     std::fs::write(&path, with("rare")).unwrap();
     let said = |word: &str| log.lines().iter().any(|line| line.to_string().contains(word));
-    eventually(|| said("holds from the next start: ") && said("modules.relay.every"));
+    eventually(|| said("take effect at the next start: ") && said("modules.relay.every"));
     assert_eq!(first(), 2.0);
     std::fs::write(&path, with("fast")).unwrap();
     eventually(|| first() == 8.0);

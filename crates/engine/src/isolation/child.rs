@@ -14,7 +14,7 @@ use slate_module::table::{DONE, PANICKED, REFUSED};
 use slate_module::{Frame, Host, ModuleKind, Plugin, Refusal, Setup, decode, encode};
 
 use super::arena::map;
-use super::wire::{Asked, Begin, Code, KindText, Topic, receive, send};
+use super::wire::{Begin, Code, InstanceRequest, KindText, Topic, receive, send};
 use crate::library;
 
 /// First argument of a process that runs a module.
@@ -205,17 +205,17 @@ impl Module<'_> {
                 return encode(&self.kinds.iter().map(text).collect::<Vec<_>>());
             }
             Topic::Describe => {
-                let asked: Asked = decode(body)?;
+                let request: InstanceRequest = decode(body)?;
                 // A value of parameters has bytes.
-                let params = Some(asked.params.as_slice()).filter(|params| !params.is_empty());
-                let setup = Setup { params, ..asked.setup() };
-                return self.kind(&asked.kind)?.describe_portable(&setup);
+                let params = Some(request.params.as_slice()).filter(|params| !params.is_empty());
+                let setup = Setup { params, ..request.setup() };
+                return self.kind(&request.kind)?.describe_portable(&setup);
             }
             Topic::Create => {
-                let asked: Asked = decode(body)?;
-                let kind = self.kind(&asked.kind)?.clone();
-                let instance = kind.create(&asked.setup(), &asked.params)?;
-                let frame = asked.frame as *const Frame;
+                let request: InstanceRequest = decode(body)?;
+                let kind = self.kind(&request.kind)?.clone();
+                let instance = kind.create(&request.setup(), &request.params)?;
+                let frame = request.frame as *const Frame;
                 self.running = Some(Running { kind, instance, frame });
                 return Ok(Vec::new());
             }

@@ -10,7 +10,7 @@ use slate_module::{Maker, ModuleKind, Refusal, Setup, decode, encode};
 use super::arena::length;
 use super::process::{Process, STARTING, WELL};
 use super::proxy::TABLE;
-use super::wire::{Asked, Begin, Code, KindText, Topic};
+use super::wire::{Begin, Code, InstanceRequest, KindText, Topic};
 
 /// Kind of such a library, for isolated modules.
 /// Short-lived processes describe it.
@@ -55,9 +55,9 @@ pub fn probe(program: Option<&Path>, file: &Path) -> Result<(), String> {
         let kinds: Vec<KindText> = decode(process.ask(Topic::Kinds, &[], STARTING)?)?;
         for kind in kinds {
             let setup = Setup { name: &kind.name, seed: 0, period: 20_000_000, section: None, params: None };
-            let asked = encode(&Asked::new(&kind.name, &setup, &[], 0))?;
+            let request = encode(&InstanceRequest::new(&kind.name, &setup, &[], 0))?;
             // It may refuse to be described so, and it may not end.
-            let described = process.ask(Topic::Describe, &asked, STARTING).map(drop);
+            let described = process.ask(Topic::Describe, &request, STARTING).map(drop);
             if process.end().is_some() {
                 return described;
             }
@@ -91,8 +91,8 @@ fn ask(program: Option<&Path>, file: &Path, topic: Topic, body: &[u8]) -> Result
 
 impl Maker for Outside {
     fn describe(&self, setup: &Setup<'_>) -> Result<Vec<u8>, Refusal> {
-        let asked = encode(&Asked::new(&self.kind, setup, setup.params.unwrap_or_default(), 0))?;
-        ask(self.program.as_deref(), &self.file, Topic::Describe, &asked)
+        let request = encode(&InstanceRequest::new(&self.kind, setup, setup.params.unwrap_or_default(), 0))?;
+        ask(self.program.as_deref(), &self.file, Topic::Describe, &request)
     }
 
     fn create(&self, _: &Setup<'_>, _: &[u8]) -> Result<*mut (), Refusal> {

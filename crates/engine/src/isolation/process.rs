@@ -109,8 +109,8 @@ impl Process {
     }
 
     /// Sends a request and waits; returns the payload, or the reason of a refusal.
-    pub fn ask(&mut self, topic: Topic, body: &[u8], patience: Duration) -> Result<&[u8], Refusal> {
-        match self.call(topic, body, patience, &mut |_, _| {}) {
+    pub fn ask(&mut self, topic: Topic, body: &[u8], timeout: Duration) -> Result<&[u8], Refusal> {
+        match self.call(topic, body, timeout, &mut |_, _| {}) {
             Some(DONE) => Ok(&self.body),
             Some(_) => Err(Refusal(String::from_utf8_lossy(&self.body).into_owned())),
             None => Err(Refusal(self.end.clone().unwrap_or_default())),
@@ -119,14 +119,14 @@ impl Process {
 
     /// Sends a request and waits; returns the code of the answer.
     /// `None` if the process has ended: by itself, or because it did not answer in time.
-    pub fn call(&mut self, topic: Topic, body: &[u8], patience: Duration, log: Log<'_>) -> Option<i32> {
+    pub fn call(&mut self, topic: Topic, body: &[u8], timeout: Duration, log: Log<'_>) -> Option<i32> {
         if self.end.is_some() {
             return None;
         }
-        match self.converse(topic, body, patience, log) {
+        match self.converse(topic, body, timeout, log) {
             Ok(code) => Some(code),
             Err(error) if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) => {
-                self.kill(&format!("did not return within {patience:?} and was ended"));
+                self.kill(&format!("did not return within {timeout:?} and was ended"));
                 None
             }
             Err(_) => {
@@ -137,12 +137,12 @@ impl Process {
     }
 
     #[allow(clippy::disallowed_methods, reason = "a hang is a matter of wall-clock time")]
-    fn converse(&mut self, topic: Topic, body: &[u8], patience: Duration, log: Log<'_>) -> io::Result<i32> {
-        if self.timeout != patience {
-            let timeout = Some(patience.max(Duration::from_micros(1)));
-            self.stream.set_read_timeout(timeout)?;
-            self.stream.set_write_timeout(timeout)?;
-            self.timeout = patience;
+    fn converse(&mut self, topic: Topic, body: &[u8], timeout: Duration, log: Log<'_>) -> io::Result<i32> {
+        if self.timeout != timeout {
+            let limit = Some(timeout.max(Duration::from_micros(1)));
+            self.stream.set_read_timeout(limit)?;
+            self.stream.set_write_timeout(limit)?;
+            self.timeout = timeout;
         }
         send(&self.stream, topic, 0, body)?;
         let start = Instant::now();
@@ -153,7 +153,7 @@ impl Process {
                 Topic::Log => log(code, &self.body),
                 _ => return Err(io::ErrorKind::InvalidData.into()),
             }
-            if start.elapsed() > patience {
+            if start.elapsed() > timeout {
                 return Err(io::ErrorKind::TimedOut.into());
             }
         }

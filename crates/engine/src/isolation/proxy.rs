@@ -12,7 +12,7 @@ use super::account::Account;
 use super::child::ARENAS;
 use super::mirror::{Mapped, Mirror};
 use super::process::{Process, STARTING};
-use super::wire::{Asked, Begin, Code, Topic};
+use super::wire::{Begin, Code, InstanceRequest, Topic};
 use super::{Arena, length};
 use crate::library;
 
@@ -26,7 +26,7 @@ pub struct Isolation {
     /// Limit of its memory, bytes; 0 for none.
     pub memory: u64,
     /// Timeout of a step.
-    pub patience: Duration,
+    pub timeout: Duration,
     /// Timeout of any other call.
     pub hang: Duration,
     /// Arena that the module writes.
@@ -106,8 +106,8 @@ impl Proxy {
             .map_err(|_| Refusal("its shared memory is spent".into()))?;
         let mut proxy = Self { process, mirror, isolation: Arc::clone(isolation), noted: false };
         isolation.account.began(proxy.process.id(), proxy.process.stream());
-        let asked = Asked::new(kind.name(), setup, params, proxy.mirror.frame_address());
-        let made = proxy.process.ask(Topic::Create, &encode(&asked)?, STARTING).map(drop);
+        let request = InstanceRequest::new(kind.name(), setup, params, proxy.mirror.frame_address());
+        let made = proxy.process.ask(Topic::Create, &encode(&request)?, STARTING).map(drop);
         match made {
             Ok(()) => Ok(proxy),
             Err(refusal) if proxy.process.end().is_some() => {
@@ -150,7 +150,7 @@ impl Proxy {
             );
             return PANICKED;
         }
-        let Some(code) = self.process.call(Topic::Tick, &[], self.isolation.patience, &mut log) else {
+        let Some(code) = self.process.call(Topic::Tick, &[], self.isolation.timeout, &mut log) else {
             self.note();
             return PANICKED;
         };

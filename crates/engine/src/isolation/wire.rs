@@ -17,9 +17,9 @@ pub(super) enum Topic {
     Begin = 1,
     /// Request for the kinds; the answer is a list of [`KindText`].
     Kinds,
-    /// [`Asked`]; the answer is a portable description.
+    /// [`InstanceRequest`]; the answer is a portable description.
     Describe,
-    /// [`Asked`].
+    /// [`InstanceRequest`].
     Create,
     /// Step over the frame; the answer's code is its outcome.
     Tick,
@@ -81,7 +81,7 @@ pub(super) struct KindText {
 
 /// Request for a description or an instance.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Asked {
+pub(super) struct InstanceRequest {
     pub kind: String,
     pub name: String,
     pub seed: u64,
@@ -92,7 +92,7 @@ pub(super) struct Asked {
     pub frame: usize,
 }
 
-impl Asked {
+impl InstanceRequest {
     pub fn new(kind: &str, setup: &Setup<'_>, params: &[u8], frame: usize) -> Self {
         Self {
             kind: kind.into(),

@@ -91,7 +91,7 @@ impl<M> Receiver<M> {
     /// # Errors
     /// When there is none.
     #[allow(clippy::disallowed_methods, reason = "how long nothing comes is a matter of the wall clock")]
-    pub fn receive(&self, patience: Duration) -> Result<M, Nothing> {
+    pub fn receive(&self, timeout: Duration) -> Result<M, Nothing> {
         if let Some(message) = self.take() {
             return Ok(message);
         }
@@ -102,7 +102,7 @@ impl<M> Receiver<M> {
             if let Some(message) = self.take() {
                 return Ok(message);
             }
-            let left = patience.saturating_sub(start.elapsed());
+            let left = timeout.saturating_sub(start.elapsed());
             match (ended, left) {
                 (true, _) => return Err(Nothing::Ever),
                 (false, Duration::ZERO) => return Err(Nothing::Yet),

@@ -48,8 +48,8 @@ impl Thread {
         let mut quiet = Duration::ZERO;
         let mut busy = false;
         loop {
-            let patience = if busy { SOON } else { LATER };
-            match messages.receive(patience) {
+            let timeout = if busy { SOON } else { LATER };
+            match messages.receive(timeout) {
                 Ok(message) => {
                     quiet = Duration::ZERO;
                     busy = true;
@@ -58,7 +58,7 @@ impl Thread {
                 }
                 Err(Nothing::Yet) => {
                     busy = self.output.idle();
-                    quiet += patience;
+                    quiet += timeout;
                     // In lockstep the wall clock must not decide where a line stands.
                     if quiet >= LATER && !self.lockstep {
                         quiet = Duration::ZERO;

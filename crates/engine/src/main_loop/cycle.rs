@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use super::guest::{Asked, PutAway, ask, dismiss};
+use super::guest::{GuestAnswer, PutAway, ask, dismiss};
 use super::policy::LoopPosition;
 use super::roles::{PolicyRole, TakeoverRole, TimeRole};
 use super::takeover::Choice;
@@ -186,15 +186,15 @@ fn time_of_next(shared: &SharedLoop, last: Option<u64>) -> Option<u64> {
         return Some(last.map_or(time, |last| if time < last { last } else { time }));
     }
     match ask::<TimeRole, _>(shared, |source| source.next(last, planned)) {
-        Asked::Answer(time) => match last {
+        GuestAnswer::Answer(time) => match last {
             Some(last) if time < last => {
                 shared.measures.gauges.refused_times.fetch_add(1, Ordering::Relaxed);
                 Some(last)
             }
             _ => Some(time),
         },
-        Asked::Nobody => Some(planned),
-        Asked::Lost => None,
+        GuestAnswer::Nobody => Some(planned),
+        GuestAnswer::Lost => None,
     }
 }
 
@@ -252,9 +252,9 @@ fn next_stage(shared: &SharedLoop, turn: &mut Turn) -> Stages {
             number => ask::<TakeoverRole, _>(shared, |takeover| takeover.choose(number, &place)),
         };
         let choice = match asked {
-            Asked::Answer(choice) => choice,
-            Asked::Nobody => Choice::InOrder,
-            Asked::Lost => return Stages::Lost,
+            GuestAnswer::Answer(choice) => choice,
+            GuestAnswer::Nobody => Choice::InOrder,
+            GuestAnswer::Lost => return Stages::Lost,
         };
         // SAFETY: asking was not given up, so this thread still holds the token.
         let core = unsafe { shared.core() };

@@ -41,7 +41,7 @@ impl<T: ?Sized> Guest<T> {
 }
 
 /// Result of a call of a guest.
-pub(super) enum Asked<R> {
+pub(super) enum GuestAnswer<R> {
     /// Answer.
     Answer(R),
     /// No guest, or none that answers now.
@@ -95,14 +95,14 @@ pub(super) type PutAway = fn(&mut Core) -> &'static str;
 
 /// Calls a guest.
 /// The caller holds the loop's token and no reference to the core, and does not access the loop after [`Asked::Lost`].
-pub(super) fn ask<R: Role, A>(shared: &SharedLoop, question: impl FnOnce(&mut R::Code) -> A) -> Asked<A>
+pub(super) fn ask<R: Role, A>(shared: &SharedLoop, question: impl FnOnce(&mut R::Code) -> A) -> GuestAnswer<A>
 where
     Guest<R::Code>: Send + 'static,
 {
     let (code, seat) = {
         // SAFETY: the caller holds the token; the reference ends before the call, which may lose it.
         let core = unsafe { shared.core() };
-        let Some(guest) = R::guest(core) else { return Asked::Nobody };
+        let Some(guest) = R::guest(core) else { return GuestAnswer::Nobody };
         let seat = guest.seat.as_ref().map(Arc::as_ptr);
         let code: *mut R::Code = &raw mut *guest.code;
         core.position.asking = Some(R::put_away as PutAway);
@@ -114,23 +114,23 @@ where
         if !seat.is_idle() && !seat.readmit() {
             // SAFETY: as above; no call was made.
             unsafe { shared.core() }.position.asking = None;
-            return Asked::Nobody;
+            return GuestAnswer::Nobody;
         }
         seat.begin_call(false, monotonic());
     }
     // SAFETY: only the holder of the token uses the guest, and it is not dropped before the call returns.
     let answer = catch_unwind(AssertUnwindSafe(|| question(unsafe { &mut *code })));
     if seat.is_some_and(|seat| !seat.end(0)) {
-        return Asked::Lost;
+        return GuestAnswer::Lost;
     }
     // SAFETY: the call was not given up, so this thread still holds the token.
     let core = unsafe { shared.core() };
     core.position.asking = None;
     match answer {
-        Ok(answer) => Asked::Answer(answer),
+        Ok(answer) => GuestAnswer::Answer(answer),
         Err(_) => {
             dismiss::<R>(core, &shared.log(), "panicked");
-            Asked::Nobody
+            GuestAnswer::Nobody
         }
     }
 }

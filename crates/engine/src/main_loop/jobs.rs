@@ -114,11 +114,7 @@ impl SharedLoop {
     /// Does `work` in this thread between two cycles; returns the last cycle's number.
     /// All other work between cycles that it requires is done there too. The number is `None` if no cycle has ended
     /// within `patience`, as this thread may be one that the loop waits for.
-    pub fn between_two<R>(
-        self: &Arc<Self>,
-        patience: Duration,
-        work: impl FnOnce() -> R,
-    ) -> (Option<u64>, R) {
+    pub fn between_two<R>(self: &Arc<Self>, timeout: Duration, work: impl FnOnce() -> R) -> (Option<u64>, R) {
         let (begin, begun) = channel();
         let (held, jobs) = channel::<Job>();
         let between = move |shared: &SharedLoop| {
@@ -136,7 +132,7 @@ impl SharedLoop {
         let helper = std::thread::Builder::new().name("change".into());
         // Nobody waits for it: what it holds ends with the work.
         let helper = helper.spawn(move || drop(shared.between_cycles(&[], between)));
-        let cycle = helper.ok().and_then(|_| begun.recv_timeout(patience).ok());
+        let cycle = helper.ok().and_then(|_| begun.recv_timeout(timeout).ok());
         drop(begun);
         let _hold = LoopHold::new(cycle.map(|_| held));
         (cycle, work())

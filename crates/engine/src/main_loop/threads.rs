@@ -81,7 +81,7 @@ fn work(shared: &SharedLoop, run: u64, seat: &Seat) {
             continue;
         }
         // SAFETY: this thread drives the seat, which it has claimed.
-        let (call, patience) = unsafe {
+        let (call, sleep_limit) = unsafe {
             let runner = seat.runner();
             let now = shared.clock.now();
             if is_its_turn(seat, &mut kicks) && runner.is_due(now) {
@@ -91,14 +91,14 @@ fn work(shared: &SharedLoop, run: u64, seat: &Seat) {
                 runner.prepare(now);
                 (Some(runner.call()), Duration::ZERO)
             } else {
-                (None, patience(runner, now))
+                (None, sleep_limit(runner, now))
             }
         };
         match call {
             Some(call) => step(shared, seat, call),
             None => {
                 seat.unclaim();
-                wake.wait_timeout(patience);
+                wake.wait_timeout(sleep_limit);
             }
         }
     }
@@ -129,7 +129,7 @@ const LOOK: Duration = Duration::from_millis(5);
 
 /// Returns the longest sleep of a thread before its next step.
 /// Virtual time may pass faster, hence the upper bound.
-fn patience(runner: &Runner, now: u64) -> Duration {
+fn sleep_limit(runner: &Runner, now: u64) -> Duration {
     if matches!(
         runner.condition(),
         ModuleCondition::INACTIVE | ModuleCondition::WAITING | ModuleCondition::FAULTED

@@ -20,14 +20,14 @@ struct InstanceOrigin {
     kind: ModuleKind,
     setup: OwnSetup,
     /// Timeout of the instance's end.
-    patience: CallTimeout,
+    timeout: CallTimeout,
 }
 
 impl ModuleCode {
     /// Returns the code of that kind, without an instance.
-    pub fn new(kind: ModuleKind, setup: OwnSetup, patience: CallTimeout) -> Self {
+    pub fn new(kind: ModuleKind, setup: OwnSetup, timeout: CallTimeout) -> Self {
         let tick = kind.table().tick;
-        let origin = Box::new(InstanceOrigin { kind, setup, patience });
+        let origin = Box::new(InstanceOrigin { kind, setup, timeout });
         Self { tick, instance: std::ptr::null_mut(), origin }
     }
 
@@ -76,8 +76,8 @@ impl ModuleCode {
     /// # Errors
     /// The module's refusal, or that the call does not return.
     pub fn create_patiently(&self, params: &[u8]) -> Result<*mut (), Refusal> {
-        let InstanceOrigin { kind, setup, patience } = &*self.origin;
-        patience.create(kind, setup, params)
+        let InstanceOrigin { kind, setup, timeout } = &*self.origin;
+        timeout.create(kind, setup, params)
     }
 
     /// Exchanges code and instance; returns the old ones.
@@ -85,13 +85,13 @@ impl ModuleCode {
         self.tick = kind.table().tick;
         let kind = std::mem::replace(&mut self.origin.kind, kind);
         let instance = std::mem::replace(&mut self.instance, instance);
-        Retired::new(kind, instance, self.origin.patience.clone())
+        Retired::new(kind, instance, self.origin.timeout.clone())
     }
 
     /// Takes the instance out.
     pub fn retire(&mut self) -> Retired {
         let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
-        Retired::new(self.origin.kind.clone(), instance, self.origin.patience.clone())
+        Retired::new(self.origin.kind.clone(), instance, self.origin.timeout.clone())
     }
 
     /// Restores the saved state of another instance.

@@ -105,7 +105,7 @@ pub struct Shortcuts {
     /// It does so until something is set, or its condition changes.
     is_steady: bool,
     /// True if it has entry ports, services or new code beside it.
-    has_company: bool,
+    has_interactions: bool,
     /// True if it has only inputs and outputs, and its steps need nothing else.
     has_only_values: bool,
     /// True if it has conversions, or inputs pinned at the beginning of a cycle.
@@ -168,7 +168,7 @@ impl Runner {
         let is_on = if changed || self.switch.is_linked() { self.switch.read() } else { self.switch.is_on() };
         // Also while it is switched off, so that it keeps no service that nobody provides any more.
         let mut missing =
-            if self.shortcuts.has_company { self.services.missing(&mut self.frame.slots) } else { None };
+            if self.shortcuts.has_interactions { self.services.missing(&mut self.frame.slots) } else { None };
         if is_on && missing.is_none() && self.inputs.requirements.is_open() {
             missing = self.missing_input();
         }
@@ -238,7 +238,7 @@ impl Runner {
         let has_slots = !self.frame.slots.is_empty();
         self.shortcuts = Shortcuts {
             is_steady: false,
-            has_company: has_slots || has_conversions || has_services || self.shadow.is_some(),
+            has_interactions: has_slots || has_conversions || has_services || self.shadow.is_some(),
             has_only_values: self.entries.is_empty() && !has_services && self.shadow.is_none(),
             has_conversions,
         };
@@ -253,7 +253,7 @@ impl Runner {
 
     /// Pins the inputs and fills the frame for a step at `now`.
     pub fn prepare(&mut self, now: u64) {
-        if self.shortcuts.has_company {
+        if self.shortcuts.has_interactions {
             self.inputs.pin();
         }
         self.prepare_pinned(now);
@@ -274,7 +274,7 @@ impl Runner {
     /// Fills the frame.
     #[inline(always)] // As for `commit`.
     fn prepare_pinned(&mut self, now: u64) {
-        if self.shortcuts.has_company {
+        if self.shortcuts.has_interactions {
             self.prepare_ports(now);
         }
         self.params.show(&mut self.frame.frame);

@@ -152,13 +152,13 @@ impl Drop for Owned {
 /// On drop it ends in a thread, with the timeout after which a module hangs.
 pub struct Retired {
     owned: Owned,
-    patience: CallTimeout,
+    timeout: CallTimeout,
 }
 
 impl Retired {
     /// Returns an unused instance for its end; null if it has ended.
-    pub fn new(kind: ModuleKind, instance: *mut (), patience: CallTimeout) -> Self {
-        Self { owned: Owned { kind, instance }, patience }
+    pub fn new(kind: ModuleKind, instance: *mut (), timeout: CallTimeout) -> Self {
+        Self { owned: Owned { kind, instance }, timeout }
     }
 
     /// Returns the code, and the instance, which lives as long as this.
@@ -193,7 +193,7 @@ impl Retired {
         if owned.instance.is_null() {
             return Err("it had failed".into());
         }
-        let saved = self.patience.wait("save", move || {
+        let saved = self.timeout.wait("save", move || {
             // SAFETY: as above.
             let state = unsafe { owned.kind.save(owned.instance) };
             (state, owned)
@@ -210,7 +210,7 @@ impl Retired {
     /// A state that doesn't fit, or that the call does not return.
     pub fn restored(mut self, state: Vec<u8>) -> (Self, Result<(), String>) {
         let owned = self.take();
-        let restored = self.patience.wait("restore", move || {
+        let restored = self.timeout.wait("restore", move || {
             // SAFETY: as above.
             let fits = unsafe { owned.kind.restore(owned.instance, &state) };
             (fits, owned)
@@ -234,7 +234,7 @@ impl Retired {
     /// Ends the instance here and now, however long it takes.
     pub fn end_here(mut self) {
         let ended = self.take().end();
-        self.patience.told(ended);
+        self.timeout.told(ended);
     }
 
     fn take(&mut self) -> Owned {
@@ -247,8 +247,8 @@ impl Drop for Retired {
     fn drop(&mut self) {
         let mut owned = self.take();
         if !owned.instance.is_null() {
-            let ended = self.patience.wait("end", move || owned.end());
-            self.patience.told(ended.unwrap_or(Ok(())));
+            let ended = self.timeout.wait("end", move || owned.end());
+            self.timeout.told(ended.unwrap_or(Ok(())));
         }
     }
 }

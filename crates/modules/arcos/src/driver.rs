@@ -70,7 +70,7 @@ const LOOK: Duration = Duration::from_millis(5);
 /// Retry interval for a device that can't be opened.
 const AGAIN: Duration = Duration::from_millis(500);
 /// Time without an echo of a sonar after which a warning is logged.
-const PATIENCE: Duration = Duration::from_secs(3);
+const TIMEOUT: Duration = Duration::from_secs(3);
 /// Timeout of the last commands at the end.
 const FAREWELL: Duration = Duration::from_millis(100);
 
@@ -192,7 +192,7 @@ impl Driver<'_> {
         let heard = ring.advance(&report.ranges, now.as_secs_f64());
         if let Some(sonar) = ring.silent(now.as_secs_f64())
             && !self.complained
-            && now.saturating_sub(*since) > PATIENCE
+            && now.saturating_sub(*since) > TIMEOUT
         {
             self.complained = true;
             self.stop.warn(format_args!(

@@ -13,7 +13,7 @@ use crate::report::{Identity, Report};
 /// Timeout of the connection.
 pub const SILENCE: Duration = Duration::from_secs(1);
 /// Timeout of an answer before a request is repeated.
-const PATIENCE: Duration = Duration::from_millis(300);
+const TIMEOUT: Duration = Duration::from_millis(300);
 /// Number of attempts of a request before the session restarts.
 const TRIES: u32 = 3;
 /// Pause between the end of an old connection and a new one.
@@ -114,7 +114,7 @@ struct Switch {
 impl Switch {
     /// Returns true if another attempt is due.
     fn due(&mut self, now: Duration) -> bool {
-        let due = !self.is_on && self.tries < SWITCHES && now.saturating_sub(self.tried) >= PATIENCE;
+        let due = !self.is_on && self.tries < SWITCHES && now.saturating_sub(self.tried) >= TIMEOUT;
         if due {
             self.tries += 1;
             self.tried = now;
@@ -275,7 +275,7 @@ impl Session {
                 None
             }
             SessionState::Sync { step, asked, tries } => {
-                if now.saturating_sub(*asked) < PATIENCE {
+                if now.saturating_sub(*asked) < TIMEOUT {
                     return None;
                 }
                 if *tries == TRIES {
@@ -291,7 +291,7 @@ impl Session {
                 None
             }
             SessionState::Opening { asked, tries, .. } => {
-                if now.saturating_sub(*asked) < PATIENCE {
+                if now.saturating_sub(*asked) < TIMEOUT {
                     return None;
                 }
                 if *tries == TRIES {

@@ -23,7 +23,7 @@ use slate_runtime::log::MemoryTarget;
 use slate_runtime::{Agent, Composer, Control, Stopper};
 
 /// How long a test waits for what must come, also on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(20);
+const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// What the pilot commands.
 #[ports]
@@ -179,7 +179,7 @@ impl Running {
         let start = Instant::now();
         while !is() {
             assert!(
-                start.elapsed() < PATIENCE,
+                start.elapsed() < TIMEOUT,
                 "never: {what}; {} {:?}; the log: {:#?}",
                 self.text("pioneer/status/text"),
                 self.odometry(),
@@ -258,7 +258,7 @@ fn the_robot_drives_turns_and_senses() {
     drop(running);
     let start = Instant::now();
     while controller.is_open() || controller.wheels() != (0.0, 0.0) {
-        assert!(start.elapsed() < PATIENCE, "it was told to stop");
+        assert!(start.elapsed() < TIMEOUT, "it was told to stop");
         std::thread::sleep(Duration::from_millis(2));
     }
 }

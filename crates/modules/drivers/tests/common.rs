@@ -15,7 +15,7 @@ use slate_runtime::log::MemoryTarget;
 use slate_runtime::{Agent, Control, Stopper};
 
 /// How long a test waits for what must come, also on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(20);
+const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// A path that no other test has.
 pub fn unique(name: &str) -> PathBuf {
@@ -118,7 +118,7 @@ impl Running {
         let start = Instant::now();
         while !is() {
             assert!(
-                start.elapsed() < PATIENCE,
+                start.elapsed() < TIMEOUT,
                 "never: {what}; {} {}; the log: {:#?}",
                 self.text(),
                 self.number("status/is_well"),

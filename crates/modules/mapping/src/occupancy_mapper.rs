@@ -71,7 +71,7 @@ pub struct OccupancyMapperState {
 
 /// Scans of an unlisted laser before a warning.
 /// The robot model lists a sensor once it has measured, a cycle later.
-const PATIENCE: u8 = 3;
+const UNLISTED_SCANS: u8 = 3;
 /// Log odds of a miss and a hit, and their saturation, in units of 0.05.
 const MISS: i8 = -6;
 const HIT: i8 = 17;
@@ -120,7 +120,7 @@ impl Analyze for OccupancyMapper {
                     let range_max = math::min(scan.range_max, params.max_laser_range);
                     state.integrate(&geometry, (scan, range_max), mounted(pose, &laser.mount));
                 }
-                None if state.unlisted == PATIENCE => now.warn(format_args!(
+                None if state.unlisted == UNLISTED_SCANS => now.warn(format_args!(
                     "the robot model lists no sensor `{}`, and its scans are not mapped; expected the laser's name as the parameter `laser`",
                     params.laser.as_str()
                 )),

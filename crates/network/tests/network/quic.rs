@@ -98,7 +98,7 @@ fn strangers_are_refused_and_the_rest_goes_on() {
     let mine = authority.sign("nobody");
     let endpoint = [format!("quic/127.0.0.1:{port}")];
     for (what, tls, can_link) in [
-        ("whoever is there shows no certificate", tls(&mine, false), false),
+        ("the peer shows no certificate", tls(&mine, false), false),
         ("the certificate there was not signed by the authority", tls(&foreign, true), false),
         ("the certificate there has expired", tls(&expired, true), false),
         ("agent `nobody` is not in [network.security.allow], and may do nothing", tls(&mine, true), true),

@@ -26,7 +26,7 @@ use super::thread::{Order, ThreadHandle};
 use super::{FIRST, RecordError, Recorded, Recorder, TOOLS, selection, wants_of_flight};
 
 /// Timeout of answers of the writing thread; shorter than that of tools.
-const PATIENCE: Duration = Duration::from_secs(30);
+const TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Maximum wait of a tool until its change is in the file.
 const SETTLED: Duration = Duration::from_secs(1);
@@ -39,7 +39,10 @@ fn refusal(message: impl Into<String>, help: &str) -> RecordingRefusal {
 }
 
 fn over() -> RecordingRefusal {
-    refusal("nothing is recorded of this agent any more", "its log says why; start it again")
+    refusal(
+        "the recorder of this agent has ended",
+        "`slate log` shows why; start the agent again to record it",
+    )
 }
 
 /// Returns the log line of a recording that has ended.
@@ -68,7 +71,7 @@ impl Recorder {
 
     fn answer<T>(answer: &Receiver<T>) -> Result<T, RecordingRefusal> {
         let late = "the recorder has not answered in time, as its disk is slow";
-        answer.recv_timeout(PATIENCE).map_err(|_| refusal(late, "see `slate record status`, and try again"))
+        answer.recv_timeout(TIMEOUT).map_err(|_| refusal(late, "see `slate record status`, and try again"))
     }
 
     /// Waits until reported changes are in the hands of the operating system.

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use super::lock::locked;
 
 /// Maximum wait of a closing file for a stalled disk; less than tools wait.
-const PATIENCE: Duration = Duration::from_secs(20);
+const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// The writing end. Bytes are handed over when they are flushed, and at the end.
 pub(super) struct Disk {
@@ -185,21 +185,21 @@ impl DiskQueue {
     ///
     /// # Errors
     /// Why it has not taken them.
-    pub fn settle(&self, most: u64, patience: Duration) -> Result<(), String> {
+    pub fn settle(&self, most: u64, timeout: Duration) -> Result<(), String> {
         let mut state = self.state();
         while self.waiting() > most {
             let still = state.since.map_or(Duration::ZERO, |since| since.elapsed());
-            if still >= patience {
+            if still >= timeout {
                 return Err(format!("the disk has taken nothing for {} s", still.as_secs()));
             }
-            state = self.wait(state, patience.saturating_sub(still));
+            state = self.wait(state, timeout.saturating_sub(still));
         }
         state.failure.clone().map_or(Ok(()), Err)
     }
 
     /// Waits as [`settle`](DiskQueue::settle), with the default timeout.
     pub fn settle_in_time(&self, most: u64) -> Result<(), String> {
-        self.settle(most, PATIENCE)
+        self.settle(most, TIMEOUT)
     }
 }
 

@@ -260,12 +260,12 @@ impl Hub {
         {
             return true;
         }
-        self.push_with_patience(own, head, parts)
+        self.push_slowly(own, head, parts)
     }
 
     /// Hands over a value if this thread's ring is full or does not exist yet.
     #[cold]
-    fn push_with_patience<const PARTS: usize>(
+    fn push_slowly<const PARTS: usize>(
         &self,
         own: &mut Vec<Own>,
         head: ValueHead,

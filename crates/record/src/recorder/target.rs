@@ -200,9 +200,9 @@ impl ActiveRecording {
     }
 
     /// Gives up a disk that has taken nothing for `patience`.
-    pub fn give_up_after(&mut self, patience: Duration) {
+    pub fn give_up_after(&mut self, timeout: Duration) {
         let still = self.file.stands_still();
-        if still >= patience {
+        if still >= timeout {
             self.file.note(Err(format!("the disk has taken nothing for {} s", still.as_secs())));
         }
     }

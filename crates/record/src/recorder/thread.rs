@@ -36,7 +36,7 @@ const IDLE: Duration = Duration::from_millis(500);
 const SHOWN: Duration = Duration::from_millis(100);
 
 /// Maximum time that a stalled disk delays the end of a run.
-const PATIENCE: Duration = Duration::from_secs(20);
+const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// A request to the thread.
 pub(super) enum Order {
@@ -233,7 +233,7 @@ impl RecorderWork {
             drop(taking);
             let now = Instant::now();
             if is_over {
-                self.sinks.targets.iter_mut().for_each(|target| target.give_up_after(PATIENCE));
+                self.sinks.targets.iter_mut().for_each(|target| target.give_up_after(TIMEOUT));
             }
             self.sinks.targets.iter_mut().for_each(|target| target.close_piece(now, is_urgent));
             self.drop_failed();

@@ -21,7 +21,7 @@ pub(super) type OrderOutcome = Result<PlaybackStatus, (String, String)>;
 type GivenOrder = (Order, Sender<OrderOutcome>);
 
 /// Timeout of an order; shorter than that of tools.
-const PATIENCE: Duration = Duration::from_secs(50);
+const TIMEOUT: Duration = Duration::from_secs(50);
 
 /// Sending end of the orders, with access to the recorded data.
 pub(super) struct Counter {
@@ -57,11 +57,11 @@ impl PlaybackControl for Counter {
         let (sender, answer) = channel();
         let counter = self.orders.lock().unwrap_or_else(PoisonError::into_inner).clone();
         counter.send((order, sender)).map_err(|_| lost("the playback has ended"))?;
-        match answer.recv_timeout(PATIENCE) {
+        match answer.recv_timeout(TIMEOUT) {
             Ok(answer) => answer,
             Err(RecvTimeoutError::Disconnected) => Err(lost("the playback has ended")),
             Err(RecvTimeoutError::Timeout) => Err((
-                format!("the playback has not done it within {} s", PATIENCE.as_secs()),
+                format!("the playback has not done it within {} s", TIMEOUT.as_secs()),
                 "see the log for the module that it waits for".into(),
             )),
         }

@@ -25,8 +25,7 @@ struct Turn {
     is_whole: bool,
 }
 
-const INSIDE: &str =
-    "give seconds after the first value, such as 1.5; `slate replay status` says how many there are";
+const INSIDE: &str = "give seconds after the first value, such as 1.5; `slate replay status` shows the length of the recording";
 
 /// Polling period for the end of a playback that stands still.
 const LOOK: Duration = Duration::from_millis(50);
@@ -207,7 +206,10 @@ impl Player {
                 agent.set_rate(rate(turn.rate));
             }
             Order::Rate(Some(factor)) if !(factor.is_finite() && factor > 0.0) => {
-                return refused(format!("{factor} is not a rate"), "a positive factor such as 0.5, or max");
+                return refused(
+                    format!("the rate is {factor}: expected a positive factor"),
+                    "give a factor such as 0.5, or max",
+                );
             }
             Order::Rate(factor) => {
                 turn.rate = factor;
@@ -234,10 +236,15 @@ impl Player {
             Order::Seek(time) if at(time) > self.span.1 => return refused(self.beyond(time), INSIDE),
             Order::Seek(time) => drop(self.jump(at(time), agent, turn)?),
             Order::Loop(None) => turn.section = None,
-            Order::Loop(Some(LoopSection { from, to })) if from >= to || at(from) > self.span.1 => {
+            Order::Loop(Some(LoopSection { from, to })) if from >= to => {
+                let seconds = |time: u64| time as f64 * 1e-9;
+                let (from, to) = (seconds(from), seconds(to));
                 let message =
-                    if from >= to { "a part ends after it begins".into() } else { self.beyond(from) };
+                    format!("the loop ends at {to:.3} s: expected an end after its begin at {from:.3} s");
                 return refused(message, INSIDE);
+            }
+            Order::Loop(Some(LoopSection { from, .. })) if at(from) > self.span.1 => {
+                return refused(self.beyond(from), INSIDE);
             }
             Order::Loop(Some(LoopSection { from, to })) => {
                 let section = LoopSection { from: at(from), to: at(to).min(self.span.1) };
@@ -253,7 +260,7 @@ impl Player {
     fn beyond(&self, time: u64) -> String {
         let seconds = |time: u64| time as f64 * 1e-9;
         let end = seconds(self.span.1 - self.span.0);
-        format!("the recording has {end:.3} s, and {:.3} s is behind its end", seconds(time))
+        format!("{:.3} s is after the end of the recording: expected 0 to {end:.3} s", seconds(time))
     }
 
     fn status(&self, turn: &Turn) -> PlaybackStatus {

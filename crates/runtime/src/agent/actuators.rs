@@ -10,7 +10,7 @@ use crate::recording::Change;
 
 /// Longest wait of a stop for the end of a cycle, in lockstep only.
 /// There the stop takes effect at the next cycle, so a rerun reproduces it.
-const PATIENCE: Duration = Duration::from_millis(100);
+const TIMEOUT: Duration = Duration::from_millis(100);
 
 /// Control of the gates: stop, reset and arm.
 pub(super) struct GateOperator<'c> {
@@ -62,8 +62,7 @@ impl<'c> GateOperator<'c> {
     }
 
     fn with_actuators<R>(&self, change: Change, make: impl FnOnce() -> R) -> R {
-        let Ok(done) =
-            self.agent.recorder.make_within(PATIENCE, vec![change], || Ok::<_, Infallible>(make()));
+        let Ok(done) = self.agent.recorder.make_within(TIMEOUT, vec![change], || Ok::<_, Infallible>(make()));
         done
     }
 

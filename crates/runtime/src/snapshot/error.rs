@@ -31,7 +31,7 @@ pub enum SnapshotError {
         help: &'static str,
     },
     /// The file is damaged, or no snapshot.
-    #[error("{} is no whole snapshot: {problem}", file.display())]
+    #[error("{} is not a complete snapshot: {problem}", file.display())]
     #[diagnostic(help("take another snapshot: slate snapshot save FILE"))]
     Damaged {
         /// The file.

@@ -133,7 +133,7 @@ pub fn configuration(text: &str) -> Configuration {
 pub const HANG: Duration = Duration::from_millis(300);
 
 /// How long a test waits for what must come.
-const PATIENCE: Duration = Duration::from_secs(20);
+const TIMEOUT: Duration = Duration::from_secs(20);
 
 impl Stage {
     /// In lockstep, with scripted modules of those names.
@@ -189,7 +189,7 @@ impl Stage {
     pub fn until_true(&mut self, what: &str, mut is: impl FnMut(&mut Self) -> bool) {
         let start = Instant::now();
         while !is(self) {
-            assert!(start.elapsed() < PATIENCE, "never: {what}; the log: {:#?}", self.lines());
+            assert!(start.elapsed() < TIMEOUT, "never: {what}; the log: {:#?}", self.lines());
             self.step();
             std::thread::sleep(Duration::from_micros(200));
         }
@@ -220,7 +220,7 @@ pub fn lines(log: &MemoryTarget) -> Vec<String> {
 pub fn eventually(what: &str, mut is: impl FnMut() -> bool) {
     let start = Instant::now();
     while !is() {
-        assert!(start.elapsed() < PATIENCE, "never: {what}");
+        assert!(start.elapsed() < TIMEOUT, "never: {what}");
         std::thread::sleep(Duration::from_millis(1));
     }
 }

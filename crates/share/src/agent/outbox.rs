@@ -11,7 +11,7 @@ use crate::session::DeliveryStatus;
 
 /// Timeout of the answers to messages, ns.
 /// Later messages wait behind them.
-const PATIENCE: u64 = 1_000_000_000;
+const DELIVERY_TIMEOUT: u64 = 1_000_000_000;
 
 pub(super) struct Outbox {
     path: RemotePath,
@@ -75,7 +75,7 @@ impl Outbox {
             }
             refused.into_iter().for_each(|place| receiver.answer(place, Reply::Refused(ABANDONED)));
         }
-        let late = now.saturating_sub(self.since) > PATIENCE;
+        let late = now.saturating_sub(self.since) > DELIVERY_TIMEOUT;
         let trouble = &mut self.trouble;
         let path = &self.path;
         self.open.retain(|(place, answers)| {

@@ -11,9 +11,9 @@ use slate_blackboard::wake::Wake;
 
 use super::carriers::KnownCarriers;
 use super::context::{Clock, Notice, PeerContext, locked};
-use super::door::open_door;
 use super::line::PeerLine;
 use super::lines::{LineTable, ServedLine, end_idle};
+use super::listener::open_listener;
 use super::refusals::Refusals;
 use super::{RemoteProperty, Rights, Status, Want};
 use crate::carrier::{Carrier, CarrierError};
@@ -81,7 +81,7 @@ impl fmt::Debug for Setup {
 /// Dropping them ends the connections and removes the mirrors from the board.
 pub struct Peers {
     lines: Arc<LineTable>,
-    doors: Vec<JoinHandle<()>>,
+    listeners: Vec<JoinHandle<()>>,
 }
 
 impl fmt::Debug for Peers {
@@ -175,10 +175,10 @@ impl Peers {
             ended: AtomicBool::new(false),
         };
         // If one can't be opened, dropping this closes those before.
-        let mut peers = Self { lines: Arc::new(LineTable::new(context)), doors: Vec::new() };
+        let mut peers = Self { lines: Arc::new(LineTable::new(context)), listeners: Vec::new() };
         for endpoint in &setup.listen {
-            let door = open_door(&peers.lines, endpoint)?;
-            peers.doors.push(door);
+            let listener = open_listener(&peers.lines, endpoint)?;
+            peers.listeners.push(listener);
         }
         Ok(peers)
     }
@@ -369,6 +369,6 @@ impl Drop for Peers {
             }
             locked(&line.peer).take_down();
         }
-        self.doors.drain(..).for_each(|door| drop(door.join()));
+        self.listeners.drain(..).for_each(|listener| drop(listener.join()));
     }
 }

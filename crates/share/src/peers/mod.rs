@@ -3,7 +3,6 @@
 mod carriers;
 mod context;
 mod dialling;
-mod door;
 mod exchange;
 mod export;
 mod handle;
@@ -11,6 +10,7 @@ mod import;
 mod inspection;
 mod line;
 mod lines;
+mod listener;
 mod messages;
 mod peer;
 mod refusals;

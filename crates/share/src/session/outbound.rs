@@ -26,7 +26,7 @@ pub(super) struct Outbound {
     /// Number before which all fragments are confirmed or obsolete.
     confirmed: u64,
     announce_at: Option<u64>,
-    patience: u64,
+    retry_interval: u64,
     /// Number of the last value.
     pub sequence: u64,
     announced: u64,
@@ -58,10 +58,10 @@ impl Part {
 }
 
 /// Time for a confirmation before the receiver gets an announcement, ns.
-const PATIENCE: u64 = 20_000_000;
+const RETRY_INTERVAL: u64 = 20_000_000;
 
 /// Longest interval between announcements, ns.
-const LONGEST_PATIENCE: u64 = 200_000_000;
+const LONGEST_RETRY_INTERVAL: u64 = 200_000_000;
 
 impl Outbound {
     pub fn new(content: Content, reliable: bool, window: usize) -> Self {
@@ -76,7 +76,7 @@ impl Outbound {
             again: BTreeSet::new(),
             confirmed: 1,
             announce_at: None,
-            patience: PATIENCE,
+            retry_interval: RETRY_INTERVAL,
             sequence: 0,
             announced: 0,
         }
@@ -162,8 +162,8 @@ impl Outbound {
             self.flight.push_back(part.clone());
         }
         if self.reliable || self.content == Content::All {
-            self.patience = PATIENCE;
-            self.announce_at = Some(now + PATIENCE);
+            self.retry_interval = RETRY_INTERVAL;
+            self.announce_at = Some(now + RETRY_INTERVAL);
         }
         Some((number, part))
     }
@@ -172,7 +172,7 @@ impl Outbound {
     /// The receiver must learn of it even if no other value follows.
     pub fn pass(&mut self, sequence: u64, now: u64) {
         self.sequence = self.sequence.max(sequence);
-        self.announce_at.get_or_insert(now + PATIENCE);
+        self.announce_at.get_or_insert(now + RETRY_INTERVAL);
     }
 
     /// Returns the time of the next announcement.
@@ -184,8 +184,8 @@ impl Outbound {
     /// Returns an announcement, and schedules the next one after twice the interval.
     /// Announcements end with the confirmation.
     pub fn announcement(&mut self, stream: u32, epoch: u32, now: u64) -> Announcement {
-        self.announce_at = Some(now + self.patience);
-        self.patience = (self.patience * 2).min(LONGEST_PATIENCE);
+        self.announce_at = Some(now + self.retry_interval);
+        self.retry_interval = (self.retry_interval * 2).min(LONGEST_RETRY_INTERVAL);
         self.announced = self.sequence;
         let first = self.next - self.flight.len() as u64;
         Announcement { stream, first, next: self.next, sequence: self.sequence, epoch }
@@ -197,8 +197,8 @@ impl Outbound {
             return;
         }
         if report.next > self.confirmed || !report.missing.is_empty() {
-            self.patience = PATIENCE;
-            self.announce_at = self.announce_at.map(|_| now + PATIENCE);
+            self.retry_interval = RETRY_INTERVAL;
+            self.announce_at = self.announce_at.map(|_| now + RETRY_INTERVAL);
         }
         self.confirmed = self.confirmed.max(report.next);
         while self.next - self.flight.len() as u64 <= self.confirmed.saturating_sub(1) {

@@ -22,8 +22,8 @@ const INTERFACE: &[u8] = b":interface/";
 /// Ticks without a message after which a robot receives no more messages.
 /// It seems to take no part. The limit is at least this, and grows with each neighbour. A tick compares with two
 /// neighbours, so 26 messages to each are to be expected meanwhile, and as many answers: most of them may be lost.
-const PATIENCE: usize = 25;
-const PATIENCE_EACH: usize = 13;
+const MINIMUM_SILENCE: usize = 25;
+const SILENCE_PER_NEIGHBOUR: usize = 13;
 
 /// Number of such periods after which a silent robot is tried again.
 const AGAIN: usize = 10;
@@ -146,24 +146,24 @@ impl Member {
 
     /// Advances the protocol; call it several times per second.
     pub fn tick(&mut self) {
-        let patience = self.patience();
+        let silence_limit = self.silence_limit();
         // Who was only heard, perhaps after it had gone, is not tried again.
         self.neighbours.retain(|number, neighbour| {
             neighbour.silence = neighbour.silence.saturating_add(1);
             neighbour.was_told = false;
-            if neighbour.silence % (AGAIN * patience) < patience {
+            if neighbour.silence % (AGAIN * silence_limit) < silence_limit {
                 self.replica.meet(*number);
             } else {
                 self.replica.part(*number);
             }
-            neighbour.is_met || neighbour.silence < patience
+            neighbour.is_met || neighbour.silence < silence_limit
         });
         self.replica.tick();
     }
 
     /// Returns the number of ticks that a neighbour may be silent.
-    fn patience(&self) -> usize {
-        PATIENCE.max(PATIENCE_EACH * self.neighbours.len())
+    fn silence_limit(&self) -> usize {
+        MINIMUM_SILENCE.max(SILENCE_PER_NEIGHBOUR * self.neighbours.len())
     }
 
     /// Returns the next message, and the name of its receiver.
@@ -276,8 +276,8 @@ impl Member {
 
     /// Returns the number of robots that are within reach and take part.
     pub fn neighbours(&self) -> usize {
-        let patience = self.patience();
-        self.neighbours.values().filter(|neighbour| neighbour.silence < patience).count()
+        let silence_limit = self.silence_limit();
+        self.neighbours.values().filter(|neighbour| neighbour.silence < silence_limit).count()
     }
 }
 

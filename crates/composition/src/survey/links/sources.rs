@@ -194,12 +194,15 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         if let Some((host, field)) = Host::of(path) {
             return Some(TargetField::new(LinkSource::Host(host), field));
         }
-        let actuators = self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
+        let actuators = self.configuration.actuators().iter().map(|actuator| &actuator.name.value);
+        let gates = actuators.flat_map(|name| [format!("{name}/command"), format!("{name}/gate")]);
+        let gates: Vec<_> = gates.collect();
         let modules = self.modules().iter().map(|surveyed| surveyed.module.name.value.as_str());
         let is_hosts = path.starts_with("loop/") || path.starts_with("log/");
         let hosts = Host::ALL.iter().filter(|_| is_hosts).map(|host| host.path());
         let played = self.survey.played.iter().map(|played| played.path.as_str());
-        let names: Vec<_> = modules.chain(actuators).chain(hosts).chain(played).collect();
+        let gates = gates.iter().map(String::as_str);
+        let names: Vec<_> = modules.chain(gates).chain(hosts).chain(played).collect();
         let help = without_slash(self.configuration, self.survey, span, path)
             .unwrap_or_else(|| suggest(path, names.iter().copied()));
         self.complaints.add(span, Mistake::Name.of(format!("nothing is called `/{path}`")), help);

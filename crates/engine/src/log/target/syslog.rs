@@ -35,7 +35,7 @@ enum Socket {
 const FACILITY: u8 = 1;
 
 /// Maximum wait for a full syslog; after that it is tried without waiting.
-const PATIENCE: Duration = Duration::from_millis(10);
+const TIMEOUT: Duration = Duration::from_millis(10);
 
 impl SyslogTarget {
     /// Returns a target for the syslog at `address`, for the agent of that name.
@@ -54,7 +54,7 @@ impl SyslogTarget {
             SyslogAddress::Socket(path) => {
                 let socket = UnixDatagram::unbound()?;
                 socket.connect(path)?;
-                socket.set_write_timeout(Some(PATIENCE))?;
+                socket.set_write_timeout(Some(TIMEOUT))?;
                 Socket::Local(socket)
             }
             SyslogAddress::Server(address) => {

@@ -11,7 +11,7 @@ use crate::driver::{Conversation, DeviceFault};
 use crate::scan::{LaserSweep, MOST_BEAMS};
 
 /// Timeout of an answer before a command is repeated.
-const PATIENCE: Duration = Duration::from_millis(300);
+const TIMEOUT: Duration = Duration::from_millis(300);
 /// Attempts of a command.
 const TRIES: u32 = 3;
 /// Time without a scan after which the scanner is silent.
@@ -246,7 +246,7 @@ impl Conversation for HokuyoSession {
         if let Some(fault) = self.refused.take() {
             return Err(fault);
         }
-        if self.phase == HokuyoPhase::Scans || now.saturating_sub(self.asked) < PATIENCE {
+        if self.phase == HokuyoPhase::Scans || now.saturating_sub(self.asked) < TIMEOUT {
             return Ok(());
         }
         if self.tries >= TRIES {
@@ -278,7 +278,7 @@ impl Conversation for HokuyoSession {
             HokuyoPhase::Scans if self.complaint.is_some() => SILENCE * 10,
             HokuyoPhase::Scans => SILENCE * (1 + u32::from(self.options.skip) / 4),
             // All attempts of a command.
-            _ => PATIENCE * (TRIES + 1),
+            _ => TIMEOUT * (TRIES + 1),
         })
     }
 

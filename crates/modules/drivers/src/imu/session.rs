@@ -9,7 +9,7 @@ use crate::driver::{Conversation, DeviceFault};
 use crate::sentence::{self, SentenceDecoder};
 
 /// Timeout of an answer before a command is repeated.
-const PATIENCE: Duration = Duration::from_millis(250);
+const TIMEOUT: Duration = Duration::from_millis(250);
 /// Attempts of the commands.
 const TRIES: u32 = 4;
 /// Register of the asynchronous message type, and the type `VNYMR`.
@@ -137,7 +137,7 @@ impl Conversation for ImuSession {
 
     fn poll(&mut self, now: Duration, outgoing: &mut Vec<u8>) -> Result<(), DeviceFault> {
         let waits = self.answered != [true; 3] && self.tries < TRIES;
-        if waits && now.saturating_sub(self.asked) >= PATIENCE {
+        if waits && now.saturating_sub(self.asked) >= TIMEOUT {
             self.ask(now, outgoing);
         }
         Ok(())
@@ -156,7 +156,7 @@ impl Conversation for ImuSession {
     }
 
     fn allowed_silence(&self) -> Option<Duration> {
-        Some(PATIENCE * (TRIES + 1))
+        Some(TIMEOUT * (TRIES + 1))
     }
 
     fn nominal_rate(&self) -> Option<f64> {

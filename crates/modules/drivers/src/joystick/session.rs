@@ -9,7 +9,7 @@ use super::event::{EVENT, JoystickChange, JoystickEvent};
 use crate::driver::{Conversation, DeviceFault};
 
 /// Time until the state at the beginning.
-const PATIENCE: Duration = Duration::from_secs(2);
+const TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Joystick, which only talks.
 #[derive(Clone, Debug)]
@@ -102,6 +102,6 @@ impl Conversation for JoystickSession {
 
     fn allowed_silence(&self) -> Option<Duration> {
         // A joystick that nobody moves says nothing.
-        (self.counts == (0, 0)).then_some(PATIENCE)
+        (self.counts == (0, 0)).then_some(TIMEOUT)
     }
 }

@@ -8,7 +8,7 @@ use crate::driver::{Conversation, DeviceFault};
 use crate::scan::LaserSweep;
 
 /// Timeout of an answer before a request is repeated.
-const PATIENCE: Duration = Duration::from_millis(500);
+const TIMEOUT: Duration = Duration::from_millis(500);
 /// Time that the scanner needs after a stop.
 const PAUSE: Duration = Duration::from_millis(50);
 /// Attempts of a request.
@@ -201,7 +201,7 @@ impl Conversation for RplidarSession {
         match self.phase {
             RplidarPhase::Stop if passed >= PAUSE => self.enter(RplidarPhase::Information, now, outgoing),
             RplidarPhase::Stop | RplidarPhase::Scan => {}
-            _ if passed >= PATIENCE && self.tries < TRIES => self.ask(now, outgoing),
+            _ if passed >= TIMEOUT && self.tries < TRIES => self.ask(now, outgoing),
             _ => {}
         }
         Ok(())
@@ -227,7 +227,7 @@ impl Conversation for RplidarSession {
     fn allowed_silence(&self) -> Option<Duration> {
         Some(match self.phase {
             RplidarPhase::Scan if self.has_turned => SILENCE,
-            _ => PATIENCE * TRIES + SPIN_UP,
+            _ => TIMEOUT * TRIES + SPIN_UP,
         })
     }
 

@@ -21,7 +21,7 @@ use zenoh::query::Reply;
 use zenoh::{Config, Session, Wait};
 
 /// The longest that a test waits for something.
-const PATIENCE: Duration = Duration::from_secs(20);
+const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// An agent that runs until this is dropped.
 pub struct Running {
@@ -119,7 +119,7 @@ pub fn ports<const N: usize>() -> [u16; N] {
 pub fn eventually(what: &str, mut holds: impl FnMut() -> bool) {
     let start = Instant::now();
     while !holds() {
-        assert!(start.elapsed() < PATIENCE, "waited in vain for: {what}");
+        assert!(start.elapsed() < TIMEOUT, "waited in vain for: {what}");
         std::thread::sleep(Duration::from_millis(10));
     }
 }

@@ -123,7 +123,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         let surveyed = self.plan.surveyed(m);
         let (wanted, lockstep) = (surveyed.module.isolation, self.builder.resources.lockstep);
         let hang = self.plan.configuration.hang().value;
-        let patience = match surveyed.deadline {
+        let timeout = match surveyed.deadline {
             // What a run in lockstep comes to does not depend on how fast the machine is.
             Some(deadline) if !lockstep => hang.min(deadline.saturating_mul(DEADLINES)),
             _ => hang,
@@ -132,7 +132,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
             name: surveyed.setup.name.clone(),
             program: self.builder.resources.arenas.program.clone(),
             memory: wanted.memory,
-            patience: Duration::from_nanos(patience),
+            timeout: Duration::from_nanos(timeout),
             hang: Duration::from_nanos(hang),
             own,
             readable,

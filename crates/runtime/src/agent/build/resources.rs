@@ -123,7 +123,7 @@ impl HostResources {
     }
 
     /// Returns the time limit for the last calls of a module.
-    pub fn patience(&self, module: &Arc<str>, is_isolated: bool) -> CallTimeout {
+    pub fn timeout(&self, module: &Arc<str>, is_isolated: bool) -> CallTimeout {
         CallTimeout {
             module: Arc::clone(module),
             limit: (!is_isolated).then_some(self.hang),

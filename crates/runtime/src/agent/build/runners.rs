@@ -92,7 +92,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         let frame = StepFrame::new(&surveyed.description, zeros, random, log.host());
         let own = self.own_properties(m)?;
         let resources = &self.builder.resources;
-        let patience = resources.patience(&name, supervised.is_some());
+        let timeout = resources.timeout(&name, supervised.is_some());
         let is_switched = self.plan.joints(m, Wire::Enabled).next().is_some();
         let ports = &surveyed.description.ports;
         let required = ports.iter().enumerate().filter(|(_, port)| port.required);
@@ -102,7 +102,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             status: RunnerStatus::new(Arc::clone(&signals.health), own.state),
             switch: ModuleSwitch::new(resources.board.settings(), own.enabled, is_switched),
             params: ParameterReader::new(own.params),
-            code: ModuleCode::new(kind, surveyed.setup.clone(), patience),
+            code: ModuleCode::new(kind, surveyed.setup.clone(), timeout),
             frame,
             schedule: TickSchedule::new(surveyed.trigger.clone()),
             timing: StepTiming::new(surveyed.deadline, own.timing, own.histogram),

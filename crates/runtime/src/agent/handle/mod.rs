@@ -171,7 +171,7 @@ impl AgentHandle {
     /// Logs the modules whose links have changed.
     pub fn tell_links(&self, modules: &[String]) {
         if !modules.is_empty() {
-            self.log(Level::Info, &format!("other links hold for {}", modules.join(", ")));
+            self.log(Level::Info, &format!("links changed, of these modules: {}", modules.join(", ")));
         }
     }
 }

@@ -17,7 +17,7 @@ pub(in crate::agent) struct ChangeRecorder {
 }
 
 /// Longest wait of a change for the end of a cycle.
-const PATIENCE: Duration = Duration::from_secs(1);
+const TIMEOUT: Duration = Duration::from_secs(1);
 
 thread_local! {
     /// Module that requests the change which this thread makes, if any.
@@ -47,13 +47,13 @@ impl ChangeRecorder {
     /// Makes changes and reports them to the recorder.
     /// In lockstep they are made between two cycles, so that a rerun can make them again.
     pub fn make<R, E>(&self, changes: Vec<Recorded>, make: impl FnOnce() -> Result<R, E>) -> Result<R, E> {
-        self.make_within(PATIENCE, changes, make)
+        self.make_within(TIMEOUT, changes, make)
     }
 
     /// Makes changes as [`make`](ChangeRecorder::make), after at most `patience`.
     pub fn make_within<R, E>(
         &self,
-        patience: Duration,
+        timeout: Duration,
         changes: Vec<Recorded>,
         make: impl FnOnce() -> Result<R, E>,
     ) -> Result<R, E> {
@@ -61,7 +61,7 @@ impl ChangeRecorder {
         let module = BY_MODULE.with_borrow(Option::clone);
         let before = self.shared.order();
         let (cycle, result) = match self.shared.lockstep && module.is_none() {
-            true => self.shared.between_two(patience, make),
+            true => self.shared.between_two(timeout, make),
             false => (None, make()),
         };
         let (now, cycles) = (self.shared.clock.now(), self.shared.cycles());

@@ -16,7 +16,7 @@ use slate_engine::main_loop::Seat;
 use slate_engine::runner::{Retired, Shadow, ShadowState};
 
 /// Time limit for a shadow to catch up with its steps, and to end.
-const PATIENCE: Duration = Duration::from_secs(2);
+const TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Polling interval for a shadow's steps.
 const LOOK: Duration = Duration::from_millis(1);
@@ -108,10 +108,10 @@ impl<'c> ModuleTrials<'c> {
             match self.agent.shared.with_seats(&seats, own_thread, move || Some(exchange_all(&involved))) {
                 Some(Ok(pairs)) => {
                     let (old, shadows): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
-                    shadows.into_iter().for_each(|shadow| shadow.end(PATIENCE));
+                    shadows.into_iter().for_each(|shadow| shadow.end(TIMEOUT));
                     return Ok(ExchangedCode { seats, own_thread, old });
                 }
-                Some(Err(Unready::Lags(module))) if waited >= PATIENCE => {
+                Some(Err(Unready::Lags(module))) if waited >= TIMEOUT => {
                     let reason = format!("the new code of module `{module}` lags behind or does not return");
                     return Err(refused(name, &reason, &mend(name)));
                 }
@@ -149,7 +149,7 @@ impl<'c> ModuleTrials<'c> {
                 Some(unsafe { seat.runner() }.shadow.take())
             });
             if let Some(shadow) = shadow.flatten() {
-                shadow.end(PATIENCE);
+                shadow.end(TIMEOUT);
             }
             // The path is free even if the thread that writes it hangs.
             self.free_path(module);

@@ -79,11 +79,11 @@ impl<'c> PluginVersion<'c> {
         let loaded = composition.assembly.modules.get(module);
         let kind = loaded.map_or_else(|| fitting.kind.clone(), |loaded| loaded.placed(&fitting.kind));
         let is_isolated = loaded.is_some_and(|loaded| loaded.isolation.is_some());
-        let patience = composition.assembly.resources.patience(&Arc::from(module), is_isolated);
-        let instance = patience
+        let timeout = composition.assembly.resources.timeout(&Arc::from(module), is_isolated);
+        let instance = timeout
             .create(&kind, &fitting.setup, params)
             .map_err(|refusal| PluginError::Refused { module: module.into(), reason: refusal.0 })?;
-        Ok(Some(Retired::new(kind, instance, patience)))
+        Ok(Some(Retired::new(kind, instance, timeout)))
     }
 
     /// Notes that a module runs this code.

@@ -17,7 +17,7 @@ pub(super) struct ConsentQuestion {
     kind: ModuleKind,
     setup: OwnSetup,
     params: Vec<u8>,
-    patience: CallTimeout,
+    timeout: CallTimeout,
     /// Place of the module in the configuration.
     place: Span,
 }
@@ -32,9 +32,9 @@ impl ConsentQuestion {
             kind: loaded.map_or_else(|| kind.clone(), |loaded| loaded.placed(&kind)),
             setup,
             params,
-            patience: assembly
+            timeout: assembly
                 .resources
-                .patience(&Arc::from(module.name.value.as_str()), module.isolated.value),
+                .timeout(&Arc::from(module.name.value.as_str()), module.isolated.value),
             place: module.name.span,
         }
     }
@@ -60,9 +60,9 @@ pub(super) fn check_dormant(
 /// Makes an instance for each question, and discards it.
 pub(super) fn ask(questions: Vec<ConsentQuestion>, configuration: &Configuration) -> Result<(), Report> {
     let mut diagnostics = Vec::new();
-    for ConsentQuestion { kind, setup, params, patience, place } in questions {
-        match patience.create(&kind, &setup, &params) {
-            Ok(instance) => drop(Retired::new(kind, instance, patience)),
+    for ConsentQuestion { kind, setup, params, timeout, place } in questions {
+        match timeout.create(&kind, &setup, &params) {
+            Ok(instance) => drop(Retired::new(kind, instance, timeout)),
             Err(refusal) => {
                 let message = format!("`{}` refuses these parameters: {refusal}", setup.name);
                 diagnostics.push(objection(configuration, (&setup.name, &refusal.0), place, message));

@@ -71,16 +71,20 @@ fn report(reporter: &WeakHandle, edit: Result<Edit, Report>) {
     match edit {
         Ok(Edit { changes, waiting, covered }) => {
             if changes.is_empty() && waiting.is_empty() && covered.is_empty() {
-                agent.say("the edited configuration says what holds");
+                agent.say("the edited configuration changes nothing: all its settings are in effect");
             }
-            say(Level::Info, "the edited configuration holds now", &changes);
-            say(Level::Warn, "the edited configuration holds from the next start", &waiting);
-            let what = "the edited configuration is covered by what was set at run time, until that is taken back \
-                        (`slate config revert PATH`)";
+            say(Level::Info, "settings of the edited configuration are in effect", &changes);
+            say(
+                Level::Warn,
+                "settings of the edited configuration that take effect at the next start",
+                &waiting,
+            );
+            let what = "settings of the edited configuration without effect, as they were changed at run time \
+                        (`slate config revert PATH` takes such a change back)";
             say(Level::Warn, what, &covered);
         }
         Err(report) => {
-            agent.log(Level::Error, "the edited configuration is refused; what held before goes on");
+            agent.log(Level::Error, "the edited configuration is refused; the previous one stays in effect");
             report.render(false).lines().for_each(|line| agent.log(Level::Error, line));
         }
     }

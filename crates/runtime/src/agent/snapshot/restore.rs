@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::apply::{Ready, Thaw};
-use super::capture::{HeldSeats, SnapshotSubject, SnapshotSubjects};
+use super::capture::{HeldSeats, LIMIT, SnapshotSubject, SnapshotSubjects};
 use super::fit::{self, DifferentSetting};
 use crate::agent::assembly::Relinking;
 use crate::agent::composition::{Composition, Fitting};
@@ -163,10 +163,10 @@ impl<'c> SnapshotRestorer<'c> {
         self.agent.tell_links(&relinked);
         let seconds = snapshot.time() as f64 * 1e-9;
         self.agent
-            .say(&format!("it goes on from a snapshot of {seconds:.3} s, after cycle {}", snapshot.cycle()));
+            .say(&format!("resumed from the snapshot of {seconds:.3} s, after cycle {}", snapshot.cycle()));
         for plugin in fit::other_code(&composition, snapshot) {
             let text = format!(
-                "plugin `{plugin}` has other code than when the snapshot was taken: what follows may be different"
+                "plugin `{plugin}` has other code than in the snapshot, so the run may differ from the one that was saved"
             );
             self.agent.log(slate_module::Level::Warn, &text);
         }
@@ -212,6 +212,7 @@ impl<'c> SnapshotRestorer<'c> {
             rearm: composition.armed,
         };
         let held = HeldSeats::of(&subjects)?;
+        let seats: Vec<_> = subjects.iter().map(|subject| Arc::clone(&subject.seat)).collect();
         let thaw = Thaw { subjects, ready };
         let recorder = self.agent.recorder.clone();
         let done = links.exchange_with(
@@ -227,7 +228,8 @@ impl<'c> SnapshotRestorer<'c> {
         );
         drop(held);
         done.unwrap_or_else(|| {
-            Err(unfit(snapshot, vec!["a module has not returned from its last call".into()]))
+            let late = seats.iter().zip(names).find(|(seat, _)| !seat.is_idle());
+            Err(SnapshotError::Busy { module: late.map(|(_, name)| name).unwrap_or_default(), limit: LIMIT })
         })
     }
 
@@ -276,7 +278,7 @@ fn instance(
     let retired = Retired::new(
         kind,
         made,
-        composition.assembly.resources.patience(&Arc::from(name.as_str()), is_isolated),
+        composition.assembly.resources.timeout(&Arc::from(name.as_str()), is_isolated),
     );
     let (retired, fits) = retired.restored(state.to_vec());
     fits.map_err(|reason| refused("does not take its state", reason))?;

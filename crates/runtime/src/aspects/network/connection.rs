@@ -10,7 +10,7 @@ use super::{ReceivedBytes, is_for_later};
 use slate_engine::digest::Digest;
 
 /// Time limit of connecting to each address of a name.
-const PATIENCE: Duration = Duration::from_secs(5);
+const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Connection with its data to be sent.
 pub(super) struct ModuleConnection {
@@ -160,7 +160,7 @@ impl Attempt {
 fn connect(address: &str) -> io::Result<TcpStream> {
     let mut last = io::Error::new(io::ErrorKind::NotFound, "the name stands for no address");
     for address in address.to_socket_addrs()? {
-        match TcpStream::connect_timeout(&address, PATIENCE) {
+        match TcpStream::connect_timeout(&address, TIMEOUT) {
             Ok(stream) => return Ok(stream),
             Err(error) => last = error,
         }

@@ -29,7 +29,7 @@ const MEMORY: u8 = b'M';
 pub(super) struct LocalLink {
     socket: OwnedFd,
     /// Current receive timeout of the socket.
-    patience: Mutex<Duration>,
+    timeout: Mutex<Duration>,
     /// Regions that this end fills, and regions that the other end fills.
     own: Mutex<Regions>,
     others: Mutex<Regions>,
@@ -49,7 +49,7 @@ impl LocalLink {
         rustix::io::ioctl_fionbio(&socket, false)?;
         Ok(Self {
             socket,
-            patience: Mutex::new(Duration::ZERO),
+            timeout: Mutex::new(Duration::ZERO),
             own: Mutex::new(Regions::default()),
             others: Mutex::new(Regions::default()),
         })
@@ -66,12 +66,12 @@ impl LocalLink {
     }
 
     fn wait_at_most(&self, limit: Duration) -> io::Result<()> {
-        let mut patience = locked(&self.patience);
-        if *patience != limit {
+        let mut timeout = locked(&self.timeout);
+        if *timeout != limit {
             // None at all would mean to wait for ever.
             let at_least = limit.max(Duration::from_micros(1));
             set_socket_timeout(&self.socket, Timeout::Recv, Some(at_least))?;
-            *patience = limit;
+            *timeout = limit;
         }
         Ok(())
     }

@@ -186,10 +186,10 @@ fn words(error: &rustls::Error, shown: Option<&str>) -> String {
             let name = shown.map(|name| format!(", in the name of `{name}`,")).unwrap_or_default();
             format!("the certificate there{name} {}", explain(error).0)
         }
-        rustls::Error::NoCertificatesPresented => "whoever is there shows no certificate".into(),
+        rustls::Error::NoCertificatesPresented => "the peer shows no certificate".into(),
         rustls::Error::AlertReceived(alert) => {
             format!("the agent there refuses this agent's certificate ({alert:?})")
         }
-        error => format!("whoever is there does not speak TLS as agents do: {error}"),
+        error => format!("the peer does not speak TLS as agents do: {error}"),
     }
 }

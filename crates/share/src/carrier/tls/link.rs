@@ -8,7 +8,7 @@ use rustix::event::PollFlags;
 use rustix::net::sockopt::set_socket_send_buffer_size;
 
 use super::connection::{LARGEST, TlsConnection};
-use super::{Credentials, PATIENCE};
+use super::{Credentials, TIMEOUT};
 use crate::carrier::{CarrierError, Link, ready};
 
 /// Requested size of the send buffer, bytes; the system may allow less.
@@ -68,7 +68,7 @@ impl TlsLink {
         credentials: &Credentials,
     ) -> Result<Self, CarrierError> {
         let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
-        let socket = TcpStream::connect_timeout(&address, PATIENCE).map_err(|error| match error.kind() {
+        let socket = TcpStream::connect_timeout(&address, TIMEOUT).map_err(|error| match error.kind() {
             ErrorKind::ConnectionRefused => CarrierError::Nobody { endpoint: endpoint.into() },
             _ => system(error),
         })?;
@@ -83,7 +83,7 @@ impl TlsLink {
     }
 
     fn shake_hands(&self) -> io::Result<()> {
-        let left = timer(PATIENCE);
+        let left = timer(TIMEOUT);
         while self.agent.get().is_none() {
             // Nothing is sent before, so no packet comes that would be lost here.
             let waits_for = self.listen(|connection| {
@@ -92,7 +92,7 @@ impl TlsLink {
                 Ok(interest(connection))
             })?;
             if left().is_zero() {
-                let late = format!("nobody shook hands within {} ms", PATIENCE.as_millis());
+                let late = format!("nobody shook hands within {} ms", TIMEOUT.as_millis());
                 return Err(io::Error::new(ErrorKind::TimedOut, late));
             }
             if self.agent.get().is_none() {

@@ -21,7 +21,7 @@ use listener::TlsListener;
 
 /// Timeout of name resolution, of connecting and of the handshake, each.
 /// Only the thread of the dialled agent waits for it. A lost first packet is sent again after 1 s.
-const PATIENCE: Duration = Duration::from_secs(2);
+const TIMEOUT: Duration = Duration::from_secs(2);
 
 const EXPECTED: &str = "tls:HOST:PORT, such as tls:192.168.1.5:7447 or tls:[::1]:7447";
 
@@ -55,7 +55,7 @@ impl Tls {
     }
 
     fn place(&self, endpoint: &str) -> Result<(Vec<SocketAddr>, &Credentials), CarrierError> {
-        let addresses = parse(endpoint)?.resolve(endpoint, PATIENCE)?;
+        let addresses = parse(endpoint)?.resolve(endpoint, TIMEOUT)?;
         let is_here = addresses.iter().all(|address| address.ip().is_loopback());
         Ok((addresses, self.credentials(endpoint, is_here)?))
     }

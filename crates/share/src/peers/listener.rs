@@ -66,15 +66,15 @@ fn network(origin: &str) -> String {
 }
 
 /// Listens at an endpoint in a separate thread.
-pub(super) fn open_door(lines: &Arc<LineTable>, endpoint: &str) -> Result<JoinHandle<()>, CarrierError> {
-    let listener = lines.context.carrier(endpoint)?.listen(endpoint)?;
+pub(super) fn open_listener(lines: &Arc<LineTable>, endpoint: &str) -> Result<JoinHandle<()>, CarrierError> {
+    let socket = lines.context.carrier(endpoint)?.listen(endpoint)?;
     let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
     let shared = Arc::clone(lines);
-    let door = Arc::new(AgentDoor { endpoint: endpoint.into(), pending: Pending::default() });
+    let listener = Arc::new(AgentListener { endpoint: endpoint.into(), pending: Pending::default() });
     let accept = move || {
         while !shared.context.ended.load(Ordering::Acquire) {
-            match listener.accept(Duration::from_millis(100)) {
-                Ok(Some(link)) => let_in(&shared, &door, link),
+            match socket.accept(Duration::from_millis(100)) {
+                Ok(Some(link)) => let_in(&shared, &listener, link),
                 Ok(None) => {}
                 // The system has no more files, perhaps; later it may.
                 Err(_) => thread::sleep(Duration::from_millis(100)),
@@ -84,18 +84,18 @@ pub(super) fn open_door(lines: &Arc<LineTable>, endpoint: &str) -> Result<JoinHa
     thread::Builder::new().name("sharing".into()).spawn(accept).map_err(system)
 }
 
-struct AgentDoor {
+struct AgentListener {
     endpoint: String,
     pending: Pending,
 }
 
 /// Waits for the greeting in a separate thread, so later links do not wait for it.
-fn let_in(lines: &Arc<LineTable>, door: &Arc<AgentDoor>, link: Arc<dyn Link>) {
-    door.pending.enter(&link);
-    let (shared, at, came) = (Arc::clone(lines), Arc::clone(door), Arc::clone(&link));
+fn let_in(lines: &Arc<LineTable>, listener: &Arc<AgentListener>, link: Arc<dyn Link>) {
+    listener.pending.enter(&link);
+    let (shared, at, came) = (Arc::clone(lines), Arc::clone(listener), Arc::clone(&link));
     let greet = move || greet(&shared, &at, &came);
     if thread::Builder::new().name("greeting".into()).spawn(greet).is_err() {
-        door.pending.leave(&link);
+        listener.pending.leave(&link);
         link.close();
     }
 }
@@ -114,21 +114,21 @@ fn first(link: &dyn Link, packet: &mut [u8]) -> io::Result<Option<usize>> {
     }
 }
 
-fn greet(lines: &Arc<LineTable>, door: &AgentDoor, link: &Arc<dyn Link>) {
+fn greet(lines: &Arc<LineTable>, listener: &AgentListener, link: &Arc<dyn Link>) {
     let context = &lines.context;
     let mut packet = vec![0; link.largest() + 1];
     let length = first(link.as_ref(), &mut packet);
     let from = |who: Option<&str>| match (who, link.origin()) {
-        (Some(agent), Some(origin)) => format!("agent `{agent}`, {origin} at {}", door.endpoint),
+        (Some(agent), Some(origin)) => format!("agent `{agent}`, {origin} at {}", listener.endpoint),
         (Some(agent), None) => format!("agent `{agent}`"),
-        (None, origin) => format!("{} at {}", origin.unwrap_or_else(|| "somebody".into()), door.endpoint),
+        (None, origin) => format!("{} at {}", origin.unwrap_or_else(|| "somebody".into()), listener.endpoint),
     };
     let refuse = |reason: &str| {
         // Some have proven who they are, whatever else they say.
         context.rejected("", &from(link.authenticated()), reason);
         link.close();
     };
-    let had_time = door.pending.leave(link);
+    let had_time = listener.pending.leave(link);
     let length = match length {
         _ if !had_time => return refuse("no greeting, and others came"),
         Ok(Some(length)) => length,
