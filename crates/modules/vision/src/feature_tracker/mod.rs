@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_victim_that_is_seen_often_is_reported_once_and_in_its_place() {
+    fn a_victim_seen_often_is_reported_once_and_in_its_place() {
         let mut tracker = tracker();
         for k in 0..30 {
             let k = f64::from(k);
