@@ -75,8 +75,8 @@ fn packets() {
                     .peer
                     .send("in/mail", hash, 0, View::of(&mut number).bytes())
                     .expect("there is room");
-                agents[from].peer.ask("**", true).expect("there is room");
-                assert!(agents[from].peer.tell(told), "there is room");
+                agents[from].peer.query("**", true).expect("there is room");
+                assert!(agents[from].peer.send_knowledge(told), "there is room");
             }
             while let Some(packet) = agents[from].outgoing(now) {
                 let is_kept = !know_each_other || round % 3 == 2;
@@ -190,8 +190,8 @@ fn knowledge_of_a_team() {
         .map(|(robot, random)| Replica::new(robot, random, knowledge::LIMITS))
         .into();
     for (one, other) in [(1, 2), (2, 3), (1, 3)] {
-        team[one - 1].meet(other as u32);
-        team[other - 1].meet(one as u32);
+        team[one - 1].add_neighbour(other as u32);
+        team[other - 1].add_neighbour(one as u32);
     }
     let (mut script, mut all) = (Vec::new(), 0);
     for round in 0..12_u64 {

@@ -30,7 +30,7 @@ fn play(mut script: Input<'_>) {
                     agents[1 - from].peer.receive(now, &packet, None);
                 }
             }
-            agents[from].peer.happenings().for_each(drop);
+            agents[from].peer.unread_events().for_each(drop);
         }
     }
     let [one, other] = &mut agents;

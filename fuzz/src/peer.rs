@@ -71,7 +71,7 @@ fn play(mut script: Input<'_>) {
                 }
             }
         }
-        base.peer.happenings().for_each(drop);
+        base.peer.unread_events().for_each(drop);
     }
     // The hostile one might be said to be there already.
     base.peer.disconnect(now, "it is hostile");

@@ -43,7 +43,7 @@ pub fn run(bytes: &[u8]) {
                 assert!(state(&mut client) == before, "refused, and something has changed");
             }
             // What is no URL is no request; a stream is no JSON.
-            Err(ClientError::Nonsense { .. }) => return,
+            Err(ClientError::InvalidAnswer { .. }) => return,
             Err(error) => panic!("{error}"),
         }
     }

@@ -127,7 +127,7 @@ fn connect(py: Python<'_>, target: &Target) -> PyResult<Worker> {
     });
     let client = client.map_err(|error| match error {
         OpenError::Client(error) => exception(py, &error),
-        OpenError::Request(RequestError::Denied(denied)) => {
+        OpenError::Request(RequestError::HttpRefusal(denied)) => {
             refusal(py, denied.detail, denied.help, denied.code, denied.report)
         }
         OpenError::Request(RequestError::Trouble(trouble)) => AgentUnreachable::new_err(trouble.to_string()),
@@ -165,7 +165,7 @@ fn exception(py: Python<'_>, error: &ClientError) -> PyErr {
                 env!("CARGO_PKG_VERSION")
             ))
         }
-        ClientError::Nonsense { .. } => AgentError::new_err(error.to_string()),
+        ClientError::InvalidAnswer { .. } => AgentError::new_err(error.to_string()),
         ClientError::Lost { .. } => AgentUnreachable::new_err(error.to_string()),
     }
 }

@@ -63,16 +63,16 @@ pub fn pin_both(word: &CommitWord, first: &mut [Latest], second: &mut [Latest], 
             std::hint::spin_loop();
             continue;
         }
-        let mut news = false;
+        let mut has_update = false;
         for reader in first.iter_mut().chain(second.iter_mut()) {
-            news |= reader.propose();
+            has_update |= reader.propose();
         }
         // A candidate of a later commit brings the store of `begin` with it, so this load sees it.
         if word.0.load(Ordering::Relaxed) == before || cfg!(feature = "mutant-commit") {
             for reader in first.iter_mut().chain(second.iter_mut()) {
                 reader.accept();
             }
-            return if news { Pin::Fresh } else { Pin::Unchanged };
+            return if has_update { Pin::Fresh } else { Pin::Unchanged };
         }
         first.iter_mut().chain(second.iter_mut()).for_each(Latest::reject);
     }

@@ -16,7 +16,7 @@ use crate::bytes;
 use crate::sync::{AtomicU32, AtomicU64, GuardedCell, Mutex, Ordering, ReadGuard, order};
 
 pub use tap::Tap;
-pub(crate) use tap::Tapped;
+pub(crate) use tap::TapCell;
 
 /// States of a slot.
 /// The receiver changes it from being sent to an answer, the sender back to being sent.
@@ -24,9 +24,9 @@ const FREE: u32 = 0;
 const SENT: u32 = 1;
 const DONE: u32 = 2;
 const REFUSED: u32 = 3;
-const STATE: u32 = 3;
+const STATE_MASK: u32 = 3;
 /// The message is answered, but the receiver still looks at it.
-const HELD: u32 = 4;
+const HELD_FLAG: u32 = 4;
 const CODE_SHIFT: u32 = 3;
 
 /// Refusal code of messages whose receiver went away without an answer.
@@ -41,7 +41,7 @@ pub struct Mailbox {
     /// 1 + the index of the message sent last; 0 for none.
     head: AtomicU64,
     handles: Mutex<MailboxHandles>,
-    tap: Tapped,
+    tap: TapCell,
 }
 
 #[derive(Debug)]
@@ -59,7 +59,7 @@ struct Slot {
     /// `code << CODE_SHIFT | held | state`.
     status: AtomicU32,
     /// 1 + the index of the message sent before; 0 for none.
-    before: AtomicU64,
+    previous: AtomicU64,
     content: GuardedCell<Content>,
 }
 
@@ -133,7 +133,7 @@ impl Mailbox {
         let words = shape.bytes(shape.capacity).div_ceil(16).max(1);
         let slot = || Slot {
             status: AtomicU32::new(FREE),
-            before: AtomicU64::new(0),
+            previous: AtomicU64::new(0),
             content: GuardedCell::new(Content { data: vec![0; words].into_boxed_slice(), items: 0, time: 0 }),
         };
         let count = usize::from(senders);
@@ -145,7 +145,7 @@ impl Mailbox {
             slots: (0..count * slots_per_sender).map(|_| slot()).collect(),
             head: AtomicU64::new(0),
             handles: Mutex::new(handles),
-            tap: Tapped::default(),
+            tap: TapCell::default(),
         })
     }
 
@@ -183,12 +183,12 @@ impl Mailbox {
             let mut places = handles.senders.iter().zip(&handles.names);
             places.position(|(taken, own)| !taken && is_meant(own))
         };
-        let place = free(&|own| own == name).or_else(|| free(&str::is_empty)).or_else(|| free(&|_| true));
-        let place = place.ok_or(HandlesSpent { limit: handles.senders.len() })?;
-        handles.senders[place] = true;
-        handles.names[place] = name.to_owned();
+        let index = free(&|own| own == name).or_else(|| free(&str::is_empty)).or_else(|| free(&|_| true));
+        let index = index.ok_or(HandlesSpent { limit: handles.senders.len() })?;
+        handles.senders[index] = true;
+        handles.names[index] = name.to_owned();
         let numbers = vec![0; self.slots_per_sender];
-        Ok(Sender { mailbox: Arc::clone(self), place, numbers, sent: 0, hint: 0 })
+        Ok(Sender { mailbox: Arc::clone(self), index, numbers, sent: 0, hint: 0 })
     }
 
     /// Returns the name of the present or last sender at that place.
@@ -228,7 +228,7 @@ unsafe impl Sync for Mailbox {}
 #[derive(Debug)]
 pub struct Sender {
     mailbox: Arc<Mailbox>,
-    place: usize,
+    index: usize,
     /// Number of the message in each slot.
     numbers: Vec<u64>,
     sent: u64,
@@ -238,7 +238,7 @@ pub struct Sender {
 impl Sender {
     /// Returns the index of the sender.
     pub fn id(&self) -> u32 {
-        self.place as u32
+        self.index as u32
     }
 
     /// Returns true if it sends to that mailbox.
@@ -253,10 +253,10 @@ impl Sender {
     /// When all slots of this sender wait for their answers.
     pub fn send(&mut self, bytes: &[u8], items: usize, time: u64) -> Result<Ticket, Full> {
         let count = self.numbers.len();
-        let first = self.place * count;
+        let first = self.index * count;
         let free = (0..count).map(|i| (self.hint + i) % count).find(|i| {
             let status = self.mailbox.slots[first + i].status.load(order::ACQUIRE);
-            status & STATE != SENT && status & HELD == 0 || cfg!(feature = "mutant-mailbox")
+            status & STATE_MASK != SENT && status & HELD_FLAG == 0 || cfg!(feature = "mutant-mailbox")
         });
         let own = free.ok_or(Full(count))?;
         self.hint = own + 1;
@@ -282,7 +282,7 @@ impl Sender {
         // The receiver has mostly taken all.
         let mut head = 0;
         loop {
-            slot.before.store(head, Ordering::Relaxed);
+            slot.previous.store(head, Ordering::Relaxed);
             let sent = self.mailbox.head.compare_exchange_weak(
                 head,
                 index as u64 + 1,
@@ -302,8 +302,8 @@ impl Sender {
             return Status::Unknown;
         }
         let status =
-            self.mailbox.slots[self.place * self.numbers.len() + ticket.slot].status.load(order::ACQUIRE);
-        match status & STATE {
+            self.mailbox.slots[self.index * self.numbers.len() + ticket.slot].status.load(order::ACQUIRE);
+        match status & STATE_MASK {
             DONE => Status::Done,
             REFUSED => Status::Refused((status >> CODE_SHIFT) as u16),
             _ => Status::Accepted,
@@ -313,7 +313,7 @@ impl Sender {
 
 impl Drop for Sender {
     fn drop(&mut self) {
-        self.mailbox.handles().senders[self.place] = false;
+        self.mailbox.handles().senders[self.index] = false;
     }
 }
 
@@ -358,7 +358,7 @@ impl Receiver {
                 items: message.items(),
                 time: message.time(),
             });
-            next = slot.before.load(Ordering::Relaxed);
+            next = slot.previous.load(Ordering::Relaxed);
         }
         waiting.reverse();
         waiting
@@ -395,7 +395,7 @@ impl Receiver {
         while next != 0 {
             let index = (next - 1) as usize;
             self.order.push(index);
-            next = self.mailbox.slots[index].before.load(Ordering::Relaxed);
+            next = self.mailbox.slots[index].previous.load(Ordering::Relaxed);
         }
         self.order.reverse();
         self.sequence += self.order.len() as u64;
@@ -412,7 +412,7 @@ impl Receiver {
         for index in self.order.drain(..) {
             let status = &self.mailbox.slots[index].status;
             // Only the receiver changes it from being sent until it is given back.
-            let answer = status.load(Ordering::Relaxed) & !HELD;
+            let answer = status.load(Ordering::Relaxed) & !HELD_FLAG;
             status.store(if answer == SENT { unanswered } else { answer }, order::RELEASE);
         }
     }
@@ -436,7 +436,7 @@ impl Receiver {
             Answer::Done => DONE,
             Answer::Refused(code) => u32::from(code) << CODE_SHIFT | REFUSED,
         };
-        self.mailbox.slots[*index].status.store(status | HELD, order::RELEASE);
+        self.mailbox.slots[*index].status.store(status | HELD_FLAG, order::RELEASE);
     }
 }
 

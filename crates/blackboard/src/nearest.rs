@@ -7,10 +7,10 @@ use std::collections::BTreeSet;
 use renamed::renamed;
 
 /// Maximum number of suggestions.
-const COUNT: usize = 3;
+const MAX_SUGGESTIONS: usize = 3;
 
 /// Maximum number of names in a path of an agent.
-const DEEPEST: usize = 16;
+const MAX_PATH_DEPTH: usize = 16;
 
 /// Returns the names most similar to `name`, at most three, best first.
 /// The new name of a renamed parameter or port is the only one.
@@ -27,7 +27,7 @@ pub fn nearest_names<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Ve
         .filter(|(distance, _)| *distance <= farthest)
         .collect();
     scored.sort();
-    scored.into_iter().take(COUNT).map(|(_, name)| name.into()).collect()
+    scored.into_iter().take(MAX_SUGGESTIONS).map(|(_, name)| name.into()).collect()
 }
 
 /// Returns the paths most similar to `path`, at most three, best first.
@@ -49,7 +49,7 @@ pub fn nearest_paths<'a>(
 ) -> Vec<String> {
     // Of a path that is longer than any, the beginnings alone.
     let ends: Vec<_> =
-        path.match_indices(separator).map(|(end, _)| end).chain([path.len()]).take(DEEPEST).collect();
+        path.match_indices(separator).map(|(end, _)| end).chain([path.len()]).take(MAX_PATH_DEPTH).collect();
     for (index, end) in ends.into_iter().enumerate().rev() {
         let (begin, count) = (&path[..end], index + 1);
         let mut like: BTreeSet<_> =
@@ -67,7 +67,7 @@ pub fn nearest_paths<'a>(
             paths.clone().filter(move |other| beginning(other, separator, count) == Some(&nearest))
         };
         if !near.is_empty() {
-            return near.iter().flat_map(below).take(COUNT).map(Into::into).collect();
+            return near.iter().flat_map(below).take(MAX_SUGGESTIONS).map(Into::into).collect();
         }
     }
     Vec::new()

@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::sync::{AtomicPtr, AtomicU64, Ordering, Thread, current, order, park, park_timeout};
 
 /// The bit that says that the thread sleeps; the others are the notifier's.
-const SLEEPING: u64 = 1 << 63;
+const SLEEPING_BIT: u64 = 1 << 63;
 
 /// Notification word of one thread: its notifications, and whether it sleeps.
 /// The standard library's parking is a futex word, which is entered only if the thread really sleeps.
@@ -51,15 +51,15 @@ impl Wake {
     /// A waiting thread polls `spins` times for a notification before it goes to sleep. That pays if a notification
     /// comes within the time that waking takes, and only while there are no more threads than cores.
     pub fn with_spins(spins: u32) -> Self {
-        let nobody = || AtomicPtr::new(std::ptr::null_mut());
-        Self { word: AtomicU64::new(0), sleeper: nobody(), sleepers: nobody(), spins }
+        let null = || AtomicPtr::new(std::ptr::null_mut());
+        Self { word: AtomicU64::new(0), sleeper: null(), sleepers: null(), spins }
     }
 
     /// Adds `bits` to the thread's notifications, and wakes it if it sleeps.
     /// `bits` must not have the highest bit.
     #[inline]
     pub fn notify(&self, bits: u64) {
-        if self.word.fetch_or(bits & !SLEEPING, order::PUBLISH) & SLEEPING != 0 {
+        if self.word.fetch_or(bits & !SLEEPING_BIT, order::PUBLISH) & SLEEPING_BIT != 0 {
             self.wake();
         }
     }
@@ -74,7 +74,7 @@ impl Wake {
 
     #[inline]
     fn take(&self) -> u64 {
-        self.word.swap(0, order::PUBLISH) & !SLEEPING
+        self.word.swap(0, order::PUBLISH) & !SLEEPING_BIT
     }
 
     fn take_spinning(&self) -> u64 {
@@ -88,17 +88,17 @@ impl Wake {
     }
 
     /// Announces that this thread is about to sleep; false if it has notifications.
-    fn lie_down(&self) -> bool {
-        self.sleeper.store(self.myself(), order::RELEASE);
+    fn prepare_sleep(&self) -> bool {
+        self.sleeper.store(self.own_entry(), order::RELEASE);
         if cfg!(feature = "mutant-wake") {
-            self.word.store(SLEEPING, order::RELEASE);
+            self.word.store(SLEEPING_BIT, order::RELEASE);
             return true;
         }
-        self.word.compare_exchange(0, SLEEPING, order::PUBLISH, Ordering::Relaxed).is_ok()
+        self.word.compare_exchange(0, SLEEPING_BIT, order::PUBLISH, Ordering::Relaxed).is_ok()
     }
 
     /// Returns this thread's entry, created at its first sleep here.
-    fn myself(&self) -> *mut Sleeper {
+    fn own_entry(&self) -> *mut Sleeper {
         let thread = current();
         let mut first = self.sleepers.load(order::ACQUIRE);
         let mut sleeper = first;
@@ -125,7 +125,7 @@ impl Wake {
             if bits != 0 {
                 return bits;
             }
-            if self.lie_down() {
+            if self.prepare_sleep() {
                 park();
             }
         }
@@ -138,7 +138,7 @@ impl Wake {
         if bits != 0 {
             return bits;
         }
-        if self.lie_down() {
+        if self.prepare_sleep() {
             park_timeout(limit);
         }
         self.take()

@@ -396,10 +396,10 @@ fn verify(file: &Path) -> Result<bool, Failure> {
 
 /// Maximum size of a message that is shown, bytes.
 /// It is more than any image has, and little enough for its text.
-const LONGEST_SHOWN: usize = 32 << 20;
+const MAX_MESSAGE_SIZE: usize = 32 << 20;
 
 fn cat(file: &Path, selection: &Selection, json: bool) -> Result<bool, Failure> {
-    let mut decoder = Decoder::up_to(LONGEST_SHOWN);
+    let mut decoder = Decoder::up_to(MAX_MESSAGE_SIZE);
     selection.visit(&mut logs::open(file)?, |message| {
         let value = decoder.decode_named(message);
         let topic = &message.channel.topic;

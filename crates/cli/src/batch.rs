@@ -60,10 +60,10 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
         return Err(Failure::Seeds);
     }
     let folder = options.out.as_deref().map(Folder::take).transpose()?;
-    let ending = BatchEnding::on_request();
+    let ending = BatchEnding::on_interrupt();
     let queue = SeedQueue { options, sets: sets(options)?, begun: AtomicU64::new(0), ending: &ending };
     let summaries = all(&queue)?;
-    if ending.is_asked() {
+    if ending.is_interrupted() {
         eprintln!("interrupted: {} of {} runs are done", summaries.len(), options.runs);
     }
     let batch = Batch::of(&summaries).out_of(options.runs);
@@ -98,14 +98,15 @@ fn write(folder: &Folder, batch: &Batch) -> Result<(), RunError> {
 /// Renames existing statistics in a folder with the next free number; returns it.
 /// Such as `batch-1.json`, as recordings do.
 fn keep_earlier(folder: &Path) -> Result<Option<u64>, RunError> {
-    const FILES: [&str; 2] = ["txt", "json"];
+    const STATISTICS_EXTENSIONS: [&str; 2] = ["txt", "json"];
     let is_there = |name: String| folder.join(name).exists();
-    if !FILES.iter().any(|file| is_there(format!("batch.{file}"))) {
+    if !STATISTICS_EXTENSIONS.iter().any(|file| is_there(format!("batch.{file}"))) {
         return Ok(None);
     }
-    let is_taken = |number: &u64| FILES.iter().any(|file| is_there(format!("batch-{number}.{file}")));
+    let is_taken =
+        |number: &u64| STATISTICS_EXTENSIONS.iter().any(|file| is_there(format!("batch-{number}.{file}")));
     let number = (1..).find(|number| !is_taken(number)).unwrap_or(u64::MAX);
-    for file in FILES {
+    for file in STATISTICS_EXTENSIONS {
         let path = folder.join(format!("batch.{file}"));
         match std::fs::rename(&path, folder.join(format!("batch-{number}.{file}"))) {
             Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
@@ -119,14 +120,14 @@ fn keep_earlier(folder: &Path) -> Result<Option<u64>, RunError> {
 
 /// Time after which a step counts as hung, unless set otherwise, s.
 /// A batch loads the machine by itself, and the limit is of the wall clock.
-const HANG: u64 = 60;
+const HANG_LIMIT: u64 = 60;
 
 /// Returns the settings of all runs; the later one of two applies.
 fn sets(options: &BatchOptions) -> Result<Vec<String>, Failure> {
     let BatchOptions { name, common, .. } = options;
     let application = examples::find(name, None, Vec::new(), common.set.clone(), common.host.as_deref())?;
-    let is_raised = application.configuration.hang().value < HANG * 1_000_000_000;
-    let raised = is_raised.then(|| format!("loop.hang={HANG}s"));
+    let is_raised = application.configuration.hang().value < HANG_LIMIT * 1_000_000_000;
+    let raised = is_raised.then(|| format!("loop.hang={HANG_LIMIT}s"));
     Ok(raised.into_iter().chain(common.set.iter().cloned()).collect())
 }
 
@@ -144,7 +145,7 @@ fn all(queue: &SeedQueue<'_>) -> Result<Vec<Summary>, Failure> {
         // The channel closes when the last of the threads has no more seeds.
         drop(sender);
         loop {
-            match results.recv_timeout(progress::PERIOD) {
+            match results.recv_timeout(progress::CHECK_PERIOD) {
                 Ok((seed, Ok(summary))) => {
                     progress.note(&summary);
                     summaries.insert(seed, summary);
@@ -193,7 +194,7 @@ struct SeedQueue<'a> {
 impl SeedQueue<'_> {
     /// Makes runs in sequence until no seed is left, or a run is impossible.
     fn work(&self, results: &Sender<(u64, Result<Summary, Failure>)>) {
-        while !self.ending.is_over() {
+        while !self.ending.is_ended() {
             let taken = self.begun.fetch_add(1, Ordering::Relaxed);
             if taken >= self.options.runs {
                 return;
@@ -235,11 +236,11 @@ impl SeedQueue<'_> {
             disarmed: false,
         };
         let mission = MissionRun::load(application, options)?;
-        self.ending.watch(seed, mission.agent.stopper());
+        self.ending.add(seed, mission.agent.stopper());
         let finished = mission.run();
-        self.ending.forget(seed);
+        self.ending.remove(seed);
         let summary = finished?.summary;
-        let is_cut_off = self.ending.is_over() && summary.outcome == Outcome::Stopped;
+        let is_cut_off = self.ending.is_ended() && summary.outcome == Outcome::Stopped;
         Ok((!is_cut_off).then_some(summary))
     }
 }

@@ -1,15 +1,15 @@
 //! Output of commands that change an agent.
 
-use slate::control::{Changed, Switched};
+use slate::control::{EnableResult, SettingChange};
 
 use crate::output;
 
 /// Prints changed settings.
-pub fn show_changes(changed: &[Changed]) {
+pub fn show_changes(changed: &[SettingChange]) {
     if changed.is_empty() {
         output::line("no change");
     }
-    for Changed { path, before, after, default, needs_reload, .. } in changed {
+    for SettingChange { path, before, after, default, needs_reload, .. } in changed {
         let text = |value: &Option<String>| {
             let default = default.as_ref().map(|default| format!("{default} (default)"));
             value.clone().or(default).unwrap_or_else(|| "none".into())
@@ -22,7 +22,7 @@ pub fn show_changes(changed: &[Changed]) {
 }
 
 /// Prints how a module was enabled or disabled.
-pub fn show_switched(name: &str, on: bool, switched: Switched) {
+pub fn show_enable_result(name: &str, on: bool, switched: EnableResult) {
     let (state, already) = (if on { "on" } else { "off" }, if switched.changed { "" } else { " already" });
     output::line(format_args!("{name} is {state}{already}"));
     if let Some(plugin) = switched.needs_reload {

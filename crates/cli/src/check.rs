@@ -13,8 +13,10 @@ use serde_json::json;
 use slate::blackboard::Board;
 use slate::control::OpenError;
 use slate::module::Plugin;
-use slate::record::{Misspelt, misspelt};
-use slate::runtime::composition::{Catalogue, DescribedLimits, Survey, Wired, described_limits, loose};
+use slate::record::{UnmatchedPattern, unmatched_patterns};
+use slate::runtime::composition::{
+    Catalogue, DescribedLimits, Survey, Wired, described_limits, unlinked_warnings,
+};
 use slate::runtime::configuration::{Configuration, Diagnostic, Report, Variant};
 use slate::runtime::directory::check_reach;
 use slate::runtime::{Mistake, StartError};
@@ -25,7 +27,7 @@ use slate_run::{
 
 use crate::examples;
 use crate::failure::{ASSERTION_FALSE, Failure};
-use crate::offline::{QUIET, catalogue, load};
+use crate::offline::{NO_LOG_SETTINGS, catalogue, load};
 use crate::{complete, output, scene};
 use findings::Findings;
 
@@ -133,7 +135,8 @@ fn check_agent(
     counts: &mut CompositionCounts,
 ) -> Result<(), Failure> {
     let find = |more: Option<String>| {
-        let sets = QUIET.map(String::from).into_iter().chain(options.set.clone()).chain(more).collect();
+        let sets =
+            NO_LOG_SETTINGS.map(String::from).into_iter().chain(options.set.clone()).chain(more).collect();
         examples::find(&options.name, agent, Vec::new(), sets, options.host.as_deref())
     };
     let application = match find(None).map_err(as_report) {
@@ -245,7 +248,7 @@ fn look(application: &Application) -> Result<CheckedConfiguration, Failure> {
     check_ros1(&agent)?;
     check_ros2(&agent)?;
     let mut warnings = unused(configuration, &catalogue, &survey);
-    warnings.extend(loose(wired.configuration(), &survey));
+    warnings.extend(unlinked_warnings(wired.configuration(), &survey));
     warnings.extend(unrecorded(configuration, agent.board()));
     let links = wired.configuration().links().len() + configuration.external_links().len();
     let gates = wired.configuration().actuators().iter();
@@ -279,10 +282,10 @@ fn unused(configuration: &Configuration, catalogue: &Catalogue, survey: &Survey<
 
 /// Returns warnings for recorded properties that do not exist.
 fn unrecorded(configuration: &Configuration, board: &Board) -> Vec<Diagnostic> {
-    let warn = |own: Misspelt| {
+    let warn = |own: UnmatchedPattern| {
         let setting = configuration.value(own.setting)?;
         let message = Mistake::Unrecorded.of(own.to_string());
         Some(configuration.diagnostic(setting.span, message, Some(own.help.clone())))
     };
-    misspelt(&configuration.record().selection, board).into_iter().filter_map(warn).collect()
+    unmatched_patterns(&configuration.record().selection, board).into_iter().filter_map(warn).collect()
 }

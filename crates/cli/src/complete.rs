@@ -15,7 +15,7 @@ use crate::local_agents::ask_default;
 
 /// Time limit for candidates.
 /// A person waits for the key; names that come later are not offered.
-const BUDGET: Duration = Duration::from_millis(150);
+const CANDIDATE_TIMEOUT: Duration = Duration::from_millis(150);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Shell {
@@ -31,7 +31,7 @@ fn in_time(find: impl FnOnce() -> BTreeSet<String> + Send + 'static) -> BTreeSet
     let (sender, found) = channel();
     // What hangs ends with this program; without a thread, nothing is found.
     let _ = std::thread::Builder::new().spawn(move || sender.send(find()));
-    found.recv_timeout(BUDGET).unwrap_or_default()
+    found.recv_timeout(CANDIDATE_TIMEOUT).unwrap_or_default()
 }
 
 fn candidates(names: BTreeSet<String>, current: &OsStr) -> Vec<CompletionCandidate> {

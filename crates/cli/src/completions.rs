@@ -9,12 +9,12 @@ use crate::failure::Failure;
 use crate::output;
 
 /// Variable by which a shell asks this program for candidates.
-const VARIABLE: &str = "SLATE_COMPLETE";
+const COMPLETION_VARIABLE: &str = "SLATE_COMPLETE";
 
 /// Answers a shell's completion request, and ends the process.
 /// Returns if no shell asks.
 pub fn answer() {
-    CompleteEnv::with_factory(Arguments::command).var(VARIABLE).complete();
+    CompleteEnv::with_factory(Arguments::command).var(COMPLETION_VARIABLE).complete();
 }
 
 /// Prints the script that makes a shell ask for candidates.
@@ -23,7 +23,9 @@ pub fn completions(shell: Shell) -> Result<bool, Failure> {
     let (shells, mut script) = (Shells::builtins(), Vec::new());
     let failed = |source| Failure::File { path: "completions".into(), source };
     if let Some(completer) = shells.completer(&name) {
-        completer.write_registration(VARIABLE, "slate", "slate", "slate", &mut script).map_err(failed)?;
+        completer
+            .write_registration(COMPLETION_VARIABLE, "slate", "slate", "slate", &mut script)
+            .map_err(failed)?;
     }
     output::line(String::from_utf8_lossy(&script).trim_end());
     Ok(true)

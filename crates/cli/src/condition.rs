@@ -15,7 +15,7 @@ struct Test {
     /// Empty for the whole value.
     path: Vec<String>,
     operator: Operator,
-    wanted: Operand,
+    operand: Operand,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +45,7 @@ const OPERATORS: [(&str, Operator); 6] = [
     (">", Operator::Greater),
 ];
 
-const EXPECTED: &str = "expected FIELD OPERATOR VALUE, such as `range < 0.5`, `state == WORKING` or `> 3`; \
+const CONDITION_HELP: &str = "expected FIELD OPERATOR VALUE, such as `range < 0.5`, `state == WORKING` or `> 3`; \
                         join several by `and` and `or`";
 
 impl FromStr for Condition {
@@ -53,10 +53,10 @@ impl FromStr for Condition {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let mut groups = vec![Vec::new()];
-        for word in words(text)? {
-            match &word {
-                Word::Bare(bare) if bare == "or" || bare == "||" => groups.push(Vec::new()),
-                Word::Bare(bare) if bare == "and" || bare == "&&" => {
+        for token in tokens(text)? {
+            match &token {
+                ConditionToken::Bare(bare) if bare == "or" || bare == "||" => groups.push(Vec::new()),
+                ConditionToken::Bare(bare) if bare == "and" || bare == "&&" => {
                     if let Some(group) = groups.last_mut() {
                         group.push(Vec::new());
                     }
@@ -67,13 +67,13 @@ impl FromStr for Condition {
                         group.push(Vec::new());
                     }
                     if let Some(test) = group.last_mut() {
-                        test.push(word);
+                        test.push(token);
                     }
                 }
             }
         }
-        let group = |tests: Vec<Vec<Word>>| match tests.is_empty() {
-            true => Err(EXPECTED.to_owned()),
+        let group = |tests: Vec<Vec<ConditionToken>>| match tests.is_empty() {
+            true => Err(CONDITION_HELP.to_owned()),
             false => tests.into_iter().map(test).collect::<Result<Vec<_>, _>>(),
         };
         Ok(Self(groups.into_iter().map(group).collect::<Result<_, _>>()?))
@@ -82,72 +82,76 @@ impl FromStr for Condition {
 
 /// Token of a condition.
 #[derive(Clone, Debug, PartialEq)]
-enum Word {
+enum ConditionToken {
     Bare(String),
     Quoted(String),
     Operator(Operator),
 }
 
-fn words(text: &str) -> Result<Vec<Word>, String> {
-    let mut words = Vec::new();
+fn tokens(text: &str) -> Result<Vec<ConditionToken>, String> {
+    let mut tokens = Vec::new();
     let mut rest = text.trim_start();
     while let Some(first) = rest.chars().next() {
         if first == '"' || first == '\'' {
             let end = rest[1..].find(first).ok_or("a quote is not closed")?;
-            words.push(Word::Quoted(rest[1..=end].to_owned()));
+            tokens.push(ConditionToken::Quoted(rest[1..=end].to_owned()));
             rest = &rest[end + 2..];
         } else if let Some((sign, operator)) = OPERATORS.iter().find(|(sign, _)| rest.starts_with(sign)) {
-            words.push(Word::Operator(*operator));
+            tokens.push(ConditionToken::Operator(*operator));
             rest = &rest[sign.len()..];
         } else {
             let ends = |c: char| c.is_whitespace() || "<>=!\"'".contains(c);
             // A sign alone that is none of the operators.
             let end = rest.find(ends).filter(|end| *end > 0);
             let end = end.unwrap_or_else(|| if ends(first) { first.len_utf8() } else { rest.len() });
-            words.push(Word::Bare(rest[..end].to_owned()));
+            tokens.push(ConditionToken::Bare(rest[..end].to_owned()));
             rest = &rest[end..];
         }
         rest = rest.trim_start();
     }
-    Ok(words)
+    Ok(tokens)
 }
 
-fn test(words: Vec<Word>) -> Result<Test, String> {
-    let (path, operator, wanted) = match &words[..] {
-        [Word::Operator(operator), wanted] => (Vec::new(), *operator, wanted),
-        [Word::Bare(path) | Word::Quoted(path), Word::Operator(operator), wanted] => {
+fn test(tokens: Vec<ConditionToken>) -> Result<Test, String> {
+    let (path, operator, operand) = match &tokens[..] {
+        [ConditionToken::Operator(operator), operand] => (Vec::new(), *operator, operand),
+        [
+            ConditionToken::Bare(path) | ConditionToken::Quoted(path),
+            ConditionToken::Operator(operator),
+            operand,
+        ] => {
             let path = path.split(['/', '.']).filter(|name| !name.is_empty());
-            (path.map(String::from).collect(), *operator, wanted)
+            (path.map(String::from).collect(), *operator, operand)
         }
-        _ => return Err(EXPECTED.into()),
+        _ => return Err(CONDITION_HELP.into()),
     };
-    let wanted = match wanted {
-        Word::Quoted(text) => Operand::Text(text.clone()),
-        Word::Bare(text) => match (text.parse(), text.as_str()) {
+    let operand = match operand {
+        ConditionToken::Quoted(text) => Operand::Text(text.clone()),
+        ConditionToken::Bare(text) => match (text.parse(), text.as_str()) {
             (_, "true") => Operand::Bool(true),
             (_, "false") => Operand::Bool(false),
             (Ok(number), _) => Operand::Number(number),
             (Err(_), text) => Operand::Text(text.into()),
         },
-        Word::Operator(_) => return Err(EXPECTED.into()),
+        ConditionToken::Operator(_) => return Err(CONDITION_HELP.into()),
     };
-    let is_ordered = matches!(wanted, Operand::Number(_));
+    let is_ordered = matches!(operand, Operand::Number(_));
     if !is_ordered && !matches!(operator, Operator::Equal | Operator::Unequal) {
-        return Err(format!("{wanted} is not a number: expected == or !="));
+        return Err(format!("{operand} is not a number: expected == or !="));
     }
-    Ok(Test { path, operator, wanted })
+    Ok(Test { path, operator, operand })
 }
 
 /// Reason why a condition can't be evaluated on a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Unfit {
+pub enum ConditionError {
     /// The value has no such field.
     NoField(String),
     /// The field can't be compared so.
     NotComparable(String),
 }
 
-impl fmt::Display for Unfit {
+impl fmt::Display for ConditionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Self::NoField(text) | Self::NotComparable(text)) = self;
         f.write_str(text)
@@ -159,7 +163,7 @@ impl Condition {
     ///
     /// # Errors
     /// When it has no such field, or one that can't be compared so.
-    pub fn holds(&self, value: &Value) -> Result<bool, Unfit> {
+    pub fn holds(&self, value: &Value) -> Result<bool, ConditionError> {
         let mut holds = false;
         for group in &self.0 {
             let mut all = true;
@@ -173,7 +177,7 @@ impl Condition {
 }
 
 impl Test {
-    fn holds(&self, value: &Value) -> Result<bool, Unfit> {
+    fn holds(&self, value: &Value) -> Result<bool, ConditionError> {
         let mut found = value;
         for name in &self.path {
             let next = match found {
@@ -185,7 +189,7 @@ impl Test {
                 let names: Vec<_> = found.as_object().into_iter().flat_map(|fields| fields.keys()).collect();
                 let names: Vec<&str> = names.iter().map(|name| name.as_str()).collect();
                 let known = if names.is_empty() { "no fields".into() } else { names.join(", ") };
-                Unfit::NoField(format!("unknown field `{}`; it has {known}", self.path.join("/")))
+                ConditionError::NoField(format!("unknown field `{}`; it has {known}", self.path.join("/")))
             })?;
         }
         // What is wrapped for the blackboard, such as `enabled`, is its value.
@@ -194,15 +198,15 @@ impl Test {
         {
             found = inner;
         }
-        let order = match (&self.wanted, found) {
-            (Operand::Number(wanted), Value::Number(number)) => {
-                number.as_f64().and_then(|number| number.partial_cmp(wanted))
+        let order = match (&self.operand, found) {
+            (Operand::Number(operand), Value::Number(number)) => {
+                number.as_f64().and_then(|number| number.partial_cmp(operand))
             }
             // A number that is none, such as NaN, is unequal to all.
             (Operand::Number(_), Value::Null | Value::String(_)) => None,
-            (Operand::Text(wanted), Value::String(text)) => Some(text.as_str().cmp(wanted)),
-            (Operand::Bool(wanted), Value::Bool(found)) => Some(found.cmp(wanted)),
-            (wanted, found) => {
+            (Operand::Text(operand), Value::String(text)) => Some(text.as_str().cmp(operand)),
+            (Operand::Bool(operand), Value::Bool(found)) => Some(found.cmp(operand)),
+            (operand, found) => {
                 let place = if self.path.is_empty() {
                     "the value".into()
                 } else {
@@ -212,8 +216,8 @@ impl Test {
                 if found.chars().count() > 60 {
                     found = format!("{}…", found.chars().take(60).collect::<String>());
                 }
-                let text = format!("{place} is {found}, which can't be compared with {wanted}");
-                return Err(Unfit::NotComparable(text));
+                let text = format!("{place} is {found}, which can't be compared with {operand}");
+                return Err(ConditionError::NotComparable(text));
             }
         };
         Ok(match self.operator {
@@ -295,11 +299,11 @@ mod tests {
         }
 
         #[test]
-        fn a_number_is_compared_as_numbers_are(found in -100.0..100.0f64, wanted in -100.0..100.0f64) {
+        fn a_number_is_compared_as_numbers_are(found in -100.0..100.0f64, operand in -100.0..100.0f64) {
             let value = json!({ "x": found });
-            prop_assert_eq!(holds(&format!("x < {wanted}"), &value), Ok(found < wanted));
-            prop_assert_eq!(holds(&format!("x >= {wanted}"), &value), Ok(found >= wanted));
-            prop_assert_eq!(holds(&format!("x<{wanted} or x>={wanted}"), &value), Ok(true));
+            prop_assert_eq!(holds(&format!("x < {operand}"), &value), Ok(found < operand));
+            prop_assert_eq!(holds(&format!("x >= {operand}"), &value), Ok(found >= operand));
+            prop_assert_eq!(holds(&format!("x<{operand} or x>={operand}"), &value), Ok(true));
         }
     }
 }

@@ -1,6 +1,6 @@
 use clap::Subcommand;
 use serde_json::json;
-use slate::control::{ClientError, Different};
+use slate::control::{ClientError, SettingDifference};
 use slate::runtime::configuration::{SaveTo, parse_change, robot_setting};
 
 use crate::changes::show_changes;
@@ -105,8 +105,8 @@ fn diff(agent: &AgentOption, json: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-fn show(difference: &Different) {
-    let Different { path, file, present, origin, default } = difference;
+fn show(difference: &SettingDifference) {
+    let SettingDifference { path, file, present, origin, default } = difference;
     let path = robot_setting(path);
     match (file, default) {
         (Some(file), _) => output::line(format_args!("- {path} = {file}")),

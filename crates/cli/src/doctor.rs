@@ -67,10 +67,10 @@ impl HealthFinding {
 }
 
 /// Delay of a sleep that a loop of 20 ms tolerates.
-const LATE: Duration = Duration::from_millis(2);
+const MAX_SLEEP_DELAY: Duration = Duration::from_millis(2);
 
 /// Write rate that recordings need, bytes per second.
-const DISK: f64 = 20e6;
+const MIN_WRITE_RATE: f64 = 20e6;
 
 /// Runs all checks; returns the exit code.
 pub fn doctor(options: &DoctorOptions) -> Result<u8, Failure> {
@@ -131,7 +131,7 @@ fn sleeping() -> HealthFinding {
     let mean = late.iter().sum::<Duration>() / late.len() as u32;
     let show = |time: Duration| duration::show(time.as_nanos() as f64);
     let found = format!("a sleep of 1 ms is {} late, at most {}", show(mean), show(worst));
-    if worst > LATE {
+    if worst > MAX_SLEEP_DELAY {
         let hint = "other programs load the processors: end them, or use --workers 0";
         return HealthFinding::warning("wake-ups", found, hint);
     }
@@ -255,7 +255,7 @@ fn disk(folder: &Path) -> HealthFinding {
     let _ = fs::remove_file(&path);
     let place = slate::runtime::printable(folder);
     match measured {
-        Ok(speed) if speed < DISK => HealthFinding::warning(
+        Ok(speed) if speed < MIN_WRITE_RATE => HealthFinding::warning(
             "disk",
             format!("{place}: {}/s", duration::bytes(speed)),
             "recordings with images lose values: record fewer properties, or on another disk",
@@ -315,7 +315,7 @@ fn ports() -> HealthFinding {
 }
 
 fn configuration(name: &str) -> HealthFinding {
-    let sets = crate::offline::QUIET.map(String::from).to_vec();
+    let sets = crate::offline::NO_LOG_SETTINGS.map(String::from).to_vec();
     let found = examples::find(name, None, Vec::new(), sets, None);
     match found.and_then(|application| crate::offline::load(&application)) {
         Ok(agent) => HealthFinding::good(

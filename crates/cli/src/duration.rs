@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 /// Maximum duration of a wait at a terminal, a day.
-const LONGEST: f64 = 86_400.0;
+const MAX_DURATION: f64 = 86_400.0;
 
 /// Reads `200ms`, `10s`, `5m` or `1h`; a bare number is in seconds.
 pub fn parse(text: &str) -> Result<Duration, String> {
@@ -21,7 +21,7 @@ pub fn parse(text: &str) -> Result<Duration, String> {
         _ => return Err(expected()),
     };
     let seconds = number * factor;
-    if !(0.0..=LONGEST).contains(&seconds) {
+    if !(0.0..=MAX_DURATION).contains(&seconds) {
         return Err("a time is from 0 to 24h".into());
     }
     Duration::try_from_secs_f64(seconds).map_err(|_| expected())

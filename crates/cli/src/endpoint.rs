@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::token;
 
 /// Suffix of these files' names.
-const FILE: &str = ".console";
+const FILE_SUFFIX: &str = ".console";
 
 /// Endpoint of an agent.
 #[derive(Debug, Deserialize)]
@@ -37,7 +37,7 @@ impl Endpoint {
     /// Returns the endpoints of all agents of this user.
     fn all() -> impl Iterator<Item = Self> {
         let files = fs::read_dir(folder()).into_iter().flatten().flatten();
-        let files = files.filter(|file| file.file_name().to_string_lossy().ends_with(FILE));
+        let files = files.filter(|file| file.file_name().to_string_lossy().ends_with(FILE_SUFFIX));
         files.filter_map(|file| {
             let text = fs::read_to_string(file.path()).ok()?;
             serde_json::from_str(&text).ok()
@@ -116,7 +116,7 @@ fn certificate() -> Option<PathBuf> {
 
 /// Creates the failure of a missing secret.
 fn no_token(role: Option<Role>) -> Failure {
-    let detail = format!("no token of {} is known", role.map_or("any role", Role::one));
+    let detail = format!("no token of {} is known", role.map_or("any role", Role::with_article));
     let help = "`console.tokens` of the configuration lists the tokens; for an agent elsewhere, set SLATE_TOKEN and omit --role"
         .to_owned();
     Failure::Http { status: 401, detail, help, code: None }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use serde_json::{Map, Value, json};
 use slate::blackboard::is_within;
-use slate::control::{Changed, Client, Watched};
+use slate::control::{Client, SettingChange, Watched};
 use slate::sim::world::{Bounds, World};
 
 use crate::changes::show_changes;
@@ -113,10 +113,10 @@ fn angle(text: &str) -> Result<f64, String> {
 }
 
 /// Names of inputs that take a goal.
-const NAMES: [&str; 2] = ["goal", "target"];
+const GOAL_INPUTS: [&str; 2] = ["goal", "target"];
 
 /// Interfaces of such inputs.
-const INTERFACES: [&str; 3] = ["Point2", "Pose2", "Position"];
+const GOAL_INTERFACES: [&str; 3] = ["Point2", "Pose2", "Position"];
 
 /// Goal that can be set.
 struct SettableGoal {
@@ -246,7 +246,7 @@ fn set(
     client: &mut Client,
     target: &SettableGoal,
     (x, y, heading): (f64, f64, Option<f64>),
-) -> Result<Vec<Changed>, Failure> {
+) -> Result<Vec<SettingChange>, Failure> {
     let parameters = format!("/{}/params", target.module);
     let (url, names) = match &target.place {
         GoalSetting::Input(url) => (url, ["x", "y", "theta"]),
@@ -295,7 +295,7 @@ fn targets(client: &mut Client) -> Result<(Vec<SettableGoal>, Vec<String>), Fail
     let (mut targets, mut unread) = (Vec::new(), Vec::new());
     for property in properties.iter().filter(|property| property.access == "setting") {
         let Some((module, name)) = property.path.rsplit_once('/') else { continue };
-        let is_goal = NAMES.contains(&name) && INTERFACES.contains(&property.interface.as_str());
+        let is_goal = GOAL_INPUTS.contains(&name) && GOAL_INTERFACES.contains(&property.interface.as_str());
         if is_goal && !is_linked(&property.path) {
             let place = GoalSetting::Input(format!("/{}", property.path));
             targets.push(SettableGoal {

@@ -128,7 +128,7 @@ pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
     let (Some(to), Some(from)) = (&options.to, &options.from) else {
         let mut links = agent.links()?;
         if let Some(to) = &options.to {
-            links = only(links, to)?;
+            links = links_of(links, to)?;
         }
         if options.json {
             output::document("slate.link/1", &json!({ "links": links }));
@@ -152,15 +152,15 @@ pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
 }
 
 /// Returns the links of an input and its fields, or of a module.
-fn only(links: Vec<LinkEntry>, to: &str) -> Result<Vec<LinkEntry>, Failure> {
+fn links_of(links: Vec<LinkEntry>, to: &str) -> Result<Vec<LinkEntry>, Failure> {
     let path = Url::parse(to).map_or_else(|_| to.to_owned(), |url| url.path_in(""));
-    let is_meant = |link: &LinkEntry| is_within(&link.to, &path);
-    let (meant, others): (Vec<_>, Vec<_>) = links.into_iter().partition(is_meant);
-    if meant.is_empty() {
+    let is_selected = |link: &LinkEntry| is_within(&link.to, &path);
+    let (selected, others): (Vec<_>, Vec<_>) = links.into_iter().partition(is_selected);
+    if selected.is_empty() {
         let linked = others.into_iter().map(|link| link.to).collect();
         return Err(Failure::NotLinked { to: path, linked });
     }
-    Ok(meant)
+    Ok(selected)
 }
 
 fn row(link: LinkEntry) -> [String; 7] {
@@ -188,7 +188,7 @@ pub fn unlink(options: &UnlinkOptions) -> Result<bool, Failure> {
     Ok(true)
 }
 
-fn show(changed: &[slate::control::Changed], dry_run: bool, json: bool) {
+fn show(changed: &[slate::control::SettingChange], dry_run: bool, json: bool) {
     if json {
         return output::document("slate.link.change/1", &json!({ "changed": changed }));
     }

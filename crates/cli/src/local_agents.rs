@@ -11,7 +11,7 @@ use crate::clock::now;
 use crate::endpoint::access_at;
 
 /// Time within which agents must answer.
-const TIMEOUT: Duration = Duration::from_millis(500);
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// Returns the agent that the variable `SLATE_AGENT` names, by name or address.
 pub fn default_agent() -> Option<String> {
@@ -34,7 +34,7 @@ pub fn ask_all<T: Send + 'static>(
         }
     }
     drop(sender);
-    let until = now() + TIMEOUT;
+    let until = now() + ANSWER_TIMEOUT;
     while let Ok((index, answer)) = answers.recv_timeout(until.saturating_duration_since(now())) {
         asked[index].1 = Some(answer);
     }

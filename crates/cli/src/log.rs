@@ -78,7 +78,7 @@ impl LogOptions {
 }
 
 /// Polling period of new lines.
-const PERIOD: Duration = Duration::from_millis(200);
+const POLL_PERIOD: Duration = Duration::from_millis(200);
 
 /// Prints the last lines of the log.
 pub fn log(options: &LogOptions) -> Result<bool, Failure> {
@@ -107,9 +107,9 @@ pub fn log(options: &LogOptions) -> Result<bool, Failure> {
         if !options.follow || output::is_unread() {
             return Ok(true);
         }
-        std::thread::sleep(PERIOD);
-        match news(&mut client, last) {
-            Ok(news) => kept = news,
+        std::thread::sleep(POLL_PERIOD);
+        match new_lines(&mut client, last) {
+            Ok(new_lines) => kept = new_lines,
             // It has ended, and its log with it.
             Err(ClientError::Lost { .. }) => return Ok(true),
             Err(error) => return Err(error.into()),
@@ -132,7 +132,7 @@ fn check(client: &mut Client, asked: &[Of], kept: &[Reading]) -> Result<(), Fail
     }
 }
 
-fn news(client: &mut Client, last: u64) -> Result<Vec<Reading>, ClientError> {
+fn new_lines(client: &mut Client, last: u64) -> Result<Vec<Reading>, ClientError> {
     let mut kept = client.history("/log/tail")?;
     kept.retain(|reading| reading.sequence > last);
     Ok(kept)

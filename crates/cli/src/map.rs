@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::{output, urls};
 
 /// Interface of maps.
-const MAP: &str = "OccupancyGrid";
+const MAP_INTERFACE: &str = "OccupancyGrid";
 
 #[derive(Debug, Subcommand)]
 pub enum MapVerb {
@@ -64,13 +64,14 @@ fn save(agent: &AgentOption, file: &Path, url: Option<&str>) -> Result<(), Failu
         Some(url) => url.to_owned(),
         None => {
             let properties = client.properties(Some("/**"))?;
-            let maps = properties.into_iter().filter(|own| own.interface == MAP && own.access == "output");
-            only(maps.map(|own| format!("/{}", own.path)).collect())?
+            let maps =
+                properties.into_iter().filter(|own| own.interface == MAP_INTERFACE && own.access == "output");
+            only_map(maps.map(|own| format!("/{}", own.path)).collect())?
         }
     };
     let reading = client.read(&url).map_err(|error| urls::unknown(&mut client, &url, error))?;
     let reading = reading.ok_or_else(|| Failure::NoValue(format!("{url} has no map yet")))?;
-    let no_map = || Failure::NoValue(format!("{url} is no map: expected a valid `{MAP}`"));
+    let no_map = || Failure::NoValue(format!("{url} is no map: expected a valid `{MAP_INTERFACE}`"));
     let grid: GridReading = serde_json::from_value(reading.value).map_err(|_| no_map())?;
     let OriginReading { x, y, theta } = grid.origin;
     let size = [grid.width, grid.height];
@@ -83,13 +84,13 @@ fn save(agent: &AgentOption, file: &Path, url: Option<&str>) -> Result<(), Failu
 }
 
 /// Returns the only map of an agent.
-fn only(mut urls: Vec<String>) -> Result<String, Failure> {
+fn only_map(mut urls: Vec<String>) -> Result<String, Failure> {
     match (urls.pop(), urls.is_empty()) {
         (Some(url), true) => Ok(url),
         (Some(last), false) => {
             urls.push(last);
             Err(Failure::NoValue(format!("the agent has several maps; name one: {}", urls.join(", "))))
         }
-        (None, _) => Err(Failure::NoValue(format!("the agent has no map: no output of `{MAP}`"))),
+        (None, _) => Err(Failure::NoValue(format!("the agent has no map: no output of `{MAP_INTERFACE}`"))),
     }
 }

@@ -39,7 +39,7 @@ pub struct McpOptions {
 pub fn mcp(options: &McpOptions) -> Result<bool, Failure> {
     match options.http {
         Some(address) => http::serve(&options.agent, options.role, address),
-        None => serve::serve(agent::Reach::new(&options.agent, options.role)?),
+        None => serve::serve(agent::AgentAccess::new(&options.agent, options.role)?),
     }
 }
 

@@ -4,7 +4,7 @@ use serde_json::json;
 use slate::control::{Client, ClientError, Refusal};
 use slate::runtime::Mistake;
 
-use crate::changes::show_switched;
+use crate::changes::show_enable_result;
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 use crate::{complete, output};
@@ -50,7 +50,7 @@ pub fn module(verb: &ModuleVerb) -> Result<bool, Failure> {
 fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
     let mut client = agent.connect()?;
     let switched = client.enable(name, on).map_err(|error| unknown(&mut client, name, error))?;
-    show_switched(name, on, switched);
+    show_enable_result(name, on, switched);
     Ok(())
 }
 

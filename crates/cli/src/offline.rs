@@ -50,5 +50,5 @@ pub fn catalogue(application: &Application) -> Result<Catalogue, Failure> {
 
 /// Settings that keep a loaded application from writing log files.
 /// A run may be writing them.
-pub const QUIET: [&str; 3] =
+pub const NO_LOG_SETTINGS: [&str; 3] =
     ["log.targets.console=false", "log.targets.file=false", "log.targets.syslog=false"];

@@ -5,7 +5,7 @@ use std::time::Duration;
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde_json::json;
-use slate::control::{LONGEST, Measured};
+use slate::control::{MAX_CALL_DURATION, RateMeasurement};
 
 use crate::connection::AgentOption;
 use crate::failure::{ASSERTION_FALSE, Failure};
@@ -40,7 +40,9 @@ pub struct StatOptions {
 
 fn within(text: &str) -> Result<Duration, String> {
     match duration::parse(text)? {
-        time if time > LONGEST => Err(format!("expected at most {} s", LONGEST.as_secs())),
+        time if time > MAX_CALL_DURATION => {
+            Err(format!("expected at most {} s", MAX_CALL_DURATION.as_secs()))
+        }
         time if time.is_zero() => Err("expected more than 0 s".into()),
         time => Ok(time),
     }
@@ -88,7 +90,7 @@ pub fn stat(options: &StatOptions) -> Result<u8, Failure> {
     Ok(if holds { 0 } else { ASSERTION_FALSE })
 }
 
-fn row(one: &Measured) -> [String; 11] {
+fn row(one: &RateMeasurement) -> [String; 11] {
     let dash = || "-".to_owned();
     let of = |pick: fn(&slate::control::Spread) -> f64| {
         one.interval.as_ref().map_or_else(dash, |interval| duration::show(pick(interval)))
@@ -109,7 +111,7 @@ fn row(one: &Measured) -> [String; 11] {
 }
 
 /// Prints remarks on a measurement.
-fn note(one: &Measured) {
+fn note(one: &RateMeasurement) {
     let url = &one.url;
     if !one.has_writer {
         output::line(format_args!("{url}: no writer at present"));

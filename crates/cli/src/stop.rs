@@ -62,8 +62,8 @@ const TIMEOUT: Duration = Duration::from_secs(4);
 
 /// Retries of a stop, and the pause between them.
 /// An agent without free descriptors closes the connection of a stop.
-const TRIES: u32 = 5;
-const PAUSE: Duration = Duration::from_millis(50);
+const MAX_RETRIES: u32 = 5;
+const RETRY_PAUSE: Duration = Duration::from_millis(50);
 
 /// Result of stopping an agent.
 #[derive(Debug, Serialize)]
@@ -88,23 +88,23 @@ struct StopTarget {
 
 impl StopTarget {
     /// Creates the target of a local agent, by its name.
-    fn here(name: String) -> Self {
+    fn local(name: String) -> Self {
         let agent = name.clone();
         Self { name, stop: Box::new(move |reason| Ok(Client::stop_at_once(&agent, reason)?)) }
     }
 
     /// Creates the target of a stop over HTTP.
     /// It uses a request of its own, for which a connection is always reserved.
-    fn elsewhere(access: Access) -> Self {
+    fn remote(access: Access) -> Self {
         let name = access.address.to_string();
         let stop = move |reason: &str| {
             let (path, body) = (format!("{BASE}/stop"), json!({ "reason": reason }).to_string());
             let request = Request { method: "POST", path: &path, body: Some(&body), ..Request::default() };
-            let mut tries = 0..TRIES;
+            let mut retries = 0..MAX_RETRIES;
             loop {
                 match access.value(&request) {
-                    Err(RequestError::Trouble(Trouble::Unreached { .. })) if tries.next().is_some() => {
-                        thread::sleep(PAUSE);
+                    Err(RequestError::Trouble(Trouble::Unreached { .. })) if retries.next().is_some() => {
+                        thread::sleep(RETRY_PAUSE);
                     }
                     outcome => return Ok(outcome.map(drop)?),
                 }
@@ -123,9 +123,9 @@ pub fn stop(options: &StopOptions) -> Result<u8, Failure> {
         reason => reason,
     };
     let targets: Vec<StopTarget> = match (options.agent.elsewhere()?, options.agent.said()) {
-        (Some(access), _) => vec![StopTarget::elsewhere(access)],
-        (None, Some(name)) => vec![StopTarget::here(name)],
-        (None, None) => agents().into_iter().map(StopTarget::here).collect(),
+        (Some(access), _) => vec![StopTarget::remote(access)],
+        (None, Some(name)) => vec![StopTarget::local(name)],
+        (None, None) => agents().into_iter().map(StopTarget::local).collect(),
     };
     let answers = stop_all(targets, &reason, |answer| {
         if let (false, true) = (json, answer.stopped) {
@@ -150,11 +150,11 @@ pub fn stop(options: &StopOptions) -> Result<u8, Failure> {
 }
 
 /// Stops all agents concurrently, so that a hanging one delays no other.
-/// `tell` receives each answer at once.
+/// `report` receives each answer at once.
 fn stop_all(
     targets: Vec<StopTarget>,
     reason: &str,
-    tell: impl Fn(&StopResult),
+    report: impl Fn(&StopResult),
 ) -> Result<Vec<StopResult>, Failure> {
     let waiting = |target: &StopTarget| StopResult {
         agent: target.name.clone(),
@@ -163,7 +163,7 @@ fn stop_all(
         trouble: Some(format!("no answer within {} s", TIMEOUT.as_secs())),
     };
     let mut answers: Vec<StopResult> = targets.iter().map(waiting).collect();
-    let is_one = answers.len() == 1;
+    let is_single = answers.len() == 1;
     let (sender, outcomes) = channel();
     let begin = now();
     for (index, target) in targets.into_iter().enumerate() {
@@ -173,9 +173,9 @@ fn stop_all(
             let _ = sender.send((index, (target.stop)(&reason), begin.elapsed()));
         })));
         let take = |work: &Mutex<Option<_>>| work.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let given = Arc::clone(&work);
+        let queued = Arc::clone(&work);
         // One that hangs keeps its thread until the end of this program, which is near.
-        let thread = thread::Builder::new().spawn(move || take(&given).map(|work| work()));
+        let thread = thread::Builder::new().spawn(move || take(&queued).map(|work| work()));
         // Without a thread for it, this one does it.
         if thread.is_err()
             && let Some(work) = take(&work)
@@ -191,14 +191,14 @@ fn stop_all(
         answer.trouble = match outcome {
             Ok(()) => None,
             // Whoever is named, and is not there or not asked, is told of in the words of all verbs.
-            Err(failure) if is_one && !matches!(failure, Failure::Agent(ClientError::Lost { .. })) => {
+            Err(failure) if is_single && !matches!(failure, Failure::Agent(ClientError::Lost { .. })) => {
                 return Err(failure);
             }
             // Of several, one that has ended meanwhile drives nothing.
             Err(Failure::Agent(ClientError::NoAgent { .. })) => None,
             Err(failure) => Some(failure.to_string()),
         };
-        tell(answer);
+        report(answer);
     }
     Ok(answers)
 }

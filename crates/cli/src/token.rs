@@ -7,14 +7,16 @@ use std::os::unix::fs::MetadataExt;
 use slate::control::client::Trouble;
 
 /// Name of the environment variable.
-const VARIABLE: &str = "SLATE_TOKEN";
+const TOKEN_VARIABLE: &str = "SLATE_TOKEN";
 
 /// Returns the given secret, if any.
 pub fn given() -> Result<Option<String>, Trouble> {
-    let Some(said) = std::env::var_os(VARIABLE).filter(|said| !said.is_empty()) else { return Ok(None) };
-    let (place, text) = match said.to_string_lossy().strip_prefix('@') {
+    let Some(value) = std::env::var_os(TOKEN_VARIABLE).filter(|value| !value.is_empty()) else {
+        return Ok(None);
+    };
+    let (place, text) = match value.to_string_lossy().strip_prefix('@') {
         Some(file) => (file.to_owned(), read(file)?),
-        None => (VARIABLE.to_owned(), said.to_string_lossy().into_owned()),
+        None => (TOKEN_VARIABLE.to_owned(), value.to_string_lossy().into_owned()),
     };
     let token = text.trim();
     // Anything else could end the line of a request.

@@ -72,17 +72,17 @@ struct ModuleRow {
 
 /// Maximum time between two polls.
 /// A remote agent closes the connection of a silent client.
-const LONGEST: Duration = Duration::from_secs(60);
+const MAX_PERIOD: Duration = Duration::from_secs(60);
 
 fn period(text: &str) -> Result<Duration, String> {
     match duration::parse(text)? {
-        period if period > LONGEST => Err("expected a minute at most, such as `10s`".into()),
+        period if period > MAX_PERIOD => Err("expected a minute at most, such as `10s`".into()),
         period => Ok(period),
     }
 }
 
 /// Period at which Ctrl-C is looked for.
-const LOOK: Duration = Duration::from_millis(50);
+const INTERRUPT_POLL_PERIOD: Duration = Duration::from_millis(50);
 
 /// Shows the table.
 pub fn top(options: &TopOptions) -> Result<bool, Failure> {
@@ -122,10 +122,10 @@ fn live(options: &TopOptions, client: &mut Client, screen: &mut impl Write) -> R
         }
         let _ = queue!(screen, Clear(ClearType::FromCursorDown));
         let _ = screen.flush();
-        let mut left = options.interval.max(LOOK);
+        let mut left = options.interval.max(INTERRUPT_POLL_PERIOD);
         while !left.is_zero() && !is_interrupted() {
-            std::thread::sleep(left.min(LOOK));
-            left = left.saturating_sub(LOOK);
+            std::thread::sleep(left.min(INTERRUPT_POLL_PERIOD));
+            left = left.saturating_sub(INTERRUPT_POLL_PERIOD);
         }
     }
     Ok(())

@@ -36,7 +36,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 /// Polling period of the recording's progress.
-const LOOK: Duration = Duration::from_millis(250);
+const POLL_PERIOD: Duration = Duration::from_millis(250);
 
 /// Records an execution trace of a running agent's modules.
 pub fn trace(options: &TraceOptions) -> Result<bool, Failure> {
@@ -82,7 +82,7 @@ fn interrupts() -> Receiver<()> {
 fn record(client: &mut Client, seconds: f64, interrupted: &Receiver<()>) -> Result<TraceEntry, ClientError> {
     let mut left = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::ZERO);
     while !left.is_zero() {
-        let part = left.min(LOOK);
+        let part = left.min(POLL_PERIOD);
         match interrupted.recv_timeout(part) {
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => std::thread::sleep(part),

@@ -19,7 +19,7 @@ pub fn flatten(path: String, value: &Value, rows: &mut Vec<[String; 2]>) {
 }
 
 /// Maximum number of numbers and texts in a line.
-const IN_A_LINE: usize = 24;
+const MAX_LINE_VALUES: usize = 24;
 
 /// Formats a value in a line, such as `x=0.3 y=1.2`.
 pub fn in_a_line(value: &Value) -> String {
@@ -27,10 +27,10 @@ pub fn in_a_line(value: &Value) -> String {
     flatten(String::new(), value, &mut rows);
     // Padding of interfaces.
     rows.retain(|[name, _]| name != "reserved" && !name.ends_with("/reserved"));
-    let left = rows.len().saturating_sub(IN_A_LINE);
+    let left = rows.len().saturating_sub(MAX_LINE_VALUES);
     let mut cells: Vec<String> = rows
         .into_iter()
-        .take(IN_A_LINE)
+        .take(MAX_LINE_VALUES)
         .map(|[name, cell]| {
             let cell = match cell.char_indices().nth(200) {
                 Some((end, _)) => format!("{}…", &cell[..end]),

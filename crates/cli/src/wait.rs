@@ -40,7 +40,7 @@ pub struct WaitOptions {
 }
 
 /// Maximum duration of one waiting request to the agent.
-const WAIT: Duration = Duration::from_millis(100);
+const MAX_REQUEST_DURATION: Duration = Duration::from_millis(100);
 
 /// Waits, and prints the value.
 pub fn wait(options: &WaitOptions) -> Result<bool, Failure> {
@@ -53,7 +53,7 @@ pub fn wait(options: &WaitOptions) -> Result<bool, Failure> {
     let mut newest: Option<Reading> = None;
     loop {
         let left = until.saturating_duration_since(now());
-        let news = client.watch(&of, left.min(WAIT))?;
+        let news = client.watch(&of, left.min(MAX_REQUEST_DURATION))?;
         for reading in news.into_iter().flat_map(|news| news.readings) {
             of[0].after = Some(reading.sequence);
             let holds = options.condition.holds(&reading.value);

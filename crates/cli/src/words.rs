@@ -20,7 +20,7 @@ pub fn with_negative_values(command: Command) -> Command {
 }
 
 /// Options that may precede a verb.
-const LEADING: [&str; 6] = ["--agent", "--color", "--help", "-h", "--version", "-V"];
+const LEADING_OPTIONS: [&str; 6] = ["--agent", "--color", "--help", "-h", "--version", "-V"];
 
 /// Returns the number of words of a leading option, if the first word is one.
 fn taken(words: &[OsString]) -> Option<usize> {
@@ -81,14 +81,14 @@ pub fn of_stop(words: Vec<OsString>) -> Vec<OsString> {
         let is_help = reason.is_empty() && (word == "--help" || word == "-h");
         match word {
             word if word == "--" => {
-                reason.extend(rest[1..].iter().map(said));
+                reason.extend(rest[1..].iter().map(text));
                 break;
             }
             word if word == "--json" && options.contains(word) => {}
             word if word == "--json" || is_help || taken(rest).is_some() => {
                 options.extend_from_slice(&rest[..count]);
             }
-            word => reason.push(said(word)),
+            word => reason.push(text(word)),
         }
         rest = &rest[count..];
     }
@@ -106,15 +106,15 @@ pub fn check_leading(words: &[OsString], command: &Command) -> Result<(), Failur
     let option = option.to_string_lossy();
     let option = option.split_once('=').map_or(&*option, |(name, _)| name);
     // Of those that are known the parser says what is wrong with them.
-    if !option.starts_with('-') || ["-", "--"].contains(&option) || LEADING.contains(&option) {
+    if !option.starts_with('-') || ["-", "--"].contains(&option) || LEADING_OPTIONS.contains(&option) {
         return Ok(());
     }
     let verb = behind.iter().find_map(|word| command.find_subcommand(word));
     let of_verb = verb.into_iter().flat_map(Command::get_arguments).filter_map(|own| own.get_long());
     let of_verb: Vec<_> = of_verb.map(|name| format!("--{name}")).collect();
-    let known = LEADING.into_iter().filter(|name| name.starts_with("--"));
+    let known = LEADING_OPTIONS.into_iter().filter(|name| name.starts_with("--"));
     let near = nearest_names(option, known.chain(of_verb.iter().map(String::as_str)));
-    let near = near.first().map(|near| match verb.filter(|_| !LEADING.contains(&near.as_str())) {
+    let near = near.first().map(|near| match verb.filter(|_| !LEADING_OPTIONS.contains(&near.as_str())) {
         Some(verb) => format!("slate {} {near}", verb.get_name()),
         None => near.clone(),
     });
@@ -123,7 +123,7 @@ pub fn check_leading(words: &[OsString], command: &Command) -> Result<(), Failur
 }
 
 /// Returns a word that is safe to print.
-fn said(word: &OsString) -> OsString {
+fn text(word: &OsString) -> OsString {
     word.to_string_lossy().into_owned().into()
 }
 
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn an_agent_before_the_verb_equals_an_agent_behind_it() {
-        for (said, wanted) in [
+        for (text, wanted) in [
             ("slate --agent r2 tree --values", "slate tree --values --agent r2"),
             (
                 "slate --color never --agent=r2 record start /a",
@@ -149,13 +149,13 @@ mod tests {
             ("slate --agent", "slate --agent"),
             ("slate", "slate"),
         ] {
-            assert_eq!(ordered(with_agent_behind, said), wanted);
+            assert_eq!(ordered(with_agent_behind, text), wanted);
         }
     }
 
     #[test]
     fn a_stop_takes_options_first_and_other_words_as_its_reason() {
-        for (said, wanted) in [
+        for (text, wanted) in [
             (
                 "slate stop --now --agent r2 quick --json --json",
                 "slate stop --agent r2 --json -- --now quick",
@@ -169,7 +169,7 @@ mod tests {
             ("slate stop -- --agent r2", "slate stop -- --agent r2"),
             ("slate reset --now", "slate reset --now"),
         ] {
-            assert_eq!(ordered(of_stop, said), wanted);
+            assert_eq!(ordered(of_stop, text), wanted);
         }
     }
 }

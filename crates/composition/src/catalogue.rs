@@ -108,9 +108,9 @@ impl Catalogue {
 
     /// Replaces a plugin by another version.
     pub fn replace(&mut self, plugin: &Plugin) {
-        let place = self.plugins.iter_mut().find(|other| other.name() == plugin.name());
-        if let Some(place) = place {
-            *place = plugin.clone();
+        let known = self.plugins.iter_mut().find(|other| other.name() == plugin.name());
+        if let Some(known) = known {
+            *known = plugin.clone();
         }
     }
 

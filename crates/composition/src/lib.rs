@@ -5,7 +5,7 @@
 //! [`Survey`].
 
 mod catalogue;
-mod complaints;
+mod diagnostic_collector;
 pub mod link;
 pub mod own;
 pub mod parameters;
@@ -16,15 +16,16 @@ mod survey;
 mod wired;
 
 pub use catalogue::{Catalogue, RemoteProperty};
-pub use complaints::Complaints;
+pub use diagnostic_collector::DiagnosticCollector;
 pub use played::Played;
 pub use remote_path::RemotePath;
 pub use setup::{Describe, OwnSetup, Wire, describe};
 use slate_configuration::{Configuration, Report};
 pub use survey::{
-    Absent, DescribedLimits, GATE, Host, Implied, Inferred, Lead, LinkConversion, LinkSource, Misfit,
-    RESERVED, Remote, ResolvedLink, Survey, Surveyed, TRUTH, bridge_refusal, described_limits, elsewhere,
-    hand_refusal, inbox_part, infer, loose, needs, part, past_gate, remote_path, scope, survey,
+    Absent, DescribedLimits, GATE, Host, Implied, Inferred, LinkConversion, LinkSignature, LinkSource,
+    Misfit, RESERVED, Remote, ResolvedLink, Survey, Surveyed, TRUTH, bridge_refusal, carrier_misfit,
+    described_limits, inbox_part, infer, manual_value_refusal, needs, part, remote_path, scope, survey,
+    ungated_command, unlinked_warnings,
 };
 pub use wired::{Wired, sends};
 
@@ -45,7 +46,7 @@ pub use wired::{Wired, sends};
 /// # Ok::<(), slate_configuration::Report>(())
 /// ```
 pub fn check<'a>(configuration: &'a Configuration, catalogue: &Catalogue) -> Result<Survey<'a>, Report> {
-    let mut complaints = Complaints::new(configuration);
-    let survey = survey(configuration, catalogue, &mut complaints);
-    if complaints.diagnostics.is_empty() { Ok(survey) } else { Err(Report::from(complaints.diagnostics)) }
+    let mut collector = DiagnosticCollector::new(configuration);
+    let survey = survey(configuration, catalogue, &mut collector);
+    if collector.diagnostics.is_empty() { Ok(survey) } else { Err(Report::from(collector.diagnostics)) }
 }

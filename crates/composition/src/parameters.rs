@@ -3,7 +3,7 @@
 use slate_blackboard::interface::{self, Descriptor, Interface, edit};
 use slate_module::{Bool, Description};
 
-use crate::complaints::Complaints;
+use crate::diagnostic_collector::DiagnosticCollector;
 use slate_configuration::{Configuration, Mistake, Module, Spanned, Table, Value};
 
 /// Switch of a module.
@@ -22,7 +22,7 @@ pub fn enabled_descriptor() -> &'static Descriptor {
 pub fn value_bytes(
     descriptor: &'static Descriptor,
     value: &Spanned<Value>,
-    complaints: &mut Complaints<'_>,
+    collector: &mut DiagnosticCollector<'_>,
 ) -> Option<Vec<u8>> {
     let tail = match descriptor.fields.last().map(|field| (field.name, &field.kind)) {
         Some((name, interface::Kind::Tail(_))) => value
@@ -38,7 +38,7 @@ pub fn value_bytes(
     match edit(descriptor, &mut bytes, 0, "", &interface::Value::from(&value.value)) {
         Ok(_) => Some(bytes),
         Err(error) => {
-            complaints.add(
+            collector.add(
                 value.span,
                 error.to_string(),
                 format!("{} is {}", descriptor.name, fields(descriptor)),
@@ -82,7 +82,7 @@ pub fn bytes(
     description: &Description,
     table: &Table,
     followed: &[FollowedSetting<'_>],
-    complaints: &mut Complaints<'_>,
+    collector: &mut DiagnosticCollector<'_>,
 ) -> Vec<u8> {
     let descriptor = description.params;
     let mut bytes = vec![0; descriptor.size];
@@ -101,7 +101,7 @@ pub fn bytes(
                 (Some(near), _) => format!("did you mean `{near}`?"),
                 (None, _) => format!("there are: {}", names.collect::<Vec<_>>().join(", ")),
             };
-            complaints.add(key, Mistake::Parameter.of(format!("no parameter `{name}`")), help);
+            collector.add(key, Mistake::Parameter.of(format!("no parameter `{name}`")), help);
             continue;
         };
         let value = interface::Value::from(&entry.value);
@@ -109,7 +109,7 @@ pub fn bytes(
             && !(low..=high).contains(&number)
         {
             let message = Mistake::Value.of(format!("`{name}` is {number}, outside {low} to {high}"));
-            complaints.add(
+            collector.add(
                 entry.span,
                 message,
                 format!("choose a value from {low} to {high}; the default is {}", parameter.default),
@@ -120,7 +120,7 @@ pub fn bytes(
         if is_infinite(&value) && parameter.range.is_none() && !is_infinite(&parameter.default) {
             let message = Mistake::Value.of(format!("`{name}` is not a finite number"));
             let help = format!("choose another one; the default is {}", parameter.default);
-            complaints.add(entry.span, message, help);
+            collector.add(entry.span, message, help);
             continue;
         }
         if let Some(field) = descriptor.field(name)
@@ -129,7 +129,7 @@ pub fn bytes(
             // Items of the default with the same place are no default of these.
             bytes[field.offset..field.offset + field.kind.size()].fill(0);
             if let interface::Kind::Nested(item) = item
-                && refuse_gaps(name, &entry.value, item, complaints)
+                && refuse_gaps(name, &entry.value, item, collector)
             {
                 continue;
             }
@@ -141,15 +141,20 @@ pub fn bytes(
             } else {
                 format!("its unit is {unit}")
             };
-            complaints.add(entry.span, Mistake::Value.of(error.to_string()), help);
+            collector.add(entry.span, Mistake::Value.of(error.to_string()), help);
         }
     }
     bytes
 }
 
 /// Reports items of a list that lack a field; returns whether there are any.
-fn refuse_gaps(name: &str, value: &Value, item: &Descriptor, complaints: &mut Complaints<'_>) -> bool {
-    let before = complaints.diagnostics.len();
+fn refuse_gaps(
+    name: &str,
+    value: &Value,
+    item: &Descriptor,
+    collector: &mut DiagnosticCollector<'_>,
+) -> bool {
+    let before = collector.diagnostics.len();
     for (number, one) in value.as_list().into_iter().flatten().enumerate() {
         let Some(table) = one.value.as_table() else { continue };
         let is_wanted = |kind: &interface::Kind| !matches!(kind, interface::Kind::Optional(_));
@@ -163,9 +168,9 @@ fn refuse_gaps(name: &str, value: &Value, item: &Descriptor, complaints: &mut Co
                 let instead =
                     misspelt.take(1).map(|key| format!("did you mean `{}`, not `{key}`? ", field.name));
                 let help = format!("{}write all fields of it: {}", instead.collect::<String>(), fields(item));
-                complaints.add(one.span, Mistake::Value.of(message), help);
+                collector.add(one.span, Mistake::Value.of(message), help);
             }
         }
     }
-    complaints.diagnostics.len() > before
+    collector.diagnostics.len() > before
 }

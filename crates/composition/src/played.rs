@@ -20,7 +20,7 @@ pub struct Played {
     pub module: Option<String>,
     /// Modules whose stages run after the stage that wrote the property.
     /// With `previous` they read the value from the beginning of the cycle.
-    pub early_for: BTreeSet<String>,
+    pub later_modules: BTreeSet<String>,
     /// Flag of a mailbox: modules send to it, and the player takes the messages.
     pub is_mailbox: bool,
 }

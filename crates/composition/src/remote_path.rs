@@ -12,7 +12,7 @@ pub struct RemotePath {
 impl RemotePath {
     /// Returns the path of the local mirror on this agent's board.
     /// It is `team/TOPIC` for the team's knowledge, and `agents/AGENT/PROPERTY` for everything else.
-    pub fn place(&self) -> String {
+    pub fn mirror_path(&self) -> String {
         if self.agent == TEAM {
             return format!("{TEAM}/{}", self.path);
         }

@@ -8,7 +8,7 @@ use slate_module::aspect::{MainLoop, Service};
 use slate_module::{Description, Direction, Trigger};
 
 use crate::catalogue::Catalogue;
-use crate::complaints::Complaints;
+use crate::diagnostic_collector::DiagnosticCollector;
 use crate::survey::{Inferred, LinkKeeping, Survey, Surveyed, infer, needs, survey};
 
 /// Configuration with the links that types and roles determine uniquely.
@@ -21,21 +21,25 @@ pub struct Wired {
 }
 
 impl Wired {
-    /// Finds those links. The links of modules that `stays` names remain as they are.
-    pub fn new(configuration: &Configuration, catalogue: &Catalogue, stays: &dyn Fn(&str) -> bool) -> Self {
-        Self::keeping(configuration, catalogue, &LinkKeeping { stays, before: None })
+    /// Infers those links; modules for which `keeps_links` is true keep theirs.
+    pub fn new(
+        configuration: &Configuration,
+        catalogue: &Catalogue,
+        keeps_links: &dyn Fn(&str) -> bool,
+    ) -> Self {
+        Self::keeping(configuration, catalogue, &LinkKeeping { keeps_links, before: None })
     }
 
     /// Infers links for ports that `before` configures and `configuration` does not.
     /// All other links remain unchanged.
     pub fn after(configuration: &Configuration, before: &Configuration, catalogue: &Catalogue) -> Self {
-        Self::keeping(configuration, catalogue, &LinkKeeping { stays: &|_| true, before: Some(before) })
+        Self::keeping(configuration, catalogue, &LinkKeeping { keeps_links: &|_| true, before: Some(before) })
     }
 
     fn keeping(configuration: &Configuration, catalogue: &Catalogue, keeping: &LinkKeeping<'_>) -> Self {
-        let mut complaints = Complaints::new(configuration);
-        let Inferred { configuration, undecided } = infer(configuration, catalogue, keeping, &mut complaints);
-        Self { configuration: Arc::new(configuration), ambiguous: complaints.diagnostics, undecided }
+        let mut collector = DiagnosticCollector::new(configuration);
+        let Inferred { configuration, undecided } = infer(configuration, catalogue, keeping, &mut collector);
+        Self { configuration: Arc::new(configuration), ambiguous: collector.diagnostics, undecided }
     }
 
     /// Returns the diagnostics of links with several possible sources or inboxes.
@@ -48,11 +52,11 @@ impl Wired {
         &self.configuration
     }
 
-    /// Returns the complaints about the configuration, without ambiguous links.
-    pub fn complaints(&self) -> Complaints<'_> {
-        let mut complaints = Complaints::new(&self.configuration);
-        complaints.undecided.clone_from(&self.undecided);
-        complaints
+    /// Returns a collector for the configuration, without ambiguous links.
+    pub fn collector(&self) -> DiagnosticCollector<'_> {
+        let mut collector = DiagnosticCollector::new(&self.configuration);
+        collector.undecided.clone_from(&self.undecided);
+        collector
     }
 
     /// Checks the configuration; returns the composition.
@@ -60,10 +64,10 @@ impl Wired {
     /// # Errors
     /// Everything that does not fit or is ambiguous.
     pub fn check(&self, catalogue: &Catalogue) -> Result<Survey<'_>, Report> {
-        let mut complaints = self.complaints();
-        let survey = survey(&self.configuration, catalogue, &mut complaints);
-        complaints.diagnostics.extend(self.ambiguous.iter().cloned());
-        if complaints.diagnostics.is_empty() { Ok(survey) } else { Err(Report::from(complaints.diagnostics)) }
+        let mut collector = self.collector();
+        let survey = survey(&self.configuration, catalogue, &mut collector);
+        collector.diagnostics.extend(self.ambiguous.iter().cloned());
+        if collector.diagnostics.is_empty() { Ok(survey) } else { Err(Report::from(collector.diagnostics)) }
     }
 }
 
@@ -108,8 +112,8 @@ where
         });
         port.map(|port| port.direction)
     };
-    let here = direction(to);
+    let direction_to = direction(to);
     to.starts_with("slate://")
-        || here == Some(Direction::Inbox)
-        || here.is_none() && direction(from) == Some(Direction::Outbox)
+        || direction_to == Some(Direction::Inbox)
+        || direction_to.is_none() && direction(from) == Some(Direction::Outbox)
 }

@@ -1,7 +1,7 @@
 //! Sensors, Actuators and the RobotModel of a robot: what is linked without being written, and what is refused.
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
-use slate_composition::{Catalogue, Wired, loose};
+use slate_composition::{Catalogue, Wired, unlinked_warnings};
 use slate_configuration::{Configuration, Options};
 use slate_interfaces::Twist2;
 use slate_mapek::prelude::*;
@@ -251,7 +251,7 @@ fn a_driver_whose_input_lacks_the_role_is_warned_of() {
     let catalogue = catalogue();
     let wired = Wired::new(&configuration, &catalogue, &|_| false);
     let survey = wired.check(&catalogue).unwrap();
-    let found: Vec<_> = loose(wired.configuration(), &survey)
+    let found: Vec<_> = unlinked_warnings(wired.configuration(), &survey)
         .iter()
         .filter(|one| one.message().contains("actuation"))
         .map(|one| (one.line(), one.message().to_owned(), one.help_text().unwrap().to_owned()))
@@ -297,7 +297,7 @@ fn a_robot_without_modules_is_warned_of_in_its_line() {
         let catalogue = catalogue();
         let wired = Wired::new(&configuration, &catalogue, &|_| false);
         let survey = wired.check(&catalogue).unwrap();
-        let found: Vec<_> = loose(wired.configuration(), &survey)
+        let found: Vec<_> = unlinked_warnings(wired.configuration(), &survey)
             .iter()
             .map(|one| (one.line(), one.message().to_owned(), one.help_text().unwrap().to_owned()))
             .collect();

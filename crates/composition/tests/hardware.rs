@@ -1,7 +1,7 @@
 //! The RobotModel of a robot must be that of its devices, and have what its blocks want.
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
-use slate_composition::{Catalogue, Wired, described_limits, loose};
+use slate_composition::{Catalogue, Wired, described_limits, unlinked_warnings};
 use slate_configuration::{Configuration, Mistake, Options};
 use slate_interfaces::{DriverStatus, Twist2};
 use slate_mapek::prelude::*;
@@ -276,7 +276,7 @@ fn limits(gate: &str, knowledge: &str) -> (Vec<(String, f64, f64)>, Vec<String>)
     let described = described_limits(&survey, &wired.configuration().actuators()[0]);
     let described = described.into_iter().flat_map(|described| described.limits);
     let described = described.map(|limit| (limit.field.value, limit.low, limit.high)).collect();
-    let warnings = loose(wired.configuration(), &survey).into_iter().map(|one| one.to_string());
+    let warnings = unlinked_warnings(wired.configuration(), &survey).into_iter().map(|one| one.to_string());
     (described, warnings.filter(|warning| warning.contains("wider")).collect())
 }
 

@@ -1,6 +1,6 @@
 //! Links that need not be written: which of them are made, how one is left out, and how long they stay.
 
-use slate_composition::{Wired, loose};
+use slate_composition::{Wired, unlinked_warnings};
 
 use crate::robot::{catalogue, links, read, wired};
 
@@ -71,18 +71,21 @@ fn a_reflex_that_reaches_no_execute_is_warned_of() {
         let configuration = read("", sets);
         let wired = Wired::new(&configuration, &catalogue, &|_| false);
         let survey = wired.check(&catalogue).unwrap();
-        let found = loose(wired.configuration(), &survey);
+        let found = unlinked_warnings(wired.configuration(), &survey);
         found
             .iter()
             .map(|one| one.message().to_owned())
             .filter(|one| one.contains("reflex"))
             .collect::<Vec<_>>()
     };
-    let loose =
+    let unlinked_warnings =
         |block: &str| format!("outbox `r2/{block}/reflex` has no receiver: nothing obeys this reflex");
-    assert_eq!(warnings(&["links.\"r2/execute/reflexes\"=false"]), [loose("avoid"), loose("retreat")]);
+    assert_eq!(
+        warnings(&["links.\"r2/execute/reflexes\"=false"]),
+        [unlinked_warnings("avoid"), unlinked_warnings("retreat")]
+    );
     let one = "links.\"r2/execute/reflexes\"={ \"/r2/avoid/reflex\" = false }";
-    assert_eq!(warnings(&[one]), [loose("avoid")]);
+    assert_eq!(warnings(&[one]), [unlinked_warnings("avoid")]);
     assert_eq!(warnings(&[one, "robots.r2.modules.avoid.enabled=false"]), Vec::<String>::new());
 }
 
@@ -91,7 +94,7 @@ fn warnings(more: &str) -> Vec<String> {
     let (configuration, catalogue) = (read(more, &[]), catalogue(&[]));
     let wired = Wired::new(&configuration, &catalogue, &|_| false);
     let survey = wired.check(&catalogue).unwrap();
-    loose(wired.configuration(), &survey).iter().map(|one| one.message().to_owned()).collect()
+    unlinked_warnings(wired.configuration(), &survey).iter().map(|one| one.message().to_owned()).collect()
 }
 
 #[test]

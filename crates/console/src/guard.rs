@@ -19,10 +19,10 @@ pub(crate) const TOKEN_PROTOCOL: &str = "slate.token.";
 
 /// Rate of wrong tokens that are answered, Hz.
 /// Beyond it, callers are only told to wait.
-const FAILURES: f64 = 5.0;
+const MAX_FAILURE_RATE: f64 = 5.0;
 
 /// Rate of requests of all callers together, Hz.
-const REQUESTS: f64 = 500.0;
+const MAX_REQUEST_RATE: f64 = 500.0;
 
 /// State of access control: tokens, origins and rates.
 pub(crate) struct Guard {
@@ -43,7 +43,14 @@ impl Guard {
         let hosts: Vec<_> = hosts.into_iter().map(|host| host.to_ascii_lowercase()).collect();
         let own = hosts.iter().map(|host| format!("{scheme}://{host}")).collect();
         let listed = listed.into_iter().map(|origin| origin.to_ascii_lowercase()).collect();
-        Self { tokens, hosts, own, listed, failures: Bucket::new(FAILURES), requests: Bucket::new(REQUESTS) }
+        Self {
+            tokens,
+            hosts,
+            own,
+            listed,
+            failures: Bucket::new(MAX_FAILURE_RATE),
+            requests: Bucket::new(MAX_REQUEST_RATE),
+        }
     }
 
     /// Checks that a request is meant for this agent and from no foreign page.

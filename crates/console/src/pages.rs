@@ -11,16 +11,16 @@ use flate2::write::GzEncoder;
 use serde_json::json;
 
 use slate_control::Page;
-use slate_control::operations::{PROJECT, is_plain};
+use slate_control::operations::{PROJECT_FOLDER, is_plain};
 
 /// Files that are built in, by their paths.
 const BUILT_IN: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/pages.rs"));
 
 /// Path prefix of a project's own files.
-const OWN: &str = "/project/";
+const PROJECT_PREFIX: &str = "/project/";
 
 /// Maximum size of a file of a project or of `console.assets`, bytes.
-const LARGEST: u64 = 8 << 20;
+const MAX_FILE_SIZE: u64 = 8 << 20;
 
 /// Sources of the page's files.
 pub(crate) struct Pages {
@@ -36,7 +36,7 @@ pub(crate) struct Pages {
 impl Pages {
     pub fn new(given: Vec<Page>, assets: Option<PathBuf>) -> Self {
         let small = BUILT_IN.iter().map(|_| OnceLock::new()).collect();
-        Self { given, assets, project: PROJECT.into(), small }
+        Self { given, assets, project: PROJECT_FOLDER.into(), small }
     }
 
     /// Returns the page at a path.
@@ -50,7 +50,7 @@ impl Pages {
         }
         let path = if path == "/" { "/index.html" } else { path };
         let kind = kind(path)?;
-        let content = if let Some(own) = path.strip_prefix(OWN) {
+        let content = if let Some(own) = path.strip_prefix(PROJECT_PREFIX) {
             read(&self.project, own)?
         } else if let Some(assets) = &self.assets {
             read(assets, path.strip_prefix('/')?)?
@@ -82,7 +82,7 @@ impl Pages {
                 built_in.filter(|path| path.starts_with("/panels/")).map(ToOwned::to_owned).collect()
             }
         };
-        panels.extend(scripts(&self.project.join("panels"), &format!("{OWN}panels/")));
+        panels.extend(scripts(&self.project.join("panels"), &format!("{PROJECT_PREFIX}panels/")));
         panels
     }
 }
@@ -105,7 +105,7 @@ fn read(folder: &Path, path: &str) -> Option<Vec<u8>> {
         return None;
     }
     let file = folder.join(path);
-    let is_fit = fs::metadata(&file).is_ok_and(|about| about.is_file() && about.len() <= LARGEST);
+    let is_fit = fs::metadata(&file).is_ok_and(|about| about.is_file() && about.len() <= MAX_FILE_SIZE);
     if is_fit { fs::read(file).ok() } else { None }
 }
 

@@ -8,7 +8,7 @@ use tokio::net::{TcpListener, TcpStream};
 
 /// Maximum duration of a connection that uses the reserve.
 /// A stop takes some milliseconds.
-pub(crate) const BRIEF: Duration = Duration::from_secs(1);
+pub(crate) const RESERVE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Accepts the next connection with the reserve.
 /// `None` without a reserve, or if no connection is pending.
@@ -20,6 +20,6 @@ pub(crate) async fn accept_with(
         return None;
     }
     // Who was refused a moment ago still waits.
-    let accepted = tokio::time::timeout(BRIEF, listener.accept()).await;
+    let accepted = tokio::time::timeout(RESERVE_TIMEOUT, listener.accept()).await;
     accepted.ok()?.ok()
 }

@@ -21,31 +21,31 @@ use tokio::sync::Notify;
 
 use slate_control::{
     ConnectionEnd, ConnectionSlot, Connections, ControlSurface, DescriptorReserve, Dispatcher, Document,
-    HEARING, LOOK, Page, TimedStream,
+    LEASE_CHECK_PERIOD, Page, TRACE_END_TIMEOUT, TimedStream,
 };
 
 use crate::guard::Guard;
 use crate::pages::Pages;
-use crate::reserve::{BRIEF, accept_with};
+use crate::reserve::{RESERVE_TIMEOUT, accept_with};
 use crate::settings::Settings;
 use crate::token::{TokenFile, Tokens};
 use secure::Tls;
 
 /// Timeout for the arrival of a request.
-const REQUEST: Duration = Duration::from_secs(10);
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Maximum size of a request's head, bytes.
 /// hyper also reads bodies in pieces of this size.
-const HEAD: usize = 16 << 10;
+const MAX_HEAD_SIZE: usize = 16 << 10;
 
 /// Maximum number of headers in a request.
-const HEADERS: usize = 64;
+const MAX_HEADERS: usize = 64;
 
 /// Maximum number of concurrent requests; a stop needs none of these permits.
-const WORKING: usize = 12;
+const MAX_SLOW_REQUESTS: usize = 12;
 
 /// Number of threads for slow work, some of which are kept for stops.
-const THREADS: usize = WORKING + 4;
+const MAX_THREADS: usize = MAX_SLOW_REQUESTS + 4;
 
 /// Reason why an agent's console can't start.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -85,7 +85,7 @@ pub struct Console {
     addresses: Vec<SocketAddr>,
     link: String,
     file: TokenFile,
-    guests: Arc<Connections>,
+    connections: Arc<Connections>,
     end: Arc<Notify>,
     thread: Option<JoinHandle<()>>,
 }
@@ -101,7 +101,7 @@ pub(crate) struct ConsoleHost {
     pub dispatcher: Arc<Dispatcher>,
     pub guard: Guard,
     pages: Pages,
-    guests: Arc<Connections>,
+    connections: Arc<Connections>,
 }
 
 impl Console {
@@ -139,45 +139,45 @@ impl Console {
         let listeners = listen::listen(settings)?;
         let addresses: Vec<_> =
             listeners.iter().map(|listener| listener.local_addr()).collect::<Result<_, _>>()?;
-        let open = addresses.iter().find(|address| !address.ip().is_loopback());
-        if let Some(address) = open.filter(|_| tls.is_none() || settings.tokens.is_empty()) {
+        let exposed = addresses.iter().find(|address| !address.ip().is_loopback());
+        if let Some(address) = exposed.filter(|_| tls.is_none() || settings.tokens.is_empty()) {
             // Also for who has made the settings by hand.
             return Err(StartError::Exposed { address: *address });
         }
         let scheme = if tls.is_some() { "https" } else { "http" };
         // Programs of this computer know the certificate, whatever it names, and not each name leads here.
-        let here = listen::hosts(&addresses, &settings.names).into_iter().next().unwrap_or_default();
+        let local_host = listen::hosts(&addresses, &settings.names).into_iter().next().unwrap_or_default();
         let names: Vec<_> = settings.names.iter().cloned().chain(tls.iter().flat_map(Tls::names)).collect();
         let hosts = listen::hosts(&addresses, &names);
-        let shown = match &tls {
-            None => here.clone(),
-            Some(tls) => listen::shown(&addresses, &hosts, |host| tls.holds(host)).unwrap_or_else(|| {
+        let display_host = match &tls {
+            None => local_host.clone(),
+            Some(tls) => listen::display_host(&addresses, &hosts, |host| tls.holds(host)).unwrap_or_else(|| {
                 let message = format!(
-                    "the console's certificate holds no name by which this agent is called; browsers will refuse {here}. \
+                    "the console's certificate holds no name by which this agent is called; browsers will refuse {local_host}. \
                      Let `console.names` have one that it holds, or make one that holds these"
                 );
                 surface.log(Level::Warn, &message);
-                here.clone()
+                local_host.clone()
             }),
         };
         let port = addresses.first().map_or(0, SocketAddr::port);
         let certificate = settings.certificate.as_ref().map(|(certificate, _)| certificate.as_path());
-        let [here, shown] = [here, shown].map(|host| format!("{scheme}://{host}"));
-        let file = tokens.write(surface.name(), port, [&here, &shown], certificate)?;
-        let link = format!("{shown}/#token={}", tokens.highest());
+        let [local_host, display_host] = [local_host, display_host].map(|host| format!("{scheme}://{host}"));
+        let file = tokens.write(surface.name(), port, [&local_host, &display_host], certificate)?;
+        let link = format!("{display_host}/#token={}", tokens.highest());
         surface.allow_operators(settings.operable.clone());
         let host = Arc::new(ConsoleHost {
-            dispatcher: Arc::new(Dispatcher::new(surface, WORKING, true)),
+            dispatcher: Arc::new(Dispatcher::new(surface, MAX_SLOW_REQUESTS, true)),
             guard: Guard::new(tokens, scheme, hosts, settings.origins.clone()),
             pages: Pages::new(pages, settings.assets.clone()),
-            guests: Arc::default(),
+            connections: Arc::default(),
         });
-        let (guests, end) = (Arc::clone(&host.guests), Arc::new(Notify::new()));
+        let (connections, end) = (Arc::clone(&host.connections), Arc::new(Notify::new()));
         let ended = Arc::clone(&end);
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .thread_name("console work")
-            .max_blocking_threads(THREADS)
+            .max_blocking_threads(MAX_THREADS)
             // A thread that exists needs none to be made.
             .thread_keep_alive(Duration::from_secs(u64::from(u32::MAX)))
             .build()?;
@@ -191,7 +191,7 @@ impl Console {
             // What still runs for somebody is no reason to wait.
             runtime.shutdown_background();
         })?;
-        Ok(Self { addresses, link, file, guests, end, thread: Some(thread) })
+        Ok(Self { addresses, link, file, connections, end, thread: Some(thread) })
     }
 
     /// Returns the addresses on which it listens.
@@ -207,7 +207,7 @@ impl Console {
 
     /// Returns the number of browsers that show the page.
     pub fn browsers(&self) -> usize {
-        self.guests.pages()
+        self.connections.pages()
     }
 
     /// Returns the file with the address and the secrets of all roles.
@@ -219,7 +219,7 @@ impl Console {
 
 impl Drop for Console {
     fn drop(&mut self) {
-        self.guests.end_traces(HEARING);
+        self.connections.end_traces(TRACE_END_TIMEOUT);
         self.end.notify_one();
         if let Some(thread) = self.thread.take() {
             // It has nothing that panics.
@@ -244,7 +244,7 @@ async fn serve(
     }
     let ends_leases = async {
         loop {
-            tokio::time::sleep(LOOK).await;
+            tokio::time::sleep(LEASE_CHECK_PERIOD).await;
             host.dispatcher.surface().end_old_leases();
         }
     };
@@ -257,16 +257,16 @@ async fn receive(listener: TcpListener, tls: Option<Tls>, host: Arc<ConsoleHost>
     loop {
         if let Ok((stream, from)) = listener.accept().await {
             reserve.refill();
-            let place = Arc::new(host.guests.admit());
-            tokio::spawn(greet(stream, from, (tls.clone(), Arc::clone(&host)), place));
-        } else if host.guests.dismiss() {
+            let slot = Arc::new(host.connections.admit());
+            tokio::spawn(serve_connection(stream, from, (tls.clone(), Arc::clone(&host)), slot));
+        } else if host.connections.close_idle() {
             // No descriptor is left, for example, and that of the one that has been idle for the longest is free in a moment.
             tokio::time::sleep(Duration::from_millis(5)).await;
         } else if let Some((stream, from)) = accept_with(&mut reserve, &listener).await {
-            let place = Arc::new(host.guests.admit());
-            let brief = greet(stream, from, (tls.clone(), Arc::clone(&host)), place);
+            let slot = Arc::new(host.connections.admit());
+            let connection = serve_connection(stream, from, (tls.clone(), Arc::clone(&host)), slot);
             // The next one needs the reserve, too.
-            let _ = tokio::time::timeout(BRIEF, brief).await;
+            let _ = tokio::time::timeout(RESERVE_TIMEOUT, connection).await;
             reserve.refill();
         } else {
             // It may be otherwise in a while.
@@ -277,22 +277,22 @@ async fn receive(listener: TcpListener, tls: Option<Tls>, host: Arc<ConsoleHost>
 }
 
 /// Serves a connection until it ends or has to leave.
-async fn greet(
+async fn serve_connection(
     stream: TcpStream,
     from: SocketAddr,
     (tls, host): (Option<Tls>, Arc<ConsoleHost>),
-    place: Arc<ConnectionSlot>,
+    slot: Arc<ConnectionSlot>,
 ) {
     // Small answers are not held back.
     let _ = stream.set_nodelay(true);
-    let leave = Arc::clone(&place.leave);
-    let closing = ConnectionEnd::new(host.dispatcher.surface(), &place);
+    let leave = Arc::clone(&slot.close_notice);
+    let closing = ConnectionEnd::new(host.dispatcher.surface(), &slot);
     let greeted = async move {
         match tls {
-            None => converse(stream, from, host, place).await,
+            None => serve_http(stream, from, host, slot).await,
             Some(tls) => {
-                if let Ok(Some(stream)) = tokio::time::timeout(REQUEST, tls.accept(stream)).await {
-                    converse(stream, from, host, place).await;
+                if let Ok(Some(stream)) = tokio::time::timeout(REQUEST_TIMEOUT, tls.accept(stream)).await {
+                    serve_http(stream, from, host, slot).await;
                 }
             }
         }
@@ -302,21 +302,21 @@ async fn greet(
     drop(closing);
 }
 
-async fn converse<S>(stream: S, from: SocketAddr, host: Arc<ConsoleHost>, place: Arc<ConnectionSlot>)
+async fn serve_http<S>(stream: S, from: SocketAddr, host: Arc<ConsoleHost>, slot: Arc<ConnectionSlot>)
 where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
-    let only_stops = place.only_stops;
+    let only_stops = slot.only_stops;
     let service = service_fn(move |request| {
-        let (host, place) = (Arc::clone(&host), Arc::clone(&place));
-        async move { Ok::<_, std::convert::Infallible>(respond::respond(&host, &place, from, request).await) }
+        let (host, slot) = (Arc::clone(&host), Arc::clone(&slot));
+        async move { Ok::<_, std::convert::Infallible>(respond::respond(&host, &slot, from, request).await) }
     });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
-        .header_read_timeout(if only_stops { BRIEF } else { REQUEST })
+        .header_read_timeout(if only_stops { RESERVE_TIMEOUT } else { REQUEST_TIMEOUT })
         .keep_alive(!only_stops)
-        .max_buf_size(HEAD)
-        .max_headers(HEADERS)
+        .max_buf_size(MAX_HEAD_SIZE)
+        .max_headers(MAX_HEADERS)
         .serve_connection(TokioIo::new(TimedStream::new(stream)), service)
         .with_upgrades();
     // Who is gone misses nothing.

@@ -64,7 +64,7 @@ impl Default for Settings {
     }
 }
 
-const KNOWN: [&str; 10] = [
+const TABLE_KEYS: [&str; 10] = [
     "enabled",
     "port",
     "addresses",
@@ -112,7 +112,7 @@ impl SettingsReader<'_> {
             );
             return settings;
         };
-        self.wrong.extend(self.configuration.unknown_keys(table, "in [console]", &KNOWN));
+        self.wrong.extend(self.configuration.unknown_keys(table, "in [console]", &TABLE_KEYS));
         if let Some(value) = table.get("enabled") {
             settings.enabled = value.as_bool();
             if settings.enabled.is_none() {

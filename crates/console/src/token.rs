@@ -12,10 +12,10 @@ use slate_runtime::directory::folder;
 use slate_control::Role;
 
 /// Bytes of a secret that is made here.
-const BYTES: usize = 32;
+const SECRET_SIZE: usize = 32;
 
 /// Minimum length of a given secret, letters.
-const SHORTEST: usize = 32;
+const MIN_SECRET_LENGTH: usize = 32;
 
 /// Secrets of the roles.
 #[derive(Clone)]
@@ -26,7 +26,7 @@ impl Tokens {
     pub fn generate() -> io::Result<Self> {
         let mut source = std::fs::File::open("/dev/urandom")?;
         let mut token = || {
-            let mut bytes = [0; BYTES];
+            let mut bytes = [0; SECRET_SIZE];
             source.read_exact(&mut bytes)?;
             Ok::<_, Error>(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
         };
@@ -40,9 +40,11 @@ impl Tokens {
             let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
             check_secret(path).map_err(wrong)?;
             let token = text.trim();
-            if token.len() < SHORTEST || !token.bytes().all(|byte| byte.is_ascii_alphanumeric()) {
+            if token.len() < MIN_SECRET_LENGTH || !token.bytes().all(|byte| byte.is_ascii_alphanumeric()) {
                 let how = "openssl rand -hex 32";
-                return Err(wrong(format!("a token is at least {SHORTEST} letters and digits: {how}")));
+                return Err(wrong(format!(
+                    "a token is at least {MIN_SECRET_LENGTH} letters and digits: {how}"
+                )));
             }
             Ok((*role, token.to_owned()))
         };
@@ -51,8 +53,10 @@ impl Tokens {
             // A secret that stands for two roles would give the lower one what the higher one may do.
             let lower = tokens.range(..role).find(|(_, other)| *other == token);
             if let (Some((lower, _)), Some(path)) = (lower, files.get(role)) {
-                let reason =
-                    format!("it has the same token as that of {}: give each role its own", lower.one());
+                let reason = format!(
+                    "it has the same token as that of {}: give each role its own",
+                    lower.with_article()
+                );
                 return Err((path.clone(), reason));
             }
         }
@@ -165,7 +169,7 @@ mod tests {
     fn each_token_is_of_its_role_and_no_part_of_it_is_of_any() {
         let tokens = Tokens::generate().unwrap();
         for (role, token) in &tokens.0 {
-            assert_eq!(token.len(), 2 * BYTES);
+            assert_eq!(token.len(), 2 * SECRET_SIZE);
             assert_eq!(tokens.role(token), Some(*role));
             assert_eq!(tokens.role(&token[1..]), None);
             assert_eq!(tokens.role(&format!("{token}0")), None);

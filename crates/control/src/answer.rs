@@ -13,7 +13,7 @@ use serde_json::{Value as Json, json};
 use tokio::sync::mpsc;
 
 use crate::problem::Problem;
-use crate::stream::Follow;
+use crate::stream::ValueStream;
 
 /// Answer of an operation.
 pub enum OperationAnswer {
@@ -24,7 +24,7 @@ pub enum OperationAnswer {
     /// Beginning of a file: the open file and its length, bytes.
     File(File, u64),
     /// Stream, which continues until the client leaves.
-    Follow(Follow),
+    ValueStream(ValueStream),
     /// Empty answer.
     Nothing,
 }
@@ -87,7 +87,7 @@ impl HttpBody for ResponseBody {
 
 /// Security headers of every response to a browser.
 /// They permit no other origins, no embedding in frames and no caching.
-const HEADERS: [(&str, &str); 7] = [
+const SECURITY_HEADERS: [(&str, &str); 7] = [
     (
         "content-security-policy",
         "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; form-action 'none'; \
@@ -106,7 +106,7 @@ pub fn response(status: StatusCode, kind: &str, body: ResponseBody) -> Response<
     let mut response = Response::new(body);
     *response.status_mut() = status;
     let headers = response.headers_mut();
-    for (name, value) in HEADERS {
+    for (name, value) in SECURITY_HEADERS {
         headers.insert(HeaderName::from_static(name), HeaderValue::from_static(value));
     }
     if let Ok(kind) = HeaderValue::from_str(kind) {
@@ -135,15 +135,15 @@ impl Problem {
 }
 
 /// Media type of bytes that are no text and that no browser shows.
-pub const BYTES: &str = "application/octet-stream";
+pub const OCTET_STREAM: &str = "application/octet-stream";
 
 /// Size of the chunks in which a file is sent, bytes.
-const PIECE: u64 = 256 << 10;
+const CHUNK_SIZE: u64 = 256 << 10;
 
 /// Sends a file, piece by piece.
 async fn send(mut file: File, mut left: u64, sender: mpsc::Sender<Bytes>) {
     while left > 0 {
-        let length = left.min(PIECE);
+        let length = left.min(CHUNK_SIZE);
         let read = tokio::task::spawn_blocking(move || {
             let mut piece = vec![0; length as usize];
             file.read_exact(&mut piece).map(|()| (file, piece))
@@ -173,13 +173,13 @@ pub fn whole(answer: OperationAnswer) -> Response<ResponseBody> {
             // One piece that waits, and one on its way: who reads slowly is read for slowly.
             let (sender, receiver) = mpsc::channel(1);
             tokio::spawn(send(file, length, sender));
-            let mut response = response(StatusCode::OK, BYTES, ResponseBody::Stream(receiver));
+            let mut response = response(StatusCode::OK, OCTET_STREAM, ResponseBody::Stream(receiver));
             // Whoever gets fewer knows that something is missing.
             response.headers_mut().insert(hyper::header::CONTENT_LENGTH, length.into());
             response
         }
         OperationAnswer::Nothing => json_response(StatusCode::OK, &json!({})),
-        OperationAnswer::Follow(follow) => {
+        OperationAnswer::ValueStream(follow) => {
             let (kind, receiver) = follow.begin();
             response(StatusCode::OK, kind, ResponseBody::Stream(receiver))
         }

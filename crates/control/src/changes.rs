@@ -10,7 +10,7 @@ use crate::problem::Problem;
 
 /// Time that a change waits for the previous one.
 /// It is less than callers wait for an answer.
-const TURN: Duration = Duration::from_secs(50);
+const TURN_TIMEOUT: Duration = Duration::from_secs(50);
 
 /// Lock that serializes changes, which may run modules' code, over all protocols.
 #[derive(Default)]
@@ -26,10 +26,11 @@ impl ChangeTurns {
     /// # Errors
     /// When it does not end in time.
     pub async fn next(&self, operation: &'static str) -> Result<OwnedMutexGuard<()>, Problem> {
-        let waited = tokio::time::timeout(TURN, Arc::clone(&self.turn).lock_owned()).await;
+        let waited = tokio::time::timeout(TURN_TIMEOUT, Arc::clone(&self.turn).lock_owned()).await;
         let turn = waited.map_err(|_| {
             let other = *self.name.lock().unwrap_or_else(PoisonError::into_inner);
-            let message = format!("another tool's `{other}` has not ended within {} s", TURN.as_secs());
+            let message =
+                format!("another tool's `{other}` has not ended within {} s", TURN_TIMEOUT.as_secs());
             let help = "see the log for the module that it waits for";
             Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, help)
         })?;

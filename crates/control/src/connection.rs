@@ -1,4 +1,4 @@
-//! Connections: their limit, and which one is closed.
+//! Connections of a server, their limit, and the choice of the one to close.
 
 use std::collections::BTreeMap;
 use std::io::{Error, ErrorKind, Result};
@@ -15,18 +15,18 @@ use tokio::time::{Instant, Sleep};
 use crate::agent::ToolTrace;
 
 /// Period at which the end of the traces is polled.
-const HEAR: Duration = Duration::from_millis(5);
+const TRACE_POLL_PERIOD: Duration = Duration::from_millis(5);
 
 /// Maximum number of connections.
 /// For one more, the connection that has been idle for the longest is closed.
-const MOST: usize = 64;
+const MAX_CONNECTIONS: usize = 64;
 
 /// Maximum number of additional connections when none of those is idle.
 /// They can only stop the actuators; for one more, the oldest is closed.
-const MOST_STOPPING: usize = 16;
+const MAX_STOP_CONNECTIONS: usize = 16;
 
 /// Maximum number of WebSockets among them.
-pub const MOST_SOCKETS: usize = 24;
+pub const MAX_SOCKETS: usize = 24;
 
 /// Time after which a blocked write closes the connection.
 pub const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
@@ -55,42 +55,42 @@ struct PresentConnection {
     is_socket: bool,
     /// Mark of the console's page in a browser.
     is_page: bool,
-    leave: Arc<Notify>,
-    belongings: Arc<Mutex<Belongings>>,
+    close_notice: Arc<Notify>,
+    resources: Arc<Mutex<ConnectionResources>>,
 }
 
 impl PresentConnection {
     /// Returns whether the connection may be closed as idle.
     fn is_idle(&self) -> bool {
-        let keeps = || self.belongings.lock().unwrap_or_else(PoisonError::into_inner).keep();
-        self.busy == 0 && !self.is_socket && !keeps()
+        let is_in_use = || self.resources.lock().unwrap_or_else(PoisonError::into_inner).are_in_use();
+        self.busy == 0 && !self.is_socket && !is_in_use()
     }
 }
 
 /// Resources that end with a connection.
 #[derive(Default)]
-struct Belongings {
+struct ConnectionResources {
     trace: ToolTrace,
     leases: Vec<String>,
     /// Closed state, in which nothing may be bound to the connection any more.
     is_closed: bool,
 }
 
-impl Belongings {
-    fn keep(&self) -> bool {
+impl ConnectionResources {
+    fn are_in_use(&self) -> bool {
         self.trace.is_under_way() || !self.leases.is_empty()
     }
 }
 
-/// Connection that is counted as long as this lives.
+/// Slot of a connection, which counts until dropped.
 pub struct ConnectionSlot {
-    guests: Arc<Connections>,
+    connections: Arc<Connections>,
     number: u64,
     /// Restriction to stopping the actuators, as all regular slots are taken.
     pub only_stops: bool,
-    /// Notified when it is to go.
-    pub leave: Arc<Notify>,
-    belongings: Arc<Mutex<Belongings>>,
+    /// Notified when the connection must close.
+    pub close_notice: Arc<Notify>,
+    resources: Arc<Mutex<ConnectionResources>>,
 }
 
 impl std::fmt::Debug for ConnectionSlot {
@@ -108,96 +108,97 @@ impl Connections {
     /// When all slots are taken by busy connections, it gets one that can only stop the actuators.
     pub fn admit(self: &Arc<Self>) -> ConnectionSlot {
         let mut present = self.present();
-        let of = |guests: &BTreeMap<u64, PresentConnection>, stopping: bool| {
-            guests.values().filter(|guest| guest.only_stops == stopping).count()
+        let of = |connections: &BTreeMap<u64, PresentConnection>, stopping: bool| {
+            connections.values().filter(|connection| connection.only_stops == stopping).count()
         };
-        let is_full = of(&present.1, false) >= MOST;
-        let only_stops = is_full && !dismiss(&mut present.1, |guest| guest.is_idle() && !guest.only_stops);
-        if only_stops && of(&present.1, true) >= MOST_STOPPING {
-            dismiss(&mut present.1, |guest| guest.only_stops);
+        let is_full = of(&present.1, false) >= MAX_CONNECTIONS;
+        let only_stops = is_full
+            && !close_idle(&mut present.1, |connection| connection.is_idle() && !connection.only_stops);
+        if only_stops && of(&present.1, true) >= MAX_STOP_CONNECTIONS {
+            close_idle(&mut present.1, |connection| connection.only_stops);
         }
         present.0 += 1;
         let number = present.0;
-        let (leave, belongings) = (Arc::new(Notify::new()), Arc::default());
-        let guest = PresentConnection {
+        let (close_notice, resources) = (Arc::new(Notify::new()), Arc::default());
+        let connection = PresentConnection {
             last: number,
             busy: 0,
             only_stops,
             is_socket: false,
             is_page: false,
-            leave: Arc::clone(&leave),
-            belongings: Arc::clone(&belongings),
+            close_notice: Arc::clone(&close_notice),
+            resources: Arc::clone(&resources),
         };
-        present.1.insert(number, guest);
-        ConnectionSlot { guests: Arc::clone(self), number, only_stops, leave, belongings }
+        present.1.insert(number, connection);
+        ConnectionSlot { connections: Arc::clone(self), number, only_stops, close_notice, resources }
     }
 
-    /// Lets the connection go that was idle for the longest; false when none is idle.
-    pub fn dismiss(&self) -> bool {
-        dismiss(&mut self.present().1, PresentConnection::is_idle)
+    /// Closes the connection that was idle for the longest; false if none is idle.
+    pub fn close_idle(&self) -> bool {
+        close_idle(&mut self.present().1, PresentConnection::is_idle)
     }
 
     /// Returns the number of pages open in browsers.
     pub fn pages(&self) -> usize {
-        self.present().1.values().filter(|guest| guest.is_page).count()
+        self.present().1.values().filter(|connection| connection.is_page).count()
     }
 
     /// Ends the traces of all connections, as the agent ends.
-    /// Traces of callers that poll their progress within `hearing` end first, so that these callers learn of it.
-    pub fn end_traces(&self, hearing: Duration) {
+    /// Traces of callers that poll their progress within `timeout` end first, so that these callers learn of it.
+    pub fn end_traces(&self, timeout: Duration) {
         self.ends.store(true, Ordering::Release);
-        let under_way = || -> Vec<Arc<Mutex<Belongings>>> {
+        let under_way = || -> Vec<Arc<Mutex<ConnectionResources>>> {
             let present = self.present();
-            let all = present.1.values().map(|guest| Arc::clone(&guest.belongings));
+            let all = present.1.values().map(|connection| Arc::clone(&connection.resources));
             all.filter(|own| own.lock().unwrap_or_else(PoisonError::into_inner).trace.is_under_way())
                 .collect()
         };
         let mut waited = Duration::ZERO;
-        let had_some = !under_way().is_empty();
-        while waited < hearing && !under_way().is_empty() {
-            std::thread::sleep(HEAR);
-            waited += HEAR;
+        let had_traces = !under_way().is_empty();
+        while waited < timeout && !under_way().is_empty() {
+            std::thread::sleep(TRACE_POLL_PERIOD);
+            waited += TRACE_POLL_PERIOD;
         }
         for own in under_way() {
             own.lock().unwrap_or_else(PoisonError::into_inner).trace.finish();
         }
-        if had_some {
-            // The last answer is on its way.
-            std::thread::sleep(4 * HEAR);
+        if had_traces {
+            // The last answer needs time to be sent.
+            std::thread::sleep(4 * TRACE_POLL_PERIOD);
         }
     }
 }
 
-fn dismiss(
+fn close_idle(
     present: &mut BTreeMap<u64, PresentConnection>,
-    may_go: impl Fn(&PresentConnection) -> bool,
+    may_close: impl Fn(&PresentConnection) -> bool,
 ) -> bool {
-    let those = present.iter().filter(|(_, guest)| may_go(guest));
-    let oldest = those.min_by_key(|(_, guest)| guest.last).map(|(number, _)| *number);
+    let candidates = present.iter().filter(|(_, connection)| may_close(connection));
+    let oldest = candidates.min_by_key(|(_, connection)| connection.last).map(|(number, _)| *number);
     let dismissed = oldest.and_then(|oldest| present.remove(&oldest));
-    dismissed.inspect(|guest| guest.leave.notify_one()).is_some()
+    dismissed.inspect(|connection| connection.close_notice.notify_one()).is_some()
 }
 
 impl ConnectionSlot {
     /// Counts as busy until the returned value is dropped.
-    pub fn work(self: &Arc<Self>) -> BusyConnection {
-        let mut present = self.guests.present();
+    pub fn begin_request(self: &Arc<Self>) -> BusyConnection {
+        let mut present = self.connections.present();
         present.0 += 1;
         let now = present.0;
-        if let Some(guest) = present.1.get_mut(&self.number) {
-            (guest.last, guest.busy) = (now, guest.busy + 1);
+        if let Some(connection) = present.1.get_mut(&self.number) {
+            (connection.last, connection.busy) = (now, connection.busy + 1);
         }
         BusyConnection(Arc::clone(self))
     }
 
     /// Turns the connection into a WebSocket; false if there are too many.
     /// `is_page` marks that of a browser's page.
-    pub fn becomes_socket(&self, is_page: bool) -> bool {
-        let mut present = self.guests.present();
-        let sockets = present.1.values().filter(|guest| guest.is_socket).count();
+    pub fn upgrade(&self, is_page: bool) -> bool {
+        let mut present = self.connections.present();
+        let sockets = present.1.values().filter(|connection| connection.is_socket).count();
         match present.1.get_mut(&self.number) {
-            Some(guest) if sockets < MOST_SOCKETS => {
-                (guest.is_socket, guest.is_page) = (true, is_page);
+            Some(connection) if sockets < MAX_SOCKETS => {
+                (connection.is_socket, connection.is_page) = (true, is_page);
                 true
             }
             _ => false,
@@ -206,10 +207,10 @@ impl ConnectionSlot {
 }
 
 impl ConnectionSlot {
-    /// Does something with the trace that this connection records.
+    /// Accesses the trace of this connection.
     pub(crate) fn with_trace<R>(&self, act: impl FnOnce(&mut ToolTrace) -> R) -> R {
-        let mut own = self.belongings();
-        if self.guests.ends.load(Ordering::Acquire) {
+        let mut own = self.resources();
+        if self.connections.ends.load(Ordering::Acquire) {
             own.trace.finish();
         }
         act(&mut own.trace)
@@ -217,8 +218,13 @@ impl ConnectionSlot {
 
     /// Returns the number of the server's connections that record a trace.
     pub(crate) fn traces(&self) -> usize {
-        let own: Vec<_> =
-            self.guests.present().1.values().map(|guest| Arc::clone(&guest.belongings)).collect();
+        let own: Vec<_> = self
+            .connections
+            .present()
+            .1
+            .values()
+            .map(|connection| Arc::clone(&connection.resources))
+            .collect();
         own.iter()
             .filter(|own| own.lock().unwrap_or_else(PoisonError::into_inner).trace.is_under_way())
             .count()
@@ -227,7 +233,7 @@ impl ConnectionSlot {
     /// Binds a lease to this connection, with which it ends.
     /// Returns false if the connection is closed.
     pub(crate) fn bind_lease(&self, lease: &str) -> bool {
-        let mut own = self.belongings();
+        let mut own = self.resources();
         if !own.is_closed {
             own.leases.push(lease.to_owned());
         }
@@ -236,24 +242,24 @@ impl ConnectionSlot {
 
     /// Ends the traces and leases of a closed connection.
     fn close(&self, surface: &Arc<crate::surface::ControlSurface>) {
-        let closed = Belongings { is_closed: true, ..Belongings::default() };
-        let Belongings { trace, leases, .. } = std::mem::replace(&mut *self.belongings(), closed);
+        let closed = ConnectionResources { is_closed: true, ..ConnectionResources::default() };
+        let ConnectionResources { trace, leases, .. } = std::mem::replace(&mut *self.resources(), closed);
         for lease in &leases {
-            // It may have ended by itself.
+            // The lease may have expired.
             surface.leases.end(lease);
         }
         if trace.is_under_way() {
-            let ends = self.guests.ends.load(Ordering::Acquire);
-            let leave = move || trace.leave(ends);
+            let ends = self.connections.ends.load(Ordering::Acquire);
+            let abandon = move || trace.abandon(ends);
             match tokio::runtime::Handle::try_current() {
-                Ok(runtime) => drop(runtime.spawn_blocking(leave)),
-                Err(_) => leave(),
+                Ok(runtime) => drop(runtime.spawn_blocking(abandon)),
+                Err(_) => abandon(),
             }
         }
     }
 
-    fn belongings(&self) -> MutexGuard<'_, Belongings> {
-        self.belongings.lock().unwrap_or_else(PoisonError::into_inner)
+    fn resources(&self) -> MutexGuard<'_, ConnectionResources> {
+        self.resources.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -284,7 +290,7 @@ impl Drop for ConnectionEnd {
 
 impl Drop for ConnectionSlot {
     fn drop(&mut self) {
-        self.guests.present().1.remove(&self.number);
+        self.connections.present().1.remove(&self.number);
     }
 }
 
@@ -294,8 +300,8 @@ pub struct BusyConnection(Arc<ConnectionSlot>);
 
 impl Drop for BusyConnection {
     fn drop(&mut self) {
-        if let Some(guest) = self.0.guests.present().1.get_mut(&self.0.number) {
-            guest.busy -= 1;
+        if let Some(connection) = self.0.connections.present().1.get_mut(&self.0.number) {
+            connection.busy -= 1;
         }
     }
 }
@@ -304,24 +310,24 @@ impl Drop for BusyConnection {
 #[derive(Debug)]
 pub struct TimedStream<S> {
     stream: S,
-    waits: Option<Pin<Box<Sleep>>>,
+    timer: Option<Pin<Box<Sleep>>>,
 }
 
 impl<S> TimedStream<S> {
-    /// Watches over a stream.
+    /// Creates the stream around another one.
     pub fn new(stream: S) -> Self {
-        Self { stream, waits: None }
+        Self { stream, timer: None }
     }
 
-    fn judge<T>(&mut self, task: &mut Context<'_>, done: Poll<Result<T>>) -> Poll<Result<T>> {
+    fn check_timeout<T>(&mut self, task: &mut Context<'_>, done: Poll<Result<T>>) -> Poll<Result<T>> {
         if done.is_ready() {
-            self.waits = None;
+            self.timer = None;
             return done;
         }
-        let waits = self
-            .waits
+        let timer = self
+            .timer
             .get_or_insert_with(|| Box::pin(tokio::time::sleep_until(Instant::now() + WRITE_TIMEOUT)));
-        ready!(waits.as_mut().poll(task));
+        ready!(timer.as_mut().poll(task));
         Poll::Ready(Err(Error::new(ErrorKind::TimedOut, "the other side reads nothing")))
     }
 }
@@ -339,17 +345,17 @@ impl<S: AsyncRead + Unpin> AsyncRead for TimedStream<S> {
 impl<S: AsyncWrite + Unpin> AsyncWrite for TimedStream<S> {
     fn poll_write(mut self: Pin<&mut Self>, task: &mut Context<'_>, bytes: &[u8]) -> Poll<Result<usize>> {
         let done = Pin::new(&mut self.stream).poll_write(task, bytes);
-        self.judge(task, done)
+        self.check_timeout(task, done)
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, task: &mut Context<'_>) -> Poll<Result<()>> {
         let done = Pin::new(&mut self.stream).poll_flush(task);
-        // A flush that has nothing to do says nothing of who reads.
-        if done.is_ready() { done } else { self.judge(task, done) }
+        // A flush without data does not show whether the other side reads.
+        if done.is_ready() { done } else { self.check_timeout(task, done) }
     }
 
     fn poll_shutdown(mut self: Pin<&mut Self>, task: &mut Context<'_>) -> Poll<Result<()>> {
         let done = Pin::new(&mut self.stream).poll_shutdown(task);
-        self.judge(task, done)
+        self.check_timeout(task, done)
     }
 }

@@ -21,13 +21,13 @@ use crate::query::Query;
 use crate::surface::ControlSurface;
 
 /// Maximum size of a body, bytes.
-const BODY: usize = 1 << 20;
+const MAX_BODY_SIZE: usize = 1 << 20;
 
 /// Timeout for the arrival of a request.
-const REQUEST: Duration = Duration::from_secs(10);
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Time that a stop waits for its reason.
-const REASON: Duration = Duration::from_millis(100);
+const REASON_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// Carries out requests of the table of operations, whichever way they come.
 pub struct Dispatcher {
@@ -116,7 +116,7 @@ impl Dispatcher {
         }
         if operation.name == STOP {
             // What can't be understood, or has not come yet, is no reason not to stop.
-            let read = tokio::time::timeout(REASON, read(headers, body, true)).await;
+            let read = tokio::time::timeout(REASON_TIMEOUT, read(headers, body, true)).await;
             let body = read.ok().and_then(Result::ok).flatten();
             return Ok(self.stop(MatchedOperation { operation, captured }, caller, query, body));
         }
@@ -225,13 +225,13 @@ fn text(headers: &HeaderMap, name: &str) -> Option<String> {
 
 /// Reads the body as JSON; `None` when it is empty.
 async fn read(headers: &HeaderMap, body: Incoming, is_taken: bool) -> Result<Option<Json>, Problem> {
-    let collected = tokio::time::timeout(REQUEST, Limited::new(body, BODY).collect()).await;
+    let collected = tokio::time::timeout(REQUEST_TIMEOUT, Limited::new(body, MAX_BODY_SIZE).collect()).await;
     let late =
         |_| Problem::new(StatusCode::REQUEST_TIMEOUT, "the body has not come in time", "send it at once");
     let bytes: Bytes = match collected.map_err(late)? {
         Ok(collected) => collected.to_bytes(),
         Err(error) if error.is::<LengthLimitError>() => {
-            let message = format!("the body is longer than {BODY} bytes");
+            let message = format!("the body is longer than {MAX_BODY_SIZE} bytes");
             return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, message, "send less at once"));
         }
         Err(error) => return Err(Problem::bad(format!("the body can't be read: {error}"), "send it again")),

@@ -45,7 +45,7 @@ pub struct LoadedPlugin {
 
 /// Result of switching a module.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Switched {
+pub struct EnableResult {
     /// Effect: false if the state was the same before.
     pub changed: bool,
     /// Plugin whose reload starts the module.
@@ -64,7 +64,7 @@ pub struct UnloadedPlugin {
 
 /// Plugin whose code was exchanged.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Reloaded {
+pub struct ReloadedPlugin {
     /// Name.
     pub plugin: String,
     /// Modules, each with the reason why its state was not carried over, if any.
@@ -149,7 +149,7 @@ pub struct SettingEntry {
 
 /// Setting that was changed; values as `--set` takes them.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Changed {
+pub struct SettingChange {
     /// Path.
     pub path: String,
     /// Previous value, if any.
@@ -169,7 +169,7 @@ pub struct Changed {
 
 /// Setting that differs from the files; values as `--set` takes them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Different {
+pub struct SettingDifference {
     /// Path.
     pub path: String,
     /// Value in the files, if any.
@@ -185,7 +185,7 @@ pub struct Different {
 
 /// Files that were written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Saved {
+pub struct SavedSettings {
     /// Their paths.
     pub files: Vec<PathBuf>,
 }
@@ -295,7 +295,7 @@ pub struct Watched {
 
 /// New values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct News {
+pub struct ValueUpdate {
     /// Index of the watched property, from 0.
     pub of: usize,
     /// Number of earlier values that are no longer kept.
@@ -329,7 +329,7 @@ pub struct HolderEntry {
 /// Measured rate, size and age of a property's values.
 /// Times are those of the agent's clock.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Measured {
+pub struct RateMeasurement {
     /// URL of the property, as requested.
     pub url: String,
     /// Interface of its values.

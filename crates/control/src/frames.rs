@@ -10,14 +10,14 @@ use crate::stream::{Sample, Watcher};
 use crate::surface::ControlSurface;
 
 /// Maximum number of reads; values of another cycle may arrive in between.
-const LOOKS: usize = 3;
+const MAX_READS: usize = 3;
 
 /// Returns the frames of an agent's robots, from its present properties.
-/// `is_told` selects the properties that count.
-pub fn frames(surface: &ControlSurface, is_told: impl Fn(&Property) -> bool) -> Frames {
+/// `is_included` selects the properties that count.
+pub fn frames(surface: &ControlSurface, is_included: impl Fn(&Property) -> bool) -> Frames {
     let properties = surface.board().properties();
-    let told = properties.iter().filter(|own| own.access() != Access::Messages && is_told(own));
-    let topics: Vec<_> = told
+    let included = properties.iter().filter(|own| own.access() != Access::Messages && is_included(own));
+    let topics: Vec<_> = included
         .map(|own| (format!("/{}", own.path()), format!("slate_msgs/msg/{}", own.descriptor().name)))
         .collect();
     Frames::new(&surface.robots, topics.iter().map(|(topic, kind)| (topic.as_str(), kind.as_str())))
@@ -42,33 +42,33 @@ struct TransformSource {
 
 impl TransformStream {
     /// Creates the stream of an agent's transforms.
-    /// Properties for which `is_own` is false are left out.
-    pub fn new(surface: &ControlSurface, is_own: impl Fn(&Property) -> bool) -> Self {
-        // Odometry that nobody writes is none to wait for.
+    /// Properties for which `is_included` is false are left out.
+    pub fn new(surface: &ControlSurface, is_included: impl Fn(&Property) -> bool) -> Self {
+        // Odometry without values is not waited for.
         let is_written = |own: &Property| own.channel().is_some_and(|channel| channel.published() > 0);
         let is_odometry = |own: &Property| own.descriptor().hash == Odometry::DESCRIPTOR.hash;
         let frames = frames(surface, |own| !is_odometry(own) || is_written(own));
         let places = frames.sources().map(|topic| (topic.to_owned(), false));
         let properties = surface.board().properties();
-        let told = properties
+        let included = properties
             .iter()
-            .filter(|own| is_transform(own) && is_own(own))
+            .filter(|own| is_transform(own) && is_included(own))
             .map(|own| (format!("/{}", own.path()), true));
         let source = |(topic, is_transform): (String, bool)| {
             let watcher = Watcher::new(surface, topic.trim_start_matches('/'), 0).ok()?;
             Some(TransformSource { topic, is_transform, watcher })
         };
-        let watchers = places.chain(told).filter_map(source).collect();
+        let watchers = places.chain(included).filter_map(source).collect();
         Self { frames, watchers }
     }
 
     /// Returns the time and the new transforms, first moving ones, then static ones.
     pub fn take(&mut self, surface: &ControlSurface) -> (u64, Vec<FrameTransform>, Vec<FrameTransform>) {
         let mut time = 0;
-        for _ in 0..LOOKS {
+        for _ in 0..MAX_READS {
             let mut samples: Vec<(usize, Sample)> = Vec::new();
             for (place, source) in self.watchers.iter_mut().enumerate() {
-                if source.watcher.has_news(surface) {
+                if source.watcher.has_update(surface) {
                     let taken = match source.is_transform {
                         true => source.watcher.take_all(),
                         false => source.watcher.take().map(|sample| sample.into_iter().collect()),

@@ -10,10 +10,10 @@ use tokio::time::Instant;
 
 /// Time that a lease holds unless renewed.
 /// A command holds for much less.
-pub const TERM: Duration = Duration::from_secs(5);
+pub const LEASE_DURATION: Duration = Duration::from_secs(5);
 
 /// Period at which expired leases are looked for.
-pub const LOOK: Duration = Duration::from_millis(250);
+pub const LEASE_CHECK_PERIOD: Duration = Duration::from_millis(250);
 
 /// Leases, by names that only their holders know.
 #[derive(Default)]
@@ -28,7 +28,7 @@ impl Leases {
     /// Begins a lease of these controls; returns its name.
     pub fn begin(&self, controls: Teleoperation) -> io::Result<String> {
         let name = random_name()?;
-        self.all().insert(name.clone(), Lease { controls, until: Instant::now() + TERM });
+        self.all().insert(name.clone(), Lease { controls, until: Instant::now() + LEASE_DURATION });
         Ok(name)
     }
 
@@ -37,7 +37,7 @@ impl Leases {
     pub fn renew<R>(&self, name: &str, act: impl FnOnce(&mut Teleoperation) -> R) -> Option<R> {
         let mut all = self.all();
         let lease = all.get_mut(name).filter(|lease| lease.until > Instant::now())?;
-        lease.until = Instant::now() + TERM;
+        lease.until = Instant::now() + LEASE_DURATION;
         Some(act(&mut lease.controls))
     }
 

@@ -44,22 +44,23 @@ mod surface;
 mod text;
 
 pub use agent::{
-    AgentControl, Done, LONGEST, PeerEntry, PeerList, ReadEntry, RecordingWish, RejectedEntry, ServedEntry,
-    lacking,
+    AgentControl, Done, MAX_CALL_DURATION, PeerEntry, PeerList, ReadEntry, RecordingWish, RejectedEntry,
+    ServedEntry, missing_fields,
 };
 pub use answer::{OperationAnswer, ResponseBody, json_response, response};
 pub use client::{Client, ClientError};
 pub use connection::{
-    BusyConnection, ConnectionEnd, ConnectionSlot, Connections, MOST_SOCKETS, TimedStream, WRITE_TIMEOUT,
+    BusyConnection, ConnectionEnd, ConnectionSlot, Connections, MAX_SOCKETS, TimedStream, WRITE_TIMEOUT,
 };
 pub use dispatcher::{Dispatcher, OperationTurn};
 pub use entries::{
-    Changed, ControlsEntry, Different, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, Measured,
-    ModuleEntry, News, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved,
-    SettingEntry, SnapshotEntry, Spread, Switched, TraceEntry, TrackEntry, UnloadedPlugin, Watched,
+    ControlsEntry, EnableResult, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry,
+    PluginEntry, PropertyEntry, RateMeasurement, Reading, Refusal, ReloadedPlugin, RemoteSnapshotEntry,
+    SavedSettings, SettingChange, SettingDifference, SettingEntry, SnapshotEntry, Spread, TraceEntry,
+    TrackEntry, UnloadedPlugin, ValueUpdate, Watched,
 };
 pub use frames::{TransformStream, frames, is_transform};
-pub use lease::LOOK;
+pub use lease::LEASE_CHECK_PERIOD;
 pub use operation::{
     BASE, Caller, MatchedOperation, Operation, OperationRequest, Pace, Parameter, without_slash,
 };
@@ -69,6 +70,6 @@ pub use reserve::DescriptorReserve;
 pub use role::Role;
 pub use schema::{complete, of_interface};
 pub use select::Selection;
-pub use server::{HEARING, OpenError, Server, lowered, with_caller_name};
-pub use stream::{Follow, Sample, StreamForm, Watcher, apart};
+pub use server::{OpenError, Server, TRACE_END_TIMEOUT, lower_role, with_caller_name};
+pub use stream::{Sample, StreamContent, ValueStream, Watcher, offload};
 pub use surface::{ControlSurface, Document, Page};

@@ -265,7 +265,7 @@ pub struct Caller {
     /// Logging of every operation, including those that only read.
     pub is_told: bool,
     /// Connection, to which traces and some leases are bound.
-    pub place: Arc<ConnectionSlot>,
+    pub connection: Arc<ConnectionSlot>,
 }
 
 impl std::fmt::Debug for Caller {
@@ -412,7 +412,7 @@ pub(crate) fn check_role(needed: Role, role: Role) -> Result<(), Problem> {
     if role >= needed {
         return Ok(());
     }
-    let message = format!("{} may not do this", role.one());
-    let help = format!("ask with the token of {}", needed.one());
+    let message = format!("{} may not do this", role.with_article());
+    let help = format!("ask with the token of {}", needed.with_article());
     Err(Problem::new(StatusCode::FORBIDDEN, message, help))
 }

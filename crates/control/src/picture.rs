@@ -100,12 +100,12 @@ fn chunk(png: &mut Vec<u8>, kind: [u8; 4], data: &[u8]) {
 
 /// Returns a zlib stream with uncompressed blocks.
 fn stored(data: &[u8]) -> Vec<u8> {
-    const LONGEST: usize = 0xffff;
+    const MAX_BLOCK_LENGTH: usize = 0xffff;
     let mut stream = vec![0x78, 0x01];
-    let count = data.len().div_ceil(LONGEST).max(1);
-    for (place, block) in data.chunks(LONGEST).enumerate() {
+    let count = data.len().div_ceil(MAX_BLOCK_LENGTH).max(1);
+    for (index, block) in data.chunks(MAX_BLOCK_LENGTH).enumerate() {
         let length = block.len() as u16;
-        stream.push(u8::from(place + 1 == count));
+        stream.push(u8::from(index + 1 == count));
         stream.extend(length.to_le_bytes());
         stream.extend((!length).to_le_bytes());
         stream.extend_from_slice(block);

@@ -7,27 +7,27 @@ use std::time::Duration;
 use tokio::time::Instant;
 
 /// Time after which the same request counts as new again.
-const QUIET: Duration = Duration::from_secs(10);
+const REPEAT_PERIOD: Duration = Duration::from_secs(10);
 
 /// Number of requests that are remembered.
-const MOST: usize = 256;
+const MAX_REQUESTS: usize = 256;
 
 /// Requests of the last seconds.
 #[derive(Default)]
-pub(crate) struct Repeats(Mutex<BTreeMap<String, Instant>>);
+pub(crate) struct RepeatFilter(Mutex<BTreeMap<String, Instant>>);
 
-impl Repeats {
+impl RepeatFilter {
     /// Returns whether a request was not made a moment ago.
     pub fn is_new(&self, request: &str) -> bool {
         let now = Instant::now();
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if known.len() >= MOST {
-            known.retain(|_, last| now.duration_since(*last) < QUIET);
-            if known.len() >= MOST {
+        if known.len() >= MAX_REQUESTS {
+            known.retain(|_, last| now.duration_since(*last) < REPEAT_PERIOD);
+            if known.len() >= MAX_REQUESTS {
                 known.clear();
             }
         }
         let last = known.insert(request.to_owned(), now);
-        last.is_none_or(|last| now.duration_since(last) >= QUIET)
+        last.is_none_or(|last| now.duration_since(last) >= REPEAT_PERIOD)
     }
 }

@@ -31,7 +31,7 @@ impl Role {
     }
 
     /// Returns the name with its article, for sentences.
-    pub fn one(self) -> &'static str {
+    pub fn with_article(self) -> &'static str {
         match self {
             Self::Viewer => "a viewer",
             Self::Operator => "an operator",

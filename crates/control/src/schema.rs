@@ -3,17 +3,17 @@
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 
-use crate::agent::lacking;
+use crate::agent::missing_fields;
 use crate::problem::Problem;
 
 /// Checks that a value names all fields of its interface.
 /// Otherwise the error names the missing ones.
 pub fn complete(descriptor: &Descriptor, names: impl Fn(&str) -> bool, help: &str) -> Result<(), Problem> {
-    let lacking = lacking(descriptor, names);
-    if lacking.is_empty() {
+    let missing = missing_fields(descriptor, names);
+    if missing.is_empty() {
         return Ok(());
     }
-    Err(Problem::unfit(format!("it lacks {}", lacking.join(", ")), help))
+    Err(Problem::unfit(format!("it lacks {}", missing.join(", ")), help))
 }
 
 /// Returns the schema of an interface's values.

@@ -20,13 +20,13 @@ pub enum Selection {
 }
 
 /// Maximum length of a path, bytes.
-const LONGEST: usize = 1024;
+const MAX_LENGTH: usize = 1024;
 /// Maximum nesting of brackets and parentheses in a path.
-const DEEPEST: usize = 5;
+const MAX_DEPTH: usize = 5;
 /// Maximum number of values that a path selects.
-const MOST: usize = 100_000;
+const MAX_VALUES: usize = 100_000;
 /// Maximum number of values that the evaluation of a path visits.
-const MOST_VISITS: f64 = 1e7;
+const MAX_VISITS: f64 = 1e7;
 
 impl Selection {
     /// Parses `pointer` and `select` of a query.
@@ -60,13 +60,13 @@ impl Selection {
                 )
             }),
             Self::Path(path, effort) => {
-                if effort.visits(value) > MOST_VISITS {
+                if effort.visits(value) > MAX_VISITS {
                     let message = "the path visits too many values";
                     return Err(Problem::unfit(message, "use fewer `..`, lists and filters"));
                 }
                 let found = path.query(value);
-                if found.len() > MOST {
-                    let message = format!("the path leads to more than {MOST} values");
+                if found.len() > MAX_VALUES {
+                    let message = format!("the path leads to more than {MAX_VALUES} values");
                     return Err(Problem::unfit(message, "select less"));
                 }
                 Ok(found.into_iter().cloned().collect())
@@ -76,8 +76,8 @@ impl Selection {
 }
 
 fn parse(text: &str) -> Result<Selection, String> {
-    if text.len() > LONGEST {
-        return Err(format!("it is longer than {LONGEST} bytes"));
+    if text.len() > MAX_LENGTH {
+        return Err(format!("it is longer than {MAX_LENGTH} bytes"));
     }
     let effort = Effort::of(text)?;
     match JsonPath::parse(text) {
@@ -99,7 +99,7 @@ pub struct Effort {
 }
 
 /// Bracket or parenthesis that is open.
-struct Open {
+struct OpenBracket {
     selectors: u64,
     is_filter: bool,
     searches: bool,
@@ -108,39 +108,39 @@ struct Open {
 impl Effort {
     fn of(text: &str) -> Result<Self, String> {
         let mut effort = Self { repeats: 1, descents: 0, searches: 0 };
-        let mut open: Vec<Open> = Vec::new();
-        let mut signs = text.chars().peekable();
-        while let Some(sign) = signs.next() {
-            match sign {
+        let mut open: Vec<OpenBracket> = Vec::new();
+        let mut characters = text.chars().peekable();
+        while let Some(character) = characters.next() {
+            match character {
                 '\'' | '"' => {
-                    while let Some(letter) = signs.next().filter(|letter| *letter != sign) {
+                    while let Some(letter) = characters.next().filter(|letter| *letter != character) {
                         if letter == '\\' {
-                            signs.next();
+                            characters.next();
                         }
                     }
                 }
                 '[' | '(' => {
-                    open.push(Open { selectors: 1, is_filter: false, searches: false });
-                    if open.len() > DEEPEST {
-                        return Err(format!("it is nested deeper than {DEEPEST} brackets"));
+                    open.push(OpenBracket { selectors: 1, is_filter: false, searches: false });
+                    if open.len() > MAX_DEPTH {
+                        return Err(format!("it is nested deeper than {MAX_DEPTH} brackets"));
                     }
                 }
                 ']' | ')' => {
                     let closed = open.pop();
-                    if let Some(Open { selectors, is_filter, searches }) = closed {
+                    if let Some(OpenBracket { selectors, is_filter, searches }) = closed {
                         effort.repeats = effort.repeats.saturating_mul(selectors);
                         effort.searches += u32::from(is_filter && searches);
                     }
                 }
                 '*' | ':' | '?' | ',' | '.' => {
-                    let descends = sign == '.' && signs.next_if_eq(&'.').is_some();
+                    let descends = character == '.' && characters.next_if_eq(&'.').is_some();
                     effort.descents += u32::from(descends);
-                    if sign != '.' || descends {
+                    if character != '.' || descends {
                         open.iter_mut().for_each(|open| open.searches |= open.is_filter);
                     }
                     if let Some(last) = open.last_mut() {
-                        last.selectors += u64::from(sign == ',');
-                        last.is_filter |= sign == '?';
+                        last.selectors += u64::from(character == ',');
+                        last.is_filter |= character == '?';
                     }
                 }
                 _ => {}
@@ -152,7 +152,7 @@ impl Effort {
     /// Returns the maximum number of values visited in `value`.
     fn visits(self, value: &Json) -> f64 {
         let (mut nodes, mut depth) = (0.0, 0);
-        extent(value, 1, &mut nodes, &mut depth);
+        count_nodes(value, 1, &mut nodes, &mut depth);
         let descents = (0..self.descents).fold(1.0, |product, _| product * f64::from(depth));
         // A filter that searches visits up to all values for each value that it tests.
         (0..self.searches).fold(nodes * self.repeats as f64 * descents, |product, _| product * nodes)
@@ -161,12 +161,14 @@ impl Effort {
 
 /// Counts the values in a value, and its depth.
 /// The depth is that of its interface, which the compiler has bounded.
-fn extent(value: &Json, level: u32, nodes: &mut f64, depth: &mut u32) {
+fn count_nodes(value: &Json, level: u32, nodes: &mut f64, depth: &mut u32) {
     *nodes += 1.0;
     *depth = level.max(*depth);
     match value {
-        Json::Array(items) => items.iter().for_each(|item| extent(item, level + 1, nodes, depth)),
-        Json::Object(entries) => entries.values().for_each(|entry| extent(entry, level + 1, nodes, depth)),
+        Json::Array(items) => items.iter().for_each(|item| count_nodes(item, level + 1, nodes, depth)),
+        Json::Object(entries) => {
+            entries.values().for_each(|entry| count_nodes(entry, level + 1, nodes, depth))
+        }
         _ => {}
     }
 }

@@ -21,7 +21,7 @@ use tokio::sync::Notify;
 use crate::answer::ResponseBody;
 use crate::connection::{ConnectionEnd, ConnectionSlot, Connections, TimedStream};
 use crate::dispatcher::Dispatcher;
-use crate::lease::LOOK;
+use crate::lease::LEASE_CHECK_PERIOD;
 use crate::operation::Caller;
 use crate::operations::{is_stop, of_request};
 use crate::problem::Problem;
@@ -37,19 +37,19 @@ pub const CALLER: &str = "slate-caller";
 pub const ROLE: &str = "slate-role";
 
 /// Maximum number of slow requests at work.
-const WORKING: usize = 32;
+const MAX_SLOW_REQUESTS: usize = 32;
 
 /// Threads for requests; some are kept for those that never take long.
-const THREADS: usize = WORKING + 8;
+const MAX_THREADS: usize = MAX_SLOW_REQUESTS + 8;
 
 /// Timeout for the arrival of a request's head.
-const REQUEST: Duration = Duration::from_secs(10);
+const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Time in which callers learn from an agent that ends how their traces went.
-pub const HEARING: Duration = Duration::from_secs(1);
+pub const TRACE_END_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Maximum length of a caller's name, letters.
-const NAME: usize = 80;
+const MAX_NAME_LENGTH: usize = 80;
 
 /// Reason why an agent has no socket.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -77,7 +77,7 @@ impl std::fmt::Debug for Server {
 /// State that the connections of the socket share.
 struct SocketHost {
     dispatcher: Dispatcher,
-    guests: Arc<Connections>,
+    connections: Arc<Connections>,
     /// Name under which the agent is reached.
     name: String,
     reserve: Mutex<DescriptorReserve>,
@@ -104,15 +104,15 @@ impl Server {
         let composer = surface.agent.composer().clone();
         let stop_line = StopLine::open(entry.socket(), move |reason| composer.stop_actuators(reason))?;
         let host = Arc::new(SocketHost {
-            dispatcher: Dispatcher::new(surface, WORKING, false),
-            guests: Arc::default(),
+            dispatcher: Dispatcher::new(surface, MAX_SLOW_REQUESTS, false),
+            connections: Arc::default(),
             name: entry.name().to_owned(),
             reserve: Mutex::new(DescriptorReserve::take()),
         });
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .thread_name("remote tool")
-            .max_blocking_threads(THREADS)
+            .max_blocking_threads(MAX_THREADS)
             // A thread that exists needs none to be made.
             .thread_keep_alive(Duration::from_secs(u64::from(u32::MAX)))
             .build()?;
@@ -145,7 +145,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        self.host.guests.end_traces(HEARING);
+        self.host.connections.end_traces(TRACE_END_TIMEOUT);
         self.end.notify_one();
         if let Some(thread) = self.thread.take() {
             // It has nothing that panics.
@@ -170,7 +170,7 @@ async fn serve(listener: UnixListener, host: Arc<SocketHost>) {
     let shared = Arc::clone(&host);
     let leases = async move {
         loop {
-            tokio::time::sleep(LOOK).await;
+            tokio::time::sleep(LEASE_CHECK_PERIOD).await;
             shared.dispatcher.surface().end_old_leases();
             shared.reserve().refill();
         }
@@ -182,10 +182,10 @@ async fn serve(listener: UnixListener, host: Arc<SocketHost>) {
 async fn receive(listener: UnixListener, host: Arc<SocketHost>) {
     loop {
         match listener.accept().await {
-            Ok((stream, _)) => welcome(stream, &host),
+            Ok((stream, _)) => accept(stream, &host),
             // No descriptor is left. An idle connection gives its own; else the reserve serves one caller.
             Err(_) => {
-                if !host.guests.dismiss() {
+                if !host.connections.close_idle() {
                     host.reserve().give();
                 }
                 tokio::time::sleep(Duration::from_millis(2)).await;
@@ -194,12 +194,12 @@ async fn receive(listener: UnixListener, host: Arc<SocketHost>) {
     }
 }
 
-fn welcome(stream: UnixStream, host: &Arc<SocketHost>) {
-    let place = Arc::new(host.guests.admit());
+fn accept(stream: UnixStream, host: &Arc<SocketHost>) {
+    let place = Arc::new(host.connections.admit());
     let is_last = host.reserve().is_given();
     let host = Arc::clone(host);
     tokio::spawn(async move {
-        let leave = Arc::clone(&place.leave);
+        let leave = Arc::clone(&place.close_notice);
         let closing = ConnectionEnd::new(host.dispatcher.surface(), &place);
         let conversation = converse(stream, host, place, is_last);
         first_of(std::pin::pin!(conversation), std::pin::pin!(leave.notified())).await;
@@ -232,7 +232,7 @@ async fn converse(stream: UnixStream, host: Arc<SocketHost>, place: Arc<Connecti
     });
     if is_brief {
         // It has the last descriptor, or place.
-        let _ = tokio::time::timeout(REQUEST, connection).await;
+        let _ = tokio::time::timeout(HEAD_TIMEOUT, connection).await;
     } else {
         connection.await;
     }
@@ -240,7 +240,7 @@ async fn converse(stream: UnixStream, host: Arc<SocketHost>, place: Arc<Connecti
 
 /// Returns the role of a caller, which may ask for one with fewer rights.
 /// An unknown role counts as the one with the fewest.
-pub fn lowered(role: Role, headers: &HeaderMap) -> Role {
+pub fn lower_role(role: Role, headers: &HeaderMap) -> Role {
     let Some(asked) = headers.get(ROLE) else { return role };
     let asked = asked.to_str().ok().and_then(Role::by_name).unwrap_or(Role::Viewer);
     role.min(asked)
@@ -259,18 +259,18 @@ pub fn with_caller_name(known: String, headers: &HeaderMap) -> (String, bool) {
 /// Returns the name that a caller gives itself, safe for a line of the log.
 fn caller_name(headers: &HeaderMap) -> Option<String> {
     let name = headers.get(CALLER)?.to_str().ok()?;
-    let name: String = slate_runtime::printable_text(name).chars().take(NAME).collect();
+    let name: String = slate_runtime::printable_text(name).chars().take(MAX_NAME_LENGTH).collect();
     Some(name).filter(|name| !name.is_empty())
 }
 
 fn caller(host: &SocketHost, place: &Arc<ConnectionSlot>, request: &Request<Incoming>) -> Caller {
     let who = caller_name(request.headers()).unwrap_or_default();
     Caller {
-        role: lowered(Role::Developer, request.headers()),
+        role: lower_role(Role::Developer, request.headers()),
         is_told: !who.is_empty(),
         who,
         local: Some(host.name.clone()),
-        place: Arc::clone(place),
+        connection: Arc::clone(place),
     }
 }
 
@@ -290,7 +290,7 @@ async fn respond(
     place: &Arc<ConnectionSlot>,
     request: Request<Incoming>,
 ) -> Response<ResponseBody> {
-    let _work = place.work();
+    let _work = place.begin_request();
     answer(host, place, request).await.unwrap_or_else(|problem| problem.response())
 }
 

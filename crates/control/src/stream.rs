@@ -16,15 +16,15 @@ use crate::surface::ControlSurface;
 
 /// Size from which values are copied and encoded in another thread, bytes.
 /// So nothing else waits.
-const LARGE: usize = 4096;
+const LARGE_SIZE: usize = 4096;
 
 /// Boundary between the pictures of a stream.
 const BOUNDARY: &str = "slate-picture";
 
-/// After so long without news a stream says that it is still there.
-const SILENCE: Duration = Duration::from_secs(15);
+/// Time without values after which a stream sends a comment.
+const KEEP_ALIVE_PERIOD: Duration = Duration::from_secs(15);
 
-/// Property that is polled; it may vanish, and another one take its path.
+/// Polled property; another one may replace it at its path.
 pub struct Watcher {
     path: String,
     found: Option<FoundProperty>,
@@ -33,16 +33,16 @@ pub struct Watcher {
 }
 
 struct FoundProperty {
-    place: Option<FieldPath>,
+    field_path: Option<FieldPath>,
     /// Watch, by which outputs without other readers are computed.
     watching: Watching,
 }
 
-/// Value as it was taken.
+/// Value of a property with its stamp.
 pub struct Sample {
     /// Property.
     pub property: Arc<Property>,
-    place: Option<FieldPath>,
+    field_path: Option<FieldPath>,
     /// Value.
     pub bytes: Vec<u8>,
     /// Number of items in its tail.
@@ -55,9 +55,9 @@ impl Sample {
     /// Returns the value, or the field of it.
     pub fn json(&self) -> Json {
         let view = View::new(self.property.descriptor(), &self.bytes, self.items);
-        let value = match &self.place {
+        let value = match &self.field_path {
             None => view.map(|view| view.value()),
-            Some(place) => view.and_then(|view| view.at(place)),
+            Some(field_path) => view.and_then(|view| view.at(field_path)),
         };
         value.and_then(|value| serde_json::to_value(value).ok()).unwrap_or_default()
     }
@@ -68,25 +68,25 @@ impl Watcher {
     /// `last` is the sequence number of the newest value already known.
     pub fn new(surface: &ControlSurface, path: &str, last: u64) -> Result<Self, BoardError> {
         let mut watcher = Self { path: path.into(), found: None, last };
-        watcher.look(surface)?;
+        watcher.refresh(surface)?;
         Ok(watcher)
     }
 
-    fn look(&mut self, surface: &ControlSurface) -> Result<(), BoardError> {
+    fn refresh(&mut self, surface: &ControlSurface) -> Result<(), BoardError> {
         let (property, field) = surface.board().find(&self.path)?;
         if self.found.as_ref().is_some_and(|found| Arc::ptr_eq(found.watching.property(), &property)) {
             return Ok(());
         }
         let wrong = |error| BoardError::Access { url: format!("/{}", property.path()), error };
-        let place = match field.as_str() {
+        let field_path = match field.as_str() {
             "" => None,
             field => Some(find(property.descriptor(), field).map_err(wrong)?),
         };
         if self.found.is_some() {
-            // Another one counts anew.
+            // Another property has its own count.
             self.last = 0;
         }
-        self.found = Some(FoundProperty { place, watching: property.watch() });
+        self.found = Some(FoundProperty { field_path, watching: property.watch() });
         Ok(())
     }
 
@@ -95,13 +95,13 @@ impl Watcher {
         self.found.as_ref().map(|found| found.watching.property())
     }
 
-    /// Returns whether a value has not been taken yet.
-    pub fn has_news(&mut self, surface: &ControlSurface) -> bool {
-        // What is gone may come back.
-        let there = self.look(surface).is_ok();
+    /// Returns whether a new value is available.
+    pub fn has_update(&mut self, surface: &ControlSurface) -> bool {
+        // A removed property may appear again.
+        let exists = self.refresh(surface).is_ok();
         let published =
             self.property().and_then(|property| property.channel()).map_or(0, |channel| channel.published());
-        there && published != self.last
+        exists && published != self.last
     }
 
     /// Returns the maximum size of a value, bytes.
@@ -119,7 +119,7 @@ impl Watcher {
             return Ok(None);
         }
         self.last = stamp.sequence;
-        Ok(Some(Sample { property, place: found.place.clone(), bytes, items, stamp }))
+        Ok(Some(Sample { property, field_path: found.field_path.clone(), bytes, items, stamp }))
     }
 
     /// Takes all values that are kept and were not taken yet, the oldest first.
@@ -131,7 +131,7 @@ impl Watcher {
         self.last = kept.last().map_or(self.last, |kept| kept.stamp.sequence);
         let sample = |kept: slate_blackboard::channel::FrozenValue| Sample {
             property: Arc::clone(property),
-            place: found.place.clone(),
+            field_path: found.field_path.clone(),
             bytes: kept.bytes,
             items: kept.items,
             stamp: kept.stamp,
@@ -140,8 +140,11 @@ impl Watcher {
     }
 }
 
-/// Runs possibly slow work in a thread for it.
-pub async fn apart<T: Send + 'static>(is_long: bool, work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
+/// Runs work, in a blocking thread if `is_long`.
+pub async fn offload<T: Send + 'static>(
+    is_long: bool,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Option<T> {
     if !is_long {
         return Some(work());
     }
@@ -149,19 +152,19 @@ pub async fn apart<T: Send + 'static>(is_long: bool, work: impl FnOnce() -> T + 
 }
 
 /// Stream of a property's values.
-pub struct Follow {
+pub struct ValueStream {
     /// Surface of the agent.
     pub surface: Arc<ControlSurface>,
     /// Watcher of the property.
     pub watcher: Watcher,
     /// Polling period.
     pub period: Duration,
-    /// Form of the stream.
-    pub what: StreamForm,
+    /// Content of the stream.
+    pub content: StreamContent,
 }
 
-/// Form of a stream.
-pub enum StreamForm {
+/// Content of a stream.
+pub enum StreamContent {
     /// Events with values.
     Events {
         /// Part of each value.
@@ -173,14 +176,14 @@ pub enum StreamForm {
     Pictures(u8),
 }
 
-impl Follow {
+impl ValueStream {
     /// Starts the stream, which ends when its reader has gone.
     pub fn begin(self) -> (&'static str, mpsc::Receiver<Bytes>) {
-        let kind = match self.what {
-            StreamForm::Events { .. } => "text/event-stream",
-            StreamForm::Pictures(_) => "multipart/x-mixed-replace; boundary=slate-picture",
+        let kind = match self.content {
+            StreamContent::Events { .. } => "text/event-stream",
+            StreamContent::Pictures(_) => "multipart/x-mixed-replace; boundary=slate-picture",
         };
-        // One that waits, and one on its way: who reads slowly gets the newest.
+        // With a capacity of 1, a slow client gets the newest value.
         let (sender, receiver) = mpsc::channel(1);
         tokio::spawn(self.run(sender));
         (kind, receiver)
@@ -189,17 +192,17 @@ impl Follow {
     async fn run(mut self, sender: mpsc::Sender<Bytes>) {
         let mut ticks = interval(self.period);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let mut quiet = Duration::ZERO;
+        let mut idle = Duration::ZERO;
         loop {
             ticks.tick().await;
             if sender.is_closed() {
                 return;
             }
-            if !self.watcher.has_news(&self.surface) {
-                quiet += self.period;
-                if quiet >= SILENCE {
-                    quiet = Duration::ZERO;
-                    if matches!(self.what, StreamForm::Events { .. })
+            if !self.watcher.has_update(&self.surface) {
+                idle += self.period;
+                if idle >= KEEP_ALIVE_PERIOD {
+                    idle = Duration::ZERO;
+                    if matches!(self.content, StreamContent::Events { .. })
                         && sender.send(Bytes::from_static(b":\n\n")).await.is_err()
                     {
                         return;
@@ -207,13 +210,13 @@ impl Follow {
                 }
                 continue;
             }
-            quiet = Duration::ZERO;
-            let large = self.watcher.size() > LARGE;
-            let told = apart(large, move || {
-                let text = tell(&mut self.watcher, &self.what);
+            idle = Duration::ZERO;
+            let large = self.watcher.size() > LARGE_SIZE;
+            let encoded = offload(large, move || {
+                let text = next_part(&mut self.watcher, &self.content);
                 (self, text)
             });
-            let Some((back, text)) = told.await else { return };
+            let Some((back, text)) = encoded.await else { return };
             self = back;
             if !text.is_empty() && sender.send(text.into()).await.is_err() {
                 return;
@@ -222,10 +225,10 @@ impl Follow {
     }
 }
 
-/// Returns the next part of a stream; empty without news.
-fn tell(watcher: &mut Watcher, what: &StreamForm) -> Vec<u8> {
-    match what {
-        StreamForm::Events { selection, every } => {
+/// Returns the next part of a stream; empty without a new value.
+fn next_part(watcher: &mut Watcher, content: &StreamContent) -> Vec<u8> {
+    match content {
+        StreamContent::Events { selection, every } => {
             let samples = if *every {
                 watcher.take_all()
             } else {
@@ -243,7 +246,7 @@ fn tell(watcher: &mut Watcher, what: &StreamForm) -> Vec<u8> {
             });
             events.collect::<String>().into_bytes()
         }
-        StreamForm::Pictures(quality) => {
+        StreamContent::Pictures(quality) => {
             let Ok(Some(sample)) = watcher.take() else { return Vec::new() };
             let picture = Picture::of(sample.property.descriptor(), &sample.bytes, sample.items);
             let Some(Ok(jpeg)) = picture.map(|picture| picture.jpeg(*quality)) else { return Vec::new() };

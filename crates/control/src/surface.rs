@@ -12,7 +12,7 @@ use slate_runtime::log::Logger;
 use crate::agent::AgentControl;
 use crate::changes::ChangeTurns;
 use crate::lease::{Leases, random_name};
-use crate::repeats::Repeats;
+use crate::repeats::RepeatFilter;
 
 /// File that a browser gets without a token, such as a page and its resources.
 #[derive(Clone, Debug)]
@@ -63,7 +63,7 @@ pub struct ControlSurface {
     /// Turns of changes.
     pub(crate) changes: Arc<ChangeTurns>,
     /// Requests that were logged a moment ago.
-    pub(crate) repeats: Repeats,
+    pub(crate) repeats: RepeatFilter,
     /// Held during a change under a condition.
     condition: Mutex<()>,
     /// End of the run, once it is over.
@@ -92,7 +92,7 @@ impl ControlSurface {
             documents: Mutex::default(),
             leases: Leases::default(),
             changes: Arc::default(),
-            repeats: Repeats::default(),
+            repeats: RepeatFilter::default(),
             condition: Mutex::default(),
             run_end: OnceLock::new(),
         })
@@ -118,7 +118,7 @@ impl ControlSurface {
     }
 
     /// Ends leases that were not renewed.
-    /// It must be called periodically, [`LOOK`](crate::LOOK) apart.
+    /// It must be called periodically, [`LEASE_CHECK_PERIOD`](crate::LEASE_CHECK_PERIOD) apart.
     pub fn end_old_leases(&self) {
         self.leases.end_old();
     }

@@ -31,7 +31,7 @@ pub struct Actuator {
     controls: Mutex<Controls>,
     inner: Mutex<CommandedState>,
     /// Stop of the gate, for tools, which read it without entering the gate.
-    stop: Mutex<ShownStop>,
+    stop: Mutex<PublishedStop>,
     /// Stop of the whole agent.
     stop_latch: StopLatch,
     clock: Arc<Clock>,
@@ -45,14 +45,14 @@ pub struct Actuator {
 /// Controls of an operator, and their holder.
 #[derive(Debug)]
 struct Controls {
-    /// Writer of the commands; `None` while somebody holds the controls.
+    /// Writer of the commands; `None` while the controls are held.
     writer: Option<Writer>,
     holder: Option<Holder>,
 }
 
 /// Stop of one gate, as tools see it.
 #[derive(Debug, Default)]
-struct ShownStop {
+struct PublishedStop {
     reason: Option<String>,
     /// Number of the gate's change of stop that it shows.
     revision: u64,
@@ -80,7 +80,7 @@ struct CommandedState {
     /// Commands from the controls; a value's stamp is the monotonic time of its expiry.
     controls: Option<Latest>,
     /// True if the last poll of the controls found a command.
-    steered: bool,
+    is_teleoperated: bool,
     last_state: Option<GateState>,
     /// Number of changes of the gate's stop.
     stop_revision: u64,
@@ -119,7 +119,7 @@ impl Actuator {
             index,
             wakes: Vec::new(),
             controls,
-            steered: false,
+            is_teleoperated: false,
             last_state: None,
             stop_revision: 0,
             fresh: false,
@@ -141,12 +141,12 @@ impl Actuator {
     }
 
     /// Returns the later of the cycle's time and the clock's, ns.
-    fn at(&self, now: u64) -> u64 {
+    fn decision_time(&self, now: u64) -> u64 {
         now.max(self.clock.now())
     }
 
     /// Wakes a thread when a command has passed.
-    pub fn wakes(&self, wake: Arc<Wake>) {
+    pub fn add_wake(&self, wake: Arc<Wake>) {
         self.locked().wakes.push(wake);
     }
 
@@ -173,14 +173,14 @@ impl Actuator {
 
     /// Returns the number of a commander by its path; `None` if it may not command.
     pub fn commander(&self, path: &str) -> Option<u32> {
-        self.commanders.iter().position(|other| other == path).map(|place| place as u32 + 1)
+        self.commanders.iter().position(|other| other == path).map(|index| index as u32 + 1)
     }
 
     /// Returns the path of a commander by its number, from the agent's root.
     pub fn commander_name(&self, number: u32) -> &str {
         match (number as usize).checked_sub(1) {
-            Some(place) if place == self.commanders.len() => TELEOPERATION,
-            Some(place) => self.commanders.get(place).map_or("", String::as_str),
+            Some(index) if index == self.commanders.len() => TELEOPERATION,
+            Some(index) => self.commanders.get(index).map_or("", String::as_str),
             None => "",
         }
     }
@@ -198,7 +198,7 @@ impl Actuator {
     }
 
     /// Leaves the controls to the next one.
-    pub fn give_controls_back(&self, writer: Writer) {
+    pub fn release_controls(&self, writer: Writer) {
         *self.controls() = Controls { writer: Some(writer), holder: None };
     }
 
@@ -212,9 +212,9 @@ impl Actuator {
     }
 
     /// Returns the state of the gate; `None` while another thread is in it.
-    pub fn look(&self, now: u64) -> Option<GateState> {
-        let mut inner = self.free()?;
-        inner.publish(self.at(now));
+    pub fn try_state(&self, now: u64) -> Option<GateState> {
+        let mut inner = self.try_lock()?;
+        inner.publish(self.decision_time(now));
         inner.last_state
     }
 
@@ -225,7 +225,7 @@ impl Actuator {
     /// Locks the gate; `None` while another thread is in it.
     /// Nobody waits on the wall clock: the other thread is a commander that holds the lease, or the loop that expires
     /// stale commands. Under a time source it waits, so that the result does not depend on other threads.
-    fn free(&self) -> Option<MutexGuard<'_, CommandedState>> {
+    fn try_lock(&self) -> Option<MutexGuard<'_, CommandedState>> {
         if self.clock.is_driven() {
             return Some(self.locked());
         }
@@ -242,11 +242,11 @@ impl Actuator {
     /// Offers a commander's command, made by a step at the agent's time `now`, ns.
     pub fn offer(&self, commander: u32, priority: Priority, command: &[u8], now: u64) {
         // A reflex must not be lost, whatever else is in the gate for some nanoseconds.
-        let inner = if priority == Priority::Reflex { Some(self.locked()) } else { self.free() };
+        let inner = if priority == Priority::Reflex { Some(self.locked()) } else { self.try_lock() };
         let Some(mut inner) = inner else { return };
-        let at = self.at(now);
+        let at = self.decision_time(now);
         if at - now >= self.time_to_live {
-            // Of a step that took so long: the actuator has its safe command since, or that of somebody else.
+            // Of a step that took so long: the actuator has had its safe command since, or another commander's.
             inner.gate.drop_late(commander, at);
         } else {
             let verdict = inner.gate.offer(commander, priority, command, now);
@@ -259,7 +259,7 @@ impl Actuator {
     pub fn withdraw(&self, commander: u32, now: u64) {
         // Nor must the end of a command.
         let mut inner = self.locked();
-        let at = self.at(now);
+        let at = self.decision_time(now);
         inner.gate.withdraw(commander, at);
         inner.publish(at);
     }
@@ -281,8 +281,8 @@ impl Actuator {
         if !self.is_stale() {
             return false;
         }
-        let Some(mut inner) = self.free() else { return false };
-        // Somebody may have been here meanwhile, so this is judged anew.
+        let Some(mut inner) = self.try_lock() else { return false };
+        // Another thread may have changed the gate meanwhile, so this is checked anew.
         let now = self.clock.now();
         inner.publish(now);
         true
@@ -303,8 +303,8 @@ impl Actuator {
     /// Applies the controls and expires a stale command.
     /// Adds the actuator's command to the digest.
     pub fn expire(&self, now: u64, digest: Option<&mut Digest>) {
-        let Some(mut inner) = self.free() else { return };
-        let at = self.at(now);
+        let Some(mut inner) = self.try_lock() else { return };
+        let at = self.decision_time(now);
         inner.follow_controls(self.commanders.len() as u32 + 1, at);
         inner.publish(at);
         if let Some(digest) = digest {
@@ -353,15 +353,16 @@ impl Actuator {
         inner.gate.thaw(&frozen.gate, rearm);
         (inner.index, inner.fresh) = (frozen.index, frozen.fresh);
         inner.written.0 = None;
-        inner.last_state = frozen.shown.as_ref().filter(|shown| shown.0.len() == size_of::<GateState>()).map(
-            // SAFETY: the length was checked, every bit pattern of an interface is valid, and no alignment is needed.
-            |shown| unsafe { shown.0.as_ptr().cast::<GateState>().read_unaligned() },
-        );
+        inner.last_state =
+            frozen.shown.as_ref().filter(|published| published.0.len() == size_of::<GateState>()).map(
+                // SAFETY: the length was checked, every bit pattern of an interface is valid, and no alignment is needed.
+                |published| unsafe { published.0.as_ptr().cast::<GateState>().read_unaligned() },
+            );
         if !rearm {
             // What the actuator got is no longer what holds.
             inner.publish(now);
         }
-        self.show_stop(inner);
+        self.publish_stop(inner);
         Ok(())
     }
 
@@ -382,13 +383,13 @@ impl Actuator {
         let mut inner = self.locked();
         inner.gate.stop(reason);
         inner.publish(now);
-        self.show_stop(inner);
+        self.publish_stop(inner);
     }
 
     /// Returns the reason of the stop, if stopped.
     /// The gate is not entered, so that the query delays no command.
     pub fn stop_reason(&self) -> Option<String> {
-        let own = self.shown_stop().reason.clone();
+        let own = self.published_stop().reason.clone();
         own.or_else(|| self.stop_latch.reason())
     }
 
@@ -396,22 +397,22 @@ impl Actuator {
     pub fn reset(&self) {
         let mut inner = self.locked();
         inner.gate.reset();
-        self.show_stop(inner);
+        self.publish_stop(inner);
     }
 
     /// Unlocks the gate, then publishes its stop.
     /// In this order, as a reader of the stop may be suspended while it holds the stop's lock.
-    fn show_stop(&self, mut inner: MutexGuard<'_, CommandedState>) {
+    fn publish_stop(&self, mut inner: MutexGuard<'_, CommandedState>) {
         inner.stop_revision += 1;
         let (revision, reason) = (inner.stop_revision, inner.gate.own_stop().map(str::to_owned));
         drop(inner);
-        let mut shown = self.shown_stop();
-        if shown.revision < revision {
-            *shown = ShownStop { reason, revision };
+        let mut published = self.published_stop();
+        if published.revision < revision {
+            *published = PublishedStop { reason, revision };
         }
     }
 
-    fn shown_stop(&self) -> MutexGuard<'_, ShownStop> {
+    fn published_stop(&self) -> MutexGuard<'_, PublishedStop> {
         self.stop.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -426,8 +427,8 @@ impl CommandedState {
         if until != 0 && monotonic() < until {
             let verdict = self.gate.offer(commander, Priority::Teleoperation, command.bytes(), now);
             self.fresh |= matches!(verdict, Verdict::Passed | Verdict::Limited);
-            self.steered = true;
-        } else if std::mem::take(&mut self.steered) {
+            self.is_teleoperated = true;
+        } else if std::mem::take(&mut self.is_teleoperated) {
             self.gate.withdraw(commander, now);
         }
     }
@@ -450,7 +451,7 @@ impl CommandedState {
             self.last_state = Some(state);
         }
         self.expires.store(self.gate.expires().unwrap_or(u64::MAX), Ordering::Release);
-        // Whoever drives the actuator also learns that nothing commands it any more.
+        // The driver of the actuator is also notified when no command holds any more.
         if std::mem::take(&mut self.fresh) || has_ended {
             self.wakes.iter().for_each(|wake| wake.notify(1));
         }

@@ -5,7 +5,7 @@
 ///
 /// It is Linux's `SCHED_BATCH`, also where the agent was started in real time. Where the system refuses or knows no such thing, the
 /// thread stays as it is.
-pub fn give_way() {
+pub fn set_batch_scheduling() {
     #[cfg(target_os = "linux")]
     {
         let parameters = libc::sched_param { sched_priority: 0 };
@@ -19,7 +19,7 @@ pub fn give_way() {
 ///
 /// It is the lowest real-time priority where the system allows one, else a short time slice, which Linux 6.12 and later
 /// takes as a wish to run soon. A thread that has a priority of its own already keeps it.
-pub fn take_precedence() {
+pub fn raise_priority() {
     #[cfg(target_os = "linux")]
     {
         // SAFETY: it takes no pointer, and 0 is this thread.
@@ -32,7 +32,7 @@ pub fn take_precedence() {
         };
         let short_slice = |attributes: &mut libc::sched_attr| {
             attributes.sched_policy = libc::SCHED_OTHER as u32;
-            attributes.sched_runtime = SHORT_SLICE;
+            attributes.sched_runtime = SHORTEST_TIME_SLICE;
         };
         let _ = set_scheduling(real_time) || set_scheduling(short_slice);
     }
@@ -40,7 +40,7 @@ pub fn take_precedence() {
 
 /// Shortest time slice of Linux, ns.
 #[cfg(target_os = "linux")]
-const SHORT_SLICE: u64 = 100_000;
+const SHORTEST_TIME_SLICE: u64 = 100_000;
 
 /// Sets the scheduling of this thread, but not of those that it starts.
 /// False if the system refuses.
@@ -56,7 +56,7 @@ fn set_scheduling(choose: impl FnOnce(&mut libc::sched_attr)) -> bool {
 }
 
 /// Longest thread name that Linux shows, bytes.
-const SHOWN: usize = 15;
+const NAME_LENGTH_LIMIT: usize = 15;
 
 /// Returns the name of a module's thread, at most 15 bytes.
 /// A longer name is reduced to the ends of its scope and of its own name, as names of one robot differ there.
@@ -69,13 +69,14 @@ pub fn thread_name(module: &str) -> String {
         text[start..].to_owned()
     };
     match module.rsplit_once('/') {
-        _ if module.len() <= SHOWN => module.into(),
+        _ if module.len() <= NAME_LENGTH_LIMIT => module.into(),
         Some((scope, name)) => {
-            let scope = tail(scope, (SHOWN - 1).saturating_sub(name.len()).max(SHOWN / 3));
-            let rest = SHOWN - 1 - scope.len();
-            format!("{scope}/{}", tail(name, rest))
+            let scope =
+                tail(scope, (NAME_LENGTH_LIMIT - 1).saturating_sub(name.len()).max(NAME_LENGTH_LIMIT / 3));
+            let length = NAME_LENGTH_LIMIT - 1 - scope.len();
+            format!("{scope}/{}", tail(name, length))
         }
-        None => tail(module, SHOWN),
+        None => tail(module, NAME_LENGTH_LIMIT),
     }
 }
 
@@ -91,7 +92,7 @@ mod tests {
         let policy = || unsafe { libc::sched_getscheduler(0) };
         let before = policy();
         let after = std::thread::spawn(move || {
-            give_way();
+            set_batch_scheduling();
             policy()
         });
         assert_eq!(after.join().unwrap(), libc::SCHED_BATCH);
@@ -106,7 +107,7 @@ mod tests {
         let policy = || unsafe { libc::sched_getscheduler(0) } & !RESET_ON_FORK;
         let before = policy();
         let (own, child) = std::thread::spawn(move || {
-            take_precedence();
+            raise_priority();
             (policy(), std::thread::spawn(policy).join().unwrap())
         })
         .join()

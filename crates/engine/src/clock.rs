@@ -133,7 +133,7 @@ impl Clock {
     /// On the system's clock that is the agent's time.
     #[inline]
     pub fn at(&self, monotonic: u64) -> u64 {
-        // Whoever looks while an agent goes on from a snapshot gets a time before it, or of it.
+        // A reader gets a time before or at the snapshot while the agent resumes from it.
         (monotonic as i64).saturating_sub(self.start.load(Ordering::Relaxed)).max(0) as u64
     }
 
@@ -158,8 +158,8 @@ impl Clock {
             return self.date + Duration::from_nanos(time);
         }
         let (now, date) = (self.now(), (self.calendar)());
-        let ago = Duration::from_nanos(now.saturating_sub(time));
-        date.checked_sub(ago).unwrap_or(date) + Duration::from_nanos(time.saturating_sub(now))
+        let age = Duration::from_nanos(now.saturating_sub(time));
+        date.checked_sub(age).unwrap_or(date) + Duration::from_nanos(time.saturating_sub(now))
     }
 }
 

@@ -6,7 +6,7 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// Size of the buffer of values that are hashed together, bytes.
 /// A call of the hash costs more than a small value.
-const TOGETHER: usize = 16 * 1024;
+const BUFFER_SIZE: usize = 16 * 1024;
 
 /// Fingerprint of all values that modules wrote; equal runs have equal digests.
 ///
@@ -22,7 +22,7 @@ pub struct Digest {
 impl Default for Digest {
     /// Returns the digest of no values.
     fn default() -> Self {
-        Self { chain: 0, waiting: Vec::with_capacity(TOGETHER) }
+        Self { chain: 0, waiting: Vec::with_capacity(BUFFER_SIZE) }
     }
 }
 
@@ -32,23 +32,23 @@ impl Digest {
     pub fn add(&mut self, property: u32, value: &[u8]) {
         // The most frequent size, for which a copy needs no call.
         if let Ok(value) = <[u8; 8]>::try_from(value)
-            && self.waiting.len() + 12 <= TOGETHER
+            && self.waiting.len() + 12 <= BUFFER_SIZE
         {
-            let mut both = [0; 12];
-            both[..4].copy_from_slice(&property.to_le_bytes());
-            both[4..].copy_from_slice(&value);
-            self.waiting.extend_from_slice(&both);
+            let mut entry = [0; 12];
+            entry[..4].copy_from_slice(&property.to_le_bytes());
+            entry[4..].copy_from_slice(&value);
+            self.waiting.extend_from_slice(&entry);
         } else {
             self.add_any(property, value);
         }
     }
 
     fn add_any(&mut self, property: u32, value: &[u8]) {
-        if self.waiting.len() + 4 + value.len() > TOGETHER {
+        if self.waiting.len() + 4 + value.len() > BUFFER_SIZE {
             self.chain = self.value();
             self.waiting.clear();
         }
-        if 4 + value.len() > TOGETHER {
+        if 4 + value.len() > BUFFER_SIZE {
             let seed = xxh3_64_with_seed(&property.to_le_bytes(), self.chain);
             self.chain = xxh3_64_with_seed(value, seed);
             return;
@@ -64,7 +64,7 @@ impl Digest {
 
     /// Returns the continuation of a kept digest, with room for further values.
     pub fn resumed(mut self) -> Self {
-        self.waiting.reserve_exact(TOGETHER.saturating_sub(self.waiting.len()));
+        self.waiting.reserve_exact(BUFFER_SIZE.saturating_sub(self.waiting.len()));
         self
     }
 }

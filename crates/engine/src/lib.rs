@@ -3,7 +3,7 @@
 //!
 //! It knows no file of a configuration or of a snapshot, and no agent: an agent makes [runners](runner) from a
 //! composition, passes them to the [main loop](main_loop), and is called through narrow traits, such as
-//! [`AskedChanges`](main_loop::AskedChanges) and [`Playback`].
+//! [`RequestedChanges`](main_loop::RequestedChanges) and [`Playback`].
 #![allow(unsafe_code, reason = "modules run behind a table of calls, over memory of the host")]
 
 pub mod actuators;
@@ -23,6 +23,6 @@ pub mod service;
 pub mod synchronization;
 pub mod timing;
 
-pub use background::{give_way, thread_name};
+pub use background::{set_batch_scheduling, thread_name};
 pub use frozen::{Bytes, FrozenActuator, FrozenMailbox, FrozenProperty};
 pub use playback::Playback;

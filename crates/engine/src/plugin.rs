@@ -60,7 +60,7 @@ pub fn load_for(
     let plugin = if outside {
         let copy = library.copy().to_owned();
         let library: Arc<dyn Any + Send + Sync> = Arc::new(library);
-        let kinds = isolation::kinds_outside(program, &copy, &library);
+        let kinds = isolation::external_kinds(program, &copy, &library);
         let kinds = kinds.map_err(|refusal| {
             refuse(format!("can't be opened by another process: {refusal}"), "see why it ends")
         })?;

@@ -30,7 +30,7 @@ pub trait HostService: Send {
 
     /// Releases the module's claims on the robot while it is off or late.
     /// Its tick may hang in a call of the service meanwhile.
-    fn rest(&self, _: u64) {}
+    fn release(&self, _: u64) {}
 
     /// Ends the module's instance; after a panic another one follows.
     fn end(&mut self) {}
@@ -38,24 +38,24 @@ pub trait HostService: Send {
 
 /// Slot of a service; empty while it is not provided.
 #[derive(Debug, Default)]
-pub struct ServicePlace {
+pub struct ServiceSlot {
     /// Number of changes, so that a tick detects with one load that there was none.
     version: AtomicU64,
-    current: Mutex<Current>,
+    current: Mutex<ServiceState>,
     /// Wakes the threads of those that need it.
     wakes: Mutex<Vec<Arc<Wake>>>,
 }
 
 #[derive(Debug, Default)]
-struct Current {
-    service: Option<Arc<Provided>>,
+struct ServiceState {
+    service: Option<Arc<ProvidedService>>,
     /// True while the service is withheld.
     is_suspended: bool,
 }
 
 /// Provided service.
 #[derive(Debug)]
-struct Provided {
+struct ProvidedService {
     table: AlignedMemory,
     owner: *mut (),
     end: unsafe extern "C" fn(*mut ()),
@@ -66,19 +66,19 @@ struct Provided {
 
 // SAFETY: the owner is `Send`, as the provider's port demands; the table may be used from any thread, as its service
 // promises.
-unsafe impl Send for Provided {}
+unsafe impl Send for ProvidedService {}
 // SAFETY: as above.
-unsafe impl Sync for Provided {}
+unsafe impl Sync for ProvidedService {}
 
-impl Drop for Provided {
+impl Drop for ProvidedService {
     fn drop(&mut self) {
         // SAFETY: the call belongs to this owner and is made once, while the library is kept.
         unsafe { (self.end)(self.owner) }
     }
 }
 
-impl ServicePlace {
-    fn set(&self, service: Option<Arc<Provided>>) {
+impl ServiceSlot {
+    fn set(&self, service: Option<Arc<ProvidedService>>) {
         // The code of another library may run when the old one is dropped, which must not happen under the lock.
         drop(self.change(|current| std::mem::replace(&mut current.service, service)));
     }
@@ -89,7 +89,7 @@ impl ServicePlace {
         self.change(|current| current.is_suspended = is_suspended);
     }
 
-    fn change<R>(&self, change: impl FnOnce(&mut Current) -> R) -> R {
+    fn change<R>(&self, change: impl FnOnce(&mut ServiceState) -> R) -> R {
         let mut current = self.current();
         let result = change(&mut current);
         self.version.fetch_add(1, Ordering::Release);
@@ -98,7 +98,7 @@ impl ServicePlace {
         result
     }
 
-    fn current(&self) -> MutexGuard<'_, Current> {
+    fn current(&self) -> MutexGuard<'_, ServiceState> {
         self.current.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -124,34 +124,34 @@ pub struct AspectPort {
     pub slot: usize,
     /// Name.
     pub name: PortName,
-    place: Arc<ServicePlace>,
-    seen: u64,
-    held: Option<Arc<Provided>>,
+    service_slot: Arc<ServiceSlot>,
+    last_version: u64,
+    in_use: Option<Arc<ProvidedService>>,
 }
 
 impl AspectPort {
-    /// Returns a port that finds the service in `place`; changes wake its thread.
-    pub fn new(slot: usize, name: &str, place: Arc<ServicePlace>, wake: &Arc<Wake>) -> Self {
-        let mut wakes = place.wakes();
+    /// Returns a port that uses the service in this slot; changes wake its thread.
+    pub fn new(slot: usize, name: &str, service_slot: Arc<ServiceSlot>, wake: &Arc<Wake>) -> Self {
+        let mut wakes = service_slot.wakes();
         if !wakes.iter().any(|other| Arc::ptr_eq(other, wake)) {
             wakes.push(Arc::clone(wake));
         }
         drop(wakes);
-        Self { slot, name: PortName::new(name), place, seen: 0, held: None }
+        Self { slot, name: PortName::new(name), service_slot, last_version: 0, in_use: None }
     }
 
     /// Returns the table of the service, while it is provided.
     pub fn table(&mut self) -> Option<*const u8> {
-        let version = self.place.version.load(Ordering::Acquire);
-        if version != self.seen {
-            // Who changes it now will be seen before the next tick.
-            if let Ok(current) = self.place.current.try_lock() {
+        let version = self.service_slot.version.load(Ordering::Acquire);
+        if version != self.last_version {
+            // A change in progress is seen before the next tick.
+            if let Ok(current) = self.service_slot.current.try_lock() {
                 let service = if current.is_suspended { &None } else { &current.service };
-                self.held.clone_from(service);
-                self.seen = version;
+                self.in_use.clone_from(service);
+                self.last_version = version;
             }
         }
-        self.held.as_ref().map(|held| held.table.as_ptr())
+        self.in_use.as_ref().map(|in_use| in_use.table.as_ptr())
     }
 }
 
@@ -159,51 +159,51 @@ impl AspectPort {
 pub struct ProviderPort {
     /// Slot in the frame.
     pub slot: usize,
-    inner: Box<ProviderState>,
+    state: Box<ProviderState>,
 }
 
 struct ProviderState {
     table: ProviderTable,
-    place: Arc<ServicePlace>,
+    service_slot: Arc<ServiceSlot>,
     kind: ModuleKind,
 }
 
 impl ProviderPort {
-    /// Returns a port through which the module provides the service in `place`.
-    pub fn new(slot: usize, place: Arc<ServicePlace>, kind: ModuleKind) -> Self {
+    /// Returns a port through which the module provides the service in `service_slot`.
+    pub fn new(slot: usize, service_slot: Arc<ServiceSlot>, kind: ModuleKind) -> Self {
         // What a module has left that never returned is not called any more, and its code may be in it for ever.
-        std::mem::forget(place.change(std::mem::take).service);
+        std::mem::forget(service_slot.change(std::mem::take).service);
         let table = ProviderTable { context: std::ptr::null_mut(), provide, withdraw };
-        let mut inner = Box::new(ProviderState { table, place, kind });
-        inner.table.context = (&raw mut *inner).cast();
-        Self { slot, inner }
+        let mut state = Box::new(ProviderState { table, service_slot, kind });
+        state.table.context = (&raw mut *state).cast();
+        Self { slot, state }
     }
 
     /// Returns the table to which the module's port points.
     pub fn table(&self) -> *const ProviderTable {
-        &raw const self.inner.table
+        &raw const self.state.table
     }
 
     /// Returns true while the service is provided.
     pub fn is_provided(&self) -> bool {
-        self.inner.place.is_provided()
+        self.state.service_slot.is_provided()
     }
 
     /// Withholds the service from its users while the module is late, or restores it.
     pub fn suspend(&self, is_suspended: bool) {
-        self.inner.place.suspend(is_suspended);
+        self.state.service_slot.suspend(is_suspended);
     }
 
     /// Ends the service of an instance that has ended; `kind` comes next.
     pub fn withdraw(&mut self, kind: &ModuleKind) {
-        self.inner.place.withdraw();
-        self.inner.kind = kind.clone();
+        self.state.service_slot.withdraw();
+        self.state.kind = kind.clone();
     }
 }
 
 impl Drop for ProviderPort {
     fn drop(&mut self) {
-        self.inner.place.withdraw();
+        self.state.service_slot.withdraw();
     }
 }
 
@@ -215,14 +215,19 @@ unsafe extern "C" fn provide(
     end: unsafe extern "C" fn(*mut ()),
 ) {
     // SAFETY: the context is the `ProviderState` of the port, which lives as long as the module's runner.
-    let inner = unsafe { &*context.cast::<ProviderState>() };
+    let state = unsafe { &*context.cast::<ProviderState>() };
     let mut memory = AlignedMemory::zeroed(size);
     // SAFETY: the module passes a table of that size.
     unsafe { memory.as_mut_ptr().copy_from_nonoverlapping(table, size) };
-    inner.place.set(Some(Arc::new(Provided { table: memory, owner, end, kind: inner.kind.clone() })));
+    state.service_slot.set(Some(Arc::new(ProvidedService {
+        table: memory,
+        owner,
+        end,
+        kind: state.kind.clone(),
+    })));
 }
 
 unsafe extern "C" fn withdraw(context: *mut ()) {
     // SAFETY: as for `provide`.
-    unsafe { &*context.cast::<ProviderState>() }.place.withdraw();
+    unsafe { &*context.cast::<ProviderState>() }.service_slot.withdraw();
 }

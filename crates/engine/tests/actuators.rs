@@ -68,7 +68,7 @@ fn no_command_is_lost_while_a_tool_reads_the_stop_reason() {
         for _ in 0..CYCLES {
             actuator.offer(commander, Priority::Plan, &command, u64::MAX / 2);
         }
-        refused = actuator.look(0).map_or(0, |state| state.refused);
+        refused = actuator.try_state(0).map_or(0, |state| state.refused);
     });
     assert_eq!(refused, CYCLES);
 }

@@ -3,7 +3,7 @@
 
 use std::any::Any;
 
-use crate::instance::Authored;
+use crate::instance::ModuleInstance;
 use crate::panics::{self, discard, placed_message};
 use crate::table::{Bytes, DONE, PANICKED, REFUSED, SetupTable, Sink};
 use crate::{
@@ -13,7 +13,7 @@ use crate::{
 impl ModuleTable {
     /// Returns the calls of a module.
     pub const fn of<M: Module>() -> Self {
-        Self::of_instance::<Authored<M>>(M::NAME, M::DOC)
+        Self::of_instance::<ModuleInstance<M>>(M::NAME, M::DOC)
     }
 
     /// Returns the calls of an instance type.
@@ -106,7 +106,7 @@ unsafe extern "C" fn describe<I: Instance>(setup: *const SetupTable, sink: *cons
     // SAFETY: the host passes a setup and a sink that live during the call.
     unsafe {
         answer(sink, &mut || {
-            panics::remember();
+            panics::record_locations();
             with_setup(setup, &mut |setup| portable::encode_description(&I::describe(setup)?))
         })
     }
@@ -121,7 +121,7 @@ unsafe extern "C" fn create<I: Instance>(
     // SAFETY: the host passes what lives during the call, and a place for the instance.
     unsafe {
         answer(sink, &mut || {
-            panics::remember();
+            panics::record_locations();
             with_setup(setup, &mut |setup| {
                 instance.write(Box::into_raw(Box::new(I::create(setup, params.as_slice())?)).cast());
                 Ok(Vec::new())

@@ -2,7 +2,7 @@ use std::marker::PhantomData;
 
 use slate_blackboard::interface::Interface;
 
-use crate::panics::{catch_aside, discard};
+use crate::panics::{catch_silently, discard};
 use crate::{Description, Module, Outcome, Params, PortCursor, Ports, Refusal, Setup, Tick, decode, encode};
 
 /// Running instance of a module, as the host drives it.
@@ -50,12 +50,12 @@ pub trait Instance: Sized + Send + 'static {
 }
 
 /// Instance of a [`Module`].
-pub(crate) struct Authored<M: Module> {
+pub(crate) struct ModuleInstance<M: Module> {
     state: M::State,
     module: PhantomData<fn() -> M>,
 }
 
-impl<M: Module> Instance for Authored<M> {
+impl<M: Module> Instance for ModuleInstance<M> {
     fn describe(setup: &Setup<'_>) -> Result<Description, Refusal> {
         let spec = M::spec();
         let hardware = match setup.params {
@@ -94,7 +94,7 @@ impl<M: Module> Instance for Authored<M> {
         let state = decode(state).map_err(|error| Refusal(format!("its state does not fit: {error}")))?;
         let old = std::mem::replace(&mut self.state, state);
         // The new state is in place, so a panic of the old one's end is no refusal.
-        let _ = catch_aside(|| drop(old)).map_err(discard);
+        let _ = catch_silently(|| drop(old)).map_err(discard);
         Ok(())
     }
 

@@ -109,7 +109,7 @@ pub use invalid_parameter::InvalidParameter;
 pub use module::{Module, Outcome, Refusal, Spec};
 pub use outline::{ModuleOutline, Outline, PluginOutline};
 pub use parameters::{Parameter, Params};
-pub use plugin::{Maker, ModuleKind, Plugin, read_robot};
+pub use plugin::{InstanceFactory, ModuleKind, Plugin, read_robot};
 pub use port::{
     Command, Debug, Delivery, HasPort, Inbox, Input, Outbox, Output, Port, PortCursor, Ports, Priority,
     Queue, Received, Required, StaleInput,

@@ -49,12 +49,12 @@ impl ModuleOutline {
 }
 
 /// Longest outline, bytes.
-const LIMIT: usize = 64 * 1024;
+const OUTLINE_LIMIT: usize = 64 * 1024;
 
 /// Text of a [`PluginOutline`].
 #[derive(Debug)]
 pub struct Outline {
-    bytes: [u8; LIMIT],
+    bytes: [u8; OUTLINE_LIMIT],
     length: usize,
 }
 
@@ -62,7 +62,7 @@ impl Outline {
     /// Writes the outline as text, with a zero byte at its end.
     /// The zero separates several outlines in one section.
     pub const fn of(plugin: &PluginOutline) -> Self {
-        let mut out = Self { bytes: [0; LIMIT], length: 0 };
+        let mut out = Self { bytes: [0; OUTLINE_LIMIT], length: 0 };
         out.raw("{\"abi\":");
         out.number(ABI as u64);
         out.member("symbol", plugin.symbol);
@@ -201,7 +201,7 @@ impl Outline {
 
     const fn byte(&mut self, byte: u8) {
         assert!(
-            self.length < LIMIT,
+            self.length < OUTLINE_LIMIT,
             "the plugin's outline is too long: shorten the documentation of its modules"
         );
         self.bytes[self.length] = byte;

@@ -12,7 +12,7 @@ use std::sync::Once;
 
 /// Source file and line; a long path is truncated.
 #[derive(Clone, Copy)]
-pub(crate) struct PanicPlace {
+pub(crate) struct PanicLocation {
     text: [u8; 120],
     length: usize,
 }
@@ -20,26 +20,26 @@ pub(crate) struct PanicPlace {
 thread_local! {
     /// Location of this thread's last panic.
     /// It has nothing to drop: a thread's destructors would keep the library of the module open.
-    static LAST: Cell<Option<PanicPlace>> = const { Cell::new(None) };
+    static LAST_LOCATION: Cell<Option<PanicLocation>> = const { Cell::new(None) };
     static IS_CAUGHT: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Installs a panic hook that records locations.
 /// It passes panics that nobody catches here on to the hook before it.
-pub(crate) fn remember() {
+pub(crate) fn record_locations() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let is_full = std::env::var_os("RUST_BACKTRACE").is_some_and(|wanted| wanted == "full");
         let before = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |panic| {
-            let place = panic.location().map(|location| {
-                let mut place = PanicPlace { text: [0; 120], length: 0 };
+            let location = panic.location().map(|source| {
+                let mut location = PanicLocation { text: [0; 120], length: 0 };
                 // What doesn't fit is cut.
-                let _ = write!(place, "{}:{}", location.file(), location.line());
-                place
+                let _ = write!(location, "{}:{}", source.file(), source.line());
+                location
             });
             // A second panic before the first was caught ends the process.
-            let is_first = LAST.replace(place).is_none();
+            let is_first = LAST_LOCATION.replace(location).is_none();
             if is_full || !(is_first && IS_CAUGHT.get()) {
                 before(panic);
             }
@@ -50,18 +50,18 @@ pub(crate) fn remember() {
 /// Runs a call whose panics are caught, for the log.
 #[inline]
 pub(crate) fn catch<R>(call: impl FnOnce() -> R) -> std::thread::Result<R> {
-    run(true, call)
+    run_caught(true, call)
 }
 
 /// Runs a call whose panics are caught and ignored; they are printed as usual.
-pub(crate) fn catch_aside<R>(call: impl FnOnce() -> R) -> std::thread::Result<R> {
-    let result = run(false, call);
-    let _ = take();
+pub(crate) fn catch_silently<R>(call: impl FnOnce() -> R) -> std::thread::Result<R> {
+    let result = run_caught(false, call);
+    let _ = take_location();
     result
 }
 
 #[inline]
-fn run<R>(is_caught: bool, call: impl FnOnce() -> R) -> std::thread::Result<R> {
+fn run_caught<R>(is_caught: bool, call: impl FnOnce() -> R) -> std::thread::Result<R> {
     let before = IS_CAUGHT.replace(is_caught);
     let result = catch_unwind(AssertUnwindSafe(call));
     IS_CAUGHT.set(before);
@@ -69,20 +69,20 @@ fn run<R>(is_caught: bool, call: impl FnOnce() -> R) -> std::thread::Result<R> {
 }
 
 /// Takes the location of this thread's last panic.
-pub(crate) fn take() -> Option<PanicPlace> {
-    LAST.take()
+pub(crate) fn take_location() -> Option<PanicLocation> {
+    LAST_LOCATION.take()
 }
 
 /// Drops the payload of a panic, which may itself panic.
 pub(crate) fn discard(payload: Box<dyn Any + Send>) {
-    let _ = catch_aside(move || drop(payload));
+    let _ = catch_silently(move || drop(payload));
 }
 
 /// Returns the message of a panic that was just caught, with its location.
 pub(crate) fn placed_message(payload: &(dyn Any + Send)) -> String {
     let message = panic_message(payload);
-    match take() {
-        Some(place) => format!("{message} (at {place})"),
+    match take_location() {
+        Some(location) => format!("{message} (at {location})"),
         None => message,
     }
 }
@@ -95,7 +95,7 @@ pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {
     format!("panicked: {}", text.unwrap_or("without a message"))
 }
 
-impl Write for PanicPlace {
+impl Write for PanicLocation {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         let room = &mut self.text[self.length..];
         let length = text.floor_char_boundary(room.len());
@@ -105,7 +105,7 @@ impl Write for PanicPlace {
     }
 }
 
-impl fmt::Display for PanicPlace {
+impl fmt::Display for PanicLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(std::str::from_utf8(&self.text[..self.length]).unwrap_or_default())
     }

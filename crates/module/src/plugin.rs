@@ -16,12 +16,12 @@ pub struct ModuleKind {
     table: ModuleTable,
     /// Handle that keeps the library open while its code may be called.
     library: Option<Arc<dyn Any + Send + Sync>>,
-    maker: Option<Arc<dyn Maker>>,
+    factory: Option<Arc<dyn InstanceFactory>>,
 }
 
 /// Maker of instances, in place of the calls of a table.
 /// For instances in other processes, of which the calls of the table know nothing.
-pub trait Maker: Send + Sync {
+pub trait InstanceFactory: Send + Sync {
     /// Describes ports, parameters and trigger under a setup.
     /// In the format of [`ModuleKind::describe_portable`].
     ///
@@ -68,23 +68,23 @@ impl ModuleKind {
             section: text(table.section),
             table,
             library,
-            maker: None,
+            factory: None,
         }
     }
 
-    /// Returns a kind whose instances `maker` makes.
+    /// Returns a kind whose instances `factory` makes.
     /// The other calls are those of the table; its texts don't count. `library` is kept.
     ///
     /// # Safety
-    /// The calls keep the contract of [`ModuleTable`] with what `maker` makes.
-    pub unsafe fn made_by(
-        maker: Arc<dyn Maker>,
+    /// The calls keep the contract of [`ModuleTable`] with what `factory` makes.
+    pub unsafe fn with_factory(
+        factory: Arc<dyn InstanceFactory>,
         table: ModuleTable,
         (name, doc, section): (&str, &str, &str),
         library: Option<Arc<dyn Any + Send + Sync>>,
     ) -> Self {
         let (name, doc, section) = (name.into(), doc.into(), section.into());
-        Self { name, doc, section, table, library, maker: Some(maker) }
+        Self { name, doc, section, table, library, factory: Some(factory) }
     }
 
     /// Returns the name by which configuration finds it.
@@ -115,10 +115,10 @@ impl ModuleKind {
     /// Returns true if `other` is the same code, loaded at the same time.
     pub fn is(&self, other: &Self) -> bool {
         let library = |kind: &Self| kind.library.as_ref().map(|library| Arc::as_ptr(library).cast::<()>());
-        let maker = |kind: &Self| kind.maker.as_ref().map(|maker| Arc::as_ptr(maker).cast::<()>());
+        let factory = |kind: &Self| kind.factory.as_ref().map(|factory| Arc::as_ptr(factory).cast::<()>());
         std::ptr::fn_addr_eq(self.table.tick, other.table.tick)
             && library(self) == library(other)
-            && maker(self) == maker(other)
+            && factory(self) == factory(other)
     }
 
     /// Ports, parameters and trigger under a setup.
@@ -134,8 +134,8 @@ impl ModuleKind {
     /// # Errors
     /// The module's refusal.
     pub fn describe_portable(&self, setup: &Setup<'_>) -> Result<Vec<u8>, Refusal> {
-        if let Some(maker) = &self.maker {
-            return maker.describe(setup);
+        if let Some(factory) = &self.factory {
+            return factory.describe(setup);
         }
         let section = section_bytes(setup)?;
         let table = setup_table(setup, &section);
@@ -148,8 +148,8 @@ impl ModuleKind {
     /// # Errors
     /// The module's refusal.
     pub fn create(&self, setup: &Setup<'_>, params: &[u8]) -> Result<*mut (), Refusal> {
-        if let Some(maker) = &self.maker {
-            return maker.create(setup, params);
+        if let Some(factory) = &self.factory {
+            return factory.create(setup, params);
         }
         let section = section_bytes(setup)?;
         let table = setup_table(setup, &section);

@@ -151,7 +151,7 @@ pub fn encode_interface(descriptor: &Descriptor) -> Result<Vec<u8>, Refusal> {
 /// # Errors
 /// When it can't be read, or can't be laid out as it says.
 pub fn decode_interface(bytes: &[u8]) -> Result<&'static Descriptor, Refusal> {
-    interned(&decode(bytes)?)
+    intern(&decode(bytes)?)
 }
 
 /// Decodes a description from CBOR or JSON.
@@ -230,10 +230,10 @@ impl TryFrom<PortableDescription> for Description {
             fields: Vec::new(),
             hash: None,
         };
-        let params = interned(&portable.params.unwrap_or_else(nothing))?;
+        let params = intern(&portable.params.unwrap_or_else(nothing))?;
         for (i, port) in portable.ports.iter().enumerate() {
             if !port.name.split('/').all(is_name) {
-                return Err(format!("`{}` can't name a port: {NAMES}", port.name).into());
+                return Err(format!("`{}` can't name a port: {NAME_RULE}", port.name).into());
             }
             if portable.ports[..i].iter().any(|other| other.name == port.name) {
                 return Err(format!("it has two ports `{}`", port.name).into());
@@ -274,13 +274,13 @@ fn is_name(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-')
 }
 
-const NAMES: &str = "a name is letters, digits, `_` and `-`";
+const NAME_RULE: &str = "a name is letters, digits, `_` and `-`";
 
 /// More than any module can mean.
-const LARGEST_WINDOW: usize = 4096;
+const WINDOW_LIMIT: usize = 4096;
 
 fn port(port: PortablePort) -> Result<PortDescription, Refusal> {
-    let descriptor = interned(&port.interface)?;
+    let descriptor = intern(&port.interface)?;
     if port.safe.as_ref().is_some_and(|safe| safe.len() != descriptor.size) {
         return Err(format!("the safe value of `{}` is not {} bytes long", port.name, descriptor.size).into());
     }
@@ -293,8 +293,8 @@ fn port(port: PortablePort) -> Result<PortDescription, Refusal> {
         .into());
     }
     let window = port.window.unwrap_or(16);
-    if !(1..=LARGEST_WINDOW).contains(&window) {
-        return Err(format!("the window of `{}` is {window}, not 1 to {LARGEST_WINDOW}", port.name).into());
+    if !(1..=WINDOW_LIMIT).contains(&window) {
+        return Err(format!("the window of `{}` is {window}, not 1 to {WINDOW_LIMIT}", port.name).into());
     }
     let usual = if descriptor.tail().is_some() { 1024 } else { 0 };
     Ok(PortDescription {
@@ -315,7 +315,7 @@ fn port(port: PortablePort) -> Result<PortDescription, Refusal> {
 /// They are never freed, as values and readers refer to them.
 static INTERNED: Mutex<BTreeMap<PortableInterface, &'static Descriptor>> = Mutex::new(BTreeMap::new());
 
-fn interned(interface: &PortableInterface) -> Result<&'static Descriptor, Refusal> {
+fn intern(interface: &PortableInterface) -> Result<&'static Descriptor, Refusal> {
     if let Some(known) = INTERNED.lock().unwrap_or_else(PoisonError::into_inner).get(interface) {
         return Ok(known);
     }
@@ -324,7 +324,7 @@ fn interned(interface: &PortableInterface) -> Result<&'static Descriptor, Refusa
     Ok(all.entry(interface.clone()).or_insert(made))
 }
 
-fn leaked(text: &str) -> &'static str {
+fn leak(text: &str) -> &'static str {
     if text.is_empty() { "" } else { Box::leak(text.into()) }
 }
 
@@ -338,7 +338,7 @@ fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
         let wrong = |reason: &str| Refusal(format!("field `{}` of {name}: {reason}", field.name));
         let kind = kind(&field.kind)?;
         if !is_name(&field.name) {
-            return Err(wrong(NAMES));
+            return Err(wrong(NAME_RULE));
         }
         if interface.fields[..i].iter().any(|other| other.name == field.name) {
             return Err(wrong("there are two of that name"));
@@ -350,15 +350,15 @@ fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
         // No size is near the end of the numbers.
         size = size.next_multiple_of(if matches!(kind, Kind::Tail(_)) { align } else { kind.align() });
         let own = Field {
-            name: leaked(&field.name),
-            doc: leaked(&field.doc),
-            unit: leaked(&field.unit),
+            name: leak(&field.name),
+            doc: leak(&field.doc),
+            unit: leak(&field.unit),
             offset: size,
             kind,
         };
         size = size
             .checked_add(kind.size())
-            .filter(|size| *size <= LARGEST)
+            .filter(|size| *size <= SIZE_LIMIT)
             .ok_or_else(|| wrong("too large"))?;
         fields.push(own);
     }
@@ -372,12 +372,12 @@ fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
         )
         .into());
     }
-    let (doc, ros) = (leaked(&interface.doc), leaked(&interface.ros));
-    Ok(Descriptor { name: leaked(name), doc, ros, fields, size, align, hash })
+    let (doc, ros) = (leak(&interface.doc), leak(&interface.ros));
+    Ok(Descriptor { name: leak(name), doc, ros, fields, size, align, hash })
 }
 
 /// Maximum size of a value, bytes; a big payload is a tail.
-const LARGEST: usize = 1 << 28;
+const SIZE_LIMIT: usize = 1 << 28;
 
 fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {
     let item = |kind_of: &PortableKind| -> Result<&'static Kind, Refusal> {
@@ -393,7 +393,7 @@ fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {
     };
     let counted = |kind: Kind, item: &Kind, count: usize| {
         // The size of what does not fit is no number.
-        let fits = item.size().checked_mul(count).is_some_and(|size| size <= LARGEST);
+        let fits = item.size().checked_mul(count).is_some_and(|size| size <= SIZE_LIMIT);
         if fits && kind.size().is_multiple_of(kind.align()) {
             Ok(kind)
         } else {
@@ -409,13 +409,13 @@ fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {
             };
             let constants = constants
                 .iter()
-                .map(|(name, value, doc)| Constant { name: leaked(name), value: *value, doc: leaked(doc) })
+                .map(|(name, value, doc)| Constant { name: leak(name), value: *value, doc: leak(doc) })
                 .collect::<Vec<_>>();
             let constants = Box::leak(constants.into_boxed_slice());
-            Kind::Enumeration(Box::leak(Box::new(Enumeration { name: leaked(name), carrier, constants })))
+            Kind::Enumeration(Box::leak(Box::new(Enumeration { name: leak(name), carrier, constants })))
         }
         PortableKind::Text(capacity) => {
-            if !capacity.is_multiple_of(4) || *capacity > LARGEST {
+            if !capacity.is_multiple_of(4) || *capacity > SIZE_LIMIT {
                 return Err("the capacity of a text is a multiple of 4 bytes".into());
             }
             Kind::Text(*capacity)
@@ -433,7 +433,7 @@ fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {
             counted(Kind::Sequence(of, *capacity), of, *capacity)?
         }
         PortableKind::Nested(interface) => {
-            let nested = interned(interface)?;
+            let nested = intern(interface)?;
             if nested.tail().is_some() {
                 return Err(format!("{} has a tail, so it can't be inside another type", nested.name).into());
             }

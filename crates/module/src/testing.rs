@@ -1,7 +1,7 @@
 //! Ticks a module without an agent and without a thread.
 
 mod services;
-mod ticked;
+mod tick_result;
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -9,17 +9,17 @@ use std::collections::BTreeMap;
 use slate_blackboard::Stamp;
 use slate_blackboard::interface::{Interface, View};
 
-use crate::instance::Authored;
+use crate::instance::ModuleInstance;
 use crate::{
     Delivery, Description, Direction, Entry, Flags, Frame, Host, Instance, Module, PortCursor, PortSlot,
     Random, Refusal, Setup, Tick,
 };
 use services::Provision;
-pub use ticked::Ticked;
+pub use tick_result::TickResult;
 
 /// Test fixture of a module with its ports: set inputs, tick, read outputs.
 pub struct Fixture<M: Module> {
-    instance: Authored<M>,
+    instance: ModuleInstance<M>,
     description: Description,
     memory: Vec<FixtureMemory>,
     params: M::Params,
@@ -41,9 +41,9 @@ struct FixtureMemory {
     priority: u32,
     messages: Vec<Vec<u128>>,
     /// Aspect: whether the test has provided it.
-    served: bool,
+    is_provided: bool,
     /// Provider: its provided service.
-    provision: Option<Box<Provision>>,
+    provider: Option<Box<Provision>>,
     /// Outbox: how messages fared, by their numbers.
     deliveries: BTreeMap<u64, Delivery>,
 }
@@ -69,7 +69,7 @@ impl<M: Module> Fixture<M> {
     /// The module's refusal.
     pub fn with(mut params: M::Params) -> Result<Self, Refusal> {
         let setup = Setup { name: M::NAME, seed: 0, period: 20_000_000, section: None, params: None };
-        let description = Authored::<M>::describe(&setup)?;
+        let description = ModuleInstance::<M>::describe(&setup)?;
         let memory = description
             .ports
             .iter()
@@ -85,14 +85,14 @@ impl<M: Module> Fixture<M> {
                     set: false,
                     priority: 0,
                     messages: Vec::new(),
-                    served: false,
-                    provision: (port.direction == Direction::Provider).then(Provision::new),
+                    is_provided: false,
+                    provider: (port.direction == Direction::Provider).then(Provision::new),
                     deliveries: BTreeMap::new(),
                 }
             })
             .collect();
         let random = Cell::new(Random::new(0, setup.name));
-        let instance = Authored::<M>::create(&setup, View::of(&mut params).bytes())?;
+        let instance = ModuleInstance::<M>::create(&setup, View::of(&mut params).bytes())?;
         Ok(Self { instance, description, memory, params, now: 0, last: 0, number: 0, random })
     }
 
@@ -103,7 +103,7 @@ impl<M: Module> Fixture<M> {
         found.unwrap_or_else(|| missing(port, &names()))
     }
 
-    fn checked<T: Interface + ?Sized>(&self, port: &str) -> usize {
+    fn typed_index<T: Interface + ?Sized>(&self, port: &str) -> usize {
         let index = self.index(port);
         let expected = self.description.ports[index].descriptor;
         assert_eq!(
@@ -121,7 +121,7 @@ impl<M: Module> Fixture<M> {
     /// # Panics
     /// When the module has no such port or it carries another interface.
     pub fn set<T: Interface + Copy>(&mut self, port: &str, value: T) {
-        let index = self.checked::<T>(port);
+        let index = self.typed_index::<T>(port);
         let now = self.now;
         let memory = &mut self.memory[index];
         // SAFETY: the memory was made for this interface.
@@ -137,7 +137,7 @@ impl<M: Module> Fixture<M> {
     /// # Panics
     /// As [`set`](Fixture::set).
     pub fn write<T: Interface + ?Sized>(&mut self, port: &str, items: usize, write: impl FnOnce(&mut T)) {
-        let index = self.checked::<T>(port);
+        let index = self.typed_index::<T>(port);
         let now = self.now;
         let memory = &mut self.memory[index];
         let bytes = T::DESCRIPTOR.shape(items).bytes(items);
@@ -156,7 +156,7 @@ impl<M: Module> Fixture<M> {
     /// # Panics
     /// As [`set`](Fixture::set).
     pub fn push<T: Interface + Copy>(&mut self, port: &str, value: T) {
-        let index = self.checked::<T>(port);
+        let index = self.typed_index::<T>(port);
         let mut words = vec![0_u128; size_of::<T>().div_ceil(16).max(1)];
         // SAFETY: the memory was made for this interface.
         unsafe { words.as_mut_ptr().cast::<T>().write(value) };
@@ -210,13 +210,13 @@ impl<M: Module> Fixture<M> {
     ///
     /// # Panics
     /// When a service that the module needs was not [provided](Fixture::provide).
-    pub fn tick(&mut self) -> Ticked {
+    pub fn tick(&mut self) -> TickResult {
         self.check_services();
         self.memory.iter_mut().for_each(|memory| memory.set = false);
         let ports = self.description.ports.iter().zip(&self.memory);
         let mut missing = ports.filter(|(port, memory)| port.required && memory.sequence == 0);
         if let Some((port, _)) = missing.next() {
-            return Ticked::Waiting(port.name.clone());
+            return TickResult::Waiting(port.name.clone());
         }
         self.number += 1;
         let mut entries: Vec<Vec<Entry>> = Vec::new();
@@ -284,7 +284,7 @@ impl<M: Module> Fixture<M> {
                 _ => memory.messages.clear(),
             }
         }
-        Ticked::Ran(outcome)
+        TickResult::Ran(outcome)
     }
 
     /// Returns the value of an output in the last tick; `None` if not written.
@@ -292,20 +292,20 @@ impl<M: Module> Fixture<M> {
     /// # Panics
     /// As [`set`](Fixture::set).
     pub fn output<T: Interface + Copy>(&self, port: &str) -> Option<T> {
-        let memory = &self.memory[self.checked::<T>(port)];
+        let memory = &self.memory[self.typed_index::<T>(port)];
         // SAFETY: the memory holds a value of this interface.
         memory.set.then(|| unsafe { memory.words.as_ptr().cast::<T>().read() })
     }
 
-    /// Passes the value of an output in the last tick to `look`; `None` if not written.
+    /// Passes the value of an output in the last tick to `read`; `None` if not written.
     /// For an output whose value has a tail.
     ///
     /// # Panics
     /// As [`set`](Fixture::set).
-    pub fn read<T: Interface + ?Sized, R>(&self, port: &str, look: impl FnOnce(&T) -> R) -> Option<R> {
-        let memory = &self.memory[self.checked::<T>(port)];
+    pub fn read<T: Interface + ?Sized, R>(&self, port: &str, read: impl FnOnce(&T) -> R) -> Option<R> {
+        let memory = &self.memory[self.typed_index::<T>(port)];
         // SAFETY: the memory holds a value of this interface, with that many items.
-        memory.set.then(|| look(unsafe { T::from_raw(memory.words.as_ptr().cast(), memory.items) }))
+        memory.set.then(|| read(unsafe { T::from_raw(memory.words.as_ptr().cast(), memory.items) }))
     }
 
     /// Returns true if the last tick wrote an output.
@@ -327,7 +327,7 @@ impl<M: Module> Fixture<M> {
     /// # Panics
     /// As [`set`](Fixture::set).
     pub fn sent<T: Interface + Copy>(&self, port: &str) -> Vec<T> {
-        let memory = &self.memory[self.checked::<T>(port)];
+        let memory = &self.memory[self.typed_index::<T>(port)];
         // SAFETY: each holds a value of this interface.
         memory.messages.iter().map(|words| unsafe { words.as_ptr().cast::<T>().read() }).collect()
     }
@@ -342,10 +342,10 @@ fn slot(port: &crate::PortDescription, memory: &mut FixtureMemory, entries: &[En
     if memory.stale {
         flags |= Flags::STALE;
     }
-    let data = memory.provision.as_deref_mut().map(Provision::table);
+    let data = memory.provider.as_deref_mut().map(Provision::table);
     let given = match port.direction {
         Direction::Input => flags,
-        Direction::Provider if memory.provision.as_ref().is_some_and(|provision| provision.is_provided()) => {
+        Direction::Provider if memory.provider.as_ref().is_some_and(|provider| provider.is_provided()) => {
             Flags::SET
         }
         _ => 0,

@@ -87,8 +87,8 @@ impl Tick {
         }
         let mut line = LogText::<512>::new();
         line.room = line.bytes.len() - parts.length;
-        // A message that doesn't fit is cut, which is no error to anybody.
-        let _ = Without { line: &mut line, unwanted: &[SEPARATOR] }.write_fmt(message);
+        // A message that doesn't fit is truncated, which is no error.
+        let _ = ControlFilter { line: &mut line, unwanted: &[SEPARATOR] }.write_fmt(message);
         line.room = line.bytes.len();
         // There is room, as the text left it.
         let _ = line.write_str(parts.as_str());
@@ -189,9 +189,9 @@ impl<const N: usize> LogText<N> {
 
     fn field(&mut self, key: &str, value: FieldValue<'_>) -> fmt::Result {
         self.write_char(SEPARATOR)?;
-        Without { line: self, unwanted: &[SEPARATOR, '='] }.write_str(key)?;
+        ControlFilter { line: self, unwanted: &[SEPARATOR, '='] }.write_str(key)?;
         self.write_char('=')?;
-        write!(Without { line: self, unwanted: &[SEPARATOR] }, "{value}")
+        write!(ControlFilter { line: self, unwanted: &[SEPARATOR] }, "{value}")
     }
 }
 
@@ -208,12 +208,12 @@ impl<const N: usize> Write for LogText<N> {
 }
 
 /// Writes `_` in place of characters that have a meaning of their own.
-struct Without<'a, const N: usize> {
+struct ControlFilter<'a, const N: usize> {
     line: &'a mut LogText<N>,
     unwanted: &'static [char],
 }
 
-impl<const N: usize> Write for Without<'_, N> {
+impl<const N: usize> Write for ControlFilter<'_, N> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         for (place, part) in text.split(self.unwanted).enumerate() {
             if place > 0 {

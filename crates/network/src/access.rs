@@ -15,7 +15,7 @@ use crate::settings::NetworkRights;
 use crate::settings::NetworkSettings;
 
 /// Wildcard for any agent, in a key.
-const ANY: &str = "*";
+const ANY_AGENT: &str = "*";
 
 /// Agents and the rights in their configurations.
 type Agents<'a> = [(&'a str, &'a NetworkSettings)];
@@ -35,12 +35,12 @@ pub fn router_access_control(agents: &Agents<'_>) -> Json {
 }
 
 /// Returns the access control of an agent's own session.
-/// It says what others may do with the agent, and that they speak only for themselves.
+/// It limits what others may do with the agent, and lets each speak only for itself.
 pub fn agent_access_control(agent: &str, settings: &NetworkSettings) -> Option<Json> {
     let security = settings.security.as_ref()?;
     let mut access = AccessControl::default();
     for (name, rights) in &security.allow {
-        access.add_agent(name, if rights.router { ANY } else { name }, &[(agent, settings)]);
+        access.add_agent(name, if rights.router { ANY_AGENT } else { name }, &[(agent, settings)]);
     }
     if let Some(rights) = &security.unauthenticated {
         access.add_unauthenticated(agent, rights, settings);
@@ -73,48 +73,48 @@ impl MessageKeys {
 
 impl AccessControl {
     /// Adds the rules for the agent with a certificate of that name.
-    /// It speaks for the agents that match `speaks_for`.
-    fn add_agent(&mut self, name: &str, speaks_for: &str, origins: &Agents<'_>) {
-        let (mut from, mut to) = (MessageKeys::default(), MessageKeys::default());
-        speak(&mut from, speaks_for);
-        to.allow(&["query", "declare_subscriber"], own_keys(speaks_for));
+    /// It speaks for the agents that match `agents`.
+    fn add_agent(&mut self, name: &str, agents: &str, origins: &Agents<'_>) {
+        let (mut ingress, mut egress) = (MessageKeys::default(), MessageKeys::default());
+        allow_own_messages(&mut ingress, agents);
+        egress.allow(&["query", "declare_subscriber"], own_keys(agents));
         for (origin, settings) in origins.iter().filter(|(origin, _)| *origin != name) {
             let Some(rights) = settings.security.as_ref().and_then(|security| security.allow.get(name))
             else {
                 continue;
             };
-            serve(&mut from, &mut to, origin, rights, tree_key_of(origin, speaks_for));
+            allow_serving(&mut ingress, &mut egress, origin, rights, tree_key_of(origin, agents));
             if settings.team.is_some() && rights.team {
-                tell(&mut from, &mut to, speaks_for, origin);
+                allow_team_messages(&mut ingress, &mut egress, agents, origin);
             }
-            read_keys(&mut from, &mut to, settings);
-            write_keys(&mut from, &mut to, settings);
+            allow_inputs(&mut ingress, &mut egress, settings);
+            allow_outputs(&mut ingress, &mut egress, settings);
         }
-        // Of its own links, at a router: what it writes comes from it, and what it reads goes to it.
+        // Its own links, at a router: it writes their outputs and reads their inputs.
         if let Some((_, own)) = origins.iter().find(|(origin, _)| *origin == name) {
-            write_keys(&mut to, &mut from, own);
-            read_keys(&mut to, &mut from, own);
+            allow_outputs(&mut egress, &mut ingress, own);
+            allow_inputs(&mut egress, &mut ingress, own);
         }
-        meet(&mut from, &mut to);
+        allow_discovery(&mut ingress, &mut egress);
         let subject = json!({ "id": name, "cert_common_names": [name], "link_protocols": ["quic"] });
-        self.add(name, subject, from, to);
+        self.add(name, subject, ingress, egress);
     }
 
     /// Rules for programs in clear text, which have no name and so speak for no agent.
     fn add_unauthenticated(&mut self, agent: &str, rights: &NetworkRights, settings: &NetworkSettings) {
-        let (mut from, mut to) = (MessageKeys::default(), MessageKeys::default());
-        serve(&mut from, &mut to, agent, rights, tree_key(agent));
-        read_keys(&mut from, &mut to, settings);
-        write_keys(&mut from, &mut to, settings);
-        meet(&mut from, &mut to);
+        let (mut ingress, mut egress) = (MessageKeys::default(), MessageKeys::default());
+        allow_serving(&mut ingress, &mut egress, agent, rights, tree_key(agent));
+        allow_inputs(&mut ingress, &mut egress, settings);
+        allow_outputs(&mut ingress, &mut egress, settings);
+        allow_discovery(&mut ingress, &mut egress);
         // No name of an agent has a space.
         let id = "in clear text";
-        self.add(id, json!({ "id": id, "link_protocols": ["tcp", "udp"] }), from, to);
+        self.add(id, json!({ "id": id, "link_protocols": ["tcp", "udp"] }), ingress, egress);
     }
 
-    fn add(&mut self, id: &str, subject: Json, from: MessageKeys, to: MessageKeys) {
+    fn add(&mut self, id: &str, subject: Json, ingress: MessageKeys, egress: MessageKeys) {
         let mut names = Vec::new();
-        for (direction, flow) in [("ingress", from), ("egress", to)] {
+        for (direction, flow) in [("ingress", ingress), ("egress", egress)] {
             for (message, keys) in flow.messages.into_iter().filter(|(_, keys)| !keys.is_empty()) {
                 let name = format!("{id} {direction} {message}");
                 self.rules.push(json!({
@@ -147,7 +147,7 @@ fn own_keys(agent: &str) -> [String; 8] {
     [
         property_key(agent, "**"),
         read_key(agent, "*", "**"),
-        kept_key(agent, "**"),
+        cache_key(agent, "**"),
         alive_key(agent),
         tree_key(agent),
         tree_key_of(agent, "*"),
@@ -156,75 +156,82 @@ fn own_keys(agent: &str) -> [String; 8] {
     ]
 }
 
-/// Returns the key at which an agent repeats lost values.
+/// Returns the key of an agent's cache, which repeats lost values.
 /// It also announces the last one there.
-fn kept_key(agent: &str, path: &str) -> String {
+fn cache_key(agent: &str, path: &str) -> String {
     format!("{}/@adv/pub/**", read_key(agent, "*", path))
 }
 
 /// Allows the messages that an agent sends in its own name.
-fn speak(from: &mut MessageKeys, agent: &str) {
-    from.allow(&["put"], [property_key(agent, "**"), read_key(agent, "*", "**"), kept_key(agent, "**")]);
-    from.allow(&["reply", "declare_queryable"], own_keys(agent));
-    // It asks whether somebody else has its name.
-    from.allow(&["liveliness_token", "query"], [alive_key(agent)]);
+fn allow_own_messages(ingress: &mut MessageKeys, agent: &str) {
+    ingress.allow(&["put"], [property_key(agent, "**"), read_key(agent, "*", "**"), cache_key(agent, "**")]);
+    ingress.allow(&["reply", "declare_queryable"], own_keys(agent));
+    // It checks for another agent of its name.
+    ingress.allow(&["liveliness_token", "query"], [alive_key(agent)]);
 }
 
 /// Allows the messages by which an agent serves a peer with these rights.
 /// The list of its properties is at `tree`.
-fn serve(from: &mut MessageKeys, to: &mut MessageKeys, agent: &str, rights: &NetworkRights, tree: String) {
+fn allow_serving(
+    ingress: &mut MessageKeys,
+    egress: &mut MessageKeys,
+    agent: &str,
+    rights: &NetworkRights,
+    tree: String,
+) {
     let keys = |patterns: &[Pattern], key: fn(&str, &str) -> String| {
         patterns.iter().map(|pattern| key(agent, &pattern.to_string())).collect::<Vec<_>>()
     };
     let open = [alive_key(agent), tree, schema_key(agent, "*")];
     let send = keys(&rights.send, set_key);
     let with_options = keys(&rights.read, |agent, path| read_key(agent, "*", path));
-    let kept = keys(&rights.read, kept_key);
-    from.allow(&["query", "declare_subscriber"], with_options.iter().chain(&kept).cloned());
-    let read: Vec<_> = [keys(&rights.read, property_key), with_options, kept].into_iter().flatten().collect();
-    // Somebody may ask or subscribe by wildcards, and receives those that may be read.
-    from.allow(&["query"], [property_key(agent, "**")]);
-    from.allow(&["query"], open.iter().chain(&send).cloned());
-    to.allow(&["put"], read.iter().cloned());
-    to.allow(&["reply"], open.into_iter().chain(read).chain(send));
-    to.allow(&["declare_queryable"], own_keys(agent));
-    to.allow(&["liveliness_token", "query"], [alive_key(agent)]);
+    let cached = keys(&rights.read, cache_key);
+    ingress.allow(&["query", "declare_subscriber"], with_options.iter().chain(&cached).cloned());
+    let read: Vec<_> =
+        [keys(&rights.read, property_key), with_options, cached].into_iter().flatten().collect();
+    // A query or subscription with wildcards receives the readable properties.
+    ingress.allow(&["query"], [property_key(agent, "**")]);
+    ingress.allow(&["query"], open.iter().chain(&send).cloned());
+    egress.allow(&["put"], read.iter().cloned());
+    egress.allow(&["reply"], open.into_iter().chain(read).chain(send));
+    egress.allow(&["declare_queryable"], own_keys(agent));
+    egress.allow(&["liveliness_token", "query"], [alive_key(agent)]);
 }
 
 /// Allows team messages between an agent and an origin that admits it to its team.
-fn tell(from: &mut MessageKeys, to: &mut MessageKeys, agent: &str, origin: &str) {
-    for (flow, sender, receiver) in [(&mut *from, agent, origin), (&mut *to, origin, agent)] {
+fn allow_team_messages(ingress: &mut MessageKeys, egress: &mut MessageKeys, agent: &str, origin: &str) {
+    for (flow, sender, receiver) in [(&mut *ingress, agent, origin), (&mut *egress, origin, agent)] {
         flow.allow(&["put"], [team_key(sender, receiver)]);
-        flow.allow(&["declare_subscriber"], [team_key(ANY, sender)]);
+        flow.allow(&["declare_subscriber"], [team_key(ANY_AGENT, sender)]);
         flow.allow(&["liveliness_token"], [team_token_key(sender)]);
-        flow.allow(&["liveliness_query", "declare_liveliness_subscriber"], [team_token_key(ANY)]);
+        flow.allow(&["liveliness_query", "declare_liveliness_subscriber"], [team_token_key(ANY_AGENT)]);
     }
 }
 
-/// Keys of Zenoh that an agent's inputs read: every admitted agent may write them.
-fn read_keys(from: &mut MessageKeys, to: &mut MessageKeys, settings: &NetworkSettings) {
+/// Allows every admitted agent to write the Zenoh keys of an agent's inputs.
+fn allow_inputs(ingress: &mut MessageKeys, egress: &mut MessageKeys, settings: &NetworkSettings) {
     let sources = settings.read.values().map(|input| &input.source);
     let keys: Vec<_> = sources
         .filter(|source| matches!(source, InputSource::Key(_)))
         .map(|source| source.key(&ReadOptions::default()))
         .collect();
-    from.allow(&["put", "reply", "declare_queryable"], keys.iter().cloned());
-    to.allow(&["query", "declare_subscriber"], keys);
+    ingress.allow(&["put", "reply", "declare_queryable"], keys.iter().cloned());
+    egress.allow(&["query", "declare_subscriber"], keys);
 }
 
 /// Allows every admitted agent to read the Zenoh keys of an agent's links.
-fn write_keys(from: &mut MessageKeys, to: &mut MessageKeys, settings: &NetworkSettings) {
+fn allow_outputs(ingress: &mut MessageKeys, egress: &mut MessageKeys, settings: &NetworkSettings) {
     let keys: Vec<_> = settings.write.iter().map(|output| output.key.clone()).collect();
-    to.allow(&["put", "reply", "declare_queryable"], keys.iter().cloned());
-    from.allow(&["query", "declare_subscriber"], keys);
+    egress.allow(&["put", "reply", "declare_queryable"], keys.iter().cloned());
+    ingress.allow(&["query", "declare_subscriber"], keys);
 }
 
 /// Allows the messages by which agents discover each other.
 /// Delivery to a subscriber is decided for each value.
-fn meet(from: &mut MessageKeys, to: &mut MessageKeys) {
-    from.allow(&["declare_subscriber"], ["**".to_owned()]);
-    for flow in [from, to] {
-        flow.allow(&["liveliness_query", "declare_liveliness_subscriber"], [alive_key(ANY)]);
+fn allow_discovery(ingress: &mut MessageKeys, egress: &mut MessageKeys) {
+    ingress.allow(&["declare_subscriber"], ["**".to_owned()]);
+    for flow in [ingress, egress] {
+        flow.allow(&["liveliness_query", "declare_liveliness_subscriber"], [alive_key(ANY_AGENT)]);
     }
 }
 

@@ -21,6 +21,8 @@
 mod access;
 mod attachment;
 mod check;
+#[cfg(feature = "zenoh")]
+mod duplicate_name;
 mod endpoint;
 mod error;
 mod key;
@@ -28,8 +30,6 @@ mod key;
 mod links;
 #[cfg(feature = "zenoh")]
 mod messages;
-#[cfg(feature = "zenoh")]
-mod namesake;
 #[cfg(feature = "zenoh")]
 mod network;
 mod options;

@@ -14,13 +14,13 @@ use crate::settings::NetworkSecurity;
 use crate::shared::{NetworkShared, locked, refused};
 
 /// Period of checks of the files and endpoints.
-const PERIOD: Duration = Duration::from_secs(60);
+const CHECK_PERIOD: Duration = Duration::from_secs(60);
 
 /// Time after which a link that was never established is logged.
-const LATE: Duration = Duration::from_secs(5);
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Number of strangers that are remembered, so that each is logged once.
-const STRANGERS: usize = 64;
+const MAX_STRANGERS: usize = 64;
 
 /// Reads the certificates of an agent.
 ///
@@ -53,41 +53,42 @@ pub struct LinkWatch {
     shared: Arc<NetworkShared>,
     credentials: Option<Credentials>,
     warning: Option<String>,
-    /// Times of the next looks, ns.
+    /// Time of the next check of certificates and endpoints, ns.
     next: u64,
-    late: Option<u64>,
+    deadline: Option<u64>,
 }
 
 impl LinkWatch {
     pub fn new(shared: Arc<NetworkShared>, credentials: Option<Credentials>) -> Self {
-        let late = credentials.is_some().then(|| steady_now(&shared) + LATE.as_nanos() as u64);
-        Self { shared, credentials, warning: None, next: 0, late }
+        let deadline = credentials.is_some().then(|| steady_now(&shared) + CONNECT_TIMEOUT.as_nanos() as u64);
+        Self { shared, credentials, warning: None, next: 0, deadline }
     }
 
-    /// Tells once of a certificate that ends, and of endpoints that no link reaches.
-    pub fn look(&mut self) {
+    /// Logs a certificate that expires soon, and endpoints that no link reaches.
+    pub fn check(&mut self) {
         let Some(credentials) = &self.credentials else { return };
         let now = steady_now(&self.shared);
         if now >= self.next {
-            self.next = now + PERIOD.as_nanos() as u64;
+            self.next = now + CHECK_PERIOD.as_nanos() as u64;
             let warning = credentials.warning();
             if let Some(text) = warning.as_ref().filter(|_| self.warning.is_none()) {
                 self.shared.log(Level::Warn, text);
             }
             self.warning = warning;
         }
-        if self.late.is_some_and(|late| now >= late) {
-            self.late = None;
-            self.tell_missing();
+        if self.deadline.is_some_and(|deadline| now >= deadline) {
+            self.deadline = None;
+            self.log_missing();
         }
     }
 
-    fn tell_missing(&self) {
+    fn log_missing(&self) {
         let links: Vec<_> = self.shared.session.info().links().wait().collect();
         let encrypted = self.shared.settings.connect.iter().filter(|endpoint| endpoint.is_encrypted());
         for endpoint in encrypted {
-            let is_there = |link: &zenoh::session::Link| link.dst().address().as_str() == endpoint.address();
-            if !links.iter().any(is_there) {
+            let is_reached =
+                |link: &zenoh::session::Link| link.dst().address().as_str() == endpoint.address();
+            if !links.iter().any(is_reached) {
                 let text = format!(
                     "no link to `{endpoint}`: nobody listens there, or one end refuses the other's certificate; both need one \
                      of the same authority that has not expired; it is tried again"
@@ -103,7 +104,7 @@ fn steady_now(shared: &NetworkShared) -> u64 {
 }
 
 /// Logs the names that certificates prove, and strangers without rights.
-pub fn declare(shared: &Arc<NetworkShared>) -> Result<Option<LinkEventsListener<()>>, NetworkError> {
+pub fn log_strangers(shared: &Arc<NetworkShared>) -> Result<Option<LinkEventsListener<()>>, NetworkError> {
     if shared.settings.security.is_none() {
         return Ok(None);
     }
@@ -113,13 +114,13 @@ pub fn declare(shared: &Arc<NetworkShared>) -> Result<Option<LinkEventsListener<
         .info()
         .link_events_listener()
         .history(true)
-        .callback(move |event| note(&known, &event))
+        .callback(move |event| log_stranger(&known, &event))
         .wait()
         .map_err(refused)?;
     Ok(Some(listener))
 }
 
-fn note(shared: &NetworkShared, event: &LinkEvent) {
+fn log_stranger(shared: &NetworkShared, event: &LinkEvent) {
     let Some(security) = &shared.settings.security else { return };
     let link = event.link();
     let is_encrypted = link.dst().protocol().as_str() == "quic";
@@ -130,14 +131,14 @@ fn note(shared: &NetworkShared, event: &LinkEvent) {
     if name.is_some_and(|name| security.allow.contains_key(name)) {
         return;
     }
-    let who = match name {
+    let subject = match name {
         Some(name) => format!("agent `{}` is", slate_runtime::printable_text(name)),
         None => "a certificate without a common name is".into(),
     };
     let mut strangers = locked(&shared.strangers);
-    if strangers.len() < STRANGERS && strangers.insert(who.clone()) {
+    if strangers.len() < MAX_STRANGERS && strangers.insert(subject.clone()) {
         let text = format!(
-            "rejected: {}: {who} not in [network.security.allow], and may do nothing",
+            "rejected: {}: {subject} not in [network.security.allow], and may do nothing",
             link.dst().address()
         );
         shared.log(Level::Warn, &text);

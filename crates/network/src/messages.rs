@@ -14,10 +14,10 @@ use crate::requests::caller;
 use crate::shared::locked;
 
 /// Messages that wait, at most; the oldest go first.
-const WAITING: usize = 256;
+const MAX_MESSAGES: usize = 256;
 
 /// Sleep time of the thread while no messages arrive.
-const PAUSE: Duration = Duration::from_millis(100);
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Sender of messages to an inbox, in sequence, in a thread of its own.
 /// Each message waits until the module has taken it.
@@ -25,7 +25,7 @@ pub struct InboxMessages {
     dispatcher: Dispatcher,
     caller: Caller,
     inbox: String,
-    waiting: Mutex<VecDeque<Json>>,
+    queue: Mutex<VecDeque<Json>>,
     wake: Wake,
     ended: AtomicBool,
 }
@@ -36,7 +36,7 @@ impl InboxMessages {
             dispatcher: Dispatcher::new(Arc::clone(surface), 1, false),
             caller: caller(),
             inbox: inbox.into(),
-            waiting: Mutex::default(),
+            queue: Mutex::default(),
             wake: Wake::new(),
             ended: AtomicBool::new(false),
         }
@@ -44,27 +44,27 @@ impl InboxMessages {
 
     /// Puts a message behind the others; false when the oldest one went for it.
     pub fn push(&self, message: Json) -> bool {
-        let mut waiting = locked(&self.waiting);
-        let is_full = waiting.len() >= WAITING;
+        let mut queue = locked(&self.queue);
+        let is_full = queue.len() >= MAX_MESSAGES;
         if is_full {
-            waiting.pop_front();
+            queue.pop_front();
         }
-        waiting.push_back(message);
-        drop(waiting);
+        queue.push_back(message);
+        drop(queue);
         self.wake.notify(1);
         !is_full
     }
 
     /// Sends messages until the end, and reports the outcome of each.
-    pub fn run(&self, tell: impl Fn(Result<(), String>)) {
+    pub fn run(&self, report: impl Fn(Result<(), String>)) {
         while !self.ended.load(Ordering::Acquire) {
-            let next = locked(&self.waiting).pop_front();
+            let next = locked(&self.queue).pop_front();
             let Some(message) = next else {
-                self.wake.wait_timeout(PAUSE);
+                self.wake.wait_timeout(IDLE_PERIOD);
                 continue;
             };
             let sent = self.dispatcher.carry_out(&self.caller, "send", &self.inbox, message);
-            tell(sent.map(drop).map_err(|problem| QueryRefusal::from(problem).into_reason()));
+            report(sent.map(drop).map_err(|problem| QueryRefusal::from(problem).into_reason()));
         }
     }
 

@@ -16,13 +16,13 @@ use zenoh::session::LinkEventsListener;
 use zenoh::{Session, Wait};
 
 use crate::check::check_properties;
+use crate::duplicate_name::DuplicateNameCheck;
 use crate::error::NetworkError;
 use crate::key::{
     InputSource, alive_agent, alive_key, property_key, read_key, schema_key, set_key, tree_key, tree_key_of,
 };
 use crate::links::{self, LinkWatch};
 use crate::messages::InboxMessages;
-use crate::namesake::NamesakeSearch;
 use crate::publishing::Publishing;
 use crate::reading::{InputReader, InputReaders, ReadingStatus};
 use crate::rejections;
@@ -35,18 +35,18 @@ use crate::subscriber::InputSubscriber;
 use crate::team::NetworkTeam;
 
 /// Period at which changes without a notice are polled.
-const PAUSE: Duration = Duration::from_millis(500);
+const POLL_PERIOD: Duration = Duration::from_millis(500);
 
 /// Period below which consecutive cycles are handled together, ns.
-/// After each look the thread rests.
-const FAST: u64 = 500_000;
-const REST: Duration = Duration::from_millis(1);
+/// After each pass, the thread sleeps.
+const FAST_PERIOD: u64 = 500_000;
+const FAST_PAUSE: Duration = Duration::from_millis(1);
 
 /// Period at which the end of a thread is polled.
-const LOOK: Duration = Duration::from_millis(2);
+const JOIN_POLL_PERIOD: Duration = Duration::from_millis(2);
 
 /// Timeout for an agent's answer to a query for its newest value.
-const ANSWER: Duration = Duration::from_secs(2);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Participation of an agent in a network of Zenoh, until dropped.
 /// Others read its properties, and set those that they may; its inputs read theirs. All of it runs in threads of its
@@ -108,12 +108,12 @@ impl AgentNetwork {
         if !composer.after_tick(Box::new(move || wake.notify(1))) {
             let text = format!(
                 "values are looked at every {} ms only, as the agent was connected often before",
-                PAUSE.as_millis()
+                POLL_PERIOD.as_millis()
             );
             shared.log(Level::Warn, &text);
         }
-        let (own, due) = (Arc::clone(&shared), Arc::clone(&readers));
-        let mut namesake = NamesakeSearch::new(Arc::clone(&shared));
+        let (own, inputs) = (Arc::clone(&shared), Arc::clone(&readers));
+        let mut duplicate = DuplicateNameCheck::new(Arc::clone(&shared));
         let mut streams = Streams::new(Arc::clone(&shared));
         let mut watch = LinkWatch::new(Arc::clone(&shared), credentials);
         let mut last = 0;
@@ -121,22 +121,22 @@ impl AgentNetwork {
             while !own.ended.load(Ordering::Acquire) {
                 publishing.follow();
                 publishing.send();
-                let mut pause = streams.step(PAUSE);
+                let mut pause = streams.step(POLL_PERIOD);
                 let now = own.surface.agent.composer().steady_now();
-                for reader in &due.readers {
-                    ask(&own.session, reader, now);
-                    let missing = reader.recovery().and_then(|recovery| recovery.ask(&own.session));
+                for reader in &inputs.readers {
+                    query_newest(&own.session, reader, now);
+                    let missing = reader.recovery().and_then(|recovery| recovery.query_missing(&own.session));
                     pause = missing.map_or(pause, |next| pause.min(Duration::from_nanos(next)));
                     if let Some(next) = reader.release(now) {
                         pause = pause.min(Duration::from_nanos(next.saturating_sub(now)));
                     }
                 }
-                namesake.look();
-                watch.look();
-                let is_fast = now.saturating_sub(std::mem::replace(&mut last, now)) < FAST;
+                duplicate.check();
+                watch.check();
+                let is_fast = now.saturating_sub(std::mem::replace(&mut last, now)) < FAST_PERIOD;
                 if is_fast {
                     // Wake-ups are skipped during the rest: one takes longer than the cycle itself.
-                    std::thread::sleep(REST);
+                    std::thread::sleep(FAST_PAUSE);
                 }
                 own.wake.wait_timeout(pause);
             }
@@ -187,11 +187,11 @@ impl Drop for AgentNetwork {
 fn join(threads: impl Iterator<Item = JoinHandle<()>>) {
     let began = Instant::now();
     for thread in threads {
-        while !thread.is_finished() && began.elapsed() < ANSWER {
-            std::thread::sleep(LOOK);
+        while !thread.is_finished() && began.elapsed() < ANSWER_TIMEOUT {
+            std::thread::sleep(JOIN_POLL_PERIOD);
         }
         if thread.is_finished() {
-            // One that panicked has ended, too.
+            // A thread that panicked has ended, too.
             let _ = thread.join();
         }
     }
@@ -229,9 +229,9 @@ fn declare(
         .callback(move |sample| note_agent(&known, &read, &sample))
         .wait()
         .map_err(refused)?;
-    let links = links::declare(shared)?;
+    let links = links::log_strangers(shared)?;
     let team = NetworkTeam::start(shared)?;
-    // Last, so that everything else is there when it appears.
+    // The token comes last: peers query the rest as soon as it appears.
     let token = session.liveliness().declare_token(alive_key(agent)).wait().map_err(refused)?;
     Ok(Declared {
         _token: token,
@@ -243,19 +243,19 @@ fn declare(
     })
 }
 
-/// Updates the agents when one has come or gone.
+/// Updates the present agents when one appears or vanishes.
 fn note_agent(shared: &NetworkShared, readers: &InputReaders, sample: &Sample) {
     let Some(agent) = alive_agent(sample.key_expr().as_str()) else { return };
-    let is_here = sample.kind() == SampleKind::Put;
-    let changed = match is_here {
+    let is_present = sample.kind() == SampleKind::Put;
+    let changed = match is_present {
         true => locked(&shared.agents).insert(agent.into()),
         false => locked(&shared.agents).remove(agent),
     };
     if changed && agent != shared.board().agent() {
-        let state = if is_here { "is on the network" } else { "has left the network" };
+        let state = if is_present { "is on the network" } else { "has left the network" };
         shared.log(Level::Info, &format!("agent `{agent}` {state}"));
     }
-    if is_here {
+    if is_present {
         for reader in &readers.readers {
             if matches!(&reader.source, InputSource::Property { agent: other, .. } if other == agent) {
                 reader.restart();
@@ -266,8 +266,8 @@ fn note_agent(shared: &NetworkShared, readers: &InputReaders, sample: &Sample) {
 }
 
 /// Requests the newest value of an input's source, if it may have been missed.
-fn ask(session: &Session, reader: &Arc<InputReader>, now: u64) {
-    if !reader.is_to_ask(now) {
+fn query_newest(session: &Session, reader: &Arc<InputReader>, now: u64) {
+    if !reader.needs_query(now) {
         return;
     }
     let own = Arc::clone(reader);
@@ -276,6 +276,6 @@ fn ask(session: &Session, reader: &Arc<InputReader>, now: u64) {
             own.take(sample, true);
         }
     };
-    // What can't be asked for comes with the next write.
-    let _ = session.get(reader.key()).timeout(ANSWER).callback(take).wait();
+    // If the query fails, the next write brings the value.
+    let _ = session.get(reader.key()).timeout(ANSWER_TIMEOUT).callback(take).wait();
 }

@@ -76,7 +76,7 @@ impl Default for ReadOptions {
 }
 
 /// Longest period or interval, ns: a day.
-const LONGEST: u64 = 86_400_000_000_000;
+const MAX_DURATION: u64 = 86_400_000_000_000;
 
 impl ReadOptions {
     /// Parses options as they appear in a key, in this order, separated by commas.
@@ -122,7 +122,7 @@ impl ReadOptions {
 /// Parses a positive duration, ns.
 pub fn duration(text: &str) -> Result<u64, String> {
     parse_duration(text)
-        .filter(|duration| (1..=LONGEST).contains(duration))
+        .filter(|duration| (1..=MAX_DURATION).contains(duration))
         .ok_or_else(|| format!("`{text}` is no duration; expected one such as 100ms, up to 24 h"))
 }
 

@@ -7,28 +7,28 @@ use slate_record::ros;
 use crate::attachment::{AttachmentError, SampleAttachment};
 
 /// Encoding of values in CDR, without the name of the message.
-const CDR: &str = "application/cdr";
+const CDR_ENCODING: &str = "application/cdr";
 
 /// Encodings that say nothing.
-const UNSAID: [&str; 2] = ["", "zenoh/bytes"];
+const UNSPECIFIED_ENCODINGS: [&str; 2] = ["", "zenoh/bytes"];
 
 /// Encodings of JSON.
-const JSON: [&str; 2] = ["application/json", "text/json"];
+const JSON_ENCODINGS: [&str; 2] = ["application/json", "text/json"];
 
 /// Encodings of a number, a truth value or a word as text.
-const TEXT: [&str; 2] = ["text/plain", "zenoh/string"];
+const TEXT_ENCODINGS: [&str; 2] = ["text/plain", "zenoh/string"];
 
 /// Maximum size of JSON or text, bytes.
 /// As a value it takes many times its length.
-const LONGEST: usize = 1 << 20;
+const MAX_TEXT_LENGTH: usize = 1 << 20;
 
 /// Package of the messages that recordings and networks name.
-const PACKAGE: &str = "slate_msgs/";
+const SCHEMA_PACKAGE: &str = "slate_msgs/";
 
 /// Returns the encoding of an interface's values.
 /// Such as `application/cdr;slate_msgs/msg/Pose2`: CDR of the message that recordings define for it.
 pub fn encoding(descriptor: &Descriptor) -> String {
-    format!("{CDR};{}", ros::definition(descriptor).name)
+    format!("{CDR_ENCODING};{}", ros::definition(descriptor).name)
 }
 
 /// Content of a sample or query.
@@ -110,7 +110,7 @@ pub enum PayloadError {
     #[error("it is not UTF-8, as `{0}` says; send CDR, JSON or text")]
     Text(String),
     /// The text is too long.
-    #[error("it has {0} bytes of text, more than {longest}; send CDR", longest = LONGEST)]
+    #[error("it has {0} bytes of text, more than {longest}; send CDR", longest = MAX_TEXT_LENGTH)]
     Long(usize),
     /// Unknown encoding.
     #[error("its encoding is `{0}`; send application/cdr, application/json or text/plain")]
@@ -131,13 +131,15 @@ impl Payload<'_> {
     pub fn decode(&self, descriptor: &Descriptor, field: &str) -> Result<Decoded, PayloadError> {
         let (name, schema) = self.encoding.split_once(';').unwrap_or((self.encoding, ""));
         match name {
-            CDR => self.cdr(descriptor, field, schema),
+            CDR_ENCODING => self.cdr(descriptor, field, schema),
             // No text begins with the header of CDR.
-            name if UNSAID.contains(&name) && matches!(self.bytes, [0, 0 | 1, ..]) => {
+            name if UNSPECIFIED_ENCODINGS.contains(&name) && matches!(self.bytes, [0, 0 | 1, ..]) => {
                 self.cdr(descriptor, field, "")
             }
-            name if is_text(name) && self.bytes.len() > LONGEST => Err(PayloadError::Long(self.bytes.len())),
-            name if JSON.contains(&name) => {
+            name if is_text(name) && self.bytes.len() > MAX_TEXT_LENGTH => {
+                Err(PayloadError::Long(self.bytes.len()))
+            }
+            name if JSON_ENCODINGS.contains(&name) => {
                 let json = serde_json::from_slice(self.bytes)
                     .map_err(|error| PayloadError::Json(error.to_string()))?;
                 whole_or_field(descriptor, field, json)
@@ -169,7 +171,7 @@ impl Payload<'_> {
     }
 
     fn is_slate(&self) -> bool {
-        self.encoding.split_once(';').is_some_and(|(_, schema)| schema.starts_with(PACKAGE))
+        self.encoding.split_once(';').is_some_and(|(_, schema)| schema.starts_with(SCHEMA_PACKAGE))
     }
 
     fn cdr(&self, descriptor: &Descriptor, field: &str, schema: &str) -> Result<Decoded, PayloadError> {
@@ -197,7 +199,9 @@ impl Payload<'_> {
 
 /// Returns whether an encoding is read as text, unless it is CDR.
 fn is_text(encoding: &str) -> bool {
-    [&JSON[..], &TEXT, &UNSAID].iter().any(|names| names.contains(&encoding))
+    [&JSON_ENCODINGS[..], &TEXT_ENCODINGS, &UNSPECIFIED_ENCODINGS]
+        .iter()
+        .any(|names| names.contains(&encoding))
 }
 
 /// Assigns a bare value to the only field.

@@ -22,13 +22,13 @@ use crate::shared::refused;
 
 /// Memory for values that are kept for reliable readers, bytes.
 /// Also the minimum and maximum number of these values.
-const KEPT: usize = 8 << 20;
-const FEWEST: usize = 8;
-const MOST: usize = 512;
+const CACHE_SIZE: usize = 8 << 20;
+const MIN_CACHED: usize = 8;
+const MAX_CACHED: usize = 512;
 
 /// Period at which reliable readers receive the last value's number.
 /// So they notice that it was lost.
-const HEARTBEAT: Duration = Duration::from_millis(100);
+const HEARTBEAT_PERIOD: Duration = Duration::from_millis(100);
 
 /// Publishes values at a key, each with its stamp and number.
 pub struct ValuePublisher {
@@ -82,8 +82,11 @@ impl ValuePublisher {
                 let publisher = publisher
                     .reliability(Reliability::Reliable)
                     .advanced()
-                    .cache(CacheConfig::default().max_samples((KEPT / size.max(1)).clamp(FEWEST, MOST)))
-                    .sample_miss_detection(MissDetectionConfig::default().heartbeat(HEARTBEAT))
+                    .cache(
+                        CacheConfig::default()
+                            .max_samples((CACHE_SIZE / size.max(1)).clamp(MIN_CACHED, MAX_CACHED)),
+                    )
+                    .sample_miss_detection(MissDetectionConfig::default().heartbeat(HEARTBEAT_PERIOD))
                     .wait()
                     .map_err(refused)?;
                 let listener = publisher.matching_listener().callback(note).wait().map_err(refused)?;
@@ -112,9 +115,9 @@ impl ValuePublisher {
         encoding: &Encoding,
         (bytes, items, stamp): (&[u8], usize, Stamp),
     ) -> Result<(), String> {
-        // Zenoh takes it as it is.
+        // Zenoh takes the buffer without a copy.
         let mut message = Vec::with_capacity(self.length);
-        let value = exact(descriptor, bytes, items);
+        let value = unpadded(descriptor, bytes, items);
         ros::encode(descriptor, value, &mut message).map_err(|error| error.to_string())?;
         self.length = message.len();
         self.number += 1;
@@ -129,7 +132,7 @@ impl ValuePublisher {
 }
 
 /// Returns the bytes of a value without the padding to its alignment.
-pub fn exact<'a>(descriptor: &Descriptor, bytes: &'a [u8], items: usize) -> &'a [u8] {
+pub fn unpadded<'a>(descriptor: &Descriptor, bytes: &'a [u8], items: usize) -> &'a [u8] {
     let item = descriptor.tail().map_or(0, Kind::size);
     bytes.get(..descriptor.size + items * item).unwrap_or(bytes)
 }

@@ -12,12 +12,12 @@ use crate::error::NetworkError;
 use crate::key::property_key;
 use crate::options::ReadMode;
 use crate::payload::encoding;
-use crate::publisher::{ValuePublisher, exact};
+use crate::publisher::{ValuePublisher, unpadded};
 use crate::shared::NetworkShared;
 
 /// Maximum number of queued property events.
 /// When more come, all properties are looked at.
-const EVENTS: usize = 256;
+const MAX_EVENTS: usize = 256;
 
 /// Properties that others may read, each with its publisher.
 /// It belongs to the network's thread.
@@ -46,7 +46,7 @@ struct PresentProperty {
     /// Number of the value that was sent last.
     sent: u64,
     /// Logged failure: values can't be sent.
-    is_told: bool,
+    is_error_logged: bool,
 }
 
 impl Publishing {
@@ -56,7 +56,7 @@ impl Publishing {
     /// When Zenoh refuses one.
     pub fn new(shared: Arc<NetworkShared>) -> Result<Self, NetworkError> {
         let all = Pattern::parse("**").map_err(|error| NetworkError::Session(error.to_string()))?;
-        let observer = shared.board().observe(&all, EVENTS, Some(Arc::clone(&shared.wake)));
+        let observer = shared.board().observe(&all, MAX_EVENTS, Some(Arc::clone(&shared.wake)));
         let outputs = shared.settings.write.iter().map(|output| {
             let export = PublishedProperty::new(&shared, output.key.clone())?;
             Ok((output.property.clone(), export))
@@ -108,7 +108,7 @@ impl Publishing {
         for (path, export) in self.exports.iter_mut().chain(outputs) {
             if let Err(reason) = export.send()
                 && let Some(present) = &mut export.present
-                && !std::mem::replace(&mut present.is_told, true)
+                && !std::mem::replace(&mut present.is_error_logged, true)
             {
                 self.shared.log(Level::Warn, &format!("/{path} is not published: {reason}"));
             }
@@ -136,7 +136,7 @@ impl PublishedProperty {
                 encoding: Encoding::from(encoding(property.descriptor())),
                 watching: None,
                 sent: 0,
-                is_told: false,
+                is_error_logged: false,
             });
         }
     }
@@ -164,7 +164,7 @@ pub fn newest(property: &Property, message: &mut Vec<u8>) -> Result<Option<Stamp
     let Some((bytes, items, stamp)) = property.newest().map_err(|error| error.to_string())? else {
         return Ok(None);
     };
-    let value = exact(property.descriptor(), &bytes, items);
+    let value = unpadded(property.descriptor(), &bytes, items);
     ros::encode(property.descriptor(), value, message).map_err(|error| error.to_string())?;
     Ok(Some(stamp))
 }

@@ -20,12 +20,12 @@ use crate::recovery::SampleRecovery;
 use crate::settings::{NetworkInput, NetworkSettings};
 use crate::shared::locked;
 
-/// After so long without a value, ns, a stream is asked for again.
-const RETRY: u64 = 1_000_000_000;
+/// Time without a value after which a stream is requested again, ns.
+const QUERY_PERIOD: u64 = 1_000_000_000;
 
 /// Queue limits of an input in lockstep until the end of a cycle.
 /// For the newest values, or for as many as possible of all.
-const WAITING: (usize, usize) = (16, 1024);
+const QUEUE_LIMITS: (usize, usize) = (16, 1024);
 
 /// Status of an input that reads from the network.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -65,7 +65,7 @@ pub struct InputReader {
     is_due: AtomicBool,
     /// Arrival of a value since the request, and the time of the request, ns.
     is_answered: AtomicBool,
-    asked: AtomicU64,
+    queried: AtomicU64,
 }
 
 #[derive(Default)]
@@ -78,8 +78,8 @@ struct ReaderState {
     last: Option<SampleAttachment>,
     /// Possible restart of the source agent, perhaps as a new process.
     may_be_new: bool,
-    /// Value held back until its time, ns, as the options want fewer than arrive.
-    kept: Option<ExternalContent>,
+    /// Value held back until `next`, ns, as values exceed the rate of the options.
+    held: Option<ExternalContent>,
     next: u64,
 }
 
@@ -111,7 +111,7 @@ impl InputReader {
             state: Mutex::default(),
             is_due: AtomicBool::new(true),
             is_answered: AtomicBool::new(false),
-            asked: AtomicU64::new(0),
+            queried: AtomicU64::new(0),
         })
     }
 
@@ -122,18 +122,18 @@ impl InputReader {
 
     /// Returns whether to request the newest value now.
     /// The request that begins a stream is repeated until a value comes, as a query may be lost.
-    pub fn is_to_ask(&self, now: u64) -> bool {
+    pub fn needs_query(&self, now: u64) -> bool {
         let is_stream =
             self.options != ReadOptions::default() && matches!(self.source, InputSource::Property { .. });
         let is_late = || {
             is_stream
                 && !self.is_answered.load(Ordering::Acquire)
-                && now.saturating_sub(self.asked.load(Ordering::Acquire)) > RETRY
+                && now.saturating_sub(self.queried.load(Ordering::Acquire)) > QUERY_PERIOD
         };
         let is_due = self.is_due.swap(false, Ordering::AcqRel) || is_late();
         if is_due {
             self.is_answered.store(false, Ordering::Release);
-            self.asked.store(now, Ordering::Release);
+            self.queried.store(now, Ordering::Release);
         }
         is_due
     }
@@ -160,7 +160,7 @@ impl InputReader {
 
     /// Sets the input to a received value; returns whether it is held back.
     /// A requested value may be older than those received meanwhile.
-    pub fn take(&self, sample: &Sample, was_asked: bool) -> bool {
+    pub fn take(&self, sample: &Sample, is_reply: bool) -> bool {
         if sample.kind() == SampleKind::Delete {
             return false;
         }
@@ -169,23 +169,23 @@ impl InputReader {
         let attachment = sample.attachment().map(|bytes| bytes.to_bytes()).unwrap_or_default();
         let bytes = sample.payload().to_bytes();
         let payload = Payload { encoding: &encoding, bytes: &bytes, attachment: &attachment };
-        // One value after the other.
+        // The lock keeps the order of the values.
         let mut state = locked(&self.state);
         let stamp = payload.attachment().ok().flatten();
         if stamp.is_some() && std::mem::take(&mut state.may_be_new) {
-            // What is older than the last one is of a new process.
-            let goes_on = |last: &SampleAttachment| {
+            // A sample that is older than the last one is of a new process.
+            let continues = |last: &SampleAttachment| {
                 stamp.is_some_and(|new| {
                     new.stamp.sequence >= last.stamp.sequence && new.stamp.time >= last.stamp.time
                 })
             };
-            state.last = state.last.filter(goes_on);
+            state.last = state.last.filter(continues);
         }
         if let (Some(last), Some(stamp)) = (state.last, stamp) {
             let is_old = last.stamp.generation == stamp.stamp.generation
                 && stamp.stamp.sequence <= last.stamp.sequence;
             // A stream that loses nothing has the answer among its values, in its turn.
-            if is_old && (was_asked || self.recovery.is_some()) || was_asked && self.recovery.is_some() {
+            if is_old && (is_reply || self.recovery.is_some()) || is_reply && self.recovery.is_some() {
                 return false;
             }
         }
@@ -197,7 +197,7 @@ impl InputReader {
                     state.thinned += thinned;
                 }
                 state.last = stamp;
-                self.pace(&mut state, content)
+                self.limit_rate(&mut state, content)
             }
             Err(error) => {
                 self.note(&mut state, Err(error));
@@ -207,7 +207,7 @@ impl InputReader {
     }
 
     /// Sets the input to a value, or holds it back if values exceed the wanted rate.
-    fn pace(&self, state: &mut ReaderState, content: ExternalContent) -> bool {
+    fn limit_rate(&self, state: &mut ReaderState, content: ExternalContent) -> bool {
         let interval = self.interval();
         if interval == 0 {
             self.set(state, content);
@@ -215,7 +215,7 @@ impl InputReader {
         }
         let now = self.composer.steady_now();
         if now < state.next {
-            state.thinned += u64::from(state.kept.replace(content).is_some());
+            state.thinned += u64::from(state.held.replace(content).is_some());
             return true;
         }
         state.next = now.saturating_add(interval);
@@ -223,14 +223,14 @@ impl InputReader {
         false
     }
 
-    /// Sets the input to the value that was held back, if it is time.
-    /// Returns when it will be.
+    /// Sets the input to the value that was held back, if it is due.
+    /// Returns the time at which it is due otherwise.
     pub fn release(&self, now: u64) -> Option<u64> {
         let mut state = locked(&self.state);
         if now < state.next {
-            return state.kept.is_some().then_some(state.next);
+            return state.held.is_some().then_some(state.next);
         }
-        let content = state.kept.take()?;
+        let content = state.held.take()?;
         state.next = now.saturating_add(self.interval());
         self.set(&mut state, content);
         None
@@ -253,8 +253,8 @@ impl InputReader {
             }
             return;
         }
-        if let Some((delivery, place)) = &self.delivery {
-            if !delivery.push(*place, content) {
+        if let Some((delivery, index)) = &self.delivery {
+            if !delivery.push(*index, content) {
                 match self.options.values {
                     ReadValues::All => state.lost += 1,
                     ReadValues::Newest => state.thinned += 1,
@@ -328,7 +328,7 @@ impl InputReader {
         let between = |last: u64, new: u64| new.saturating_sub(last.saturating_add(1));
         let written = between(last.stamp.sequence, new.stamp.sequence);
         match (last.number, self.options.values) {
-            // After an answer to a query the stream only begins.
+            // The stream begins after the answer to a query.
             (0, _) => (0, written),
             (_, ReadValues::All) => (written, 0),
             (number, ReadValues::Newest) => {
@@ -361,15 +361,15 @@ impl InputReaders {
     /// See [`check_properties`](crate::check_properties). Tools and recordings know from now on what fills them.
     pub fn new(surface: &Arc<ControlSurface>, settings: &NetworkSettings, wake: &Arc<Wake>) -> Self {
         let composer = surface.agent.composer();
-        let (usual, many) = WAITING;
+        let (usual, many) = QUEUE_LIMITS;
         let depth =
             |reading: &NetworkInput| if reading.options.values == ReadValues::All { many } else { usual };
         let delivery = composer.is_lockstep().then(|| {
             let inputs = settings.read.iter().map(|(input, reading)| (input.clone(), depth(reading)));
             Arc::new(ExternalDelivery::new(composer.clone(), inputs))
         });
-        let reader = |(place, (input, reading)): (usize, (&String, &NetworkInput))| {
-            let delivery = delivery.as_ref().map(|delivery| (Arc::clone(delivery), place));
+        let reader = |(index, (input, reading)): (usize, (&String, &NetworkInput))| {
+            let delivery = delivery.as_ref().map(|delivery| (Arc::clone(delivery), index));
             let found = composer.board().get(input);
             let is_inbox = found.is_some_and(|(property, _)| property.access() == Access::Messages);
             let inbox = is_inbox.then(|| InboxMessages::new(surface, input));
@@ -399,8 +399,8 @@ impl InputReaders {
     /// Sets inputs in lockstep, until the end.
     pub fn deliver(&self) {
         let Some(delivery) = &self.delivery else { return };
-        delivery.run(|place, result| {
-            self.readers[place].note_set(result.map_err(|error| error.to_string()));
+        delivery.run(|index, result| {
+            self.readers[index].note_set(result.map_err(|error| error.to_string()));
         });
     }
 }

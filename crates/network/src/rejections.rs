@@ -18,7 +18,7 @@ const TARGETS: [&str; 2] = ["zenoh_link_commons::quic::unicast", "zenoh::net::ru
 
 /// Period after which the same text is logged again, ns, and the number of texts.
 /// At most so many are logged in the meantime.
-const AGAIN: (u64, usize) = (60_000_000_000, 16);
+const REPEAT_LIMIT: (u64, usize) = (60_000_000_000, 16);
 
 /// Agents with certificates in this process.
 static AGENTS: Mutex<Vec<Weak<NetworkShared>>> = Mutex::new(Vec::new());
@@ -27,7 +27,7 @@ static AGENTS: Mutex<Vec<Weak<NetworkShared>>> = Mutex::new(Vec::new());
 /// Zenoh reports it to `tracing` alone, so this becomes the subscriber of the process. A process that has one already
 /// keeps it.
 pub fn log_rejections() {
-    // The one that is there may be this one.
+    // The process may have this subscriber already.
     let _ = tracing::subscriber::set_global_default(RejectionSubscriber);
 }
 
@@ -61,7 +61,7 @@ impl Subscriber for RejectionSubscriber {
         event.record(&mut message);
         if let Some(text) = rejection(&message.0) {
             let agents: Vec<_> = locked(&AGENTS).iter().filter_map(Weak::upgrade).collect();
-            agents.iter().for_each(|agent| tell(agent, &text));
+            agents.iter().for_each(|agent| log_once(agent, &text));
         }
     }
 
@@ -110,14 +110,14 @@ fn reason(message: &str) -> Option<String> {
     known.iter().find(|(words, _)| message.contains(words)).map(|(_, text)| (*text).to_owned())
 }
 
-fn tell(shared: &NetworkShared, text: &str) {
+fn log_once(shared: &NetworkShared, text: &str) {
     let now = shared.surface.agent.composer().steady_now();
-    let (again, most) = AGAIN;
-    let mut told = locked(&shared.rejections);
-    told.retain(|_, time| now.saturating_sub(*time) < again);
-    if told.len() < most && !told.contains_key(text) {
-        told.insert(text.to_owned(), now);
-        drop(told);
+    let (again, most) = REPEAT_LIMIT;
+    let mut logged = locked(&shared.rejections);
+    logged.retain(|_, time| now.saturating_sub(*time) < again);
+    if logged.len() < most && !logged.contains_key(text) {
+        logged.insert(text.to_owned(), now);
+        drop(logged);
         shared.log(Level::Warn, text);
     }
 }

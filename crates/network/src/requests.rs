@@ -25,13 +25,13 @@ use crate::publishing::newest;
 use crate::refusal::{QueryRefusal, refuse};
 use crate::settings::NetworkOutput;
 use crate::shared::{NetworkShared, locked};
-use crate::streams::STREAMS;
+use crate::streams::MAX_STREAMS;
 
 /// Queries that wait for an answer.
-const WAITING: usize = 256;
+const MAX_QUERIES: usize = 256;
 
 /// Changes and messages at work at a time.
-const CHANGES: usize = 16;
+const MAX_CHANGES: usize = 16;
 
 /// Handle of the thread that answers, and the queue to it.
 pub struct QueryThread {
@@ -47,36 +47,37 @@ impl QueryThread {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .enable_time()
             .worker_threads(1)
-            .max_blocking_threads(CHANGES)
+            .max_blocking_threads(MAX_CHANGES)
             .thread_name("network change")
             .build()?;
-        let (sender, receiver) = channel(WAITING);
+        let (sender, receiver) = channel(MAX_QUERIES);
         let thread = Builder::new().name("network queries".into()).spawn(move || {
             let answerer = Arc::new(Answerer::new(shared));
             runtime.block_on(answerer.run(receiver));
-            // What still runs for somebody is no reason to wait.
+            // Changes that still run are not waited for.
             runtime.shutdown_background();
         })?;
         Ok(Self { thread: Some(thread), queries: sender })
     }
 
-    /// Takes queries in threads of Zenoh, which never wait.
+    /// Returns the handler of the queryables.
+    /// It runs in threads of Zenoh and never waits.
     pub fn handler(&self) -> impl Fn(Query) + Send + Sync + 'static {
         let queries = self.queries.clone();
         move |query| {
             if let Err(error) = queries.try_send(Some(query))
                 && let Some(query) = error.into_inner()
             {
-                refuse(&query, &QueryRefusal::full(format!("{WAITING} queries wait for an answer")));
+                refuse(&query, &QueryRefusal::full(format!("{MAX_QUERIES} queries wait for an answer")));
             }
         }
     }
 
     /// Ends the thread.
     pub fn end(&mut self) {
-        // It has ended already if this can't be sent.
+        // If this fails, the thread has ended already.
         let _ = self.queries.blocking_send(None);
-        // One that panicked has ended, too.
+        // A thread that panicked has ended, too.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }
@@ -84,12 +85,12 @@ impl QueryThread {
 /// Returns the network as a caller of the agent's operations.
 pub fn caller() -> Caller {
     Caller {
-        // The configuration says what others may change.
+        // The rights in the configuration limit the changes.
         role: Role::Developer,
         who: "network".into(),
         local: None,
         is_told: false,
-        place: Arc::new(Arc::new(Connections::default()).admit()),
+        connection: Arc::new(Arc::new(Connections::default()).admit()),
     }
 }
 
@@ -97,15 +98,15 @@ struct Answerer {
     shared: Arc<NetworkShared>,
     dispatcher: Dispatcher,
     caller: Caller,
-    places: Arc<Semaphore>,
+    permits: Arc<Semaphore>,
 }
 
 impl Answerer {
     fn new(shared: Arc<NetworkShared>) -> Self {
         Self {
-            dispatcher: Dispatcher::new(Arc::clone(&shared.surface), CHANGES, false),
+            dispatcher: Dispatcher::new(Arc::clone(&shared.surface), MAX_CHANGES, false),
             caller: caller(),
-            places: Arc::new(Semaphore::new(CHANGES)),
+            permits: Arc::new(Semaphore::new(MAX_CHANGES)),
             shared,
         }
     }
@@ -116,9 +117,9 @@ impl Answerer {
                 self.read(&query);
                 continue;
             }
-            match Arc::clone(&self.places).try_acquire_owned() {
-                Ok(place) => drop(tokio::spawn(Arc::clone(self).change(query, place))),
-                Err(_) => refuse(&query, &QueryRefusal::full(format!("{CHANGES} changes are at work"))),
+            match Arc::clone(&self.permits).try_acquire_owned() {
+                Ok(permit) => drop(tokio::spawn(Arc::clone(self).change(query, permit))),
+                Err(_) => refuse(&query, &QueryRefusal::full(format!("{MAX_CHANGES} changes are at work"))),
             }
         }
     }
@@ -188,7 +189,7 @@ impl Answerer {
     fn value(&self, query: &Query, path: &str) -> Result<(), QueryRefusal> {
         let found = self.shared.board().get(path).filter(|(property, _)| self.shared.is_published(property));
         let Some((property, field)) = found else {
-            // With access control, who asks may not know of the others.
+            // With access control, the help must not name properties without read access.
             let is_open = self.shared.settings.security.is_none();
             let published: Vec<_> = self.shared.published().filter(|_| is_open).collect();
             let near = nearest_paths(path, '/', published.iter().map(|property| property.path()));
@@ -234,8 +235,8 @@ impl Answerer {
         {
             let open = *locked(&self.shared.streams);
             let mut wanted = locked(&self.shared.wanted);
-            if open + wanted.len() >= STREAMS {
-                return Err(QueryRefusal::full(format!("{STREAMS} streams are open")));
+            if open + wanted.len() >= MAX_STREAMS {
+                return Err(QueryRefusal::full(format!("{MAX_STREAMS} streams are open")));
             }
             wanted.insert((property.path().to_owned(), options));
         }
@@ -279,7 +280,7 @@ impl Answerer {
         property.access() != Access::Output && self.shared.settings.is_settable(property.path())
     }
 
-    /// Returns the properties that others may read, and the mailboxes for messages.
+    /// Returns the properties that others may read, and the inboxes.
     fn listed(&self) -> impl Iterator<Item = Arc<Property>> {
         let properties = self.shared.board().properties().into_iter();
         properties.filter(|property| match property.access() {
@@ -316,8 +317,8 @@ impl Answerer {
         }
     }
 
-    /// Sets a property, or sends a message, and answers how that went.
-    async fn change(self: Arc<Self>, query: Query, _place: OwnedSemaphorePermit) {
+    /// Sets a property or sends a message, and answers with the outcome.
+    async fn change(self: Arc<Self>, query: Query, _permit: OwnedSemaphorePermit) {
         match self.carry_out(&query).await {
             Ok(body) => answer_json(&query, query.key_expr().clone(), &body),
             Err(refused) => refuse(&query, &refused),

@@ -13,28 +13,28 @@ use crate::settings::NetworkSecurity;
 use crate::settings::{NetworkMode, NetworkSettings};
 
 /// Time that a client waits for its router, ms.
-const ROUTER: u64 = 3_000;
+const ROUTER_TIMEOUT: u64 = 3_000;
 
 /// After so long without a packet a peer counts as gone, ms.
-const LEASE: u64 = 3_000;
+const PEER_TIMEOUT: u64 = 3_000;
 
 /// Maximum size of a received message, bytes.
 /// Data of others must not fill the memory.
-const LARGEST: usize = 64 << 20;
+const MAX_MESSAGE_SIZE: usize = 64 << 20;
 
 /// Maximum number of 64-KiB packets queued in a link.
 /// As many as Zenoh allows, so that a large value seldom waits for room.
-const PACKETS: u64 = 16;
+const QUEUED_PACKETS: u64 = 16;
 
 /// Maximum time that a value of several packets waits for room in a link, us.
 /// Then it is dropped: meanwhile, others wait for it.
-const ROOM: u64 = 40_000;
+const SEND_TIMEOUT: u64 = 40_000;
 
 /// Timeout for a closed session, and the polling period.
 const CLOSING: (Duration, Duration) = (Duration::from_secs(1), Duration::from_millis(5));
 
 /// Duration of the diagnosis of an unreachable router.
-const LOOK: Duration = Duration::from_millis(500);
+const DIAGNOSIS_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// Opens a session.
 /// A peer or router connects later to absent endpoints; a client needs its router at once.
@@ -72,7 +72,7 @@ fn config(agent: &str, settings: &NetworkSettings) -> Result<Config, NetworkErro
         ("listen/endpoints", texts(&settings.listen)),
         ("listen/exit_on_failure", json!(true)),
         ("connect/endpoints", texts(&settings.connect)),
-        ("connect/timeout_ms", if is_client { json!(ROUTER) } else { json!(-1) }),
+        ("connect/timeout_ms", if is_client { json!(ROUTER_TIMEOUT) } else { json!(-1) }),
         ("connect/exit_on_failure", json!(is_client)),
         (
             "connect/retry",
@@ -82,10 +82,13 @@ fn config(agent: &str, settings: &NetworkSettings) -> Result<Config, NetworkErro
         // Else peers connect to endpoints that no file names.
         ("scouting/gossip/enabled", json!(false)),
         ("scouting/delay", json!(100)),
-        ("transport/link/tx/lease", json!(LEASE)),
-        ("transport/link/tx/queue/size/data", json!(PACKETS)),
-        ("transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments", json!(ROOM)),
-        ("transport/link/rx/max_message_size", json!(LARGEST)),
+        ("transport/link/tx/lease", json!(PEER_TIMEOUT)),
+        ("transport/link/tx/queue/size/data", json!(QUEUED_PACKETS)),
+        (
+            "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments",
+            json!(SEND_TIMEOUT),
+        ),
+        ("transport/link/rx/max_message_size", json!(MAX_MESSAGE_SIZE)),
         ("adminspace/enabled", json!(false)),
     ];
     entries.extend(settings.security.as_ref().map(|security| ("transport/link/tls", certificates(security))));
@@ -155,7 +158,7 @@ fn diagnosis(settings: &NetworkSettings, message: &str) -> NetworkError {
                     } else {
                         ""
                     };
-                    format!("nothing answers as a router within {} s{hint}", ROUTER / 1_000)
+                    format!("nothing answers as a router within {} s{hint}", ROUTER_TIMEOUT / 1_000)
                 },
                 |error| error.to_string(),
             ),
@@ -177,5 +180,7 @@ fn connect(endpoint: &NetworkEndpoint) -> std::io::Result<()> {
     if endpoint.carrier() != "tcp" {
         return Ok(());
     }
-    addresses.take(1).try_for_each(|address| TcpStream::connect_timeout(&address, LOOK).map(drop))
+    addresses
+        .take(1)
+        .try_for_each(|address| TcpStream::connect_timeout(&address, DIAGNOSIS_TIMEOUT).map(drop))
 }

@@ -105,7 +105,7 @@ impl Default for NetworkSettings {
     }
 }
 
-const KNOWN: [&str; 9] =
+const TABLE_KEYS: [&str; 9] =
     ["mode", "listen", "connect", "multicast", "publish", "set", "read", "team", "security"];
 
 impl NetworkSettings {
@@ -120,7 +120,7 @@ impl NetworkSettings {
     }
 
     /// Returns whether an agent is in the team, directly or through a router.
-    pub fn is_team_mate(&self, agent: &str) -> bool {
+    pub fn is_team_peer(&self, agent: &str) -> bool {
         let may = |security: &NetworkSecurity| security.rights(agent).is_some_and(|rights| rights.team);
         self.team.is_some() && self.security.as_ref().is_none_or(may)
     }
@@ -163,7 +163,7 @@ impl NetworkSettingsReader<'_> {
             self.add(root.span, message, "write [network]");
             return settings;
         };
-        self.unknown_keys(table, "in [network]", &KNOWN);
+        self.unknown_keys(table, "in [network]", &TABLE_KEYS);
         settings.mode = self.mode(table);
         settings.listen = self.endpoints(table, "listen");
         settings.connect = self.endpoints(table, "connect");

@@ -21,7 +21,7 @@ pub struct NetworkShared {
     /// Wakes the network's thread.
     pub wake: Arc<Wake>,
     pub ended: AtomicBool,
-    /// Streams requested since the network thread's last look, and the number open.
+    /// Streams requested since the network thread's last pass, and the number open.
     pub wanted: Mutex<BTreeSet<StreamName>>,
     pub streams: Mutex<usize>,
     /// Agents on the network.

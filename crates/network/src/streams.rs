@@ -18,11 +18,11 @@ use crate::shared::{NetworkShared, locked};
 
 /// Time that a stream without readers is kept, ns.
 /// Its reader's subscription may be on its way, or its link may be cut.
-const KEPT: u64 = 5_000_000_000;
-const KEPT_RELIABLE: u64 = 30_000_000_000;
+const STREAM_LIFETIME: u64 = 5_000_000_000;
+const RELIABLE_STREAM_LIFETIME: u64 = 30_000_000_000;
 
 /// Streams of an agent at a time.
-pub const STREAMS: usize = 1024;
+pub const MAX_STREAMS: usize = 1024;
 
 /// Requested streams, as long as they are read.
 /// It belongs to the network's thread.
@@ -39,7 +39,7 @@ struct Stream {
     /// Time of the last read, and time when the next value may be sent, ns.
     read: u64,
     next: u64,
-    is_told: bool,
+    is_error_logged: bool,
 }
 
 struct StreamSource {
@@ -74,12 +74,13 @@ impl Streams {
             match stream.step(shared, path, now) {
                 Ok(Some(due)) => next = next.min(due),
                 Ok(None) => {}
-                Err(reason) if !std::mem::replace(&mut stream.is_told, true) => {
+                Err(reason) if !std::mem::replace(&mut stream.is_error_logged, true) => {
                     shared.log(Level::Warn, &format!("/{path} with `{options}` is not published: {reason}"));
                 }
                 Err(_) => {}
             }
-            let kept = if options.mode == ReadMode::Reliable { KEPT_RELIABLE } else { KEPT };
+            let kept =
+                if options.mode == ReadMode::Reliable { RELIABLE_STREAM_LIFETIME } else { STREAM_LIFETIME };
             now.saturating_sub(stream.read) < kept
         });
         Duration::from_nanos(next.saturating_sub(now))
@@ -96,8 +97,14 @@ impl Streams {
         let size = newest.map_or(0, |(bytes, ..)| bytes.len());
         let publisher =
             ValuePublisher::new(&self.shared.session, (key, size), options.mode, &self.shared.wake)?;
-        let stream =
-            Stream { publisher, options: *options, source: None, read: now, next: now, is_told: false };
+        let stream = Stream {
+            publisher,
+            options: *options,
+            source: None,
+            read: now,
+            next: now,
+            is_error_logged: false,
+        };
         self.open.insert(name, stream);
         *locked(&self.shared.streams) = self.open.len();
         Ok(())
@@ -114,7 +121,7 @@ impl Stream {
             self.source = None;
             return Ok(None);
         }
-        // Those of a reader whose link is cut for a moment are kept for it.
+        // The cache keeps values for a reader whose link is cut for a moment.
         self.follow(shared, path)?;
         if self.options.values == ReadValues::All {
             return self.send_all().map(|()| None);
@@ -126,7 +133,7 @@ impl Stream {
             ReadRate::OnChange { interval } if has_news => self.next = now + interval,
             ReadRate::OnChange { .. } => return Ok(None),
             ReadRate::Every(period) => {
-                // Those that were missed are not made up for.
+                // Missed periods are skipped.
                 let missed = (now - self.next) / period;
                 self.next += (missed + 1) * period;
             }

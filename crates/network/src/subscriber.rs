@@ -37,9 +37,10 @@ impl InputSubscriber {
             };
             return Ok(Self { _samples: subscribe(reader.key(), Box::new(take))?, _heartbeats: None });
         };
-        let (taking, hearing) = (Arc::clone(recovery), Arc::clone(recovery));
-        let heartbeats = subscribe(recovery.kept_key(), Box::new(move |sample| hearing.announce(&sample)))?;
-        let samples = subscribe(reader.key(), Box::new(move |sample| taking.take(sample)))?;
+        let (received, announced) = (Arc::clone(recovery), Arc::clone(recovery));
+        let heartbeats =
+            subscribe(recovery.cache_key(), Box::new(move |sample| announced.announce(&sample)))?;
+        let samples = subscribe(reader.key(), Box::new(move |sample| received.take(sample)))?;
         Ok(Self { _samples: samples, _heartbeats: Some(heartbeats) })
     }
 }

@@ -30,7 +30,9 @@ mod trajectory;
 
 pub use batch::{Batch, Collisions, Companion, Spread};
 pub use error::Error;
-pub use recorder::{CONFIGURATION, Misspelt, RecordError, RecordState, Recorded, Recorder, misspelt};
+pub use recorder::{
+    CONFIGURATION, RecordError, RecordState, Recorded, Recorder, UnmatchedPattern, unmatched_patterns,
+};
 pub use report::Report;
 pub use rocs_log::RocsLog;
 pub use scene::{Bounds, Circle, Cone, Goal, Polygon, Robot, Scene};

@@ -5,9 +5,9 @@ mod canvas;
 mod curves;
 mod map;
 mod scene;
-mod sight;
 mod timeline;
 mod view;
+mod visibility;
 
 pub(crate) use animation::animation;
 pub(crate) use curves::{Curve, curves};

@@ -21,15 +21,15 @@ pub struct RocsLog {
 
 const HEADER: &str = "X, Y, T, Action";
 /// Time between two lines, nanoseconds.
-const PERIOD: u64 = 50_000_000;
+const SAMPLE_PERIOD: u64 = 50_000_000;
 /// Maximum distance between consecutive lines, metres.
 /// A line farther away is torn.
-const JUMP: f64 = 0.3;
+const MAX_STEP: f64 = 0.3;
 /// Number of consecutive lines elsewhere that mean a relocated robot.
 /// Fewer are torn lines.
-const SETTLED: usize = 10;
+const RELOCATION_LINES: usize = 10;
 /// Maximum size of a log, bytes.
-const LARGEST: u64 = 64 << 20;
+const MAX_FILE_SIZE: u64 = 64 << 20;
 
 impl RocsLog {
     /// Reads a log.
@@ -39,8 +39,8 @@ impl RocsLog {
     pub fn read(path: &Path) -> Result<Self, Error> {
         let failed = |source| Error::Read { path: path.into(), source };
         let size = std::fs::metadata(path).map_err(failed)?.len();
-        if size > LARGEST {
-            let what = format!("it has {size} bytes, expected at most {LARGEST}; cut it");
+        if size > MAX_FILE_SIZE {
+            let what = format!("it has {size} bytes, expected at most {MAX_FILE_SIZE}; cut it");
             return Err(Error::Unfit { path: path.into(), what });
         }
         let text = std::fs::read_to_string(path).map_err(failed)?;
@@ -65,7 +65,7 @@ impl RocsLog {
             let what = format!("it has no line after its header `{HEADER}`");
             return Err(Error::Unfit { path: path.into(), what });
         }
-        let (samples, left_out) = without_torn(samples);
+        let (samples, left_out) = remove_torn(samples);
         Ok(Self { robot, trajectory: Trajectory { samples }, left_out })
     }
 }
@@ -83,7 +83,7 @@ fn sample(line: &str, number: usize, robot: &str) -> Result<Sample, String> {
     let action = cells.next().filter(|action| !action.is_empty()).ok_or_else(expected)?;
     // Their reflexes are called `Reaction` and by their law.
     let route = if action.starts_with("Reaction") { Route::Reactive } else { Route::Deliberative };
-    let time = (number as u64 - 1) * PERIOD;
+    let time = (number as u64 - 1) * SAMPLE_PERIOD;
     Ok(Sample { time, robot: robot.into(), x, y, theta, route: Some(route), action: action.into() })
 }
 
@@ -94,16 +94,16 @@ fn shortened(line: &str) -> String {
 
 /// Removes torn samples, and those after the robot was relocated.
 /// Returns also the number of removed samples.
-fn without_torn(samples: Vec<Sample>) -> (Vec<Sample>, usize) {
-    let near = |one: &Sample, other: &Sample| libm::hypot(one.x - other.x, one.y - other.y) <= JUMP;
+fn remove_torn(samples: Vec<Sample>) -> (Vec<Sample>, usize) {
+    let near = |one: &Sample, other: &Sample| libm::hypot(one.x - other.x, one.y - other.y) <= MAX_STEP;
     let follow = |samples: &[Sample]| samples.windows(2).all(|pair| near(&pair[0], &pair[1]));
     let mut kept: Vec<Sample> = Vec::with_capacity(samples.len());
     for (index, sample) in samples.iter().enumerate() {
-        let next = &samples[index..samples.len().min(index + SETTLED)];
+        let next = &samples[index..samples.len().min(index + RELOCATION_LINES)];
         match kept.last() {
             Some(last) if near(last, sample) => kept.push(sample.clone()),
             // The simulator was reset.
-            Some(_) if next.len() == SETTLED && follow(next) => break,
+            Some(_) if next.len() == RELOCATION_LINES && follow(next) => break,
             Some(_) => {}
             None if follow(&next[..next.len().min(2)]) => kept.push(sample.clone()),
             None => {}

@@ -45,9 +45,9 @@ pub(crate) fn sum(values: impl Iterator<Item = f64>) -> f64 {
 /// With that mean, as few events as were counted, or fewer, occur in 5 % of all cases. It is Garwood's exact bound,
 /// half the 95th percentile of the chi-squared distribution with 2 (`events` + 1) degrees of freedom.
 pub(crate) fn poisson_bound(events: u64) -> f64 {
-    const RISK: f64 = 0.05;
+    const TAIL_PROBABILITY: f64 = 0.05;
     if events == 0 {
-        return -libm::log(RISK);
+        return -libm::log(TAIL_PROBABILITY);
     }
     let counted = events as f64;
     let (mut low, mut high) = (counted, 2.0 * counted + 5.0);
@@ -56,7 +56,7 @@ pub(crate) fn poisson_bound(events: u64) -> f64 {
         if middle <= low || middle >= high {
             return high;
         }
-        if at_most(events, middle) > RISK { low = middle } else { high = middle }
+        if at_most(events, middle) > TAIL_PROBABILITY { low = middle } else { high = middle }
     }
 }
 

@@ -33,7 +33,7 @@ fn without_samples_there_is_the_header() {
 
 /// The samples of two robots at times of a run, until it has so many.
 fn grow(trajectory: &mut ThinnedTrajectory, times: std::ops::Range<u64>) {
-    for time in times.map(|number| number * ThinnedTrajectory::PERIOD) {
+    for time in times.map(|number| number * ThinnedTrajectory::SAMPLE_PERIOD) {
         let robots = ["r1", "r2"].map(|robot| sample(time, robot, time as f64 * 1e-9, 0.5, None, ""));
         trajectory.add(time, false, robots);
     }
@@ -44,10 +44,10 @@ fn thinned_trajectory_is_bounded_and_even() {
     let mut trajectory = ThinnedTrajectory::default();
     grow(&mut trajectory, 0..100_000);
     let samples = trajectory.samples();
-    assert!((ThinnedTrajectory::LIMIT / 2..=ThinnedTrajectory::LIMIT).contains(&samples.len()));
+    assert!((ThinnedTrajectory::MAX_SAMPLES / 2..=ThinnedTrajectory::MAX_SAMPLES).contains(&samples.len()));
     assert!(samples.chunks(2).all(|both| both[0].time == both[1].time), "the robots have the same times");
     let step = samples[2].time - samples[0].time;
-    assert_eq!(step, 16 * ThinnedTrajectory::PERIOD);
+    assert_eq!(step, 16 * ThinnedTrajectory::SAMPLE_PERIOD);
     assert!(samples.windows(3).all(|three| three[2].time - three[0].time == step), "no gap is left");
     let mut again = ThinnedTrajectory::default();
     grow(&mut again, 0..100_000);
@@ -70,7 +70,7 @@ fn reader_of_thinned_trajectory_gets_what_is_new() {
     assert!(!position.follows(before));
     while again.len() < trajectory.samples().len() {
         let more = trajectory.read(&mut position);
-        assert!((1..=ThinnedTrajectory::BATCH).contains(&more.len()));
+        assert!((1..=ThinnedTrajectory::BATCH_SIZE).contains(&more.len()));
         again.extend_from_slice(more);
     }
     assert_eq!(again, trajectory.samples(), "all again, as some were removed");

@@ -15,7 +15,7 @@ use crate::warnings::{RunWarning, Warnings};
 
 /// Age from which a RobotModel counts as not updated, ns.
 /// Its robot does not know its pose.
-const OLD: u64 = 1_000_000_000;
+const MAX_AGE: u64 = 1_000_000_000;
 
 /// Describes the silent sensors of all robots at the end of a run.
 /// Such as "r2: the sensor `sonar` stopped at 2.48 s"; for a failed run also the other causes that keep the robots from
@@ -98,7 +98,7 @@ impl<'a> EndOfRun<'a> {
                 let Some(Value::List(sensors)) = model.and_then(|model| model.get("sensors")) else {
                     return true;
                 };
-                let is_old = now.saturating_sub(stamp.time) > OLD;
+                let is_old = now.saturating_sub(stamp.time) > MAX_AGE;
                 let pose = model.and_then(|model| model.get("pose"));
                 let is_nan = |field: &str| {
                     pose.and_then(|pose| pose.get(field)).and_then(Value::as_f64).is_some_and(f64::is_nan)
@@ -175,7 +175,7 @@ impl<'a> EndOfRun<'a> {
     /// Returns the time of the last write, s, if that is long ago.
     fn silent_since(&self, path: &str, now: u64) -> Option<f64> {
         let (_, stamp) = self.board.read(path).ok().flatten()?;
-        (now.saturating_sub(stamp.time) > OLD).then_some(stamp.time as f64 * 1e-9)
+        (now.saturating_sub(stamp.time) > MAX_AGE).then_some(stamp.time as f64 * 1e-9)
     }
 
     /// Returns the inputs of a Knowledge that read Sensors, with their sources.

@@ -27,11 +27,11 @@ use crate::unfed::UnfedInputs;
 use crate::warnings::Warnings;
 
 /// Figures of every judge, which are fields of the summary.
-const STANDARD: [&str; 6] =
+const STANDARD_FIGURES: [&str; 6] =
     ["time_to_goal", "path_length", "shortest_path", "minimum_clearance", "collisions", "collisions_caused"];
 
 /// Time at one place after which a failed run reports that a robot stood, ns.
-const STOOD: u64 = 10_000_000_000;
+const MIN_STANDSTILL: u64 = 10_000_000_000;
 
 /// Result of a run.
 pub struct Finished {
@@ -129,7 +129,7 @@ impl MissionRun {
         let scene = scene::of(&application.configuration)?;
         let course = RunHistory::new(&application.name, memories(&agent));
         course.note_variants(&application.configuration, 0);
-        agent.composer().keep(run_history::NAME, Arc::new(course.clone()));
+        agent.composer().keep(run_history::SNAPSHOT_KEY, Arc::new(course.clone()));
         Ok(Self {
             agent,
             observation,
@@ -227,7 +227,8 @@ impl MissionRun {
     /// Such as "r2 stood at (-2.10, 2.24) m since 34.12 s, on the reactive route (AvoidObstacle)".
     fn robots_that_stood(&self, now: u64) -> Option<String> {
         let stood = self.course.routes().into_iter().filter_map(|(robot, routes)| {
-            let ([x, y], since) = routes.stays().filter(|(_, since)| now.saturating_sub(*since) >= STOOD)?;
+            let ([x, y], since) =
+                routes.stays().filter(|(_, since)| now.saturating_sub(*since) >= MIN_STANDSTILL)?;
             let route = routes.route().map_or_else(String::new, |route| {
                 let observed = self.observation.robots.iter().find(|observed| observed.name == robot);
                 let action = observed.and_then(|observed| observed.now()).map(|now| now.action);
@@ -289,7 +290,7 @@ impl MissionRun {
             .reduce(|message, cause| format!("{message}; {cause}"));
         let mut judged = judged.into_iter();
         let JudgeMetrics { robot: first, mut figures, mut units } = judged.next().unwrap_or_default();
-        let standard = STANDARD.map(|name| figures.remove(name));
+        let standard = STANDARD_FIGURES.map(|name| figures.remove(name));
         let [time_to_goal, path_length, shortest_path, minimum_clearance, collisions, collisions_caused] =
             standard;
         let count = |figure: Option<f64>| figure.map_or(0, |figure| figure as u64);

@@ -217,7 +217,7 @@ impl Observation {
 }
 
 /// Names of properties that are the goal of a robot.
-const GOALS: [&str; 2] = ["goal", "target"];
+const GOAL_INPUTS: [&str; 2] = ["goal", "target"];
 
 /// Interfaces of goals.
 const GOAL_INTERFACES: [&str; 2] = ["Point2", "Pose2"];
@@ -230,7 +230,7 @@ fn goals_of(status: &str, board: &Board) -> Vec<Arc<Property>> {
         let path = property.path().trim_start_matches('/');
         let name = path.rsplit_once('/').map(|(_, name)| name);
         is_within(path, robot)
-            && name.is_some_and(|name| GOALS.contains(&name))
+            && name.is_some_and(|name| GOAL_INPUTS.contains(&name))
             && GOAL_INTERFACES.contains(&property.descriptor().name)
     };
     let mut goals: Vec<_> = board.properties().into_iter().filter(is_goal).collect();

@@ -213,18 +213,18 @@ fn conclude(
 
 /// Address space that an agent's threads and shared memory reserve, bytes.
 /// Most of it is never used.
-const ADDRESS_SPACE: u64 = 1 << 30;
+const REQUIRED_ADDRESS_SPACE: u64 = 1 << 30;
 
 /// Warns if the process may reserve less memory than an agent does.
 /// The system would end it without a message.
 fn warn_of_little_memory() {
     let limit = rustix::process::getrlimit(rustix::process::Resource::As).current;
-    if let Some(limit) = limit.filter(|limit| *limit < ADDRESS_SPACE) {
+    if let Some(limit) = limit.filter(|limit| *limit < REQUIRED_ADDRESS_SPACE) {
         eprintln!(
             "warning: the address space is limited to {} MiB, and an agent reserves up to {} MiB\n  help: if it ends \
              early, raise the limit: ulimit -v unlimited",
             limit >> 20,
-            ADDRESS_SPACE >> 20
+            REQUIRED_ADDRESS_SPACE >> 20
         );
     }
 }

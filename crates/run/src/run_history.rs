@@ -14,7 +14,7 @@ use slate_runtime::snapshot::{Keepsake, Snapshot};
 use crate::observation::Observation;
 
 /// Key of the history in a snapshot.
-pub const NAME: &str = "run";
+pub const SNAPSHOT_KEY: &str = "run";
 
 /// Clones are handles of the same.
 #[derive(Clone, Debug)]
@@ -86,7 +86,7 @@ impl RunHistory {
 
     /// Returns the name of the run in a snapshot.
     pub fn name_in(snapshot: &Snapshot) -> Option<String> {
-        serde_json::from_slice::<RunState>(snapshot.kept(NAME)?).ok().map(|state| state.name)
+        serde_json::from_slice::<RunState>(snapshot.kept(SNAPSHOT_KEY)?).ok().map(|state| state.name)
     }
 
     fn state(&self) -> MutexGuard<'_, RunState> {

@@ -15,11 +15,11 @@ use crate::console::RunConsole;
 pub const DEBOUNCE: Duration = Duration::from_millis(300);
 
 /// Polling period for browsers.
-const PERIOD: Duration = Duration::from_millis(200);
+const CHECK_PERIOD: Duration = Duration::from_millis(200);
 
 /// Time without a connected browser after which the run ends.
 /// A page that is reloaded is away for less.
-const GRACE: Duration = Duration::from_secs(3);
+const DISCONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Interrupt flag of a run, set by a person.
 /// Clones are handles of the same flag.
@@ -89,10 +89,10 @@ pub fn stay(interrupt: &Interrupt, console: Option<&RunConsole>, wishes: bool) {
     let until = if wishes { "until Ctrl-C" } else { "while its browser is connected, or until Ctrl-C" };
     eprintln!("the run is over; the agent stays{link} {until}");
     let mut seen = now();
-    while !interrupt.wait(PERIOD) {
+    while !interrupt.wait(CHECK_PERIOD) {
         if wishes || has_browser() {
             seen = now();
-        } else if seen.elapsed() >= GRACE {
+        } else if seen.elapsed() >= DISCONNECT_TIMEOUT {
             return;
         }
     }

@@ -13,11 +13,11 @@ use slate_record::Route;
 use crate::observation::Observation;
 
 /// Sampling period of the robots' poses.
-const PERIOD: Duration = Duration::from_millis(50);
+const SAMPLE_PERIOD: Duration = Duration::from_millis(50);
 
 /// Maximum number of points of a robot.
 /// When there are more, every second one is dropped, and the sampling rate is halved.
-const MOST: usize = 8192;
+const MAX_SAMPLES: usize = 8192;
 
 /// Columns of a table, a row for each time.
 #[derive(Default, Serialize)]
@@ -50,7 +50,7 @@ impl Trail {
         if !is_switch && !self.looks.is_multiple_of(self.every.max(1)) {
             return;
         }
-        if self.time.len() >= MOST {
+        if self.time.len() >= MAX_SAMPLES {
             self.keep(|index| index.is_multiple_of(2));
             self.every = self.every.max(1) * 2;
         }
@@ -91,7 +91,7 @@ impl Trails {
         let follow = move || {
             while !stopped.load(Ordering::Acquire) {
                 look(&observation, clock(), &mut locked(&trails));
-                std::thread::sleep(PERIOD);
+                std::thread::sleep(SAMPLE_PERIOD);
             }
         };
         let thread = std::thread::Builder::new().name("trails".into()).spawn(follow).ok();
@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn a_long_run_has_fewer_points_from_its_start_to_its_end() {
         let trail = trail(1..=50_000);
-        assert!((MOST / 2..=MOST).contains(&trail.time.len()), "{}", trail.time.len());
+        assert!((MAX_SAMPLES / 2..=MAX_SAMPLES).contains(&trail.time.len()), "{}", trail.time.len());
         assert_eq!(trail.time[0], 1);
         assert!(trail.time.last().is_some_and(|last| *last > 49_980));
         assert!(

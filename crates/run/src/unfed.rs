@@ -6,7 +6,7 @@ use slate_module::Level;
 use slate_runtime::{Agent, Composer, ModuleStatus};
 
 /// Time after which a run reports modules that still wait, ns of the agent's time.
-const GRACE: u64 = 2_000_000_000;
+const REPORT_DELAY: u64 = 2_000_000_000;
 
 /// Reports once which required inputs of a run have no value.
 pub struct UnfedInputs {
@@ -28,7 +28,7 @@ impl UnfedInputs {
 
     /// Logs the inputs without a value when the time has come; called in every cycle.
     pub fn note(&mut self, now: u64) {
-        let due = *self.due.get_or_insert(now.saturating_add(GRACE));
+        let due = *self.due.get_or_insert(now.saturating_add(REPORT_DELAY));
         if self.is_reported || now < due {
             return;
         }

@@ -7,7 +7,7 @@ use slate_module::Level;
 use slate_runtime::log::{LogTarget, Record};
 
 /// Maximum number of warnings in the end message of a run.
-const TOLD: usize = 3;
+const MAX_WARNINGS: usize = 3;
 
 /// Warning or an error of a module.
 #[derive(Clone)]
@@ -29,7 +29,7 @@ impl Warnings {
     pub fn newest(&self) -> Vec<RunWarning> {
         let mut all: Vec<_> = self.kept().values().cloned().collect();
         all.sort_by_key(|warning| warning.time);
-        all.split_off(all.len().saturating_sub(TOLD))
+        all.split_off(all.len().saturating_sub(MAX_WARNINGS))
     }
 
     fn kept(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, RunWarning>> {

@@ -32,5 +32,5 @@ pub use slate_engine::clock::{Calendar, RecordedTimes, TimeSource};
 pub use slate_engine::main_loop::{
     AgentTrace, Control, Cycle, End, LoopPolicy, LoopPosition, Observer, Rate, STAGE_LIMIT,
 };
-pub use slate_engine::{give_way, isolation, log, plugin, synchronization, timing};
+pub use slate_engine::{isolation, log, plugin, set_batch_scheduling, synchronization, timing};
 pub use slate_module::Stage;

@@ -110,7 +110,7 @@ impl Module for Director {
     type State = ();
 
     fn tick(_: &mut (), io: &DirectorIo, _: &(), _: &Tick) -> Outcome {
-        if !io.main_loop.has() {
+        if !io.main_loop.is_held() {
             let all = LoopStage { name: "All", members: &Stage::ALL, timeout: None };
             io.main_loop.take(&[all], InOrder).unwrap();
         }

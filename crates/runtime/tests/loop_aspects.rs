@@ -55,12 +55,12 @@ impl Module for Conductor {
 
     fn tick(_: &mut (), io: &ConductorIo, params: &ConductorParams, now: &Tick) -> Outcome {
         if now.number() == params.take_at {
-            io.main_loop.take_order(Halving { panic_at: params.panic_at });
+            io.main_loop.take_with_policy(Halving { panic_at: params.panic_at });
         }
         if now.number() == params.give_at {
             io.main_loop.give_back();
         }
-        io.has.set(common::Number { value: io.main_loop.has().into() });
+        io.has.set(common::Number { value: io.main_loop.is_held().into() });
         if now.number() == params.fail_at { Outcome::Failed } else { Outcome::Ok }
     }
 }

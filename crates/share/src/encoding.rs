@@ -10,7 +10,7 @@ use crate::session::{Compression, Encoding};
 mod image;
 
 /// Size below which values are not compressed, bytes.
-const SMALLEST: usize = 256;
+const MIN_COMPRESSED_SIZE: usize = 256;
 
 /// Appends the content of a value of that interface.
 /// It is compressed if that is requested and pays.
@@ -20,7 +20,7 @@ pub fn encode(
     compression: Compression,
     content: &mut Vec<u8>,
 ) -> Encoding {
-    if bytes.len() >= SMALLEST {
+    if bytes.len() >= MIN_COMPRESSED_SIZE {
         #[cfg(feature = "jpeg")]
         if let Compression::Jpeg(quality) = compression
             && image::encode(descriptor, bytes, quality, content)

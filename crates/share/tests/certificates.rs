@@ -18,7 +18,7 @@ use slate_blackboard::interface::Value;
 use slate_runtime::sharing::About;
 use slate_share::carrier::tls::Tls;
 use slate_share::carrier::{Carrier, CarrierError};
-use slate_share::peers::{Happening, Notice, Setup};
+use slate_share::peers::{Notice, PeerEvent, Setup};
 
 const HOUR: Duration = Duration::from_secs(3600);
 
@@ -262,7 +262,7 @@ fn what_is_no_agent_of_ours_is_told_once_and_holds_nobody() {
     let notice: Notice = {
         let told = Arc::clone(&told);
         Arc::new(move |_, happening| {
-            if let Happening::Rejected { reason } = happening {
+            if let PeerEvent::Rejected { reason } = happening {
                 told.lock().unwrap().push(reason.clone());
             }
         })

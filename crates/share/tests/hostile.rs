@@ -218,7 +218,7 @@ impl Application for Hostile {
     fn sample(&mut self, _: u32, _: &Sample, _: u64, content: &[u8]) {
         self.values.push(content.to_vec());
     }
-    fn has_news(&mut self, _: u32) -> bool {
+    fn has_update(&mut self, _: u32) -> bool {
         false
     }
     fn take(&mut self, _: u32, _: &mut Vec<u8>) -> Option<Sample> {

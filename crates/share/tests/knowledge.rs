@@ -24,7 +24,7 @@ fn facts_reach_unacquainted_robots_without_waiting_for_a_tick() {
     for (place, robot) in chain.iter_mut().enumerate() {
         for neighbour in [place.wrapping_sub(1), place + 1] {
             if neighbour < 5 {
-                robot.meet(neighbour as u32);
+                robot.add_neighbour(neighbour as u32);
             }
         }
     }
@@ -208,8 +208,8 @@ fn a_life_that_comes_in_parts_is_seen_as_a_whole_or_not_at_all() {
     for number in 0..12_u8 {
         team[0].state(1, &[number], value(&[number; 64])).unwrap();
     }
-    team[0].meet(1);
-    team[1].meet(0);
+    team[0].add_neighbour(1);
+    team[1].add_neighbour(0);
     team[1].tick();
     let mut parts = 0;
     let mut queue = vec![];
@@ -289,7 +289,7 @@ fn two_robots_of_one_number_are_detected_and_do_not_fight() {
 fn messages_that_nobody_takes_are_bounded_and_counted() {
     let mut replica = tight(0, 1);
     for neighbour in 1..4 {
-        replica.meet(neighbour);
+        replica.add_neighbour(neighbour);
     }
     for _ in 0..1000 {
         replica.tick();
@@ -297,7 +297,7 @@ fn messages_that_nobody_takes_are_bounded_and_counted() {
     assert_eq!(replica.counters().dropped, 2000 - TIGHT.outgoing as u64);
     assert!(replica.memory() <= TIGHT.memory());
     for neighbour in 1..4 {
-        replica.part(neighbour);
+        replica.remove_neighbour(neighbour);
     }
     assert_eq!(replica.outgoing(), None);
 }

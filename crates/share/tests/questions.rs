@@ -11,7 +11,7 @@ use slate_blackboard::Board;
 use slate_blackboard::interface::Interface;
 use slate_blackboard::wake::Wake;
 use slate_module::encode_interface;
-use slate_share::peers::{Happening, Peer, Want};
+use slate_share::peers::{Peer, PeerEvent, Want};
 use slate_share::session::{Application, DeliveryStatus, Event, Identity, Options, SendError, Session};
 
 /// Another agent that answers as it likes.
@@ -73,8 +73,8 @@ impl Pair {
     }
 
     fn listed(&mut self) -> Vec<(u32, bool)> {
-        let listed = self.peer.happenings().filter_map(|happening| match happening {
-            Happening::Listed { request, answer } => Some((request, answer.is_ok())),
+        let listed = self.peer.unread_events().filter_map(|happening| match happening {
+            PeerEvent::Listed { request, answer } => Some((request, answer.is_ok())),
             _ => None,
         });
         listed.collect()
@@ -84,20 +84,20 @@ impl Pair {
 #[test]
 fn an_abandoned_query_keeps_its_place_until_it_is_answered() {
     let mut pair = Pair::new();
-    let open: Vec<u32> = (0..16).map(|_| pair.peer.ask("**", true).unwrap()).collect();
-    assert_eq!(pair.peer.ask("**", true), Err(SendError::Unanswered));
-    pair.peer.give_up(open[3]);
+    let open: Vec<u32> = (0..16).map(|_| pair.peer.query("**", true).unwrap()).collect();
+    assert_eq!(pair.peer.query("**", true), Err(SendError::Unanswered));
+    pair.peer.cancel_query(open[3]);
     // The other agent still has it, and no place for another one.
-    assert_eq!(pair.peer.ask("**", true), Err(SendError::Unanswered));
+    assert_eq!(pair.peer.query("**", true), Err(SendError::Unanswered));
     pair.steps(5);
     // The answer is nobody's, and makes room.
-    pair.session.part(open[3], &[], true);
-    pair.session.part(open[4], &[], true);
+    pair.session.send_part(open[3], &[], true);
+    pair.session.send_part(open[4], &[], true);
     pair.steps(5);
     assert_eq!(pair.listed(), [(open[4], true)]);
-    let last = pair.peer.ask("**", true).unwrap();
+    let last = pair.peer.query("**", true).unwrap();
     pair.steps(5);
-    pair.session.part(last, &[], true);
+    pair.session.send_part(last, &[], true);
     pair.steps(5);
     assert_eq!(pair.listed(), [(last, true)]);
 }
@@ -105,13 +105,13 @@ fn an_abandoned_query_keeps_its_place_until_it_is_answered() {
 #[test]
 fn a_query_that_is_not_taken_has_no_answer() {
     let mut pair = Pair::new();
-    let request = pair.peer.ask("**", true).unwrap();
+    let request = pair.peer.query("**", true).unwrap();
     pair.steps(5);
-    pair.session.leave_unanswered(request, "it is busy");
+    pair.session.decline_query(request, "it is busy");
     pair.steps(5);
-    let last = pair.peer.happenings().last();
+    let last = pair.peer.unread_events().last();
     assert!(
-        matches!(&last, Some(Happening::Listed { answer: Err(reason), .. }) if reason == "it is busy"),
+        matches!(&last, Some(PeerEvent::Listed { answer: Err(reason), .. }) if reason == "it is busy"),
         "{last:?}"
     );
 }
@@ -119,7 +119,7 @@ fn a_query_that_is_not_taken_has_no_answer() {
 #[test]
 fn what_is_not_whole_of_all_answers_together_is_bounded() {
     let mut pair = Pair::new();
-    let open: Vec<u32> = (0..16).map(|_| pair.peer.ask("**", true).unwrap()).collect();
+    let open: Vec<u32> = (0..16).map(|_| pair.peer.query("**", true).unwrap()).collect();
     pair.steps(5);
     assert_eq!(pair.other.asked, open);
     let interface = encode_interface(Number::DESCRIPTOR).unwrap();
@@ -131,7 +131,7 @@ fn what_is_not_whole_of_all_answers_together_is_bounded() {
     let part = entry(&"x".repeat(1 << 20));
     for request in &open {
         for _ in 0..mebibytes {
-            pair.session.part(*request, &part, false);
+            pair.session.send_part(*request, &part, false);
             pair.steps(4);
         }
     }
@@ -141,7 +141,7 @@ fn what_is_not_whole_of_all_answers_together_is_bounded() {
     assert!(refused.iter().all(|(_, is_whole)| !is_whole), "{refused:?}");
     assert_eq!(refused.len(), 6, "{refused:?}");
     // One that is whole makes room.
-    pair.session.part(open[0], &[], true);
+    pair.session.send_part(open[0], &[], true);
     pair.steps(5);
     assert_eq!(pair.listed(), [(open[0], true)]);
 }
@@ -157,9 +157,9 @@ fn a_message_is_accepted_once() {
     pair.steps(20);
     let answers: Vec<DeliveryStatus> = pair
         .peer
-        .happenings()
+        .unread_events()
         .filter_map(|happening| match happening {
-            Happening::Answered { answer, .. } => Some(answer),
+            PeerEvent::Answered { answer, .. } => Some(answer),
             _ => None,
         })
         .collect();

@@ -14,7 +14,7 @@ use slate_blackboard::message::Mailbox;
 use slate_runtime::sharing::Unread;
 use slate_share::carrier::Carrier;
 use slate_share::carrier::local::Local;
-use slate_share::peers::{Allowance, Happening, Notice, Rights, Setup, Status, Want};
+use slate_share::peers::{Allowance, Notice, PeerEvent, Rights, Setup, Status, Want};
 use slate_share::session::{Application, DeliveryStatus, Event, Identity, Limits, Options, Session};
 
 fn rights(agents: &[(&str, &[&str], &[&str])]) -> Rights {
@@ -62,7 +62,7 @@ fn an_agent_may_do_what_is_said_and_nothing_else() {
     assert_eq!(send("drive/commands"), Ok(DeliveryStatus::Accepted));
     assert_eq!(send("vault/commands"), Ok(DeliveryStatus::Denied));
     // It is not said that it is of the team.
-    assert!(!base.peers.tell("arm", b"something"));
+    assert!(!base.peers.send_knowledge("arm", b"something"));
     let listed = arm.peers.list("base", "**", true, limit).unwrap();
     let paths: Vec<_> = listed.iter().map(|property| property.path.as_str()).collect();
     assert_eq!(paths, ["drive/commands", "drive/speed"]);
@@ -165,7 +165,7 @@ fn rejected_attempts_fill_neither_log_nor_blackboard() {
     let notice: Notice = {
         let told = Arc::clone(&told);
         Arc::new(move |_, happening| {
-            if let Happening::Rejected { reason } = happening {
+            if let PeerEvent::Rejected { reason } = happening {
                 told.lock().unwrap().push(reason.clone());
             }
         })

@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use slate_mapek::FactTable;
 use slate_module::{Interface, interface};
-use slate_share::session::{Application, Event, Identity, LONGEST_KNOWLEDGE, Limits, Session};
+use slate_share::session::{Application, Event, Identity, Limits, MAX_KNOWLEDGE_SIZE, Session};
 use slate_share::team::{Layout, Member, SavedKnowledge, robot_number};
 
 /// A place.
@@ -20,7 +20,7 @@ struct Heard(Vec<Vec<u8>>);
 
 impl Application for Heard {
     fn event(&mut self, event: Event) {
-        if let Event::Told { bytes } = event {
+        if let Event::Knowledge { bytes } = event {
             self.0.push(bytes);
         }
     }
@@ -72,7 +72,7 @@ proptest! {
         let messages: Vec<Vec<u8>> =
             lengths.iter().enumerate().map(|(i, length)| vec![i as u8; *length]).collect();
         for message in &messages {
-            prop_assert!(pair[0].tell(message));
+            prop_assert!(pair[0].send_knowledge(message));
         }
         let mut lost = losses.iter();
         let [_, heard] = exchange(&mut pair, 2, largest, || !lost.next().copied().unwrap_or(false));
@@ -89,15 +89,15 @@ proptest! {
 #[test]
 fn what_waits_is_bounded_and_needs_a_connection() {
     let mut pair = pair();
-    assert!(!pair[0].tell(b"nobody is there"));
+    assert!(!pair[0].send_knowledge(b"nobody is there"));
     exchange(&mut pair, 1, 1024, || true);
-    assert!(!pair[0].tell(&vec![0; LONGEST_KNOWLEDGE + 1]));
-    let message = vec![0; LONGEST_KNOWLEDGE];
-    let taken = (0..1000).take_while(|_| pair[0].tell(&message)).count();
+    assert!(!pair[0].send_knowledge(&vec![0; MAX_KNOWLEDGE_SIZE + 1]));
+    let message = vec![0; MAX_KNOWLEDGE_SIZE];
+    let taken = (0..1000).take_while(|_| pair[0].send_knowledge(&message)).count();
     assert!((1..100).contains(&taken));
     let [_, heard] = exchange(&mut pair, 2, 8192, || true);
     assert_eq!(heard.len(), taken);
-    assert!(pair[0].tell(&message), "there is room again");
+    assert!(pair[0].send_knowledge(&message), "there is room again");
 }
 
 /// Lets all members tick and carries their messages, among those that know each other.
@@ -109,7 +109,7 @@ fn rounds(team: &mut [Member], rounds: usize) {
             while let Some((to, message)) = team[from].outgoing() {
                 let to = to.to_owned();
                 if let Some(to) = team.iter_mut().find(|member| member.name() == to) {
-                    to.hear(&name, &message).unwrap();
+                    to.receive(&name, &message).unwrap();
                 }
             }
         }
@@ -128,8 +128,8 @@ proptest! {
         let mut team: Vec<Member> =
             names.iter().map(|name| Member::new(name, robot_number(name), None).unwrap()).collect();
         for i in 1..names.len() {
-            team[i].meet(names[i - 1]).unwrap();
-            team[i - 1].meet(names[i]).unwrap();
+            team[i].add_neighbour(names[i - 1]).unwrap();
+            team[i - 1].add_neighbour(names[i]).unwrap();
         }
         let layout = Layout::of(FactTable::<Place>::DESCRIPTOR).unwrap();
         let mut wanted = std::collections::BTreeMap::new();
@@ -160,8 +160,8 @@ proptest! {
 #[test]
 fn interfaces_travel_with_the_facts() {
     let mut team = [Member::new("a", 1, None).unwrap(), Member::new("b", 2, None).unwrap()];
-    team[0].meet("b").unwrap();
-    team[1].meet("a").unwrap();
+    team[0].add_neighbour("b").unwrap();
+    team[1].add_neighbour("a").unwrap();
     let descriptor = FactTable::<Place>::DESCRIPTOR;
     let layout = Layout::of(descriptor).unwrap();
     assert_eq!(layout.value_size(), 8);
@@ -176,7 +176,7 @@ fn interfaces_travel_with_the_facts() {
 #[test]
 fn a_robot_that_takes_no_part_is_polled_ever_less_but_kept() {
     let mut member = Member::new("a", 1, None).unwrap();
-    member.meet("silent").unwrap();
+    member.add_neighbour("silent").unwrap();
     let mut told = |ticks: usize| {
         (0..ticks)
             .map(|_| {
@@ -214,7 +214,7 @@ fn quiet(robots: usize, knows: impl Fn(usize, usize) -> bool, percent: u64) -> (
     let layout = Layout::of(FactTable::<Place>::DESCRIPTOR).unwrap();
     for (robot, member) in team.iter_mut().enumerate() {
         let others = (0..robots).filter(|other| *other != robot && knows(robot, *other));
-        others.for_each(|other| member.meet(&names[other]).unwrap());
+        others.for_each(|other| member.add_neighbour(&names[other]).unwrap());
         member.state(1, ("places", "here"), &layout, 1.0, &[0; 8]).unwrap();
     }
     let mut loss = Loss { state: 0x9e37_79b9_7f4a_7c15, percent };
@@ -227,7 +227,7 @@ fn quiet(robots: usize, knows: impl Fn(usize, usize) -> bool, percent: u64) -> (
                 while let Some((to, message)) = team[from].outgoing() {
                     let to = to[1..].parse::<usize>().unwrap();
                     if !loss.loses() {
-                        team[to].hear(&names[from], &message).unwrap();
+                        team[to].receive(&names[from], &message).unwrap();
                         speaking.push(to);
                     }
                 }
@@ -282,19 +282,19 @@ fn an_interface_that_had_no_room_is_told_when_there_is_some() {
 fn who_is_heard_is_met_until_it_is_silent() {
     let mut team = [Member::new("a", 1, None).unwrap(), Member::new("b", 2, None).unwrap()];
     let layout = Layout::of(FactTable::<Place>::DESCRIPTOR).unwrap();
-    team[1].meet("a").unwrap();
+    team[1].add_neighbour("a").unwrap();
     team[1].state(1, ("places", "here"), &layout, 1.0, &[0; 8]).unwrap();
     // It was said to be gone, after it had come.
-    team[0].meet("b").unwrap();
-    team[0].part("b");
+    team[0].add_neighbour("b").unwrap();
+    team[0].remove_neighbour("b");
     rounds(&mut team, 3);
     assert_eq!((team[0].neighbours(), team[1].neighbours()), (1, 1));
     assert!(team[0].known().contains_key("places"));
     // What came last of one that is really gone.
     team[1].tick();
     let (_, last) = team[1].outgoing().unwrap();
-    team[0].part("b");
-    team[0].hear("b", &last).unwrap();
+    team[0].remove_neighbour("b");
+    team[0].receive("b", &last).unwrap();
     let mut told = 0;
     for _ in 0..1000 {
         team[0].tick();

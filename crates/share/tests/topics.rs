@@ -18,7 +18,7 @@ use slate_runtime::configuration::{Configuration, Options as Reading};
 use slate_runtime::{Agent, Control, Options, Rate, Stopper};
 use slate_share::agent::AgentSharing;
 use slate_share::knowledge::{Replica, Statement};
-use slate_share::peers::{Happening, Notice, Setup};
+use slate_share::peers::{Notice, PeerEvent, Setup};
 use slate_share::team::{Layout, Member, robot_number};
 
 /// A robot without modules, which logs to a file.
@@ -85,7 +85,7 @@ impl Odd {
         let notice: Notice = {
             let heard = Arc::clone(&heard);
             Arc::new(move |_, happening| {
-                if let Happening::Told { bytes } = happening {
+                if let PeerEvent::Knowledge { bytes } = happening {
                     heard.lock().unwrap().push(bytes.clone());
                 }
             })
@@ -100,12 +100,12 @@ impl Odd {
     }
 
     fn tell(&self, message: &[u8]) {
-        self.agent.peers.tell("one", message);
+        self.agent.peers.send_knowledge("one", message);
     }
 
     fn speak(&self, member: &mut Member) {
         member.tick();
-        self.heard().iter().for_each(|bytes| member.hear("one", bytes).unwrap());
+        self.heard().iter().for_each(|bytes| member.receive("one", bytes).unwrap());
         while let Some((_, message)) = member.outgoing() {
             self.tell(&message);
         }
@@ -118,7 +118,7 @@ fn topics_of_others_are_shown_as_far_as_there_is_room() {
     let folder = Folder::new();
     let (robot, odd) = (Robot::start(&folder), Odd::start(&folder));
     let mut member = Member::new("odd", 1, None).unwrap();
-    member.meet("one").unwrap();
+    member.add_neighbour("one").unwrap();
     let layout = Layout::of(FactTable::<Victim>::DESCRIPTOR).unwrap();
     for i in 0..100 {
         // A configuration would not let it state the former.
@@ -148,7 +148,7 @@ fn what_cant_be_shown_is_logged_once() {
     let one = robot_number("one");
     // It says nothing of the interface.
     let mut replica = Replica::new(robot_number("odd"), 1, Member::limits());
-    replica.meet(one);
+    replica.add_neighbour(one);
     let state = |replica: &mut Replica, topic: usize, value: u64| {
         let statement = Statement { schema: 7, certainty: 1.0, value: &value.to_le_bytes() };
         replica.state(value, format!("topic_{topic:02}:here").as_bytes(), statement).unwrap();

@@ -197,16 +197,16 @@ impl EventSource {
     }
 
     pub fn appear(&self) {
-        self.tell(Event::Appeared(Arc::clone(&self.path)));
+        self.emit(Event::Appeared(Arc::clone(&self.path)));
     }
 
     pub fn vanish(&self) {
-        self.tell(Event::Vanished(Arc::clone(&self.path)));
+        self.emit(Event::Vanished(Arc::clone(&self.path)));
     }
 
     pub fn link(&self, link: HandleChange) {
         let path = Arc::clone(&self.path);
-        self.tell(match link {
+        self.emit(match link {
             HandleChange::WriterCame(generation) => Event::WriterCame(path, generation),
             HandleChange::WriterLeft(generation) => Event::WriterLeft(path, generation),
             HandleChange::ReaderCame => Event::ReaderCame(path),
@@ -214,7 +214,7 @@ impl EventSource {
         });
     }
 
-    fn tell(&self, event: Event) {
+    fn emit(&self, event: Event) {
         let mut rings = self.observers.rings();
         let present = match event {
             Event::Appeared(_) => {

@@ -29,7 +29,7 @@ pub struct Board {
     agent: String,
     entries: RwLock<BoardEntries>,
     observers: Arc<Observers>,
-    taps: Tappers,
+    taps: TapsCell,
 }
 
 /// Assignment of observers to the values of properties.
@@ -40,9 +40,9 @@ pub trait Taps: Send + Sync {
 }
 
 #[derive(Default)]
-struct Tappers(OnceLock<Arc<dyn Taps>>);
+struct TapsCell(OnceLock<Arc<dyn Taps>>);
 
-impl std::fmt::Debug for Tappers {
+impl std::fmt::Debug for TapsCell {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Tappers")
     }
@@ -89,7 +89,7 @@ impl Board {
             agent: agent.into(),
             entries: RwLock::new(BoardEntries::new()),
             observers: Arc::new(Observers::new()),
-            taps: Tappers::default(),
+            taps: TapsCell::default(),
         }
     }
 
@@ -169,8 +169,8 @@ impl Board {
             Access::Output | Access::Messages => None,
         };
         let source = self.source(path);
-        let told = Arc::clone(&source);
-        channel.set_hook(move |link| told.link(link));
+        let events = Arc::clone(&source);
+        channel.set_hook(move |link| events.link(link));
         let carrier = Carrier::Channel(Arc::clone(&channel));
         Ok(Arc::new(Property::new(source, doc, descriptor, access, carrier, setter)))
     }
@@ -347,9 +347,9 @@ impl Board {
     /// # Errors
     /// When there is no such property or field.
     pub fn read(&self, path: &str) -> Result<Option<(Value, Stamp)>, BoardError> {
-        let (property, place) = self.target(path)?;
+        let (property, field_path) = self.target(path)?;
         let Some((bytes, items, stamp)) = property.newest()? else { return Ok(None) };
-        Ok(value(property.descriptor(), &bytes, items, place.as_ref()).map(|value| (value, stamp)))
+        Ok(value(property.descriptor(), &bytes, items, field_path.as_ref()).map(|value| (value, stamp)))
     }
 
     /// Reads all kept values of a property, or a field of them, the oldest first.
@@ -358,24 +358,24 @@ impl Board {
     /// # Errors
     /// When there is no such property or field.
     pub fn history(&self, path: &str) -> Result<Vec<(Value, Stamp)>, BoardError> {
-        let (property, place) = self.target(path)?;
-        let kept = property.freeze()?.unwrap_or_default().values;
-        let read = |kept: FrozenValue| {
-            let value = value(property.descriptor(), &kept.bytes, kept.items, place.as_ref());
-            value.map(|value| (value, kept.stamp))
+        let (property, field_path) = self.target(path)?;
+        let values = property.freeze()?.unwrap_or_default().values;
+        let read = |frozen: FrozenValue| {
+            let value = value(property.descriptor(), &frozen.bytes, frozen.items, field_path.as_ref());
+            value.map(|value| (value, frozen.stamp))
         };
-        Ok(kept.into_iter().filter_map(read).collect())
+        Ok(values.into_iter().filter_map(read).collect())
     }
 
     /// Returns a property, and the path of a field of it.
     fn target(&self, path: &str) -> Result<(Arc<Property>, Option<FieldPath>), BoardError> {
         let (property, field) = self.find(path)?;
         let wrong = |error| BoardError::Access { url: format!("/{}", property.path()), error };
-        let place = match field.as_str() {
+        let field_path = match field.as_str() {
             "" => None,
             field => Some(find(property.descriptor(), field).map_err(wrong)?),
         };
-        Ok((property, place))
+        Ok((property, field_path))
     }
 
     /// Sets a parameter, or an input without a link, or a field of one.
@@ -431,12 +431,12 @@ fn value(
     descriptor: &'static Descriptor,
     bytes: &[u8],
     items: usize,
-    place: Option<&FieldPath>,
+    field_path: Option<&FieldPath>,
 ) -> Option<Value> {
     let view = View::new(descriptor, bytes, items)?;
-    match place {
+    match field_path {
         None => Some(view.value()),
-        Some(place) => view.at(place),
+        Some(field_path) => view.at(field_path),
     }
 }
 

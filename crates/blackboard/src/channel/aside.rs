@@ -24,7 +24,7 @@ impl SetAside {
 impl Drop for SetAside {
     fn drop(&mut self) {
         self.held.give_back();
-        // Whoever sees this sees the pin given back too.
+        // A thread that reads this also sees the returned pin.
         self.channel.aside.store(0, order::RELEASE);
     }
 }

@@ -49,7 +49,7 @@ impl Writer {
     pub fn deepen(&mut self, mut deeper: Writer) {
         if let Some(own) = &mut self.deeper {
             own.deepen(deeper);
-            return self.leave_unread();
+            return self.drop_unread();
         }
         deeper.set_generation(self.generation());
         let (shown, last) = (self.channel.published(), self.last().sequence);
@@ -67,7 +67,7 @@ impl Writer {
 
     /// Drops an unread deeper channel if a still deeper one takes its place.
     /// So values are copied no more often than there are depths in use.
-    fn leave_unread(&mut self) {
+    fn drop_unread(&mut self) {
         let mut handles = self.channel.handles();
         let Some(own) = self.deeper.as_mut().filter(|own| !own.channel.has_readers()) else { return };
         let Some(next) = own.deeper.take() else { return };

@@ -84,7 +84,7 @@ impl Channel {
             drop(handles);
             return deeper.freeze();
         }
-        let readers = (usize::from(handles.latest), handles.queues_taken());
+        let readers = (usize::from(handles.latest), handles.queues_in_use());
         let count = slots(self.ring.len(), self.budget, readers.0, readers.1) + 1;
         if count > self.pool.limit() || !self.pool.provide(count) {
             return Err(LinkError::OutOfMemory { bytes: self.pool.slot_size() });
@@ -141,7 +141,7 @@ impl Writer {
         }
         self.set_generation(frozen.generation);
         let Some((first, tail)) = frozen.values.first().zip(frozen.values.last()) else {
-            self.forget_all();
+            self.clear();
             return Ok(());
         };
         let tail = tail.stamp.sequence;

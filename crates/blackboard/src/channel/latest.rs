@@ -43,7 +43,7 @@ impl Latest {
     /// Returns the held value; `None` before the first write.
     #[inline]
     pub fn value(&self) -> Option<Loan<'_>> {
-        // SAFETY: the pin is not given back until `self` is used mutably. Who has none keeps to `refresh_in_turn`.
+        // SAFETY: the pin is not given back until `self` is used mutably. Others use `refresh_in_turn`.
         self.held.map(|held| unsafe { held.lend() })
     }
 
@@ -137,7 +137,7 @@ impl Latest {
         }
         // The writer, who alone exchanges it, is not at work.
         let newest = (tail > 0).then(|| pool::slot_of(self.channel.cell(tail).load(order::ACQUIRE)));
-        self.held = newest.map(|slot| SlotPin::new(self.channel.pool.place(slot)));
+        self.held = newest.map(|slot| SlotPin::new(self.channel.pool.pointers(slot)));
         self.is_loose = self.held.is_some();
         self.sequence = self.held.map_or(0, SlotPin::sequence);
         self.sequence != before

@@ -1,5 +1,5 @@
 use super::lent::Lent;
-use super::lines::{FarLines, LINE, SlotUse, UseLine};
+use super::lines::{ENTRIES_PER_LINE, FarLines, SlotUse, UseLine};
 use super::pool::{self, NO_SLOT, Pool};
 use crate::Stamp;
 use crate::sync::order;
@@ -27,7 +27,7 @@ impl Ledger {
     /// Creates the ledger of a pool with `near` slots.
     /// They are in whole lines unless there are never more.
     pub fn new(near: usize) -> Self {
-        let lines = vec![UseLine::default(); near.div_ceil(LINE)].into();
+        let lines = vec![UseLine::default(); near.div_ceil(ENTRIES_PER_LINE)].into();
         let last = Stamp::default();
         Self { lines, cell: 0, draft: NO_SLOT, spare: NO_SLOT, hint: 0, last, lent: Vec::new() }
     }
@@ -35,8 +35,8 @@ impl Ledger {
     /// Returns the writer's entry of a slot of the channel's pool.
     #[inline(always)] // Part of every write.
     pub fn entry<'a>(&'a mut self, pool: &'a Pool, slot: usize) -> &'a mut SlotUse {
-        if slot / LINE >= self.lines.len() {
-            return self.far_entry(pool, slot - self.lines.len() * LINE);
+        if slot / ENTRIES_PER_LINE >= self.lines.len() {
+            return self.far_entry(pool, slot - self.lines.len() * ENTRIES_PER_LINE);
         }
         // SAFETY: lines are nothing but their entries, one after the other, and there is one for this slot. So there is one
         // place to be looked up, and not two.
@@ -47,13 +47,13 @@ impl Ledger {
     fn far_entry<'a>(&'a mut self, pool: &'a Pool, slot: usize) -> &'a mut SlotUse {
         let FarLines(lines) = pool.far_lines();
         // SAFETY: a pool has one ledger, which is borrowed as long as the entry.
-        let line = unsafe { &mut *lines[slot / LINE].get() };
-        &mut line.0[slot % LINE]
+        let line = unsafe { &mut *lines[slot / ENTRIES_PER_LINE].get() };
+        &mut line.0[slot % ENTRIES_PER_LINE]
     }
 
     /// Counts the pins of the slot that a cell had, which has left the ring.
     #[inline(always)] // Part of every write.
-    pub fn take_out(&mut self, pool: &Pool, word: u64) {
+    pub fn remove(&mut self, pool: &Pool, word: u64) {
         let left = pool::slot_of(word);
         if left != NO_SLOT {
             let pins = pool::pins_of(word);

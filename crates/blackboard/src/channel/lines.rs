@@ -4,10 +4,10 @@ use std::cell::UnsafeCell;
 /// The writer changes its entries with every value, so readers must have nothing in the same cache lines.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(128))]
-pub(super) struct UseLine(pub [SlotUse; LINE]);
+pub(super) struct UseLine(pub [SlotUse; ENTRIES_PER_LINE]);
 
 /// Entries of a line.
-pub(super) const LINE: usize = 8;
+pub(super) const ENTRIES_PER_LINE: usize = 8;
 
 /// Writer's entry of a slot.
 #[derive(Clone, Copy, Debug, Default)]
@@ -27,6 +27,6 @@ unsafe impl Sync for FarLines {}
 
 impl FarLines {
     pub fn new(count: usize) -> Self {
-        Self((0..count.div_ceil(LINE)).map(|_| UnsafeCell::default()).collect())
+        Self((0..count.div_ceil(ENTRIES_PER_LINE)).map(|_| UnsafeCell::default()).collect())
     }
 }

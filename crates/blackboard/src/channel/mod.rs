@@ -47,10 +47,10 @@ pub use queue::{Cursor, Evicted, Policy, QueueReader, Start};
 pub use writer::{Draft, Writer};
 
 use crate::Shape;
-use crate::message::Tapped;
+use crate::message::TapCell;
 use crate::sync::{AtomicU32, AtomicU64, Mutex, Ordering, order};
 use ledger::Ledger;
-use lines::LINE;
+use lines::ENTRIES_PER_LINE;
 use link::Hook;
 use memory::SlotMemory;
 use pool::{NO_SLOT, Pool};
@@ -79,13 +79,13 @@ pub struct Channel {
     /// 1 while a draft is set aside.
     aside: AtomicU32,
     /// Observer of every value.
-    tap: Tapped,
+    tap: TapCell,
     pool: Pool,
     shape: Shape,
     budget: Budget,
     /// `generation << 1 | alive`.
     writer: AtomicU64,
-    /// Positions of readers that the writer must not overtake; `IDLE` for the others.
+    /// Positions of readers that hold up the writer; `IDLE_CURSOR` for the others.
     cursors: Box<[AtomicU64]>,
     /// Callback for handles that come and go.
     hook: Hook,
@@ -125,7 +125,7 @@ fn has_value(cell: &AtomicU64) -> bool {
 }
 
 /// Cursor of a reader that does not hold up the writer.
-const IDLE: u64 = u64::MAX;
+const IDLE_CURSOR: u64 = u64::MAX;
 
 /// Leaves half of the slots that an index can name to readers.
 const MAXIMUM_DEPTH: usize = 32_768;
@@ -156,7 +156,7 @@ impl Channel {
         // Most channels have few readers: what these need is made at once, and looked up first.
         let queues = if depth > 1 { budget.queues.min(1) } else { 0 };
         let near = slots(depth, budget, budget.latest.min(2).into(), queues.into());
-        let near = near.next_multiple_of(LINE).min(limit);
+        let near = near.next_multiple_of(ENTRIES_PER_LINE).min(limit);
         let handles = ChannelHandles {
             latest: 0,
             probes: 0,
@@ -171,10 +171,10 @@ impl Channel {
             ring: (0..depth).map(|_| cell()).collect(),
             pool: Pool::new(shape, near, limit, memory),
             writer: AtomicU64::new(0),
-            cursors: (0..budget.queues).map(|_| AtomicU64::new(IDLE)).collect(),
+            cursors: (0..budget.queues).map(|_| AtomicU64::new(IDLE_CURSOR)).collect(),
             blockers: AtomicU32::new(0),
             aside: AtomicU32::new(0),
-            tap: Tapped::default(),
+            tap: TapCell::default(),
             hook: Hook::default(),
             handles: Mutex::new(handles),
         })
@@ -216,13 +216,13 @@ impl Channel {
     pub fn readers(&self) -> usize {
         let handles = self.handles();
         let deeper = handles.deeper.as_ref().map_or(0, |deeper| deeper.readers());
-        usize::from(handles.latest - handles.probes) + handles.queues_taken() + deeper
+        usize::from(handles.latest - handles.probes) + handles.queues_in_use() + deeper
     }
 
     /// Returns true if this channel itself has a reader.
     fn has_readers(&self) -> bool {
         let handles = self.handles();
-        handles.latest > 0 || handles.queues_taken() > 0
+        handles.latest > 0 || handles.queues_in_use() > 0
     }
 
     /// Creates the writer, with a new generation.
@@ -285,10 +285,10 @@ impl Channel {
             handles = self.handles();
         }
         let spent = LinkError::BudgetSpent { limit: self.budget.queues };
-        let place = handles.queues.iter().position(|taken| !taken).ok_or(spent)?;
+        let index = handles.queues.iter().position(|taken| !taken).ok_or(spent)?;
         self.provide(&handles, 0, 1, spent)?;
-        handles.queues[place] = true;
-        let reader = QueueReader::new(Arc::clone(self), place, policy, start);
+        handles.queues[index] = true;
+        let reader = QueueReader::new(Arc::clone(self), index, policy, start);
         drop(handles);
         self.hook.call(HandleChange::ReaderCame);
         Ok(reader)
@@ -321,7 +321,7 @@ impl Channel {
         spent: LinkError,
     ) -> Result<(), LinkError> {
         let latest = usize::from(handles.latest) + latest;
-        let queues = handles.queues_taken() + queues;
+        let queues = handles.queues_in_use() + queues;
         let slots = slots(self.ring.len(), self.budget, latest, queues);
         if slots > self.pool.limit() {
             return Err(spent);
@@ -334,13 +334,13 @@ impl Channel {
 
     #[inline]
     fn cell(&self, sequence: u64) -> &AtomicU64 {
-        let place = if self.ring.len() == 1 { 0 } else { ((sequence - 1) % self.ring.len() as u64) as usize };
-        &self.ring[place].word
+        let index = if self.ring.len() == 1 { 0 } else { ((sequence - 1) % self.ring.len() as u64) as usize };
+        &self.ring[index].word
     }
 }
 
 impl ChannelHandles {
-    fn queues_taken(&self) -> usize {
+    fn queues_in_use(&self) -> usize {
         self.queues.iter().filter(|taken| **taken).count()
     }
 }

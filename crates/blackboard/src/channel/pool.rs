@@ -104,12 +104,12 @@ impl SlotAddress {
 
 /// A slot that is ready.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SlotPlace {
+pub(super) struct SlotPointers {
     slot: NonNull<Slot>,
     data: NonNull<u8>,
 }
 
-impl SlotPlace {
+impl SlotPointers {
     /// Returns the slot, with the header of the bytes.
     ///
     /// # Safety
@@ -126,7 +126,7 @@ impl Pool {
     pub fn new(shape: Shape, near: usize, limit: usize, memory: SlotMemory) -> Self {
         let bytes = shape.bytes(shape.capacity);
         // What exceeds the address space fails when it is allocated.
-        let layout = |size: usize, align| Layout::from_size_align(size, align).unwrap_or(IMPOSSIBLE);
+        let layout = |size: usize, align| Layout::from_size_align(size, align).unwrap_or(OVERSIZED_LAYOUT);
         let slot = match memory {
             // Neighbouring lines are fetched in pairs, so a value of one line comes with its header.
             SlotMemory::Heap if bytes <= size_of::<u64>() && shape.align <= align_of::<u64>() => {
@@ -178,17 +178,17 @@ impl Pool {
     /// If the memory is exhausted, it creates none and returns false. Called under the channel's lock.
     pub fn provide(&self, count: usize) -> bool {
         let first = self.ready();
-        let places: Vec<_> = (first..count).map_while(|_| self.make()).collect();
-        if first + places.len() < count {
+        let made: Vec<_> = (first..count).map_while(|_| self.make()).collect();
+        if first + made.len() < count {
             // SAFETY: just made, and in no table.
-            places.into_iter().for_each(|place| unsafe { self.free(place) });
+            made.into_iter().for_each(|pointers| unsafe { self.free(pointers) });
             return false;
         }
-        for (index, place) in (first..).zip(places) {
+        for (index, pointers) in (first..).zip(made) {
             // What the slot holds is published with the count, and to readers with the cell that names it.
             let entry = self.entry(index);
-            entry.slot.store(place.slot.as_ptr(), Ordering::Relaxed);
-            entry.data.store(place.data.as_ptr(), Ordering::Relaxed);
+            entry.slot.store(pointers.slot.as_ptr(), Ordering::Relaxed);
+            entry.data.store(pointers.data.as_ptr(), Ordering::Relaxed);
             self.ready.store(index as u32 + 1, Ordering::Release);
         }
         true
@@ -202,7 +202,7 @@ impl Pool {
         }
     }
 
-    fn make(&self) -> Option<SlotPlace> {
+    fn make(&self) -> Option<SlotPointers> {
         // SAFETY: the layout is that of a slot and more, so not empty.
         let slot = NonNull::new(unsafe { alloc_zeroed(self.slot) })?.cast::<Slot>();
         let data = match &self.memory {
@@ -229,19 +229,19 @@ impl Pool {
         unsafe {
             slot.write(Slot { returned: AtomicU64::new(0), header, own: data, small: UnsafeCell::new(0) })
         };
-        Some(SlotPlace { slot, data })
+        Some(SlotPointers { slot, data })
     }
 
     /// # Safety
     /// It was made by this pool, and nobody uses it any more.
-    unsafe fn free(&self, place: SlotPlace) {
+    unsafe fn free(&self, pointers: SlotPointers) {
         // SAFETY: allocated with these layouts, and passed on to the caller.
         unsafe {
             if let SlotMemory::Given(memory) = &self.memory {
-                memory.free(place.slot.as_ref().own, self.bytes);
+                memory.free(pointers.slot.as_ref().own, self.bytes);
             }
-            place.slot.drop_in_place();
-            dealloc(place.slot.as_ptr().cast(), self.slot);
+            pointers.slot.drop_in_place();
+            dealloc(pointers.slot.as_ptr().cast(), self.slot);
         }
     }
 
@@ -255,7 +255,7 @@ impl Pool {
     pub fn slot(&self, index: u16) -> &Slot {
         let slot = self.entry(index.into()).slot.load(Ordering::Relaxed);
         debug_assert!(!slot.is_null(), "slot {index} is not ready");
-        // SAFETY: set before the index became ready, and whoever has the index learned it after that. A slot lives as
+        // SAFETY: set before the index became ready, and the index is known only after that. A slot lives as
         // long as its pool, and is changed through its cells only.
         unsafe { &*slot }
     }
@@ -292,23 +292,23 @@ impl Pool {
 
     /// Returns [`slot`](Pool::slot) and [`data`](Pool::data) together.
     #[inline]
-    pub fn place(&self, index: u16) -> SlotPlace {
+    pub fn pointers(&self, index: u16) -> SlotPointers {
         let entry = self.entry(index.into());
         let (slot, data) = (entry.slot.load(Ordering::Relaxed), entry.data.load(Ordering::Relaxed));
         debug_assert!(!slot.is_null(), "slot {index} is not ready");
         // SAFETY: as for `slot`; the bytes were set with it.
-        unsafe { SlotPlace { slot: NonNull::new_unchecked(slot), data: NonNull::new_unchecked(data) } }
+        unsafe { SlotPointers { slot: NonNull::new_unchecked(slot), data: NonNull::new_unchecked(data) } }
     }
 
     /// Pins the slot that is in the cell, whichever that is.
     #[inline]
     pub fn pin(&self, cell: &AtomicU64) -> SlotPin {
-        SlotPin(self.place(slot_of(cell.fetch_add(1, order::PUBLISH))))
+        SlotPin(self.pointers(slot_of(cell.fetch_add(1, order::PUBLISH))))
     }
 }
 
 /// Layout that is too large to be allocated.
-const IMPOSSIBLE: Layout = match Layout::from_size_align(isize::MAX as usize, 1) {
+const OVERSIZED_LAYOUT: Layout = match Layout::from_size_align(isize::MAX as usize, 1) {
     Ok(layout) => layout,
     Err(_) => Layout::new::<Slot>(),
 };
@@ -317,7 +317,7 @@ impl Drop for Pool {
     fn drop(&mut self) {
         for index in 0..self.ready() {
             // SAFETY: no handle is left, as each keeps the channel alive.
-            unsafe { self.free(self.place(index as u16)) };
+            unsafe { self.free(self.pointers(index as u16)) };
         }
     }
 }
@@ -325,7 +325,7 @@ impl Drop for Pool {
 /// Pin of a reader on a slot.
 /// The slot stays unchanged until this is given back, which happens once.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SlotPin(SlotPlace);
+pub(super) struct SlotPin(SlotPointers);
 
 // SAFETY: a slot's value is written by the one writer while nobody has it pinned, and only read by those who have;
 // the count of returned pins is atomic.
@@ -335,8 +335,8 @@ unsafe impl Sync for SlotPin {}
 
 impl SlotPin {
     /// Creates a pin that was counted already.
-    pub fn new(place: SlotPlace) -> Self {
-        Self(place)
+    pub fn new(pointers: SlotPointers) -> Self {
+        Self(pointers)
     }
 
     /// Gives the pin back.
@@ -354,7 +354,7 @@ impl SlotPin {
     pub unsafe fn lend<'a>(self) -> Loan<'a> {
         // SAFETY: a pinned slot lives.
         let header = unsafe { self.0.slot() }.header.read();
-        Loan { place: self.0, header, life: PhantomData }
+        Loan { pointers: self.0, header, life: PhantomData }
     }
 
     /// Returns the sequence number of the value.
@@ -368,7 +368,7 @@ impl SlotPin {
 /// Lent value: it stays unchanged while this lives.
 #[derive(Debug)]
 pub struct Loan<'a> {
-    place: SlotPlace,
+    pointers: SlotPointers,
     header: ReadGuard<Header>,
     life: PhantomData<&'a [u8]>,
 }
@@ -383,7 +383,7 @@ impl<'a> Loan<'a> {
     /// Returns the beginning of the value.
     #[inline]
     pub fn as_ptr(&self) -> *const u8 {
-        self.place.data.as_ptr()
+        self.pointers.data.as_ptr()
     }
 
     /// Returns the value.

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::pool::{Loan, SlotPin};
-use super::{Channel, HandleChange, IDLE, has_value};
+use super::{Channel, HandleChange, IDLE_CURSOR, has_value};
 use crate::sync::{Ordering, order};
 
 /// Policy for a reader that the writer has overtaken.
@@ -48,7 +48,7 @@ pub struct Cursor {
 #[derive(Debug)]
 pub struct QueueReader {
     channel: Arc<Channel>,
-    place: usize,
+    index: usize,
     policy: Policy,
     /// The sequence number of the value to read next.
     next: u64,
@@ -58,10 +58,10 @@ pub struct QueueReader {
 }
 
 impl QueueReader {
-    pub(super) fn new(channel: Arc<Channel>, place: usize, policy: Policy, start: Start) -> Self {
+    pub(super) fn new(channel: Arc<Channel>, index: usize, policy: Policy, start: Start) -> Self {
         let depth = channel.ring.len() as u64;
         if policy == Policy::Block {
-            channel.cursors[place].store(oldest(channel.published(), depth), order::RELEASE);
+            channel.cursors[index].store(oldest(channel.published(), depth), order::RELEASE);
             channel.blockers.fetch_add(1, Ordering::Relaxed);
             // The writer looks for blockers before it exchanges a cell, and with each exchange it learns what was
             // stored before the cell was touched. So only a write that is under way now may still overtake.
@@ -72,20 +72,20 @@ impl QueueReader {
         let tail = channel.published();
         let next = match start {
             Start::Oldest => {
-                let mut kept = oldest(tail, depth)..tail;
-                kept.find(|sequence| has_value(channel.cell(*sequence))).unwrap_or(tail.max(1))
+                let mut oldest_kept = oldest(tail, depth)..tail;
+                oldest_kept.find(|sequence| has_value(channel.cell(*sequence))).unwrap_or(tail.max(1))
             }
             Start::Next => tail + 1,
         };
         let window = Vec::with_capacity(usize::from(channel.budget.window));
-        let reader = Self { channel, place, policy, next, window, skipped: 0, evicted: false };
+        let reader = Self { channel, index, policy, next, window, skipped: 0, evicted: false };
         reader.show_cursor();
         reader
     }
 
     fn show_cursor(&self) {
         if self.policy == Policy::Block {
-            self.channel.cursors[self.place].store(self.next, order::RELEASE);
+            self.channel.cursors[self.index].store(self.next, order::RELEASE);
         }
     }
 
@@ -100,15 +100,15 @@ impl QueueReader {
             return Err(Evicted);
         }
         let tail = self.channel.published();
-        let kept = oldest(tail, self.channel.ring.len() as u64);
-        if self.next < kept {
-            self.lose(kept - self.next)?;
+        let oldest_kept = oldest(tail, self.channel.ring.len() as u64);
+        if self.next < oldest_kept {
+            self.count_lost(oldest_kept - self.next)?;
         }
         while self.next <= tail && self.window.len() < self.window.capacity() {
             let cell = self.channel.cell(self.next);
             if !has_value(cell) {
                 // Those that never came left none there, and the number that comes there next is another one.
-                self.lose(1)?;
+                self.count_lost(1)?;
                 continue;
             }
             let held = self.channel.pool.pin(cell);
@@ -118,14 +118,14 @@ impl QueueReader {
             } else {
                 // The writer has just come round.
                 held.give_back();
-                self.lose(1)?;
+                self.count_lost(1)?;
             }
         }
         self.show_cursor();
         Ok(self.window.len())
     }
 
-    fn lose(&mut self, count: u64) -> Result<(), Evicted> {
+    fn count_lost(&mut self, count: u64) -> Result<(), Evicted> {
         self.skipped += count;
         self.next += count;
         if self.policy == Policy::Evict {
@@ -207,9 +207,9 @@ impl Drop for QueueReader {
         self.release();
         if self.policy == Policy::Block {
             self.channel.blockers.fetch_sub(1, Ordering::Relaxed);
-            self.channel.cursors[self.place].store(IDLE, order::RELEASE);
+            self.channel.cursors[self.index].store(IDLE_CURSOR, order::RELEASE);
         }
-        self.channel.handles().queues[self.place] = false;
+        self.channel.handles().queues[self.index] = false;
         self.channel.hook.call(HandleChange::ReaderLeft);
     }
 }

@@ -4,14 +4,14 @@ use std::sync::Arc;
 use super::ledger::Ledger;
 use super::lent::{Lent, LentBytes};
 use super::pool::{self, NO_SLOT, SlotPin};
-use super::{AdoptError, Blocked, Channel, HandleChange, IDLE, LinkError, SetAside};
+use super::{AdoptError, Blocked, Channel, HandleChange, IDLE_CURSOR, LinkError, SetAside};
 use crate::message::Tap;
 use crate::sync::{Ordering, order};
 use crate::{Shape, Stamp};
 
 /// Maximum number of values counted as missed at once.
 /// So the numbers last, whatever is counted.
-const MOST_SKIPPED: u64 = 1 << 32;
+const MAX_SKIPPED: u64 = 1 << 32;
 
 /// The one writer of a channel.
 ///
@@ -174,7 +174,7 @@ impl Writer {
         // it never counts more pins of a reader than that may hold.
         let old = cell.word.swap(pool::word(index) | pins, order::PUBLISH);
         first.tail.store(sequence, order::RELEASE);
-        ledger.take_out(&channel.pool, old);
+        ledger.remove(&channel.pool, old);
         ledger.entry(&channel.pool, usize::from(index)).in_ring = true;
         ledger.cell = if ledger.cell + 1 == ring.len() { 0 } else { ledger.cell + 1 };
         ledger.draft = NO_SLOT;
@@ -211,7 +211,7 @@ impl Writer {
         ledger.cell = ((sequence - 1) % channel.ring.len() as u64) as usize;
         let old = channel.ring[ledger.cell].word.swap(pool::word(index), order::PUBLISH);
         channel.ring[0].tail.store(sequence, order::RELEASE);
-        ledger.take_out(&channel.pool, old);
+        ledger.remove(&channel.pool, old);
         ledger.entry(&channel.pool, usize::from(index)).in_ring = true;
         ledger.cell = (ledger.cell + 1) % channel.ring.len();
         ledger.draft = NO_SLOT;
@@ -219,7 +219,7 @@ impl Writer {
     }
 
     /// Continues without the values written so far.
-    pub(super) fn forget_all(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.channel.ring[0].tail.store(0, order::RELEASE);
         (self.ledger.cell, self.ledger.last) = (0, Stamp::default());
     }
@@ -322,10 +322,10 @@ impl Writer {
         let depth = channel.ring.len() as u64;
         let cursors = channel.cursors.iter().map(|cursor| cursor.load(order::ACQUIRE));
         let room = cursors
-            .filter(|next| *next != IDLE)
+            .filter(|next| *next != IDLE_CURSOR)
             .map(|next| (next + depth).saturating_sub(ledger.last.sequence + 2))
             .fold(u64::MAX, |least, room| if room < least { room } else { least });
-        let count = count.min(room).min(MOST_SKIPPED);
+        let count = count.min(room).min(MAX_SKIPPED);
         ledger.last.sequence += count;
         ledger.cell = ((ledger.cell as u64 + count) % depth) as usize;
         if let Some(deeper) = &mut self.deeper {
@@ -345,7 +345,7 @@ impl Writer {
         let entry = self.ledger.entry(&self.channel.pool, usize::from(index));
         entry.pins = entry.pins.wrapping_add(1);
         self.ledger.draft = NO_SLOT;
-        let held = SlotPin::new(self.channel.pool.place(index));
+        let held = SlotPin::new(self.channel.pool.pointers(index));
         Some(SetAside::new(Arc::clone(&self.channel), held))
     }
 
@@ -384,7 +384,7 @@ fn show(tap: &dyn Tap, data: *const u8, length: usize, items: usize, stamp: Stam
 fn would_overtake(channel: &Channel, sequence: u64) -> bool {
     let depth = channel.ring.len() as u64;
     let mut cursors = channel.cursors.iter().map(|cursor| cursor.load(order::ACQUIRE));
-    cursors.any(|next| next != IDLE && sequence >= next + depth)
+    cursors.any(|next| next != IDLE_CURSOR && sequence >= next + depth)
 }
 
 impl Drop for Writer {

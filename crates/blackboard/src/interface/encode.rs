@@ -21,15 +21,15 @@ pub fn edit(
     if path.is_empty() {
         write(&Kind::Nested(descriptor), &mut copy, &mut new_items, descriptor.name, value)?;
     } else {
-        let place = find(descriptor, path)?;
-        if place.read(&copy, items).is_none() {
+        let field_path = find(descriptor, path)?;
+        if field_path.read(&copy, items).is_none() {
             return Err(AccessError::UnknownField {
                 interface: descriptor.name.into(),
                 field: path.into(),
                 known: "only as many items as its length says".into(),
             });
         }
-        write(place.kind(), &mut copy[place.offset()..], &mut new_items, path, value)?;
+        write(field_path.kind(), &mut copy[field_path.offset()..], &mut new_items, path, value)?;
     }
     bytes.copy_from_slice(&copy);
     Ok(new_items)
@@ -144,9 +144,9 @@ impl Assignment<'_> {
     ) -> Result<(), AccessError> {
         let (field, Value::Table(entries)) = (self.field, self.value) else { return Err(self.wrong()) };
         for (name, entry) in entries {
-            let place = find(descriptor, name)?;
+            let field_path = find(descriptor, name)?;
             let path = if field.is_empty() { name.clone() } else { format!("{field}/{name}") };
-            write(place.kind(), &mut bytes[place.offset()..], items, &path, entry)?;
+            write(field_path.kind(), &mut bytes[field_path.offset()..], items, &path, entry)?;
         }
         Ok(())
     }

@@ -95,7 +95,7 @@ pub fn find(descriptor: &Descriptor, path: &str) -> Result<FieldPath, AccessErro
             field: name.into(),
             known,
         };
-        let place = match (current.take(), found.take()) {
+        let location = match (current.take(), found.take()) {
             (Some(descriptor), before) => {
                 let field = descriptor
                     .fields
@@ -106,37 +106,37 @@ pub fn find(descriptor: &Descriptor, path: &str) -> Result<FieldPath, AccessErro
                     before.map_or((0, vec![], None), |p| (p.offset, p.guards, p.tail_index));
                 FieldPath { kind: field.kind, offset: base + field.offset, guards, tail_index }
             }
-            (None, Some(mut place)) => {
+            (None, Some(mut location)) => {
                 let index = name.parse::<usize>();
-                let missing = || unknown(&place.kind.describe(), "indices from 0".into());
-                match (place.kind, index) {
+                let missing = || unknown(&location.kind.describe(), "indices from 0".into());
+                match (location.kind, index) {
                     (Kind::Array(item, count), Ok(i)) if i < count => {
-                        place.offset += i * item.size();
-                        place.kind = *item;
+                        location.offset += i * item.size();
+                        location.kind = *item;
                     }
                     (Kind::Sequence(item, capacity), Ok(i)) if i < capacity => {
-                        place.guards.push((place.offset, capacity, i));
-                        place.offset += 8 + i * item.size();
-                        place.kind = *item;
+                        location.guards.push((location.offset, capacity, i));
+                        location.offset += 8 + i * item.size();
+                        location.kind = *item;
                     }
                     (Kind::Tail(item), Ok(i)) => {
-                        place.tail_index = Some(i);
+                        location.tail_index = Some(i);
                         // The index is the caller's, and may be beyond any memory.
                         let end =
-                            i.checked_mul(item.size()).and_then(|bytes| bytes.checked_add(place.offset));
-                        place.offset = end.ok_or_else(missing)?;
-                        place.kind = *item;
+                            i.checked_mul(item.size()).and_then(|bytes| bytes.checked_add(location.offset));
+                        location.offset = end.ok_or_else(missing)?;
+                        location.kind = *item;
                     }
                     _ => return Err(missing()),
                 }
-                place
+                location
             }
             (None, None) => return Err(unknown("value", "no fields".into())),
         };
-        if let Kind::Nested(inner) = place.kind {
+        if let Kind::Nested(inner) = location.kind {
             current = Some(inner);
         }
-        found = Some(place);
+        found = Some(location);
     }
     found.ok_or_else(|| AccessError::UnknownField {
         interface: descriptor.name.into(),

@@ -20,9 +20,9 @@ pub trait Tap: Send + Sync {
 
 /// Observer of the values.
 #[derive(Default)]
-pub(crate) struct Tapped(OnceLock<Arc<dyn Tap>>);
+pub(crate) struct TapCell(OnceLock<Arc<dyn Tap>>);
 
-impl Tapped {
+impl TapCell {
     pub fn set(&self, tap: Arc<dyn Tap>) {
         // The first one stays, as a writer looks without a lock.
         let _ = self.0.set(tap);
@@ -34,7 +34,7 @@ impl Tapped {
     }
 }
 
-impl fmt::Debug for Tapped {
+impl fmt::Debug for TapCell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(if self.0.get().is_some() { "Tapped(set)" } else { "Tapped(none)" })
     }

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use slate_blackboard::Property;
 use slate_runtime::Composer;
-use slate_topics::{TopicInput, TopicMisfit, TopicOutput, input, output};
+use slate_topics::{TopicInput, TopicMismatch, TopicOutput, input, output};
 
 use crate::error::DdsError;
 use crate::message::DdsMessage;
@@ -27,11 +27,11 @@ pub fn check_topics(composer: &Composer, settings: &DdsSettings) -> Result<(), D
 pub fn topic_input(
     composer: &Composer,
     own: &TopicInput<DdsTopic>,
-) -> Result<(Arc<Property>, DdsMessage), Box<TopicMisfit>> {
+) -> Result<(Arc<Property>, DdsMessage), Box<TopicMismatch>> {
     let property = input(composer, &own.input, &own.topic).map_err(|misfit| misfit.at(own.place))?;
     let message = DdsMessage::of(property.descriptor(), own.quality.of.as_ref());
     let message = message.and_then(|message| message.check_decodable().map(|()| message));
-    let wrong = |reason| TopicMisfit::new(&own.input, &own.topic, reason, FIELDS).at(own.place);
+    let wrong = |reason| TopicMismatch::new(&own.input, &own.topic, reason, FIELDS).at(own.place);
     Ok((property, message.map_err(wrong)?))
 }
 
@@ -39,10 +39,10 @@ pub fn topic_input(
 pub fn topic_output(
     composer: &Composer,
     own: &TopicOutput<DdsTopic>,
-) -> Result<(Arc<Property>, DdsMessage), Box<TopicMisfit>> {
+) -> Result<(Arc<Property>, DdsMessage), Box<TopicMismatch>> {
     let property = output(composer, &own.property, &own.topic).map_err(|misfit| misfit.at(own.place))?;
     let message = DdsMessage::of(property.descriptor(), own.quality.of.as_ref());
     let message = message.and_then(|message| message.check_encodable().map(|()| message));
-    let wrong = |reason| TopicMisfit::new(&own.property, &own.topic, reason, FIELDS).at(own.place);
+    let wrong = |reason| TopicMismatch::new(&own.property, &own.topic, reason, FIELDS).at(own.place);
     Ok((property, message.map_err(wrong)?))
 }

@@ -1,12 +1,12 @@
 use slate_runtime::configuration::{Configuration, Diagnostic, Report};
-use slate_topics::TopicMisfit;
+use slate_topics::TopicMismatch;
 
 /// Reason why an agent has no DDS topics.
 #[derive(Debug, thiserror::Error)]
 pub enum DdsError {
     /// A property does not fit its topic.
     #[error(transparent)]
-    Topic(#[from] Box<TopicMisfit>),
+    Topic(#[from] Box<TopicMismatch>),
     /// DDS refuses.
     #[error("DDS can't be used in domain {domain}: {reason}")]
     Network {

@@ -32,5 +32,5 @@ pub use idl::{IdlEnum, IdlError, IdlFile, IdlKind, IdlMember, IdlStruct};
 pub use message::{DdsMessage, IdlMessage, ros_type_name};
 pub use quality::{Representation, TopicQuality};
 pub use settings::{DdsSettings, TABLE};
-pub use slate_topics::{TopicInput, TopicMisfit, TopicOutput, TopicStatus};
+pub use slate_topics::{TopicInput, TopicMismatch, TopicOutput, TopicStatus};
 pub use topic_type::{DdsTopic, TopicType};

@@ -26,11 +26,11 @@ impl TopicOptions for TopicQuality {
     const WRITE_KEYS: &'static [&'static str] = Self::READ_KEYS;
     const CAN_WAIT: bool = true;
 
-    fn of(reader: &mut TableReader<'_>, table: &Table) -> Self {
+    fn read(reader: &mut TableReader<'_>, table: &Table) -> Self {
         let usual = Self::default();
         Self {
-            reliable: table.get("reliable").is_none() || reader.truth(table, "reliable"),
-            transient_local: reader.truth(table, "transient_local"),
+            reliable: table.get("reliable").is_none() || reader.flag(table, "reliable"),
+            transient_local: reader.flag(table, "transient_local"),
             depth: reader.depth(table).unwrap_or(usual.depth),
         }
     }

@@ -61,10 +61,10 @@ fn settings(reader: &mut TableReader<'_>, root: Option<&Spanned<Value>>) -> DdsS
     let table = reader.table(root);
     reader.check_keys(&table, "in [dds]", &["domain", "trusted", "read", "write"]);
     let domain = domain(reader, &table);
-    let trusted = reader.truth(&table, "trusted");
+    let trusted = reader.flag(&table, "trusted");
     // A participant has no topics of its own.
     let none = NodeOptions { log: false, ..NodeOptions::default() };
-    let topics = TopicSettings::of(reader, &table, &none);
+    let topics = TopicSettings::read(reader, &table, &none);
     if topics.is_empty() && reader.is_valid() {
         let help = format!("{LINK}; or take [dds] away");
         reader.add(root.map(|root| root.span), "[dds] names no topic, and no link does", &help);

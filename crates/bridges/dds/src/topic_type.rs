@@ -36,8 +36,8 @@ impl TopicOptions for DdsTopic {
         &["reliable", "transient_local", "depth", "type", "idl", "representation"];
     const HAS_DEFINITION: bool = false;
 
-    fn of(reader: &mut TableReader<'_>, table: &Table) -> Self {
-        Self { quality: TopicQuality::of(reader, table), of: topic_type(reader, table) }
+    fn read(reader: &mut TableReader<'_>, table: &Table) -> Self {
+        Self { quality: TopicQuality::read(reader, table), of: topic_type(reader, table) }
     }
 }
 

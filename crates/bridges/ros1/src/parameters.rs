@@ -136,7 +136,7 @@ impl ParameterSync {
 
     /// Parameters that ROS has a type for, by key, and their values.
     fn parameters(&self) -> Vec<(String, NodeParameter, XmlValue)> {
-        let table = ParameterTable::of(self.surface.agent.composer());
+        let table = ParameterTable::new(self.surface.agent.composer());
         let keyed = table.0.into_iter().filter_map(|own| {
             let value = xml_of(&serde_json::to_value(&own.value).ok()?, own.is_floating())?;
             Some((key(self.node.name(), &own), own, value))

@@ -49,7 +49,7 @@ pub fn servers(
         let handler = InboxHandler { offer: offer.clone(), pairs, operations };
         // A response without a field for it fails, so that its client knows.
         let answer = move |request: &Json| handler.answer(request).map_err(|(reason, _)| reason);
-        let server = RosrpcServer::new(&offer.service, &offer.of, Box::new(answer));
+        let server = RosrpcServer::new(&offer.service, &offer.service_type, Box::new(answer));
         server.map_err(|reason| RosError::definition(&offer.service, reason))
     };
     settings.serve.iter().map(server).collect()
@@ -76,7 +76,7 @@ impl OutboxClient {
             None => None,
             Some(input) => {
                 let (property, pairs) = answer_input(composer, call, input)?;
-                Some((list.add(input, property, (&call.service, call.of.name()), DEPTH), pairs))
+                Some((list.add(input, property, (&call.service, call.service_type.name()), DEPTH), pairs))
             }
         };
         Ok(Self { call: call.clone(), pairs, descriptor: property.descriptor(), response, logged: None })
@@ -131,7 +131,7 @@ impl OutboxClient {
         inbound: &InboundTopics,
         network: &Handle,
     ) -> Result<Result<(), Option<String>>, String> {
-        let ServiceCall { service, of, timeout: longest, .. } = &self.call;
+        let ServiceCall { service, service_type: of, timeout: longest, .. } = &self.call;
         let request = self.pairs.message(value);
         let asked = async { timeout(*longest, call_service(node, service, of, &request)).await };
         let asked =

@@ -72,8 +72,8 @@ impl TopicOptions for TopicQueue {
     const READ_KEYS: &'static [&'static str] = &["depth"];
     const WRITE_KEYS: &'static [&'static str] = &["depth", "latched"];
 
-    fn of(reader: &mut TableReader<'_>, table: &Table) -> Self {
-        Self { depth: reader.depth(table).unwrap_or(DEPTH), latched: reader.truth(table, "latched") }
+    fn read(reader: &mut TableReader<'_>, table: &Table) -> Self {
+        Self { depth: reader.depth(table).unwrap_or(DEPTH), latched: reader.flag(table, "latched") }
     }
 }
 
@@ -114,14 +114,14 @@ fn settings(reader: &mut TableReader<'_>, root: Option<&Spanned<Value>>, agent: 
     let place = root.map(|root| root.span);
     let node = node(reader, &table, agent);
     reader.set_resolver(resolver(&node));
-    let trusted = reader.truth(&table, "trusted");
+    let trusted = reader.flag(&table, "trusted");
     let master = master(reader, &table, trusted, place);
     let mut services = ServicesReader::new(reader, "std_srvs/SetBool");
     let (serve, call) = (services.offers(&table), services.calls(&table));
-    let options = NodeOptions::of(reader, &table);
-    let topics = TopicSettings::of(reader, &table, &options);
+    let options = NodeOptions::read(reader, &table);
+    let topics = TopicSettings::read(reader, &table, &options);
     let settings = Ros1Settings { master, node, trusted, topics, serve, call, options };
-    if settings.is_empty() && !NodeOptions::is_said(&table) && reader.is_valid() {
+    if settings.is_empty() && !NodeOptions::has_any(&table) && reader.is_valid() {
         let help = format!("{}; or take [ros1] away", link_help(SCHEME));
         reader.add(place, "[ros1] names no topic, and no link does", &help);
     }

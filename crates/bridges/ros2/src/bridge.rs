@@ -11,7 +11,7 @@ use slate_module::Level;
 use slate_record::ros::WireFormat::Cdr as CDR;
 use slate_runtime::Composer;
 use slate_topics::{
-    AwaitedInput, CLOCK, ConnectionCount, InboundTopic, InboundTopics, LockstepTopics, OutboundStatus,
+    AwaitedInput, CLOCK_TOPIC, ConnectionCount, InboundTopic, InboundTopics, LockstepTopics, OutboundStatus,
     OutboundTopic, PublishedTopic, PublishedTopics, RosError, RosMessage, TopicStatus, WaitPer, check_clock,
     join_threads, publish, topic_input, topic_output,
 };
@@ -215,12 +215,12 @@ fn awaited_inputs(
             outbound.get(place).map(|(writer, _)| writer)
         };
         let writer = match &wait.per {
-            WaitPer::Topic(topic) if topic != CLOCK => written(topic),
+            WaitPer::Topic(topic) if topic != CLOCK_TOPIC => written(topic),
             WaitPer::Topic(_) | WaitPer::Period(_) => clock,
         };
         let reader = Arc::clone(reader);
         inputs.push(AwaitedInput {
-            place,
+            index: place,
             wait,
             publishers: Box::new(move || reader.publishers()),
             subscriptions: writer.map(|writer| -> ConnectionCount {

@@ -47,8 +47,8 @@ pub use settings::{RosSettings, TABLE};
 pub use slate_dds::TopicQuality;
 pub use slate_topics::{
     ActionCall, ActionOffer, ActionType, CancelMessage, FrameInput, NodeAccess, NodeOptions, RosError,
-    RosMessage, ServiceCall, ServiceOffer, ServiceType, TopicInput, TopicMisfit, TopicOutput, TopicSettings,
-    TopicStatus, TopicWait, WaitPer, type_hash,
+    RosMessage, ServiceCall, ServiceOffer, ServiceType, TopicInput, TopicMismatch, TopicOutput,
+    TopicSettings, TopicStatus, TopicWait, WaitPer, type_hash,
 };
 #[cfg(feature = "wire")]
 pub use wire::{FoundEndpoint, FoundTopic};

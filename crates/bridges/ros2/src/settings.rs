@@ -115,14 +115,14 @@ fn settings(reader: &mut TableReader<'_>, root: Option<&Spanned<Value>>, agent: 
     let domain = domain(reader, &table, place);
     let node = node(reader, &table, agent);
     reader.set_resolver(resolver(&node));
-    let trusted = reader.truth(&table, "trusted");
+    let trusted = reader.flag(&table, "trusted");
     let wire = RosWireSettings::of(reader, &table, trusted);
     let mut services = ServicesReader::new(reader, "std_srvs/srv/SetBool");
     let (serve, call) = (services.offers(&table), services.calls(&table));
     let (offered_actions, called_actions) = (services.action_offers(&table), services.action_calls(&table));
-    let lifecycle = NodeAccess::of(reader, &table, "lifecycle", NodeAccess::None);
-    let options = NodeOptions::of(reader, &table);
-    let topics = TopicSettings::of(reader, &table, &options);
+    let lifecycle = NodeAccess::read(reader, &table, "lifecycle", NodeAccess::None);
+    let options = NodeOptions::read(reader, &table);
+    let topics = TopicSettings::read(reader, &table, &options);
     let settings = RosSettings {
         domain,
         wire,
@@ -137,7 +137,7 @@ fn settings(reader: &mut TableReader<'_>, root: Option<&Spanned<Value>>, agent: 
         options,
     };
     check_outboxes(reader, &settings);
-    let is_node = settings.lifecycle != NodeAccess::None || NodeOptions::is_said(&table);
+    let is_node = settings.lifecycle != NodeAccess::None || NodeOptions::has_any(&table);
     if settings.is_empty() && !is_node && reader.is_valid() {
         let help = format!("{}; or take [ros2] away", link_help(TABLE));
         reader.add(place, "[ros2] names no topic, and no link does", &help);

@@ -43,7 +43,7 @@ impl ServiceThreads {
         for offer in &settings.serve {
             let (property, pairs) = inbox(composer, offer)?;
             property.set_external(&format!("ros2:{}", offer.service));
-            let servers = vec![ServiceServer::open(wire, &offer.service, &offer.of)?];
+            let servers = vec![ServiceServer::open(wire, &offer.service, &offer.service_type)?];
             let operations = AgentOperations::new(surface, TABLE)?;
             let handler = Box::new(InboxHandler { offer: offer.clone(), pairs, operations });
             threads.groups.push(ServiceGroup { name: "ros2-serve", servers, handler });
@@ -54,7 +54,13 @@ impl ServiceThreads {
                 Some(input) => {
                     let (property, pairs) = answer_input(composer, call, input)?;
                     property.set_external(&format!("ros2:{}", call.service));
-                    inputs.push(InboundTopic::new(&call.service, call.of.name(), input, &property, DEPTH));
+                    inputs.push(InboundTopic::new(
+                        &call.service,
+                        call.service_type.name(),
+                        input,
+                        &property,
+                        DEPTH,
+                    ));
                     Some((inputs.len() - 1, pairs))
                 }
             };

@@ -8,8 +8,8 @@ use slate_runtime::configuration::{Span, Table};
 use crate::action_type::ActionType;
 use crate::service_settings::{ServicesReader, is_action};
 
-const SERVE: &str = "write serve.\"/drive\" = { to = \"driver/goals\", type = \"my_package/action/Drive\", definition = \"Drive.action\", result = \"driver/arrived\" }";
-const CALL: &str = "write call.\"/drive\" = { from = \"mission/goals\", type = \"my_package/action/Drive\", definition = \"Drive.action\", result = \"mission/arrived\" }";
+const SERVE_HELP: &str = "write serve.\"/drive\" = { to = \"driver/goals\", type = \"my_package/action/Drive\", definition = \"Drive.action\", result = \"driver/arrived\" }";
+const CALL_HELP: &str = "write call.\"/drive\" = { from = \"mission/goals\", type = \"my_package/action/Drive\", definition = \"Drive.action\", result = \"mission/arrived\" }";
 
 /// Inbox that is the server of an action.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct ActionOffer {
     /// Name of the action, from the root.
     pub action: String,
     /// Type.
-    pub of: ActionType,
+    pub action_type: ActionType,
     /// Path of the inbox that receives goals.
     pub inbox: String,
     /// Fields of its message that no goal has.
@@ -47,7 +47,7 @@ pub struct ActionCall {
     /// Name of the action, from the root.
     pub action: String,
     /// Type.
-    pub of: ActionType,
+    pub action_type: ActionType,
     /// Path of the outbox whose messages are goals.
     pub outbox: String,
     /// Path of the input that is set to results.
@@ -66,19 +66,22 @@ impl ServicesReader<'_, '_> {
     /// Actions that the agent offers.
     pub fn action_offers(&mut self, table: &Table) -> Vec<ActionOffer> {
         let mut offers: Vec<ActionOffer> = Vec::new();
-        for (name, span, entry) in self.reader.entries(table, "serve", SERVE) {
+        for (name, span, entry) in self.reader.entries(table, "serve", SERVE_HELP) {
             if !is_action(&entry) {
                 continue;
             }
-            let action = self.reader.topic(&name, span, SERVE);
+            let action = self.reader.topic(&name, span, SERVE_HELP);
             let keys = ["to", "type", "definition", "value", "result", "feedback", "cancel"];
-            let Some(own) = self.table(&entry, &keys, SERVE) else { continue };
-            let inbox = self.path(own, "to", entry.span, SERVE);
-            let of = self.action_type(own, entry.span, SERVE);
-            let result = self.path(own, "result", entry.span, SERVE);
-            let feedback = own.get("feedback").and_then(|_| self.path(own, "feedback", entry.span, SERVE));
+            let Some(own) = self.table(&entry, &keys, SERVE_HELP) else { continue };
+            let inbox = self.path(own, "to", entry.span, SERVE_HELP);
+            let action_type = self.action_type(own, entry.span, SERVE_HELP);
+            let result = self.path(own, "result", entry.span, SERVE_HELP);
+            let feedback =
+                own.get("feedback").and_then(|_| self.path(own, "feedback", entry.span, SERVE_HELP));
             let (value, cancel) = (self.value(own), self.cancel(own));
-            let (Some(action), Some(of), Some(inbox), Some(result)) = (action, of, inbox, result) else {
+            let (Some(action), Some(action_type), Some(inbox), Some(result)) =
+                (action, action_type, inbox, result)
+            else {
                 continue;
             };
             if offers.iter().any(|other| other.action == action) {
@@ -87,7 +90,7 @@ impl ServicesReader<'_, '_> {
             }
             offers.push(ActionOffer {
                 action,
-                of,
+                action_type,
                 inbox,
                 value,
                 result,
@@ -102,22 +105,24 @@ impl ServicesReader<'_, '_> {
     /// Actions that the agent calls.
     pub fn action_calls(&mut self, table: &Table) -> Vec<ActionCall> {
         let mut calls = Vec::new();
-        for (name, span, entry) in self.reader.entries(table, "call", CALL) {
+        for (name, span, entry) in self.reader.entries(table, "call", CALL_HELP) {
             if !is_action(&entry) {
                 continue;
             }
-            let action = self.reader.topic(&name, span, CALL);
+            let action = self.reader.topic(&name, span, CALL_HELP);
             let keys = ["from", "type", "definition", "result", "feedback", "cancel", "timeout"];
-            let Some(own) = self.table(&entry, &keys, CALL) else { continue };
-            let outbox = self.path(own, "from", entry.span, CALL);
-            let of = self.action_type(own, entry.span, CALL);
-            let mut path = |key: &str| own.get(key).and_then(|_| self.path(own, key, entry.span, CALL));
+            let Some(own) = self.table(&entry, &keys, CALL_HELP) else { continue };
+            let outbox = self.path(own, "from", entry.span, CALL_HELP);
+            let action_type = self.action_type(own, entry.span, CALL_HELP);
+            let mut path = |key: &str| own.get(key).and_then(|_| self.path(own, key, entry.span, CALL_HELP));
             let (result, feedback, cancel) = (path("result"), path("feedback"), path("cancel"));
             let timeout = self.timeout(own);
-            let (Some(action), Some(of), Some(outbox)) = (action, of, outbox) else { continue };
+            let (Some(action), Some(action_type), Some(outbox)) = (action, action_type, outbox) else {
+                continue;
+            };
             calls.push(ActionCall {
                 action,
-                of,
+                action_type,
                 outbox,
                 result,
                 feedback,

@@ -6,10 +6,10 @@ use crate::message_type::MessageType;
 use crate::service_type::ServiceType;
 
 /// Line between goal, result and feedback of a definition.
-const BETWEEN: &str = "---";
+const SEPARATOR: &str = "---";
 
 /// Messages that each action has.
-const COMMON: &str = "\
+const COMMON_MESSAGES: &str = "\
 ====
 MSG: unique_identifier_msgs/UUID
 uint8[16] uuid
@@ -55,10 +55,10 @@ impl ActionType {
         let lines: Vec<_> = definition.lines().collect();
         let own = lines.iter().position(|line| line.starts_with("===")).unwrap_or(lines.len());
         let (own, inside) = lines.split_at(own);
-        let parts: Vec<_> = own.split(|line| line.trim() == BETWEEN).collect();
+        let parts: Vec<_> = own.split(|line| line.trim() == SEPARATOR).collect();
         let [goal, result, feedback] = parts[..] else {
             return Err(format!(
-                "{name} has {} parts, expected goal, result and feedback between lines `{BETWEEN}`",
+                "{name} has {} parts, expected goal, result and feedback between lines `{SEPARATOR}`",
                 parts.len()
             ));
         };
@@ -69,7 +69,7 @@ impl ActionType {
         let short = name.replacen("/action/", "/", 1);
         let wrapped = |part: &str, lines: &[&str], around: &str| {
             let lines = lines.join("\n");
-            format!("{around}\n====\nMSG: {short}_{part}\n{lines}\n{COMMON}{inside}")
+            format!("{around}\n====\nMSG: {short}_{part}\n{lines}\n{COMMON_MESSAGES}{inside}")
         };
         let own = short.rsplit('/').next().unwrap_or_default();
         let request = format!(
@@ -131,7 +131,9 @@ impl ActionType {
     /// # Errors
     /// None: its definition is valid.
     pub fn cancel_goal() -> Result<ServiceType, String> {
-        let text = format!("GoalInfo goal_info\n---\nint8 return_code\nGoalInfo[] goals_canceling\n{COMMON}");
+        let text = format!(
+            "GoalInfo goal_info\n---\nint8 return_code\nGoalInfo[] goals_canceling\n{COMMON_MESSAGES}"
+        );
         ServiceType::parse(WireFormat::Cdr, "action_msgs/srv/CancelGoal", &text)
     }
 
@@ -140,7 +142,7 @@ impl ActionType {
     /// # Errors
     /// None: its definition is valid.
     pub fn status() -> Result<MessageType, String> {
-        let text = format!("GoalStatus[] status_list\n{COMMON}");
+        let text = format!("GoalStatus[] status_list\n{COMMON_MESSAGES}");
         MessageType::parse(WireFormat::Cdr, "action_msgs/msg/GoalStatusArray", &text)
     }
 }

@@ -35,9 +35,9 @@ impl AwaitedValues {
 
     /// Appends a value.
     /// Returns false if `depth` values were waiting, so that the oldest is dropped.
-    pub fn push(&self, place: usize, value: Vec<u8>, depth: usize) -> bool {
+    pub fn push(&self, index: usize, value: Vec<u8>, depth: usize) -> bool {
         let mut queues = self.queues();
-        let queue = &mut queues[place];
+        let queue = &mut queues[index];
         let has_room = queue.values.len() < depth;
         if !has_room {
             queue.values.pop_front();
@@ -49,30 +49,30 @@ impl AwaitedValues {
     }
 
     /// Counts values that had no room before they came here.
-    pub fn note_lost(&self, place: usize, count: u64) {
-        self.queues()[place].lost += count;
+    pub fn note_lost(&self, index: usize, count: u64) {
+        self.queues()[index].lost += count;
     }
 
     /// Returns the number of values dropped for lack of room since the last call.
-    pub fn take_lost(&self, place: usize) -> u64 {
-        std::mem::take(&mut self.queues()[place].lost)
+    pub fn take_lost(&self, index: usize) -> u64 {
+        std::mem::take(&mut self.queues()[index].lost)
     }
 
     /// Takes the oldest value.
-    pub fn take(&self, place: usize) -> Option<Vec<u8>> {
-        self.queues()[place].values.pop_front()
+    pub fn take(&self, index: usize) -> Option<Vec<u8>> {
+        self.queues()[index].values.pop_front()
     }
 
-    /// Waits for a value until a deadline, while `goes_on`; returns whether it came.
+    /// Waits for a value until a deadline, while `continues`; returns whether it came.
     #[allow(clippy::disallowed_methods, reason = "nodes answer by the machine's clock")]
-    pub fn wait(&self, place: usize, until: Instant, goes_on: impl Fn() -> bool) -> bool {
+    pub fn wait(&self, index: usize, until: Instant, continues: impl Fn() -> bool) -> bool {
         let mut queues = self.queues();
         loop {
-            if !queues[place].values.is_empty() {
+            if !queues[index].values.is_empty() {
                 return true;
             }
             let left = until.saturating_duration_since(Instant::now());
-            if left.is_zero() || !goes_on() {
+            if left.is_zero() || !continues() {
                 return false;
             }
             let waited = self.arrived.wait_timeout(queues, left.min(CHECK_PERIOD));

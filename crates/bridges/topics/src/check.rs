@@ -10,7 +10,7 @@ use slate_runtime::Composer;
 use crate::error::RosError;
 use crate::frames::frame_input;
 use crate::message::RosMessage;
-use crate::misfit::{TopicMisfit, input, output};
+use crate::mismatch::{TopicMismatch, input, output};
 use crate::options::NodeOptions;
 use crate::service_settings::{ServiceCall, ServiceOffer};
 use crate::services::check_services;
@@ -51,21 +51,21 @@ pub fn topic_input<O>(
     format: WireFormat,
     composer: &Composer,
     own: &TopicInput<O>,
-) -> Result<(Arc<Property>, RosMessage), Box<TopicMisfit>> {
-    let property = input(composer, &own.input, &own.topic).map_err(|misfit| misfit.at(own.place))?;
+) -> Result<(Arc<Property>, RosMessage), Box<TopicMismatch>> {
+    let property = input(composer, &own.input, &own.topic).map_err(|mismatch| mismatch.at(own.place))?;
     if let Some(wait) = own.wait.as_ref().filter(|_| !composer.is_lockstep()) {
         let reason = "cycles would wait for it, and the agent goes by the system's clock";
-        return Err(TopicMisfit::new(&own.input, &own.topic, reason, NO_WAIT).at(wait.place));
+        return Err(TopicMismatch::new(&own.input, &own.topic, reason, NO_WAIT_HELP).at(wait.place));
     }
     let message = message(format, property.descriptor(), own.definition.as_deref());
     let message = message.map_err(|error| {
-        TopicMisfit::new(&own.input, &own.topic, error.to_string(), DEFINITION).at(own.place)
+        TopicMismatch::new(&own.input, &own.topic, error.to_string(), DEFINITION_HELP).at(own.place)
     })?;
     match message.check_decodable() {
         Ok(()) => Ok((property, message)),
         Err(reason) => {
             let help = "read it with a module that has an input of another interface";
-            Err(TopicMisfit::new(&own.input, &own.topic, reason, help).at(own.place))
+            Err(TopicMismatch::new(&own.input, &own.topic, reason, help).at(own.place))
         }
     }
 }
@@ -78,21 +78,21 @@ pub fn topic_output<O>(
     format: WireFormat,
     composer: &Composer,
     own: &TopicOutput<O>,
-) -> Result<(Arc<Property>, RosMessage), Box<TopicMisfit>> {
-    let property = output(composer, &own.property, &own.topic).map_err(|misfit| misfit.at(own.place))?;
+) -> Result<(Arc<Property>, RosMessage), Box<TopicMismatch>> {
+    let property = output(composer, &own.property, &own.topic).map_err(|mismatch| mismatch.at(own.place))?;
     let message = message(format, property.descriptor(), own.definition.as_deref());
     let message = message.map_err(|error| {
-        TopicMisfit::new(&own.property, &own.topic, error.to_string(), DEFINITION).at(own.place)
+        TopicMismatch::new(&own.property, &own.topic, error.to_string(), DEFINITION_HELP).at(own.place)
     })?;
     Ok((property, message))
 }
 
 /// Advice for a wait on the system's clock.
-const NO_WAIT: &str =
+const NO_WAIT_HELP: &str =
     "take wait_per away, or give the agent a time source, such as [time] source = \"simulator\"";
 
 /// Advice for a definition that does not fit.
-const DEFINITION: &str = "give the fields of the message the names and types of those of the interface";
+const DEFINITION_HELP: &str = "give the fields of the message the names and types of those of the interface";
 
 fn message(
     format: WireFormat,
@@ -101,6 +101,6 @@ fn message(
 ) -> Result<RosMessage, FileError> {
     match definition {
         Some(files) => RosMessage::defined(format, descriptor, files),
-        None => Ok(RosMessage::of(format, descriptor)),
+        None => Ok(RosMessage::new(format, descriptor)),
     }
 }

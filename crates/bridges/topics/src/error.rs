@@ -1,13 +1,13 @@
 use slate_runtime::configuration::{Configuration, Diagnostic, Report};
 
-use crate::misfit::TopicMisfit;
+use crate::mismatch::TopicMismatch;
 
 /// Reason why an agent is no ROS node.
 #[derive(Debug, thiserror::Error)]
 pub enum RosError {
     /// A property does not fit its topic.
     #[error(transparent)]
-    Topic(#[from] Box<TopicMisfit>),
+    Topic(#[from] Box<TopicMismatch>),
     /// Refusal of the middleware, or an unreachable one.
     #[error("{network}: {reason}")]
     Network {
@@ -48,7 +48,7 @@ impl RosError {
     /// Returns the advice that resolves it.
     pub fn help(&self) -> &str {
         match self {
-            Self::Topic(misfit) => misfit.help,
+            Self::Topic(mismatch) => mismatch.help,
             Self::Network { help, .. } | Self::Definition { help, .. } => help,
             Self::Clock => {
                 "give the agent a time source, such as [time] source = \"simulator\"; or take clock = true away"
@@ -61,7 +61,7 @@ impl RosError {
     /// `configuration` must be the one that the settings came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
         match self {
-            Self::Topic(misfit) => misfit.report(configuration),
+            Self::Topic(mismatch) => mismatch.report(configuration),
             _ => Report::from(Diagnostic::without_place(self.to_string(), Some(self.help().to_owned()))),
         }
     }

@@ -13,13 +13,13 @@ use slate_record::ros::{FrameTransform, Schema, WireFormat, encode_transforms_in
 use slate_runtime::Composer;
 
 use crate::inbound::InboundTopics;
-use crate::misfit::TopicMisfit;
+use crate::mismatch::TopicMismatch;
 use crate::options::FrameInput;
 use crate::outbound::date;
 use crate::services::bytes;
 
 /// Period at which added and removed properties are looked for.
-const RENEW: Duration = Duration::from_secs(1);
+const SURVEY_PERIOD: Duration = Duration::from_secs(1);
 
 const SECOND: u64 = 1_000_000_000;
 
@@ -27,14 +27,14 @@ const SECOND: u64 = 1_000_000_000;
 ///
 /// # Errors
 /// The input is missing, or is not a `Transform`.
-pub fn frame_input(composer: &Composer, own: &FrameInput) -> Result<Arc<Property>, Box<TopicMisfit>> {
+pub fn frame_input(composer: &Composer, own: &FrameInput) -> Result<Arc<Property>, Box<TopicMismatch>> {
     let topic = format!("frame {}", own.frame);
     let property =
-        crate::misfit::input(composer, &own.input, &topic).map_err(|misfit| misfit.at(own.place))?;
+        crate::mismatch::input(composer, &own.input, &topic).map_err(|mismatch| mismatch.at(own.place))?;
     if property.descriptor().hash != Transform::DESCRIPTOR.hash {
         let reason = format!("the input is a {}, and a frame has a Transform", property.descriptor().name);
         let help = "name the input of a module of the kind `external_frame`";
-        return Err(TopicMisfit::new(&own.input, &topic, reason, help).at(own.place));
+        return Err(TopicMismatch::new(&own.input, &topic, reason, help).at(own.place));
     }
     Ok(property)
 }
@@ -176,7 +176,7 @@ impl FrameMessages {
 
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
     fn renew(&mut self, surface: &ControlSurface) {
-        if self.renewed.elapsed() < RENEW {
+        if self.renewed.elapsed() < SURVEY_PERIOD {
             return;
         }
         self.renewed = Instant::now();

@@ -155,31 +155,31 @@ impl InboundTopics {
     }
 
     /// Counts messages that were dropped before they came here.
-    pub fn note_dropped(&self, place: usize, count: u64) {
-        let topic = &self.topics[place];
+    pub fn note_dropped(&self, index: usize, count: u64) {
+        let topic = &self.topics[index];
         topic.note_dropped(count);
         if topic.is_awaited && count > 0 {
-            self.awaited.note_lost(place, count);
+            self.awaited.note_lost(index, count);
         }
     }
 
     /// Takes the value of a message of the topic at a place.
     /// Otherwise the reason why it has none. The oldest value is dropped when the maximum number waits.
-    pub fn push(&self, place: usize, value: Result<Vec<u8>, String>) {
-        let topic = &self.topics[place];
+    pub fn push(&self, index: usize, value: Result<Vec<u8>, String>) {
+        let topic = &self.topics[index];
         let value = value.and_then(|bytes| topic.check(&bytes).map(|()| bytes));
         match value {
             Ok(bytes) if topic.is_awaited => {
-                if !self.awaited.push(place, bytes, topic.depth) {
+                if !self.awaited.push(index, bytes, topic.depth) {
                     topic.note_dropped(1);
                 }
             }
             Ok(bytes) => {
-                if !self.delivery.push(place, ExternalContent::Bytes(bytes)) {
+                if !self.delivery.push(index, ExternalContent::Bytes(bytes)) {
                     topic.note_dropped(1);
                 }
             }
-            Err(reason) => self.note(place, Err(reason)),
+            Err(reason) => self.note(index, Err(reason)),
         }
     }
 
@@ -187,19 +187,19 @@ impl InboundTopics {
     ///
     /// # Errors
     /// The input is no longer there, or the value does not fit; the reason in words.
-    pub fn push_json(&self, place: usize, value: &Json) -> Result<(), String> {
-        let input = self.topics[place].input();
+    pub fn push_json(&self, index: usize, value: &Json) -> Result<(), String> {
+        let input = self.topics[index].input();
         let found = self.composer.board().get(input).map(|(property, _)| property);
         let shape = found.as_ref().and_then(|own| Some((own.descriptor(), own.channel()?.shape())));
         let (descriptor, shape) = shape.ok_or_else(|| format!("/{input} is no longer there"))?;
         let value = bytes(descriptor, shape, value).map_err(|reason| format!("/{input}: {reason}"))?;
-        self.push(place, Ok(value));
+        self.push(index, Ok(value));
         Ok(())
     }
 
     /// Sets the inputs to received values, until [`end`](Self::end).
     pub fn deliver(&self) {
-        self.delivery.run(|place, result| self.note(place, result.map_err(|error| error.to_string())));
+        self.delivery.run(|index, result| self.note(index, result.map_err(|error| error.to_string())));
     }
 
     /// Ends [`deliver`](Self::deliver).
@@ -231,8 +231,8 @@ impl InboundTopics {
     }
 
     /// Notes the outcome of a message; the same reason is logged once.
-    pub(crate) fn note(&self, place: usize, result: Result<(), String>) {
-        let topic = &self.topics[place];
+    pub(crate) fn note(&self, index: usize, result: Result<(), String>) {
+        let topic = &self.topics[index];
         let mut error = locked(&topic.error);
         let Err(reason) = result else {
             topic.received.fetch_add(1, Ordering::Relaxed);

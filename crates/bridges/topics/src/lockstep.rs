@@ -9,10 +9,10 @@ use slate_runtime::{CycleEnd, ExternalContent, ExternalValue};
 
 use crate::inbound::InboundTopics;
 use crate::published::{PublishedTopics, TopicMessage, TopicSink};
-use crate::topic_wait::{CLOCK, TopicWait, WaitPer};
+use crate::topic_wait::{CLOCK_TOPIC, TopicWait, WaitPer};
 
 /// Time for a found node to find the agent, too, before the first value is sent.
-const SETTLING: Duration = Duration::from_millis(300);
+const SETTLING_TIME: Duration = Duration::from_millis(300);
 
 /// Period of the check whether nodes are present.
 const CHECK_PERIOD: Duration = Duration::from_millis(10);
@@ -24,8 +24,8 @@ pub type ConnectionCount = Box<dyn Fn() -> usize + Send + Sync>;
 
 /// Input for whose messages cycles wait.
 pub struct AwaitedInput {
-    /// Place among [`InboundTopics`].
-    pub place: usize,
+    /// Index among [`InboundTopics`].
+    pub index: usize,
     /// Messages for which cycles wait.
     pub wait: TopicWait,
     /// Publishers of its topic.
@@ -71,7 +71,7 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
         if !std::mem::replace(&mut self.is_connected, true) {
             self.connect(cycle)?;
         }
-        // In each cycle, as the machine's clock must not decide which one sends a property that has come.
+        // In each cycle: the wall clock must not decide when a new property is sent.
         self.published.follow(self.inbound.composer());
         let written = self.published.written();
         self.published.send(self.inbound.composer());
@@ -88,7 +88,7 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
         Ok(())
     }
 
-    fn goes_on(&self, cycle: &CycleEnd<'_>) -> bool {
+    fn continues(&self, cycle: &CycleEnd<'_>) -> bool {
         cycle.is_running() && !self.ended.load(Ordering::Acquire)
     }
 
@@ -98,25 +98,25 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
         let began = Instant::now();
         for own in &self.inputs {
             while let Some(missing) = own.missing(&self.inbound) {
-                if !self.goes_on(cycle) {
+                if !self.continues(cycle) {
                     return Ok(());
                 }
                 if began.elapsed() > own.wait.timeout {
-                    self.late(own, cycle, true, &missing)?;
+                    self.note_late(own, cycle, true, &missing)?;
                     break;
                 }
                 std::thread::sleep(CHECK_PERIOD);
             }
         }
-        std::thread::sleep(SETTLING);
+        std::thread::sleep(SETTLING_TIME);
         Ok(())
     }
 
     /// Waits for the message of an input; returns whether it has arrived.
     #[allow(clippy::disallowed_methods, reason = "nodes answer by the machine's clock")]
     fn wait(&self, own: &AwaitedInput, cycle: &CycleEnd<'_>) -> Result<bool, String> {
-        let topic = &self.inbound.topics()[own.place];
-        let lost = self.inbound.awaited().take_lost(own.place);
+        let topic = &self.inbound.topics()[own.index];
+        let lost = self.inbound.awaited().take_lost(own.index);
         if lost > 0 && !own.wait.continue_when_late {
             return Err(format!(
                 "{}: /{} takes one message of {} for {}, and so many more came that {lost} had no room: let the node publish \
@@ -128,28 +128,28 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
             ));
         }
         let until = Instant::now() + own.wait.timeout;
-        // Where a run goes on without a node that has gone, it does not wait for it again and again.
-        let is_pointless = || own.wait.continue_when_late && (own.publishers)() == 0;
-        let goes_on = || self.goes_on(cycle) && !is_pointless();
-        if self.inbound.awaited().wait(own.place, until, goes_on) || !self.goes_on(cycle) {
+        // A run that continues without a node does not wait for it in each cycle.
+        let is_useless = || own.wait.continue_when_late && (own.publishers)() == 0;
+        let continues = || self.continues(cycle) && !is_useless();
+        if self.inbound.awaited().wait(own.index, until, continues) || !self.continues(cycle) {
             return Ok(true);
         }
         let reason = own.missing(&self.inbound).unwrap_or_else(|| match topic.error() {
             Some(error) => format!("its messages don't fit: {error}"),
             None => "its publisher is there and has not published one".into(),
         });
-        self.late(own, cycle, !is_pointless(), &reason).map(|()| false)
+        self.note_late(own, cycle, !is_useless(), &reason).map(|()| false)
     }
 
     /// Handles a missing message: it ends the run, or adds a line to the log.
-    fn late(
+    fn note_late(
         &self,
         own: &AwaitedInput,
         cycle: &CycleEnd<'_>,
         has_waited: bool,
         reason: &str,
     ) -> Result<(), String> {
-        let topic = &self.inbound.topics()[own.place];
+        let topic = &self.inbound.topics()[own.index];
         let waits = match has_waited {
             true => format!("waited {:?}", own.wait.timeout),
             false => "does not wait".into(),
@@ -174,13 +174,13 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
     }
 
     /// Sets an input to its oldest message.
-    /// To all that came, in sequence, where a run continues without some.
+    /// If the run continues without late messages, it is set to all of them in order.
     fn set(&self, own: &AwaitedInput, cycle: &CycleEnd<'_>) {
         own.is_late.store(false, Ordering::Relaxed);
-        let input: Arc<str> = self.inbound.topics()[own.place].input().into();
-        while let Some(bytes) = self.inbound.awaited().take(own.place) {
+        let input: Arc<str> = self.inbound.topics()[own.index].input().into();
+        while let Some(bytes) = self.inbound.awaited().take(own.index) {
             let value = ExternalValue { input: Arc::clone(&input), content: ExternalContent::Bytes(bytes) };
-            self.inbound.note(own.place, cycle.set(&value).map_err(|error| error.to_string()));
+            self.inbound.note(own.index, cycle.set(&value).map_err(|error| error.to_string()));
             if !own.wait.continue_when_late {
                 break;
             }
@@ -193,7 +193,7 @@ impl AwaitedInput {
     fn due(&self, last: Option<u64>, now: u64, written: &[String]) -> u64 {
         match &self.wait.per {
             WaitPer::Period(period) => last.map_or(0, |last| (now / period).saturating_sub(last / period)),
-            WaitPer::Topic(topic) if topic == CLOCK => u64::from(last != Some(now)),
+            WaitPer::Topic(topic) if topic == CLOCK_TOPIC => u64::from(last != Some(now)),
             WaitPer::Topic(topic) => u64::from(written.contains(topic)),
         }
     }
@@ -201,11 +201,11 @@ impl AwaitedInput {
     /// Returns the missing other end, if any.
     fn missing(&self, inbound: &InboundTopics) -> Option<String> {
         if (self.publishers)() == 0 {
-            return Some(format!("{} has no publisher", inbound.topics()[self.place].topic()));
+            return Some(format!("{} has no publisher", inbound.topics()[self.index].topic()));
         }
         let answered = match &self.wait.per {
             WaitPer::Topic(topic) => topic,
-            WaitPer::Period(_) => CLOCK,
+            WaitPer::Period(_) => CLOCK_TOPIC,
         };
         let is_missing = self.subscriptions.as_ref().is_some_and(|count| count() == 0);
         is_missing.then(|| format!("{answered} has no subscription"))

@@ -6,7 +6,7 @@ use slate_control::ControlSurface;
 use crate::outbound::date;
 
 /// Last lines of the log.
-const TAIL: &str = "log/tail";
+const LOG_TAIL: &str = "log/tail";
 
 /// Line of the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,13 +34,13 @@ impl LogLines {
     /// # Errors
     /// When the log can't be read, in words.
     pub fn take(&mut self, surface: &ControlSurface) -> Result<Vec<NodeLogLine>, String> {
-        let found = surface.board().get(TAIL);
+        let found = surface.board().get(LOG_TAIL);
         let last = found.and_then(|(tail, _)| Some(tail.channel()?.published())).unwrap_or(0);
         if last == self.taken {
             return Ok(Vec::new());
         }
         let mut lines = Vec::new();
-        for (line, stamp) in surface.board().history(TAIL).map_err(|error| error.to_string())? {
+        for (line, stamp) in surface.board().history(LOG_TAIL).map_err(|error| error.to_string())? {
             if stamp.sequence <= self.taken {
                 continue;
             }

@@ -19,7 +19,7 @@ pub struct RosMessage {
 
 impl RosMessage {
     /// Creates the messages of an interface in the ROS of a format.
-    pub fn of(format: WireFormat, descriptor: &'static Descriptor) -> Self {
+    pub fn new(format: WireFormat, descriptor: &'static Descriptor) -> Self {
         let standard = standard_in(format, descriptor);
         let definition = match &standard {
             Some(standard) => standard.definition().clone(),

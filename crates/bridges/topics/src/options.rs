@@ -59,21 +59,21 @@ impl Default for NodeOptions {
 /// Keys of [`NodeOptions`] in the table of a bridge.
 pub const OPTION_KEYS: [&str; 5] = ["parameters", "clock", "rosout", "tf", "frames"];
 
-const FRAMES: &str = "write frames.\"laser_frame/transform\" = \"laser\"";
+const FRAMES_HELP: &str = "write frames.\"laser_frame/transform\" = \"laser\"";
 
 impl NodeOptions {
     /// Returns whether a table has any of the options.
-    pub fn is_said(table: &Table) -> bool {
+    pub fn has_any(table: &Table) -> bool {
         OPTION_KEYS.iter().any(|key| table.get(key).is_some())
     }
 
     /// Reads them from a table.
-    pub fn of(reader: &mut TableReader<'_>, table: &Table) -> Self {
+    pub fn read(reader: &mut TableReader<'_>, table: &Table) -> Self {
         Self {
-            parameters: NodeAccess::of(reader, table, "parameters", NodeAccess::default()),
-            clock: reader.truth(table, "clock"),
-            log: table.get("rosout").is_none() || reader.truth(table, "rosout"),
-            transforms: reader.truth(table, "tf"),
+            parameters: NodeAccess::read(reader, table, "parameters", NodeAccess::default()),
+            clock: reader.flag(table, "clock"),
+            log: table.get("rosout").is_none() || reader.flag(table, "rosout"),
+            transforms: reader.flag(table, "tf"),
             frames: frames(reader, table),
         }
     }
@@ -81,10 +81,10 @@ impl NodeOptions {
 
 fn frames(reader: &mut TableReader<'_>, table: &Table) -> Vec<FrameInput> {
     let mut frames: Vec<FrameInput> = Vec::new();
-    for (input, span, entry) in reader.entries(table, "frames", FRAMES) {
-        let input = reader.path(&input, span, FRAMES);
+    for (input, span, entry) in reader.entries(table, "frames", FRAMES_HELP) {
+        let input = reader.path(&input, span, FRAMES_HELP);
         let Some(frame) = entry.as_str().filter(|frame| !frame.is_empty()) else {
-            reader.add(entry.span, format!("a frame is a text, found {}", entry.value), FRAMES);
+            reader.add(entry.span, format!("a frame is a text, found {}", entry.value), FRAMES_HELP);
             continue;
         };
         let Some(input) = input else { continue };
@@ -95,9 +95,9 @@ fn frames(reader: &mut TableReader<'_>, table: &Table) -> Vec<FrameInput> {
 
 impl NodeAccess {
     /// Reads the access of a key.
-    pub fn of(reader: &mut TableReader<'_>, table: &Table, key: &str, usual: Self) -> Self {
+    pub fn read(reader: &mut TableReader<'_>, table: &Table, key: &str, default: Self) -> Self {
         let help = format!("write {key} = \"none\", \"read\" or \"set\"");
-        let Some((text, span)) = reader.text(table, key, &help) else { return usual };
+        let Some((text, span)) = reader.text(table, key, &help) else { return default };
         match text.as_str() {
             "none" => Self::None,
             "read" => Self::Read,
@@ -105,7 +105,7 @@ impl NodeAccess {
             other => {
                 let message = format!("expected `{key}` to be none, read or set, found {other:?}");
                 reader.add(span, message, &help);
-                usual
+                default
             }
         }
     }

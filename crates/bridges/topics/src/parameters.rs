@@ -11,10 +11,10 @@ const INTEGER: u8 = 2;
 const DOUBLE: u8 = 3;
 const STRING: u8 = 4;
 /// Lists of those have these numbers more; lists of bytes have 5.
-const LIST: u8 = 5;
+const LIST_OFFSET: u8 = 5;
 
 /// Fields of `ParameterValue`, by type.
-const FIELDS: [&str; 10] = [
+const VALUE_FIELDS: [&str; 10] = [
     "",
     "bool_value",
     "integer_value",
@@ -50,7 +50,7 @@ pub struct ParameterTable(pub Vec<NodeParameter>);
 
 impl ParameterTable {
     /// Returns the parameters of all modules, by name.
-    pub fn of(composer: &Composer) -> Self {
+    pub fn new(composer: &Composer) -> Self {
         let mut all = Vec::new();
         for module in composer.modules() {
             let name = &module.name;
@@ -106,7 +106,7 @@ fn kind(of: &Kind) -> u8 {
         Kind::Text(_) | Kind::Enumeration(_) => STRING,
         Kind::Optional(item) => kind(item),
         Kind::Array(item, _) | Kind::Sequence(item, _) | Kind::Tail(item) => match kind(item) {
-            single @ BOOL..=STRING => single + LIST,
+            single @ BOOL..=STRING => single + LIST_OFFSET,
             _ => NOT_SET,
         },
         Kind::Primitive(Primitive::Bool) => BOOL,
@@ -119,7 +119,7 @@ fn kind(of: &Kind) -> u8 {
 impl NodeParameter {
     /// Returns whether its numbers may have fractions.
     pub fn is_floating(&self) -> bool {
-        [DOUBLE, DOUBLE + LIST].contains(&self.kind)
+        [DOUBLE, DOUBLE + LIST_OFFSET].contains(&self.kind)
     }
 
     /// Returns the path of the setting.
@@ -140,7 +140,7 @@ impl NodeParameter {
         }
         let value = serde_json::to_value(&self.value).unwrap_or_default();
         // JSON has no infinities and no NaN: they become null.
-        json!({ "type": self.kind, FIELDS[usize::from(self.kind)]: value })
+        json!({ "type": self.kind, VALUE_FIELDS[usize::from(self.kind)]: value })
     }
 
     /// Returns it as `rcl_interfaces/msg/ParameterDescriptor`.
@@ -171,7 +171,7 @@ impl NodeParameter {
 /// In words, when it has none.
 pub fn value_of(message: &Json) -> Result<Json, String> {
     let kind = message["type"].as_u64().unwrap_or_default() as usize;
-    let field = FIELDS.get(kind).filter(|field| !field.is_empty());
+    let field = VALUE_FIELDS.get(kind).filter(|field| !field.is_empty());
     let field = field.ok_or("a parameter of a module can't be taken away")?;
     match &message[*field] {
         Json::Null => Err("a parameter is a finite number".into()),

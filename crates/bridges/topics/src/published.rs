@@ -15,7 +15,7 @@ use crate::outbound::OutboundTopic;
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Period of the check whether a property is another one.
-const RENEW: Duration = Duration::from_millis(500);
+const SURVEY_PERIOD: Duration = Duration::from_millis(500);
 
 /// Writer of a topic in the middleware.
 pub trait TopicSink: Send {
@@ -102,7 +102,7 @@ impl<S: TopicSink, M: TopicMessage> PublishedTopics<S, M> {
     /// Sends the newest values that were not sent.
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
     pub fn send(&mut self, composer: &Composer) {
-        if self.renewed.elapsed() > RENEW {
+        if self.renewed.elapsed() > SURVEY_PERIOD {
             self.renewed = Instant::now();
             self.follow(composer);
         }

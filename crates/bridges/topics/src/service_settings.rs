@@ -11,7 +11,7 @@ use crate::service_type::ServiceType;
 use crate::table_reader::TableReader;
 
 /// Default timeout for an answer.
-const TIMEOUT: Duration = Duration::from_secs(5);
+const DEFAULT_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Inbox that is a service.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub struct ServiceOffer {
     /// Name of the service, from the root.
     pub service: String,
     /// Type.
-    pub of: ServiceType,
+    pub service_type: ServiceType,
     /// Path of the inbox.
     pub inbox: String,
     /// Fields of the message that no request has.
@@ -34,7 +34,7 @@ pub struct ServiceCall {
     /// Name of the service, from the root.
     pub service: String,
     /// Type.
-    pub of: ServiceType,
+    pub service_type: ServiceType,
     /// Path of the outbox.
     pub outbox: String,
     /// Path of the input that is set to the responses, if any is.
@@ -47,8 +47,9 @@ pub struct ServiceCall {
 
 /// Returns whether an entry has the type of an action.
 pub(crate) fn is_action(entry: &Spanned<Value>) -> bool {
-    let of = entry.as_table().and_then(|own| own.get("type")).and_then(|of| of.as_str());
-    of.is_some_and(ActionType::is_name)
+    let service_type =
+        entry.as_table().and_then(|own| own.get("type")).and_then(|service_type| service_type.as_str());
+    service_type.is_some_and(ActionType::is_name)
 }
 
 /// Reads both tables.
@@ -83,14 +84,16 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
                 continue;
             };
             let inbox = self.path(own, "to", entry.span, help);
-            let of = self.service_type(own, entry.span, help);
+            let service_type = self.service_type(own, entry.span, help);
             let value = self.value(own);
-            let (Some(service), Some(inbox), Some(of)) = (service, inbox, of) else { continue };
+            let (Some(service), Some(inbox), Some(service_type)) = (service, inbox, service_type) else {
+                continue;
+            };
             if offers.iter().any(|other| other.service == service) {
                 let text = format!("{service} is offered by two entries");
                 self.reader.add(span, text, "a service has one server: take one away");
             }
-            offers.push(ServiceOffer { service, of, inbox, value, place: Some(entry.span) });
+            offers.push(ServiceOffer { service, service_type, inbox, value, place: Some(entry.span) });
         }
         offers
     }
@@ -108,15 +111,24 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
             let keys = ["from", "type", "definition", "response", "timeout"];
             let Some(own) = self.table(&entry, &keys, help) else { continue };
             let outbox = self.path(own, "from", entry.span, help);
-            let of = self.service_type(own, entry.span, help);
+            let service_type = self.service_type(own, entry.span, help);
             let response = own.get("response").and_then(|_| self.path(own, "response", entry.span, help));
             let timeout = self.timeout(own);
-            let (Some(service), Some(outbox), Some(of)) = (service, outbox, of) else { continue };
+            let (Some(service), Some(outbox), Some(service_type)) = (service, outbox, service_type) else {
+                continue;
+            };
             if calls.iter().any(|other| other.outbox == outbox) {
                 let text = format!("/{outbox} calls two services");
                 self.reader.add(span, text, "an outbox has one receiver: take one away");
             }
-            calls.push(ServiceCall { service, of, outbox, response, timeout, place: Some(entry.span) });
+            calls.push(ServiceCall {
+                service,
+                service_type,
+                outbox,
+                response,
+                timeout,
+                place: Some(entry.span),
+            });
         }
         calls
     }
@@ -191,6 +203,6 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
     }
 
     pub(crate) fn timeout(&mut self, own: &Table) -> Duration {
-        self.reader.timeout(own, TIMEOUT)
+        self.reader.timeout(own, DEFAULT_TIMEOUT)
     }
 }

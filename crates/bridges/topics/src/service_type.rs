@@ -6,14 +6,14 @@ use crate::message_type::MessageType;
 use crate::type_hash::type_hash;
 
 /// Services that are known without a definition.
-const KNOWN: [(&str, &str); 3] = [
+const STANDARD_SERVICES: [(&str, &str); 3] = [
     ("Empty", "---"),
     ("SetBool", "bool data\n---\nbool success\nstring message"),
     ("Trigger", "---\nbool success\nstring message"),
 ];
 
 /// Line between request and response of a definition.
-const MIDDLE: &str = "---";
+const SEPARATOR: &str = "---";
 
 /// Messages of `service_msgs`, which the event of each service has.
 const EVENT_INFO: &str = "\
@@ -46,9 +46,9 @@ impl ServiceType {
     /// The service needs a definition; the text lists those that don't.
     pub fn known(format: WireFormat, name: &str) -> Result<Self, String> {
         let short = name.strip_prefix(folder(format));
-        let found = KNOWN.iter().find(|(known, _)| Some(*known) == short);
+        let found = STANDARD_SERVICES.iter().find(|(known, _)| Some(*known) == short);
         let (_, definition) = found.ok_or_else(|| {
-            let known = KNOWN.map(|(known, _)| format!("{}{known}", folder(format))).join(", ");
+            let known = STANDARD_SERVICES.map(|(known, _)| format!("{}{known}", folder(format))).join(", ");
             format!("the definition of {name} is not known here, as those of {known} are")
         })?;
         Self::parse(format, name, definition)
@@ -76,10 +76,10 @@ impl ServiceType {
     /// Parses a service, including those of actions; see [`parse`](Self::parse).
     pub(crate) fn parse_named(format: WireFormat, name: &str, definition: &str) -> Result<Self, String> {
         let mut lines = definition.lines();
-        let request: Vec<_> = lines.by_ref().take_while(|line| line.trim() != MIDDLE).collect();
+        let request: Vec<_> = lines.by_ref().take_while(|line| line.trim() != SEPARATOR).collect();
         let response: Vec<_> = lines.collect();
         if request.len() == definition.lines().count() {
-            return Err(format!("no line `{MIDDLE}` separates the response of {name} from its request"));
+            return Err(format!("no line `{SEPARATOR}` separates the response of {name} from its request"));
         }
         let inside = response.iter().position(|line| line.starts_with("==="));
         let messages = inside.map_or(&[][..], |first| &response[first..]);

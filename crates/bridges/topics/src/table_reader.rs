@@ -10,8 +10,8 @@ use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Span
 /// Largest depth of a topic.
 const MAX_DEPTH: i64 = 10_000;
 
-const DEFINITION: &str = "write definition = \"PACKAGE/msg/NAME.msg\", a path from the folder of this file, with the files of messages in it beside it";
-const TYPE: &str = "write type = \"my_package/msg/Sample\"; in ROS 1 \"my_package/Sample\"";
+const DEFINITION_HELP: &str = "write definition = \"PACKAGE/msg/NAME.msg\", a path from the folder of this file, with the files of messages in it beside it";
+const TYPE_HELP: &str = "write type = \"my_package/msg/Sample\"; in ROS 1 \"my_package/Sample\"";
 
 /// Entry of a table: its key, the place of the key, and its value.
 pub type KeyedValue = (String, Span, Spanned<Value>);
@@ -114,7 +114,7 @@ impl<'c> TableReader<'c> {
     }
 
     /// Reads a truth value; false without one.
-    pub fn truth(&mut self, table: &Table, name: &str) -> bool {
+    pub fn flag(&mut self, table: &Table, name: &str) -> bool {
         let Some(value) = table.get(name) else { return false };
         if value.as_bool().is_none() {
             let message = format!("`{name}` takes true or false, found {}", value.describe());
@@ -173,10 +173,10 @@ impl<'c> TableReader<'c> {
     /// Returns the message definition in the file that `definition` names.
     /// `type` is needed where the path does not tell it.
     pub fn message_definition(&mut self, table: &Table) -> Option<Arc<DefinitionFiles>> {
-        let name = self.text(table, "type", TYPE);
-        let Some((file, span)) = self.text(table, "definition", DEFINITION) else {
+        let name = self.text(table, "type", TYPE_HELP);
+        let Some((file, span)) = self.text(table, "definition", DEFINITION_HELP) else {
             if let Some((_, span)) = name {
-                self.add(span, "`type` is the type of a `definition`, and that is missing", DEFINITION);
+                self.add(span, "`type` is the type of a `definition`, and that is missing", DEFINITION_HELP);
             }
             return None;
         };
@@ -189,7 +189,7 @@ impl<'c> TableReader<'c> {
                 _ => false,
             };
             if !is_type {
-                self.add(*span, format!("`{name}` is no type of a message"), TYPE);
+                self.add(*span, format!("`{name}` is no type of a message"), TYPE_HELP);
                 return None;
             }
         }
@@ -214,7 +214,7 @@ impl<'c> TableReader<'c> {
     ) -> Option<Arc<DefinitionFiles>> {
         let path = self.configuration.folder_of(span).join(file);
         let found = DefinitionFiles::read(self.format, &path, name);
-        found.map(Arc::new).map_err(|error| self.add(span, error.to_string(), DEFINITION)).ok()
+        found.map(Arc::new).map_err(|error| self.add(span, error.to_string(), DEFINITION_HELP)).ok()
     }
 
     /// Returns the format of its messages.

@@ -11,10 +11,10 @@ use crate::table_reader::TableReader;
 use crate::topic_wait::{TopicWait, WAIT_KEYS};
 
 /// Frame in headers by default.
-const FRAME: &str = "base_link";
+const DEFAULT_FRAME: &str = "base_link";
 
-const READ: &str = "write read.\"driver/scan\" = \"/scan\", or = { topic = \"/scan\", depth = 1 }";
-const WRITE: &str =
+const READ_HELP: &str = "write read.\"driver/scan\" = \"/scan\", or = { topic = \"/scan\", depth = 1 }";
+const WRITE_HELP: &str =
     "write write.\"/cmd_vel\" = \"r2/wheels/command\", or = { from = \"r2/wheels/command\", depth = 1 }";
 
 /// Options of a topic in a bridge's middleware, such as its quality of service.
@@ -32,7 +32,7 @@ pub trait TopicOptions: Clone + Default {
     const CAN_WAIT: bool = false;
 
     /// Reads them.
-    fn of(reader: &mut TableReader<'_>, table: &Table) -> Self;
+    fn read(reader: &mut TableReader<'_>, table: &Table) -> Self;
 }
 
 /// Input that reads a topic.
@@ -94,7 +94,7 @@ impl<O> TopicSettings<O> {
 
 impl<O: TopicOptions> TopicSettings<O> {
     /// Reads the entries `read` and `write` of a table, and the links of its scheme.
-    pub fn of(reader: &mut TableReader<'_>, table: &Table, node: &NodeOptions) -> Self {
+    pub fn read(reader: &mut TableReader<'_>, table: &Table, node: &NodeOptions) -> Self {
         let mut settings = Self { read: Vec::new(), write: Vec::new() };
         settings.inputs(reader, table);
         settings.outputs(reader, table);
@@ -108,12 +108,12 @@ impl<O: TopicOptions> TopicSettings<O> {
 
     fn inputs(&mut self, reader: &mut TableReader<'_>, table: &Table) {
         let empty = Table::default();
-        for (input, span, entry) in reader.entries(table, "read", READ) {
-            let input = reader.path(&input, span, READ);
-            let topic = given(reader, &entry, "topic", &read_keys::<O>(), READ);
-            let topic = topic.and_then(|topic| reader.topic(&topic, entry.span, READ));
+        for (input, span, entry) in reader.entries(table, "read", READ_HELP) {
+            let input = reader.path(&input, span, READ_HELP);
+            let topic = given(reader, &entry, "topic", &read_keys::<O>(), READ_HELP);
+            let topic = topic.and_then(|topic| reader.topic(&topic, entry.span, READ_HELP));
             let own = entry.as_table().unwrap_or(&empty);
-            let (definition, quality) = (definition::<O>(reader, own), O::of(reader, own));
+            let (definition, quality) = (definition::<O>(reader, own), O::read(reader, own));
             let wait = wait::<O>(reader, own);
             let (Some(input), Some(topic)) = (input, topic) else { continue };
             let input = TopicInput { input, topic, definition, quality, wait, place: entry.span };
@@ -123,13 +123,13 @@ impl<O: TopicOptions> TopicSettings<O> {
 
     fn outputs(&mut self, reader: &mut TableReader<'_>, table: &Table) {
         let empty = Table::default();
-        for (topic, span, entry) in reader.entries(table, "write", WRITE) {
-            let topic = reader.topic(&topic, span, WRITE);
-            let property = given(reader, &entry, "from", &write_keys::<O>(), WRITE);
-            let property = property.and_then(|path| reader.path(&path, entry.span, WRITE));
+        for (topic, span, entry) in reader.entries(table, "write", WRITE_HELP) {
+            let topic = reader.topic(&topic, span, WRITE_HELP);
+            let property = given(reader, &entry, "from", &write_keys::<O>(), WRITE_HELP);
+            let property = property.and_then(|path| reader.path(&path, entry.span, WRITE_HELP));
             let own = entry.as_table().unwrap_or(&empty);
             let definition = definition::<O>(reader, own);
-            let (frame, quality) = (frame(reader, own), O::of(reader, own));
+            let (frame, quality) = (frame(reader, own), O::read(reader, own));
             let (Some(topic), Some(property)) = (topic, property) else { continue };
             self.write.push(TopicOutput { topic, property, frame, definition, quality, place: span });
         }
@@ -142,7 +142,7 @@ impl<O: TopicOptions> TopicSettings<O> {
         let is_in = link.direction == ExternalDirection::In;
         reader.check_keys(own, "of a topic", &if is_in { read_keys::<O>() } else { write_keys::<O>() });
         let definition = definition::<O>(reader, own);
-        let (frame, quality) = (frame(reader, own), O::of(reader, own));
+        let (frame, quality) = (frame(reader, own), O::read(reader, own));
         let wait = if is_in { wait::<O>(reader, own) } else { None };
         let Some(topic) = topic else { return };
         if is_in {
@@ -212,7 +212,7 @@ fn write_keys<O: TopicOptions>() -> Vec<&'static str> {
 }
 
 fn wait<O: TopicOptions>(reader: &mut TableReader<'_>, table: &Table) -> Option<TopicWait> {
-    if O::CAN_WAIT { TopicWait::of(reader, table) } else { None }
+    if O::CAN_WAIT { TopicWait::read(reader, table) } else { None }
 }
 
 fn definition<O: TopicOptions>(reader: &mut TableReader<'_>, table: &Table) -> Option<Arc<DefinitionFiles>> {
@@ -242,5 +242,5 @@ fn given(
 
 fn frame(reader: &mut TableReader<'_>, table: &Table) -> String {
     let given = reader.text(table, "frame", "write frame = \"laser\"");
-    given.map_or_else(|| FRAME.to_owned(), |(frame, _)| frame)
+    given.map_or_else(|| DEFAULT_FRAME.to_owned(), |(frame, _)| frame)
 }

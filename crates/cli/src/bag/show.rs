@@ -10,7 +10,7 @@ use slate::runtime::printable;
 use crate::output::{self, counted};
 
 /// Long texts of metadata, such as configurations, are not for a terminal.
-const LONGEST: usize = 100;
+const MAX_METADATA_WIDTH: usize = 100;
 
 pub fn written(file: &Path, messages: u64) {
     output::line(format_args!("{} has {}", printable(file), counted(messages, "message", "messages")));
@@ -92,7 +92,7 @@ pub fn info(file: &Path, info: &Info) {
         output::line(format_args!("metadata {name}"));
         let rows = texts.iter().map(|(key, text)| {
             let line = text.lines().next().unwrap_or_default();
-            let short: String = line.chars().take(LONGEST).collect();
+            let short: String = line.chars().take(MAX_METADATA_WIDTH).collect();
             let rest = if short.len() < text.len() { " ..." } else { "" };
             [format!("  {key}"), format!("{short}{rest}")]
         });

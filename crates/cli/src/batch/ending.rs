@@ -13,13 +13,13 @@ use crate::interrupt::DEBOUNCE;
 /// Stops the runs that are under way, and lets none begin.
 #[derive(Default)]
 pub struct BatchEnding {
-    asked: AtomicBool,
+    interrupted: AtomicBool,
     runs: Mutex<Runs>,
 }
 
 #[derive(Default)]
 struct Runs {
-    over: bool,
+    ended: bool,
     /// Stoppers of the runs, by seed.
     stoppers: BTreeMap<u64, Stopper>,
 }
@@ -27,17 +27,17 @@ struct Runs {
 impl BatchEnding {
     /// Creates the end on request.
     /// The first Ctrl-C requests it; the second one ends the process.
-    pub fn on_request() -> Arc<Self> {
+    pub fn on_interrupt() -> Arc<Self> {
         let ending = Arc::new(Self::default());
-        let asked_of = Arc::clone(&ending);
+        let handler = Arc::clone(&ending);
         let mut first: Option<Instant> = None;
         let handled = ctrlc::set_handler(move || match first {
             Some(first) if first.elapsed() < DEBOUNCE => {}
             Some(_) => std::process::exit(130),
             None => {
                 first = Some(now());
-                asked_of.asked.store(true, Ordering::Release);
-                asked_of.end();
+                handler.interrupted.store(true, Ordering::Release);
+                handler.end();
             }
         });
         if let Err(error) = handled {
@@ -47,33 +47,33 @@ impl BatchEnding {
     }
 
     /// Returns whether a person asked for the end.
-    pub fn is_asked(&self) -> bool {
-        self.asked.load(Ordering::Acquire)
+    pub fn is_interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::Acquire)
     }
 
     /// Returns whether no more runs may begin.
-    pub fn is_over(&self) -> bool {
-        self.runs().over
+    pub fn is_ended(&self) -> bool {
+        self.runs().ended
     }
 
     /// Stops the runs in progress.
     pub fn end(&self) {
         let mut runs = self.runs();
-        runs.over = true;
+        runs.ended = true;
         runs.stoppers.values().for_each(Stopper::stop);
     }
 
     /// Stops this run too when the end comes, or at once when it has come.
-    pub fn watch(&self, seed: u64, stopper: Stopper) {
+    pub fn add(&self, seed: u64, stopper: Stopper) {
         let mut runs = self.runs();
-        if runs.over {
+        if runs.ended {
             stopper.stop();
         }
         runs.stoppers.insert(seed, stopper);
     }
 
     /// Forgets a run that is over by itself.
-    pub fn forget(&self, seed: u64) {
+    pub fn remove(&self, seed: u64) {
         self.runs().stoppers.remove(&seed);
     }
 

@@ -12,13 +12,13 @@ use slate::record::Summary;
 use crate::clock::now;
 
 /// Period at which the progress line is checked for an update.
-pub const PERIOD: Duration = Duration::from_millis(500);
+pub const CHECK_PERIOD: Duration = Duration::from_millis(500);
 
 /// Period of lines where they stay.
-const SILENCE: Duration = Duration::from_secs(30);
+const LINE_PERIOD: Duration = Duration::from_secs(30);
 
 /// Number of parts of the runs after each of which a line is printed.
-const PARTS: u64 = 10;
+const MAX_PARTS: u64 = 10;
 
 /// Progress display of the runs, until dropped.
 pub struct BatchProgress {
@@ -29,40 +29,40 @@ pub struct BatchProgress {
     start: Instant,
     terminal: bool,
     /// Time of the last line.
-    said: Instant,
+    printed: Instant,
 }
 
 impl BatchProgress {
     /// Creates the progress of a batch at its beginning.
     pub fn new(runs: u64) -> Self {
         let (start, terminal) = (now(), std::io::stderr().is_terminal());
-        Self { runs, done: 0, succeeded: 0, collisions_caused: 0, start, terminal, said: start }
+        Self { runs, done: 0, succeeded: 0, collisions_caused: 0, start, terminal, printed: start }
     }
 
     /// Counts a finished run.
     pub fn note(&mut self, summary: &Summary) {
-        let part = |done: u64| u128::from(done) * u128::from(PARTS) / u128::from(self.runs);
+        let part = |done: u64| u128::from(done) * u128::from(MAX_PARTS) / u128::from(self.runs);
         let is_next_part = part(self.done) < part(self.done + 1);
         self.done += 1;
         self.succeeded += u64::from(summary.succeeded());
         let of_others = summary.robots.values().filter_map(|figures| figures.get("collisions_caused"));
         self.collisions_caused += summary.collisions_caused + of_others.sum::<f64>() as u64;
         // After the last run, its figures follow.
-        let is_due = if self.terminal { self.said.elapsed() >= PERIOD } else { is_next_part };
+        let is_due = if self.terminal { self.printed.elapsed() >= CHECK_PERIOD } else { is_next_part };
         if is_due && self.done < self.runs {
-            self.say();
+            self.print();
         }
     }
 
     /// Updates the line as time passes.
     pub fn show(&mut self) {
-        if self.terminal || self.said.elapsed() >= SILENCE {
-            self.say();
+        if self.terminal || self.printed.elapsed() >= LINE_PERIOD {
+            self.print();
         }
     }
 
-    fn say(&mut self) {
-        self.said = now();
+    fn print(&mut self) {
+        self.printed = now();
         let text = self.text();
         let mut out = std::io::stderr().lock();
         // What can't be shown is not missed.

@@ -8,23 +8,23 @@ use crossterm::style::{Color, Stylize};
 use serde_json::Value;
 
 /// Length from which a line is split, bytes.
-const LONGEST: u64 = 64 << 10;
+const MAX_LINE_LENGTH: u64 = 64 << 10;
 
 /// Time to wait for the last lines of an ended agent.
 /// Processes that it started may hold the streams open.
-const LAST: Duration = Duration::from_secs(1);
+const LAST_LINES_TIMEOUT: Duration = Duration::from_secs(1);
 
 const COLOURS: [Color; 6] =
     [Color::Cyan, Color::Magenta, Color::Yellow, Color::Green, Color::Blue, Color::Red];
 
 /// Destination of the lines.
 #[derive(Clone, Copy)]
-pub enum To {
+pub enum OutputStream {
     Stdout,
     Stderr,
 }
 
-impl To {
+impl OutputStream {
     /// Returns the prefix of an agent's lines.
     pub fn prefix(self, index: usize, name: &str, width: usize) -> String {
         let terminal = match self {
@@ -51,12 +51,12 @@ impl To {
 pub struct Relay(Receiver<Option<Value>>);
 
 impl Relay {
-    /// Begins. A summary, which is an object of JSON, is kept back if `keeps`.
+    /// Begins. A summary, which is an object of JSON, is kept back if `keeps_summary`.
     pub fn start(
         stream: impl Read + Send + 'static,
-        to: To,
+        output: OutputStream,
         prefix: String,
-        keeps: bool,
+        keeps_summary: bool,
     ) -> io::Result<Self> {
         let (sender, receiver) = channel();
         let relay = move || {
@@ -65,12 +65,12 @@ impl Relay {
             loop {
                 line.clear();
                 line.extend_from_slice(prefix.as_bytes());
-                match stream.by_ref().take(LONGEST).read_until(b'\n', &mut line) {
+                match stream.by_ref().take(MAX_LINE_LENGTH).read_until(b'\n', &mut line) {
                     Ok(0) | Err(_) => break,
                     Ok(_) => {}
                 }
                 let text = &line[prefix.len()..];
-                if keeps
+                if keeps_summary
                     && text.starts_with(b"{")
                     && let Ok(value) = serde_json::from_slice(text)
                 {
@@ -80,7 +80,7 @@ impl Relay {
                 if !line.ends_with(b"\n") {
                     line.push(b'\n');
                 }
-                to.write(&line);
+                output.write(&line);
             }
             // Who waits for it may have given up.
             let _ = sender.send(summary);
@@ -91,6 +91,6 @@ impl Relay {
 
     /// Waits for the last line, and returns the summary.
     pub fn finish(self) -> Option<Value> {
-        self.0.recv_timeout(LAST).ok().flatten()
+        self.0.recv_timeout(LAST_LINES_TIMEOUT).ok().flatten()
     }
 }

@@ -17,7 +17,7 @@ use slate::runtime::isolation::Supervisor;
 use slate_run::{Application, ApplicationOptions, RunOptions};
 
 use super::MemberEvent;
-use super::lines::{Relay, To};
+use super::lines::{OutputStream, Relay};
 use crate::run_options::RunVerb;
 
 /// Agent of the deployment, running or not.
@@ -25,11 +25,11 @@ pub struct TeamMember {
     /// Name of its table in the file.
     pub name: String,
     /// Name under which tools find it.
-    pub called: String,
+    pub agent_name: String,
     /// Agent with its mission, with which it ends.
     pub mission_of: Option<String>,
     /// End of the mission of that agent.
-    pub is_over: bool,
+    pub is_ending: bool,
     pub supervisor: Supervisor,
     pub running: Option<MemberProcess>,
     /// Number of restarts.
@@ -57,27 +57,27 @@ pub struct MemberProcess {
 
 impl TeamMember {
     /// Creates an agent that does not run yet.
-    /// The one that `is_shown` has a web console for those who watch the run.
+    /// The one that `has_console` has a web console for those who watch the run.
     pub fn new(
         verb: &RunVerb,
         (index, name): (usize, &str),
         width: usize,
         application: &Application,
-        is_shown: bool,
+        has_console: bool,
     ) -> Self {
         let configuration = &application.configuration;
         let mission_of = configuration.mission().and_then(|mission| mission.outcome.agent());
         Self {
             name: name.into(),
-            called: configuration.agent_name().into(),
+            agent_name: configuration.agent_name().into(),
             mission_of: mission_of.map(str::to_owned),
-            is_over: false,
+            is_ending: false,
             supervisor: Supervisor::default(),
             running: None,
             restarts: 0,
             code: None,
             summary: None,
-            arguments: arguments(verb, name, application, is_shown),
+            arguments: arguments(verb, name, application, has_console),
             index,
             width,
             json: verb.options.common.json,
@@ -86,17 +86,17 @@ impl TeamMember {
     }
 
     /// Starts its process, which sends events.
-    pub fn start(&mut self, anew: bool, events: &Sender<MemberEvent>) -> io::Result<()> {
-        let (stream, theirs) = UnixStream::pair()?;
+    pub fn start(&mut self, is_restart: bool, events: &Sender<MemberEvent>) -> io::Result<()> {
+        let (stream, child_stream) = UnixStream::pair()?;
         let (mut ready, index) = (stream.try_clone()?, self.index);
         // This is the program as it runs, also when its file was replaced meanwhile.
         let mut command = Command::new("/proc/self/exe");
         command
             .arg0("slate")
             .arg("run")
-            .args((anew || self.disarmed).then_some("--disarmed"))
+            .args((is_restart || self.disarmed).then_some("--disarmed"))
             .args(&self.arguments);
-        command.stdin(Stdio::from(OwnedFd::from(theirs))).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.stdin(Stdio::from(OwnedFd::from(child_stream))).stdout(Stdio::piped()).stderr(Stdio::piped());
         // Ctrl-C reaches it through its supervisor, once.
         command.process_group(0);
         let mut child = command.spawn()?;
@@ -124,17 +124,17 @@ impl TeamMember {
                 return Err(error);
             }
         }
-        self.restarts += u32::from(anew);
+        self.restarts += u32::from(is_restart);
         Ok(())
     }
 
     fn relay(&self, child: &mut Child) -> io::Result<[Relay; 2]> {
         let lost = || io::Error::from(io::ErrorKind::BrokenPipe);
         let (stdout, stderr) = (child.stdout.take().ok_or_else(lost)?, child.stderr.take().ok_or_else(lost)?);
-        let prefix = |to: To| to.prefix(self.index, &self.name, self.width);
+        let prefix = |to: OutputStream| to.prefix(self.index, &self.name, self.width);
         Ok([
-            Relay::start(stdout, To::Stdout, prefix(To::Stdout), self.json)?,
-            Relay::start(stderr, To::Stderr, prefix(To::Stderr), false)?,
+            Relay::start(stdout, OutputStream::Stdout, prefix(OutputStream::Stdout), self.json)?,
+            Relay::start(stderr, OutputStream::Stderr, prefix(OutputStream::Stderr), false)?,
         ])
     }
 
@@ -179,7 +179,7 @@ pub fn code(status: ExitStatus) -> u8 {
 }
 
 /// Returns the arguments of the agent's process.
-fn arguments(verb: &RunVerb, name: &str, application: &Application, is_shown: bool) -> Vec<OsString> {
+fn arguments(verb: &RunVerb, name: &str, application: &Application, has_console: bool) -> Vec<OsString> {
     // All are named, so that none that comes later is forgotten.
     let RunVerb { name: file, agent: _, options, supervised: _, watched: _ } = verb;
     let RunOptions { common, headless, open, stay, rate, seed, resume: _, out, disarmed: _ } = options;
@@ -211,8 +211,8 @@ fn arguments(verb: &RunVerb, name: &str, application: &Application, is_shown: bo
     add("out", out.as_ref().map(|out| out.join(name).into()));
     arguments.extend(json.then(|| "--json".into()));
     arguments.extend(stay.then(|| "--stay".into()));
-    arguments.extend((is_shown && !headless).then(|| "--watched".into()));
-    arguments.extend((is_shown && *open).then(|| "--open".into()));
+    arguments.extend((has_console && !headless).then(|| "--watched".into()));
+    arguments.extend((has_console && *open).then(|| "--open".into()));
     arguments.push("--".into());
     arguments.extend(file.as_ref().map(Into::into));
     arguments

@@ -32,10 +32,10 @@ const INTERRUPTED: u8 = 130;
 
 /// Exit codes of a run that ended by itself, not by a crash.
 /// Success, failure or refusal; or an interruption by a person, by SIGHUP, SIGINT or SIGTERM before it caught them.
-const BY_ITSELF: [u8; 6] = [0, 1, 2, 129, INTERRUPTED, 143];
+const ORDERLY_CODES: [u8; 6] = [0, 1, 2, 129, INTERRUPTED, 143];
 
 /// Exit codes of a run that was asked to end.
-const STOPPED: [u8; 4] = [1, 129, INTERRUPTED, 143];
+const STOP_CODES: [u8; 4] = [1, 129, INTERRUPTED, 143];
 
 /// Event of the supervisor.
 pub enum MemberEvent {
@@ -43,7 +43,7 @@ pub enum MemberEvent {
     Ready(usize),
     Ended(usize),
     /// Request to end: Ctrl-C, or another signal.
-    Asked,
+    Interrupted,
 }
 
 /// Runs all agents of a file until they have ended.
@@ -55,9 +55,9 @@ pub fn run(verb: &RunVerb, names: &[String]) -> Result<u8, Failure> {
     }
     let members = members(verb, names)?;
     let (sender, events) = channel();
-    let asked = sender.clone();
+    let interrupted = sender.clone();
     let handled = ctrlc::set_handler(move || {
-        let _ = asked.send(MemberEvent::Asked);
+        let _ = interrupted.send(MemberEvent::Interrupted);
     });
     if let Err(error) = handled {
         say(format_args!("Ctrl-C will end the agents without their reports: {error}"));
@@ -69,7 +69,7 @@ pub fn run(verb: &RunVerb, names: &[String]) -> Result<u8, Failure> {
         ready: 0,
         stopping: None,
         refused: None,
-        asked: None,
+        interrupted: None,
         killed: false,
     };
     say(format_args!("agents: {}", names.join(", ")));
@@ -92,8 +92,8 @@ fn members(verb: &RunVerb, names: &[String]) -> Result<Vec<TeamMember>, Failure>
         let (sets, host) = (options.common.set.clone(), options.common.host.as_deref());
         let application = examples::find(file, Some(name), Vec::new(), sets, host)?;
         let configuration = &application.configuration;
-        for path in written(configuration) {
-            if let Some(other) = files.insert(place(&path.value), name) {
+        for path in output_files(configuration) {
+            if let Some(other) = files.insert(canonical_path(&path.value), name) {
                 let message = format!("`{other}` and `{name}` would write the same file");
                 let help = format!("give `{name}` one of its own, in [agents.{name}]");
                 return Err(Failure::Configuration(
@@ -115,7 +115,7 @@ fn members(verb: &RunVerb, names: &[String]) -> Result<Vec<TeamMember>, Failure>
 }
 
 /// Returns the files that an agent writes by its configuration.
-fn written(configuration: &Configuration) -> impl Iterator<Item = &Spanned<PathBuf>> {
+fn output_files(configuration: &Configuration) -> impl Iterator<Item = &Spanned<PathBuf>> {
     let log = configuration.log().targets.file.as_ref().map(|file| &file.path);
     let snapshot = configuration.snapshot().map(|snapshot| &snapshot.file);
     let memories = configuration.modules().iter().filter_map(|module| module.memory.as_ref());
@@ -123,7 +123,7 @@ fn written(configuration: &Configuration) -> impl Iterator<Item = &Spanned<PathB
 }
 
 /// Returns a path that is equal for all paths of one file.
-fn place(path: &Path) -> PathBuf {
+fn canonical_path(path: &Path) -> PathBuf {
     let (folder, name) = (path.parent().unwrap_or(path), path.file_name().unwrap_or_default());
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     // A folder that is not there has no other names but those that are written.
@@ -142,7 +142,7 @@ struct Deployment {
     /// Exit code of an agent that could not start.
     refused: Option<u8>,
     /// Time at which a person requested the end.
-    asked: Option<Instant>,
+    interrupted: Option<Instant>,
     /// Second request for the end.
     killed: bool,
 }
@@ -173,8 +173,8 @@ impl Deployment {
             match event {
                 Ok(MemberEvent::Ready(index)) => self.ready(index),
                 Ok(MemberEvent::Ended(index)) => self.ended(index),
-                Ok(MemberEvent::Asked) => self.asked(),
-                Err(_) => self.on_time(),
+                Ok(MemberEvent::Interrupted) => self.interrupted(),
+                Err(_) => self.handle_due(),
             }
         }
     }
@@ -201,8 +201,8 @@ impl Deployment {
         if self.stopping.is_some() || !self.is_started() {
             return;
         }
-        let released = if was_started { index..index + 1 } else { 0..self.members.len() };
-        for member in &mut self.members[released] {
+        let starting = if was_started { index..index + 1 } else { 0..self.members.len() };
+        for member in &mut self.members[starting] {
             if let Some(running) = &mut member.running {
                 running.release();
             }
@@ -214,10 +214,10 @@ impl Deployment {
         let member = &mut self.members[index];
         let Some(status) = member.reap() else { return };
         let name = &member.name;
-        let is_over = member.is_over;
+        let is_ending = member.is_ending;
         let code = match code(status) {
             // It was asked to end, and its run is judged where its mission is.
-            code if is_over && STOPPED.contains(&code) => 0,
+            code if is_ending && STOP_CODES.contains(&code) => 0,
             code => code,
         };
         if self.stopping.is_some() {
@@ -230,31 +230,31 @@ impl Deployment {
             member.code = Some(code.max(1));
             self.refused = Some(code.max(1));
             self.stop();
-        } else if is_over || BY_ITSELF.contains(&code) {
+        } else if is_ending || ORDERLY_CODES.contains(&code) {
             say(format_args!("{name} {}", describe(status)));
             member.code = Some(code);
-            let called = member.called.clone();
-            self.end_with(&called);
+            let agent_name = member.agent_name.clone();
+            self.end_mission_of(&agent_name);
         } else {
-            Self::fall(member, at, &describe(status), code);
-            self.end_with_fallen();
+            Self::handle_crash(member, at, &describe(status), code);
+            self.end_missions_of_ended();
         }
     }
 
     /// Asks those to end whose mission was that of an agent which stays off.
-    fn end_with_fallen(&mut self) {
+    fn end_missions_of_ended(&mut self) {
         let ended = self.members.iter().filter(|member| member.code.is_some());
-        let called: Vec<_> = ended.map(|member| member.called.clone()).collect();
-        called.iter().for_each(|called| self.end_with(called));
+        let agent_name: Vec<_> = ended.map(|member| member.agent_name.clone()).collect();
+        agent_name.iter().for_each(|agent_name| self.end_mission_of(agent_name));
     }
 
     /// Asks those to end whose mission was that of an agent which has ended.
-    fn end_with(&mut self, called: &str) {
+    fn end_mission_of(&mut self, agent_name: &str) {
         for member in self.members.iter_mut() {
-            if member.is_over || member.mission_of.as_deref() != Some(called) {
+            if member.is_ending || member.mission_of.as_deref() != Some(agent_name) {
                 continue;
             }
-            member.is_over = true;
+            member.is_ending = true;
             match &member.running {
                 Some(running) => running.interrupt(),
                 // It waits to be started anew, and never is.
@@ -262,17 +262,17 @@ impl Deployment {
             }
         }
         let mut members = self.members.iter();
-        if members.all(|member| member.is_over || member.code.is_some()) {
+        if members.all(|member| member.is_ending || member.code.is_some()) {
             self.stopping.get_or_insert_with(now);
         }
     }
 
     /// Handles a crashed agent: it restarts, unless it crashed too often.
-    fn fall(member: &mut TeamMember, at: u64, how: &str, code: u8) {
-        let TeamMember { name, called, supervisor, code: ended, .. } = member;
+    fn handle_crash(member: &mut TeamMember, at: u64, how: &str, code: u8) {
+        let TeamMember { name, agent_name, supervisor, code: ended, .. } = member;
         match supervisor.failed(at) {
             Some(delay) => say(format_args!(
-                "{name} {how}; restarting in {} ms, disarmed: `slate arm --agent {called}` arms its actuators",
+                "{name} {how}; restarting in {} ms, disarmed: `slate arm --agent {agent_name}` arms its actuators",
                 delay / 1_000_000
             )),
             None => {
@@ -283,7 +283,7 @@ impl Deployment {
     }
 
     /// Restarts agents that are due, or ends those that should have ended.
-    fn on_time(&mut self) {
+    fn handle_due(&mut self) {
         if self.stopping.is_some_and(|since| now() >= since + TIMEOUT) {
             self.each_running(MemberProcess::kill);
             // It can't be held up.
@@ -296,16 +296,16 @@ impl Deployment {
                 && member.supervisor.take_due(at)
                 && let Err(error) = member.start(true, &self.sender)
             {
-                Self::fall(member, at, &format!("can't be started: {error}"), 2);
+                Self::handle_crash(member, at, &format!("can't be started: {error}"), 2);
             }
         }
-        self.end_with_fallen();
+        self.end_missions_of_ended();
     }
 
-    fn asked(&mut self) {
-        match self.asked {
+    fn interrupted(&mut self) {
+        match self.interrupted {
             None => {
-                self.asked = Some(now());
+                self.interrupted = Some(now());
                 self.stop();
             }
             Some(first) if first.elapsed() < DEBOUNCE => {}

@@ -10,7 +10,7 @@ use slate::runtime::printable;
 
 use super::{Failure, usage};
 
-const START_AN_AGENT: &str =
+const NO_AGENT_HELP: &str =
     "start one with `slate run`; commands find agents of the same user with the same XDG_RUNTIME_DIR";
 
 impl Failure {
@@ -76,7 +76,7 @@ impl Failure {
     fn help_with_agents(&self) -> Option<String> {
         Some(match self {
             Self::Unreachable(error) => error.help()?.to_string(),
-            Self::NoAgent => START_AN_AGENT.into(),
+            Self::NoAgent => NO_AGENT_HELP.into(),
             Self::SeveralAgents { running } => format!("choose one, such as --agent {}", running.first()?),
             Self::Unmet { .. } => {
                 "`slate peers --agent NAME` lists the agents that an agent knows, and why one is not connected".into()
@@ -189,7 +189,7 @@ fn leading(near: Option<&str>, verb: Option<&str>) -> String {
 }
 
 /// Maximum number of names in advice.
-const MOST_NAMES: usize = 24;
+const MAX_NAMES: usize = 24;
 
 fn nothing_below(pattern: &str, above: &str, missing: &str, names: &[String]) -> String {
     if names.is_empty() {
@@ -197,8 +197,8 @@ fn nothing_below(pattern: &str, above: &str, missing: &str, names: &[String]) ->
     }
     let near = nearest_names(missing, names.iter().map(String::as_str));
     let near = near.first().map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
-    let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
-    let more = if names.len() > MOST_NAMES { ", ..." } else { "" };
+    let shown = names.iter().take(MAX_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
+    let more = if names.len() > MAX_NAMES { ", ..." } else { "" };
     format!("{near}{above} contains: {shown}{more}")
 }
 
@@ -209,8 +209,8 @@ fn unknown_module(name: &str, known: &[String]) -> String {
         near = nearest_names(name, known.iter().map(String::as_str));
     }
     let near = near.first().map(|near| format!("did you mean {near}? ")).unwrap_or_default();
-    let shown = known.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
-    let more = if known.len() > MOST_NAMES { ", ..." } else { "" };
+    let shown = known.iter().take(MAX_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
+    let more = if known.len() > MAX_NAMES { ", ..." } else { "" };
     format!("{near}modules: {shown}{more}")
 }
 
@@ -223,7 +223,7 @@ fn client(error: &ClientError) -> String {
             let all: Vec<_> = near.iter().chain(others).map(String::as_str).collect();
             format!("running agents: {}", all.join(", "))
         }
-        ClientError::NoAgent { .. } => START_AN_AGENT.into(),
+        ClientError::NoAgent { .. } => NO_AGENT_HELP.into(),
         ClientError::Version { .. } => "use the `slate` that runs the agent".into(),
         _ => "see the agent's log".into(),
     }

@@ -6,7 +6,7 @@ mod usage;
 
 use std::path::{Path, PathBuf};
 
-use slate::control::client::{Denied, RequestError, Trouble};
+use slate::control::client::{HttpRefusal, RequestError, Trouble};
 use slate::control::{ClientError, OpenError};
 use slate::record::replay::PlayError;
 use slate::runtime::configuration::Report;
@@ -16,7 +16,7 @@ use slate::runtime::snapshot::SnapshotError;
 use slate::runtime::{Mistake, StartError};
 use slate_run::RunError;
 
-use crate::condition::Unfit;
+use crate::condition::ConditionError;
 
 /// Exit code: the agent can't be reached, or does not answer.
 pub const UNREACHED: u8 = 3;
@@ -173,15 +173,15 @@ pub enum Failure {
     #[error("{place}: {problem}")]
     Interface { place: String, problem: String },
     #[error("{url}: {problem}")]
-    Condition { url: String, problem: Unfit },
+    Condition { url: String, problem: ConditionError },
     #[error("{0}")]
     NoValue(String),
     #[error("`{to}` has no link")]
     NotLinked { to: String, linked: Vec<String> },
     #[error("`{path}` exists already")]
     Taken { path: PathBuf },
-    #[error("{}", no_checkout(.said.as_deref()))]
-    NoCheckout { said: Option<PathBuf> },
+    #[error("{}", no_checkout(.given.as_deref()))]
+    NoCheckout { given: Option<PathBuf> },
     #[error("agent `{agent}` ended before the trace was complete")]
     TraceWithoutEnd { agent: String, left: Option<PathBuf> },
     #[error("`{path}` can't be used: {source}")]
@@ -249,9 +249,9 @@ fn no_actuator(known: &[String]) -> String {
     }
 }
 
-fn no_checkout(said: Option<&Path>) -> String {
-    match said {
-        Some(said) => format!("`{}` is not a checkout of Slate", slate::runtime::printable(said)),
+fn no_checkout(given: Option<&Path>) -> String {
+    match given {
+        Some(given) => format!("`{}` is not a checkout of Slate", slate::runtime::printable(given)),
         None => "no checkout of Slate found".into(),
     }
 }
@@ -277,7 +277,7 @@ impl Failure {
             | Self::NoCode { .. } => UNKNOWN,
             Self::NoGoal { found: known, .. } | Self::NoActuator { known } if known.is_empty() => UNKNOWN,
             Self::GoalOutside { .. } => REFUSED,
-            Self::Condition { problem: Unfit::NoField(_), .. } => UNKNOWN,
+            Self::Condition { problem: ConditionError::NoField(_), .. } => UNKNOWN,
             Self::NoValue(_) => NO_DATA,
             Self::Ros { code, .. } => *code,
             Self::Http { status: 404, .. } => UNKNOWN,
@@ -296,7 +296,9 @@ impl Failure {
             Self::Agent(ClientError::NoAgent { .. }) | Self::NoAgent | Self::Unmet { .. } => {
                 Some(Mistake::NoAgent)
             }
-            Self::Agent(ClientError::Lost { .. } | ClientError::Nonsense { .. }) => Some(Mistake::Silent),
+            Self::Agent(ClientError::Lost { .. } | ClientError::InvalidAnswer { .. }) => {
+                Some(Mistake::Silent)
+            }
             Self::NotStopped { .. } => Some(Mistake::Silent),
             Self::Agent(ClientError::Version { .. }) => Some(Mistake::Version),
             Self::SeveralAgents { .. } => Some(Mistake::WhichAgent),
@@ -306,7 +308,7 @@ impl Failure {
             Self::NothingLike { .. } | Self::NothingBelow { .. } => Some(Mistake::Name),
             Self::NoGoal { .. } | Self::NoActuator { .. } => Some(Mistake::Name),
             Self::Library(_) => Some(Mistake::Library),
-            Self::Condition { problem: Unfit::NoField(_), .. } => Some(Mistake::Name),
+            Self::Condition { problem: ConditionError::NoField(_), .. } => Some(Mistake::Name),
             Self::Condition { .. } | Self::GoalOutside { .. } => Some(Mistake::Value),
             Self::Http { code, .. } => Mistake::from_code(code.as_deref()?),
             _ => None,
@@ -314,8 +316,8 @@ impl Failure {
     }
 }
 
-impl From<Denied> for Failure {
-    fn from(Denied { status, detail, help, code, .. }: Denied) -> Self {
+impl From<HttpRefusal> for Failure {
+    fn from(HttpRefusal { status, detail, help, code, .. }: HttpRefusal) -> Self {
         Self::Http { status, detail, help, code }
     }
 }
@@ -324,7 +326,7 @@ impl From<RequestError> for Failure {
     fn from(error: RequestError) -> Self {
         match error {
             RequestError::Trouble(trouble) => trouble.into(),
-            RequestError::Denied(denied) => denied.into(),
+            RequestError::HttpRefusal(denied) => denied.into(),
         }
     }
 }

@@ -23,11 +23,11 @@ fn parts(error: &clap::Error) -> (String, String) {
 /// Returns the command for a name that other systems use.
 pub fn instead(error: &clap::Error) -> Option<&'static str> {
     let Some(ContextValue::String(verb)) = error.get(ContextKind::InvalidSubcommand) else { return None };
-    INSTEAD.iter().find(|(names, _)| names.contains(&verb.as_str())).map(|(_, help)| *help)
+    FOREIGN_COMMANDS.iter().find(|(names, _)| names.contains(&verb.as_str())).map(|(_, help)| *help)
 }
 
 /// Names of commands in other tools, and their equivalents here.
-const INSTEAD: [(&[&str], &str); 6] = [
+const FOREIGN_COMMANDS: [(&[&str], &str); 6] = [
     (
         &["plot"],
         "`slate bag plot FILE FIELD` plots a recording, `slate console` live values; `slate watch URL --csv` prints a table",

@@ -5,16 +5,16 @@ use std::fmt::Write;
 use slate::control::graph::{Flow, GraphEdge, GraphLayout, GraphNode, ModuleGraph, NodeKind};
 
 /// Approximate width of a letter, pixels.
-const LETTER: f64 = 7.2;
-const SMALL: f64 = 5.9;
+const LETTER_WIDTH: f64 = 7.2;
+const SMALL_LETTER_WIDTH: f64 = 5.9;
 
 /// Heights of the head of a node and of the row of an output.
-const HEAD: f64 = 36.0;
-const OUTPUT: f64 = 16.0;
+const HEAD_HEIGHT: f64 = 36.0;
+const OUTPUT_HEIGHT: f64 = 16.0;
 const MARGIN: f64 = 24.0;
 
 /// Height of the title and of the legend.
-const HEADER: f64 = 48.0;
+const HEADER_HEIGHT: f64 = 48.0;
 
 const LEGEND: &str = "lines: values of the property at the right edge of a box; thick: messages; blue: closes a loop; \
                       dotted: values of the last cycle";
@@ -49,7 +49,7 @@ pub fn draw(graph: &ModuleGraph) -> String {
     let sizes: Vec<(f64, f64)> =
         outputs.iter().zip(&graph.nodes).map(|(outputs, node)| size(node, outputs)).collect();
     let layout = GraphLayout::new(graph, &sizes, None);
-    let (width, height) = (layout.width, layout.height + HEADER);
+    let (width, height) = (layout.width, layout.height + HEADER_HEIGHT);
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
          height=\"{height:.0}\" role=\"img\" aria-label=\"modules and links of {title}\">\n<style>{STYLE}</style>\n\
@@ -57,7 +57,7 @@ pub fn draw(graph: &ModuleGraph) -> String {
          <defs><marker id=\"arrow\" viewBox=\"0 0 8 8\" refX=\"7\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" \
          orient=\"auto\"><path d=\"M0 0L8 4L0 8z\" fill=\"context-stroke\"/></marker></defs>\n\
          <text class=\"title\" x=\"{MARGIN}\" y=\"26\">{title}</text>\n\
-         <text class=\"note\" x=\"{MARGIN}\" y=\"42\">{LEGEND}</text>\n<g transform=\"translate(0 {HEADER:.0})\">\n",
+         <text class=\"note\" x=\"{MARGIN}\" y=\"42\">{LEGEND}</text>\n<g transform=\"translate(0 {HEADER_HEIGHT:.0})\">\n",
         title = escaped(&graph.title)
     );
     for group in &layout.groups {
@@ -86,10 +86,11 @@ pub fn draw(graph: &ModuleGraph) -> String {
 /// Returns the width and height of a node with its outputs.
 fn size(node: &GraphNode, outputs: &[&str]) -> (f64, f64) {
     let letters = |text: &str| text.chars().count() as f64;
-    let widest = outputs.iter().map(|output| letters(output) * SMALL + 24.0);
-    let head = [letters(&node.name) * LETTER, letters(&node.note) * SMALL].map(|width| width + 20.0);
+    let widest = outputs.iter().map(|output| letters(output) * SMALL_LETTER_WIDTH + 24.0);
+    let head = [letters(&node.name) * LETTER_WIDTH, letters(&node.note) * SMALL_LETTER_WIDTH]
+        .map(|width| width + 20.0);
     let width = head.into_iter().chain(widest).fold(60.0, |a: f64, b| if b > a { b } else { a });
-    (width, HEAD + OUTPUT * outputs.len() as f64 + if outputs.is_empty() { 0.0 } else { 4.0 })
+    (width, HEAD_HEIGHT + OUTPUT_HEIGHT * outputs.len() as f64 + if outputs.is_empty() { 0.0 } else { 4.0 })
 }
 
 fn draw_node(
@@ -120,7 +121,7 @@ fn draw_node(
             text,
             "<text class=\"output\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
             x + width - 6.0,
-            y + HEAD + OUTPUT * row as f64 + 10.0,
+            y + HEAD_HEIGHT + OUTPUT_HEIGHT * row as f64 + 10.0,
             escaped(output)
         );
     }
@@ -152,7 +153,7 @@ fn edges(
     for (index, (edge, route)) in graph.edges.iter().zip(&layout.routes).enumerate() {
         let (from, to) = (layout.nodes[edge.from], layout.nodes[edge.to]);
         let row = outputs[edge.from].iter().position(|output| *output == edge.output).unwrap_or(0);
-        let start = (from.x + sizes[edge.from].0, from.y + HEAD + OUTPUT * row as f64 + 7.0);
+        let start = (from.x + sizes[edge.from].0, from.y + HEAD_HEIGHT + OUTPUT_HEIGHT * row as f64 + 7.0);
         let place = ends[edge.to].iter().position(|(_, other)| *other == index).unwrap_or(0) as f64 + 1.0;
         let end = (to.x, to.y + sizes[edge.to].1 * place / (ends[edge.to].len() as f64 + 1.0));
         let flow = match edge.flow {

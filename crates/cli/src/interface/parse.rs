@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::syntax_error::SyntaxError;
 use super::token::{SourceToken, tokens};
-use super::word::objection;
+use super::word::identifier_error;
 use slate::blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, Primitive, schema_hash};
 
 /// Interface and its place.
@@ -126,7 +126,7 @@ impl InterfaceParser {
         if let Some(name) = word.strip_prefix("r#") {
             return Ok(name.to_owned());
         }
-        objection(&word).map_or(Ok(word), |message| Err(SyntaxError { line, message }))
+        identifier_error(&word).map_or(Ok(word), |message| Err(SyntaxError { line, message }))
     }
 
     fn word(&mut self, expected: &str) -> Result<String, SyntaxError> {

@@ -10,7 +10,7 @@ const KEYWORDS: [&str; 53] = [
 ];
 
 /// Returns the reason why a word is no valid Rust name, if any.
-pub fn objection(word: &str) -> Option<String> {
+pub fn identifier_error(word: &str) -> Option<String> {
     if word.starts_with(|first: char| first.is_numeric()) {
         Some(format!("`{word}` begins with a digit, and a name with a letter"))
     } else if KEYWORDS.contains(&word) {

@@ -9,20 +9,20 @@ use slate::control::client::Access;
 use slate::control::operations::{DRIVE, STOP};
 use slate::control::{Client, ClientError, Operation, Role};
 
-use super::tools::{EXPLAIN, LONGEST_DRIVE, operation, request};
+use super::tools::{EXPLAIN_TOOL, MAX_DRIVE_DURATION, operation, request};
 use crate::clock::now;
 use crate::codes::explained;
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 
 /// Name under which the agent is asked, for its log.
-const CALLER: &str = "mcp";
+const CLIENT_NAME: &str = "mcp";
 
 /// Period at which a command is repeated; it holds for 150 ms.
-const AGAIN: Duration = Duration::from_millis(50);
+const COMMAND_PERIOD: Duration = Duration::from_millis(50);
 
 /// Unused connections that are kept for the next calls.
-const IDLE: usize = 4;
+const MAX_IDLE_CONNECTIONS: usize = 4;
 
 /// Route to an agent.
 enum AgentRoute {
@@ -33,7 +33,7 @@ enum AgentRoute {
 }
 
 /// Access to an agent.
-pub struct Reach {
+pub struct AgentAccess {
     route: AgentRoute,
     role: Role,
     /// Name that the agent gives itself.
@@ -46,11 +46,11 @@ pub struct Reach {
     is_over: AtomicBool,
 }
 
-impl Reach {
+impl AgentAccess {
     /// Creates the access to a running agent.
     pub fn new(option: &AgentOption, role: Role) -> Result<Self, Failure> {
         let mut option = AgentOption { agent: option.said() };
-        let (client, role) = introduce(option.connect()?, role)?;
+        let (client, role) = set_identity(option.connect()?, role)?;
         let name = client.name().to_owned();
         // The same agent, also when another one is started beside it.
         let said = option.agent.get_or_insert_with(|| name.clone());
@@ -61,7 +61,7 @@ impl Reach {
     /// Creates the access of a caller over HTTP, by its token of an agent's role.
     /// `local` is the agent's name at this computer.
     pub fn by_token(access: Access, limit: Role, local: Option<String>) -> Result<Self, Failure> {
-        let (client, role) = introduce(Client::at(&access)?, limit)?;
+        let (client, role) = set_identity(Client::at(&access)?, limit)?;
         Ok(Self::with(AgentRoute::Token(access), role, client, local))
     }
 
@@ -100,7 +100,7 @@ impl Reach {
         match tool {
             STOP => self.stop(arguments),
             DRIVE => self.drive(arguments, || is_cancelled() || self.is_over.load(Ordering::Acquire)),
-            EXPLAIN => {
+            EXPLAIN_TOOL => {
                 let code = arguments.get("code").and_then(Value::as_str).unwrap_or_default();
                 explained(code).ok_or_else(|| format!("no kind of mistake has the code `{code}`"))
             }
@@ -116,7 +116,7 @@ impl Reach {
             AgentRoute::Option(option) => option.connect(),
             AgentRoute::Token(access) => Client::at(access).map_err(Failure::from),
         };
-        let introduced = connected.and_then(|client| introduce(client, self.role));
+        let introduced = connected.and_then(|client| set_identity(client, self.role));
         introduced.map(|(client, _)| client).map_err(|failure| failure.to_string())
     }
 
@@ -130,23 +130,24 @@ impl Reach {
         let done: Result<Value, ClientError> = client.call(operation.method, &path, body.as_ref());
         // Whoever was lost is looked for again, as the agent may have been started again.
         let mut idle = self.idle();
-        let is_kept = idle.len() < IDLE && !self.is_over.load(Ordering::Acquire);
+        let is_kept = idle.len() < MAX_IDLE_CONNECTIONS && !self.is_over.load(Ordering::Acquire);
         if is_kept && matches!(done, Ok(_) | Err(ClientError::Refused(_))) {
             idle.push(client);
         }
         drop(idle);
-        done.map_err(|error| self.said(error))
+        done.map_err(|error| self.error_text(error))
     }
 
     /// Stops over a connection of its own, so that it waits for nothing.
     fn stop(&self, arguments: &Map<String, Value>) -> Result<Value, String> {
         let reason = arguments.get("reason").and_then(Value::as_str).filter(|reason| !reason.is_empty());
-        let reason = reason.map_or_else(|| format!("by {CALLER}"), |reason| format!("{CALLER}: {reason}"));
+        let reason =
+            reason.map_or_else(|| format!("by {CLIENT_NAME}"), |reason| format!("{CLIENT_NAME}: {reason}"));
         let stopped = json!({ "stopped": true, "reason": reason });
         let trouble = match self.connect() {
             Ok(mut client) => match client.stop(&reason) {
                 Ok(()) => return Ok(stopped),
-                Err(error) => self.said(error),
+                Err(error) => self.error_text(error),
             },
             Err(trouble) => trouble,
         };
@@ -164,26 +165,27 @@ impl Reach {
             arguments.get("actuator").and_then(Value::as_str).ok_or("`actuator` is missing, a text")?;
         let command = arguments.get("command").ok_or("`command` is missing, an object")?;
         let seconds = arguments.get("seconds").map_or(Some(1.0), Value::as_f64);
-        let seconds = seconds.filter(|seconds| *seconds > 0.0 && *seconds <= LONGEST_DRIVE);
-        let seconds = seconds.ok_or_else(|| format!("`seconds` is above 0 and at most {LONGEST_DRIVE}"))?;
+        let seconds = seconds.filter(|seconds| *seconds > 0.0 && *seconds <= MAX_DRIVE_DURATION);
+        let seconds =
+            seconds.ok_or_else(|| format!("`seconds` is above 0 and at most {MAX_DRIVE_DURATION}"))?;
         let mut client = self.connect()?;
         let taken = client.take_controls(actuator, "a language model");
-        taken.map_err(|error| self.said(error))?;
+        taken.map_err(|error| self.error_text(error))?;
         let until = now() + Duration::from_secs_f64(seconds);
         let mut done = client.command(command.clone());
         while done.is_ok() && now() < until && !is_over() {
-            std::thread::sleep(AGAIN.min(until.saturating_duration_since(now())));
+            std::thread::sleep(COMMAND_PERIOD.min(until.saturating_duration_since(now())));
             done = client.command(command.clone());
         }
         // Without an end the command would hold a little longer.
         let released = client.release().and_then(|_| client.leave_controls());
-        let gate = done.map_err(|error| self.said(error))?;
-        released.map_err(|error| self.said(error))?;
+        let gate = done.map_err(|error| self.error_text(error))?;
+        released.map_err(|error| self.error_text(error))?;
         Ok(json!({ "actuator": actuator, "seconds": seconds, "gate": gate }))
     }
 
     /// Returns a problem with all its advice.
-    fn said(&self, error: ClientError) -> String {
+    fn error_text(&self, error: ClientError) -> String {
         let ClientError::Refused(refusal) = error else { return error.to_string() };
         let mut text = refusal.message;
         let mut add = |what: &str, more: &str| {
@@ -199,7 +201,7 @@ impl Reach {
                 AgentRoute::Option(_) => "`slate mcp --role` says",
                 AgentRoute::Token(_) => "its token and `slate mcp --role` say",
             };
-            add("role", &format!("{} asks, as {says}", self.role.one()));
+            add("role", &format!("{} asks, as {says}", self.role.with_article()));
         }
         text
     }
@@ -207,12 +209,12 @@ impl Reach {
 
 /// Marks a connection as a model's, limited to a role.
 /// Returns it with the role that the agent grants.
-fn introduce(mut client: Client, limit: Role) -> Result<(Client, Role), Failure> {
-    client.on_behalf_of(CALLER);
+fn set_identity(mut client: Client, limit: Role) -> Result<(Client, Role), Failure> {
+    client.on_behalf_of(CLIENT_NAME);
     client.in_role(limit);
     let agent: Value = client.call("GET", "/agent", None)?;
-    let taken_for = agent.get("role").and_then(Value::as_str).and_then(Role::by_name);
-    match taken_for.filter(|own| *own <= limit) {
+    let granted = agent.get("role").and_then(Value::as_str).and_then(Role::by_name);
+    match granted.filter(|own| *own <= limit) {
         Some(role) => Ok((client, role)),
         // An agent of another version would let the model do all.
         None => Err(Failure::Mcp {

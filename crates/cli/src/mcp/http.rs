@@ -23,26 +23,26 @@ use slate::control::client::Access;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
 
-use super::agent::Reach;
+use super::agent::AgentAccess;
 use super::serve::ModelServer;
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 use crate::output;
 
 /// Path of the protocol.
-const PATH: &str = "/mcp";
+const ENDPOINT_PATH: &str = "/mcp";
 
 /// Connections at once; further ones wait.
-const CONNECTIONS: usize = 64;
+const MAX_CONNECTIONS: usize = 64;
 
 /// Time that a connection may be silent before the head of a request.
-const SILENCE: Duration = Duration::from_secs(60);
+const HEAD_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Maximum size of a request's body, bytes.
-const BODY: usize = 1 << 20;
+const MAX_BODY_SIZE: usize = 1 << 20;
 
 /// Tokens whose callers are remembered.
-const CALLERS: usize = 16;
+const MAX_TOKENS: usize = 16;
 
 type ModelResponse = Response<BoxBody<Bytes, Infallible>>;
 
@@ -57,7 +57,7 @@ pub fn serve(option: &AgentOption, limit: Role, address: SocketAddr) -> Result<b
     let served = runtime.block_on(async {
         let listener = TcpListener::bind(address).await?;
         let address = listener.local_addr()?;
-        output::line(format!("http://{address}{PATH}"));
+        output::line(format!("http://{address}{ENDPOINT_PATH}"));
         if !address.ip().is_loopback() {
             eprintln!("warning: tokens cross the network unencrypted: put a proxy with TLS before {address}");
         }
@@ -71,7 +71,7 @@ async fn accept(
     gate: &Arc<TokenGate>,
     settings: &StreamableHttpServerConfig,
 ) -> Result<bool, Error> {
-    let places = Arc::new(Semaphore::new(CONNECTIONS));
+    let places = Arc::new(Semaphore::new(MAX_CONNECTIONS));
     loop {
         let place = Arc::clone(&places).acquire_owned().await.map_err(Error::other)?;
         let Ok((stream, _)) = listener.accept().await else {
@@ -93,7 +93,7 @@ async fn converse(stream: TcpStream, gate: Arc<TokenGate>, settings: StreamableH
         async move { Ok::<_, Infallible>(answer(gate, settings, request).await) }
     });
     let mut server = http1::Builder::new();
-    server.timer(TokioTimer::new()).header_read_timeout(SILENCE);
+    server.timer(TokioTimer::new()).header_read_timeout(HEAD_TIMEOUT);
     // A caller that is gone misses nothing.
     let _ = server.serve_connection(TokioIo::new(stream), service).await;
 }
@@ -104,7 +104,7 @@ fn settings(ip: IpAddr) -> StreamableHttpServerConfig {
     let settings = StreamableHttpServerConfig::default()
         .with_legacy_session_mode(false)
         .with_json_response(true)
-        .with_max_request_body_bytes(BODY)
+        .with_max_request_body_bytes(MAX_BODY_SIZE)
         .enforce_origin_validation();
     if ip.is_loopback() {
         return settings;
@@ -118,16 +118,16 @@ async fn answer(
     settings: StreamableHttpServerConfig,
     request: Request<Incoming>,
 ) -> ModelResponse {
-    if request.uri().path() != PATH {
-        return TokenRefusal::new(StatusCode::NOT_FOUND, "nothing is served here", PATH).response();
+    if request.uri().path() != ENDPOINT_PATH {
+        return TokenRefusal::new(StatusCode::NOT_FOUND, "nothing is served here", ENDPOINT_PATH).response();
     }
     let Some(token) = bearer(request.headers()) else {
-        return TokenRefusal::new(StatusCode::UNAUTHORIZED, "missing token", TOKEN).response();
+        return TokenRefusal::new(StatusCode::UNAUTHORIZED, "missing token", TOKEN_HELP).response();
     };
     let opened = tokio::task::spawn_blocking(move || gate.open(token)).await;
     match opened {
-        Ok(Ok(reach)) => {
-            let service = move || Ok(ModelServer(Arc::clone(&reach)));
+        Ok(Ok(access)) => {
+            let service = move || Ok(ModelServer(Arc::clone(&access)));
             let sessions = Arc::new(NeverSessionManager::default());
             StreamableHttpService::new(service, sessions, settings).handle(request).await
         }
@@ -142,7 +142,7 @@ fn bearer(headers: &HeaderMap) -> Option<String> {
 }
 
 /// Hint for a caller without a token of the agent.
-const TOKEN: &str =
+const TOKEN_HELP: &str =
     "send `Authorization: Bearer TOKEN` with a token of the agent; `slate console` prints one with its link";
 
 /// Lets in callers whose token is of a role of the agent, which decides it.
@@ -154,7 +154,7 @@ struct TokenGate {
     limit: Role,
     /// Access by token, of those that the agent has accepted.
     /// The keys of its hashes are random, so the time of a search reveals nothing about the tokens.
-    known: Mutex<HashMap<String, Arc<Reach>>>,
+    known: Mutex<HashMap<String, Arc<AgentAccess>>>,
 }
 
 impl TokenGate {
@@ -164,21 +164,22 @@ impl TokenGate {
     }
 
     /// Returns the agent for a caller with that token.
-    fn open(&self, token: String) -> Result<Arc<Reach>, TokenRefusal> {
+    fn open(&self, token: String) -> Result<Arc<AgentAccess>, TokenRefusal> {
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(reach) = known().get(&token) {
-            return Ok(Arc::clone(reach));
+        if let Some(access) = known().get(&token) {
+            return Ok(Arc::clone(access));
         }
         let access = Access { token: token.clone(), ..self.access.clone() };
-        let reach = Reach::by_token(access, self.limit, self.local.clone()).map_err(TokenRefusal::from)?;
-        let reach = Arc::new(reach);
+        let access =
+            AgentAccess::by_token(access, self.limit, self.local.clone()).map_err(TokenRefusal::from)?;
+        let access = Arc::new(access);
         let mut known = known();
-        if known.len() >= CALLERS {
+        if known.len() >= MAX_TOKENS {
             // Tokens of runs that are over.
-            known.drain().for_each(|(_, reach)| reach.end());
+            known.drain().for_each(|(_, access)| access.end());
         }
-        known.insert(token, Arc::clone(&reach));
-        Ok(reach)
+        known.insert(token, Arc::clone(&access));
+        Ok(access)
     }
 }
 
@@ -211,7 +212,7 @@ impl From<Failure> for TokenRefusal {
     fn from(failure: Failure) -> Self {
         match failure {
             Failure::Http { status: 401, .. } => {
-                Self::new(StatusCode::UNAUTHORIZED, "the agent has no such token", TOKEN)
+                Self::new(StatusCode::UNAUTHORIZED, "the agent has no such token", TOKEN_HELP)
             }
             Failure::Http { status, detail, help, .. } => {
                 let status = StatusCode::from_u16(status).unwrap_or(StatusCode::BAD_GATEWAY);

@@ -9,33 +9,33 @@ use rmcp::model::{
 use rmcp::service::RequestContext;
 use rmcp::{ErrorData, RoleServer, ServerHandler, ServiceExt};
 
-use super::agent::Reach;
+use super::agent::AgentAccess;
 use super::tools;
 use crate::failure::Failure;
 
 /// Serves until stdin ends.
-pub fn serve(reach: Reach) -> Result<bool, Failure> {
+pub fn serve(access: AgentAccess) -> Result<bool, Failure> {
     let help = "a program for language models starts `slate mcp`, see book page 30";
     let failed = |reason: String| Failure::Mcp { reason, help: help.into() };
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .map_err(|error| failed(error.to_string()))?;
-    let reach = Arc::new(reach);
-    let served = Arc::clone(&reach);
+    let access = Arc::new(access);
+    let served = Arc::clone(&access);
     let done = runtime.block_on(async {
         let service = ModelServer(served).serve(rmcp::transport::stdio()).await;
         let service = service.map_err(|error| failed(error.to_string()))?;
         service.waiting().await.map_err(|error| failed(error.to_string()))
     });
-    reach.end();
+    access.end();
     // A drive that is under way ends within a step; what else is asked ends with the process.
     runtime.shutdown_timeout(std::time::Duration::from_secs(1));
     done.map(|_| true)
 }
 
 /// Server that a model talks to.
-pub(super) struct ModelServer(pub Arc<Reach>);
+pub(super) struct ModelServer(pub Arc<AgentAccess>);
 
 impl ServerHandler for ModelServer {
     fn get_info(&self) -> ServerConfig {
@@ -44,7 +44,7 @@ impl ServerHandler for ModelServer {
              are in SI units, times in nanoseconds. `stop` stops all actuators at once, whatever else goes on; it is no \
              emergency stop.",
             self.0.name(),
-            self.0.role().one()
+            self.0.role().with_article()
         );
         let mut server = ServerConfig::new(ServerCapabilities::builder().enable_tools().build());
         server.server_info = Implementation::new("slate", env!("CARGO_PKG_VERSION"));
@@ -64,10 +64,10 @@ impl ServerHandler for ModelServer {
         request: CallToolRequestParams,
         context: RequestContext<RoleServer>,
     ) -> Result<CallToolResponse, ErrorData> {
-        let reach = Arc::clone(&self.0);
+        let access = Arc::clone(&self.0);
         let called = tokio::task::spawn_blocking(move || {
             let arguments = request.arguments.unwrap_or_default();
-            reach.call(&request.name, &arguments, || context.ct.is_cancelled())
+            access.call(&request.name, &arguments, || context.ct.is_cancelled())
         });
         let result = match called.await {
             Ok(Ok(value)) => CallToolResult::success(vec![ContentBlock::text(value.to_string())]),

@@ -2,20 +2,20 @@
 //! Each such operation of the table is one tool, and two more are composed of several.
 
 use serde_json::{Map, Value, json};
-use slate::control::client::coded;
+use slate::control::client::percent_encoded;
 use slate::control::operations::{DRIVE, OPERATIONS, STOP};
 use slate::control::{Operation, Parameter, Role};
 
 /// Tool that explains the codes of mistakes.
-pub const EXPLAIN: &str = "explain";
+pub const EXPLAIN_TOOL: &str = "explain";
 
 /// Maximum duration of a command, s.
-pub const LONGEST_DRIVE: f64 = 10.0;
+pub const MAX_DRIVE_DURATION: f64 = 10.0;
 
 /// Operations that are no tools.
 /// Sockets, files and documents for programs, operations that end with a connection, and leases, which the tool that
 /// drives manages.
-const LEFT: [&str; 14] = [
+const EXCLUDED_OPERATIONS: [&str; 14] = [
     "index",
     "openapi",
     "live",
@@ -33,13 +33,13 @@ const LEFT: [&str; 14] = [
 ];
 
 /// Part of a path that names the agent.
-const AGENT: &str = "agent";
+const AGENT_PART: &str = "agent";
 
 /// Argument of a body that is no object of known fields.
-const BODY: &str = "body";
+const BODY_ARGUMENT: &str = "body";
 
 /// Parameter that chooses the form of an answer.
-const FORMAT: &str = "format";
+const FORMAT_PARAMETER: &str = "format";
 
 /// Tool with its JSON Schema.
 pub struct ToolEntry {
@@ -51,7 +51,9 @@ pub struct ToolEntry {
 
 /// Returns the operation that a tool carries out.
 pub fn operation(name: &str) -> Option<&'static Operation> {
-    OPERATIONS.iter().find(|operation| operation.name == name && !LEFT.contains(&name) && name != DRIVE)
+    OPERATIONS
+        .iter()
+        .find(|operation| operation.name == name && !EXCLUDED_OPERATIONS.contains(&name) && name != DRIVE)
 }
 
 /// Returns the tools of a role.
@@ -73,7 +75,7 @@ fn described(operation: &Operation) -> ToolEntry {
 fn explain() -> ToolEntry {
     let code = json!({ "type": "string", "description": "Such as S006." });
     ToolEntry {
-        name: EXPLAIN,
+        name: EXPLAIN_TOOL,
         doc: "What the code of a mistake means, and what to do",
         looks: true,
         schema: object([("code".to_owned(), code)].into_iter().collect(), vec!["code".into()]),
@@ -98,7 +100,7 @@ fn drive() -> ToolEntry {
             json!({
                 "type": "number",
                 "exclusiveMinimum": 0,
-                "maximum": LONGEST_DRIVE,
+                "maximum": MAX_DRIVE_DURATION,
                 "description": "For how long; 1 unless given. Then the command ends, and the controls are given back.",
             }),
         ),
@@ -133,16 +135,16 @@ fn name(part: &str) -> Option<&str> {
 /// Returns the query parameters, without the browsers' token and the format.
 /// A tool answers in JSON.
 fn query(operation: &Operation) -> impl Iterator<Item = &'static Parameter> {
-    operation.parameters.iter().filter(|parameter| !["token", FORMAT].contains(&parameter.name))
+    operation.parameters.iter().filter(|parameter| !["token", FORMAT_PARAMETER].contains(&parameter.name))
 }
 
 fn has_formats(operation: &Operation) -> bool {
-    operation.parameters.iter().any(|parameter| parameter.name == FORMAT)
+    operation.parameters.iter().any(|parameter| parameter.name == FORMAT_PARAMETER)
 }
 
 /// Refuses any format but JSON, such as a stream, which never ends.
 fn check_format(operation: &Operation, arguments: &Map<String, Value>) -> Result<(), String> {
-    match arguments.get(FORMAT).filter(|_| has_formats(operation)) {
+    match arguments.get(FORMAT_PARAMETER).filter(|_| has_formats(operation)) {
         None | Some(Value::Null) => Ok(()),
         Some(Value::String(json)) if json == "json" => Ok(()),
         Some(other) => Err(format!(
@@ -173,7 +175,7 @@ fn has_body(operation: &Operation) -> bool {
 fn schema(operation: &Operation) -> Map<String, Value> {
     let (mut properties, mut required) = fields(operation).unwrap_or_default();
     for part in parts(operation) {
-        if part == AGENT {
+        if part == AGENT_PART {
             let doc = "Another agent that this one knows; this one unless given.";
             properties.insert(part.into(), json!({ "type": "string", "description": doc }));
             continue;
@@ -189,8 +191,8 @@ fn schema(operation: &Operation) -> Map<String, Value> {
         properties.insert(parameter.name.into(), schema);
     }
     if let (true, Some(body)) = (has_body(operation), operation.body) {
-        properties.insert(BODY.into(), body());
-        required.push(BODY.into());
+        properties.insert(BODY_ARGUMENT.into(), body());
+        required.push(BODY_ARGUMENT.into());
     }
     object(properties, required)
 }
@@ -204,7 +206,8 @@ pub fn request(
     check_format(operation, arguments)?;
     let known = schema(operation);
     let known = known.get("properties").and_then(Value::as_object).cloned().unwrap_or_default();
-    let is_known = |name: &str| known.contains_key(name) || name == FORMAT && has_formats(operation);
+    let is_known =
+        |name: &str| known.contains_key(name) || name == FORMAT_PARAMETER && has_formats(operation);
     if let Some(other) = arguments.keys().find(|name| !is_known(name)) {
         let names: Vec<_> = known.keys().map(String::as_str).collect();
         return Err(format!(
@@ -219,7 +222,8 @@ pub fn request(
         match name(part) {
             None => path.push_str(part),
             Some(name) => {
-                let parts: Vec<_> = of_path(name, agent, arguments)?.split('/').map(coded).collect();
+                let parts: Vec<_> =
+                    of_path(name, agent, arguments)?.split('/').map(percent_encoded).collect();
                 // Only the path of a property has parts of its own.
                 path.push_str(&parts.join(if name == "path" { "/" } else { "%2F" }));
             }
@@ -229,7 +233,7 @@ pub fn request(
     for parameter in query(operation) {
         let Some(value) = arguments.get(parameter.name).filter(|value| !value.is_null()) else { continue };
         let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-        path = format!("{path}{separator}{}={}", parameter.name, coded(&value));
+        path = format!("{path}{separator}{}={}", parameter.name, percent_encoded(&value));
         separator = '&';
     }
     Ok((path, body(operation, arguments)))
@@ -238,7 +242,7 @@ pub fn request(
 fn of_path<'a>(name: &str, agent: &'a str, arguments: &'a Map<String, Value>) -> Result<&'a str, String> {
     let given = arguments.get(name).and_then(Value::as_str);
     match given {
-        None if name == AGENT => Ok(agent),
+        None if name == AGENT_PART => Ok(agent),
         // A slash before the path of a property is how people write it.
         Some(given) if name == "path" => Ok(given.trim_start_matches('/')),
         Some(given) => Ok(given),
@@ -248,7 +252,7 @@ fn of_path<'a>(name: &str, agent: &'a str, arguments: &'a Map<String, Value>) ->
 
 fn body(operation: &Operation, arguments: &Map<String, Value>) -> Option<Value> {
     if has_body(operation) {
-        return arguments.get(BODY).cloned();
+        return arguments.get(BODY_ARGUMENT).cloned();
     }
     let (fields, _) = fields(operation)?;
     let given: Map<_, _> =

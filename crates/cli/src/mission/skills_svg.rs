@@ -9,14 +9,14 @@ use super::paper::document;
 use crate::graph::svg::escaped;
 
 /// Approximate width of a letter, pixels.
-const LETTER: f64 = 6.7;
+const LETTER_WIDTH: f64 = 6.7;
 /// Height of the title of a state, and of a row below it.
-const ROW: f64 = 18.0;
+const ROW_HEIGHT: f64 = 18.0;
 /// Height above each machine.
-const HEADER: f64 = 36.0;
+const HEADER_HEIGHT: f64 = 36.0;
 const MARGIN: f64 = 24.0;
 /// Letters of a condition that are drawn.
-const LONGEST: usize = 48;
+const MAX_CONDITION_LENGTH: usize = 48;
 
 /// Returns the machines as an SVG document, one below the other.
 pub fn draw(title: &str, machines: &[SkillMachine]) -> String {
@@ -28,14 +28,14 @@ pub fn draw(title: &str, machines: &[SkillMachine]) -> String {
         let _ = writeln!(body, "<g transform=\"translate(0 {height:.0})\">");
         let _ =
             writeln!(body, "<text class=\"title\" x=\"{MARGIN}\" y=\"24\">{}</text>", escaped(&machine.name));
-        let _ = writeln!(body, "<g transform=\"translate(0 {HEADER:.0})\">");
+        let _ = writeln!(body, "<g transform=\"translate(0 {HEADER_HEIGHT:.0})\">");
         draw_edges(machine, &graph, &layout, &sizes, &mut body);
         for (state, at) in machine.states.iter().zip(&layout.nodes) {
             draw_state(machine, state, (at.x, at.y), &mut body);
         }
         body.push_str("</g></g>\n");
         width = if layout.width > width { layout.width } else { width };
-        height += layout.height + HEADER;
+        height += layout.height + HEADER_HEIGHT;
     }
     document((width, height), &format!("the skills of {title}"), &body)
 }
@@ -89,8 +89,8 @@ fn depths(machine: &SkillMachine) -> Vec<usize> {
 }
 
 fn label(transition: &MachineTransition) -> String {
-    let mut text: String = transition.description.chars().take(LONGEST).collect();
-    if transition.description.chars().count() > LONGEST {
+    let mut text: String = transition.description.chars().take(MAX_CONDITION_LENGTH).collect();
+    if transition.description.chars().count() > MAX_CONDITION_LENGTH {
         text.push('…');
     }
     let before = if transition.is_precondition { "first: " } else { "" };
@@ -107,7 +107,7 @@ fn title(state: &MachineState) -> String {
 fn size(state: &MachineState) -> (f64, f64) {
     let texts = state.transitions.iter().map(label).chain([title(state)]);
     let letters = texts.map(|text| text.chars().count()).max().unwrap_or(0);
-    (letters as f64 * LETTER + 16.0, ROW * (1 + state.transitions.len()) as f64 + 4.0)
+    (letters as f64 * LETTER_WIDTH + 16.0, ROW_HEIGHT * (1 + state.transitions.len()) as f64 + 4.0)
 }
 
 fn draw_edges(
@@ -120,8 +120,8 @@ fn draw_edges(
     let rows = transitions(machine).map(|(_, row, _)| row);
     for ((edge, route), row) in graph.edges.iter().zip(&layout.routes).zip(rows) {
         let (from, to) = (layout.nodes[edge.from], layout.nodes[edge.to]);
-        let start = (from.x + sizes[edge.from].0, from.y + ROW * (1.5 + row as f64));
-        let path = route.path(start, (to.x, to.y + ROW / 2.0));
+        let start = (from.x + sizes[edge.from].0, from.y + ROW_HEIGHT * (1.5 + row as f64));
+        let path = route.path(start, (to.x, to.y + ROW_HEIGHT / 2.0));
         let transition = &machine.states[edge.from].transitions[row];
         let class = if transition.is_timeout { "edge timeout" } else { "edge" };
         let _ = writeln!(text, "<path class=\"{class}\" d=\"{path}\" marker-end=\"url(#arrow)\"/>");
@@ -148,7 +148,7 @@ fn draw_state(machine: &SkillMachine, state: &MachineState, (x, y): (f64, f64), 
         escaped(&title(state))
     );
     for (row, transition) in state.transitions.iter().enumerate() {
-        let base = y + 13.0 + ROW * (row + 1) as f64;
+        let base = y + 13.0 + ROW_HEIGHT * (row + 1) as f64;
         let _ = writeln!(
             text,
             "<text x=\"{:.1}\" y=\"{base:.1}\">{}</text>",

@@ -9,14 +9,14 @@ use super::paper::document;
 use crate::graph::svg::escaped;
 
 /// Approximate width of a letter, pixels.
-const LETTER: f64 = 5.9;
+const LETTER_WIDTH: f64 = 5.9;
 /// Radius of a place, and half of the height of a transition.
-const RADIUS: f64 = 13.0;
+const PLACE_RADIUS: f64 = 13.0;
 /// Half of the width of a transition.
-const BAR: f64 = 3.0;
+const HALF_BAR_WIDTH: f64 = 3.0;
 /// Height of a label.
-const LABEL: f64 = 16.0;
-const HEADER: f64 = 36.0;
+const LABEL_HEIGHT: f64 = 16.0;
+const HEADER_HEIGHT: f64 = 36.0;
 const MARGIN: f64 = 24.0;
 
 /// Returns the net as an SVG document: places are circles, transitions are bars.
@@ -27,14 +27,14 @@ pub fn draw(net: &PetriNet) -> String {
     let title = escaped(&graph.title);
     let mut text = format!(
         "<text class=\"title\" x=\"{MARGIN}\" y=\"24\">{title}</text>\n\
-         <g class=\"net\" transform=\"translate(0 {HEADER:.0})\">\n"
+         <g class=\"net\" transform=\"translate(0 {HEADER_HEIGHT:.0})\">\n"
     );
     // The middle of the shape of each node. Writing into a string can't fail.
     let middle = |node: usize| {
         let at = layout.nodes[node];
-        (at.x + sizes[node].0 / 2.0, at.y + RADIUS)
+        (at.x + sizes[node].0 / 2.0, at.y + PLACE_RADIUS)
     };
-    let half = |node: usize| if node < net.places().len() { RADIUS } else { BAR };
+    let half = |node: usize| if node < net.places().len() { PLACE_RADIUS } else { HALF_BAR_WIDTH };
     for (edge, route) in graph.edges.iter().zip(&layout.routes) {
         let (from, to) = (middle(edge.from), middle(edge.to));
         let path = route.path((from.0 + half(edge.from), from.1), (to.0 - half(edge.to), to.1));
@@ -47,11 +47,11 @@ pub fn draw(net: &PetriNet) -> String {
     }
     for (node, GraphNode { name, .. }) in graph.nodes.iter().enumerate() {
         draw_node(net, node, middle(node), &mut text);
-        let (x, y) = (middle(node).0, middle(node).1 + RADIUS + 11.0);
+        let (x, y) = (middle(node).0, middle(node).1 + PLACE_RADIUS + 11.0);
         let _ = writeln!(text, "<text x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escaped(name));
     }
     text.push_str("</g>\n");
-    document((layout.width, layout.height + HEADER), &format!("the plan {}", graph.title), &text)
+    document((layout.width, layout.height + HEADER_HEIGHT), &format!("the plan {}", graph.title), &text)
 }
 
 /// Returns the net as a graph: places, then transitions.
@@ -80,13 +80,14 @@ fn graph(net: &PetriNet) -> ModuleGraph {
 }
 
 fn size(label: &str) -> (f64, f64) {
-    let width = label.chars().count() as f64 * LETTER + 8.0;
-    (if width > 2.0 * RADIUS { width } else { 2.0 * RADIUS }, 2.0 * RADIUS + LABEL)
+    let width = label.chars().count() as f64 * LETTER_WIDTH + 8.0;
+    (if width > 2.0 * PLACE_RADIUS { width } else { 2.0 * PLACE_RADIUS }, 2.0 * PLACE_RADIUS + LABEL_HEIGHT)
 }
 
 fn draw_node(net: &PetriNet, node: usize, (x, y): (f64, f64), text: &mut String) {
     let Some(place) = net.places().get(node) else {
-        let (left, top, width, height) = (x - BAR, y - RADIUS, 2.0 * BAR, 2.0 * RADIUS);
+        let (left, top, width, height) =
+            (x - HALF_BAR_WIDTH, y - PLACE_RADIUS, 2.0 * HALF_BAR_WIDTH, 2.0 * PLACE_RADIUS);
         let _ = writeln!(
             text,
             "<rect class=\"transition\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\"/>"
@@ -101,7 +102,7 @@ fn draw_node(net: &PetriNet, node: usize, (x, y): (f64, f64), text: &mut String)
     ] {
         class.push_str(if is_so { word } else { "" });
     }
-    let _ = writeln!(text, "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{RADIUS}\"/>");
+    let _ = writeln!(text, "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{PLACE_RADIUS}\"/>");
     match place.initial {
         0 => {}
         1 => {

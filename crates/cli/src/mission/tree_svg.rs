@@ -8,14 +8,14 @@ use super::paper::document;
 use crate::graph::svg::escaped;
 
 /// Approximate width of a letter, pixels.
-const LETTER: f64 = 6.7;
+const LETTER_WIDTH: f64 = 6.7;
 /// Height of a row.
-const ROW: f64 = 26.0;
+const ROW_HEIGHT: f64 = 26.0;
 /// Height of a node.
-const HEIGHT: f64 = 20.0;
+const NODE_HEIGHT: f64 = 20.0;
 /// Width of a level.
-const LEVEL: f64 = 28.0;
-const HEADER: f64 = 36.0;
+const LEVEL_WIDTH: f64 = 28.0;
+const HEADER_HEIGHT: f64 = 36.0;
 const MARGIN: f64 = 24.0;
 
 /// Row of a drawing.
@@ -30,11 +30,11 @@ pub struct DrawnRow {
 
 impl DrawnRow {
     fn width(&self) -> f64 {
-        self.title.chars().count() as f64 * LETTER + 12.0
+        self.title.chars().count() as f64 * LETTER_WIDTH + 12.0
     }
 
     fn left(&self) -> f64 {
-        MARGIN + self.level as f64 * LEVEL
+        MARGIN + self.level as f64 * LEVEL_WIDTH
     }
 }
 
@@ -67,14 +67,14 @@ pub fn rows(tree: &BehaviorTree) -> Vec<DrawnRow> {
 /// Returns a tree as an SVG document; a row is below its parent.
 pub fn draw(name: &str, rows: &[DrawnRow]) -> String {
     let right = rows.iter().map(|row| row.left() + row.width()).max_by(f64::total_cmp).unwrap_or(0.0);
-    let (width_of_all, height) = (right + MARGIN, rows.len() as f64 * ROW + HEADER + MARGIN);
+    let (width_of_all, height) = (right + MARGIN, rows.len() as f64 * ROW_HEIGHT + HEADER_HEIGHT + MARGIN);
     let title = escaped(name);
     let mut text = format!("<text class=\"title\" x=\"{MARGIN}\" y=\"24\">{title}</text>\n");
     // Writing into a string can't fail.
     for (number, row) in rows.iter().enumerate() {
         if let Some(parent) = row.parent {
-            let x = rows[parent].left() + LEVEL / 2.0;
-            let (from, to) = (top(parent) + HEIGHT, top(number) + HEIGHT / 2.0);
+            let x = rows[parent].left() + LEVEL_WIDTH / 2.0;
+            let (from, to) = (top(parent) + NODE_HEIGHT, top(number) + NODE_HEIGHT / 2.0);
             let _ =
                 writeln!(text, "<path class=\"edge\" d=\"M{x:.1} {from:.1}V{to:.1}H{:.1}\"/>", row.left());
         }
@@ -82,7 +82,7 @@ pub fn draw(name: &str, rows: &[DrawnRow]) -> String {
     for (number, row) in rows.iter().enumerate() {
         let _ = writeln!(
             text,
-            "<rect class=\"node {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{HEIGHT}\" \
+            "<rect class=\"node {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{NODE_HEIGHT}\" \
              rx=\"4\"/><text x=\"{label:.1}\" y=\"{base:.1}\">{title}</text>",
             class = row.class,
             x = row.left(),
@@ -97,5 +97,5 @@ pub fn draw(name: &str, rows: &[DrawnRow]) -> String {
 }
 
 fn top(row: usize) -> f64 {
-    HEADER + row as f64 * ROW
+    HEADER_HEIGHT + row as f64 * ROW_HEIGHT
 }

@@ -81,7 +81,7 @@ impl Template {
     }
 
     /// Describes the project and its next steps.
-    fn about(self) -> (&'static str, &'static str) {
+    fn description(self) -> (&'static str, &'static str) {
         match self {
             Self::Mapek => (
                 "is a robot in MAPE-K, with blocks of its own",
@@ -108,10 +108,10 @@ impl Template {
 }
 
 /// Names that the templates' configurations use.
-const NAMED: [&str; 4] = ["simulator", "referee", "wheels", "pioneer"];
+const TEMPLATE_NAMES: [&str; 4] = ["simulator", "referee", "wheels", "pioneer"];
 
 /// No package can be called so.
-const RESERVED: [&str; 56] = [
+const RESERVED_NAMES: [&str; 56] = [
     "abstract",
     "alloc",
     "as",
@@ -175,14 +175,14 @@ pub fn new(options: &NewOptions) -> Result<bool, Failure> {
     let files = write(&options.name, options.template, options.slate.as_deref())?;
     match options.json {
         true => output::json(&json!({"schema": "slate.new/1", "name": options.name, "files": files})),
-        false => tell(&options.name, options.template),
+        false => print_next_steps(&options.name, options.template),
     }
     Ok(true)
 }
 
 /// Prints the next steps.
-pub fn tell(name: &str, template: Template) {
-    let (what, further) = template.about();
+pub fn print_next_steps(name: &str, template: Template) {
+    let (what, further) = template.description();
     let kind = name.replace('-', "_");
     let text = format!(
         "NAME/ {what}. What to do next:
@@ -201,7 +201,7 @@ pub fn tell(name: &str, template: Template) {
 
 /// Writes the files of a project, and returns which.
 pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec<PathBuf>, Failure> {
-    if let Some(reason) = objection(name) {
+    if let Some(reason) = name_error(name) {
         return Err(Failure::ProjectName { name: name.into(), what: template.noun(), reason });
     }
     // Of two kinds of modules of one name, nobody could say which is meant.
@@ -249,16 +249,16 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
 }
 
 /// Returns the reason why a plugin can't have that name, if any.
-fn objection(name: &str) -> Option<&'static str> {
+fn name_error(name: &str) -> Option<&'static str> {
     let small = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
     if !(name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(small)) {
         Some("expected lower-case letters, digits, - and _, with a letter first")
-    } else if RESERVED.contains(&name) {
+    } else if RESERVED_NAMES.contains(&name) {
         Some("it is reserved by Rust or Cargo")
     } else if name == "slate" || name.starts_with("slate-") {
         // The new package depends on some of them.
         Some("Slate's own packages have this name")
-    } else if NAMED.contains(&name) {
+    } else if TEMPLATE_NAMES.contains(&name) {
         Some("the template's configuration uses this name")
     } else {
         None
@@ -267,14 +267,14 @@ fn objection(name: &str) -> Option<&'static str> {
 
 /// Finds Slate's sources at a given place.
 /// Without one, around this program or the working folder.
-fn checkout(said: Option<&Path>) -> Result<PathBuf, Failure> {
+fn checkout(given: Option<&Path>) -> Result<PathBuf, Failure> {
     let is_checkout = |folder: &Path| folder.join("crates/plugin/Cargo.toml").is_file();
     let above = |path: Option<PathBuf>| {
         path.and_then(|path| path.ancestors().find(|folder| is_checkout(folder)).map(Path::to_owned))
     };
-    let found = match said {
-        Some(said) => std::path::absolute(said).ok().filter(|folder| is_checkout(folder)),
+    let found = match given {
+        Some(given) => std::path::absolute(given).ok().filter(|folder| is_checkout(folder)),
         None => above(std::env::current_exe().ok()).or_else(|| above(std::env::current_dir().ok())),
     };
-    found.ok_or_else(|| Failure::NoCheckout { said: said.map(Into::into) })
+    found.ok_or_else(|| Failure::NoCheckout { given: given.map(Into::into) })
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 use serde_json::json;
-use slate::control::{LoadedPlugin, PluginEntry, Reloaded};
+use slate::control::{LoadedPlugin, PluginEntry, ReloadedPlugin};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -93,7 +93,7 @@ pub fn plugin(verb: &PluginVerb) -> Result<bool, Failure> {
     match verb {
         PluginVerb::New { name, slate } => {
             new::write(name, Template::Plugin, slate.as_deref())?;
-            new::tell(name, Template::Plugin);
+            new::print_next_steps(name, Template::Plugin);
         }
         PluginVerb::Info { file, json } => info::info(file, *json)?,
         PluginVerb::Seal { file } => {
@@ -117,7 +117,7 @@ pub fn plugin(verb: &PluginVerb) -> Result<bool, Failure> {
             output::line(format_args!("{name} runs alone again"));
         }
         PluginVerb::Shadow { name, file, agent, .. } => shadow(agent, name, file.as_deref())?,
-        PluginVerb::Promote { name, agent } => say(&agent.connect()?.promote(name)?),
+        PluginVerb::Promote { name, agent } => show_reloaded(&agent.connect()?.promote(name)?),
     }
     Ok(true)
 }
@@ -146,7 +146,7 @@ fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
 }
 
 /// Maximum width of a list of names, characters.
-const WIDTH: usize = 40;
+const MAX_LIST_WIDTH: usize = 40;
 
 /// Names with commas, in as many lines as they need.
 fn wrapped(names: &[String]) -> Vec<String> {
@@ -154,7 +154,9 @@ fn wrapped(names: &[String]) -> Vec<String> {
     for (i, name) in names.iter().enumerate() {
         let comma = if i + 1 < names.len() { "," } else { "" };
         match lines.last_mut() {
-            Some(line) if line.len() + name.len() + 2 <= WIDTH => *line += &format!(" {name}{comma}"),
+            Some(line) if line.len() + name.len() + 2 <= MAX_LIST_WIDTH => {
+                *line += &format!(" {name}{comma}")
+            }
             _ => lines.push(format!("{name}{comma}")),
         }
     }
@@ -186,7 +188,7 @@ fn code(file: Option<&Path>) -> String {
 
 fn reload(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Failure> {
     let file = file.map(|file| agent.library(file)).transpose()?;
-    say(&agent.connect()?.reload(name, file.as_deref())?);
+    show_reloaded(&agent.connect()?.reload(name, file.as_deref())?);
     Ok(())
 }
 
@@ -224,7 +226,7 @@ fn shadow(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Fa
 }
 
 /// Prints the result of a reload.
-fn say(reloaded: &Reloaded) {
+fn show_reloaded(reloaded: &ReloadedPlugin) {
     let name = &reloaded.plugin;
     let how =
         if reloaded.in_place { "between two ticks" } else { "with other ports, so its modules were away" };

@@ -23,7 +23,7 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
     // A playback at maximum rate is over before a browser could open.
     let is_watched = plan.rate.is_some() || is_paused || plan.stays;
     let mut player = Player::open(file, &plugins, plan)?;
-    tell(&player);
+    print_deviations(&player);
     let database = player.configuration()?;
     let settings = database.current().record().clone();
     let recorder = settings.enabled.then(|| Recorder::new(&settings));
@@ -212,7 +212,7 @@ pub fn first(first: &Difference, other: &str) -> serde_json::Value {
 }
 
 /// Prints deviations of the replay from the recorded run.
-pub fn tell(player: &Player) {
+pub fn print_deviations(player: &Player) {
     for miss in player.misses() {
         eprintln!("{}", output::harmless(format_args!("not as it was: {miss}")));
     }

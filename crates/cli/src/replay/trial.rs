@@ -94,7 +94,7 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
         ..Plan::default()
     };
     let mut player = Player::open(&options.bag, &plugins, plan)?;
-    play::tell(&player);
+    play::print_deviations(&player);
     let how = Options {
         mode: Mode::Staged,
         rate: player.rate(),

@@ -11,10 +11,10 @@ use crate::failure::{ASSERTION_FALSE, Failure, NO_DATA, UNKNOWN};
 use crate::{duration, interrupt, output};
 
 /// Environment variable with the domain of ROS programs.
-const DOMAIN: &str = "ROS_DOMAIN_ID";
+const DOMAIN_VARIABLE: &str = "ROS_DOMAIN_ID";
 
 /// Maximum duration of one wait for a message, so that Ctrl-C ends it soon.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_PERIOD: Duration = Duration::from_millis(100);
 
 fn failed(error: &slate_ros2::RosError) -> Failure {
     Failure::Ros { problem: error.to_string(), help: error.help().to_owned(), code: 2 }
@@ -22,13 +22,13 @@ fn failed(error: &slate_ros2::RosError) -> Failure {
 
 /// Joins a domain, and looks around.
 fn joined(options: &RosDomain) -> Result<RosExplorer, Failure> {
-    let own = std::env::var(DOMAIN).ok().filter(|text| !text.is_empty());
+    let own = std::env::var(DOMAIN_VARIABLE).ok().filter(|text| !text.is_empty());
     let domain = match (options.domain, own) {
         (Some(domain), _) => domain,
         (None, None) => 0,
         (None, Some(text)) => {
             text.parse().ok().filter(|domain| *domain <= 232).ok_or_else(|| Failure::Ros {
-                problem: format!("a domain is a number from 0 to 232, found {DOMAIN}={text}"),
+                problem: format!("a domain is a number from 0 to 232, found {DOMAIN_VARIABLE}={text}"),
                 help: "name it: --domain 7".into(),
                 code: 2,
             })?
@@ -190,7 +190,7 @@ pub fn echo(options: &RosEchoOptions) -> Result<u8, Failure> {
     interrupt::catch();
     let (mut count, mut last) = (0, now());
     while !interrupt::is_interrupted() && options.count.is_none_or(|most| count < most) {
-        let Some(message) = stream.next(LOOK) else {
+        let Some(message) = stream.next(POLL_PERIOD) else {
             if options.timeout.is_some_and(|limit| last.elapsed() > limit) {
                 return Ok(if count == 0 { NO_DATA } else { 0 });
             }

@@ -3,7 +3,7 @@
 use serde_json::Value as Json;
 
 /// Items of a list of numbers that are printed.
-const SHOWN: usize = 128;
+const MAX_NUMBERS: usize = 128;
 
 /// Returns the lines of a message, with its fields below each other.
 pub fn lines(message: &Json) -> Vec<String> {
@@ -29,8 +29,8 @@ fn fields(message: &Json, indent: &str, lines: &mut Vec<String>) {
                     lines.extend(heads.zip(own).map(|(head, line)| format!("{indent}{head}{line}")));
                 }
             }
-            Json::Array(items) if items.len() > SHOWN => {
-                let shown: Vec<_> = items[..SHOWN].iter().map(Json::to_string).collect();
+            Json::Array(items) if items.len() > MAX_NUMBERS => {
+                let shown: Vec<_> = items[..MAX_NUMBERS].iter().map(Json::to_string).collect();
                 lines.push(format!("{indent}{name}: [{}, ...] # {} items", shown.join(", "), items.len()));
             }
             // What JSON has no number for.

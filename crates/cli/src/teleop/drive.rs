@@ -8,12 +8,12 @@ use slate::control::{Client, ControlsEntry};
 use crate::failure::Failure;
 
 /// Interfaces of commands that the keys support.
-const KNOWN: [&str; 3] = ["Twist2", "WheelSpeeds", "FourWheelSpeeds"];
+const COMMAND_INTERFACES: [&str; 3] = ["Twist2", "WheelSpeeds", "FourWheelSpeeds"];
 
 /// Number of attempts to read a robot's description that is not written yet.
 /// A pause follows each.
-const ATTEMPTS: usize = 100;
-const PAUSE: Duration = Duration::from_millis(20);
+const MAX_ATTEMPTS: usize = 100;
+const ATTEMPT_PAUSE: Duration = Duration::from_millis(20);
 
 /// Kinematics of a robot, which decide its commands.
 pub enum Drive {
@@ -34,7 +34,7 @@ impl Drive {
                 return Err(Failure::NoKeys {
                     actuator: controls.actuator.clone(),
                     interface: other.into(),
-                    known: KNOWN.to_vec(),
+                    known: COMMAND_INTERFACES.to_vec(),
                 });
             }
         };
@@ -73,10 +73,10 @@ fn chassis(client: &mut Client, actuator: &str) -> Result<Option<Value>, Failure
         paths.retain(|path| path.starts_with(&format!("{robot}/")) || path.contains(&format!("/{robot}/")));
     }
     // An agent that has just been started has not written it yet.
-    let attempts = if paths.is_empty() { 0 } else { ATTEMPTS };
+    let attempts = if paths.is_empty() { 0 } else { MAX_ATTEMPTS };
     for attempt in 0..attempts {
         if attempt > 0 {
-            std::thread::sleep(PAUSE);
+            std::thread::sleep(ATTEMPT_PAUSE);
         }
         for path in &paths {
             if let Some(reading) = client.read(&format!("/{path}"))? {

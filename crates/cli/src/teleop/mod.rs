@@ -52,28 +52,28 @@ fn positive(text: &str) -> Result<f64, String> {
 
 /// Time to wait for keys before the robot is commanded to stand still again.
 /// A command holds for three times as long.
-const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
+const KEY_POLL_PERIOD: Timespec = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
 
 /// Time that a key counts, longer than the period of its repetition.
-const KEY: Duration = Duration::from_millis(150);
+const KEY_DURATION: Duration = Duration::from_millis(150);
 
 /// Factor by which + and - change the velocity.
-const STEP: f64 = 1.25;
+const VELOCITY_STEP: f64 = 1.25;
 
-const KEYS: &str = "w a s d or arrows: drive, q e z c: curves, x: halt, + -: speed,\n\
+const KEY_HELP: &str = "w a s d or arrows: drive, q e z c: curves, x: halt, + -: speed,\n\
                     space: stop all actuators, Esc: quit; the robot stands still while no key is held";
 
 /// Raw mode of the terminal until dropped: keys arrive at once, without echo.
-struct Raw;
+struct RawTerminal;
 
-impl Raw {
+impl RawTerminal {
     fn begin() -> Result<Self, Failure> {
         enable_raw_mode().map_err(|source| Failure::File { path: "the terminal".into(), source })?;
         Ok(Self)
     }
 }
 
-impl Drop for Raw {
+impl Drop for RawTerminal {
     fn drop(&mut self) {
         let _ = disable_raw_mode();
     }
@@ -87,15 +87,15 @@ pub fn teleop(options: &TeleopOptions) -> Result<bool, Failure> {
     let mut client = options.agent.connect()?;
     let actuator = match &options.actuator {
         Some(name) => name.trim_start_matches('/').to_owned(),
-        None => only(&mut client)?,
+        None => only_actuator(&mut client)?,
     };
     let controls =
         client.take_controls(&actuator, &format!("slate teleop, process {}", std::process::id()))?;
     let drive = Drive::of(&mut client, &controls)?;
     interrupt::catch();
-    eprintln!("{KEYS}");
+    eprintln!("{KEY_HELP}");
     let driven = {
-        let _raw = Raw::begin()?;
+        let _raw = RawTerminal::begin()?;
         run(&mut client, &actuator, &drive, (options.speed, options.turn))
     };
     eprintln!();
@@ -111,7 +111,7 @@ pub fn teleop(options: &TeleopOptions) -> Result<bool, Failure> {
 }
 
 /// Returns the only actuator.
-fn only(client: &mut Client) -> Result<String, Failure> {
+fn only_actuator(client: &mut Client) -> Result<String, Failure> {
     let names: Vec<_> = client.controls()?.into_iter().map(|holder| holder.actuator).collect();
     match <[String; 1]>::try_from(names) {
         Ok([name]) => Ok(name),
@@ -129,12 +129,12 @@ fn run(client: &mut Client, actuator: &str, drive: &Drive, speeds: (f64, f64)) -
             return Ok(());
         }
         let mut motion = None;
-        for key in pressed(&mut stdin)? {
+        for key in read_keys(&mut stdin)? {
             match key {
                 Key::Drive(forward, left) => motion = Some((forward, left)),
                 Key::Halt => (motion, driven) = (None, None),
-                Key::Faster => factor *= STEP,
-                Key::Slower => factor /= STEP,
+                Key::Faster => factor *= VELOCITY_STEP,
+                Key::Slower => factor /= VELOCITY_STEP,
                 Key::Stop => client.stop("by a person at the keyboard")?,
                 Key::Quit => return Ok(()),
             }
@@ -144,7 +144,7 @@ fn run(client: &mut Client, actuator: &str, drive: &Drive, speeds: (f64, f64)) -
                 driven = Some(now());
                 Some(drive.command(forward * speed * factor, left * turn * factor))
             }
-            None if driven.is_some_and(|driven| driven.elapsed() < KEY) => None,
+            None if driven.is_some_and(|driven| driven.elapsed() < KEY_DURATION) => None,
             None => Some(drive.command(0.0, 0.0)),
         };
         let Some(command) = command else { continue };
@@ -154,10 +154,10 @@ fn run(client: &mut Client, actuator: &str, drive: &Drive, speeds: (f64, f64)) -
 }
 
 /// Reads the keys pressed since, and waits briefly for one.
-fn pressed(stdin: &mut std::io::StdinLock<'_>) -> Result<Vec<Key>, Failure> {
+fn read_keys(stdin: &mut std::io::StdinLock<'_>) -> Result<Vec<Key>, Failure> {
     let lost = |source| Failure::File { path: "the terminal".into(), source };
     let mut polled = [PollFd::new(&*stdin, PollFlags::IN)];
-    match poll(&mut polled, Some(&LOOK)) {
+    match poll(&mut polled, Some(&KEY_POLL_PERIOD)) {
         Ok(0) => return Ok(Vec::new()),
         Ok(_) => {}
         // A signal came, and is looked at.

@@ -1,7 +1,7 @@
 use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 
+use super::field_place::{FieldPlace, NoField};
 use super::number::Number;
-use super::place::{FieldPlace, NoField};
 use slate_configuration::Comparison;
 
 /// The filter of a link.
@@ -63,7 +63,7 @@ impl FieldCondition {
             }
         };
         let condition = Self { place, comparison, value: value.ok_or_else(usual)? };
-        match condition.settled() {
+        match condition.constant_result() {
             None => Ok(condition),
             Some(always) => Err(NoField {
                 message: format!("`{text}` {} holds", if always { "always" } else { "never" }),
@@ -76,7 +76,7 @@ impl FieldCondition {
     }
 
     /// Returns the condition's result if it is the same for all values of the field.
-    fn settled(&self) -> Option<bool> {
+    fn constant_result(&self) -> Option<bool> {
         let (low, high) = match self.place.kind {
             Kind::Primitive(Primitive::Bool) => (0.0, 1.0),
             Kind::Enumeration(enumeration) if enumeration.constants.len() > 1 => {

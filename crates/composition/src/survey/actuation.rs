@@ -10,7 +10,7 @@ use super::origins::ValueOrigin;
 use super::{LinkSource, ResolvedLink, Survey, Wire, commander, scope};
 
 /// Port that moves a robot.
-struct Actuated<'s> {
+struct ActuatedPort<'s> {
     /// Robot that the port moves.
     /// `None` if neither the module nor the port is named after one; it may then be any robot.
     robot: Option<&'s str>,
@@ -24,7 +24,7 @@ struct Actuated<'s> {
     is_guarded: bool,
 }
 
-impl<'s> Actuated<'s> {
+impl<'s> ActuatedPort<'s> {
     /// Describes a port that moves a robot; `None` for any other port.
     fn of(
         configuration: &'s Configuration,
@@ -111,10 +111,11 @@ pub(super) fn value_refusal(
     survey: &Survey<'_>,
     (module, port): (usize, usize),
 ) -> Option<(Message, String)> {
-    let actuated = Actuated::of(configuration, survey, (module, port)).filter(|port| port.is_guarded)?;
+    let actuated_port =
+        ActuatedPort::of(configuration, survey, (module, port)).filter(|port| port.is_guarded)?;
     let path = survey.path(configuration, LinkSource::Port(module, port));
-    let message = format!("`/{path}` can't be set, as it moves {} past its gate", actuated.name());
-    Some((Mistake::PastGate.of(message), actuated.help()))
+    let message = format!("`/{path}` can't be set, as it moves {} past its gate", actuated_port.name());
+    Some((Mistake::PastGate.of(message), actuated_port.help()))
 }
 
 /// Returns the error and the advice for an illegal link that moves a robot.
@@ -127,19 +128,19 @@ pub(super) fn refusal(
     origins: &[ValueOrigin<'_>],
 ) -> Option<(String, String)> {
     let (module, Wire::Port(port)) = joint.port else { return None };
-    let actuated = Actuated::of(configuration, survey, (module, port))?;
+    let actuated_port = ActuatedPort::of(configuration, survey, (module, port))?;
     let is_actuation = survey.modules[module].description.ports[port].role == ACTUATION;
     for origin in origins {
         let permitted = match origin.provenance {
             // Known once it is there, and judged then.
             Provenance::Unknown => true,
             Provenance::Gate | Provenance::Block(Block::Actuator) => {
-                if actuated.is_guarded && !actuated.is_moved_by(origin.robot) {
-                    let own = actuated.name();
+                if actuated_port.is_guarded && !actuated_port.is_moved_by(origin.robot) {
+                    let own = actuated_port.name();
                     let message = format!(
                         "{own} is moved by its own gate: `/{path}` can't read `/{name}`, of another robot"
                     );
-                    return Some((message, actuated.help()));
+                    return Some((message, actuated_port.help()));
                 }
                 true
             }
@@ -147,24 +148,25 @@ pub(super) fn refusal(
             _ if !is_actuation => true,
             Provenance::Block(_) | Provenance::Rule => false,
             Provenance::Module => {
-                !actuated.is_guarded
-                    || !actuated.decides && reads_gate(configuration, survey, &actuated, origin)
+                !actuated_port.is_guarded
+                    || !actuated_port.decides && reads_gate(configuration, survey, &actuated_port, origin)
             }
             Provenance::Hand | Provenance::Health | Provenance::GateState | Provenance::Truth => {
-                !actuated.is_guarded
+                !actuated_port.is_guarded
             }
         };
         if !permitted {
-            let who = if actuated.decides { "Execute" } else { "a gate" };
-            let through = if actuated.decides { ", through their gates" } else { "" };
+            let commander = if actuated_port.decides { "Execute" } else { "a gate" };
+            let through = if actuated_port.decides { ", through their gates" } else { "" };
             let what = origin.provenance.name();
-            let message =
-                format!("only {who} reaches actuators{through}: `/{path}` can't read `/{name}`, {what}");
-            return Some((message, actuated.help()));
+            let message = format!(
+                "only {commander} reaches actuators{through}: `/{path}` can't read `/{name}`, {what}"
+            );
+            return Some((message, actuated_port.help()));
         }
     }
-    (actuated.is_guarded && !passes_all(survey, joint)).then(|| {
-        let message = format!("`/{path}` moves {}, and its link could withhold a stop", actuated.name());
+    (actuated_port.is_guarded && !passes_all(survey, joint)).then(|| {
+        let message = format!("`/{path}` moves {}, and its link could withhold a stop", actuated_port.name());
         (message, "link it without `every` and `when`, and to the gate or the Actuator itself".into())
     })
 }
@@ -173,12 +175,12 @@ pub(super) fn refusal(
 fn reads_gate(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    actuated: &Actuated<'_>,
+    actuated_port: &ActuatedPort<'_>,
     origin: &ValueOrigin<'_>,
 ) -> bool {
     let is_gate = |target: LinkSource| match target {
         LinkSource::Command(gate) => {
-            actuated.is_moved_by(Some(scope(&configuration.actuators()[gate].name.value)))
+            actuated_port.is_moved_by(Some(scope(&configuration.actuators()[gate].name.value)))
         }
         _ => false,
     };

@@ -11,7 +11,7 @@ use slate_module::{Description, Direction};
 use super::block::{Block, Provenance};
 use super::{Survey, Surveyed, scope};
 use crate::catalogue::Catalogue;
-use crate::complaints::Complaints;
+use crate::diagnostic_collector::DiagnosticCollector;
 use slate_configuration::Configuration;
 use slate_configuration::Mistake;
 
@@ -20,7 +20,7 @@ use slate_configuration::Mistake;
 pub(super) fn survey_services(
     modules: &[Surveyed<'_>],
     catalogue: &Catalogue,
-    complaints: &mut Complaints<'_>,
+    collector: &mut DiagnosticCollector<'_>,
 ) -> BTreeMap<(usize, usize), Option<(usize, usize)>> {
     let ports = |direction| {
         modules.iter().enumerate().flat_map(move |(m, surveyed)| {
@@ -37,7 +37,7 @@ pub(super) fn survey_services(
                 "`{}` needs `{}`, which an isolated module can't reach",
                 module.name.value, descriptor.name
             );
-            complaints.add(module.isolated.span, message, "leave `isolated` out, or use links");
+            collector.add(module.isolated.span, message, "leave `isolated` out, or use links");
             continue;
         }
         if catalogue.services.iter().any(|service| service.hash == descriptor.hash) {
@@ -61,14 +61,14 @@ pub(super) fn survey_services(
                     name(first),
                     name(second)
                 ));
-                complaints.add(module.name.span, message, "leave one of the two out");
+                collector.add(module.name.span, message, "leave one of the two out");
             }
             [] => {
                 let message = Mistake::Service.of(format!(
                     "`{}` needs `{}`, which nothing provides",
                     module.name.value, descriptor.name
                 ));
-                complaints.add(module.name.span, message, help(descriptor.name, modules, catalogue));
+                collector.add(module.name.span, message, help(descriptor.name, modules, catalogue));
             }
         }
     }
@@ -86,20 +86,20 @@ pub fn needs(description: &Description, schema: u64) -> bool {
 pub(super) fn check_single(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
-    complaints: &mut Complaints<'_>,
+    collector: &mut DiagnosticCollector<'_>,
 ) {
     let users = |schema: u64| modules.iter().filter(move |surveyed| needs(&surveyed.description, schema));
     let mut loops = users(MainLoop::DESCRIPTOR.hash).map(|surveyed| &surveyed.module.name);
     if let (Some(first), Some(second)) = (loops.next(), loops.next()) {
         let message =
             Mistake::Second.of(format!("`{}` and `{}` both want the main loop", first.value, second.value));
-        complaints.add(second.span, message, "one module of an agent can have it");
+        collector.add(second.span, message, "one module of an agent can have it");
     }
     for surveyed in users(TimeSource::DESCRIPTOR.hash) {
         let name = &surveyed.module.name;
         if configuration.time_source().is_none_or(|source| source.value != name.value) {
             let help = format!("write [time] source = \"{}\"", name.value);
-            complaints.add(
+            collector.add(
                 name.span,
                 Mistake::TimeSource.of(format!("`{}` sets the time, but is not the time source", name.value)),
                 help,
@@ -110,13 +110,13 @@ pub(super) fn check_single(
 
 /// Reports blocks with a service that bypasses the attachment rules.
 /// By such a service they could read or act without a link.
-pub(super) fn check_blocks(survey: &Survey<'_>, complaints: &mut Complaints<'_>) {
+pub(super) fn check_blocks(survey: &Survey<'_>, collector: &mut DiagnosticCollector<'_>) {
     for ((module, port), provider) in &survey.services {
         let surveyed = &survey.modules[*module];
         let Some(block) = Block::of(&surveyed.description) else { continue };
         let service = surveyed.description.ports[*port].descriptor;
         let refused = match provider {
-            None => past_the_rules(block, service.hash),
+            None => rule_bypass(block, service.hash),
             Some((other, offered)) => {
                 let other = &survey.modules[*other];
                 let origin = Provenance::of_port(&other.description, &other.description.ports[*offered]);
@@ -131,13 +131,13 @@ pub(super) fn check_blocks(survey: &Survey<'_>, complaints: &mut Complaints<'_>)
             let (name, reads) = (&surveyed.module.name.value, block.reads());
             let message =
                 format!("{reads}: `/{name}` can't have the service `{}`, which {why}", service.name);
-            complaints.add(surveyed.module.name.span, Mistake::Attachment.of(message), help);
+            collector.add(surveyed.module.name.span, Mistake::Attachment.of(message), help);
         }
     }
 }
 
 /// Returns the reason against a service of the host for a block, and the advice.
-fn past_the_rules(block: Block, service: u64) -> Option<(&'static str, &'static str)> {
+fn rule_bypass(block: Block, service: u64) -> Option<(&'static str, &'static str)> {
     let is = |descriptor: &Descriptor| descriptor.hash == service;
     if is(BlackBoard::DESCRIPTOR) {
         return Some(("reads and writes any property past its links", "link its ports to what it reads"));

@@ -191,7 +191,7 @@ impl Block {
 
     /// Returns whether the block may read a value that another robot's block writes.
     /// [`Self::may_read`] must permit it, too.
-    pub fn may_read_abroad(self, origin: Provenance) -> bool {
+    pub fn may_read_other_robot(self, origin: Provenance) -> bool {
         match (self, origin) {
             // To a Sensor, another robot is a part of the world; robots tell each other facts through Knowledge.
             (Self::Sensor, _) | (Self::Knowledge, Provenance::Block(Self::Knowledge) | Provenance::Rule) => {
@@ -398,7 +398,7 @@ fn sender_of(role: &str) -> Option<Block> {
 
 /// Returns the only block that sends messages of an interface to other agents.
 /// Other agents do not announce the roles of their inboxes.
-pub fn sender_abroad(descriptor: &Descriptor) -> Option<Block> {
+pub fn remote_sender(descriptor: &Descriptor) -> Option<Block> {
     match descriptor.name {
         "Planned" => Some(Block::Plan),
         "Reflex" => Some(Block::Reactive),

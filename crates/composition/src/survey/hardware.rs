@@ -7,11 +7,11 @@ use slate_module::{Direction, Hardware, HardwareDevice};
 use super::block::{Block, MEASUREMENT};
 use super::names::{split_module, split_port};
 use super::{LinkSource, Survey, Wire, scope};
-use crate::complaints::Complaints;
+use crate::diagnostic_collector::DiagnosticCollector;
 use slate_configuration::{Configuration, Mistake, Span};
 
 /// Tolerance of a calibrated drive, relative to that of its driver.
-const CALIBRATION: f64 = 0.05;
+const CALIBRATION_TOLERANCE: f64 = 0.05;
 
 /// Tolerance of equal mounts, m and rad.
 const MOUNT_TOLERANCE: f64 = 1e-6;
@@ -23,7 +23,7 @@ pub(super) fn check_hardware<'a>(
     configuration: &'a Configuration,
     dormant: &[&str],
     survey: &Survey<'a>,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) {
     for (knowledge, surveyed) in survey.modules.iter().enumerate() {
         let robot = scope(&surveyed.module.name.value);
@@ -31,17 +31,17 @@ pub(super) fn check_hardware<'a>(
             && !robot.is_empty()
             && !dormant.iter().any(|name| scope(name) == robot);
         let Some(model) = surveyed.description.hardware.first().filter(|_| is_known) else { continue };
-        let checked = Checked { configuration, survey, knowledge, robot, model };
+        let checked = RobotModelCheck { configuration, survey, knowledge, robot, model };
         // What follows from another robot's model is not said too.
-        let found = checked.devices(complaints).or_else(|| checked.commands()).or_else(|| checked.sensors());
+        let found = checked.devices(collector).or_else(|| checked.commands()).or_else(|| checked.sensors());
         if let Some((message, help)) = found {
-            complaints.add(checked.place(knowledge, model), Mistake::Hardware.of(message), help);
+            collector.add(checked.place(knowledge, model), Mistake::Hardware.of(message), help);
         }
     }
 }
 
 /// Check of a robot's RobotModel.
-struct Checked<'s, 'a> {
+struct RobotModelCheck<'s, 'a> {
     configuration: &'a Configuration,
     survey: &'s Survey<'a>,
     /// Module that has the RobotModel.
@@ -50,12 +50,12 @@ struct Checked<'s, 'a> {
     model: &'s Hardware,
 }
 
-impl<'s> Checked<'s, '_> {
+impl<'s> RobotModelCheck<'s, '_> {
     /// Returns the setting that names a module's hardware, or else the module's name.
     fn place(&self, module: usize, hardware: &Hardware) -> Span {
         let module = self.survey.modules[module].module;
-        let complaint = format!("{}: ", hardware.setting);
-        let place = module.place_of(&complaint).or_else(|| self.configuration.place_of(&complaint));
+        let prefix = format!("{}: ", hardware.setting);
+        let place = module.place_of(&prefix).or_else(|| self.configuration.place_of(&prefix));
         place.unwrap_or(module.name.span)
     }
 
@@ -122,14 +122,14 @@ impl<'s> Checked<'s, '_> {
 
     /// Compares the robot's devices with its RobotModel.
     /// Returns the error and the advice if they differ.
-    fn devices(&self, complaints: &Complaints<'_>) -> Option<(String, String)> {
+    fn devices(&self, collector: &DiagnosticCollector<'_>) -> Option<(String, String)> {
         self.own_hardware().into_iter().find_map(|(module, hardware)| {
             let found = differences(self.model, hardware);
             if found.is_empty() {
                 return None;
             }
             let (knowledge, device) = (self.name(self.knowledge), self.name(module));
-            let place = complaints.place(self.place(module, hardware));
+            let place = collector.place(self.place(module, hardware));
             let message = format!(
                 "the RobotModel of `{}` is that of a `{}`, and `{device}` has a `{}` there ({place}): {}",
                 self.robot,
@@ -245,28 +245,34 @@ fn list(devices: &[HardwareDevice]) -> String {
 /// Properties that only one of them specifies are skipped.
 fn differences(model: &Hardware, device: &Hardware) -> Vec<String> {
     let mut found = Vec::new();
-    if let (Some(said), Some(is)) = (model.drive, device.drive) {
-        let mut compare = |what: &str, said: f64, is: f64| {
-            if (said - is).abs() > CALIBRATION * is.abs() {
-                found.push(format!("{what} of {is} m, not {said} m"));
+    if let (Some(expected), Some(is)) = (model.drive, device.drive) {
+        let mut compare = |what: &str, expected: f64, is: f64| {
+            if (expected - is).abs() > CALIBRATION_TOLERANCE * is.abs() {
+                found.push(format!("{what} of {is} m, not {expected} m"));
             }
         };
-        compare("wheels with a radius", said.wheel_radius, is.wheel_radius);
-        compare("a track", said.track, is.track);
+        compare("wheels with a radius", expected.wheel_radius, is.wheel_radius);
+        compare("a track", expected.track, is.track);
     }
     for is in &device.actuators {
-        if let Some(said) = model.actuator(&is.name).filter(|said| said.interface != is.interface) {
-            found.push(format!("`{}` for {}, not {}", is.name, is.interface, said.interface));
+        if let Some(expected) = model.actuator(&is.name).filter(|expected| expected.interface != is.interface)
+        {
+            found.push(format!("`{}` for {}, not {}", is.name, is.interface, expected.interface));
         }
     }
     for is in &device.sensors {
-        let Some(said) = model.sensor(&is.interface) else { continue };
-        if said.count < is.count {
-            found.push(format!("`{}` with {} elements, not {}", said.name, is.count, said.count));
+        let Some(expected) = model.sensor(&is.interface) else { continue };
+        if expected.count < is.count {
+            found.push(format!("`{}` with {} elements, not {}", expected.name, is.count, expected.count));
         }
-        let differs = said.mount.iter().zip(&is.mount).any(|(a, b)| (a - b).abs() > MOUNT_TOLERANCE);
+        let differs = expected.mount.iter().zip(&is.mount).any(|(a, b)| (a - b).abs() > MOUNT_TOLERANCE);
         if differs {
-            found.push(format!("`{}` mounted at {}, not {}", said.name, mount(is.mount), mount(said.mount)));
+            found.push(format!(
+                "`{}` mounted at {}, not {}",
+                expected.name,
+                mount(is.mount),
+                mount(expected.mount)
+            ));
         }
     }
     found

@@ -13,15 +13,15 @@ use super::block::{
     TRUTH, binds, is_fact, is_percept, is_sensed,
 };
 use super::names::split_module;
-use super::{Surveyed, module, scope, seconds};
+use super::{Surveyed, duplicates, module, scope};
 use crate::catalogue::Catalogue;
-use crate::complaints::Complaints;
+use crate::diagnostic_collector::DiagnosticCollector;
 use slate_configuration::{Configuration, Link, Mistake};
 
 /// Selection of modules and ports that keep their links, or the lack of one.
 pub struct LinkKeeping<'s> {
     /// Predicate for modules that are already loaded.
-    pub stays: &'s dyn Fn(&str) -> bool,
+    pub keeps_links: &'s dyn Fn(&str) -> bool,
     /// Previous configuration.
     /// A port that it configured and the new one does not gets an inferred link again.
     pub before: Option<&'s Configuration>,
@@ -30,11 +30,11 @@ pub struct LinkKeeping<'s> {
 impl LinkKeeping<'_> {
     /// Returns whether a port without an inferred link stays unlinked despite `found`.
     /// `found` are the ports that fit it.
-    fn stays_open(&self, module: &str, (path, port): (&str, &PortDescription), found: &[String]) -> bool {
+    fn stays_unlinked(&self, module: &str, (path, port): (&str, &PortDescription), found: &[String]) -> bool {
         let is_free = |before: &Configuration| {
-            says_of(before, path, port) || found.iter().any(|other| before.is_left_out(other))
+            is_mentioned(before, path, port) || found.iter().any(|other| before.is_left_out(other))
         };
-        (self.stays)(module) && !self.before.is_some_and(is_free)
+        (self.keeps_links)(module) && !self.before.is_some_and(is_free)
     }
 }
 
@@ -52,24 +52,28 @@ pub fn infer<'a>(
     configuration: &'a Configuration,
     catalogue: &Catalogue,
     keeping: &LinkKeeping<'_>,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) -> Inferred {
-    let fresh =
-        configuration.without_inferred(|port| !of_any(configuration, port).is_some_and(keeping.stays));
+    let fresh = configuration
+        .without_inferred(|port| !module_of(configuration, port).is_some_and(keeping.keeps_links));
     if !configuration.modules().iter().any(|module| !scope(&module.name.value).is_empty()) {
         return Inferred { configuration: fresh, undecided: BTreeSet::new() };
     }
     // Mistakes in modules are reported when they are surveyed.
-    let mut unsaid = Complaints::new(configuration);
+    let mut ignored = DiagnosticCollector::new(configuration);
     let known = configuration.modules().iter().filter(|module| !catalogue.is_dormant(&module.kind.value));
     let modules: Vec<_> = known
-        .filter_map(|module| module::survey_module(configuration, module, catalogue, &mut unsaid))
+        .filter_map(|module| module::survey_module(configuration, module, catalogue, &mut ignored))
         .collect();
     // A second one of what a robot has once is refused, and nothing is linked to it.
-    let seconds: BTreeSet<usize> =
-        seconds(configuration, &modules).into_iter().map(|(_, second)| second).collect();
-    let modules: Vec<_> =
-        modules.into_iter().enumerate().filter(|(at, _)| !seconds.contains(at)).map(|(_, own)| own).collect();
+    let duplicates: BTreeSet<usize> =
+        duplicates(configuration, &modules).into_iter().map(|(_, duplicate)| duplicate).collect();
+    let modules: Vec<_> = modules
+        .into_iter()
+        .enumerate()
+        .filter(|(at, _)| !duplicates.contains(at))
+        .map(|(_, own)| own)
+        .collect();
     let (mut links, mut choices) = (Vec::new(), Vec::new());
     for surveyed in &modules {
         let name = surveyed.module.name.value.as_str();
@@ -78,8 +82,8 @@ pub fn infer<'a>(
         };
         for port in &surveyed.description.ports {
             let path = format!("{name}/{}", port.name);
-            let has = fresh.links().iter().find(|link| link.is_inferred() && has_port(link, &path, port));
-            if says_of(&fresh, &path, port) {
+            let present = fresh.links().iter().find(|link| link.is_inferred() && has_port(link, &path, port));
+            if is_mentioned(&fresh, &path, port) {
                 continue;
             }
             let mut found = candidates(&fresh, &modules, surveyed, block, port);
@@ -87,10 +91,10 @@ pub fn infer<'a>(
                 // Inboxes that are to have no senders but those that are written.
                 found.retain(|inbox| !fresh.is_left_out(inbox));
             }
-            if has.is_none() && keeping.stays_open(name, (&path, port), &found) {
+            if present.is_none() && keeping.stays_unlinked(name, (&path, port), &found) {
                 continue;
             }
-            match (&found[..], has) {
+            match (&found[..], present) {
                 ([], _) | ([_], Some(_)) => {}
                 ([one], None) => links.extend(link(&path, one, port, surveyed)),
                 (_, _) => choices.push(LinkChoice { surveyed, path, direction: port.direction, found }),
@@ -98,12 +102,12 @@ pub fn infer<'a>(
         }
     }
     let undecided = choices.iter().map(|choice| choice.path.clone()).collect();
-    refuse_choices(&modules, choices, complaints);
+    refuse_choices(&modules, choices, collector);
     Inferred { configuration: fresh.with_inferred(links), undecided }
 }
 
 /// Returns whether a configuration mentions a port.
-fn says_of(configuration: &Configuration, path: &str, port: &PortDescription) -> bool {
+fn is_mentioned(configuration: &Configuration, path: &str, port: &PortDescription) -> bool {
     match port.direction {
         Direction::Outbox => configuration.says_of_outbox(path),
         _ => configuration.says_of_port(path),
@@ -111,7 +115,7 @@ fn says_of(configuration: &Configuration, path: &str, port: &PortDescription) ->
 }
 
 /// Returns the module of a port: the longest matching name.
-fn of_any<'c>(configuration: &'c Configuration, port: &str) -> Option<&'c str> {
+fn module_of<'c>(configuration: &'c Configuration, port: &str) -> Option<&'c str> {
     let names = configuration.modules().iter().map(|module| module.name.value.as_str());
     names
         .filter(|name| port.strip_prefix(name).is_some_and(|rest| rest.starts_with('/')))
@@ -180,7 +184,7 @@ fn candidates(
             let fits = if reads {
                 readable(configuration, (&path, is_own), block, port, other, offered)
             } else {
-                takes(port, offered)
+                accepts(port, offered)
             };
             if fits && (is_own || is_named()) && offered.descriptor.hash == port.descriptor.hash {
                 found.push(LinkCandidate {
@@ -251,7 +255,7 @@ fn readable(
 }
 
 /// Returns whether an inbox is a candidate for an outbox.
-fn takes(port: &PortDescription, offered: &PortDescription) -> bool {
+fn accepts(port: &PortDescription, offered: &PortDescription) -> bool {
     offered.direction == Direction::Inbox && offered.role == port.role
 }
 
@@ -287,8 +291,8 @@ fn gate_of(
     let own = actuator.module.name.value.as_str();
     let port = actuator.description.ports.iter().find(|port| port.role == COMMAND)?;
     let path = format!("{own}/{}", port.name);
-    let said = configuration.links().iter().find(|link| link.to.value == path);
-    let command = match said {
+    let link = configuration.links().iter().find(|link| link.to.value == path);
+    let command = match link {
         Some(link) => link.from.value.path_in(""),
         None if configuration.says_of_port(&path) => return None,
         None => <[String; 1]>::try_from(commands(configuration, modules, scope(own), port))
@@ -374,11 +378,11 @@ impl LinkChoice<'_, '_> {
     }
 }
 
-/// Reports ambiguous ports: one complaint for all ports with the same candidates.
+/// Reports ambiguous ports: one diagnostic for all ports with the same candidates.
 fn refuse_choices(
     modules: &[Surveyed<'_>],
     mut choices: Vec<LinkChoice<'_, '_>>,
-    complaints: &mut Complaints<'_>,
+    collector: &mut DiagnosticCollector<'_>,
 ) {
     while !choices.is_empty() {
         let first = choices.remove(0);
@@ -394,24 +398,28 @@ fn refuse_choices(
             let lines: Vec<_> = first.found.iter().map(|other| first.line(other)).collect();
             let help =
                 format!("write one of these links: {}; or \"/{}\" = false", lines.join(", or "), first.path);
-            complaints.add(first.surveyed.module.name.span, Mistake::Ends.of(message), help);
+            collector.add(first.surveyed.module.name.span, Mistake::Ends.of(message), help);
             continue;
         }
         let same: Vec<_> = std::iter::once(first).chain(same).collect();
-        refuse_group(modules, &same, complaints);
+        refuse_group(modules, &same, collector);
     }
 }
 
 /// Reports an ambiguity that several ports share.
 /// The report names the possible ends and their places, as these are the surplus.
-fn refuse_group(modules: &[Surveyed<'_>], same: &[LinkChoice<'_, '_>], complaints: &mut Complaints<'_>) {
+fn refuse_group(
+    modules: &[Surveyed<'_>],
+    same: &[LinkChoice<'_, '_>],
+    collector: &mut DiagnosticCollector<'_>,
+) {
     let [first, ..] = same else { return };
     let owner = |path: &str| split_module(modules, path).map(|(module, _)| modules[module].module.name.span);
     let named: Vec<_> = first
         .found
         .iter()
         .map(|path| match owner(path) {
-            Some(span) => format!("`{path}` ({})", complaints.place(span)),
+            Some(span) => format!("`{path}` ({})", collector.place(span)),
             None => format!("`{path}`"),
         })
         .collect();
@@ -430,5 +438,5 @@ fn refuse_group(modules: &[Surveyed<'_>], same: &[LinkChoice<'_, '_>], complaint
     // Of what is written last there is too much.
     let last = first.found.iter().filter_map(|path| owner(path)).max();
     let span = last.unwrap_or(first.surveyed.module.name.span);
-    complaints.add(span, Mistake::Ends.of(message), help);
+    collector.add(span, Mistake::Ends.of(message), help);
 }

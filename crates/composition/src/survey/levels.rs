@@ -19,7 +19,7 @@ pub(super) fn levels(count: usize, edges: &[(usize, usize)]) -> Result<Vec<Vec<u
         }
         match changed {
             None => break,
-            Some(module) if pass == count => return Err(CycleFound(circle(module, count, edges))),
+            Some(module) if pass == count => return Err(CycleFound(cycle(module, count, edges))),
             Some(_) => {}
         }
     }
@@ -31,7 +31,7 @@ pub(super) fn levels(count: usize, edges: &[(usize, usize)]) -> Result<Vec<Vec<u
 }
 
 /// Returns a cycle found backwards from `module`, in the order of the edges.
-fn circle(module: usize, count: usize, edges: &[(usize, usize)]) -> Vec<usize> {
+fn cycle(module: usize, count: usize, edges: &[(usize, usize)]) -> Vec<usize> {
     // Only modules in or behind a circle still rise after `count` passes, so each has a predecessor; walking back
     // `count` times ends inside a circle.
     let on_circle = |module: usize| {

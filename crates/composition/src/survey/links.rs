@@ -3,44 +3,44 @@
 mod ends;
 mod external;
 mod fit;
+mod messages;
+mod missing_slash;
 mod remote;
 mod sinks;
-mod slash;
 mod sources;
-mod words;
 
 use slate_blackboard::is_within;
 
 use super::names::join;
 use super::{ResolvedLink, Survey, Wire};
 use crate::catalogue::Catalogue;
-use crate::complaints::Complaints;
+use crate::diagnostic_collector::DiagnosticCollector;
 pub use external::bridge_refusal;
-pub use remote::{elsewhere, path as remote_path};
+pub use messages::ungated_command;
+pub use remote::{carrier_misfit, path as remote_path};
 use sinks::LinkSink;
 use slate_configuration::Mistake;
 use slate_configuration::{Configuration, Link};
 use sources::LinkSources;
-pub use words::past_gate;
 
 pub(super) fn survey_links<'a>(
     configuration: &'a Configuration,
     dormant: &[&'a str],
     catalogue: &Catalogue,
     survey: &mut Survey<'a>,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) {
     let own: Vec<Option<LinkSink>> = configuration
         .links()
         .iter()
-        .map(|link| sinks::sink(configuration, survey, dormant, link, complaints))
+        .map(|link| sinks::sink(configuration, survey, dormant, link, collector))
         .collect();
-    check_overlaps(configuration, &own, survey, complaints);
-    external::check_arriving(configuration, survey, dormant, &own, complaints);
+    check_overlaps(configuration, &own, survey, collector);
+    external::check_arriving(configuration, survey, dormant, &own, collector);
     survey.remote = remote::all(configuration, catalogue);
     survey.carriers.clone_from(&catalogue.carriers);
     survey.has_jpeg = catalogue.has_jpeg;
-    let mut sources = LinkSources::new(configuration, dormant, survey, &own, complaints);
+    let mut sources = LinkSources::new(configuration, dormant, survey, &own, collector);
     let mut joints: Vec<_> = (0..own.len()).filter_map(|link| sources.joint(link)).collect();
     external::check_leaving(configuration, &mut sources);
     let LinkSources { absent, misfits, .. } = sources;
@@ -55,7 +55,7 @@ fn check_overlaps<'a>(
     configuration: &'a Configuration,
     sinks: &[Option<LinkSink>],
     survey: &Survey<'a>,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) {
     for (i, sink) in sinks.iter().enumerate() {
         let Some(sink) = sink else { continue };
@@ -69,12 +69,12 @@ fn check_overlaps<'a>(
         let Link { to, from, .. } = &configuration.links()[i];
         if sink.sends {
             let message = format!("`{}` sends to `{}` already", from.value, other.to.value);
-            complaints.add(from.span, Mistake::TwoSources.of(message), "an outbox sends to one inbox");
+            collector.add(from.span, Mistake::TwoSources.of(message), "an outbox sends to one inbox");
             continue;
         }
         let message = Mistake::TwoSources
             .of(format!("`{}` of `{name}` is linked already, by `{}`", to.value, other.to.value));
-        complaints.add(to.span, message, "link each field once, or the whole input");
+        collector.add(to.span, message, "link each field once, or the whole input");
     }
 }
 
@@ -97,6 +97,6 @@ impl Survey<'_> {
 impl ResolvedLink<'_> {
     /// Returns whether the port is linked as a whole to a value of its own type.
     pub fn is_plain(&self) -> bool {
-        matches!(self.way, super::LinkConversion::Plain)
+        matches!(self.conversion, super::LinkConversion::Plain)
     }
 }

@@ -3,26 +3,26 @@
 mod actuation;
 mod aspects;
 mod block;
-mod by_hand;
 mod commander;
-mod crossing;
 mod hardware;
 mod host;
 mod infer;
-mod known;
+mod knowledge_inputs;
 mod levels;
 mod limits;
 mod links;
-mod loose;
-mod loose_reflexes;
+mod manual_values;
 mod module;
 mod names;
 mod order;
 mod origins;
+mod reflex_warnings;
 mod rings;
+mod robot_crossing;
 mod robot_model;
 mod rules;
 mod switched_off;
+mod unlinked;
 mod writers;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -37,16 +37,16 @@ use crate::Played;
 use crate::RemotePath;
 pub use crate::Wire;
 use crate::catalogue::{Catalogue, RemoteProperty};
-use crate::complaints::{Complaints, suggest};
+use crate::diagnostic_collector::{DiagnosticCollector, suggest};
 use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
 pub use block::{GATE, TRUTH, inbox_part, part};
-pub use by_hand::hand_refusal;
 pub use infer::{Inferred, LinkKeeping, infer};
 pub use limits::{DescribedLimits, described_limits};
-pub use links::{bridge_refusal, elsewhere, past_gate, remote_path};
-pub use loose::loose;
+pub use links::{bridge_refusal, carrier_misfit, remote_path, ungated_command};
+pub use manual_values::manual_value_refusal;
 use slate_configuration::{Configuration, Link, Mistake, Module};
+pub use unlinked::unlinked_warnings;
 
 /// Names of the ports that every module has in addition to its own.
 pub const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
@@ -90,7 +90,7 @@ pub struct ResolvedLink<'a> {
     /// Field of the port; empty for the whole value.
     pub field: String,
     /// Conversion of the value.
-    pub way: LinkConversion,
+    pub conversion: LinkConversion,
     /// Filter of values; all pass without one.
     pub filter: Option<Arc<Filter>>,
     /// Selection of last cycle's value, by this link or by that of an input between.
@@ -143,10 +143,10 @@ pub struct Remote {
 
 impl Remote {
     /// Returns the path of the mirror on the board.
-    pub fn place(&self) -> String {
+    pub fn mirror_path(&self) -> String {
         match &self.property {
-            Some(found) => RemotePath { path: found.path.clone(), ..self.path.clone() }.place(),
-            None => self.path.place(),
+            Some(found) => RemotePath { path: found.path.clone(), ..self.path.clone() }.mirror_path(),
+            None => self.path.mirror_path(),
         }
     }
 }
@@ -234,7 +234,7 @@ pub struct Survey<'a> {
 /// Resolved link.
 /// A port whose links resolve to the same stays untouched when links change.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lead {
+pub struct LinkSignature {
     /// Path of the property; the field that is read follows.
     pub path: String,
     from: String,
@@ -248,7 +248,7 @@ pub struct Lead {
     previous: bool,
     delayed: bool,
     stale: Option<u64>,
-    said: [Option<String>; 4],
+    options: [Option<String>; 4],
     /// Value of the unlinked part of the port, if links fill parts of it.
     value: Option<Vec<u8>>,
 }
@@ -271,23 +271,27 @@ impl<'a> Survey<'a> {
                 format!("{}/gate", configuration.actuators()[actuator].name.value)
             }
             LinkSource::Absent(absent) => self.absent[absent].path.clone(),
-            LinkSource::Remote(remote) => self.remote[remote].place(),
+            LinkSource::Remote(remote) => self.remote[remote].mirror_path(),
             LinkSource::Host(host) => host.path().into(),
             LinkSource::Played(played) => self.played[played].path.clone(),
         }
     }
 
     /// Returns the links of a module, by port.
-    pub fn leads(&self, configuration: &Configuration, module: usize) -> BTreeMap<Wire, Vec<Lead>> {
-        let mut leads: BTreeMap<_, Vec<_>> = BTreeMap::new();
+    pub fn link_signatures(
+        &self,
+        configuration: &Configuration,
+        module: usize,
+    ) -> BTreeMap<Wire, Vec<LinkSignature>> {
+        let mut link_signatures: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for joint in self.joints.iter().filter(|joint| joint.port.0 == module) {
             let link = joint.link;
             let value = match joint.port.1 {
                 Wire::Port(port) if !joint.is_plain() => self.modules[module].inputs.get(&port).cloned(),
                 _ => None,
             };
-            let is_pending = matches!(joint.way, LinkConversion::Pending(_));
-            leads.entry(joint.port.1).or_default().push(Lead {
+            let is_pending = matches!(joint.conversion, LinkConversion::Pending(_));
+            link_signatures.entry(joint.port.1).or_default().push(LinkSignature {
                 path: self.path(configuration, joint.target),
                 from: joint.from.clone(),
                 field: joint.field.clone(),
@@ -302,7 +306,7 @@ impl<'a> Survey<'a> {
                 previous: joint.previous,
                 delayed: joint.delayed,
                 stale: link.stale.as_ref().map(|stale| stale.value),
-                said: [
+                options: [
                     link.filter.every.as_ref().map(|every| every.value.to_string()),
                     link.filter.when.as_ref().map(|when| when.value.clone()),
                     link.policy.as_ref().map(|policy| format!("{:?}", policy.value)),
@@ -311,7 +315,7 @@ impl<'a> Survey<'a> {
                 value,
             });
         }
-        leads
+        link_signatures
     }
 
     /// Returns whether the source of a link is a port or a switch that links fill.
@@ -325,14 +329,14 @@ impl<'a> Survey<'a> {
     }
 
     /// Collects the readers of each path.
-    fn listen(&mut self, configuration: &'a Configuration) {
+    fn collect_listeners(&mut self, configuration: &'a Configuration) {
         let mut listeners: BTreeMap<String, Vec<&'a str>> = BTreeMap::new();
         for joint in &self.joints {
             let name = self.modules[joint.port.0].module.name.value.as_str();
             listeners.entry(self.path(configuration, joint.target)).or_default().push(name);
         }
         let names = || configuration.modules().iter().map(|module| module.name.value.as_str());
-        let there = |name: &str| self.modules.iter().any(|surveyed| surveyed.module.name.value == name);
+        let is_surveyed = |name: &str| self.modules.iter().any(|surveyed| surveyed.module.name.value == name);
         for link in configuration.links() {
             let (to, from) = (link.destination(), Some(link.from.value.clone()));
             // A module that sends has the link of its outbox.
@@ -341,7 +345,7 @@ impl<'a> Survey<'a> {
                 let own = own.path_in("");
                 let owns = |name: &&str| own.strip_prefix(*name).is_some_and(|rest| rest.starts_with('/'));
                 let owner = names().filter(owns).max_by_key(|name| name.len());
-                let Some(owner) = owner.filter(|owner| !there(owner)) else { continue };
+                let Some(owner) = owner.filter(|owner| !is_surveyed(owner)) else { continue };
                 // Which part of it is a field is not known yet.
                 let mut path = other.path_in("");
                 while let Some((shorter, _)) =
@@ -357,11 +361,11 @@ impl<'a> Survey<'a> {
 }
 
 /// Checks a configuration against the kinds of a catalogue.
-/// All mistakes are added to `complaints`.
+/// All mistakes are added to `collector`.
 pub fn survey<'a>(
     configuration: &'a Configuration,
     catalogue: &Catalogue,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) -> Survey<'a> {
     let mut modules = Vec::new();
     // Whose ports are not known: nothing is said of links to them.
@@ -369,18 +373,18 @@ pub fn survey<'a>(
     for module in configuration.modules() {
         if catalogue.is_dormant(&module.kind.value) {
             dormant.push(module.name.value.as_str());
-        } else if let Some(surveyed) = module::survey_module(configuration, module, catalogue, complaints) {
+        } else if let Some(surveyed) = module::survey_module(configuration, module, catalogue, collector) {
             modules.push(surveyed);
         } else {
             dormant.push(module.name.value.as_str());
             is_complete = false;
         }
     }
-    complaints.add_followers();
-    check_unique(configuration, &modules, complaints);
-    check_time_source(configuration, &modules, complaints);
-    aspects::check_single(configuration, &modules, complaints);
-    let services = aspects::survey_services(&modules, catalogue, complaints);
+    collector.add_deferred();
+    check_unique(configuration, &modules, collector);
+    check_time_source(configuration, &modules, collector);
+    aspects::check_single(configuration, &modules, collector);
+    let services = aspects::survey_services(&modules, catalogue, collector);
     let mut survey = Survey {
         modules,
         joints: Vec::new(),
@@ -394,17 +398,17 @@ pub fn survey<'a>(
         order: Vec::new(),
         listeners: BTreeMap::new(),
     };
-    links::survey_links(configuration, &dormant, catalogue, &mut survey, complaints);
-    rules::check_rules(configuration, &survey, complaints);
-    aspects::check_blocks(&survey, complaints);
+    links::survey_links(configuration, &dormant, catalogue, &mut survey, collector);
+    rules::check_rules(configuration, &survey, collector);
+    aspects::check_blocks(&survey, collector);
     // The order can only be told when every module is known.
     if is_complete {
-        survey.listen(configuration);
-        robot_model::check_robot_models(configuration, &dormant, &survey, complaints);
-        hardware::check_hardware(configuration, &dormant, &survey, complaints);
-        survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, complaints);
-        if complaints.diagnostics.is_empty() {
-            rings::check_rings(&survey.modules, &survey.joints, complaints);
+        survey.collect_listeners(configuration);
+        robot_model::check_robot_models(configuration, &dormant, &survey, collector);
+        hardware::check_hardware(configuration, &dormant, &survey, collector);
+        survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, collector);
+        if collector.diagnostics.is_empty() {
+            rings::check_rings(&survey.modules, &survey.joints, collector);
         }
     }
     survey
@@ -414,22 +418,22 @@ pub fn survey<'a>(
 fn check_time_source(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
-    complaints: &mut Complaints<'_>,
+    collector: &mut DiagnosticCollector<'_>,
 ) {
     let Some(source) = configuration.time_source() else { return };
     let names = configuration.modules().iter().map(|module| module.name.value.as_str());
     if !names.clone().any(|name| name == source.value) {
-        complaints.add(
+        collector.add(
             source.span,
             Mistake::TimeSource.of(format!("no module `{}` to be the time source", source.value)),
             suggest(&source.value, names),
         );
-    } else if complaints.diagnostics.is_empty()
+    } else if collector.diagnostics.is_empty()
         && !modules.iter().any(|surveyed| surveyed.module.name.value == source.value)
     {
         let message = Mistake::TimeSource
             .of(format!("the time source `{}` is of a plugin that is not loaded", source.value));
-        complaints.add(source.span, message, "load it, or choose another time source");
+        collector.add(source.span, message, "load it, or choose another time source");
     }
 }
 
@@ -439,35 +443,39 @@ pub fn scope(name: &str) -> &str {
 }
 
 /// Checks for at most one Plan, Execute and Knowledge per robot (RoCS, 5.1).
-fn check_unique(configuration: &Configuration, modules: &[Surveyed<'_>], complaints: &mut Complaints<'_>) {
-    for (first, second) in seconds(configuration, modules) {
+fn check_unique(
+    configuration: &Configuration,
+    modules: &[Surveyed<'_>],
+    collector: &mut DiagnosticCollector<'_>,
+) {
+    for (first, second) in duplicates(configuration, modules) {
         let (first, second) = (&modules[first], &modules[second]);
         let (part, name) = (&second.description.unique, &second.module.name.value);
-        let place = complaints.place(first.module.name.span);
+        let place = collector.place(first.module.name.span);
         let first = &first.module.name.value;
         let message = format!("a robot has one {part}, and `{first}` ({place}) is it already");
         let help = format!("remove `{name}` or put it into another robot");
-        complaints.add(second.module.name.span, Mistake::Second.of(message), help);
+        collector.add(second.module.name.span, Mistake::Second.of(message), help);
     }
 }
 
 /// Finds duplicates of parts that a robot has only once.
 /// Each follows the part that its robot already has. Modules of an included file come first.
-fn seconds(configuration: &Configuration, modules: &[Surveyed<'_>]) -> Vec<(usize, usize)> {
-    let (mut firsts, mut seconds) = (BTreeMap::new(), Vec::new());
-    let mut as_written: Vec<_> = modules.iter().enumerate().collect();
-    as_written.sort_by_key(|(_, surveyed)| {
+fn duplicates(configuration: &Configuration, modules: &[Surveyed<'_>]) -> Vec<(usize, usize)> {
+    let (mut firsts, mut duplicates) = (BTreeMap::new(), Vec::new());
+    let mut sorted: Vec<_> = modules.iter().enumerate().collect();
+    sorted.sort_by_key(|(_, surveyed)| {
         let span = surveyed.module.name.span;
         (configuration.rank(span), span)
     });
-    for (index, surveyed) in as_written {
+    for (index, surveyed) in sorted {
         let part = surveyed.description.unique.as_str();
         if !part.is_empty() {
             let first = *firsts.entry((scope(&surveyed.module.name.value), part)).or_insert(index);
             if first != index {
-                seconds.push((first, index));
+                duplicates.push((first, index));
             }
         }
     }
-    seconds
+    duplicates
 }

@@ -10,51 +10,53 @@ use slate_module::{Description, Direction, ModuleKind, PortDescription, Trigger}
 use super::{RESERVED, RESERVED_WHEN_ISOLATED, Surveyed};
 use crate::OwnSetup;
 use crate::catalogue::Catalogue;
-use crate::complaints::{Complaints, suggest};
+use crate::diagnostic_collector::{DiagnosticCollector, suggest};
 use crate::parameters::{self, FollowedSetting};
 use slate_configuration::{Configuration, Mistake, Module};
 
 /// Names of the agent's own properties.
-const OWN: [(&str, &str); 3] = [("loop", "the main loop"), ("log", "the log"), ("record", "the recording")];
+const AGENT_PROPERTIES: [(&str, &str); 3] =
+    [("loop", "the main loop"), ("log", "the log"), ("record", "the recording")];
 
-/// Resolves a module of the configuration with its kind; `None` after a complaint.
+/// Resolves a module of the configuration with its kind; `None` after an error.
 pub(super) fn survey_module<'a>(
     configuration: &'a Configuration,
     module: &'a Module,
     catalogue: &Catalogue,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) -> Option<Surveyed<'a>> {
-    let own = OWN.iter().find(|(name, _)| is_within(&module.name.value, name));
+    let own = AGENT_PROPERTIES.iter().find(|(name, _)| is_within(&module.name.value, name));
     if let Some((name, what)) = own {
         let message = format!("no module can be named `{}`: `{name}` is {what}", module.name.value);
-        complaints.add(module.name.span, message, "rename it");
+        collector.add(module.name.span, message, "rename it");
         return None;
     }
     let Some(kind) = catalogue.kind(&module.kind.value) else {
         let help = suggest(&module.kind.value, catalogue.kinds().map(ModuleKind::name));
         let message = Mistake::Kind.of(format!("no plugin brings a module `{}`", module.kind.value));
-        complaints.add(module.kind.span, message, help);
+        collector.add(module.kind.span, message, help);
         return None;
     };
-    let (setup, mut description) = described(configuration, module, (kind, catalogue), complaints)?;
+    let (setup, mut description) = prepare_setup(configuration, module, (kind, catalogue), collector)?;
     // A wrong value does not keep the links from being checked.
-    let before = complaints.diagnostics.len();
+    let before = collector.diagnostics.len();
     let followed = parameters::followed(configuration, module, &description);
-    let params = parameters::bytes(&description, &module.params, &followed, complaints);
+    let params = parameters::bytes(&description, &module.params, &followed, collector);
     // One that a plugin brings by itself has the defaults of its kind, and is of no robot.
     let is_of_robot = description.describes_hardware && !configuration.is_loaded(module);
-    let mut described = None;
-    if is_of_robot && complaints.diagnostics.len() == before {
+    let mut hardware_description = None;
+    if is_of_robot && collector.diagnostics.len() == before {
         let with_params = OwnSetup { params: Some(params.clone()), ..setup.clone() };
         let kind = (kind, catalogue);
-        described = Some(describe(configuration, module, kind, (&with_params, &followed), complaints));
+        hardware_description =
+            Some(describe(configuration, module, kind, (&with_params, &followed), collector));
     }
-    complaints.set_followers_aside(before, followed.iter().map(|(_, value)| value.span));
-    if let Some(described) = described {
+    collector.defer_at(before, followed.iter().map(|(_, value)| value.span));
+    if let Some(described) = hardware_description {
         description.hardware = described?.hardware;
     }
-    let inputs = inputs(module, &description, complaints);
-    let trigger = trigger(module, &description, complaints)?;
+    let inputs = inputs(module, &description, collector);
+    let trigger = trigger(module, &description, collector)?;
     Some(Surveyed {
         module,
         kind: kind.clone(),
@@ -69,11 +71,11 @@ pub(super) fn survey_module<'a>(
 }
 
 /// Returns the setup of a module, and its ports and parameters.
-fn described<'a>(
+fn prepare_setup<'a>(
     configuration: &'a Configuration,
     module: &'a Module,
     (kind, catalogue): (&ModuleKind, &Catalogue),
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) -> Option<(OwnSetup, Description)> {
     // The description says which section the module wants, and may itself depend on that section.
     let first = kind.section();
@@ -85,26 +87,26 @@ fn described<'a>(
         section,
         params: None,
     };
-    let description = describe(configuration, module, (kind, catalogue), (&setup, &[]), complaints)?;
+    let description = describe(configuration, module, (kind, catalogue), (&setup, &[]), collector)?;
     let is_reserved =
         |name: &str| RESERVED.contains(&name) || module.isolated.value && name == RESERVED_WHEN_ISOLATED;
     if let Some(port) = description.ports.iter().find(|port| is_reserved(&port.name)) {
         let message =
             format!("module type `{}` names a port `{}`, which every module has", kind.name(), port.name);
-        complaints.add(module.kind.span, message, "rename the port");
+        collector.add(module.kind.span, message, "rename the port");
         return None;
     }
     Some((setup, description))
 }
 
 /// Describes a kind under a setup, with the settings that its parameters follow.
-/// A refusal by the kind becomes a complaint.
+/// A refusal by the kind becomes a diagnostic.
 fn describe<'a>(
     configuration: &'a Configuration,
     module: &'a Module,
     (kind, catalogue): (&ModuleKind, &Catalogue),
     (setup, followed): (&OwnSetup, &[FollowedSetting<'_>]),
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) -> Option<Description> {
     let hang = Duration::from_nanos(configuration.hang().value);
     let refusal = match (catalogue.describe)(kind, setup, hang) {
@@ -114,12 +116,12 @@ fn describe<'a>(
     let message = format!("{}: {refusal}", module.name.value);
     let is_its = |(name, _): &&FollowedSetting<'_>| refusal.0.starts_with(&format!("params.{name}: "));
     let setting = || followed.iter().find(is_its).map(|(_, value)| value.span);
-    let place = module.place_of(&refusal.0).or_else(setting);
-    match place.or_else(|| configuration.place_of(&refusal.0)) {
+    let span = module.place_of(&refusal.0).or_else(setting);
+    match span.or_else(|| configuration.place_of(&refusal.0)) {
         // The refusal says what is expected of the setting.
-        Some(place) => complaints.add_plain(place, message),
-        None if setup.params.is_some() => complaints.add_plain(module.name.span, message),
-        None => complaints.add(module.name.span, message, "see the module's documentation"),
+        Some(span) => collector.add_without_help(span, message),
+        None if setup.params.is_some() => collector.add_without_help(module.name.span, message),
+        None => collector.add(module.name.span, message, "see the module's documentation"),
     }
     None
 }
@@ -128,7 +130,7 @@ fn describe<'a>(
 fn inputs<'a>(
     module: &'a Module,
     description: &Description,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) -> BTreeMap<usize, Vec<u8>> {
     let mut inputs = BTreeMap::new();
     for (name, entry) in module.inputs.iter() {
@@ -137,15 +139,15 @@ fn inputs<'a>(
             let names = description.ports.iter().filter(|port| port.direction == Direction::Input);
             let help = suggest(name, names.map(|port| port.name.as_str()));
             let message = Mistake::Name.of(format!("`{}` has no input `{name}`", module.name.value));
-            complaints.add(entry.key, message, help);
+            collector.add(entry.key, message, help);
             continue;
         };
         let descriptor = description.ports[port].descriptor;
         let room = descriptor.shape(description.ports[port].capacity);
-        let bytes = parameters::value_bytes(descriptor, &entry.value, complaints);
+        let bytes = parameters::value_bytes(descriptor, &entry.value, collector);
         if bytes.as_ref().is_some_and(|bytes| bytes.len() > room.bytes(room.capacity)) {
             let message = format!("the input `{name}` has room for {} items", room.capacity);
-            complaints.add(entry.value.span, message, "shorten the list");
+            collector.add(entry.value.span, message, "shorten the list");
         }
         inputs.insert(port, bytes.unwrap_or_else(|| vec![0; room.size]));
     }
@@ -156,7 +158,7 @@ fn inputs<'a>(
 fn trigger<'a>(
     module: &'a Module,
     description: &Description,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) -> Option<Trigger> {
     let trigger =
         module.trigger.as_ref().map_or_else(|| description.trigger.clone(), |trigger| trigger.value.clone());
@@ -168,7 +170,7 @@ fn trigger<'a>(
         let help = suggest(missing, description.ports.iter().map(|port| port.name.as_str()));
         let message =
             format!("`{}` is to run on `{missing}`, which is not one of its ports", module.name.value);
-        complaints.add(span, message, help);
+        collector.add(span, message, help);
         return None;
     }
     Some(trigger)

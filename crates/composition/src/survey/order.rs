@@ -5,7 +5,7 @@ use slate_module::{Direction, Stage};
 use super::levels::{CycleFound, levels};
 use super::writers::writers;
 use super::{LinkSource, ResolvedLink, Surveyed, Wire};
-use crate::complaints::Complaints;
+use crate::diagnostic_collector::DiagnosticCollector;
 use slate_configuration::Configuration;
 use slate_configuration::Mistake;
 
@@ -14,16 +14,16 @@ pub(super) fn survey_order(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
     joints: &[ResolvedLink<'_>],
-    complaints: &mut Complaints<'_>,
+    collector: &mut DiagnosticCollector<'_>,
 ) -> Vec<Vec<Vec<usize>>> {
     let mut order = Vec::new();
     for stage in Stage::ALL {
         let members: Vec<usize> =
             (0..modules.len()).filter(|module| modules[*module].stage == stage).collect();
-        let place = |module: usize| members.iter().position(|member| *member == module);
+        let position = |module: usize| members.iter().position(|member| *member == module);
         let mut edges = Vec::new();
         for joint in joints {
-            let Some(own) = place(joint.port.0) else { continue };
+            let Some(own) = position(joint.port.0) else { continue };
             let sends = matches!(joint.port.1, Wire::Port(port)
                 if modules[joint.port.0].description.ports[port].direction == Direction::Outbox);
             // A writer comes before its reader and a sender before the receiver, unless last cycle's value is meant.
@@ -35,7 +35,7 @@ pub(super) fn survey_order(
                 // An input without a link is set, and no step writes it.
                 continue;
             }
-            for target in writers(configuration, modules, joint.target).into_iter().filter_map(place) {
+            for target in writers(configuration, modules, joint.target).into_iter().filter_map(position) {
                 // A value from the module itself, or from the gate that it commands, is always from before its tick.
                 let unordered = sends
                     || joint.previous
@@ -49,14 +49,14 @@ pub(super) fn survey_order(
             Ok(sorted) => order.push(
                 sorted.into_iter().map(|level| level.into_iter().map(|i| members[i]).collect()).collect(),
             ),
-            Err(CycleFound(circle)) => {
+            Err(CycleFound(cycle)) => {
                 let names: Vec<_> =
-                    circle.iter().map(|i| modules[members[*i]].module.name.value.as_str()).collect();
+                    cycle.iter().map(|i| modules[members[*i]].module.name.value.as_str()).collect();
                 let first = joints.iter().find(|joint| {
-                    place(joint.port.0).is_some_and(|own| circle.contains(&own))
+                    position(joint.port.0).is_some_and(|own| cycle.contains(&own))
                         && writers(configuration, modules, joint.target)
                             .into_iter()
-                            .any(|target| place(target).is_some_and(|at| circle.contains(&at)))
+                            .any(|target| position(target).is_some_and(|at| cycle.contains(&at)))
                 });
                 let message = Mistake::Circle.of(format!(
                     "in stage {}, {} -> {} read each other in a circle",
@@ -66,8 +66,8 @@ pub(super) fn survey_order(
                 ));
                 let help = "mark one of the links `previous = true`, or move a module to another stage";
                 match first {
-                    Some(joint) => complaints.add(joint.link.from.span, message, help),
-                    None => complaints.add(modules[members[circle[0]]].module.name.span, message, help),
+                    Some(joint) => collector.add(joint.link.from.span, message, help),
+                    None => collector.add(modules[members[cycle[0]]].module.name.span, message, help),
                 }
                 order.push(Vec::new());
             }

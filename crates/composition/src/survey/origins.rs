@@ -26,7 +26,7 @@ impl<'s> ValueOrigin<'s> {
         Self { provenance, writer: Some(module), robot: Some(robot) }
     }
 
-    fn elsewhere(provenance: Provenance) -> Self {
+    fn outside_modules(provenance: Provenance) -> Self {
         Self { provenance, writer: None, robot: None }
     }
 }
@@ -72,25 +72,28 @@ fn collect<'s>(
             return;
         }
         LinkSource::Host(_) => {
-            found.push(ValueOrigin::elsewhere(Provenance::Health));
+            found.push(ValueOrigin::outside_modules(Provenance::Health));
             return;
         }
         LinkSource::Command(actuator) => {
             let robot = scope(&configuration.actuators()[actuator].name.value);
-            found.push(ValueOrigin { robot: Some(robot), ..ValueOrigin::elsewhere(Provenance::Gate) });
+            found.push(ValueOrigin { robot: Some(robot), ..ValueOrigin::outside_modules(Provenance::Gate) });
             return;
         }
         LinkSource::Gate(actuator) => {
             let robot = scope(&configuration.actuators()[actuator].name.value);
-            found.push(ValueOrigin { robot: Some(robot), ..ValueOrigin::elsewhere(Provenance::GateState) });
+            found.push(ValueOrigin {
+                robot: Some(robot),
+                ..ValueOrigin::outside_modules(Provenance::GateState)
+            });
             return;
         }
         LinkSource::Remote(remote) => {
-            found.push(ValueOrigin::elsewhere(remote_origin(survey, remote)));
+            found.push(ValueOrigin::outside_modules(remote_origin(survey, remote)));
             return;
         }
         LinkSource::Absent(_) | LinkSource::Played(_) => {
-            found.push(ValueOrigin::elsewhere(Provenance::Unknown));
+            found.push(ValueOrigin::outside_modules(Provenance::Unknown));
             return;
         }
     };
@@ -113,7 +116,7 @@ fn collect<'s>(
         }
     }
     if found.len() == before {
-        found.push(ValueOrigin::elsewhere(Provenance::Hand));
+        found.push(ValueOrigin::outside_modules(Provenance::Hand));
     }
 }
 

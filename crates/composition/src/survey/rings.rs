@@ -4,7 +4,7 @@ use slate_module::Direction;
 
 use super::levels::{CycleFound, levels};
 use super::{LinkSource, ResolvedLink, Surveyed, Wire};
-use crate::complaints::Complaints;
+use crate::diagnostic_collector::DiagnosticCollector;
 use slate_configuration::Mistake;
 
 /// Reports rings of required inputs that only modules of the ring fill.
@@ -15,7 +15,7 @@ use slate_configuration::Mistake;
 pub(super) fn check_rings(
     modules: &[Surveyed<'_>],
     joints: &[ResolvedLink<'_>],
-    complaints: &mut Complaints<'_>,
+    collector: &mut DiagnosticCollector<'_>,
 ) {
     let edges: Vec<_> = joints.iter().filter_map(|joint| waits_for(modules, joint)).collect();
     let Err(CycleFound(ring)) = levels(modules.len(), &edges) else { return };
@@ -27,7 +27,7 @@ pub(super) fn check_rings(
             .is_some_and(|(writer, reader)| ring.contains(&writer) && ring.contains(&reader))
     });
     let span = first.map_or(modules[ring[0]].module.name.span, |joint| joint.link.from.span);
-    complaints.add(
+    collector.add(
         span,
         Mistake::Circle.of(format!("{} wait for each other's first value", names.join(" -> "))),
         "each of these inputs is required, so that none of the modules ever runs: make one of them an `Input<T>`, which \

@@ -5,7 +5,7 @@ use slate_module::{Direction, PortDescription};
 
 use super::block::{Block, MEASUREMENT, is_sensed};
 use super::{LinkSource, Survey, Wire, scope};
-use crate::complaints::Complaints;
+use crate::diagnostic_collector::DiagnosticCollector;
 use slate_configuration::{Configuration, Mistake};
 
 /// Reports missing sensors of Monitors, and unlisted ones of other blocks.
@@ -16,7 +16,7 @@ pub(super) fn check_robot_models<'a>(
     configuration: &'a Configuration,
     dormant: &[&str],
     survey: &Survey<'a>,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) {
     for module in 0..survey.modules.len() {
         let robot = scope(&survey.modules[module].module.name.value);
@@ -24,11 +24,11 @@ pub(super) fn check_robot_models<'a>(
             continue;
         }
         match Block::of(&survey.modules[module].description) {
-            Some(Block::Monitor) => check_required_sensors(configuration, survey, module, complaints),
-            Some(Block::Knowledge) => check_named_sensors(survey, module, complaints),
+            Some(Block::Monitor) => check_required_sensors(configuration, survey, module, collector),
+            Some(Block::Knowledge) => check_named_sensors(survey, module, collector),
             Some(Block::Reactive | Block::Execute) => {
                 if let Some(model) = ListedSensors::of(survey, robot) {
-                    check_listed(configuration, survey, module, &model, complaints);
+                    check_listed(configuration, survey, module, &model, collector);
                 }
             }
             _ => {}
@@ -83,7 +83,7 @@ fn takes_measurements(port: &PortDescription) -> bool {
 
 /// Checks that each `sensor` in a Knowledge's parameters exists on its robot.
 /// Items such as the rules of a reflex name it.
-fn check_named_sensors<'a>(survey: &Survey<'a>, module: usize, complaints: &mut Complaints<'a>) {
+fn check_named_sensors<'a>(survey: &Survey<'a>, module: usize, collector: &mut DiagnosticCollector<'a>) {
     let surveyed = &survey.modules[module];
     let items = surveyed.module.params.iter().flat_map(|(name, entry)| {
         let items = entry.value.as_list().unwrap_or_default().iter();
@@ -119,7 +119,7 @@ fn check_named_sensors<'a>(survey: &Survey<'a>, module: usize, complaints: &mut 
             ),
             None => "name a sensor of the RobotModel, or remove the rule".into(),
         };
-        complaints.add(sensor.span, Mistake::Name.of(message), help);
+        collector.add(sensor.span, Mistake::Name.of(message), help);
     }
 }
 
@@ -143,7 +143,7 @@ fn check_required_sensors<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
     module: usize,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) {
     let surveyed = &survey.modules[module];
     let name = surveyed.module.name.value.as_str();
@@ -153,7 +153,7 @@ fn check_required_sensors<'a>(
             || surveyed.inputs.contains_key(&number)
             || configuration.says_of_port(&path)
             || configuration.is_left_out(&path)
-            || complaints.undecided.contains(&path);
+            || collector.undecided.contains(&path);
         if !takes_measurements(port) || has_source || !surveyed.module.enabled.value {
             continue;
         }
@@ -167,7 +167,7 @@ fn check_required_sensors<'a>(
         let help = format!(
             "add a Sensor of {wanted} to the robot, such as a simulated one, remove the Monitor, or write \"/{path}\" = false"
         );
-        complaints.add(surveyed.module.name.span, Mistake::Ends.of(message), help);
+        collector.add(surveyed.module.name.span, Mistake::Ends.of(message), help);
     }
 }
 
@@ -177,7 +177,7 @@ fn check_listed<'a>(
     survey: &Survey<'a>,
     module: usize,
     model: &ListedSensors,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) {
     let surveyed = &survey.modules[module];
     if !surveyed.module.enabled.value {
@@ -196,6 +196,6 @@ fn check_listed<'a>(
             model.list(survey)
         );
         let help = format!("link an input of `{knowledge}` to that sensor, or read one that it lists");
-        complaints.add(surveyed.module.name.span, Mistake::Ends.of(message), help);
+        collector.add(surveyed.module.name.span, Mistake::Ends.of(message), help);
     }
 }

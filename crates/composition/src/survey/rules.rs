@@ -9,37 +9,37 @@ use slate_module::{Direction, PortDescription};
 use super::actuation;
 use super::block::{
     Block, DRIVER_STATUS, FACT, FACT_HELP, PLAN, Provenance, REFLEX, TRUTH, is_referee, is_sensed,
-    role_permits, sender_abroad,
+    remote_sender, role_permits,
 };
-use super::by_hand::check_values;
 use super::commander::decides;
-use super::crossing;
-use super::known;
+use super::knowledge_inputs;
+use super::manual_values::check_values;
 use super::names::{join, split_module};
 use super::origins::{ValueOrigin, origins, passed_by};
-use super::{LinkSource, ResolvedLink, Survey, Surveyed, Wire, scope, seconds};
-use crate::complaints::Complaints;
+use super::robot_crossing;
+use super::{LinkSource, ResolvedLink, Survey, Surveyed, Wire, duplicates, scope};
+use crate::diagnostic_collector::DiagnosticCollector;
 
 /// Reports each link that violates the architecture.
 pub(super) fn check_rules<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) {
     for surveyed in &survey.modules {
-        check_block(surveyed, complaints);
+        check_block(surveyed, collector);
     }
     for joint in &survey.joints {
         // A violation at the end in another agent makes the link wait.
         if (!matches!(joint.target, LinkSource::Remote(_)) || sends(survey, joint))
             && let Some((span, message, help)) = refusal(configuration, survey, joint)
         {
-            complaints.add(span, Mistake::Attachment.of(message.replace("`//", "`slate://")), help);
+            collector.add(span, Mistake::Attachment.of(message.replace("`//", "`slate://")), help);
         }
     }
-    check_values(configuration, survey, complaints);
-    check_single_plan(configuration, survey, complaints);
-    check_gates(configuration, survey, complaints);
+    check_values(configuration, survey, collector);
+    check_single_plan(configuration, survey, collector);
+    check_gates(configuration, survey, collector);
 }
 
 /// Returns the name of the source of a link in messages.
@@ -51,12 +51,12 @@ fn target_name(configuration: &Configuration, survey: &Survey<'_>, target: LinkS
 }
 
 /// Checks that a module is one block only.
-fn check_block<'a>(surveyed: &Surveyed<'a>, complaints: &mut Complaints<'a>) {
+fn check_block<'a>(surveyed: &Surveyed<'a>, collector: &mut DiagnosticCollector<'a>) {
     let blocks = Block::all(&surveyed.description);
     if let [first, second, ..] = blocks[..] {
         let name = &surveyed.module.name.value;
         let message = format!("`{name}` is {} and {}, as its ports say", first.name(), second.name());
-        complaints.add(surveyed.module.name.span, Mistake::Attachment.of(message), "make two modules of it");
+        collector.add(surveyed.module.name.span, Mistake::Attachment.of(message), "make two modules of it");
     }
 }
 
@@ -81,7 +81,7 @@ pub(super) fn refusal(
     };
     let path = join(&survey.wire_path(module, wire), &joint.field);
     if let Some(port) = port.filter(|port| port.direction == Direction::Outbox) {
-        return sent(configuration, survey, joint, (module, port), &path);
+        return message_refusal(configuration, survey, joint, (module, port), &path);
     }
     let span = joint.link.from.span;
     // A fact and a percept that is handed on have the name of their block.
@@ -102,8 +102,8 @@ pub(super) fn refusal(
     };
     let refused = refused
         .or_else(|| actuation::refusal(configuration, survey, joint, (&path, &name), &origins))
-        .or_else(|| known::refusal(survey, joint, (&path, &name), &origins))
-        .or_else(|| crossing::refusal(survey, joint, (&path, &name)));
+        .or_else(|| knowledge_inputs::refusal(survey, joint, (&path, &name), &origins))
+        .or_else(|| robot_crossing::refusal(survey, joint, (&path, &name)));
     refused.map(|(message, help)| (span, message, help))
 }
 
@@ -137,14 +137,14 @@ fn read(
             Some((message, help.into()))
         }
         None => {
-            let abroad = others().filter(|origin| !block.may_read_abroad(origin.provenance));
-            abroad.into_iter().find_map(|ValueOrigin { provenance: origin, writer, .. }| {
+            let other_robot = others().filter(|origin| !block.may_read_other_robot(origin.provenance));
+            other_robot.into_iter().find_map(|ValueOrigin { provenance: origin, writer, .. }| {
                 let (robot, other) = two_robots(own, module_name((*writer)?))?;
                 let message = format!(
-                    "{OWN_ROBOT}: `/{path}` can't read `/{name}`, {} of robot `{other}`",
+                    "{OWN_ROBOT_RULE}: `/{path}` can't read `/{name}`, {} of robot `{other}`",
                     origin.name()
                 );
-                Some((message, abroad_help(*origin, robot, other)))
+                Some((message, other_robot_help(*origin, robot, other)))
             })
         }
     }
@@ -159,7 +159,7 @@ fn permits(block: Block, role: &str, origin: &ValueOrigin<'_>, may_read: bool) -
 }
 
 /// Rule of links between blocks of two robots.
-const OWN_ROBOT: &str = "a block reads blocks of its own robot";
+const OWN_ROBOT_RULE: &str = "a block reads blocks of its own robot";
 
 /// Returns the robots of two modules if both have one and they differ.
 fn two_robots<'n>(one: &'n str, other: &'n str) -> Option<(&'n str, &'n str)> {
@@ -169,7 +169,7 @@ fn two_robots<'n>(one: &'n str, other: &'n str) -> Option<(&'n str, &'n str)> {
 }
 
 /// Returns the advice in place of a link between blocks of two robots.
-fn abroad_help(origin: Provenance, own: &str, other: &str) -> String {
+fn other_robot_help(origin: Provenance, own: &str, other: &str) -> String {
     match origin {
         Provenance::Block(Block::Knowledge) | Provenance::Rule => format!(
             "link a port of the Knowledge of `{own}` to it, and read that: robots tell each other facts through Knowledge"
@@ -194,7 +194,7 @@ fn truth(survey: &Survey<'_>, path: &str, (name, writer): (&str, Option<usize>))
 }
 
 /// Returns the error and the advice for messages against the rules.
-fn sent(
+fn message_refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,
     joint: &ResolvedLink<'_>,
@@ -223,7 +223,7 @@ fn sent(
         return Some((span, message, help));
     }
     // In this agent, the roles of both ports say so.
-    let only = sender_abroad(port.descriptor).filter(|only| sender != Some(*only));
+    let only = remote_sender(port.descriptor).filter(|only| sender != Some(*only));
     if let (Some(only), LinkSource::Remote(_)) = (only, joint.target) {
         let message =
             format!("{} alone sends {} to `/{name}`: `/{path}` can't", only.name(), port.descriptor.name);
@@ -247,12 +247,13 @@ fn sent(
             Some((span, message, block.advice(origin).into()))
         }
         // Talking to another robot is an action.
-        Some(block) if sender != Some(Block::Execute) && !block.may_read_abroad(origin) => {
+        Some(block) if sender != Some(Block::Execute) && !block.may_read_other_robot(origin) => {
             let LinkSource::Port(receiver, _) = joint.target else { return None };
             let (to, from) = two_robots(&survey.modules[receiver].module.name.value, &own.module.name.value)?;
-            let message =
-                format!("{OWN_ROBOT}: `/{path}` of robot `{from}` can't send to `/{name}` of robot `{to}`");
-            Some((span, message, abroad_help(origin, to, from)))
+            let message = format!(
+                "{OWN_ROBOT_RULE}: `/{path}` of robot `{from}` can't send to `/{name}` of robot `{to}`"
+            );
+            Some((span, message, other_robot_help(origin, to, from)))
         }
         Some(_) => None,
         // A role of its own says where it leads.
@@ -275,18 +276,18 @@ fn sent(
 fn check_single_plan<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) {
     let mut plans: BTreeMap<(usize, usize), &ResolvedLink<'_>> = BTreeMap::new();
     // Two Plans of a robot are a mistake of their own.
-    let told = seconds(configuration, &survey.modules);
+    let duplicates = duplicates(configuration, &survey.modules);
     for joint in &survey.joints {
         let LinkSource::Port(receiver, inbox) = joint.target else { continue };
         if survey.modules[receiver].description.ports[inbox].role != PLAN || !sends(survey, joint) {
             continue;
         }
         let Some(first) = plans.insert((receiver, inbox), joint) else { continue };
-        if told.iter().any(|(_, second)| *second == first.port.0 || *second == joint.port.0) {
+        if duplicates.iter().any(|(_, second)| *second == first.port.0 || *second == joint.port.0) {
             continue;
         }
         let path = |joint: &ResolvedLink<'_>| survey.wire_path(joint.port.0, joint.port.1);
@@ -297,12 +298,16 @@ fn check_single_plan<'a>(
             path(joint)
         ));
         let help = "remove one of the two senders; one Plan chooses among several plans by a StrategyModel";
-        complaints.add(joint.link.from.span, message, help);
+        collector.add(joint.link.from.span, message, help);
     }
 }
 
 /// Checks that only Execute commands the actuators of a robot with deciding blocks.
-fn check_gates<'a>(configuration: &'a Configuration, survey: &Survey<'a>, complaints: &mut Complaints<'a>) {
+fn check_gates<'a>(
+    configuration: &'a Configuration,
+    survey: &Survey<'a>,
+    collector: &mut DiagnosticCollector<'a>,
+) {
     for actuator in configuration.actuators() {
         let robot = scope(&actuator.name.value);
         if !decides(survey, robot) {
@@ -321,7 +326,7 @@ fn check_gates<'a>(configuration: &'a Configuration, survey: &Survey<'a>, compla
                     "its own Execute alone commands a robot with blocks: `/{path}` can't command `{name}`"
                 ));
                 let help = "name a port of its Execute; make any other source of motion a ReactiveModel, or use teleoperation";
-                complaints.add(span, message, help);
+                collector.add(span, message, help);
             }
         }
     }

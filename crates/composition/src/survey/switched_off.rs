@@ -15,8 +15,8 @@ pub fn switched_off(configuration: &Configuration, survey: &Survey<'_>) -> Vec<D
             continue;
         }
         let name = &surveyed.module.name.value;
-        let Some(lack) = lack(configuration, survey, module) else { continue };
-        let message = Mistake::SwitchedOff.of(format!("`{name}` is switched off: {lack}"));
+        let Some(missing_function) = missing_function(configuration, survey, module) else { continue };
+        let message = Mistake::SwitchedOff.of(format!("`{name}` is switched off: {missing_function}"));
         let help = format!("set `enabled = true` of `{name}`, or remove it");
         found.push(configuration.diagnostic(surveyed.module.enabled.span, message, Some(help)));
     }
@@ -30,7 +30,7 @@ fn is_switched(survey: &Survey<'_>, module: usize) -> bool {
 
 /// Returns the function that a robot lacks without a module.
 /// `None` if the robot can do without it.
-fn lack(configuration: &Configuration, survey: &Survey<'_>, module: usize) -> Option<String> {
+fn missing_function(configuration: &Configuration, survey: &Survey<'_>, module: usize) -> Option<String> {
     let surveyed = &survey.modules[module];
     let robot = scope(&surveyed.module.name.value);
     if robot.is_empty() {

@@ -1,6 +1,6 @@
 //! Links to and from programs that are no agents.
 
-use slate_composition::{Wired, loose};
+use slate_composition::{Wired, unlinked_warnings};
 
 use super::scene::{allowed, catalogue, check, read, refused};
 
@@ -79,7 +79,7 @@ fn ends_outside_of_the_agent_are_no_loose_ends() {
         let configuration = read(sets);
         let wired = Wired::new(&configuration, &catalogue(), &|_| false);
         let survey = wired.check(&catalogue()).unwrap();
-        loose(wired.configuration(), &survey)
+        unlinked_warnings(wired.configuration(), &survey)
             .iter()
             .map(|found| found.message().to_owned())
             .collect::<Vec<_>>()

@@ -7,7 +7,7 @@ mod scene;
 mod services;
 
 use slate_blackboard::interface::Descriptor;
-use slate_composition::{RemotePath, RemoteProperty, Wired, loose};
+use slate_composition::{RemotePath, RemoteProperty, Wired, unlinked_warnings};
 use slate_interfaces::Twist2;
 use slate_module::prelude::*;
 
@@ -240,7 +240,7 @@ fn an_actuator_with_a_guarded_driver_is_not_warned_of() {
     let (configuration, catalogue) = (read(&sets), catalogue());
     let wired = Wired::new(&configuration, &catalogue, &|_| false);
     let survey = wired.check(&catalogue).unwrap();
-    let found = loose(wired.configuration(), &survey);
+    let found = unlinked_warnings(wired.configuration(), &survey);
     assert!(found.iter().all(|one| !one.message().contains("actuation")), "{found:?}");
 }
 

@@ -5,13 +5,13 @@ use super::StartError;
 use crate::settings::Settings;
 
 /// Default port, if it is free.
-const PORT: u16 = 7878;
+const DEFAULT_PORT: u16 = 7878;
 
 /// Listens at all addresses, with one port.
 pub(super) fn listen(settings: &Settings) -> Result<Vec<TcpListener>, StartError> {
     let ports = match settings.port {
         Some(port) => vec![port],
-        None => vec![PORT, 0],
+        None => vec![DEFAULT_PORT, 0],
     };
     let mut last = None;
     for port in ports {
@@ -50,7 +50,7 @@ fn bind(address: SocketAddr) -> io::Result<TcpListener> {
 }
 
 /// Local names of this computer.
-const HERE: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
+const LOCAL_HOSTS: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
 
 /// Returns the host names of the console, each with the port.
 /// The first is displayed unless a certificate holds another.
@@ -67,7 +67,7 @@ pub(super) fn hosts(addresses: &[SocketAddr], names: &[String]) -> Vec<String> {
         };
         hosts.extend(names.iter().map(|name| format!("{name}:{}", address.port())));
         if local {
-            hosts.extend(HERE.map(|name| format!("{name}:{}", address.port())));
+            hosts.extend(LOCAL_HOSTS.map(|name| format!("{name}:{}", address.port())));
         }
     }
     hosts
@@ -75,7 +75,7 @@ pub(super) fn hosts(addresses: &[SocketAddr], names: &[String]) -> Vec<String> {
 
 /// Returns the host name for browsers, among those that a certificate holds.
 /// If only this computer reaches the console, one of its local names if there is one.
-pub(super) fn shown(
+pub(super) fn display_host(
     addresses: &[SocketAddr],
     hosts: &[String],
     holds: impl Fn(&str) -> bool,
@@ -83,5 +83,5 @@ pub(super) fn shown(
     let name = |host: &str| host.rsplit_once(':').map_or(host, |(name, _)| name).to_owned();
     let is_local = addresses.iter().all(|address| address.ip().is_loopback());
     let held = hosts.iter().filter(|host| holds(name(host).trim_matches(['[', ']'])));
-    held.min_by_key(|host| is_local && !HERE.contains(&name(host).as_str())).cloned()
+    held.min_by_key(|host| is_local && !LOCAL_HOSTS.contains(&name(host).as_str())).cloned()
 }

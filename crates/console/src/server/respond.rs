@@ -12,7 +12,7 @@ use hyper::{Method, Request, Response, StatusCode};
 use serde_json::json;
 use slate_control::operations::{is_stop, of_request};
 use slate_control::{
-    BASE, Caller, ConnectionSlot, Problem, Query, ResponseBody, json_response, lowered, response,
+    BASE, Caller, ConnectionSlot, Problem, Query, ResponseBody, json_response, lower_role, response,
     with_caller_name,
 };
 
@@ -22,29 +22,32 @@ use crate::socket;
 /// Value of the header `Prefer` that requests refusals with status 200.
 /// The problem then has the real status. A browser logs every other status as a failure of the page, and a refusal is
 /// none.
-const VERDICT: &str = "refusal=200";
+const REFUSAL_PREFERENCE: &str = "refusal=200";
 
 /// Statuses of requests that are understood and refused.
-const VERDICTS: [StatusCode; 3] =
+const REFUSAL_STATUSES: [StatusCode; 3] =
     [StatusCode::CONFLICT, StatusCode::PRECONDITION_FAILED, StatusCode::UNPROCESSABLE_ENTITY];
 
 /// Answers a request.
 pub(super) async fn respond(
     host: &Arc<ConsoleHost>,
-    place: &Arc<ConnectionSlot>,
+    slot: &Arc<ConnectionSlot>,
     from: SocketAddr,
     request: Request<Incoming>,
 ) -> Response<ResponseBody> {
-    let _work = place.work();
+    let _work = slot.begin_request();
     let is_get = *request.method() == Method::GET;
-    let prefers_verdict = text(request.headers(), "prefer").is_some_and(|wish| wish.contains(VERDICT));
-    match answer(host, place, from, request).await {
+    let prefers_verdict =
+        text(request.headers(), "prefer").is_some_and(|wish| wish.contains(REFUSAL_PREFERENCE));
+    match answer(host, slot, from, request).await {
         Ok(response) => response,
         Err(problem) => {
             let mut response = problem.response();
-            if prefers_verdict && VERDICTS.contains(&problem.status) {
+            if prefers_verdict && REFUSAL_STATUSES.contains(&problem.status) {
                 *response.status_mut() = StatusCode::OK;
-                response.headers_mut().insert("preference-applied", HeaderValue::from_static(VERDICT));
+                response
+                    .headers_mut()
+                    .insert("preference-applied", HeaderValue::from_static(REFUSAL_PREFERENCE));
             }
             if !is_get && problem.status == StatusCode::PAYLOAD_TOO_LARGE {
                 // What still comes is not read.
@@ -57,20 +60,20 @@ pub(super) async fn respond(
 
 async fn answer(
     host: &Arc<ConsoleHost>,
-    place: &Arc<ConnectionSlot>,
+    slot: &Arc<ConnectionSlot>,
     from: SocketAddr,
     request: Request<Incoming>,
 ) -> Result<Response<ResponseBody>, Problem> {
     let asks_for_stop =
         || of_request(request.method().as_str(), request.uri().path()).is_ok_and(|found| is_stop(&found));
     let is_stop = asks_for_stop();
-    if place.only_stops && !is_stop {
+    if slot.only_stops && !is_stop {
         return Err(Problem::too_many());
     }
     let is_socket = request.headers().contains_key(UPGRADE);
     host.guard.check_place(request.uri(), request.headers(), is_socket)?;
     if is_socket {
-        return socket::open(&host.dispatcher, &host.guard, place, from, request);
+        return socket::open(&host.dispatcher, &host.guard, slot, from, request);
     }
     let (head, body) = request.into_parts();
     let path = head.uri.path();
@@ -79,14 +82,14 @@ async fn answer(
     }
     let query = head.uri.query().unwrap_or_default();
     let mut query = if is_stop { Query::parse_leniently(query) } else { Query::parse(query)? };
-    let role = lowered(host.guard.role(&head.method, &head.headers, &mut query)?, &head.headers);
+    let role = lower_role(host.guard.role(&head.method, &head.headers, &mut query)?, &head.headers);
     let found = of_request(head.method.as_str(), path)?;
     // A stop waits for nobody, and is never too much.
     if !is_stop {
         host.guard.check_rate()?;
     }
     let (who, is_told) = with_caller_name(format!("{role} at {from}"), &head.headers);
-    let caller = Caller { role, who, local: None, is_told, place: Arc::clone(place) };
+    let caller = Caller { role, who, local: None, is_told, connection: Arc::clone(slot) };
     host.dispatcher.answer(found, caller, (path, &head.headers), query, body).await
 }
 

@@ -15,34 +15,34 @@ use slate_blackboard::{Access, Url};
 use tokio::sync::mpsc;
 use tokio::time::Instant;
 
-use super::{Listener, Said, Sink, Visitor, hand, ping, say};
+use super::{ClientMessage, Listener, Sink, SocketClient, ping, send_bytes, send_text};
 use slate_control::ControlSurface;
 use slate_control::Problem;
 use slate_control::Selection;
-use slate_control::{Sample, Watcher, apart};
+use slate_control::{Sample, Watcher, offload};
 
 /// Minimum polling period for new values.
-const LOOK: Duration = Duration::from_millis(10);
+const POLL_PERIOD: Duration = Duration::from_millis(10);
 
 /// Maximum number of subscriptions of a client.
-const MOST: usize = 512;
+const MAX_SUBSCRIPTIONS: usize = 512;
 
 /// Size from which values are encoded in another thread, bytes.
-const LARGE: usize = 4096;
+const LARGE_SIZE: usize = 4096;
 
 /// First byte of a value.
-const VALUE: u8 = 1;
+const VALUE_FRAME: u8 = 1;
 
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 enum LiveRequest {
-    Subscribe(Vec<Wish>),
+    Subscribe(Vec<LiveSubscribe>),
     Unsubscribe(Vec<u32>),
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Wish {
+struct LiveSubscribe {
     id: u32,
     url: String,
     /// Hz.
@@ -80,42 +80,42 @@ struct LiveSubscription {
     selection: Selection,
 }
 
-pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listener) {
+pub(super) async fn serve(client: SocketClient, mut sink: Sink, mut listener: Listener) {
     let (sender, mut requests) = mpsc::channel(16);
-    let hears = async move {
-        while let Some(said) = listener.next().await {
-            let Said::Text(text) = said else { continue };
+    let receiving = async move {
+        while let Some(message) = listener.next().await {
+            let ClientMessage::Text(text) = message else { continue };
             if sender.send(text).await.is_err() {
                 return;
             }
         }
     };
-    let surface = Arc::clone(&visitor.surface);
-    let tells = async move {
+    let surface = Arc::clone(&client.surface);
+    let sending = async move {
         let mut subscriptions = BTreeMap::new();
         let mut last_ping = Instant::now();
         loop {
-            let asked = tokio::time::timeout(LOOK, requests.recv()).await;
-            let good = match asked {
+            let received = tokio::time::timeout(POLL_PERIOD, requests.recv()).await;
+            let is_connected = match received {
                 Ok(None) => false,
                 Ok(Some(text)) => {
-                    let answers = take(&surface, &mut subscriptions, &text);
-                    say_all(&mut sink, answers).await
+                    let answers = handle(&surface, &mut subscriptions, &text);
+                    send_all(&mut sink, answers).await
                 }
                 Err(_) => ping(&mut sink, &mut last_ping).await,
             };
-            if !good || !tell(&surface, &mut subscriptions, &mut sink).await {
+            if !is_connected || !send_due(&surface, &mut subscriptions, &mut sink).await {
                 return;
             }
         }
     };
-    let (hears, tells) = (std::pin::pin!(hears), std::pin::pin!(tells));
-    futures_util::future::select(hears, tells).await;
+    let (receiving, sending) = (std::pin::pin!(receiving), std::pin::pin!(sending));
+    futures_util::future::select(receiving, sending).await;
 }
 
-async fn say_all(sink: &mut Sink, texts: Vec<Json>) -> bool {
+async fn send_all(sink: &mut Sink, texts: Vec<Json>) -> bool {
     for text in texts {
-        if !say(sink, text.to_string()).await {
+        if !send_text(sink, text.to_string()).await {
             return false;
         }
     }
@@ -123,7 +123,7 @@ async fn say_all(sink: &mut Sink, texts: Vec<Json>) -> bool {
 }
 
 /// Handles a request; returns its answer.
-fn take(
+fn handle(
     surface: &Arc<ControlSurface>,
     subscriptions: &mut BTreeMap<u32, LiveSubscription>,
     text: &str,
@@ -141,17 +141,18 @@ fn take(
             ids.iter().for_each(|id| drop(subscriptions.remove(id)));
             Vec::new()
         }
-        LiveRequest::Subscribe(wishes) => wishes
+        LiveRequest::Subscribe(requested) => requested
             .into_iter()
-            .map(|wish| {
-                let id = wish.id;
-                let room = subscriptions.len() < MOST || subscriptions.contains_key(&id);
-                let full = || Problem::unfit(format!("there are {MOST} subscriptions"), "end one");
-                let subscribed = if room { subscribe(surface, wish) } else { Err(full()) };
+            .map(|wanted| {
+                let id = wanted.id;
+                let has_room = subscriptions.len() < MAX_SUBSCRIPTIONS || subscriptions.contains_key(&id);
+                let full =
+                    || Problem::unfit(format!("there are {MAX_SUBSCRIPTIONS} subscriptions"), "end one");
+                let subscribed = if has_room { subscribe(surface, wanted) } else { Err(full()) };
                 match subscribed {
-                    Ok((subscription, told)) => {
+                    Ok((subscription, answer)) => {
                         subscriptions.insert(id, subscription);
-                        told
+                        answer
                     }
                     Err(problem) => json!({ "id": id, "problem": problem.json() }),
                 }
@@ -160,16 +161,19 @@ fn take(
     }
 }
 
-fn subscribe(surface: &Arc<ControlSurface>, wish: Wish) -> Result<(LiveSubscription, Json), Problem> {
-    let url =
-        Url::parse(&wish.url).map_err(|error| Problem::bad(error.to_string(), "such as /module/property"))?;
+fn subscribe(
+    surface: &Arc<ControlSurface>,
+    wanted: LiveSubscribe,
+) -> Result<(LiveSubscription, Json), Problem> {
+    let url = Url::parse(&wanted.url)
+        .map_err(|error| Problem::bad(error.to_string(), "such as /module/property"))?;
     if url.agent().is_some_and(|agent| agent != surface.name()) {
         return Err(Problem::not_found(format!("{url} is of another agent"), "ask that agent"));
     }
-    if !(0.01..=100.0).contains(&wish.rate) {
-        return Err(Problem::bad(format!("the rate is {}", wish.rate), "it is from 0.01 to 100 Hz"));
+    if !(0.01..=100.0).contains(&wanted.rate) {
+        return Err(Problem::bad(format!("the rate is {}", wanted.rate), "it is from 0.01 to 100 Hz"));
     }
-    let selection = Selection::parse(wish.pointer.as_deref(), wish.select.as_deref())?;
+    let selection = Selection::parse(wanted.pointer.as_deref(), wanted.select.as_deref())?;
     let watcher = Watcher::new(surface, &url.path_in(""), 0)?;
     let Some(property) = watcher.property() else {
         return Err(Problem::not_found(format!("there is nothing at {url}"), "see /api/v1/properties"));
@@ -181,19 +185,19 @@ fn subscribe(surface: &Arc<ControlSurface>, wish: Wish) -> Result<(LiveSubscript
         ));
     }
     let descriptor = property.descriptor();
-    let told = json!({
-        "id": wish.id,
+    let answer = json!({
+        "id": wanted.id,
         "url": format!("slate://{}/{}", surface.name(), url.path_in("")),
         "interface": descriptor.name,
         "schema": format!("{:016x}", descriptor.hash),
     });
-    let period = Duration::from_secs_f64(1.0 / wish.rate);
-    let (form, every) = (wish.form, wish.every);
-    Ok((LiveSubscription { watcher, period, due: Instant::now(), form, every, selection }, told))
+    let period = Duration::from_secs_f64(1.0 / wanted.rate);
+    let (form, every) = (wanted.form, wanted.every);
+    Ok((LiveSubscription { watcher, period, due: Instant::now(), form, every, selection }, answer))
 }
 
 /// Sends the new values that are due; false when the client is gone.
-async fn tell(
+async fn send_due(
     surface: &Arc<ControlSurface>,
     subscriptions: &mut BTreeMap<u32, LiveSubscription>,
     sink: &mut Sink,
@@ -202,25 +206,25 @@ async fn tell(
     let due: Vec<u32> = subscriptions
         .iter_mut()
         .filter_map(|(id, subscription)| {
-            (subscription.due <= now && subscription.watcher.has_news(surface)).then_some(*id)
+            (subscription.due <= now && subscription.watcher.has_update(surface)).then_some(*id)
         })
         .collect();
     for id in due {
         let Some(mut subscription) = subscriptions.remove(&id) else { continue };
         subscription.due = now + subscription.period;
-        let large = subscription.watcher.size() > LARGE;
-        let encoded = apart(large, move || {
+        let large = subscription.watcher.size() > LARGE_SIZE;
+        let encoded = offload(large, move || {
             let messages = encode(id, &mut subscription);
             (subscription, messages)
         });
         let Some((subscription, messages)) = encoded.await else { return false };
         subscriptions.insert(id, subscription);
         for message in messages {
-            let good = match message {
-                Encoded::Text(text) => say(sink, text).await,
-                Encoded::Bytes(bytes) => hand(sink, bytes).await,
+            let is_connected = match message {
+                Encoded::Text(text) => send_text(sink, text).await,
+                Encoded::Bytes(bytes) => send_bytes(sink, bytes).await,
             };
-            if !good {
+            if !is_connected {
                 return false;
             }
         }
@@ -242,7 +246,7 @@ fn encode(id: u32, subscription: &mut LiveSubscription) -> Vec<Encoded> {
     };
     let one = |sample: Sample| match subscription.form {
         LiveForm::Binary => {
-            let mut bytes = vec![VALUE];
+            let mut bytes = vec![VALUE_FRAME];
             bytes.extend(id.to_le_bytes());
             bytes.extend(sample.stamp.time.to_le_bytes());
             bytes.extend(sample.stamp.sequence.to_le_bytes());

@@ -30,16 +30,16 @@ use slate_control::{
 };
 
 /// Maximum size of a client's message, bytes.
-const MESSAGE: usize = 64 << 10;
+const MAX_MESSAGE_SIZE: usize = 64 << 10;
 
 /// Maximum message rate of a client, Hz.
-const MESSAGES: f64 = 256.0;
+const MAX_MESSAGE_RATE: f64 = 256.0;
 
 /// Timeout of a silent client, which does not even answer pings.
-const SILENCE: Duration = Duration::from_secs(30);
+const SILENCE_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Period of pings.
-const PING: Duration = Duration::from_secs(10);
+const PING_PERIOD: Duration = Duration::from_secs(10);
 
 /// Sink of one end of a socket.
 type Sink = SplitSink<WebSocketStream<TokioIo<Upgraded>>, Message>;
@@ -52,12 +52,12 @@ struct Listener {
 }
 
 /// Message of a client.
-enum Said {
+enum ClientMessage {
     Text(String),
     Binary(Bytes),
 }
 
-impl Said {
+impl ClientMessage {
     /// Returns the approximate size in memory, bytes.
     fn size(&self) -> u32 {
         let length = match self {
@@ -71,20 +71,20 @@ impl Said {
 impl Listener {
     /// Returns the next message.
     /// `None` if the client is gone, silent for too long, or sends too many.
-    async fn next(&mut self) -> Option<Said> {
+    async fn next(&mut self) -> Option<ClientMessage> {
         loop {
-            let message = tokio::time::timeout(SILENCE, self.stream.next()).await.ok()??.ok()?;
+            let message = tokio::time::timeout(SILENCE_TIMEOUT, self.stream.next()).await.ok()??.ok()?;
             let passed = self.count.1.elapsed().as_secs_f64();
             if passed >= 1.0 {
                 self.count = (0.0, Instant::now());
             }
             self.count.0 += 1.0;
-            if self.count.0 > 2.0 * MESSAGES {
+            if self.count.0 > 2.0 * MAX_MESSAGE_RATE {
                 return None;
             }
             match message {
-                Message::Text(text) => return Some(Said::Text(text.as_str().to_owned())),
-                Message::Binary(bytes) => return Some(Said::Binary(bytes)),
+                Message::Text(text) => return Some(ClientMessage::Text(text.as_str().to_owned())),
+                Message::Binary(bytes) => return Some(ClientMessage::Binary(bytes)),
                 Message::Close(_) => return None,
                 Message::Ping(_) | Message::Pong(_) | Message::Frame(_) => {}
             }
@@ -94,16 +94,16 @@ impl Listener {
 
 /// Kind of a socket.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum SocketKind {
+enum SocketService {
     Live,
     Teleoperation,
     Foxglove,
 }
 
 /// Subprotocol of our own sockets.
-const SLATE: &str = "slate.v1";
+const SLATE_PROTOCOL: &str = "slate.v1";
 
-impl SocketKind {
+impl SocketService {
     /// Returns the kind of socket at a path for a client with these subprotocols.
     fn of(path: &str, offered: &[String]) -> Option<Self> {
         let speaks_foxglove = offered.iter().any(|protocol| foxglove::PROTOCOLS.contains(&protocol.as_str()));
@@ -119,28 +119,28 @@ impl SocketKind {
 
     fn protocols(self) -> &'static [&'static str] {
         match self {
-            Self::Live | Self::Teleoperation => &[SLATE],
+            Self::Live | Self::Teleoperation => &[SLATE_PROTOCOL],
             Self::Foxglove => &foxglove::PROTOCOLS,
         }
     }
 }
 
 /// Client at a socket.
-struct Visitor {
+struct SocketClient {
     surface: Arc<ControlSurface>,
     dispatcher: Arc<Dispatcher>,
     role: Role,
     /// Identity of the client, for the log.
     who: String,
     /// Slot of the connection, which counts as long as this lives.
-    place: Arc<ConnectionSlot>,
+    slot: Arc<ConnectionSlot>,
 }
 
-impl Visitor {
+impl SocketClient {
     /// Returns the caller of operations.
     fn caller(&self) -> Caller {
-        let place = Arc::clone(&self.place);
-        Caller { role: self.role, who: self.who.clone(), local: None, is_told: false, place }
+        let connection = Arc::clone(&self.slot);
+        Caller { role: self.role, who: self.who.clone(), local: None, is_told: false, connection }
     }
 }
 
@@ -148,14 +148,14 @@ impl Visitor {
 pub(crate) fn open<B>(
     dispatcher: &Arc<Dispatcher>,
     guard: &Guard,
-    place: &Arc<ConnectionSlot>,
+    slot: &Arc<ConnectionSlot>,
     from: SocketAddr,
     mut request: Request<B>,
 ) -> Result<Response<ResponseBody>, Problem> {
     let path = request.uri().path().to_owned();
     let headers = request.headers();
     let offered = protocols(headers);
-    let kind = SocketKind::of(&path, &offered).ok_or_else(|| {
+    let kind = SocketService::of(&path, &offered).ok_or_else(|| {
         let help = format!("there are {BASE}/live, {BASE}/teleoperation and /foxglove");
         Problem::not_found(format!("there is no WebSocket at {path}"), help)
     })?;
@@ -165,12 +165,12 @@ pub(crate) fn open<B>(
     guard.check_rate()?;
     let mine: Vec<_> = offered.iter().filter(|protocol| !protocol.starts_with(TOKEN_PROTOCOL)).collect();
     let chosen = kind.protocols().iter().find(|known| mine.iter().any(|protocol| protocol == *known));
-    if chosen.is_none() && !(mine.is_empty() && kind != SocketKind::Foxglove) {
+    if chosen.is_none() && !(mine.is_empty() && kind != SocketService::Foxglove) {
         let message = format!("none of the subprotocols is known here: {}", offered.len());
         return Err(Problem::bad(message, format!("offer {}", kind.protocols().join(" or "))));
     }
-    if kind == SocketKind::Teleoperation && role < Role::Operator {
-        let message = format!("{} may not drive", role.one());
+    if kind == SocketService::Teleoperation && role < Role::Operator {
+        let message = format!("{} may not drive", role.with_article());
         return Err(Problem::new(StatusCode::FORBIDDEN, message, "ask with the token of an operator"));
     }
     let full = || {
@@ -178,8 +178,8 @@ pub(crate) fn open<B>(
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "close one").with("retry-after", "5")
     };
     // Only browsers say which page they come from.
-    let is_page = kind == SocketKind::Live && headers.contains_key(ORIGIN);
-    if !place.becomes_socket(is_page) {
+    let is_page = kind == SocketService::Live && headers.contains_key(ORIGIN);
+    if !slot.upgrade(is_page) {
         return Err(full());
     }
     let (who, _) = with_caller_name(format!("{role} at {from}"), headers);
@@ -196,15 +196,15 @@ pub(crate) fn open<B>(
     }
     answered.remove(hyper::header::CONTENT_TYPE);
     let upgrade = hyper::upgrade::on(&mut request);
-    let left = Arc::clone(&place.leave);
-    let place = Arc::clone(place);
+    let closed = Arc::clone(&slot.close_notice);
+    let slot = Arc::clone(slot);
     let (surface, dispatcher) = (Arc::clone(dispatcher.surface()), Arc::clone(dispatcher));
-    let visitor = Visitor { surface, dispatcher, role, who, place };
+    let client = SocketClient { surface, dispatcher, role, who, slot };
     tokio::spawn(async move {
         let Ok(upgraded) = upgrade.await else { return };
-        let visit = visit(kind, visitor, upgraded);
-        let (visit, left) = (std::pin::pin!(visit), std::pin::pin!(left.notified()));
-        futures_util::future::select(visit, left).await;
+        let serve = serve(kind, client, upgraded);
+        let (serve, closed) = (std::pin::pin!(serve), std::pin::pin!(closed.notified()));
+        futures_util::future::select(serve, closed).await;
     });
     Ok(answer)
 }
@@ -231,26 +231,26 @@ fn key<'h>(method: &Method, headers: &'h HeaderMap) -> Result<&'h str, Problem> 
     Ok(key)
 }
 
-async fn visit(kind: SocketKind, visitor: Visitor, upgraded: Upgraded) {
+async fn serve(kind: SocketService, client: SocketClient, upgraded: Upgraded) {
     let mut settings = WebSocketConfig::default();
-    settings.max_message_size = Some(MESSAGE);
-    settings.max_frame_size = Some(MESSAGE);
+    settings.max_message_size = Some(MAX_MESSAGE_SIZE);
+    settings.max_frame_size = Some(MAX_MESSAGE_SIZE);
     // What does not go out at once waits in the kernel, or its sender does.
     settings.write_buffer_size = 0;
     let stream = WebSocketStream::from_raw_socket(TokioIo::new(upgraded), Side::Server, Some(settings)).await;
     let (sink, stream) = stream.split();
     let listener = Listener { stream, count: (0.0, Instant::now()) };
-    if kind != SocketKind::Live {
-        visitor.surface.log(Level::Info, &format!("{} has come to {}", visitor.who, kind.name()));
+    if kind != SocketService::Live {
+        client.surface.log(Level::Info, &format!("{} has come to {}", client.who, kind.name()));
     }
     match kind {
-        SocketKind::Live => live::visit(visitor, sink, listener).await,
-        SocketKind::Teleoperation => teleoperation::visit(visitor, sink, listener).await,
-        SocketKind::Foxglove => foxglove::visit(visitor, sink, listener).await,
+        SocketService::Live => live::serve(client, sink, listener).await,
+        SocketService::Teleoperation => teleoperation::serve(client, sink, listener).await,
+        SocketService::Foxglove => foxglove::serve(client, sink, listener).await,
     }
 }
 
-impl SocketKind {
+impl SocketService {
     fn name(self) -> &'static str {
         match self {
             Self::Live => "the live values",
@@ -261,18 +261,18 @@ impl SocketKind {
 }
 
 /// Sends text; false when the client is gone.
-async fn say(sink: &mut Sink, text: String) -> bool {
+async fn send_text(sink: &mut Sink, text: String) -> bool {
     sink.send(Message::Text(text.into())).await.is_ok()
 }
 
 /// Sends bytes; false when the client is gone.
-async fn hand(sink: &mut Sink, bytes: Vec<u8>) -> bool {
+async fn send_bytes(sink: &mut Sink, bytes: Vec<u8>) -> bool {
     sink.send(Message::Binary(bytes.into())).await.is_ok()
 }
 
 /// Pings the client periodically; false when it is gone.
 async fn ping(sink: &mut Sink, last: &mut Instant) -> bool {
-    if last.elapsed() < PING {
+    if last.elapsed() < PING_PERIOD {
         return true;
     }
     *last = Instant::now();

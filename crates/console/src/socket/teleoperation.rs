@@ -12,7 +12,7 @@ use serde_json::{Value as Json, json};
 use slate_blackboard::interface::Value;
 use slate_runtime::{ControlsError, Mistake, Teleoperation};
 
-use super::{Listener, Said, Sink, Visitor, say};
+use super::{ClientMessage, Listener, Sink, SocketClient, send_text};
 use slate_control::operations::gate;
 use slate_control::{self as schema, Problem, without_slash};
 
@@ -32,46 +32,46 @@ struct DriveRequest {
     sequence: Option<u64>,
 }
 
-pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listener) {
+pub(super) async fn serve(client: SocketClient, mut sink: Sink, mut listener: Listener) {
     let mut controls = None;
     // With the visit end the controls, wherever it is left.
-    while let Some(said) = listener.next().await {
-        let Said::Text(text) = said else { continue };
-        let answer = take(&visitor, &mut controls, &text)
+    while let Some(message) = listener.next().await {
+        let ClientMessage::Text(text) = message else { continue };
+        let answer = handle(&client, &mut controls, &text)
             .unwrap_or_else(|(sequence, problem)| json!({ "problem": problem.json(), "sequence": sequence }));
-        if !say(&mut sink, answer.to_string()).await {
+        if !send_text(&mut sink, answer.to_string()).await {
             return;
         }
     }
 }
 
-fn take(
-    visitor: &Visitor,
+fn handle(
+    client: &SocketClient,
     controls: &mut Option<Teleoperation>,
     text: &str,
 ) -> Result<Json, (Option<u64>, Problem)> {
-    let surface = &visitor.surface;
-    let ununderstood = |error| {
+    let surface = &client.surface;
+    let invalid = |error| {
         let help = "such as {\"take\": \"r2/wheels\"} or {\"command\": {...}, \"sequence\": 1}";
         (None, Problem::bad(format!("this can't be understood: {error}"), help))
     };
-    let mut said: Json = serde_json::from_str(text).map_err(ununderstood)?;
-    if let Some(reason) = stop(&mut said) {
-        let sequence = said.get("sequence").and_then(Json::as_u64);
-        let reason = reason.unwrap_or_else(|| format!("by the {}", visitor.who));
+    let mut message: Json = serde_json::from_str(text).map_err(invalid)?;
+    if let Some(reason) = stop(&mut message) {
+        let sequence = message.get("sequence").and_then(Json::as_u64);
+        let reason = reason.unwrap_or_else(|| format!("by the {}", client.who));
         if let Some(controls) = controls {
             controls.release();
         }
         surface.agent.stop(&reason);
         return Ok(json!({ "stopped": true, "sequence": sequence }));
     }
-    let request = DriveRequest::deserialize(said).map_err(ununderstood)?;
+    let request = DriveRequest::deserialize(message).map_err(invalid)?;
     let sequence = request.sequence;
     let wrong = |problem| (sequence, problem);
     if let Some(name) = request.take {
         // Nobody has two.
         *controls = None;
-        let taken = surface.agent.composer().take_controls(without_slash(&name), &visitor.who);
+        let taken = surface.agent.composer().take_controls(without_slash(&name), &client.who);
         let taken = taken.map_err(|error| {
             wrong(match error {
                 ControlsError::Unknown { .. } => {
@@ -118,11 +118,11 @@ fn take(
 
 /// Takes the stop out of a message, with its reason; `None` if it is no stop.
 /// Invalid reasons or other content never prevent a stop; a null or false one beside another action means no stop.
-fn stop(said: &mut Json) -> Option<Option<String>> {
-    let said = said.as_object_mut()?;
-    let reason = said.remove("stop")?;
+fn stop(message: &mut Json) -> Option<Option<String>> {
+    let message = message.as_object_mut()?;
+    let reason = message.remove("stop")?;
     let is_denied = matches!(reason, Json::Null | Json::Bool(false));
-    let is_other = |name: &&str| said.get(*name).is_some_and(|value| !value.is_null());
+    let is_other = |name: &&str| message.get(*name).is_some_and(|value| !value.is_null());
     if is_denied && ["take", "command", "release", "leave"].iter().any(is_other) {
         return None;
     }

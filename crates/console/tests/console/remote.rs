@@ -35,7 +35,10 @@ fn each_operation_is_refused_to_roles_below_its_own() {
             let name = operation.name;
             assert_eq!(reply.status == 403, !allowed, "{role}: {name}: {} {text}", reply.status);
             if !allowed {
-                assert!(text.contains("may not do this") && text.contains(operation.role.one()), "{text}");
+                assert!(
+                    text.contains("may not do this") && text.contains(operation.role.with_article()),
+                    "{text}"
+                );
             }
         }
         assert_eq!(run.get("/agent").json()["stopped"], Json::Null);

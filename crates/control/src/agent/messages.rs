@@ -14,16 +14,16 @@ use crate::entries::Refusal;
 use slate_runtime::{Message, Mistake};
 
 /// Timeout for the outcome of a message.
-const ANSWER: Duration = Duration::from_secs(1);
+const OUTCOME_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Polling period.
-const LOOK: Duration = Duration::from_millis(2);
+const POLL_PERIOD: Duration = Duration::from_millis(2);
 
 /// Path of the last lines of the log.
-const TAIL: &str = "log/tail";
+const LOG_TAIL: &str = "log/tail";
 
 /// Time until lines of the log are visible, at most.
-const WRITTEN: Duration = Duration::from_millis(500);
+const FLUSH_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// Alternative to sending actions to Execute, for people.
 const SENDER_HELP: &str =
@@ -31,7 +31,7 @@ const SENDER_HELP: &str =
 
 /// Returns the block that alone sends to an inbox written by such a part.
 /// The part is one of the architecture.
-fn only_sender(part: &str) -> Option<&'static str> {
+fn sender_block(part: &str) -> Option<&'static str> {
     match part {
         "plan" => Some("the Plan"),
         "reactive" => Some("ReactiveModels"),
@@ -40,12 +40,12 @@ fn only_sender(part: &str) -> Option<&'static str> {
 }
 
 /// Returns the fields of an interface that a value lacks, given what it `names`.
-pub fn lacking(descriptor: &Descriptor, names: impl Fn(&str) -> bool) -> Vec<&'static str> {
+pub fn missing_fields(descriptor: &Descriptor, names: impl Fn(&str) -> bool) -> Vec<&'static str> {
     let fields = descriptor.fields.iter().map(|field| field.name);
     fields.filter(|name| *name != "reserved" && !names(name)).collect()
 }
 
-/// Sends messages to the mailboxes of an agent.
+/// Sends messages to the inboxes of an agent.
 #[derive(Clone)]
 pub(crate) struct MessageSender {
     properties: PropertyDirectory,
@@ -59,7 +59,7 @@ impl MessageSender {
 
     /// Returns the number of the newest line of the log.
     fn log_end(&self) -> u64 {
-        let tail = self.properties.board().find(TAIL).ok();
+        let tail = self.properties.board().find(LOG_TAIL).ok();
         tail.and_then(|(property, _)| Some(property.channel()?.published())).unwrap_or(0)
     }
 
@@ -82,9 +82,9 @@ impl MessageSender {
 
     /// Returns the last line after that number in which a module warns.
     fn warning(&self, module: &str, after: u64) -> Option<String> {
-        // What it says in a step is still on its way.
-        self.properties.composer().flush_log(WRITTEN);
-        let kept = self.properties.board().history(TAIL).ok()?;
+        // Lines of the last step are not written yet.
+        self.properties.composer().flush_log(FLUSH_TIMEOUT);
+        let kept = self.properties.board().history(LOG_TAIL).ok()?;
         let text = |line: &Value, name: &str| line.get(name).and_then(Value::as_str).map(str::to_owned);
         let warns = |line: &Value| {
             let is_warning = text(line, "level").is_some_and(|level| level == "WARN" || level == "ERROR");
@@ -115,12 +115,12 @@ impl MessageSender {
             let message = Mistake::Name.of(format!("/{path} is a part of a message"));
             return Err(refusal(message, "send the whole one"));
         }
-        if let Some(sender) = only_sender(&property.part()) {
+        if let Some(sender) = sender_block(&property.part()) {
             let message = format!("/{} takes messages of {sender} alone", property.path());
             return Err(refusal(Mistake::Attachment.of(message), SENDER_HELP));
         }
         let descriptor = property.descriptor();
-        let lacking = lacking(descriptor, |name| value.get(name).is_some());
+        let missing = missing_fields(descriptor, |name| value.get(name).is_some());
         let shape = mailbox.shape();
         let mut bytes = vec![0; shape.bytes(shape.capacity)];
         let help = format!("a message is a {}, with all its fields", descriptor.name);
@@ -131,8 +131,8 @@ impl MessageSender {
             refusal(message, &help)
         };
         let items = interface::edit(descriptor, &mut bytes, 0, "", &value).map_err(wrong)?;
-        if !lacking.is_empty() {
-            let message = Mistake::Value.of(format!("the message lacks {}", lacking.join(", ")));
+        if !missing.is_empty() {
+            let message = Mistake::Value.of(format!("the message lacks {}", missing.join(", ")));
             return Err(refusal(message, &help));
         }
         if dry_run {
@@ -158,11 +158,11 @@ impl MessageSender {
             match sender.status(ticket) {
                 Status::Done => return result("done"),
                 Status::Refused(code) => return Err(self.refused_message(&property, code, log_end)),
-                Status::Accepted if waited < ANSWER => {}
+                Status::Accepted if waited < OUTCOME_TIMEOUT => {}
                 Status::Accepted | Status::Unknown => return result("accepted"),
             }
-            sleep(LOOK);
-            waited += LOOK;
+            sleep(POLL_PERIOD);
+            waited += POLL_PERIOD;
         }
     }
 }

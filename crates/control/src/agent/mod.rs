@@ -21,12 +21,12 @@ use slate_runtime::snapshot::Snapshot;
 use slate_runtime::{Agent, Composer, ControlsHolder, Loaded, Mistake, NewLink, Reload};
 
 use crate::entries::{
-    HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal, Reloaded,
-    SnapshotEntry, Switched, UnloadedPlugin,
+    EnableResult, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal,
+    ReloadedPlugin, SnapshotEntry, UnloadedPlugin,
 };
 
 use messages::MessageSender;
-pub use messages::lacking;
+pub use messages::missing_fields;
 pub(crate) use own::own_url;
 pub use peers::{PeerEntry, PeerList, ReadEntry, RejectedEntry, ServedEntry};
 use properties::PropertyDirectory;
@@ -35,7 +35,7 @@ pub(crate) use refusal::{KNOWN, absolute, no_playback, no_recorder, refusal};
 use refusal::{result, unknown};
 use settings::ConfigurationControl;
 pub(crate) use trace::ToolTrace;
-pub use values::LONGEST;
+pub use values::MAX_CALL_DURATION;
 use values::ValueWatch;
 
 /// Content of a recording.
@@ -324,7 +324,7 @@ impl AgentControl {
     }
 
     /// Enables or disables a module.
-    pub(crate) fn enable(&self, name: &str, on: bool) -> Result<Switched, Refusal> {
+    pub(crate) fn enable(&self, name: &str, on: bool) -> Result<EnableResult, Refusal> {
         let known = |database: &&Database| {
             database.current().modules().iter().any(|module| module.name.value == name)
         };
@@ -351,7 +351,7 @@ impl AgentControl {
                 let help = format!("reload its plugin: slate plugin reload {}", module.plugin);
                 return Err(refusal(message, &help));
             }
-            return Ok(Switched { changed: false, needs_reload: None });
+            return Ok(EnableResult { changed: false, needs_reload: None });
         }
         match self.settings.database.as_ref().filter(known) {
             Some(database) => {
@@ -370,7 +370,7 @@ impl AgentControl {
             None => self.composer.enable(name, on)?,
         }
         self.composer.say(&format!("a tool has switched {name} {}", if on { "on" } else { "off" }));
-        Ok(Switched { changed: true, needs_reload: has_failed.then(|| module.plugin.clone()) })
+        Ok(EnableResult { changed: true, needs_reload: has_failed.then(|| module.plugin.clone()) })
     }
 }
 
@@ -386,7 +386,7 @@ fn loaded(loaded: Loaded) -> Done {
 }
 
 fn reloaded(reload: Reload) -> Done {
-    result(Reloaded {
+    result(ReloadedPlugin {
         plugin: reload.plugin,
         modules: reload.modules.into_iter().map(|(name, state)| (name, state.err())).collect(),
         in_place: reload.in_place,

@@ -145,5 +145,5 @@ fn parse(url: &str) -> Result<Url, Refusal> {
 
 /// Returns the path on the board.
 fn place(agent: &str, path: &str) -> String {
-    RemotePath { agent: agent.into(), path: path.into() }.place()
+    RemotePath { agent: agent.into(), path: path.into() }.mirror_path()
 }

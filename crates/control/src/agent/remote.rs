@@ -1,4 +1,4 @@
-//! Queries of tools to another agent, through one that knows it.
+//! Queries of clients to another agent, through one that knows it.
 
 use std::collections::BTreeSet;
 use std::io::{BufWriter, Write};
@@ -17,7 +17,7 @@ use slate_runtime::{Composer, NewLink, RemoteEnd};
 use slate_runtime::{Message, Mistake};
 
 /// Timeout for an answer of the other agent.
-const LIMIT: Duration = Duration::from_secs(1);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Returns the agent and the path or pattern of a whole URL.
 pub(super) fn split(url: &str) -> Option<(&str, &str)> {
@@ -25,7 +25,7 @@ pub(super) fn split(url: &str) -> Option<(&str, &str)> {
     Some(rest.split_once('/').unwrap_or((rest, "**")))
 }
 
-/// Other agents, asked through one that knows them.
+/// Other agents, queried through one that knows them.
 #[derive(Clone)]
 pub(crate) struct RemoteAgents {
     composer: Composer,
@@ -38,7 +38,7 @@ impl RemoteAgents {
     }
 
     /// Splits a URL of another agent into that agent and the path in it.
-    /// `None` for this agent; the team's own state is known here.
+    /// `None` for this agent; the state of the team is local.
     pub fn of<'u>(&self, url: &'u str) -> Option<(&'u str, &'u str)> {
         split(url).filter(|(agent, _)| *agent != TEAM && *agent != self.composer.board().agent())
     }
@@ -51,20 +51,20 @@ impl RemoteAgents {
             doc: property.doc,
             access: String::new(),
         };
-        let properties = self.some_of(agent, pattern, false)?;
+        let properties = self.list_matching(agent, pattern, false)?;
         Ok(properties.into_iter().map(entry).collect())
     }
 
     /// Returns the newest value of a property of another agent.
     pub fn read(&self, agent: &str, path: &str) -> Done {
         let Some((property, field)) = self.property(agent, path, true)? else {
-            return Err(self.nothing_at(agent, path));
+            return Err(self.unknown_property(agent, path));
         };
         let value = property.value(field);
         let value = value.map_err(|error| {
             let text = format!("slate://{agent}/{}: {error}", property.path);
             let mistake = matches!(error, Unread::Field(_)).then_some(Mistake::Name);
-            refusal(Message { text, mistake }, &seen(agent))
+            refusal(Message { text, mistake }, &list_help(agent))
         })?;
         result(value.map(reading))
     }
@@ -108,8 +108,8 @@ impl RemoteAgents {
             Err(refusal(Mistake::Name.of(message), help))
         };
         if agent == TEAM {
-            // What the team knows is known here.
-            return match board.find(&wanted.place()) {
+            // The state of the team is local.
+            return match board.find(&wanted.mirror_path()) {
                 Ok((property, _)) => {
                     let topic = property.path().strip_prefix("team/").unwrap_or_default();
                     fits(topic, property.descriptor(), false)
@@ -121,8 +121,8 @@ impl RemoteAgents {
             Ok(Some((property, _))) => {
                 fits(&property.path, property.descriptor, property.access == Access::Messages)
             }
-            Ok(None) => missing(self.nothing_at(agent, path).message),
-            // One that is not there may come; but not when nobody here has that name.
+            Ok(None) => missing(self.unknown_property(agent, path).message),
+            // An absent agent may start later, unless its name is a misspelt known one.
             Err(_) => match self.nearest_agents(agent) {
                 near if near.is_empty() => Ok(()),
                 near => missing(format!("no agent `{agent}` is known here; nearest: {}", near.join(", "))),
@@ -148,7 +148,7 @@ impl RemoteAgents {
             let message = format!("`{url}` names no other agent");
             return Err(refusal(message, "such as slate://other/**; without it all of this agent is saved"));
         };
-        let properties = self.some_of(agent, pattern, true)?;
+        let properties = self.list_matching(agent, pattern, true)?;
         let count = |is: fn(&Newest) -> bool| properties.iter().filter(|one| is(&one.newest)).count();
         let entry = RemoteSnapshotEntry {
             agent: agent.into(),
@@ -164,17 +164,22 @@ impl RemoteAgents {
     }
 
     /// Returns the properties that match a pattern, at least one.
-    fn some_of(&self, agent: &str, pattern: &str, values: bool) -> Result<Vec<RemoteProperty>, Refusal> {
+    fn list_matching(
+        &self,
+        agent: &str,
+        pattern: &str,
+        values: bool,
+    ) -> Result<Vec<RemoteProperty>, Refusal> {
         let found = self.ask(agent, pattern, values)?;
         if !found.is_empty() {
             return Ok(found);
         }
         let beginning: Vec<_> = pattern.split('/').take_while(|name| !name.starts_with('*')).collect();
-        Err(self.nothing_at(agent, &beginning.join("/")))
+        Err(self.unknown_property(agent, &beginning.join("/")))
     }
 
     fn ask(&self, agent: &str, pattern: &str, values: bool) -> Result<Vec<RemoteProperty>, Refusal> {
-        // One that is none would match nothing there.
+        // An invalid pattern would match nothing at the other agent.
         slate_blackboard::Pattern::parse(pattern).map_err(|error| {
             refusal(error.to_string(), "such as slate://robot/planner/* or slate://robot/**")
         })?;
@@ -183,11 +188,11 @@ impl RemoteAgents {
             refusal(message, "give it a [share] table, or ask the other agent itself with --agent")
         })?;
         let known = "`slate peers` shows the agents that this one knows, and why they are not there";
-        inspection.list(agent, pattern, values, LIMIT).map_err(|reason| refusal(reason, known))
+        inspection.list(agent, pattern, values, ANSWER_TIMEOUT).map_err(|reason| refusal(reason, known))
     }
 
     /// Creates the refusal of an unknown property.
-    fn nothing_at(&self, agent: &str, path: &str) -> Refusal {
+    fn unknown_property(&self, agent: &str, path: &str) -> Refusal {
         let all = self.ask(agent, "**", false).unwrap_or_default();
         let near = nearest_paths(path, '/', all.iter().map(|property| property.path.as_str()));
         let modules = || -> BTreeSet<&str> {
@@ -198,15 +203,15 @@ impl RemoteAgents {
             (true, modules) if modules.is_empty() => String::new(),
             (true, modules) => format!("; there are: {}", modules.into_iter().collect::<Vec<_>>().join(", ")),
         };
-        refusal(Mistake::Name.of(format!("no property at slate://{agent}/{path}{near}")), &seen(agent))
+        refusal(Mistake::Name.of(format!("no property at slate://{agent}/{path}{near}")), &list_help(agent))
     }
 }
 
-fn seen(agent: &str) -> String {
+fn list_help(agent: &str) -> String {
     format!("`slate list slate://{agent}/**` shows the properties")
 }
 
-/// Writes one property after the other.
+/// Writes the properties one by one.
 /// The text of a value takes far more memory than the value.
 fn write(agent: &str, properties: &[RemoteProperty], file: &Path) -> std::io::Result<()> {
     let mut out = BufWriter::new(Replacement::create(file)?);

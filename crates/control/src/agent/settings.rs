@@ -3,7 +3,7 @@
 use slate_blackboard::{interface, nearest_paths};
 
 use super::refusal::{Done, refusal, result};
-use crate::entries::{Changed, Different, Refusal, Saved, SettingEntry};
+use crate::entries::{Refusal, SavedSettings, SettingChange, SettingDifference, SettingEntry};
 use slate_runtime::configuration::{Change, Database, Proposal, SaveTo, Value};
 use slate_runtime::{Composer, Mistake};
 
@@ -30,7 +30,7 @@ impl ConfigurationControl {
         &self,
         changes: &[(String, String)],
         holds: impl Fn() -> Result<(), E>,
-    ) -> Result<Vec<Changed>, E> {
+    ) -> Result<Vec<SettingChange>, E> {
         loop {
             let proposal = self.proposal(changes).map_err(E::from)?;
             holds()?;
@@ -98,8 +98,8 @@ impl ConfigurationControl {
     }
 
     /// Converts changes for tools.
-    pub fn changed(&self, changes: Vec<Change>) -> Vec<Changed> {
-        let changed = |change: Change| Changed {
+    pub fn changed(&self, changes: Vec<Change>) -> Vec<SettingChange> {
+        let changed = |change: Change| SettingChange {
             default: self.composer.default_at(&change.path),
             path: change.path,
             before: text(change.before),
@@ -130,16 +130,16 @@ impl ConfigurationControl {
     /// Lists the settings that differ from the files.
     /// The same value in another notation, such as a module's default, is no difference.
     pub fn differences(&self) -> Done {
-        let different = self.database()?.diff().into_iter().map(|difference| Different {
+        let different = self.database()?.diff().into_iter().map(|difference| SettingDifference {
             default: self.composer.default_at(&difference.path),
             path: difference.path,
             file: text(difference.file),
             present: text(difference.present),
             origin: difference.origin.map(|origin| origin.to_string()),
         });
-        let differs = |one: &Different| {
-            let said = |text: &Option<String>| text.clone().or_else(|| one.default.clone());
-            !is_same(said(&one.file), said(&one.present))
+        let differs = |one: &SettingDifference| {
+            let effective = |text: &Option<String>| text.clone().or_else(|| one.default.clone());
+            !is_same(effective(&one.file), effective(&one.present))
         };
         result(different.filter(differs).collect::<Vec<_>>())
     }
@@ -147,14 +147,14 @@ impl ConfigurationControl {
     /// Writes the changes made at run time into the files.
     pub fn save(&self, to: SaveTo, dry_run: bool) -> Done {
         if dry_run {
-            return result(Saved { files: self.database()?.saved_files(to)? });
+            return result(SavedSettings { files: self.database()?.saved_files(to)? });
         }
         let files = self.database()?.save(to)?;
         for file in &files {
             self.composer
                 .say(&format!("a tool has saved the changes into {}", slate_runtime::printable(file)));
         }
-        result(Saved { files })
+        result(SavedSettings { files })
     }
 }
 

@@ -49,7 +49,7 @@ impl ToolTrace {
     /// Returns the progress.
     pub fn progress(&mut self) -> Result<TraceEntry, Refusal> {
         match self {
-            Self::Nothing => Err(nothing()),
+            Self::Nothing => Err(no_trace()),
             Self::UnderWay { recording, file, .. } => match recording.recorded() {
                 Ok(recorded) => Ok(entry(file, false, recorded)),
                 Err(_) => {
@@ -66,13 +66,13 @@ impl ToolTrace {
         self.finish();
         match std::mem::take(self) {
             Self::Over(result) => result,
-            _ => Err(nothing()),
+            _ => Err(no_trace()),
         }
     }
 
     /// Handles the loss of the tool.
     /// Its trace is discarded, unless the agent itself ends.
-    pub fn leave(mut self, agent_ends: bool) {
+    pub fn abandon(mut self, agent_ends: bool) {
         if agent_ends {
             self.finish();
         }
@@ -87,12 +87,12 @@ impl ToolTrace {
     pub fn finish(&mut self) {
         match std::mem::take(self) {
             Self::UnderWay { recording, file, composer } => {
-                let kept = recording.end().and_then(|(recorded, replacement)| {
+                let result = recording.end().and_then(|(recorded, replacement)| {
                     replacement.keep()?;
                     Ok(entry(&file, true, recorded))
                 });
-                let kept = kept.map_err(|error| failed(&file, &error));
-                match &kept {
+                let result = result.map_err(|error| failed(&file, &error));
+                match &result {
                     Ok(entry) => {
                         let (spans, missing) = (entry.spans(), entry.missing());
                         let file = slate_runtime::printable(&file);
@@ -102,7 +102,7 @@ impl ToolTrace {
                         composer.log(Level::Error, &format!("the trace has failed: {}", refusal.message));
                     }
                 }
-                *self = Self::Over(kept);
+                *self = Self::Over(result);
             }
             other => *self = other,
         }
@@ -117,7 +117,7 @@ fn entry(file: &Path, ended: bool, recorded: Recorded) -> TraceEntry {
     TraceEntry { file: file.into(), ended, from, to, tracks: tracks.collect() }
 }
 
-fn nothing() -> Refusal {
+fn no_trace() -> Refusal {
     refusal("this connection records no trace", "begin with POST /api/v1/trace")
 }
 

@@ -9,28 +9,28 @@ use slate_blackboard::{BoardError, Property, Watching, interface};
 
 use super::properties::PropertyDirectory;
 use super::refusal::{Done, KNOWN, reading, refusal, result};
-use crate::entries::{Measured, News, Reading, Refusal, Spread, Watched};
+use crate::entries::{RateMeasurement, Reading, Refusal, Spread, ValueUpdate, Watched};
 use slate_runtime::{Message, Mistake};
 
 /// Maximum duration of a call that looks for values.
 /// It is less than tools wait for an answer.
-pub const LONGEST: Duration = Duration::from_secs(50);
+pub const MAX_CALL_DURATION: Duration = Duration::from_secs(50);
 
 /// Period at which new values are polled.
 /// Writers do not notify tools, so no writer waits for one.
-const LOOK: Duration = Duration::from_millis(1);
+const POLL_PERIOD: Duration = Duration::from_millis(1);
 
 /// Polling period while measuring.
-/// Each value that is missed is one interval less that is known.
-const MEASURE: Duration = Duration::from_micros(250);
+/// Each missed value loses an interval.
+const MEASURE_PERIOD: Duration = Duration::from_micros(250);
 
 /// Polling period of another agent.
-const ELSEWHERE: Duration = Duration::from_millis(100);
+const REMOTE_POLL_PERIOD: Duration = Duration::from_millis(100);
 
 /// Target of a watch.
 enum WatchTarget<'u> {
-    Here { property: Arc<Property>, path: String, _watching: Watching },
-    Elsewhere { agent: &'u str, path: &'u str },
+    Local { property: Arc<Property>, path: String, _watching: Watching },
+    Remote { agent: &'u str, path: &'u str },
 }
 
 /// Watches values of an agent's properties.
@@ -45,9 +45,9 @@ impl ValueWatch {
         Self { properties: properties.clone() }
     }
 
-    fn watched<'u>(&self, url: &'u str) -> Result<WatchTarget<'u>, Refusal> {
+    fn target<'u>(&self, url: &'u str) -> Result<WatchTarget<'u>, Refusal> {
         if let Some((agent, path)) = self.properties.remote.of(url) {
-            return Ok(WatchTarget::Elsewhere { agent, path });
+            return Ok(WatchTarget::Remote { agent, path });
         }
         let path = self.properties.value_path(url)?;
         let (property, field) = self.properties.board().find(&path).map_err(unknown)?;
@@ -55,44 +55,44 @@ impl ValueWatch {
             let wrong = |error| unknown(BoardError::Access { url: format!("/{}", property.path()), error });
             interface::find(property.descriptor(), &field).map_err(wrong)?;
         }
-        Ok(WatchTarget::Here { _watching: property.watch(), property, path })
+        Ok(WatchTarget::Local { _watching: property.watch(), property, path })
     }
 
-    /// Returns the values newer than those the tool has seen.
-    /// It waits for the first of them.
+    /// Returns the values newer than those the client has.
+    /// Waits for the first of them.
     #[allow(clippy::disallowed_methods, reason = "a tool waits on the wall clock")]
     pub fn watch(&self, of: &[Watched], within: Duration) -> Done {
-        let targets = of.iter().map(|one| self.watched(&one.url)).collect::<Result<Vec<_>, _>>()?;
-        let until = Instant::now() + within.min(LONGEST);
-        let mut asked: Option<Instant> = None;
+        let targets = of.iter().map(|one| self.target(&one.url)).collect::<Result<Vec<_>, _>>()?;
+        let until = Instant::now() + within.min(MAX_CALL_DURATION);
+        let mut polled: Option<Instant> = None;
         loop {
-            let ask_others = asked.is_none_or(|asked| asked.elapsed() >= ELSEWHERE);
-            if ask_others {
-                asked = Some(Instant::now());
+            let polls_remote = polled.is_none_or(|polled| polled.elapsed() >= REMOTE_POLL_PERIOD);
+            if polls_remote {
+                polled = Some(Instant::now());
             }
-            let mut news = Vec::new();
+            let mut updates = Vec::new();
             for (index, (target, Watched { after, .. })) in targets.iter().zip(of).enumerate() {
                 let readings = match target {
-                    WatchTarget::Here { property, path, .. } => self.newer(property, path, *after)?,
-                    WatchTarget::Elsewhere { agent, path } if ask_others => {
+                    WatchTarget::Local { property, path, .. } => self.newer(property, path, *after)?,
+                    WatchTarget::Remote { agent, path } if polls_remote => {
                         let read = self.properties.remote.read(agent, path)?;
                         let read: Option<Reading> = serde_json::from_value(read).unwrap_or_default();
                         read.into_iter().filter(|read| Some(read.sequence) != *after).collect()
                     }
-                    WatchTarget::Elsewhere { .. } => Vec::new(),
+                    WatchTarget::Remote { .. } => Vec::new(),
                 };
                 let Some(first) = readings.first() else { continue };
                 let missed = after.map_or(0, |after| first.sequence.saturating_sub(after + 1));
-                news.push(News { of: index, missed, readings });
+                updates.push(ValueUpdate { of: index, missed, readings });
             }
-            if !news.is_empty() || Instant::now() >= until {
-                return result(news);
+            if !updates.is_empty() || Instant::now() >= until {
+                return result(updates);
             }
-            sleep(LOOK);
+            sleep(POLL_PERIOD);
         }
     }
 
-    /// Returns the newer values of a property here; without a number the newest alone.
+    /// Returns the newer values of a local property; without a number only the newest.
     fn newer(&self, property: &Property, path: &str, after: Option<u64>) -> Result<Vec<Reading>, Refusal> {
         let channel = property.channel();
         let published = channel.map_or(0, |channel| channel.published());
@@ -100,7 +100,7 @@ impl ValueWatch {
             return Ok(Vec::new());
         }
         let board = self.properties.board();
-        // Of one that goes on from a snapshot the count may be a smaller one than before.
+        // After a restore from a snapshot, the count may be smaller than before.
         let after = after.filter(|after| *after < published);
         if let Some(after) = after.filter(|_| channel.is_some_and(|channel| channel.depth() > 1)) {
             let kept = board.history(path).map_err(unknown)?.into_iter();
@@ -112,13 +112,13 @@ impl ValueWatch {
     /// Measures the rate of values for a while.
     #[allow(clippy::disallowed_methods, reason = "a tool waits on the wall clock")]
     pub fn measure(&self, urls: &[String], time: Duration) -> Done {
-        let mut watched = Vec::new();
+        let mut targets = Vec::new();
         for url in urls {
-            match self.watched(url)? {
-                WatchTarget::Here { property, _watching, .. } => {
-                    watched.push((url, Series::new(property), _watching));
+            match self.target(url)? {
+                WatchTarget::Local { property, _watching, .. } => {
+                    targets.push((url, ValueSeries::new(property), _watching));
                 }
-                WatchTarget::Elsewhere { agent, .. } => {
+                WatchTarget::Remote { agent, .. } => {
                     return Err(refusal(
                         Mistake::OtherAgent.of(format!(
                             "{url} is of another agent, and values are measured where they are written"
@@ -129,13 +129,13 @@ impl ValueWatch {
             }
         }
         let lost = self.lost();
-        let until = Instant::now() + time.min(LONGEST);
+        let until = Instant::now() + time.min(MAX_CALL_DURATION);
         while Instant::now() < until {
-            watched.iter_mut().for_each(|(_, series, _)| series.look());
-            sleep(MEASURE);
+            targets.iter_mut().for_each(|(_, series, _)| series.sample());
+            sleep(MEASURE_PERIOD);
         }
         let (now, lost_since) = (self.properties.composer().now(), self.lost());
-        let measured = watched.into_iter().map(|(url, series, _)| {
+        let measured = targets.into_iter().map(|(url, series, _)| {
             let of = |lost: &BTreeMap<String, u64>| lost.get(series.property.path()).copied().unwrap_or(0);
             let lost = of(&lost_since).saturating_sub(of(&lost));
             series.measured(url.clone(), now, lost)
@@ -163,28 +163,28 @@ fn unknown(error: BoardError) -> Refusal {
 }
 
 /// Consecutive values of a property.
-struct Series {
+struct ValueSeries {
     property: Arc<Property>,
     first: Option<(u64, u64)>,
-    /// Sequence and time of the last one that was seen.
+    /// Sequence number and time of the last value.
     last: Option<(u64, u64)>,
-    /// Intervals between consecutive values that were both seen.
+    /// Intervals between consecutive values.
     intervals: Vec<u64>,
     seen: u64,
     bytes: u64,
 }
 
-impl Series {
+impl ValueSeries {
     fn new(property: Arc<Property>) -> Self {
         Self { property, first: None, last: None, intervals: Vec::new(), seen: 0, bytes: 0 }
     }
 
-    fn look(&mut self) {
+    fn sample(&mut self) {
         let published = self.property.channel().map_or(0, |channel| channel.published());
         if published == 0 || self.last.is_some_and(|(sequence, _)| sequence == published) {
             return;
         }
-        // One for which there is no handle left is seen the next time.
+        // A value without a free handle is sampled the next time.
         let Ok(Some((bytes, _, stamp))) = self.property.newest() else { return };
         match self.last {
             Some((sequence, time)) if stamp.sequence > sequence => {
@@ -193,7 +193,7 @@ impl Series {
                 }
             }
             Some((sequence, _)) if stamp.sequence == sequence => return,
-            // The first, or the agent goes on from a snapshot.
+            // The first value, also after a restore from a snapshot.
             _ => self.first = Some((stamp.sequence, stamp.time)),
         }
         self.last = Some((stamp.sequence, stamp.time));
@@ -201,14 +201,14 @@ impl Series {
         self.bytes += bytes.len() as u64;
     }
 
-    fn measured(mut self, url: String, now: u64, lost: u64) -> Measured {
+    fn measured(mut self, url: String, now: u64, lost: u64) -> RateMeasurement {
         let (first, last) = (self.first.unwrap_or_default(), self.last.unwrap_or_default());
         let count = last.0.saturating_sub(first.0);
         let time = last.1.saturating_sub(first.1);
         let rate = (count > 0 && time > 0).then(|| count as f64 * 1e9 / time as f64);
         let size = (self.seen > 0).then(|| self.bytes as f64 / self.seen as f64);
         self.intervals.sort_unstable();
-        Measured {
+        RateMeasurement {
             url,
             interface: self.property.descriptor().name.into(),
             count,

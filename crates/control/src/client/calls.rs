@@ -9,12 +9,13 @@ use slate_runtime::configuration::SaveTo;
 use slate_runtime::playback::{Order, PlaybackStatus};
 use slate_runtime::recording::{RecordingEntry, RecordingStatus, SavedFlight};
 
-use super::{Client, ClientError, coded};
+use super::{Client, ClientError, percent_encoded};
 use crate::agent::{PeerList, RecordingWish};
 use crate::entries::{
-    Changed, ControlsEntry, Different, HolderEntry, LinkEntry, LoadedPlugins, Measured, ModuleEntry, News,
-    PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved, SettingEntry,
-    SnapshotEntry, Switched, TraceEntry, UnloadedPlugin, Watched,
+    ControlsEntry, EnableResult, HolderEntry, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry,
+    PropertyEntry, RateMeasurement, Reading, Refusal, ReloadedPlugin, RemoteSnapshotEntry, SavedSettings,
+    SettingChange, SettingDifference, SettingEntry, SnapshotEntry, TraceEntry, UnloadedPlugin, ValueUpdate,
+    Watched,
 };
 use crate::graph::DrawnGraph;
 
@@ -26,20 +27,20 @@ fn millis(time: Duration) -> u64 {
 }
 
 fn file_part(file: &Path) -> String {
-    coded(&file.to_string_lossy())
+    percent_encoded(&file.to_string_lossy())
 }
 
-fn dry(dry_run: bool) -> &'static str {
+fn dry_run_query(dry_run: bool) -> &'static str {
     if dry_run { "?dry_run=true" } else { "" }
 }
 
 /// Returns the agent and the path of a URL, as in paths of the API.
-fn place(own: &str, url: &str) -> String {
+fn url_path(own: &str, url: &str) -> String {
     let (agent, path) = match url.strip_prefix("slate://") {
         Some(rest) => rest.split_once('/').unwrap_or((rest, "")),
         None => (own, url.trim_start_matches('/')),
     };
-    format!("{}/{}", coded(agent), coded(path))
+    format!("{}/{}", percent_encoded(agent), percent_encoded(path))
 }
 
 /// Their errors are those of [`call`](Client::call).
@@ -52,7 +53,7 @@ impl Client {
 
     /// Loads a plugin of the configuration.
     pub fn load(&mut self, name: &str) -> Done<LoadedPlugins> {
-        self.call("PUT", &format!("/plugins/{}", coded(name)), None)
+        self.call("PUT", &format!("/plugins/{}", percent_encoded(name)), None)
     }
 
     /// Loads a library, by its absolute path.
@@ -62,30 +63,34 @@ impl Client {
 
     /// Unloads a plugin, or those of a list.
     pub fn unload(&mut self, name: &str) -> Done<Vec<UnloadedPlugin>> {
-        self.call("DELETE", &format!("/plugins/{}", coded(name)), None)
+        self.call("DELETE", &format!("/plugins/{}", percent_encoded(name)), None)
     }
 
     /// Exchanges the code of a plugin.
     /// The library is the one that it came from, or the one at an absolute path.
-    pub fn reload(&mut self, name: &str, file: Option<&Path>) -> Done<Reloaded> {
+    pub fn reload(&mut self, name: &str, file: Option<&Path>) -> Done<ReloadedPlugin> {
         let body = file.map(|file| json!({ "file": file }));
-        self.call("POST", &format!("/plugins/{}/reload", coded(name)), body.as_ref())
+        self.call("POST", &format!("/plugins/{}/reload", percent_encoded(name)), body.as_ref())
     }
 
     /// Runs the library at an absolute path as trial code beside a plugin.
     /// Returns the modules, each with the path of the property that compares them.
     pub fn shadow(&mut self, name: &str, file: &Path) -> Done<Vec<(String, String)>> {
-        self.call("PUT", &format!("/plugins/{}/shadow", coded(name)), Some(&json!({ "file": file })))
+        self.call(
+            "PUT",
+            &format!("/plugins/{}/shadow", percent_encoded(name)),
+            Some(&json!({ "file": file })),
+        )
     }
 
     /// Discards the trial code of a plugin.
     pub fn end_shadow(&mut self, name: &str) -> Done<()> {
-        self.call::<Json>("DELETE", &format!("/plugins/{}/shadow", coded(name)), None).map(drop)
+        self.call::<Json>("DELETE", &format!("/plugins/{}/shadow", percent_encoded(name)), None).map(drop)
     }
 
     /// Lets the new code beside a plugin take over.
-    pub fn promote(&mut self, name: &str) -> Done<Reloaded> {
-        self.call("POST", &format!("/plugins/{}/promote", coded(name)), None)
+    pub fn promote(&mut self, name: &str) -> Done<ReloadedPlugin> {
+        self.call("POST", &format!("/plugins/{}/promote", percent_encoded(name)), None)
     }
 
     /// Begins to record a trace into a file at an absolute path.
@@ -117,17 +122,17 @@ impl Client {
     /// Sends a message, or checks whether it would be taken; returns the outcome.
     pub fn send(&mut self, url: &str, value: Json, dry_run: bool) -> Done<String> {
         #[derive(Deserialize)]
-        struct Sent {
+        struct SendAnswer {
             status: String,
         }
-        let path = format!("/slate/{}{}", place(&self.agent, url), dry(dry_run));
-        self.call("POST", &path, Some(&value)).map(|sent: Sent| sent.status)
+        let path = format!("/slate/{}{}", url_path(&self.agent, url), dry_run_query(dry_run));
+        self.call("POST", &path, Some(&value)).map(|sent: SendAnswer| sent.status)
     }
 
     /// Stops all actuators until `reset` and `arm`.
     pub fn stop(&mut self, reason: &str) -> Done<()> {
         // In the head of the request, so that nothing more has to come.
-        self.call::<Json>("POST", &format!("/stop?reason={}", coded(reason)), None).map(drop)
+        self.call::<Json>("POST", &format!("/stop?reason={}", percent_encoded(reason)), None).map(drop)
     }
 
     /// Controls the playback of a recording, and returns its status.
@@ -179,17 +184,17 @@ impl Client {
 
     fn drive(&mut self, body: &Json) -> Done<Json> {
         #[derive(Deserialize)]
-        struct Driven {
+        struct DriveAnswer {
             gate: Json,
         }
-        let lease = coded(self.lease.as_deref().unwrap_or("none"));
-        self.call("PUT", &format!("/leases/{lease}"), Some(body)).map(|driven: Driven| driven.gate)
+        let lease = percent_encoded(self.lease.as_deref().unwrap_or("none"));
+        self.call("PUT", &format!("/leases/{lease}"), Some(body)).map(|driven: DriveAnswer| driven.gate)
     }
 
     /// Releases a control lease.
     pub fn leave_controls(&mut self) -> Done<()> {
         let Some(lease) = self.lease.take() else { return Ok(()) };
-        match self.call::<Json>("DELETE", &format!("/leases/{}", coded(&lease)), None) {
+        match self.call::<Json>("DELETE", &format!("/leases/{}", percent_encoded(&lease)), None) {
             // It has ended by itself.
             Ok(_) | Err(ClientError::Refused(_)) => Ok(()),
             Err(error) => Err(error),
@@ -221,8 +226,8 @@ impl Client {
     }
 
     /// Enables or disables a module.
-    pub fn enable(&mut self, name: &str, on: bool) -> Done<Switched> {
-        self.call("PUT", &format!("/modules/{}", coded(name)), Some(&json!({ "enabled": on })))
+    pub fn enable(&mut self, name: &str, on: bool) -> Done<EnableResult> {
+        self.call("PUT", &format!("/modules/{}", percent_encoded(name)), Some(&json!({ "enabled": on })))
     }
 
     /// Returns the links.
@@ -248,40 +253,40 @@ impl Client {
         from: &str,
         options: &[(String, String)],
         dry_run: bool,
-    ) -> Done<Vec<Changed>> {
-        let path = format!("/links/{}{}", coded(to), dry(dry_run));
+    ) -> Done<Vec<SettingChange>> {
+        let path = format!("/links/{}{}", percent_encoded(to), dry_run_query(dry_run));
         self.call("PUT", &path, Some(&json!({ "from": from, "options": options })))
     }
 
     /// Removes the links of an input or inbox, or checks whether that is possible.
-    pub fn unlink(&mut self, to: &str, dry_run: bool) -> Done<Vec<Changed>> {
+    pub fn unlink(&mut self, to: &str, dry_run: bool) -> Done<Vec<SettingChange>> {
         self.unlink_from(to, None, dry_run)
     }
 
     /// Removes the link between a destination and a source, or all of the destination.
-    pub fn unlink_from(&mut self, to: &str, from: Option<&str>, dry_run: bool) -> Done<Vec<Changed>> {
-        let from = from.map_or_else(String::new, |from| format!("&from={}", coded(from)));
-        self.call("DELETE", &format!("/links/{}?dry_run={dry_run}{from}", coded(to)), None)
+    pub fn unlink_from(&mut self, to: &str, from: Option<&str>, dry_run: bool) -> Done<Vec<SettingChange>> {
+        let from = from.map_or_else(String::new, |from| format!("&from={}", percent_encoded(from)));
+        self.call("DELETE", &format!("/links/{}?dry_run={dry_run}{from}", percent_encoded(to)), None)
     }
 
     /// Returns the settings at a path and below it; an empty path is everything.
     pub fn settings(&mut self, path: &str) -> Done<Vec<SettingEntry>> {
-        self.call("GET", &format!("/settings?path={}", coded(path)), None)
+        self.call("GET", &format!("/settings?path={}", percent_encoded(path)), None)
     }
 
     /// Makes changes, all or none; each a path and a value as `--set` takes them.
-    pub fn set(&mut self, changes: &[(String, String)]) -> Done<Vec<Changed>> {
+    pub fn set(&mut self, changes: &[(String, String)]) -> Done<Vec<SettingChange>> {
         self.call("PATCH", "/settings", Some(&json!(changes)))
     }
 
     /// Reverts unsaved run-time changes at a path and below it.
     /// An empty path stands for all of them.
-    pub fn revert(&mut self, path: &str) -> Done<Vec<Changed>> {
-        self.call("DELETE", &format!("/settings?path={}", coded(path)), None)
+    pub fn revert(&mut self, path: &str) -> Done<Vec<SettingChange>> {
+        self.call("DELETE", &format!("/settings?path={}", percent_encoded(path)), None)
     }
 
     /// Returns the settings that differ from those of the files.
-    pub fn differences(&mut self) -> Done<Vec<Different>> {
+    pub fn differences(&mut self) -> Done<Vec<SettingDifference>> {
         self.call("GET", "/settings/differences", None)
     }
 
@@ -291,14 +296,15 @@ impl Client {
     }
 
     /// Writes the changes made at run time into the files.
-    pub fn save(&mut self, to: SaveTo) -> Done<Saved> {
+    pub fn save(&mut self, to: SaveTo) -> Done<SavedSettings> {
         self.call("POST", "/settings/save", Some(&json!({ "to": to })))
     }
 
     /// Returns the properties that match a pattern such as `/**/timing`.
     /// All of them without a pattern.
     pub fn properties(&mut self, pattern: Option<&str>) -> Done<Vec<PropertyEntry>> {
-        let query = pattern.map_or_else(String::new, |pattern| format!("?pattern={}", coded(pattern)));
+        let query =
+            pattern.map_or_else(String::new, |pattern| format!("?pattern={}", percent_encoded(pattern)));
         self.call("GET", &format!("/properties{query}"), None)
     }
 
@@ -364,36 +370,36 @@ impl Client {
 
     /// Returns the newest value of a property or field; `None` before the first write.
     pub fn read(&mut self, url: &str) -> Done<Option<Reading>> {
-        let reading: Reading = self.call("GET", &format!("/slate/{}", place(&self.agent, url)), None)?;
+        let reading: Reading = self.call("GET", &format!("/slate/{}", url_path(&self.agent, url)), None)?;
         Ok(Some(reading).filter(|reading| reading.sequence > 0))
     }
 
     /// Returns the values that came since the last call.
     /// It waits for the first one, 50 s at most.
-    pub fn watch(&mut self, of: &[Watched], within: Duration) -> Done<Vec<News>> {
+    pub fn watch(&mut self, of: &[Watched], within: Duration) -> Done<Vec<ValueUpdate>> {
         self.call("POST", "/watch", Some(&json!({ "of": of, "within": millis(within) })))
     }
 
     /// Measures the rate of properties' values over a time of 50 s at most.
-    pub fn measure(&mut self, urls: &[String], time: Duration) -> Done<Vec<Measured>> {
+    pub fn measure(&mut self, urls: &[String], time: Duration) -> Done<Vec<RateMeasurement>> {
         self.call("POST", "/measure", Some(&json!({ "urls": urls, "time": millis(time) })))
     }
 
     /// Sets a parameter, an unlinked input, a field, or a module's enabled state.
     /// Fields that an object does not name keep their values.
-    pub fn set_property(&mut self, url: &str, value: &Json) -> Done<Vec<Changed>> {
+    pub fn set_property(&mut self, url: &str, value: &Json) -> Done<Vec<SettingChange>> {
         let method = if value.is_object() { "PATCH" } else { "PUT" };
-        self.call(method, &format!("/slate/{}", place(&self.agent, url)), Some(value))
+        self.call(method, &format!("/slate/{}", url_path(&self.agent, url)), Some(value))
     }
 
     /// Returns all values that a property or a field keeps, the oldest first.
     /// Of a queue, the last ones.
     pub fn history(&mut self, url: &str) -> Done<Vec<Reading>> {
         #[derive(Deserialize)]
-        struct Kept {
+        struct QueueValues {
             values: Vec<Reading>,
         }
-        let path = format!("/queues/{}?limit=100000", place(&self.agent, url));
-        self.call("GET", &path, None).map(|kept: Kept| kept.values)
+        let path = format!("/queues/{}?limit=100000", url_path(&self.agent, url));
+        self.call("GET", &path, None).map(|kept: QueueValues| kept.values)
     }
 }

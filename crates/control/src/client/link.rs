@@ -22,14 +22,14 @@ use crate::Role;
 use crate::server::{CALLER, ROLE};
 
 /// Timeout for connecting to one of the addresses of a name.
-const CONNECT: Duration = Duration::from_secs(5);
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Maximum size of an answer to a call, bytes.
-/// A client trusts its agent more than the agent its clients.
-const LONGEST: usize = 1 << 28;
+/// The limit is higher than that of requests, as a client trusts its agent.
+const MAX_BODY_SIZE: usize = 1 << 28;
 
 /// First byte of a TLS alert.
-const ALERT: u8 = 0x15;
+const TLS_ALERT: u8 = 0x15;
 
 /// Connection with the thread's own runtime, which runs during requests.
 pub(super) struct ClientLink {
@@ -50,11 +50,11 @@ impl std::fmt::Debug for ClientLink {
 
 /// Reason why an answer is missing.
 #[derive(Debug)]
-pub(super) enum Broken {
+pub(super) enum LinkFailure {
     /// Other side without HTTP.
-    Nonsense(String),
+    InvalidAnswer(String),
     /// Timeout of the answer.
-    Late,
+    Timeout,
     /// The connection was closed before the request was sent.
     Unsent,
     /// The connection is lost.
@@ -67,10 +67,10 @@ impl ClientLink {
         stream.set_nonblocking(true)?;
         let runtime = runtime()?;
         let first = Arc::<Mutex<Vec<u8>>>::default();
-        let noted = Arc::clone(&first);
+        let recorded = Arc::clone(&first);
         let sender = runtime.block_on(async {
-            let stream = Noted { stream: UnixStream::from_std(stream)?, first: noted };
-            begin(stream).await.map_err(Error::other)
+            let stream = RecordingStream { stream: UnixStream::from_std(stream)?, first: recorded };
+            handshake(stream).await.map_err(Error::other)
         })?;
         Ok(Self {
             runtime,
@@ -99,18 +99,22 @@ impl ClientLink {
         bearer.set_sensitive(true);
         let runtime = runtime().map_err(|error| unreached(&error))?;
         let first = Arc::<Mutex<Vec<u8>>>::default();
-        let noted = Arc::clone(&first);
+        let recorded = Arc::clone(&first);
         let sender = runtime.block_on(async {
             let stream = connect(found).await.map_err(|error| unreached(&error))?;
-            // Commands are small, and wait for nothing.
+            // Commands are small, and must not be delayed.
             stream.set_nodelay(true).map_err(|error| unreached(&error))?;
             if !address.is_secure {
-                return begin(Noted { stream, first: noted }).await.map_err(|error| unreached(&error));
+                return handshake(RecordingStream { stream, first: recorded })
+                    .await
+                    .map_err(|error| unreached(&error));
             }
             #[cfg(feature = "tls")]
             {
-                let stream = super::secure::begin(stream, address, access.certificate.as_deref()).await?;
-                begin(Noted { stream, first: noted }).await.map_err(|error| unreached(&error))
+                let stream = super::secure::connect(stream, address, access.certificate.as_deref()).await?;
+                handshake(RecordingStream { stream, first: recorded })
+                    .await
+                    .map_err(|error| unreached(&error))
             }
             #[cfg(not(feature = "tls"))]
             Err(Trouble::WithoutTls { address: address.to_string() })
@@ -119,7 +123,7 @@ impl ClientLink {
         Ok(Self { runtime, sender, host, authorization: Some(bearer), caller: None, role: None, first })
     }
 
-    /// Sets the party for which it asks.
+    /// Sets the party on whose behalf it sends requests.
     pub fn set_caller(&mut self, who: &str) {
         let plain: String = who.chars().map(|c| if c.is_ascii_graphic() { c } else { ' ' }).collect();
         self.caller = HeaderValue::from_str(&plain).ok();
@@ -130,8 +134,8 @@ impl ClientLink {
         self.role = Some(role);
     }
 
-    /// Asks as another link does.
-    pub fn ask_like(&mut self, other: &Self) {
+    /// Copies the caller and the role of another link.
+    pub fn copy_identity(&mut self, other: &Self) {
         self.caller.clone_from(&other.caller);
         self.role = other.role;
     }
@@ -141,7 +145,7 @@ impl ClientLink {
         &mut self,
         request: &Request<'_>,
         within: Duration,
-    ) -> std::result::Result<hyper::Response<Incoming>, Broken> {
+    ) -> std::result::Result<hyper::Response<Incoming>, LinkFailure> {
         let request = self.request(request)?;
         let sender = &mut self.sender;
         let answered = self.runtime.block_on(async {
@@ -151,44 +155,45 @@ impl ClientLink {
             };
             tokio::time::timeout(within, sent).await
         });
-        answered.map_err(|_| Broken::Late)?.map_err(|error| self.broken(&error))
+        answered.map_err(|_| LinkFailure::Timeout)?.map_err(|error| self.broken(&error))
     }
 
-    /// Sends a request like [`ask`](ClientLink::ask) and returns the whole JSON answer.
-    pub fn whole(
+    /// Sends a request and returns the whole answer as JSON.
+    pub fn request_json(
         &mut self,
         request: &Request<'_>,
         within: Duration,
-    ) -> std::result::Result<(u16, Json), Broken> {
+    ) -> std::result::Result<(u16, Json), LinkFailure> {
         let response = self.ask(request, within)?;
         let status = response.status().as_u16();
-        let body = http_body_util::Limited::new(response.into_body(), LONGEST);
+        let body = http_body_util::Limited::new(response.into_body(), MAX_BODY_SIZE);
         let collected = self.runtime.block_on(async { tokio::time::timeout(within, body.collect()).await });
-        let collected = collected.map_err(|_| Broken::Late)?;
+        let collected = collected.map_err(|_| LinkFailure::Timeout)?;
         let bytes = collected
             .map_err(|error| match error.downcast::<hyper::Error>() {
                 Ok(error) => self.broken(&error),
-                Err(error) => Broken::Nonsense(error.to_string()),
+                Err(error) => LinkFailure::InvalidAnswer(error.to_string()),
             })?
             .to_bytes();
         if bytes.is_empty() {
             return Ok((status, Json::Null));
         }
-        let value = serde_json::from_slice(&bytes).map_err(|error| Broken::Nonsense(error.to_string()))?;
+        let value =
+            serde_json::from_slice(&bytes).map_err(|error| LinkFailure::InvalidAnswer(error.to_string()))?;
         Ok((status, value))
     }
 
-    /// Returns the next piece of a body, which may come slowly.
-    pub fn next_piece(&mut self, body: &mut Incoming) -> Result<Option<Bytes>> {
+    /// Returns the next chunk of a body, which may arrive slowly.
+    pub fn next_chunk(&mut self, body: &mut Incoming) -> Result<Option<Bytes>> {
         loop {
             match self.runtime.block_on(body.frame()) {
                 None => return Ok(None),
                 Some(Err(error)) => {
                     return Err(match self.broken(&error) {
-                        Broken::Lost(error) => error,
-                        Broken::Nonsense(problem) => Error::new(ErrorKind::InvalidData, problem),
-                        Broken::Late => ErrorKind::TimedOut.into(),
-                        Broken::Unsent => closed(),
+                        LinkFailure::Lost(error) => error,
+                        LinkFailure::InvalidAnswer(problem) => Error::new(ErrorKind::InvalidData, problem),
+                        LinkFailure::Timeout => ErrorKind::TimedOut.into(),
+                        LinkFailure::Unsent => closed(),
                     });
                 }
                 Some(Ok(frame)) => {
@@ -202,7 +207,7 @@ impl ClientLink {
         }
     }
 
-    fn request(&self, asked: &Request<'_>) -> std::result::Result<hyper::Request<Full<Bytes>>, Broken> {
+    fn request(&self, asked: &Request<'_>) -> std::result::Result<hyper::Request<Full<Bytes>>, LinkFailure> {
         let body = asked.body.unwrap_or_default().to_owned();
         let mut request =
             hyper::Request::builder().method(asked.method).uri(asked.path).header(HOST, &self.host);
@@ -223,32 +228,34 @@ impl ClientLink {
         if asked.body.is_some() {
             request = request.header(CONTENT_TYPE, "application/json");
         }
-        request.body(Full::new(Bytes::from(body))).map_err(|error| Broken::Nonsense(error.to_string()))
+        request
+            .body(Full::new(Bytes::from(body)))
+            .map_err(|error| LinkFailure::InvalidAnswer(error.to_string()))
     }
 
-    fn broken(&self, error: &hyper::Error) -> Broken {
+    fn broken(&self, error: &hyper::Error) -> LinkFailure {
         if error.is_parse() {
             let first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
             let text = String::from_utf8_lossy(&first);
-            return Broken::Nonsense(match first.first() {
+            return LinkFailure::InvalidAnswer(match first.first() {
                 None => "it closes the connection".into(),
-                Some(&ALERT) => "it speaks TLS".into(),
+                Some(&TLS_ALERT) => "it speaks TLS".into(),
                 Some(_) => {
                     format!("it answers `{}`", text.lines().next().unwrap_or_default().escape_default())
                 }
             });
         }
         if error.is_canceled() {
-            return Broken::Unsent;
+            return LinkFailure::Unsent;
         }
         let mut source = error.source();
         while let Some(cause) = source {
             if let Some(error) = cause.downcast_ref::<Error>() {
-                return Broken::Lost(Error::new(error.kind(), error.to_string()));
+                return LinkFailure::Lost(Error::new(error.kind(), error.to_string()));
             }
             source = cause.source();
         }
-        Broken::Lost(closed())
+        LinkFailure::Lost(closed())
     }
 }
 
@@ -263,7 +270,7 @@ fn runtime() -> Result<Runtime> {
 async fn connect(found: Vec<std::net::SocketAddr>) -> Result<TcpStream> {
     let mut last = None;
     for found in found {
-        match tokio::time::timeout(CONNECT, TcpStream::connect(found)).await {
+        match tokio::time::timeout(CONNECT_TIMEOUT, TcpStream::connect(found)).await {
             Ok(Ok(stream)) => return Ok(stream),
             Ok(Err(error)) => last = Some(error),
             Err(_) => last = Some(Error::new(ErrorKind::TimedOut, "connection timed out")),
@@ -272,29 +279,29 @@ async fn connect(found: Vec<std::net::SocketAddr>) -> Result<TcpStream> {
     Err(last.unwrap_or_else(|| Error::other("there is no address")))
 }
 
-async fn begin<S>(stream: S) -> hyper::Result<SendRequest<Full<Bytes>>>
+async fn handshake<S>(stream: S) -> hyper::Result<SendRequest<Full<Bytes>>>
 where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
     let (sender, connection) = http1::handshake(TokioIo::new(stream)).await?;
-    // It runs while an answer is waited for.
+    // The connection runs while a request waits for its answer.
     tokio::spawn(async {
-        // Whoever waits for an answer is told what is wrong.
+        // The pending request gets the error.
         let _ = connection.await;
     });
     Ok(sender)
 }
 
-/// Size of the kept beginning of the other side's first words, bytes.
-const BEGINNING: usize = 80;
+/// Size of the recorded beginning of the answer, bytes.
+const MAX_RECORDED_BYTES: usize = 80;
 
-/// Stream that keeps the first bytes of the other side.
-struct Noted<S> {
+/// Stream that records the first bytes of the answer.
+struct RecordingStream<S> {
     stream: S,
     first: Arc<Mutex<Vec<u8>>>,
 }
 
-impl<S: AsyncRead + Unpin> AsyncRead for Noted<S> {
+impl<S: AsyncRead + Unpin> AsyncRead for RecordingStream<S> {
     fn poll_read(
         mut self: Pin<&mut Self>,
         task: &mut Context<'_>,
@@ -303,17 +310,17 @@ impl<S: AsyncRead + Unpin> AsyncRead for Noted<S> {
         let before = buffer.filled().len();
         let read = Pin::new(&mut self.stream).poll_read(task, buffer);
         let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
-        if first.len() < BEGINNING {
+        if first.len() < MAX_RECORDED_BYTES {
             let new = buffer.filled().get(before..).unwrap_or_default();
-            let room = BEGINNING - first.len();
-            first.extend_from_slice(&new[..new.len().min(room)]);
+            let capacity = MAX_RECORDED_BYTES - first.len();
+            first.extend_from_slice(&new[..new.len().min(capacity)]);
         }
         drop(first);
         read
     }
 }
 
-impl<S: AsyncWrite + Unpin> AsyncWrite for Noted<S> {
+impl<S: AsyncWrite + Unpin> AsyncWrite for RecordingStream<S> {
     fn poll_write(mut self: Pin<&mut Self>, task: &mut Context<'_>, bytes: &[u8]) -> Poll<Result<usize>> {
         Pin::new(&mut self.stream).poll_write(task, bytes)
     }

@@ -20,9 +20,9 @@ use slate_runtime::{directory, stop_line};
 use crate::Role;
 use crate::entries::Refusal;
 use crate::operation::BASE;
-use crate::operations::API;
+use crate::operations::API_VERSION;
 pub use address::Address;
-use link::{Broken, ClientLink, closed};
+use link::{ClientLink, LinkFailure, closed};
 pub use trouble::Trouble;
 
 /// Timeout for the first answer of an agent.
@@ -87,7 +87,7 @@ impl std::fmt::Debug for BodyReader {
 impl Read for BodyReader {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         if self.piece.is_empty() {
-            match self.link.next_piece(&mut self.incoming)? {
+            match self.link.next_chunk(&mut self.incoming)? {
                 Some(piece) => self.piece = piece,
                 None => return Ok(0),
             }
@@ -101,7 +101,7 @@ impl Read for BodyReader {
 /// Refusal of an agent over HTTP.
 #[derive(Debug, thiserror::Error)]
 #[error("{detail}")]
-pub struct Denied {
+pub struct HttpRefusal {
     /// Status of HTTP.
     pub status: u16,
     /// Message.
@@ -114,7 +114,7 @@ pub struct Denied {
     pub report: Option<String>,
 }
 
-impl Denied {
+impl HttpRefusal {
     fn read(status: u16, problem: &Json) -> Self {
         let field = |name: &str| problem.get(name).and_then(Json::as_str).map(str::to_owned);
         // Of a refusal that was asked for with status 200 the body has the status.
@@ -146,7 +146,7 @@ pub enum RequestError {
     Trouble(#[from] Trouble),
     /// Refusal.
     #[error(transparent)]
-    Denied(#[from] Denied),
+    HttpRefusal(#[from] HttpRefusal),
 }
 
 impl Access {
@@ -164,7 +164,7 @@ impl Access {
         })
     }
 
-    /// Sends a request like [`ask`](Access::ask) and returns the whole JSON answer.
+    /// Sends a request like [`ask`](Access::ask) and returns the whole answer as JSON.
     ///
     /// # Errors
     /// When the agent is not reached, or refuses.
@@ -177,14 +177,16 @@ impl Access {
         Ok(serde_json::from_str(&text).unwrap_or_default())
     }
 
-    fn trouble(&self, broken: Broken) -> Trouble {
+    fn trouble(&self, broken: LinkFailure) -> Trouble {
         let address = self.address.to_string();
         match broken {
-            Broken::Nonsense(reason) if !self.address.is_secure => Trouble::NoHttp { address, reason },
-            Broken::Nonsense(reason) => Trouble::Unreached { address, reason },
-            Broken::Late => Trouble::Unreached { address, reason: "no answer within 60 s".into() },
-            Broken::Lost(error) => Trouble::Unreached { address, reason: error.to_string() },
-            Broken::Unsent => Trouble::Unreached { address, reason: closed().to_string() },
+            LinkFailure::InvalidAnswer(reason) if !self.address.is_secure => {
+                Trouble::NoHttp { address, reason }
+            }
+            LinkFailure::InvalidAnswer(reason) => Trouble::Unreached { address, reason },
+            LinkFailure::Timeout => Trouble::Unreached { address, reason: "no answer within 60 s".into() },
+            LinkFailure::Lost(error) => Trouble::Unreached { address, reason: error.to_string() },
+            LinkFailure::Unsent => Trouble::Unreached { address, reason: closed().to_string() },
         }
     }
 }
@@ -194,14 +196,14 @@ impl Response {
     ///
     /// # Errors
     /// Why it does not.
-    pub fn well(mut self) -> Result<Self, Denied> {
+    pub fn well(mut self) -> Result<Self, HttpRefusal> {
         if self.status < 400 {
             return Ok(self);
         }
         let mut text = String::new();
         // What came of it is better than nothing.
         let _ = self.body.read_to_string(&mut text);
-        Err(Denied::read(self.status, &serde_json::from_str(&text).unwrap_or_default()))
+        Err(HttpRefusal::read(self.status, &serde_json::from_str(&text).unwrap_or_default()))
     }
 }
 
@@ -220,7 +222,7 @@ pub enum ClientError {
     #[error("{}", .0.message)]
     Refused(Refusal),
     /// Other version of the operations.
-    #[error("agent `{name}` speaks version {found} of the protocol, this program version {API}")]
+    #[error("agent `{name}` speaks version {found} of the protocol, this program version {API_VERSION}")]
     Version {
         /// Agent.
         name: String,
@@ -229,7 +231,7 @@ pub enum ClientError {
     },
     /// Answer that makes no sense.
     #[error("agent `{name}` sent what can't be understood: {problem}")]
-    Nonsense {
+    InvalidAnswer {
         /// Agent.
         name: String,
         /// Mistake in it.
@@ -285,9 +287,10 @@ impl Client {
         };
         let path = format!("{BASE}/agent");
         let request = Request { method: "GET", path: &path, ..Request::default() };
-        let (status, agent) = client.link.whole(&request, ANSWER).map_err(|broken| access.trouble(broken))?;
+        let (status, agent) =
+            client.link.request_json(&request, ANSWER).map_err(|broken| access.trouble(broken))?;
         if status >= 400 {
-            return Err(Denied::read(status, &agent).into());
+            return Err(HttpRefusal::read(status, &agent).into());
         }
         client.agent = agent.get("name").and_then(Json::as_str).unwrap_or_default().to_owned();
         client.name.clone_from(&client.agent);
@@ -301,7 +304,7 @@ impl Client {
     /// # Errors
     /// When no such agent runs, or it does not answer.
     pub fn stop_at_once(name: &str, reason: &str) -> Result<(), ClientError> {
-        // It works also when the agent has no descriptor, thread or place for one more caller.
+        // The stop line works without a free descriptor, thread or slot of the agent.
         let socket = directory::socket(name);
         if socket.and_then(|socket| stop_line::stop(&socket, reason, STOP_LINE)).is_ok() {
             return Ok(());
@@ -330,7 +333,7 @@ impl Client {
             self.agent = name.to_owned();
         }
         match agent.get("api").and_then(Json::as_u64).unwrap_or_default() {
-            API => Ok(()),
+            API_VERSION => Ok(()),
             found => Err(ClientError::Version { name: self.name.clone(), found }),
         }
     }
@@ -390,47 +393,47 @@ impl Client {
     ) -> Result<T, ClientError> {
         let (path, body) = (format!("{BASE}{path}"), body.map(ToString::to_string));
         let request = Request { method, path: &path, body: body.as_deref(), ..Request::default() };
-        let mut asked = self.link.whole(&request, within);
-        if let (Err(Broken::Unsent), Some(access)) = (&asked, &self.access) {
+        let mut asked = self.link.request_json(&request, within);
+        if let (Err(LinkFailure::Unsent), Some(access)) = (&asked, &self.access) {
             // An agent closes a connection that is idle for long.
             let mut link = ClientLink::tcp(access).map_err(|trouble| {
-                self.broken(Broken::Lost(std::io::Error::other(trouble.to_string())), within)
+                self.broken(LinkFailure::Lost(std::io::Error::other(trouble.to_string())), within)
             })?;
-            link.ask_like(&self.link);
+            link.copy_identity(&self.link);
             self.link = link;
-            asked = self.link.whole(&request, within);
+            asked = self.link.request_json(&request, within);
         }
         let (status, answer) = asked.map_err(|broken| self.broken(broken, within))?;
         if status >= 400 {
-            return Err(ClientError::Refused(Denied::read(status, &answer).refusal()));
+            return Err(ClientError::Refused(HttpRefusal::read(status, &answer).refusal()));
         }
-        serde_json::from_value(answer).map_err(|error| self.nonsense(error.to_string()))
+        serde_json::from_value(answer).map_err(|error| self.invalid_answer(error.to_string()))
     }
 
-    fn broken(&self, broken: Broken, within: Duration) -> ClientError {
+    fn broken(&self, broken: LinkFailure, within: Duration) -> ClientError {
         let lost = |error| ClientError::Lost { name: self.name.clone(), error };
         match broken {
-            Broken::Nonsense(problem) => self.nonsense(problem),
-            Broken::Lost(error) => lost(error),
-            Broken::Unsent => lost(closed()),
-            Broken::Late => {
-                let said =
+            LinkFailure::InvalidAnswer(problem) => self.invalid_answer(problem),
+            LinkFailure::Lost(error) => lost(error),
+            LinkFailure::Unsent => lost(closed()),
+            LinkFailure::Timeout => {
+                let message =
                     format!("no answer within {} s; it may go on with what it was asked", within.as_secs());
-                lost(std::io::Error::new(ErrorKind::TimedOut, said))
+                lost(std::io::Error::new(ErrorKind::TimedOut, message))
             }
         }
     }
 
-    fn nonsense(&self, problem: String) -> ClientError {
-        ClientError::Nonsense { name: self.name.clone(), problem }
+    fn invalid_answer(&self, problem: String) -> ClientError {
+        ClientError::InvalidAnswer { name: self.name.clone(), problem }
     }
 }
 
 /// Percent-encodes a part of a path, including separators.
-pub fn coded(text: &str) -> String {
-    let coded = |byte: u8| match byte {
+pub fn percent_encoded(text: &str) -> String {
+    let percent_encoded = |byte: u8| match byte {
         byte if byte.is_ascii_alphanumeric() || b"-_.~".contains(&byte) => char::from(byte).to_string(),
         byte => format!("%{byte:02X}"),
     };
-    text.bytes().map(coded).collect()
+    text.bytes().map(percent_encoded).collect()
 }

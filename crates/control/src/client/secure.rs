@@ -17,7 +17,7 @@ use super::address::Address;
 use super::trouble::Trouble;
 
 /// Makes the handshake.
-pub async fn begin(
+pub async fn connect(
     stream: TcpStream,
     address: &Address,
     certificate: Option<&Path>,
@@ -27,7 +27,7 @@ pub async fn begin(
         |_| Trouble::NoAddress { text: address.to_string(), reason: "no certificate has such a name" };
     let name = ServerName::try_from(address.host().to_owned()).map_err(of_name)?;
     let connected = TlsConnector::from(Arc::new(settings)).connect(name, stream);
-    match tokio::time::timeout(HANDSHAKE, connected).await {
+    match tokio::time::timeout(HANDSHAKE_TIMEOUT, connected).await {
         Ok(connected) => connected.map_err(|error| trouble(address, &error)),
         Err(_) => Err(Trouble::Unreached {
             address: address.to_string(),
@@ -37,7 +37,7 @@ pub async fn begin(
 }
 
 /// Timeout for a handshake.
-const HANDSHAKE: Duration = Duration::from_secs(60);
+const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Returns the reason why a handshake has failed.
 fn trouble(address: &Address, error: &std::io::Error) -> Trouble {
@@ -98,7 +98,7 @@ fn read(path: &Path) -> Result<Vec<CertificateDer<'static>>, Trouble> {
 }
 
 /// Paths of the trusted root certificates on common systems.
-const SYSTEM: [&str; 4] = [
+const SYSTEM_AUTHORITIES: [&str; 4] = [
     "/etc/ssl/certs/ca-certificates.crt",
     "/etc/pki/tls/certs/ca-bundle.crt",
     "/etc/ssl/ca-bundle.pem",
@@ -107,12 +107,12 @@ const SYSTEM: [&str; 4] = [
 
 /// Returns the certificates that the system trusts, with their file.
 fn system() -> Result<(PathBuf, Vec<CertificateDer<'static>>), Trouble> {
-    let said = std::env::var_os("SSL_CERT_FILE").map(PathBuf::from);
-    let usual = || SYSTEM.iter().map(PathBuf::from).find(|path| path.is_file());
-    let Some(path) = said.or_else(usual) else {
+    let configured = std::env::var_os("SSL_CERT_FILE").map(PathBuf::from);
+    let standard = || SYSTEM_AUTHORITIES.iter().map(PathBuf::from).find(|path| path.is_file());
+    let Some(path) = configured.or_else(standard) else {
         let reason =
             "this computer has no list of whom it trusts; let SLATE_CERTIFICATE be the agent's certificate";
-        return Err(Trouble::Certificate { path: SYSTEM[0].into(), reason: reason.into() });
+        return Err(Trouble::Certificate { path: SYSTEM_AUTHORITIES[0].into(), reason: reason.into() });
     };
     read(&path).map(|found| (path, found))
 }

@@ -90,7 +90,7 @@ pub enum Trouble {
 }
 
 /// Hint on how to trust other certificates.
-const GIVE: &str =
+const AUTHORITY_HELP: &str =
     "let SLATE_CERTIFICATE be the file of its certificate, or of the authority that signed it, in PEM";
 
 impl Trouble {
@@ -123,7 +123,7 @@ impl Trouble {
                 let open = address.replacen("https:", "http:", 1);
                 format!("ask {open} if that is this computer; else give the agent a certificate: `console.certificate`")
             }
-            Self::Untrusted { .. } => GIVE.into(),
+            Self::Untrusted { .. } => AUTHORITY_HELP.into(),
             Self::Certificate { .. } => "give a file in PEM: it begins with -----BEGIN CERTIFICATE-----".into(),
             #[cfg(not(feature = "tls"))]
             Self::WithoutTls { .. } => "build it with the feature `tls`: cargo build --release --features tls".into(),

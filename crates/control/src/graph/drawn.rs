@@ -7,16 +7,16 @@ use super::model::{Flow, GraphEdge, GraphNode, ModuleGraph, NodeKind};
 use super::route::EdgeRoute;
 
 /// Width and height of a node, pixels.
-const NODE: (f64, f64) = (150.0, 38.0);
+const NODE_SIZE: (f64, f64) = (150.0, 38.0);
 
 /// Height at which a loop-closing edge starts and ends, as a fraction of a node's.
-const BACK: f64 = 0.75;
+const LOOP_EDGE_HEIGHT: f64 = 0.75;
 
 /// Distance of a label from the side of a node, pixels.
-const LABEL: f64 = 16.0;
+const LABEL_DISTANCE: f64 = 16.0;
 
 /// Distance of the tip of an arrow from the node that it points to, pixels.
-const TIP: f64 = 2.0;
+const TIP_DISTANCE: f64 = 2.0;
 
 /// Graph with positions of its nodes, and one edge for all links of a pair.
 /// Positions are in pixels.
@@ -92,7 +92,7 @@ pub struct DrawnLink {
 impl DrawnGraph {
     /// Draws a graph as widely as fits into the given width and height.
     pub fn new(graph: &ModuleGraph, available: (f64, f64)) -> Self {
-        let layout = GraphLayout::new(graph, &vec![NODE; graph.nodes.len()], Some(available));
+        let layout = GraphLayout::new(graph, &vec![NODE_SIZE; graph.nodes.len()], Some(available));
         let node = |(index, node): (usize, &GraphNode)| DrawnNode {
             name: node.name.clone(),
             kind: node.kind,
@@ -114,8 +114,8 @@ impl DrawnGraph {
             title: graph.title.clone(),
             width: layout.width,
             height: layout.height,
-            node_width: NODE.0,
-            node_height: NODE.1,
+            node_width: NODE_SIZE.0,
+            node_height: NODE_SIZE.1,
             nodes: graph.nodes.iter().enumerate().map(node).collect(),
             edges: edges.into_iter().map(|(_, edge)| edge).collect(),
             groups: layout.groups,
@@ -147,16 +147,16 @@ fn drawn(
     link: DrawnLink,
 ) -> DrawnEdge {
     let (from, to) = (layout.nodes[edge.from], layout.nodes[edge.to]);
-    let part = if route.is_back() { BACK } else { 0.5 };
-    let start = (from.x + NODE.0, from.y + part * NODE.1);
-    let end = (to.x - TIP, to.y + part * NODE.1);
+    let part = if route.is_back() { LOOP_EDGE_HEIGHT } else { 0.5 };
+    let start = (from.x + NODE_SIZE.0, from.y + part * NODE_SIZE.1);
+    let end = (to.x - TIP_DISTANCE, to.y + part * NODE_SIZE.1);
     DrawnEdge {
         from: graph.nodes[edge.from].name.clone(),
         to: graph.nodes[edge.to].name.clone(),
         back: route.is_back(),
         path: route.path(start, end),
-        start: route.turn().unwrap_or((start.0 + LABEL, start.1)),
-        end: route.turn().unwrap_or((end.0 - LABEL, end.1)),
+        start: route.turn().unwrap_or((start.0 + LABEL_DISTANCE, start.1)),
+        end: route.turn().unwrap_or((end.0 - LABEL_DISTANCE, end.1)),
         links: vec![link],
     }
 }

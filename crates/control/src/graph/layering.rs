@@ -8,7 +8,7 @@ use super::columns::columns;
 use super::model::{GraphEdge, ModuleGraph};
 
 /// Height of an edge that passes a column, and the space around it.
-const PASS: f64 = 4.0;
+const PASS_HEIGHT: f64 = 4.0;
 const PASS_GAP: f64 = 10.0;
 
 /// Number of sweeps that order the columns and that move nodes to their neighbours.
@@ -17,10 +17,10 @@ const MOVE_SWEEPS: usize = 8;
 
 /// Around the drawing, and above the nodes of a group for its name.
 pub(super) const MARGIN: f64 = 16.0;
-pub(super) const TITLE: f64 = 20.0;
+pub(super) const TITLE_HEIGHT: f64 = 20.0;
 
 /// Distance of edges that run back below a group.
-pub(super) const TRACK: f64 = 9.0;
+pub(super) const TRACK_SPACING: f64 = 9.0;
 
 /// Node, or the place where an edge passes a column.
 pub(super) struct Slot {
@@ -69,11 +69,11 @@ impl Lane {
     }
 
     pub fn tracks_height(&self) -> f64 {
-        if self.tracks.is_empty() { 0.0 } else { (self.tracks.len() + 1) as f64 * TRACK }
+        if self.tracks.is_empty() { 0.0 } else { (self.tracks.len() + 1) as f64 * TRACK_SPACING }
     }
 
     pub fn title_height(&self) -> f64 {
-        if self.name.is_empty() { 0.0 } else { TITLE }
+        if self.name.is_empty() { 0.0 } else { TITLE_HEIGHT }
     }
 
     /// Returns the space below it.
@@ -146,7 +146,8 @@ impl<'a> Layering<'a> {
                 let mut before = edge.from;
                 for column in self.columns[edge.from] + 1..self.columns[edge.to] {
                     let pass = *known.entry((edge.from, lane, column)).or_insert_with(|| {
-                        let slot = Slot { column, height: PASS, is_pass: true, y: 0.0, near: Vec::new() };
+                        let slot =
+                            Slot { column, height: PASS_HEIGHT, is_pass: true, y: 0.0, near: Vec::new() };
                         self.slots.push(slot);
                         self.lanes[lane].add(column, self.slots.len() - 1);
                         self.slots.len() - 1

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use slate_module::math::{clamp, max};
 
-use super::layering::{Lane, Layering, MARGIN, TITLE, TRACK};
+use super::layering::{Lane, Layering, MARGIN, TITLE_HEIGHT, TRACK_SPACING};
 use super::model::{GraphEdge, ModuleGraph};
 use super::route::EdgeRoute;
 
@@ -133,9 +133,9 @@ impl Layering<'_> {
             GroupBox {
                 name: lane.name.clone(),
                 x: left(first) - PADDING + 4.0,
-                y: lane.top - TITLE,
+                y: lane.top - TITLE_HEIGHT,
                 width: border(last) - left(first) + 2.0 * PADDING - 8.0,
-                height: lane.height + lane.tracks_height() + TITLE,
+                height: lane.height + lane.tracks_height() + TITLE_HEIGHT,
             }
         };
         GraphLayout {
@@ -167,7 +167,7 @@ impl Layering<'_> {
             if self.is_back(edge) {
                 let lane = &self.lanes[self.lane_of[edge.to]];
                 let track = lane.tracks.iter().position(|other| *other == edge.to).unwrap_or(0) as f64;
-                let low = lane.top + lane.height + (track + 0.6) * TRACK;
+                let low = lane.top + lane.height + (track + 0.6) * TRACK_SPACING;
                 let (right, before) = (border_of_source + 10.0 + 3.0 * track, left(to) - 14.0 - 3.0 * track);
                 return EdgeRoute { detour: Some((right, before, low)), ..EdgeRoute::default() };
             }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 /// Radius of the corners of a line.
-const RADIUS: f64 = 7.0;
+const CORNER_RADIUS: f64 = 7.0;
 
 /// Route of an edge between its two ends.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -70,7 +70,7 @@ fn rounded(points: &[(f64, f64)], path: &mut String) {
     let toward = |point: (f64, f64), other: (f64, f64)| {
         let (x, y) = (other.0 - point.0, other.1 - point.1);
         let length = (x * x + y * y).sqrt();
-        let part = if length > 2.0 * RADIUS { RADIUS / length } else { 0.5 };
+        let part = if length > 2.0 * CORNER_RADIUS { CORNER_RADIUS / length } else { 0.5 };
         (point.0 + x * part, point.1 + y * part)
     };
     for corner in points.windows(3) {

@@ -15,7 +15,7 @@ use crate::problem::Problem;
 use crate::surface::ControlSurface;
 
 /// Maximum size of a drawing, pixels.
-const MOST: f64 = 20_000.0;
+const MAX_PIXELS: f64 = 20_000.0;
 
 pub(super) const READ: Operation = Operation::get(
     "/graph",
@@ -36,7 +36,7 @@ pub(super) const READ: Operation = Operation::get(
 .answers(drawing, read);
 
 fn length() -> Json {
-    json!({ "type": "number", "minimum": 0, "maximum": MOST })
+    json!({ "type": "number", "minimum": 0, "maximum": MAX_PIXELS })
 }
 
 fn drawing() -> Json {
@@ -85,7 +85,7 @@ fn drawing() -> Json {
 }
 
 fn read(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let length = |name| ask.query.number(name, 0.0, MOST).map(Option::unwrap_or_default);
+    let length = |name| ask.query.number(name, 0.0, MAX_PIXELS).map(Option::unwrap_or_default);
     let available = (length("width")?, length("height")?);
     let mut graph = graph(&surface.agent);
     let hidden = ask.query.get("hide").unwrap_or_default();

@@ -19,11 +19,11 @@ use crate::select::Selection;
 use crate::surface::ControlSurface;
 
 /// Default and maximum number of values in one answer.
-const LIMIT: u64 = 1000;
-const MOST: u64 = 10_000;
+const DEFAULT_LIMIT: u64 = 1000;
+const MAX_LIMIT: u64 = 10_000;
 
 /// Maximum size of an answer's values, bytes, unless a single one is larger.
-const LARGEST: usize = 8 << 20;
+const MAX_SIZE: usize = 8 << 20;
 
 pub(super) const READ: Operation = Operation::get(
     "/history/{agent}/{path}",
@@ -36,13 +36,13 @@ pub(super) const READ: Operation = Operation::get(
         Parameter {
             name: "from",
             doc: "The earliest time, of the agent; 0 unless given. Continue from the `next` of an answer.",
-            schema: place,
+            schema: position,
         },
         Parameter { name: "to", doc: "Latest time; no limit unless given.", schema: shape::count },
         Parameter {
             name: "limit",
             doc: "Maximum number of values, spread evenly, the last one included; 1000 unless given. 1 returns the value at `to`.",
-            schema: || json!({ "type": "integer", "minimum": 1, "maximum": MOST }),
+            schema: || json!({ "type": "integer", "minimum": 1, "maximum": MAX_LIMIT }),
         },
         SELECTION[0],
         SELECTION[1],
@@ -54,18 +54,18 @@ pub(super) const READ: Operation = Operation::get(
             ("from", shape::count()),
             ("to", shape::count()),
             ("left_out", shape::count()),
-            ("next", shape::optional(place())),
+            ("next", shape::optional(position())),
         ])
     }, read);
 
 /// Returns the schema of a position: a time, and optionally a sequence number.
 /// Where several values have that time, the sequence number is that of the first one meant.
-fn place() -> Json {
+fn position() -> Json {
     json!({ "type": "string", "pattern": "^[0-9]+(:[0-9]+)?$" })
 }
 
 /// Returns the time and the sequence number of a place.
-fn parse_place(text: &str) -> Result<(u64, u64), Problem> {
+fn parse_position(text: &str) -> Result<(u64, u64), Problem> {
     let (time, sequence) = text.split_once(':').unwrap_or((text, "0"));
     let number = |text: &str| {
         let is_number = text.bytes().all(|byte| byte.is_ascii_digit());
@@ -79,63 +79,63 @@ fn parse_place(text: &str) -> Result<(u64, u64), Problem> {
 
 fn read(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
-    let (from, sequence) = ask.query.get("from").map(parse_place).transpose()?.unwrap_or_default();
+    let (from, sequence) = ask.query.get("from").map(parse_position).transpose()?.unwrap_or_default();
     let to = ask.query.count("to", u64::MAX)?.unwrap_or(u64::MAX);
-    let most = match ask.query.count("limit", MOST)? {
+    let most = match ask.query.count("limit", MAX_LIMIT)? {
         Some(0) => {
-            return Err(Problem::bad("`limit` is 0", format!("it is a whole number from 1 to {MOST}")));
+            return Err(Problem::bad("`limit` is 0", format!("it is a whole number from 1 to {MAX_LIMIT}")));
         }
-        limit => limit.unwrap_or(LIMIT) as usize,
+        limit => limit.unwrap_or(DEFAULT_LIMIT) as usize,
     };
     let url = url(ask)?;
-    let elsewhere = || Problem::unfit("history is of this agent's properties", "ask the other agent");
-    let path = own_path(surface, &url).ok_or_else(elsewhere)?;
+    let remote = || Problem::unfit("history is of this agent's properties", "ask the other agent");
+    let path = own_path(surface, &url).ok_or_else(remote)?;
     let (property, field) = surface.board().find(&path)?;
     if property.access() == Access::Messages {
         let message = format!("/{} takes messages, and has no value", property.path());
         return Err(Problem::unfit(message, "ask for what its module writes"));
     }
-    let wish = HistoryWish { path: property.path().into(), from, sequence, to, most };
-    let wrong = |error| BoardError::Access { url: format!("/{path}"), error };
+    let wanted = HistoryWish { path: property.path().into(), from, sequence, to, most };
+    let access_error = |error| BoardError::Access { url: format!("/{path}"), error };
     if !field.is_empty() {
-        find(property.descriptor(), &field).map_err(wrong)?;
+        find(property.descriptor(), &field).map_err(access_error)?;
     }
-    let (mut told, mut failure) = (Vec::<u8>::new(), None);
+    let (mut values, mut failure) = (Vec::<u8>::new(), None);
     let mut take = |descriptor: &'static Descriptor, kept: FrozenValue| {
-        if failure.is_some() || told.len() > LARGEST {
+        if failure.is_some() || values.len() > MAX_SIZE {
             return false;
         }
         match text(descriptor, &field, &selection, &kept) {
-            Ok(Some(value)) if !told.is_empty() && told.len() + value.len() > LARGEST => return false,
+            Ok(Some(value)) if !values.is_empty() && values.len() + value.len() > MAX_SIZE => return false,
             Ok(Some(value)) => {
-                if !told.is_empty() {
-                    told.push(b',');
+                if !values.is_empty() {
+                    values.push(b',');
                 }
-                told.extend(value);
+                values.extend(value);
             }
             Ok(None) => {}
-            Err(Wrong::Field(error)) => failure = Some(Problem::from(wrong(error))),
-            Err(Wrong::Selection(problem)) => failure = Some(problem),
+            Err(HistoryError::Field(error)) => failure = Some(Problem::from(access_error(error))),
+            Err(HistoryError::Selection(problem)) => failure = Some(problem),
         }
         failure.is_none()
     };
-    let history = surface.agent.composer().history(&wish, &mut take);
+    let history = surface.agent.composer().history(&wanted, &mut take);
     let refused = |refusal: RecordingRefusal| Problem::refused(StatusCode::CONFLICT, refusal.into());
     let History { left, count, from, to } = history.map_err(refused)?;
     if let Some(problem) = failure {
         return Err(problem);
     }
     let left_out = left.map_or(0, |left| left.count);
-    // Several values may have one time, and whoever goes on gets each of them once.
+    // Several values may have one time; the sequence number lets a client continue after the last one.
     let next = left.map(|Left { time, sequence, .. }| format!("{time}:{sequence}"));
     let rest =
         json!({ "count": count, "from": from, "to": to, "left_out": left_out, "next": next }).to_string();
-    let body = [&b"{\"values\":["[..], &told, b"],", &rest.as_bytes()[1..]].concat();
+    let body = [&b"{\"values\":["[..], &values, b"],", &rest.as_bytes()[1..]].concat();
     Ok(OperationAnswer::Bytes("application/json", body))
 }
 
-/// Reason why a value can't be returned.
-enum Wrong {
+/// Failure to return a value.
+enum HistoryError {
     Field(AccessError),
     Selection(Problem),
 }
@@ -146,13 +146,13 @@ fn text(
     field: &str,
     selection: &Selection,
     kept: &FrozenValue,
-) -> Result<Option<Vec<u8>>, Wrong> {
+) -> Result<Option<Vec<u8>>, HistoryError> {
     let Some(view) = View::new(descriptor, &kept.bytes, kept.items) else { return Ok(None) };
     let value = match field {
         "" => serde_json::to_value(view),
-        field => serde_json::to_value(view.at(&find(descriptor, field).map_err(Wrong::Field)?)),
+        field => serde_json::to_value(view.at(&find(descriptor, field).map_err(HistoryError::Field)?)),
     };
-    let value: Json = selection.of(&value.unwrap_or_default()).map_err(Wrong::Selection)?;
-    let told = json!({ "value": value, "sequence": kept.stamp.sequence, "time": kept.stamp.time });
-    Ok(Some(told.to_string().into_bytes()))
+    let value: Json = selection.of(&value.unwrap_or_default()).map_err(HistoryError::Selection)?;
+    let entry = json!({ "value": value, "sequence": kept.stamp.sequence, "time": kept.stamp.time });
+    Ok(Some(entry.to_string().into_bytes()))
 }

@@ -17,7 +17,7 @@ use crate::problem::Problem;
 use crate::surface::ControlSurface;
 
 /// Folder of a project with the files of the console's page.
-pub const PROJECT: &str = "console";
+pub const PROJECT_FOLDER: &str = "console";
 
 /// Returns whether a name is a plain file name, in no other folder and not hidden.
 pub fn is_plain(name: &str) -> bool {
@@ -55,13 +55,13 @@ pub(super) const REMOVE: Operation = Operation::delete(
 .answers(|| json!({ "type": "object", "maxProperties": 0 }), remove);
 
 /// Maximum size of a layout, bytes; larger than any number of panels needs.
-const LONGEST: u64 = 64 << 10;
+const MAX_SIZE: u64 = 64 << 10;
 
 /// Maximum number of layouts in a list.
-const MOST: usize = 64;
+const MAX_LAYOUTS: usize = 64;
 
 fn folder() -> PathBuf {
-    PathBuf::from(PROJECT).join("layouts")
+    PathBuf::from(PROJECT_FOLDER).join("layouts")
 }
 
 pub(super) fn list(_: &Arc<ControlSurface>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
@@ -73,11 +73,11 @@ pub(super) fn list(_: &Arc<ControlSurface>, _: &OperationRequest) -> Result<Oper
         .filter(|name| is_plain(name))
         .collect();
     names.sort();
-    names.truncate(MOST);
+    names.truncate(MAX_LAYOUTS);
     // What somebody has written into that folder and is none is left out.
     let read = |name: String| {
         let file = folder().join(format!("{name}.json"));
-        fs::metadata(&file).ok().filter(|about| about.is_file() && about.len() <= LONGEST)?;
+        fs::metadata(&file).ok().filter(|about| about.is_file() && about.len() <= MAX_SIZE)?;
         Some((name, serde_json::from_slice(&fs::read(file).ok()?).ok()?))
     };
     let layouts: Map<String, Json> = names.into_iter().filter_map(read).collect();
@@ -109,9 +109,9 @@ pub(super) fn save(_: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<Op
         return Err(Problem::unfit("a layout has a title and columns", help));
     }
     let text = format!("{:#}\n", Json::Object(layout));
-    if text.len() as u64 > LONGEST {
+    if text.len() as u64 > MAX_SIZE {
         return Err(Problem::unfit(
-            format!("the layout is longer than {LONGEST} bytes"),
+            format!("the layout is longer than {MAX_SIZE} bytes"),
             "show fewer panels",
         ));
     }

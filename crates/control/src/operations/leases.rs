@@ -11,7 +11,7 @@ use slate_runtime::{ControlsError, Teleoperation};
 use super::{gate, shape, told};
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::lease::TERM;
+use crate::lease::LEASE_DURATION;
 use crate::operation::{Operation, OperationRequest, Pace, without_slash};
 use crate::problem::Problem;
 use crate::schema;
@@ -72,11 +72,11 @@ struct Take {
 }
 
 /// Maximum length of the driver's name, letters.
-const NAME: usize = 80;
+const MAX_NAME_LENGTH: usize = 80;
 
 /// Returns the holder of the controls, for people.
 fn holder(asked: &OperationRequest, who: &str) -> String {
-    let own: String = who.chars().take(NAME).collect();
+    let own: String = who.chars().take(MAX_NAME_LENGTH).collect();
     match (own.is_empty(), &asked.caller.local) {
         (true, Some(_)) => "a tool".into(),
         (true, None) => asked.caller.who.clone(),
@@ -101,7 +101,7 @@ fn take(surface: &Arc<ControlSurface>, asked: &OperationRequest) -> Result<Opera
         let message = format!("no lease can be made: {error}");
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again")
     })?;
-    if bound && !asked.caller.place.bind_lease(&lease) {
+    if bound && !asked.caller.connection.bind_lease(&lease) {
         surface.leases.end(&lease);
         let message = "the connection to which the lease is bound is closed";
         return Err(Problem::new(StatusCode::CONFLICT, message, "take the controls over an open connection"));
@@ -109,7 +109,7 @@ fn take(surface: &Arc<ControlSurface>, asked: &OperationRequest) -> Result<Opera
     Ok(OperationAnswer::json(json!({
         "lease": lease,
         "actuator": actuator,
-        "term_ms": TERM.as_millis() as u64,
+        "term_ms": LEASE_DURATION.as_millis() as u64,
         "hold_ms": Teleoperation::HOLD.as_millis() as u64,
         "interface": interface,
     })))
@@ -159,7 +159,9 @@ pub(super) fn give_back(
 }
 
 fn unknown() -> Problem {
-    let help =
-        format!("it ends {} s after it was renewed last; POST /api/v1/leases makes one", TERM.as_secs());
+    let help = format!(
+        "it ends {} s after it was renewed last; POST /api/v1/leases makes one",
+        LEASE_DURATION.as_secs()
+    );
     Problem::not_found("lease unknown or expired", help)
 }

@@ -15,7 +15,7 @@ use crate::answer::OperationAnswer;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter, without_slash};
 use crate::problem::Problem;
 use crate::select::Selection;
-use crate::stream::{Follow, StreamForm, Watcher};
+use crate::stream::{StreamContent, ValueStream, Watcher};
 use crate::surface::ControlSurface;
 
 pub(super) const LINES: Operation =
@@ -57,7 +57,7 @@ pub(super) const NOTE: Operation = Operation::post(
 .answers(|| json!({ "type": "object", "maxProperties": 0 }), note);
 
 /// Path of the last lines of the log.
-const TAIL: &str = "log/tail";
+const LOG_TAIL: &str = "log/tail";
 
 /// Levels, the most important one first.
 const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
@@ -87,10 +87,15 @@ pub(super) fn lines(
             let help = "ask for all lines, and leave out what is not wanted";
             return Err(Problem::bad("a stream of the log has all lines", help));
         }
-        let watcher = Watcher::new(surface, TAIL, after)?;
-        let what = StreamForm::Events { selection: Selection::Whole, every: true };
+        let watcher = Watcher::new(surface, LOG_TAIL, after)?;
+        let content = StreamContent::Events { selection: Selection::Whole, every: true };
         let period = Duration::from_millis(100);
-        return Ok(OperationAnswer::Follow(Follow { surface: Arc::clone(surface), watcher, period, what }));
+        return Ok(OperationAnswer::ValueStream(ValueStream {
+            surface: Arc::clone(surface),
+            watcher,
+            period,
+            content,
+        }));
     }
     let is_wanted = |line: &Json| {
         let level = line["level"].as_str().and_then(rank).unwrap_or(0);
@@ -99,12 +104,12 @@ pub(super) fn lines(
         };
         level <= least && module.is_none_or(of_module)
     };
-    let kept = surface.board().history(TAIL)?.into_iter().filter(|(_, stamp)| stamp.sequence > after);
+    let kept = surface.board().history(LOG_TAIL)?.into_iter().filter(|(_, stamp)| stamp.sequence > after);
     Ok(OperationAnswer::json(kept.map(line).filter(is_wanted).collect()))
 }
 
 /// Maximum length of a text that is written to the log, bytes.
-const LONGEST: usize = 256;
+const MAX_NOTE_LENGTH: usize = 256;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -117,8 +122,8 @@ pub(super) fn note(
     ask: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
     let Note { text } = ask.body()?;
-    if text.trim().is_empty() || text.len() > LONGEST || text.chars().any(char::is_control) {
-        let help = format!("it is one line of 1 to {LONGEST} bytes");
+    if text.trim().is_empty() || text.len() > MAX_NOTE_LENGTH || text.chars().any(char::is_control) {
+        let help = format!("it is one line of 1 to {MAX_NOTE_LENGTH} bytes");
         return Err(Problem::unfit("this is no line for the log", help));
     }
     surface.log(Level::Info, &format!("{}: {text}", ask.caller.name()));

@@ -25,7 +25,7 @@ mod values;
 mod watching;
 mod write;
 
-pub use layouts::{PROJECT, is_plain};
+pub use layouts::{PROJECT_FOLDER, is_plain};
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -44,7 +44,7 @@ use crate::query::Query;
 use crate::surface::ControlSurface;
 
 /// Version of the operations; different versions are incompatible.
-pub const API: u64 = 1;
+pub const API_VERSION: u64 = 1;
 
 /// Name of the stop, the operation that never waits.
 pub const STOP: &str = "stop";

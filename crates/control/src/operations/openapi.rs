@@ -7,7 +7,7 @@ use slate_blackboard::{Access, Property};
 
 use super::{OPERATIONS, shape, sockets};
 use crate::Role;
-use crate::answer::{BYTES, OperationAnswer};
+use crate::answer::{OCTET_STREAM, OperationAnswer};
 use crate::operation::{BASE, Operation};
 use crate::surface::ControlSurface;
 
@@ -119,7 +119,7 @@ fn of(operation: &Operation, surface: &ControlSurface) -> Json {
         );
     }
     let mut content = Map::new();
-    if !matches!(operation.kinds, ["text/plain"] | [BYTES]) {
+    if !matches!(operation.kinds, ["text/plain"] | [OCTET_STREAM]) {
         content.insert("application/json".into(), json!({ "schema": (operation.answer)() }));
     }
     for kind in operation.kinds {

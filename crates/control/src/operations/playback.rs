@@ -14,7 +14,7 @@ use crate::problem::Problem;
 use crate::surface::ControlSurface;
 
 /// Maximum number of cycles in one request.
-const STEPS: u64 = 1_000_000;
+const MAX_CYCLES: u64 = 1_000_000;
 
 pub(super) const STATUS: Operation = Operation::get(
     "/playback",
@@ -51,7 +51,7 @@ pub(super) const STEP: Operation = Operation::post(
     Pace::Slow,
 )
 .body(|| {
-    let cycles = json!({ "type": "integer", "minimum": 1, "maximum": STEPS });
+    let cycles = json!({ "type": "integer", "minimum": 1, "maximum": MAX_CYCLES });
     json!({ "type": "object", "properties": { "cycles": cycles }, "additionalProperties": false })
 })
 .answers(status, step);
@@ -149,8 +149,11 @@ fn order(surface: &ControlSurface, order: Order) -> Result<OperationAnswer, Prob
 
 fn step(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let StepRequest { cycles } = ask.body_or_default()?;
-    if !(1..=STEPS).contains(&cycles) {
-        return Err(Problem::unfit(format!("{cycles} cycles are no step"), format!("make 1 to {STEPS}")));
+    if !(1..=MAX_CYCLES).contains(&cycles) {
+        return Err(Problem::unfit(
+            format!("{cycles} cycles are no step"),
+            format!("make 1 to {MAX_CYCLES}"),
+        ));
     }
     order(surface, Order::Step(cycles))
 }

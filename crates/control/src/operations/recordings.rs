@@ -12,7 +12,7 @@ use slate_runtime::recording::RecordingStatus;
 use super::{conflict, in_conflict, local_file, shape};
 use crate::Role;
 use crate::agent::RecordingWish;
-use crate::answer::{BYTES, OperationAnswer};
+use crate::answer::{OCTET_STREAM, OperationAnswer};
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 use crate::surface::ControlSurface;
@@ -97,7 +97,7 @@ pub(super) const FETCH: Operation = Operation::get(
     Role::Viewer,
     "File of a finished recording",
 )
-.kinds(&[BYTES])
+.kinds(&[OCTET_STREAM])
 .answers(shape::anything, fetch);
 
 fn entry_shape() -> Json {
@@ -139,7 +139,7 @@ fn recorded(surface: &ControlSurface) -> RecordingStatus {
 }
 
 /// File extension of recordings.
-const KIND: &str = "mcap";
+const EXTENSION: &str = "mcap";
 
 /// Returns the file of a recording, or of one that is made beside it.
 fn file(
@@ -213,26 +213,26 @@ fn list(surface: &Arc<ControlSurface>, _: &OperationRequest) -> Result<Operation
 
 fn start(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let wish: RecordingWish = ask.body_or_default()?;
-    let file = new_file(surface, ask, ask.part("recording"), KIND)?;
+    let file = new_file(surface, ask, ask.part("recording"), EXTENSION)?;
     surface.agent.start_recording(&file, &wish).map_err(in_conflict)?;
     Ok(OperationAnswer::json(json!({ "file": file })))
 }
 
 fn stop(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    conflict(surface.agent.stop_recording(Some(&file(surface, ask, ask.part("recording"), KIND)?)))
+    conflict(surface.agent.stop_recording(Some(&file(surface, ask, ask.part("recording"), EXTENSION)?)))
 }
 
 fn fetch(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let name = ask.part("recording");
-    let path = file(surface, ask, name, KIND)?;
+    let path = file(surface, ask, name, EXTENSION)?;
     if recorded(surface).recordings.iter().any(|entry| entry.file == path && entry.failure.is_none()) {
-        let message = format!("{name}.{KIND} is still being recorded");
+        let message = format!("{name}.{EXTENSION} is still being recorded");
         let help = format!("end it first: POST /api/v1/recordings/{name}/stop");
         return Err(Problem::new(StatusCode::CONFLICT, message, help));
     }
     let opened = File::open(&path).and_then(|file| file.metadata().map(|metadata| (file, metadata.len())));
     let missing = |error: std::io::Error| {
-        let message = format!("there is no {name}.{KIND} that can be read: {error}");
+        let message = format!("there is no {name}.{EXTENSION} that can be read: {error}");
         Problem::not_found(message, "GET /api/v1/recordings lists them")
     };
     let (file, length) = opened.map_err(missing)?;
@@ -240,5 +240,5 @@ fn fetch(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<Operat
 }
 
 fn snapshot(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    conflict(surface.agent.save_flight(&new_file(surface, ask, ask.part("recording"), KIND)?))
+    conflict(surface.agent.save_flight(&new_file(surface, ask, ask.part("recording"), EXTENSION)?))
 }

@@ -57,7 +57,7 @@ pub(super) const VALUES: Operation = Operation::post(
 );
 
 /// File extension of snapshots.
-const KIND: &str = "snapshot";
+const EXTENSION: &str = "snapshot";
 
 /// Returns the file of a snapshot: a name in the folder of snapshots.
 /// For a caller on this computer also any absolute path.
@@ -84,12 +84,12 @@ fn file(ask: &OperationRequest, kind: &str) -> Result<PathBuf, Problem> {
 }
 
 fn save(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let file = file(ask, KIND)?;
+    let file = file(ask, EXTENSION)?;
     placed(surface.agent.save_snapshot(&file), &file)
 }
 
 fn load(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let file = file(ask, KIND)?;
+    let file = file(ask, EXTENSION)?;
     if ask.caller.local.is_none() && !file.is_file() {
         let message = format!("there is no snapshot `{}`", ask.part("snapshot"));
         return Err(Problem::not_found(message, "take one with POST /api/v1/snapshots/NAME"));

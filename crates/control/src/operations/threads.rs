@@ -14,7 +14,7 @@ use crate::problem::Problem;
 use crate::surface::ControlSurface;
 
 /// Directory of the threads of this process.
-const THREADS: &str = "/proc/self/task";
+const THREADS_FOLDER: &str = "/proc/self/task";
 
 pub(super) const READ: Operation = Operation::get(
     "/threads",
@@ -40,7 +40,7 @@ pub(super) const READ: Operation = Operation::get(
     }, read);
 
 fn read(_: &Arc<ControlSurface>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let folders = fs::read_dir(THREADS).into_iter().flatten().flatten();
+    let folders = fs::read_dir(THREADS_FOLDER).into_iter().flatten().flatten();
     let mut threads: Vec<_> = folders.filter_map(|folder| thread(&folder.path())).collect();
     threads.sort_by_key(|(id, _)| *id);
     Ok(OperationAnswer::json(threads.into_iter().map(|(_, thread)| thread).collect()))

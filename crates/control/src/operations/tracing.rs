@@ -30,7 +30,7 @@ pub(super) const PROGRESS: Operation =
         .pace(Pace::Prompt)
         .parameters(&[])
         .answers(entry, |_, ask| {
-            answer(ask.caller.place.with_trace(|trace| trace.progress()).map_err(in_conflict)?)
+            answer(ask.caller.connection.with_trace(|trace| trace.progress()).map_err(in_conflict)?)
         });
 
 pub(super) const END: Operation = Operation::delete(
@@ -40,10 +40,10 @@ pub(super) const END: Operation = Operation::delete(
     "Stops this connection's trace and writes its file",
     Pace::Prompt,
 )
-.answers(entry, |_, ask| answer(ask.caller.place.with_trace(|trace| trace.end()).map_err(in_conflict)?));
+.answers(entry, |_, ask| answer(ask.caller.connection.with_trace(|trace| trace.end()).map_err(in_conflict)?));
 
 /// Maximum number of connections that record at once.
-const MOST: usize = 32;
+const MAX_TRACES: usize = 32;
 
 fn entry() -> Json {
     let track =
@@ -63,14 +63,14 @@ fn answer(entry: TraceEntry) -> Result<OperationAnswer, Problem> {
 
 fn record(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let Named { file } = ask.body()?;
-    if ask.caller.place.traces() >= MOST {
+    if ask.caller.connection.traces() >= MAX_TRACES {
         return Err(Problem::too_many());
     }
     let file = match ask.caller.local {
         Some(_) => absolute(&file).map_err(in_conflict)?.to_owned(),
         None => recordings::new_file(surface, ask, &file.to_string_lossy(), "json")?,
     };
-    let begun = ask.caller.place.with_trace(|trace| trace.record(surface.agent.composer(), &file));
+    let begun = ask.caller.connection.with_trace(|trace| trace.record(surface.agent.composer(), &file));
     begun.map_err(in_conflict)?;
     Ok(OperationAnswer::Nothing)
 }

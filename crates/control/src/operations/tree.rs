@@ -9,7 +9,7 @@ use slate_blackboard::Property;
 use slate_blackboard::interface::Descriptor;
 use slate_runtime::Mistake;
 
-use super::{API, TOKEN, shape};
+use super::{API_VERSION, TOKEN, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter};
@@ -58,7 +58,7 @@ pub(super) const DOCUMENT: Operation =
         .answers(shape::anything, document);
 
 /// Maximum size of a value in a list, bytes.
-const SMALL: usize = 4096;
+const MAX_INLINE_SIZE: usize = 4096;
 
 pub(super) fn agent(
     surface: &Arc<ControlSurface>,
@@ -66,7 +66,7 @@ pub(super) fn agent(
 ) -> Result<OperationAnswer, Problem> {
     let stopped = surface.agent.composer().actuators().into_iter().find_map(|(_, reason)| reason);
     Ok(OperationAnswer::json(json!({
-        "api": API,
+        "api": API_VERSION,
         "name": surface.name(),
         "version": env!("CARGO_PKG_VERSION"),
         "run": surface.session,
@@ -107,7 +107,8 @@ fn entry(surface: &ControlSurface, property: &Property, values: bool) -> Json {
         "sequence": channel.map_or(0, |channel| channel.published()),
         "readers": property.readers(),
     });
-    let is_small = channel.is_some_and(|channel| channel.shape().bytes(channel.shape().capacity) <= SMALL);
+    let is_small =
+        channel.is_some_and(|channel| channel.shape().bytes(channel.shape().capacity) <= MAX_INLINE_SIZE);
     if values
         && is_small
         && let Ok(Some((value, stamp))) = surface.board().read(property.path())

@@ -17,7 +17,7 @@ use crate::operation::{Operation, OperationRequest, Pace, Parameter};
 use crate::picture::{Picture, is_picture};
 use crate::problem::Problem;
 use crate::select::Selection;
-use crate::stream::{Follow, StreamForm, Watcher};
+use crate::stream::{StreamContent, ValueStream, Watcher};
 use crate::surface::ControlSurface;
 
 const FORMAT: Parameter = Parameter {
@@ -89,11 +89,11 @@ pub(super) const QUEUE: Operation = Operation::get(
 );
 
 /// Default polling rate of a stream, Hz.
-const RATE: f64 = 10.0;
+const DEFAULT_RATE: f64 = 10.0;
 
 /// Default and maximum number of a queue's values in one answer.
-const LIMIT: u64 = 1000;
-const MOST: u64 = 100_000;
+const DEFAULT_LIMIT: u64 = 1000;
+const MAX_LIMIT: u64 = 100_000;
 
 /// Form of the answer with a value.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -177,7 +177,7 @@ pub(super) fn read(
     let url = url(ask)?;
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
     let bare = ask.query.flag("bare")?;
-    let rate = ask.query.number("rate", 0.01, 100.0)?.unwrap_or(RATE);
+    let rate = ask.query.number("rate", 0.01, 100.0)?.unwrap_or(DEFAULT_RATE);
     let every = ask.query.flag("every")?;
     let quality = match ask.query.count("quality", 100)? {
         Some(0) => return Err(Problem::bad("`quality` is 0", "it is a whole number from 1 to 100")),
@@ -203,10 +203,15 @@ pub(super) fn read(
         let message = format!("/{path} is {}, and no image", property.descriptor().name);
         return Err(Problem::new(StatusCode::NOT_ACCEPTABLE, message, "ask for application/json"));
     }
-    let follow = |what| {
+    let follow = |content| {
         let watcher = Watcher::new(surface, &path, ask.last_event.unwrap_or(0))?;
         let period = Duration::from_secs_f64(1.0 / rate);
-        Ok(OperationAnswer::Follow(Follow { surface: Arc::clone(surface), watcher, period, what }))
+        Ok(OperationAnswer::ValueStream(ValueStream {
+            surface: Arc::clone(surface),
+            watcher,
+            period,
+            content,
+        }))
     };
     match form {
         ValueForm::Json | ValueForm::Text => {
@@ -230,8 +235,8 @@ pub(super) fn read(
             let jpeg = picture.jpeg(quality).map_err(|reason| Problem::unfit(reason, "ask for image/png"))?;
             Ok(OperationAnswer::Bytes("image/jpeg", jpeg))
         }
-        ValueForm::Mjpeg => follow(StreamForm::Pictures(quality)),
-        ValueForm::Events => follow(StreamForm::Events { selection, every }),
+        ValueForm::Mjpeg => follow(StreamContent::Pictures(quality)),
+        ValueForm::Events => follow(StreamContent::Events { selection, every }),
     }
 }
 
@@ -286,7 +291,7 @@ pub(super) fn queue(
 ) -> Result<OperationAnswer, Problem> {
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
     let after = ask.query.count("after", u64::MAX)?.unwrap_or(0);
-    let limit = ask.query.count("limit", MOST)?.unwrap_or(LIMIT);
+    let limit = ask.query.count("limit", MAX_LIMIT)?.unwrap_or(DEFAULT_LIMIT);
     let url = url(ask)?;
     let elsewhere = || Problem::unfit("a queue is of this agent's properties", "ask the other agent");
     let path = own_path(surface, &url).ok_or_else(elsewhere)?;

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::{shape, told};
 use crate::Role;
-use crate::agent::LONGEST;
+use crate::agent::MAX_CALL_DURATION;
 use crate::answer::OperationAnswer;
 use crate::entries::Watched;
 use crate::operation::{Operation, OperationRequest, Pace};
@@ -60,7 +60,7 @@ pub(super) const MEASURE: Operation = Operation::post(
 .answers(|| shape::list(measured()), measure);
 
 fn wait(doc: &str) -> serde_json::Value {
-    json!({ "type": "integer", "minimum": 0, "maximum": LONGEST.as_millis() as u64, "description": doc })
+    json!({ "type": "integer", "minimum": 0, "maximum": MAX_CALL_DURATION.as_millis() as u64, "description": doc })
 }
 
 fn measured() -> serde_json::Value {

@@ -13,7 +13,7 @@ use super::{DRY_RUN, shape, told};
 use crate::Role;
 use crate::agent::enabled;
 use crate::answer::OperationAnswer;
-use crate::entries::Changed;
+use crate::entries::SettingChange;
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 use crate::schema::complete;
@@ -55,13 +55,13 @@ pub(super) const SEND: Operation = Operation::post(
 .answers(|| shape::object(&[("status", json!({ "enum": ["accepted", "done", "fits"] }))]), send);
 
 /// Role of inboxes whose messages only developers send.
-const OF_DEVELOPERS: &str = "developer";
+const DEVELOPER_ROLE: &str = "developer";
 
 /// Setting that can be written.
 struct WriteTarget {
     property: Arc<Property>,
     module: String,
-    what: WriteKind,
+    kind: WriteKind,
 }
 
 enum WriteKind {
@@ -77,7 +77,7 @@ enum WriteKind {
 fn put(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let body: Json = ask.body()?;
     let target = target(surface, ask, &body)?;
-    if let WriteKind::Setting { fields, .. } = &target.what
+    if let WriteKind::Setting { fields, .. } = &target.kind
         && fields.is_empty()
     {
         // What is put is the whole.
@@ -100,7 +100,7 @@ pub(super) fn patch(
         return Err(Problem::unfit("a patch names at least one field", "such as {\"speed\": 0.3}"));
     }
     let target = target(surface, ask, &body)?;
-    if let (WriteKind::Enabled, Some(value)) = (&target.what, body.get("value")) {
+    if let (WriteKind::Enabled, Some(value)) = (&target.kind, body.get("value")) {
         return set(surface, ask, &target, &value.clone());
     }
     set(surface, ask, &target, &body)
@@ -170,7 +170,7 @@ fn target(surface: &ControlSurface, ask: &OperationRequest, body: &Json) -> Resu
     let port = &own[module.len() + 1..];
     let key = quoted(&module);
     let fields: Vec<_> = field.split('/').filter(|field| !field.is_empty()).map(ToOwned::to_owned).collect();
-    let what = match port {
+    let kind = match port {
         "enabled" => WriteKind::Enabled,
         "params" => WriteKind::Setting { path: format!("modules.{key}.params"), fields, is_parameter: true },
         port => {
@@ -179,17 +179,19 @@ fn target(surface: &ControlSurface, ask: &OperationRequest, body: &Json) -> Resu
             WriteKind::Setting { path: format!("modules.{key}.inputs.{port}"), fields, is_parameter: false }
         }
     };
-    let is_for_operators = match what {
+    let is_for_operators = match kind {
         WriteKind::Enabled => false,
         WriteKind::Setting { is_parameter, .. } => !is_parameter || surface.is_operable(&path, body),
     };
     if !is_for_operators && ask.caller.role < Role::Developer {
-        let message =
-            format!("{} may not do this: parameters and switches are a developer's", ask.caller.role.one());
+        let message = format!(
+            "{} may not do this: parameters and switches are a developer's",
+            ask.caller.role.with_article()
+        );
         let help = "ask with the token of a developer, or let `console.operable` have what operators set";
         return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
     }
-    Ok(WriteTarget { property, module, what })
+    Ok(WriteTarget { property, module, kind })
 }
 
 /// Returns the module that has a property.
@@ -208,7 +210,7 @@ fn set(
     // One at a time, so that of two who have seen one version only the first one changes it.
     let _turn = surface.turn();
     let holds = || check_version(asked, &target.property);
-    let (path, fields, is_parameter) = match &target.what {
+    let (path, fields, is_parameter) = match &target.kind {
         WriteKind::Setting { path, fields, is_parameter } => (path, fields, *is_parameter),
         WriteKind::Enabled => {
             let wrong = || Problem::unfit("`enabled` is true or false", "send true or false");
@@ -218,12 +220,12 @@ fn set(
                 return Ok(OperationAnswer::json(json!([])));
             }
             let switched = surface.agent.enable(&target.module, on)?;
-            let changed = switched.changed.then(|| Changed {
+            let changed = switched.changed.then(|| SettingChange {
                 path: enabled(&target.module),
                 before: Some((!on).to_string()),
                 after: Some(on.to_string()),
                 needs_reload: switched.needs_reload,
-                ..Changed::default()
+                ..SettingChange::default()
             });
             return Ok(OperationAnswer::json(json!(Vec::from_iter(changed))));
         }
@@ -325,9 +327,11 @@ fn send(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<Operati
             return Err(problem.of(Mistake::Value).with("allow", "GET, PUT, PATCH"));
         }
         let port = surface.agent.composer().port(property.path());
-        if port.is_some_and(|port| port.role == OF_DEVELOPERS) && ask.caller.role < Role::Developer {
-            let message =
-                format!("{} may not do this: orders to /{path} are a developer's", ask.caller.role.one());
+        if port.is_some_and(|port| port.role == DEVELOPER_ROLE) && ask.caller.role < Role::Developer {
+            let message = format!(
+                "{} may not do this: orders to /{path} are a developer's",
+                ask.caller.role.with_article()
+            );
             let help = "ask with the token of a developer";
             return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
         }

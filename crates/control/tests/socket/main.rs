@@ -27,8 +27,8 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 use slate_control::operations::{by_name, carry_out};
 use slate_control::{
-    Caller, Client, ClientError, ConnectionEnd, Connections, ControlSurface, Pace, Refusal, Role, Server,
-    Switched,
+    Caller, Client, ClientError, ConnectionEnd, Connections, ControlSurface, EnableResult, Pace, Refusal,
+    Role, Server,
 };
 use slate_module::prelude::*;
 use slate_module::{Level, Plugin};
@@ -300,9 +300,10 @@ fn stop_is_carried_out_whatever_its_query_is() {
 fn lease_of_a_closed_connection_is_refused() {
     let (agent, _server, _client) = open("closed");
     let surface = Arc::new(ControlSurface::new(&agent).unwrap());
-    let place = Arc::new(Arc::new(Connections::default()).admit());
-    let end = ConnectionEnd::new(&surface, &place);
-    let caller = Caller { role: Role::Operator, who: "a test".into(), local: None, is_told: false, place };
+    let connection = Arc::new(Arc::new(Connections::default()).admit());
+    let end = ConnectionEnd::new(&surface, &connection);
+    let caller =
+        Caller { role: Role::Operator, who: "a test".into(), local: None, is_told: false, connection };
     let take = || carry_out(&surface, &caller, "take", "", json!({ "actuator": "wheel", "bound": true }));
     assert!(take().is_ok());
     drop(end);

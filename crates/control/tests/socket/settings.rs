@@ -130,7 +130,7 @@ fn modules_are_switched_by_name() {
     assert_eq!((teller.kind.as_str(), teller.condition.as_str(), teller.ticks), ("teller", "INACTIVE", 0));
     assert_eq!(client.differences().unwrap()[0].path, "modules.teller.enabled");
     assert!(!client.enable("teller", false).unwrap().changed, "it is off already");
-    let on = Switched { changed: true, needs_reload: None };
+    let on = EnableResult { changed: true, needs_reload: None };
     assert_eq!(client.enable("teller", true).unwrap(), on);
     assert!(!client.enable("teller", true).unwrap().changed, "it is on already");
     assert!(client.differences().unwrap().is_empty(), "as the file says");
@@ -161,7 +161,7 @@ fn switching_what_does_nothing_is_refused() {
     assert!(faulted.help.contains(&format!("slate plugin reload {}", teller.plugin)), "{faulted:?}");
     assert!(client.enable("teller", false).unwrap().changed, "off it can be");
     assert!(!client.enable("teller", false).unwrap().changed);
-    let on = Switched { changed: true, needs_reload: Some(teller.plugin) };
+    let on = EnableResult { changed: true, needs_reload: Some(teller.plugin) };
     assert_eq!(client.enable("teller", true).unwrap(), on, "and on again, for when it is reloaded");
     assert_eq!(client.read("/teller/enabled/value").unwrap().unwrap().value, true);
     assert!(client.differences().unwrap().iter().all(|different| !different.path.ends_with("enabled")));

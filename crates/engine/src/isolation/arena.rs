@@ -23,7 +23,7 @@ pub struct Arena {
     spans: Mutex<Spans>,
 }
 
-// SAFETY: the memory belongs to whoever it was given to, and the spans are locked.
+// SAFETY: the memory belongs to its owner alone, and the spans are locked.
 unsafe impl Send for Arena {}
 // SAFETY: as above.
 unsafe impl Sync for Arena {}
@@ -36,7 +36,7 @@ impl Arena {
     pub fn new() -> io::Result<Arc<Self>> {
         let file = memfd_create("slate", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING)?;
         ftruncate(&file, LENGTH as u64)?;
-        // Who else has the file could cut it off under this process's feet, which would end it.
+        // Another process with the file could truncate it, which would end this process.
         fcntl_add_seals(&file, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL)?;
         let base = map(file.as_fd(), LENGTH, true)?;
         Ok(Arc::new(Self { file, base, spans: Mutex::new(Spans::new(LENGTH)) }))
@@ -55,7 +55,7 @@ impl Arena {
 
     /// Allocates zeroed memory for a value of that many bytes.
     pub(super) fn block(self: &Arc<Self>, bytes: usize) -> Option<Block> {
-        let layout = Layout::from_size_align(bytes.max(1), super::spans::GRAIN).ok()?;
+        let layout = Layout::from_size_align(bytes.max(1), super::spans::GRANULARITY).ok()?;
         let memory = self.allocate(layout)?;
         // SAFETY: just allocated with that many bytes.
         unsafe { memory.write_bytes(0, layout.size()) };
@@ -66,22 +66,25 @@ impl Arena {
 // SAFETY: the spans are apart from each other and inside the mapping, which stays until this is dropped.
 unsafe impl ValueMemory for Arena {
     fn allocate(&self, layout: Layout) -> Option<NonNull<u8>> {
-        let at =
-            self.spans.lock().unwrap_or_else(PoisonError::into_inner).take(layout.size(), layout.align())?;
+        let at = self
+            .spans
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .allocate(layout.size(), layout.align())?;
         // SAFETY: the span is inside of the mapping.
         Some(unsafe { self.base.add(at) })
     }
 
     unsafe fn free(&self, memory: NonNull<u8>, layout: Layout) {
         if let Some(at) = self.offset(memory.as_ptr()) {
-            self.spans.lock().unwrap_or_else(PoisonError::into_inner).give_back(at, layout.size());
+            self.spans.lock().unwrap_or_else(PoisonError::into_inner).free(at, layout.size());
         }
     }
 }
 
 impl Drop for Arena {
     fn drop(&mut self) {
-        // SAFETY: mapped with that length, and whoever had a part of it had the arena too.
+        // SAFETY: mapped with that length, and each user of a part also owns the arena.
         let _ = unsafe { munmap(self.base.as_ptr().cast(), LENGTH) };
     }
 }

@@ -18,16 +18,16 @@ use super::wire::{Begin, Code, InstanceRequest, KindText, Topic, receive, send};
 use crate::library;
 
 /// First argument of a process that runs a module.
-pub(super) const ARGUMENT: &str = "--slate-isolated-module";
+pub(super) const CHILD_ARGUMENT: &str = "--slate-isolated-module";
 
 /// More arenas than this are not passed on; values in others are copied.
-pub(super) const ARENAS: usize = 64;
+pub(super) const ARENA_LIMIT: usize = 64;
 
-static ENTERED: AtomicBool = AtomicBool::new(false);
+static IS_ENTERED: AtomicBool = AtomicBool::new(false);
 
 /// Returns true if this program can be started again to run a module.
 pub(super) fn is_entered() -> bool {
-    ENTERED.load(Ordering::Relaxed)
+    IS_ENTERED.load(Ordering::Relaxed)
 }
 
 /// Enables a program to run modules in child processes of the same program.
@@ -44,9 +44,9 @@ pub(super) fn is_entered() -> bool {
 /// }
 /// ```
 pub fn enter(plugins: &[Plugin]) {
-    ENTERED.store(true, Ordering::Relaxed);
-    if std::env::args_os().nth(1).is_some_and(|argument| argument == ARGUMENT) {
-        let code = match live(plugins) {
+    IS_ENTERED.store(true, Ordering::Relaxed);
+    if std::env::args_os().nth(1).is_some_and(|argument| argument == CHILD_ARGUMENT) {
+        let code = match run_child(plugins) {
             Ok(()) => 0,
             // The host has ended, or says why this process does.
             Err(_) => 1,
@@ -55,7 +55,7 @@ pub fn enter(plugins: &[Plugin]) {
     }
 }
 
-fn live(plugins: &[Plugin]) -> io::Result<()> {
+fn run_child(plugins: &[Plugin]) -> io::Result<()> {
     // A module in an endless loop would not notice that its host is gone.
     set_parent_process_death_signal(Some(Signal::KILL))?;
     let stream = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
@@ -98,7 +98,7 @@ fn close_inherited(stream: &UnixStream) {
 
 /// Receives the files of the arenas, which come with the first byte.
 fn receive_files(stream: &UnixStream) -> io::Result<Vec<OwnedFd>> {
-    let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(ARENAS))];
+    let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(ARENA_LIMIT))];
     let mut control = RecvAncillaryBuffer::new(&mut space);
     let mut byte = [0];
     let received = recvmsg(stream, &mut [IoSliceMut::new(&mut byte)], &mut control, RecvFlags::CMSG_CLOEXEC)?;
@@ -112,19 +112,19 @@ fn receive_files(stream: &UnixStream) -> io::Result<Vec<OwnedFd>> {
     Ok(messages.flatten().collect())
 }
 
-type Started = (Vec<ModuleKind>, Vec<NonNull<u8>>);
+type ChildResources = (Vec<ModuleKind>, Vec<NonNull<u8>>);
 
 /// Maps the arenas, opens the code, and then limits the memory.
-fn start(begin: &Begin, files: Vec<OwnedFd>, plugins: &[Plugin]) -> Result<Started, Refusal> {
+fn start(begin: &Begin, files: Vec<OwnedFd>, plugins: &[Plugin]) -> Result<ChildResources, Refusal> {
     let failed = |what: &str, error: io::Error| Refusal(format!("its process can't {what}: {error}"));
     let title: Vec<u8> = begin.name.bytes().filter(|byte| *byte != 0).take(15).collect();
     if let Ok(title) = CString::new(title) {
-        // Only for who looks at a list of processes.
+        // Only for lists of processes.
         let _ = rustix::thread::set_name(&title);
     }
     // When memory runs out, this is what can be done without.
     let _ = std::fs::write("/proc/self/oom_score_adj", "1000");
-    // A dump takes long, and until it is written nobody sees that the process has ended.
+    // A dump takes long, and hides the end of the process until it is written.
     let none = Rlimit { current: Some(0), maximum: getrlimit(Resource::Core).maximum };
     setrlimit(Resource::Core, none).map_err(|error| failed("limit its core dumps", error.into()))?;
     if files.len() != begin.arenas.len() {
@@ -136,7 +136,7 @@ fn start(begin: &Begin, files: Vec<OwnedFd>, plugins: &[Plugin]) -> Result<Start
     let kinds = match &begin.code {
         Code::Linked => plugins.iter().flat_map(Plugin::kinds).cloned().collect(),
         Code::Library(file) => {
-            library::open_as_it_is(file).map_err(|error| Refusal(error.to_string()))?.kinds().to_vec()
+            library::open_in_place(file).map_err(|error| Refusal(error.to_string()))?.kinds().to_vec()
         }
     };
     if begin.memory > 0 {
@@ -248,7 +248,7 @@ impl Module<'_> {
 
     fn tick(&self) -> i32 {
         let Some(running) = &self.running else { return PANICKED };
-        let host = Host { context: (&raw const self.stream).cast(), log: take };
+        let host = Host { context: (&raw const self.stream).cast(), log: forward_log };
         // SAFETY: the host has filled the frame, and waits. It is not of this process, so only this copy is lent; the
         // kind made the instance.
         unsafe {
@@ -271,10 +271,10 @@ impl Module<'_> {
 }
 
 /// Passes a line of the log on at once, as it may be the last.
-unsafe extern "C" fn take(context: *const (), level: u32, text: *const u8, length: usize) {
+unsafe extern "C" fn forward_log(context: *const (), level: u32, text: *const u8, length: usize) {
     // SAFETY: the context is the stream of the module that ticks; the text lives during the call.
     let (stream, text) =
         unsafe { (&*context.cast::<UnixStream>(), std::slice::from_raw_parts(text, length)) };
-    // Without a host nobody can be told.
+    // Without a host no process receives it.
     let _ = send(stream, Topic::Log, level as i32, text);
 }

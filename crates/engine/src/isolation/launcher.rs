@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::sync::{Mutex, PoisonError};
 
-use super::child::{ARGUMENT, is_entered};
+use super::child::{CHILD_ARGUMENT, is_entered};
 
 type LaunchRequest = (Command, SyncSender<io::Result<Child>>);
 
@@ -27,7 +27,7 @@ pub(super) fn launch(program: Option<&Path>) -> io::Result<(Child, UnixStream)> 
     let (stream, theirs) = UnixStream::pair()?;
     // This is the program as it runs, also when its file was replaced meanwhile.
     let mut command = Command::new(program.unwrap_or("/proc/self/exe".as_ref()));
-    command.arg(ARGUMENT).stdin(Stdio::from(OwnedFd::from(theirs)));
+    command.arg(CHILD_ARGUMENT).stdin(Stdio::from(OwnedFd::from(theirs)));
     // The host decides when its modules end, not an interrupt from the keyboard.
     command.process_group(0);
     let (sender, receiver) = sync_channel(1);
@@ -47,7 +47,7 @@ pub(super) fn launch(program: Option<&Path>) -> io::Result<(Child, UnixStream)> 
 
 fn serve(requests: &Receiver<LaunchRequest>) {
     for (mut command, answer) in requests {
-        // Who asked waits.
+        // The requester waits for it.
         let _ = answer.send(command.spawn());
     }
 }

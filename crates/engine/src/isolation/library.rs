@@ -5,16 +5,16 @@ use std::any::Any;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use slate_module::{Maker, ModuleKind, Refusal, Setup, decode, encode};
+use slate_module::{InstanceFactory, ModuleKind, Refusal, Setup, decode, encode};
 
 use super::arena::length;
-use super::process::{Process, STARTING, WELL};
+use super::process::{Process, REGULAR_END, START_TIMEOUT};
 use super::proxy::TABLE;
 use super::wire::{Begin, Code, InstanceRequest, KindText, Topic};
 
 /// Kind of such a library, for isolated modules.
 /// Short-lived processes describe it.
-struct Outside {
+struct ExternalKind {
     program: Option<PathBuf>,
     file: PathBuf,
     kind: String,
@@ -29,14 +29,19 @@ pub fn kinds(
     file: &Path,
     library: &Arc<dyn Any + Send + Sync>,
 ) -> Result<Vec<ModuleKind>, Refusal> {
-    let texts: Vec<KindText> = decode(&ask(program, file, Topic::Kinds, &[])?)?;
+    let texts: Vec<KindText> = decode(&request_once(program, file, Topic::Kinds, &[])?)?;
     let kind = |text: KindText| {
-        let outside =
-            Outside { program: program.map(Into::into), file: file.into(), kind: text.name.clone() };
+        let factory =
+            ExternalKind { program: program.map(Into::into), file: file.into(), kind: text.name.clone() };
         let library = Some(Arc::clone(library));
         // SAFETY: it makes no instance, so no call of the table is ever made.
         unsafe {
-            ModuleKind::made_by(Arc::new(outside), TABLE, (&text.name, &text.doc, &text.section), library)
+            ModuleKind::with_factory(
+                Arc::new(factory),
+                TABLE,
+                (&text.name, &text.doc, &text.section),
+                library,
+            )
         }
     };
     Ok(texts.into_iter().map(kind).collect())
@@ -51,24 +56,26 @@ pub fn kinds(
 pub fn probe(program: Option<&Path>, file: &Path) -> Result<(), String> {
     // Where no process can be started, there is nothing to be found out.
     let Ok(mut process) = Process::launch(program) else { return Ok(()) };
-    let asked = process.begin(&begin_with(file), &[]).and_then(|_| {
-        let kinds: Vec<KindText> = decode(process.ask(Topic::Kinds, &[], STARTING)?)?;
+    let request = process.begin(&begin_with(file), &[]).and_then(|_| {
+        let kinds: Vec<KindText> = decode(process.request(Topic::Kinds, &[], START_TIMEOUT)?)?;
         for kind in kinds {
             let setup = Setup { name: &kind.name, seed: 0, period: 20_000_000, section: None, params: None };
             let request = encode(&InstanceRequest::new(&kind.name, &setup, &[], 0))?;
             // It may refuse to be described so, and it may not end.
-            let described = process.ask(Topic::Describe, &request, STARTING).map(drop);
+            let described = process.request(Topic::Describe, &request, START_TIMEOUT).map(drop);
             if process.end().is_some() {
                 return described;
             }
         }
         // There is no instance, so this only closes the library and ends.
-        let _ = process.ask(Topic::Destroy, &[], STARTING);
+        let _ = process.request(Topic::Destroy, &[], START_TIMEOUT);
         process.finish();
         Ok(())
     });
     match process.end() {
-        Some(end) if asked.is_err() || end.starts_with("ended ") && end != WELL => Err(end.to_owned()),
+        Some(end) if request.is_err() || end.starts_with("ended ") && end != REGULAR_END => {
+            Err(end.to_owned())
+        }
         _ => Ok(()),
     }
 }
@@ -84,15 +91,15 @@ fn begin_with(file: &Path) -> Begin {
 }
 
 /// Asks a process that is made for this.
-fn ask(program: Option<&Path>, file: &Path, topic: Topic, body: &[u8]) -> Result<Vec<u8>, Refusal> {
+fn request_once(program: Option<&Path>, file: &Path, topic: Topic, body: &[u8]) -> Result<Vec<u8>, Refusal> {
     let (mut process, _) = Process::start(program, &begin_with(file), &[])?;
-    process.ask(topic, body, STARTING).map(<[u8]>::to_vec)
+    process.request(topic, body, START_TIMEOUT).map(<[u8]>::to_vec)
 }
 
-impl Maker for Outside {
+impl InstanceFactory for ExternalKind {
     fn describe(&self, setup: &Setup<'_>) -> Result<Vec<u8>, Refusal> {
         let request = encode(&InstanceRequest::new(&self.kind, setup, setup.params.unwrap_or_default(), 0))?;
-        ask(self.program.as_deref(), &self.file, Topic::Describe, &request)
+        request_once(self.program.as_deref(), &self.file, Topic::Describe, &request)
     }
 
     fn create(&self, _: &Setup<'_>, _: &[u8]) -> Result<*mut (), Refusal> {

@@ -11,11 +11,11 @@ use super::arena::{Arena, Block};
 
 /// Lack of memory in the arena of a module.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spent;
+pub(super) struct OutOfMemory;
 
 /// Arena, with its address in the other process.
 #[derive(Debug)]
-pub(super) struct Mapped {
+pub(super) struct MappedArena {
     pub arena: Arc<Arena>,
     pub address: usize,
 }
@@ -26,7 +26,7 @@ pub(super) struct Mapped {
 #[derive(Debug)]
 pub(super) struct Mirror {
     /// Arenas: first the one for writing, then those for reading.
-    arenas: Vec<Mapped>,
+    arenas: Vec<MappedArena>,
     frame: Block,
     slots: Block,
     random: Block,
@@ -39,34 +39,39 @@ struct PortMirror {
     direction: Direction,
     /// Shape of a value; its capacity does not count.
     shape: Shape,
-    entries: Room,
+    entries: GrowingBlock,
     /// Values that are not in shared memory, or messages.
-    values: Vec<Room>,
+    values: Vec<GrowingBlock>,
 }
 
 /// Memory that grows on demand, up to the size of the largest value so far.
 #[derive(Debug, Default)]
-struct Room(Option<Block>);
+struct GrowingBlock(Option<Block>);
 
-impl Room {
-    fn of(&mut self, arena: &Arc<Arena>, bytes: usize) -> Result<*mut u8, Spent> {
+impl GrowingBlock {
+    fn ensure(&mut self, arena: &Arc<Arena>, bytes: usize) -> Result<*mut u8, OutOfMemory> {
         if self.0.as_ref().is_none_or(|block| block.size() < bytes) {
             // What is too small goes first, so that it can be part of what comes.
             self.0 = None;
-            self.0 = Some(arena.block(bytes.checked_next_power_of_two().ok_or(Spent)?).ok_or(Spent)?);
+            self.0 =
+                Some(arena.block(bytes.checked_next_power_of_two().ok_or(OutOfMemory)?).ok_or(OutOfMemory)?);
         }
-        Ok(self.0.as_ref().ok_or(Spent)?.as_ptr())
+        Ok(self.0.as_ref().ok_or(OutOfMemory)?.as_ptr())
     }
 }
 
 impl Mirror {
-    pub fn new(arenas: Vec<Mapped>, ports: &[PortDescription], params_size: usize) -> Result<Self, Spent> {
-        let own = &arenas.first().ok_or(Spent)?.arena;
-        let block = |bytes: usize| own.block(bytes).ok_or(Spent);
+    pub fn new(
+        arenas: Vec<MappedArena>,
+        ports: &[PortDescription],
+        params_size: usize,
+    ) -> Result<Self, OutOfMemory> {
+        let own = &arenas.first().ok_or(OutOfMemory)?.arena;
+        let block = |bytes: usize| own.block(bytes).ok_or(OutOfMemory);
         let port = |port: &PortDescription| PortMirror {
             direction: port.direction,
             shape: port.descriptor.shape(0),
-            entries: Room::default(),
+            entries: GrowingBlock::default(),
             values: Vec::new(),
         };
         Ok(Self {
@@ -81,24 +86,24 @@ impl Mirror {
 
     /// Returns the address of the frame in the other process.
     pub fn frame_address(&self) -> usize {
-        self.place(self.frame.as_ptr()).unwrap_or_default()
+        self.remote_address(self.frame.as_ptr()).unwrap_or_default()
     }
 
     /// Converts an address to that of the other process; `None` if not mapped.
-    fn place(&self, data: *const u8) -> Option<usize> {
+    fn remote_address(&self, data: *const u8) -> Option<usize> {
         self.arenas.iter().find_map(|mapped| Some(mapped.address + mapped.arena.offset(data)?))
     }
 
     /// Converts an address in the own arena to that of the other process.
-    fn there<T>(&self, here: *mut T) -> *mut T {
-        self.place(here.cast()).unwrap_or_default() as *mut T
+    fn remote_pointer<T>(&self, pointer: *mut T) -> *mut T {
+        self.remote_address(pointer.cast()).unwrap_or_default() as *mut T
     }
 
     /// Fills the copy for a tick.
     ///
     /// # Safety
     /// The frame is ready for a tick of a module with these ports.
-    pub unsafe fn fill(&mut self, frame: &Frame) -> Result<(), Spent> {
+    pub unsafe fn fill(&mut self, frame: &Frame) -> Result<(), OutOfMemory> {
         let mut ports = std::mem::take(&mut self.ports);
         let slots = self.slots.as_ptr().cast::<PortSlot>();
         let filled = ports.iter_mut().enumerate().take(frame.port_count).try_for_each(|(i, port)| {
@@ -114,15 +119,15 @@ impl Mirror {
             self.params.as_ptr().copy_from_nonoverlapping(frame.params, size);
             self.random.as_ptr().cast::<Random>().write((*frame.random).get());
             self.frame.as_ptr().cast::<Frame>().write(Frame {
-                ports: self.there(slots),
+                ports: self.remote_pointer(slots),
                 port_count: frame.port_count,
-                params: self.there(self.params.as_ptr()),
+                params: self.remote_pointer(self.params.as_ptr()),
                 params_size: size,
                 params_version: frame.params_version,
                 now: frame.now,
                 elapsed: frame.elapsed,
                 number: frame.number,
-                random: self.there(self.random.as_ptr()).cast(),
+                random: self.remote_pointer(self.random.as_ptr()).cast(),
                 host: std::ptr::null(),
             });
         }
@@ -131,7 +136,7 @@ impl Mirror {
 
     /// # Safety
     /// As for [`fill`](Mirror::fill).
-    unsafe fn slot(&self, port: &mut PortMirror, slot: &PortSlot) -> Result<PortSlot, Spent> {
+    unsafe fn slot(&self, port: &mut PortMirror, slot: &PortSlot) -> Result<PortSlot, OutOfMemory> {
         let mut copy = PortSlot {
             schema: slot.schema,
             data: std::ptr::null_mut(),
@@ -151,7 +156,7 @@ impl Mirror {
                 Direction::Input => copy.data = self.lend(port, 0, slot.data, slot.items.get())?,
                 Direction::Output | Direction::Debug | Direction::Command if !slot.data.is_null() => {
                     let capacity = port.shape.bytes(slot.capacity);
-                    copy.data = self.room(port, 0, slot.data, capacity)?;
+                    copy.data = self.write_address(port, 0, slot.data, capacity)?;
                 }
                 Direction::Output | Direction::Debug | Direction::Command => {}
                 Direction::Queue | Direction::Inbox => {
@@ -173,9 +178,9 @@ impl Mirror {
         slot: &PortSlot,
         count: usize,
         filled: bool,
-    ) -> Result<*const Entry, Spent> {
-        let own = &self.arenas.first().ok_or(Spent)?.arena;
-        let entries = port.entries.of(own, size_of::<Entry>() * count.max(1))?.cast::<Entry>();
+    ) -> Result<*const Entry, OutOfMemory> {
+        let own = &self.arenas.first().ok_or(OutOfMemory)?.arena;
+        let entries = port.entries.ensure(own, size_of::<Entry>() * count.max(1))?.cast::<Entry>();
         for i in 0..count {
             // SAFETY: the slot is as the caller says; the room is for so many entries.
             unsafe {
@@ -184,7 +189,7 @@ impl Mirror {
                 let data = if filled {
                     self.lend(port, i, entry.data, items)?
                 } else {
-                    self.room(port, i, entry.data, port.shape.bytes(0))?
+                    self.write_address(port, i, entry.data, port.shape.bytes(0))?
                 };
                 entries.add(i).write(Entry {
                     data,
@@ -195,7 +200,7 @@ impl Mirror {
                 });
             }
         }
-        Ok(self.there(entries))
+        Ok(self.remote_pointer(entries))
     }
 
     /// Returns the other process's address of a value: its own, or that of a copy.
@@ -205,55 +210,66 @@ impl Mirror {
     unsafe fn lend(
         &self,
         port: &mut PortMirror,
-        at: usize,
+        index: usize,
         data: *mut u8,
         items: usize,
-    ) -> Result<*mut u8, Spent> {
-        if let Some(address) = self.place(data) {
+    ) -> Result<*mut u8, OutOfMemory> {
+        if let Some(address) = self.remote_address(data) {
             return Ok(address as *mut u8);
         }
         let bytes = port.shape.bytes(items);
-        let copy = self.own_room(port, at, bytes)?;
+        let copy = self.ensure_block(port, index, bytes)?;
         // SAFETY: the room has that many bytes, and so has the value.
         unsafe { copy.copy_from_nonoverlapping(data, bytes) };
-        Ok(self.there(copy))
+        Ok(self.remote_pointer(copy))
     }
 
     /// Returns the address at which the other process writes the value for `data`.
-    fn room(&self, port: &mut PortMirror, at: usize, data: *mut u8, bytes: usize) -> Result<*mut u8, Spent> {
+    fn write_address(
+        &self,
+        port: &mut PortMirror,
+        index: usize,
+        data: *mut u8,
+        bytes: usize,
+    ) -> Result<*mut u8, OutOfMemory> {
         match self.arenas.first().and_then(|own| Some(own.address + own.arena.offset(data)?)) {
             Some(address) => Ok(address as *mut u8),
-            None => Ok(self.there(self.own_room(port, at, bytes)?)),
+            None => Ok(self.remote_pointer(self.ensure_block(port, index, bytes)?)),
         }
     }
 
-    fn own_room(&self, port: &mut PortMirror, at: usize, bytes: usize) -> Result<*mut u8, Spent> {
-        if port.values.len() <= at {
-            port.values.resize_with(at + 1, Room::default);
+    fn ensure_block(
+        &self,
+        port: &mut PortMirror,
+        index: usize,
+        bytes: usize,
+    ) -> Result<*mut u8, OutOfMemory> {
+        if port.values.len() <= index {
+            port.values.resize_with(index + 1, GrowingBlock::default);
         }
-        port.values[at].of(&self.arenas.first().ok_or(Spent)?.arena, bytes)
+        port.values[index].ensure(&self.arenas.first().ok_or(OutOfMemory)?.arena, bytes)
     }
 
     /// Copies the results of a tick to the host's frame.
     ///
     /// # Safety
     /// The frame is the one that this was filled from.
-    pub unsafe fn take_over(&self, frame: &Frame) {
+    pub unsafe fn copy_results(&self, frame: &Frame) {
         let slots = self.slots.as_ptr().cast::<PortSlot>();
         for (i, port) in self.ports.iter().enumerate().take(frame.port_count) {
             // SAFETY: the frame is as the caller says. What the other process can write is read once and checked.
             unsafe {
-                let (slot, theirs) = (&*frame.ports.add(i), slots.add(i));
+                let (slot, remote) = (&*frame.ports.add(i), slots.add(i));
                 let count = |cell: *const Cell<usize>| cell.cast::<usize>().read_volatile();
                 match port.direction {
                     Direction::Input | Direction::Queue | Direction::Aspect | Direction::Provider => {}
                     Direction::Output | Direction::Debug | Direction::Command => {
-                        let flags = (&raw const (*theirs).flags).cast::<u32>().read_volatile();
-                        let items = count(&raw const (*theirs).items).min(slot.capacity);
+                        let flags = (&raw const (*remote).flags).cast::<u32>().read_volatile();
+                        let items = count(&raw const (*remote).items).min(slot.capacity);
                         slot.items.set(items);
                         slot.flags.set(flags & Flags::SET);
-                        slot.priority.set((&raw const (*theirs).priority).cast::<u32>().read_volatile());
-                        if let Some(Room(Some(block))) = port.values.first()
+                        slot.priority.set((&raw const (*remote).priority).cast::<u32>().read_volatile());
+                        if let Some(GrowingBlock(Some(block))) = port.values.first()
                             && flags & Flags::SET != 0
                             && !slot.data.is_null()
                             && self.arenas.first().is_none_or(|own| own.arena.offset(slot.data).is_none())
@@ -263,7 +279,7 @@ impl Mirror {
                         }
                     }
                     Direction::Inbox => {
-                        let Room(Some(block)) = &port.entries else { continue };
+                        let GrowingBlock(Some(block)) = &port.entries else { continue };
                         let entries = block.as_ptr().cast::<Entry>();
                         for i in 0..slot.count.get() {
                             let answer = (&raw const (*entries.add(i)).answer).cast::<u32>();
@@ -271,10 +287,10 @@ impl Mirror {
                         }
                     }
                     Direction::Outbox => {
-                        let sent = count(&raw const (*theirs).count).min(slot.capacity);
+                        let sent = count(&raw const (*remote).count).min(slot.capacity);
                         slot.count.set(sent);
-                        for (i, room) in port.values.iter().enumerate().take(sent) {
-                            let Room(Some(block)) = room else { continue };
+                        for (i, value) in port.values.iter().enumerate().take(sent) {
+                            let GrowingBlock(Some(block)) = value else { continue };
                             let data = (*slot.entries.add(i)).data;
                             data.copy_from_nonoverlapping(block.as_ptr(), port.shape.bytes(0));
                         }
@@ -287,5 +303,6 @@ impl Mirror {
     }
 }
 
-const _: () =
-    assert!(align_of::<Frame>() <= super::spans::GRAIN && align_of::<Entry>() <= super::spans::GRAIN);
+const _: () = assert!(
+    align_of::<Frame>() <= super::spans::GRANULARITY && align_of::<Entry>() <= super::spans::GRANULARITY
+);

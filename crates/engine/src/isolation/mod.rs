@@ -5,7 +5,6 @@
 //! map. So an isolated module has the same code, ports, links, log and place in lockstep, and a fault of its code
 //! corrupts nothing but its outputs.
 
-mod account;
 mod arena;
 mod arenas;
 mod child;
@@ -13,17 +12,18 @@ mod launcher;
 mod library;
 mod mirror;
 mod process;
+mod process_record;
 mod proxy;
 mod spans;
 mod supervisor;
 mod wire;
 
-pub use account::ModuleProcess;
 pub use arena::Arena;
 use arena::length;
 pub use arenas::Arenas;
 pub use child::enter;
-pub use library::{kinds as kinds_outside, probe};
+pub use library::{kinds as external_kinds, probe};
 pub use process::describe;
+pub use process_record::ModuleProcess;
 pub use proxy::{Isolation, Proxy};
 pub use supervisor::Supervisor;

@@ -13,18 +13,18 @@ use rustix::net::{SendAncillaryBuffer, SendAncillaryMessage, SendFlags, sendmsg}
 use slate_module::table::DONE;
 use slate_module::{Refusal, decode, encode};
 
-use super::child::ARENAS;
+use super::child::ARENA_LIMIT;
 use super::launcher::launch;
 use super::wire::{Begin, Topic, receive, send};
 
 /// Timeout of the start of a process, and of the setup of a module.
-pub(super) const STARTING: Duration = Duration::from_secs(10);
+pub(super) const START_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Timeout of a requested exit.
-const ENDING: Duration = Duration::from_millis(500);
+const EXIT_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// Description of a regular end, on request.
-pub(super) const WELL: &str = "ended with exit code 0";
+pub(super) const REGULAR_END: &str = "ended with exit code 0";
 
 /// Sink for lines of the log: level and text.
 pub(super) type Log<'a> = &'a mut dyn FnMut(i32, &[u8]);
@@ -66,7 +66,7 @@ impl Process {
     pub fn begin(&mut self, begin: &Begin, arenas: &[BorrowedFd<'_>]) -> Result<Vec<usize>, Refusal> {
         // It fails when the process has ended already, and then the first question says how.
         let passed = self.pass(arenas);
-        if let Err(refusal) = self.ask(Topic::Begin, &encode(begin)?, STARTING).map(drop) {
+        if let Err(refusal) = self.request(Topic::Begin, &encode(begin)?, START_TIMEOUT).map(drop) {
             return Err(match self.end() {
                 Some(end) => format!("its process {end} before it was ready").into(),
                 None => passed.map_or_else(
@@ -84,7 +84,7 @@ impl Process {
 
     /// Passes the arenas' files on, with a byte, as they can't go alone.
     fn pass(&self, arenas: &[BorrowedFd<'_>]) -> io::Result<()> {
-        let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(ARENAS))];
+        let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(ARENA_LIMIT))];
         let mut control = SendAncillaryBuffer::new(&mut space);
         if !arenas.is_empty() && !control.push(SendAncillaryMessage::ScmRights(arenas)) {
             return Err(io::ErrorKind::ArgumentListTooLong.into());
@@ -109,7 +109,7 @@ impl Process {
     }
 
     /// Sends a request and waits; returns the payload, or the reason of a refusal.
-    pub fn ask(&mut self, topic: Topic, body: &[u8], timeout: Duration) -> Result<&[u8], Refusal> {
+    pub fn request(&mut self, topic: Topic, body: &[u8], timeout: Duration) -> Result<&[u8], Refusal> {
         match self.call(topic, body, timeout, &mut |_, _| {}) {
             Some(DONE) => Ok(&self.body),
             Some(_) => Err(Refusal(String::from_utf8_lossy(&self.body).into_owned())),
@@ -130,7 +130,7 @@ impl Process {
                 None
             }
             Err(_) => {
-                self.gone();
+                self.await_exit();
                 None
             }
         }
@@ -139,9 +139,9 @@ impl Process {
     #[allow(clippy::disallowed_methods, reason = "a hang is a matter of wall-clock time")]
     fn converse(&mut self, topic: Topic, body: &[u8], timeout: Duration, log: Log<'_>) -> io::Result<i32> {
         if self.timeout != timeout {
-            let limit = Some(timeout.max(Duration::from_micros(1)));
-            self.stream.set_read_timeout(limit)?;
-            self.stream.set_write_timeout(limit)?;
+            let socket_timeout = Some(timeout.max(Duration::from_micros(1)));
+            self.stream.set_read_timeout(socket_timeout)?;
+            self.stream.set_write_timeout(socket_timeout)?;
             self.timeout = timeout;
         }
         send(&self.stream, topic, 0, body)?;
@@ -164,10 +164,10 @@ impl Process {
         if self.end.is_some() {
             return false;
         }
-        let mut polled = [PollFd::new(&self.stream, PollFlags::empty())];
-        let over = poll(&mut polled, Some(&Timespec { tv_sec: 0, tv_nsec: 0 }));
-        if over.is_ok_and(|count| count > 0) {
-            self.gone();
+        let mut fds = [PollFd::new(&self.stream, PollFlags::empty())];
+        let events = poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: 0 }));
+        if events.is_ok_and(|count| count > 0) {
+            self.await_exit();
         }
         self.end.is_none()
     }
@@ -185,15 +185,15 @@ impl Process {
     /// Waits for a requested end of the process; kills it after the timeout.
     pub fn finish(&mut self) {
         if self.end.is_none() {
-            self.gone();
+            self.await_exit();
         }
     }
 
     /// Handles a closed stream: the process is about to end, or misbehaves.
     #[allow(clippy::disallowed_methods, reason = "what ends in the system is a matter of wall-clock time")]
-    fn gone(&mut self) {
+    fn await_exit(&mut self) {
         let start = Instant::now();
-        while start.elapsed() < ENDING {
+        while start.elapsed() < EXIT_TIMEOUT {
             match self.child.try_wait() {
                 Ok(Some(status)) => {
                     self.end = Some(describe(status));

@@ -6,12 +6,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use slate_module::table::{Bytes, DONE, PANICKED, REFUSED, SetupTable, Sink};
-use slate_module::{Frame, Level, Maker, ModuleKind, ModuleTable, PortDescription, Refusal, Setup, encode};
+use slate_module::{
+    Frame, InstanceFactory, Level, ModuleKind, ModuleTable, PortDescription, Refusal, Setup, encode,
+};
 
-use super::account::Account;
-use super::child::ARENAS;
-use super::mirror::{Mapped, Mirror};
-use super::process::{Process, STARTING};
+use super::child::ARENA_LIMIT;
+use super::mirror::{MappedArena, Mirror};
+use super::process::{Process, START_TIMEOUT};
+use super::process_record::ProcessRecord;
 use super::wire::{Begin, Code, InstanceRequest, Topic};
 use super::{Arena, length};
 use crate::library;
@@ -26,9 +28,9 @@ pub struct Isolation {
     /// Limit of its memory, bytes; 0 for none.
     pub memory: u64,
     /// Timeout of a step.
-    pub timeout: Duration,
+    pub tick_timeout: Duration,
     /// Timeout of any other call.
-    pub hang: Duration,
+    pub call_timeout: Duration,
     /// Arena that the module writes.
     pub own: Arc<Arena>,
     /// Arenas that the module reads; values elsewhere are copied.
@@ -38,27 +40,32 @@ pub struct Isolation {
     /// Size of its parameters, bytes.
     pub params_size: usize,
     /// Account of its processes.
-    pub account: Account,
+    pub process_record: ProcessRecord,
 }
 
 impl Isolation {
     /// Returns a kind whose instances are in processes of their own.
     pub fn kind(self: &Arc<Self>, kind: &ModuleKind) -> ModuleKind {
-        let maker = Apart { isolation: Arc::clone(self), kind: kind.clone() };
-        // SAFETY: the calls are for what `Apart` makes.
+        let factory = IsolatedKind { isolation: Arc::clone(self), kind: kind.clone() };
+        // SAFETY: the calls are for what `IsolatedKind` makes.
         unsafe {
-            ModuleKind::made_by(Arc::new(maker), TABLE, (kind.name(), kind.doc(), kind.section()), None)
+            ModuleKind::with_factory(
+                Arc::new(factory),
+                TABLE,
+                (kind.name(), kind.doc(), kind.section()),
+                None,
+            )
         }
     }
 }
 
 /// Makes instances of a kind in other processes.
-struct Apart {
+struct IsolatedKind {
     isolation: Arc<Isolation>,
     kind: ModuleKind,
 }
 
-impl Maker for Apart {
+impl InstanceFactory for IsolatedKind {
     fn describe(&self, setup: &Setup<'_>) -> Result<Vec<u8>, Refusal> {
         self.kind.describe_portable(setup)
     }
@@ -79,7 +86,7 @@ pub struct Proxy {
     mirror: Mirror,
     isolation: Arc<Isolation>,
     /// True once the end of the process was recorded.
-    noted: bool,
+    is_end_recorded: bool,
 }
 
 impl Proxy {
@@ -90,7 +97,7 @@ impl Proxy {
         params: &[u8],
     ) -> Result<Self, Refusal> {
         let arenas: Vec<_> =
-            [&isolation.own].into_iter().chain(isolation.readable.iter()).take(ARENAS).collect();
+            [&isolation.own].into_iter().chain(isolation.readable.iter()).take(ARENA_LIMIT).collect();
         let begin = Begin {
             name: isolation.name.to_string(),
             code: code_of(kind),
@@ -101,17 +108,18 @@ impl Proxy {
         let files: Vec<_> = arenas.iter().map(|arena| arena.file()).collect();
         let (process, addresses) = Process::start(isolation.program.as_deref(), &begin, &files)?;
         let mapped = arenas.into_iter().zip(addresses);
-        let mapped = mapped.map(|(arena, address)| Mapped { arena: Arc::clone(arena), address }).collect();
+        let mapped =
+            mapped.map(|(arena, address)| MappedArena { arena: Arc::clone(arena), address }).collect();
         let mirror = Mirror::new(mapped, &isolation.ports, isolation.params_size)
             .map_err(|_| Refusal("its shared memory is spent".into()))?;
-        let mut proxy = Self { process, mirror, isolation: Arc::clone(isolation), noted: false };
-        isolation.account.began(proxy.process.id(), proxy.process.stream());
+        let mut proxy = Self { process, mirror, isolation: Arc::clone(isolation), is_end_recorded: false };
+        isolation.process_record.record_start(proxy.process.id(), proxy.process.stream());
         let request = InstanceRequest::new(kind.name(), setup, params, proxy.mirror.frame_address());
-        let made = proxy.process.ask(Topic::Create, &encode(&request)?, STARTING).map(drop);
+        let made = proxy.process.request(Topic::Create, &encode(&request)?, START_TIMEOUT).map(drop);
         match made {
             Ok(()) => Ok(proxy),
             Err(refusal) if proxy.process.end().is_some() => {
-                proxy.note();
+                proxy.record_end();
                 Err(format!("its process {refusal} while it was set up").into())
             }
             Err(refusal) => Err(refusal),
@@ -122,15 +130,15 @@ impl Proxy {
     pub fn is_alive(&mut self) -> bool {
         let alive = self.process.is_alive();
         if !alive {
-            self.note();
+            self.record_end();
         }
         alive
     }
 
     /// Notes how the process ended.
-    fn note(&mut self) {
-        if !std::mem::replace(&mut self.noted, true) {
-            self.isolation.account.ended(self.process.id(), self.process.end());
+    fn record_end(&mut self) {
+        if !std::mem::replace(&mut self.is_end_recorded, true) {
+            self.isolation.process_record.record_exit(self.process.id(), self.process.end());
         }
     }
 
@@ -150,16 +158,16 @@ impl Proxy {
             );
             return PANICKED;
         }
-        let Some(code) = self.process.call(Topic::Tick, &[], self.isolation.timeout, &mut log) else {
-            self.note();
+        let Some(code) = self.process.call(Topic::Tick, &[], self.isolation.tick_timeout, &mut log) else {
+            self.record_end();
             return PANICKED;
         };
         // SAFETY: filled from this frame.
-        unsafe { self.mirror.take_over(frame) };
+        unsafe { self.mirror.copy_results(frame) };
         if code == PANICKED {
             // The process lives on, but the host takes another one.
-            self.noted = true;
-            self.isolation.account.ended(self.process.id(), Some("panicked"));
+            self.is_end_recorded = true;
+            self.isolation.process_record.record_exit(self.process.id(), Some("panicked"));
         }
         code
     }
@@ -168,15 +176,15 @@ impl Proxy {
     ///
     /// # Safety
     /// The sink is as the host made it.
-    unsafe fn ask(&mut self, topic: Topic, body: &[u8], sink: *const Sink) -> i32 {
-        let (code, bytes) = match self.process.ask(topic, body, self.isolation.hang) {
+    unsafe fn request(&mut self, topic: Topic, body: &[u8], sink: *const Sink) -> i32 {
+        let (code, bytes) = match self.process.request(topic, body, self.isolation.call_timeout) {
             Ok(bytes) => (DONE, bytes),
             Err(refusal) => (REFUSED, &*refusal.0.into_bytes()),
         };
         // SAFETY: the bytes live during the call; the rest is passed on to the caller.
         unsafe { ((*sink).write)((*sink).context, bytes.as_ptr(), bytes.len()) };
         if self.process.end().is_some() {
-            self.note();
+            self.record_end();
         }
         code
     }
@@ -184,13 +192,13 @@ impl Proxy {
 
 impl Drop for Proxy {
     fn drop(&mut self) {
-        let fault = self.process.end().filter(|_| !self.noted);
-        self.isolation.account.ended(self.process.id(), fault);
+        let fault = self.process.end().filter(|_| !self.is_end_recorded);
+        self.isolation.process_record.record_exit(self.process.id(), fault);
         self.process.finish();
     }
 }
 
-/// Calls of a proxy; [`Apart`] describes and creates instances.
+/// Calls of a proxy; [`IsolatedKind`] describes and creates instances.
 pub(super) const TABLE: ModuleTable = ModuleTable {
     name: Bytes::NONE,
     doc: Bytes::NONE,
@@ -213,32 +221,32 @@ unsafe extern "C" fn create(_: *const SetupTable, _: Bytes, _: *mut *mut (), _: 
 }
 
 unsafe extern "C" fn tick(instance: *mut (), frame: *const Frame) -> i32 {
-    // SAFETY: the host passes a proxy that `Apart` made, to one thread at a time, and a frame that is ready.
+    // SAFETY: the host passes a proxy that `IsolatedKind` made, to one thread at a time, and a frame that is ready.
     unsafe { (*instance.cast::<Proxy>()).tick(&*frame) }
 }
 
 unsafe extern "C" fn save(instance: *const (), sink: *const Sink) -> i32 {
     // SAFETY: as for `tick`; nobody else uses it during the call.
-    unsafe { (*instance.cast_mut().cast::<Proxy>()).ask(Topic::Save, &[], sink) }
+    unsafe { (*instance.cast_mut().cast::<Proxy>()).request(Topic::Save, &[], sink) }
 }
 
 unsafe extern "C" fn restore(instance: *mut (), state: Bytes, sink: *const Sink) -> i32 {
     // SAFETY: as for `tick`; the state lives during the call.
-    unsafe { (*instance.cast::<Proxy>()).ask(Topic::Restore, state.as_slice(), sink) }
+    unsafe { (*instance.cast::<Proxy>()).request(Topic::Restore, state.as_slice(), sink) }
 }
 
 unsafe extern "C" fn may_unload(instance: *const (), sink: *const Sink) -> i32 {
     // SAFETY: as for `save`.
-    unsafe { (*instance.cast_mut().cast::<Proxy>()).ask(Topic::MayUnload, &[], sink) }
+    unsafe { (*instance.cast_mut().cast::<Proxy>()).request(Topic::MayUnload, &[], sink) }
 }
 
 unsafe extern "C" fn destroy(instance: *mut (), sink: *const Sink) -> i32 {
-    // SAFETY: the host passes what `Apart` made, once.
+    // SAFETY: the host passes what `IsolatedKind` made, once.
     let mut proxy = unsafe { Box::from_raw(instance.cast::<Proxy>()) };
     if proxy.process.end().is_some() {
         return DONE;
     }
     // A module may have something to do at its end.
     // SAFETY: as for `describe`.
-    unsafe { proxy.ask(Topic::Destroy, &[], sink) }
+    unsafe { proxy.request(Topic::Destroy, &[], sink) }
 }

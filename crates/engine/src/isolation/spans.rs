@@ -6,10 +6,10 @@ pub(super) struct Spans(BTreeMap<usize, usize>);
 
 /// Granularity of allocation, bytes: a cache line, against false sharing.
 /// So one process does not slow another down.
-pub(super) const GRAIN: usize = 64;
+pub(super) const GRANULARITY: usize = 64;
 
-fn rounded(size: usize) -> Option<usize> {
-    size.max(1).checked_next_multiple_of(GRAIN)
+fn round_up(size: usize) -> Option<usize> {
+    size.max(1).checked_next_multiple_of(GRANULARITY)
 }
 
 impl Spans {
@@ -19,8 +19,8 @@ impl Spans {
     }
 
     /// Allocates the first span that fits; `align` is a power of two.
-    pub fn take(&mut self, size: usize, align: usize) -> Option<usize> {
-        let (size, align) = (rounded(size)?, align.max(GRAIN));
+    pub fn allocate(&mut self, size: usize, align: usize) -> Option<usize> {
+        let (size, align) = (round_up(size)?, align.max(GRANULARITY));
         let (start, length, at) = self.0.iter().find_map(|(&start, &length)| {
             let at = start.checked_next_multiple_of(align)?;
             (at.checked_add(size)? <= start + length).then_some((start, length, at))
@@ -36,9 +36,9 @@ impl Spans {
         Some(at)
     }
 
-    /// Frees a span that [`take`](Spans::take) returned for that size.
-    pub fn give_back(&mut self, at: usize, size: usize) {
-        let Some(mut size) = rounded(size) else { return };
+    /// Frees a span that [`allocate`](Spans::allocate) returned for that size.
+    pub fn free(&mut self, at: usize, size: usize) {
+        let Some(mut size) = round_up(size) else { return };
         let mut start = at;
         if let Some(next) = self.0.remove(&(at + size)) {
             size += next;
@@ -57,22 +57,22 @@ impl Spans {
 mod tests {
     use proptest::prelude::*;
 
-    use super::{GRAIN, Spans};
+    use super::{GRANULARITY, Spans};
 
-    const LENGTH: usize = 64 * GRAIN;
+    const LENGTH: usize = 64 * GRANULARITY;
 
     proptest! {
         #[test]
         fn what_is_taken_is_aligned_apart_and_comes_back(
-            steps in prop::collection::vec((any::<bool>(), 0..9 * GRAIN, 0..9_u32), 1..200),
+            steps in prop::collection::vec((any::<bool>(), 0..9 * GRANULARITY, 0..9_u32), 1..200),
         ) {
             let mut spans = Spans::new(LENGTH);
             let mut taken: Vec<(usize, usize)> = Vec::new();
             for (give, size, align) in steps {
                 if give && !taken.is_empty() {
                     let (at, size) = taken.swap_remove(size % taken.len());
-                    spans.give_back(at, size);
-                } else if let Some(at) = spans.take(size, 1 << align) {
+                    spans.free(at, size);
+                } else if let Some(at) = spans.allocate(size, 1 << align) {
                     prop_assert_eq!(at % (1 << align), 0);
                     prop_assert!(at + size <= LENGTH);
                     for (other, length) in &taken {
@@ -82,18 +82,18 @@ mod tests {
                 }
             }
             for (at, size) in taken {
-                spans.give_back(at, size);
+                spans.free(at, size);
             }
-            prop_assert_eq!(spans.take(LENGTH, 1), Some(0), "all of it is one span again");
+            prop_assert_eq!(spans.allocate(LENGTH, 1), Some(0), "all of it is one span again");
         }
     }
 
     #[test]
     fn what_does_not_fit_is_refused() {
         let mut spans = Spans::new(LENGTH);
-        assert_eq!(spans.take(LENGTH + 1, 1), None);
-        assert_eq!(spans.take(usize::MAX, 1), None);
-        assert_eq!(spans.take(LENGTH, 1), Some(0));
-        assert_eq!(spans.take(1, 1), None);
+        assert_eq!(spans.allocate(LENGTH + 1, 1), None);
+        assert_eq!(spans.allocate(usize::MAX, 1), None);
+        assert_eq!(spans.allocate(LENGTH, 1), Some(0));
+        assert_eq!(spans.allocate(1, 1), None);
     }
 }

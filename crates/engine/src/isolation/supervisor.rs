@@ -26,22 +26,23 @@ const SECOND: u64 = 1000 * MILLISECOND;
 const FIRST_DELAY: u64 = 100 * MILLISECOND;
 const LONGEST_DELAY: u64 = 10 * SECOND;
 /// Time without a failure after which the delay begins again, ns.
-const HEALTHY: u64 = 30 * SECOND;
-const LIMIT: usize = 5;
-const SPAN: u64 = 60 * SECOND;
+const HEALTHY_PERIOD: u64 = 30 * SECOND;
+const RESTART_LIMIT: usize = 5;
+const RESTART_WINDOW: u64 = 60 * SECOND;
 
 impl Supervisor {
     /// Registers a failure at `now`; returns the delay until the restart, ns.
     /// `now` is in ns from any origin. `None` after too many failures.
     pub fn failed(&mut self, now: u64) -> Option<u64> {
-        while self.restarts.front().is_some_and(|restart| now.saturating_sub(*restart) > SPAN) {
+        while self.restarts.front().is_some_and(|restart| now.saturating_sub(*restart) > RESTART_WINDOW) {
             self.restarts.pop_front();
         }
-        if self.restarts.len() >= LIMIT {
+        if self.restarts.len() >= RESTART_LIMIT {
             self.due = None;
             return None;
         }
-        let healthy = self.restarts.back().is_none_or(|restart| now.saturating_sub(*restart) >= HEALTHY);
+        let healthy =
+            self.restarts.back().is_none_or(|restart| now.saturating_sub(*restart) >= HEALTHY_PERIOD);
         self.delay = if healthy { FIRST_DELAY } else { (self.delay * 2).min(LONGEST_DELAY) };
         self.due = Some(now + self.delay);
         Some(self.delay)
@@ -75,7 +76,10 @@ impl Supervisor {
 
     /// Describes the limit of restarts, for the message that it was reached.
     pub fn too_often() -> String {
-        format!("it was started anew {LIMIT} times within {} s and stays off", SPAN / SECOND)
+        format!(
+            "it was started anew {RESTART_LIMIT} times within {} s and stays off",
+            RESTART_WINDOW / SECOND
+        )
     }
 
     /// Describes the limit of restarts for an isolated module.
@@ -86,7 +90,7 @@ impl Supervisor {
 
 #[cfg(test)]
 mod tests {
-    use super::{HEALTHY, LONGEST_DELAY, MILLISECOND, SECOND, Supervisor};
+    use super::{HEALTHY_PERIOD, LONGEST_DELAY, MILLISECOND, SECOND, Supervisor};
 
     #[test]
     fn the_delay_doubles_and_the_limit_holds() {
@@ -108,7 +112,7 @@ mod tests {
         let mut supervisor = Supervisor::default();
         let mut now = SECOND;
         for _ in 0..100 {
-            now += HEALTHY;
+            now += HEALTHY_PERIOD;
             assert_eq!(supervisor.failed(now), Some(100 * MILLISECOND));
             now += 100 * MILLISECOND;
             assert!(supervisor.take_due(now));

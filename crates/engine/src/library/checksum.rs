@@ -10,10 +10,10 @@ use std::io::{self, Read, Seek, SeekFrom};
 use xxhash_rust::xxh3::Xxh3Default;
 
 /// Magic bytes of a seal; the hash of all bytes before it follows, little endian.
-pub(super) const MARK: &[u8; 8] = b"SLATESUM";
+pub(super) const SEAL_MAGIC: &[u8; 8] = b"SLATESUM";
 
 /// Size of a seal, bytes.
-const LENGTH: u64 = 16;
+const SEAL_LENGTH: u64 = 16;
 
 /// Returns the hash of the first `length` bytes.
 pub(super) fn hash(file: &mut impl Read, length: u64) -> io::Result<u64> {
@@ -30,19 +30,19 @@ pub(super) fn hash(file: &mut impl Read, length: u64) -> io::Result<u64> {
 /// Returns the hash in a library's seal and the number of bytes before the seal.
 /// `None` if it has no seal.
 pub(super) fn seal_of(file: &mut File) -> io::Result<Option<(u64, u64)>> {
-    let Some(before) = file.metadata()?.len().checked_sub(LENGTH) else { return Ok(None) };
-    let mut seal = [0; LENGTH as usize];
+    let Some(before) = file.metadata()?.len().checked_sub(SEAL_LENGTH) else { return Ok(None) };
+    let mut seal = [0; SEAL_LENGTH as usize];
     file.seek(SeekFrom::Start(before))?;
     file.read_exact(&mut seal)?;
     file.rewind()?;
-    let said = seal.strip_prefix(MARK).and_then(|said| said.try_into().ok());
-    Ok(said.map(|said| (u64::from_le_bytes(said), before)))
+    let expected = seal.strip_prefix(SEAL_MAGIC).and_then(|expected| expected.try_into().ok());
+    Ok(expected.map(|expected| (u64::from_le_bytes(expected), before)))
 }
 
 /// Verifies a library against its seal; true if it has none.
-pub(super) fn holds(file: &mut File) -> io::Result<bool> {
-    let Some((said, before)) = seal_of(file)? else { return Ok(true) };
+pub(super) fn matches_seal(file: &mut File) -> io::Result<bool> {
+    let Some((expected, before)) = seal_of(file)? else { return Ok(true) };
     let found = hash(file, before)?;
     file.rewind()?;
-    Ok(found == said)
+    Ok(found == expected)
 }

@@ -23,19 +23,19 @@ pub(super) struct PrivateCopy {
 static COPIES: AtomicU64 = AtomicU64::new(1);
 
 /// Removal of old copies, once before the first copy.
-static SWEEP: Once = Once::new();
+static STALE_REMOVAL: Once = Once::new();
 
 impl PrivateCopy {
     /// Copies the file.
     ///
     /// # Errors
     /// When there is no room for it, or it can't be read.
-    pub fn of(file: &Path) -> io::Result<Self> {
-        let place = std::env::temp_dir();
-        SWEEP.call_once(|| sweep(&place));
+    pub fn create(file: &Path) -> io::Result<Self> {
+        let temporary_folder = std::env::temp_dir();
+        STALE_REMOVAL.call_once(|| remove_stale(&temporary_folder));
         loop {
             let number = COPIES.fetch_add(1, Ordering::Relaxed);
-            let folder = place.join(format!("slate-{}-{number}", std::process::id()));
+            let folder = temporary_folder.join(format!("slate-{}-{number}", std::process::id()));
             match DirBuilder::new().mode(0o700).create(&folder) {
                 Ok(()) => {}
                 // Of a process that had this number before, or of another user.
@@ -98,11 +98,11 @@ fn is_at(open: &File, path: &Path) -> bool {
 /// Removes the copies of this user's processes that were killed.
 /// Nobody has their folders locked, which also holds for processes in containers, and no process has their number, as
 /// agents of older versions lock nothing.
-fn sweep(place: &Path) {
-    let Ok(entries) = fs::read_dir(place) else { return };
+fn remove_stale(temporary_folder: &Path) {
+    let Ok(entries) = fs::read_dir(temporary_folder) else { return };
     let user = rustix::process::geteuid().as_raw();
-    let is_left = |name: &str| process_of(name).is_some_and(|id| !Path::new("/proc").join(id).exists());
-    for entry in entries.flatten().filter(|entry| entry.file_name().to_str().is_some_and(is_left)) {
+    let is_stale = |name: &str| process_of(name).is_some_and(|id| !Path::new("/proc").join(id).exists());
+    for entry in entries.flatten().filter(|entry| entry.file_name().to_str().is_some_and(is_stale)) {
         let path = entry.path();
         let own = fs::symlink_metadata(&path).is_ok_and(|found| found.is_dir() && found.uid() == user);
         let Some(folder) = own.then(|| File::open(&path).ok()).flatten() else { continue };

@@ -11,10 +11,10 @@ use slate_configuration::replacement::Replacement;
 use super::{LibraryError, checksum};
 
 /// Maximum number of known libraries; the least recently loaded is dropped first.
-const MOST: usize = 256;
+const LIBRARY_LIMIT: usize = 256;
 
 /// Largest file that is read, bytes.
-const LARGEST: u64 = 1 << 20;
+const FILE_SIZE_LIMIT: u64 = 1 << 20;
 
 /// Libraries of a user's agents by their checksums, in a file.
 ///
@@ -45,7 +45,7 @@ struct FileStamp {
 }
 
 impl FileStamp {
-    fn of(found: &Metadata) -> Self {
+    fn from_metadata(found: &Metadata) -> Self {
         Self {
             inode: found.ino(),
             length: found.len(),
@@ -65,9 +65,9 @@ impl KnownLibraries {
     ///
     /// # Errors
     /// It is damaged. It stays known as it was.
-    pub fn look(&self, library: &Path) -> Result<bool, LibraryError> {
+    pub fn check(&self, library: &Path) -> Result<bool, LibraryError> {
         // What can't be read is refused when it is loaded.
-        let Ok(present) = KnownLibrary::of(library) else { return Ok(false) };
+        let Ok(present) = KnownLibrary::read(library) else { return Ok(false) };
         let mut known = self.read();
         let before = known.iter().position(|known| known.path == present.path).map(|at| known.remove(at));
         if before.as_ref() == Some(&present) {
@@ -83,20 +83,21 @@ impl KnownLibraries {
         let is_changed = before.is_some_and(|before| before.checksum != present.checksum);
         known.push(present);
         // Where this can't be written, nothing is known the next time.
-        let _ = self.write(&known[known.len().saturating_sub(MOST)..]);
+        let _ = self.write(&known[known.len().saturating_sub(LIBRARY_LIMIT)..]);
         Ok(is_changed)
     }
 
     fn read(&self) -> Vec<KnownLibrary> {
         // What is no such file is replaced.
-        let is_small = fs::metadata(&self.file).is_ok_and(|found| found.is_file() && found.len() <= LARGEST);
+        let is_small =
+            fs::metadata(&self.file).is_ok_and(|found| found.is_file() && found.len() <= FILE_SIZE_LIMIT);
         let text = is_small.then(|| fs::read(&self.file).ok()).flatten();
         text.and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default()
     }
 
     fn write(&self, known: &[KnownLibrary]) -> io::Result<()> {
         if let Some(folder) = self.file.parent() {
-            // What programs keep of a user is nobody else's, as the XDG base directory specification says.
+            // Only the user may read it, as the XDG base directory specification says.
             DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
         }
         let mut new = Replacement::create(&self.file)?;
@@ -106,7 +107,7 @@ impl KnownLibraries {
 }
 
 impl KnownLibrary {
-    fn of(library: &Path) -> io::Result<Self> {
+    fn read(library: &Path) -> io::Result<Self> {
         let path = fs::canonicalize(library)?;
         let mut file = File::open(&path)?;
         let found = file.metadata()?;
@@ -114,6 +115,6 @@ impl KnownLibrary {
             return Err(io::ErrorKind::InvalidInput.into());
         }
         let checksum = format!("{:016x}", checksum::hash(&mut file, found.len())?);
-        Ok(Self { path, checksum, written: FileStamp::of(&found) })
+        Ok(Self { path, checksum, written: FileStamp::from_metadata(&found) })
     }
 }

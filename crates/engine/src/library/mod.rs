@@ -2,17 +2,17 @@
 
 mod checksum;
 mod copy;
+mod elf_headers;
 mod known;
 mod open;
 mod outline;
 mod seal;
-mod whole;
 
 use std::path::PathBuf;
 
 pub use known::KnownLibraries;
 pub(crate) use open::{Library, make, open, robot_text};
-pub use open::{Residence, code_of, file_of, open_as_it_is};
+pub use open::{Residence, code_of, file_of, open_in_place};
 pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};
 pub use seal::seal;
 

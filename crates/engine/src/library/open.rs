@@ -32,7 +32,7 @@ impl Library {
     /// # Errors
     /// When there is no room for the copy, or the file can't be read.
     pub(crate) fn copied(file: &Path, residence: &Residence) -> io::Result<Self> {
-        let copy = PrivateCopy::of(file)?;
+        let copy = PrivateCopy::create(file)?;
         let code = Some(copy.hash()?);
         let residence = Arc::clone(&residence.0);
         Ok(Self { handle: None, copy: copy.file().into(), code, _own: Some(copy), residence })
@@ -82,7 +82,7 @@ const RTLD_NOLOAD: i32 = 4;
 ///
 /// # Errors
 /// As [`load`].
-pub fn open_as_it_is(copy: &Path) -> Result<Plugin, LibraryError> {
+pub fn open_in_place(copy: &Path) -> Result<Plugin, LibraryError> {
     let outline = LibraryOutline::read(copy)?;
     let residence = Residence::default().0;
     open(copy, Library { handle: None, copy: copy.into(), code: None, _own: None, residence }, &outline)
@@ -113,7 +113,7 @@ pub(crate) fn open(
     let handle = unsafe { unix::Library::open(Some(&library.copy), unix::RTLD_NOW | unix::RTLD_LOCAL) }
         .map_err(|error| {
             refuse(
-                format!("can't be opened: {}", in_full(&error, &library.copy)),
+                format!("can't be opened: {}", system_message(&error, &library.copy)),
                 "see which symbol or library it misses",
             )
         })?;
@@ -125,7 +125,7 @@ pub(crate) fn open(
     library.handle = Some(handle);
     let table = table.map_err(|error| {
         refuse(
-            format!("has no symbol `{}`: {}", outline.symbol, in_full(&error, &library.copy)),
+            format!("has no symbol `{}`: {}", outline.symbol, system_message(&error, &library.copy)),
             "export the plugin's table under that name",
         )
     })?;
@@ -163,12 +163,16 @@ pub(crate) fn make(
     kinds: Vec<ModuleKind>,
     outline: &LibraryOutline,
 ) -> Result<Plugin, LibraryError> {
-    let said: Vec<_> = outline.modules.iter().map(|module| module.name.as_str()).collect();
-    let brought: Vec<_> = kinds.iter().map(ModuleKind::name).collect();
-    if said != brought {
+    let declared: Vec<_> = outline.modules.iter().map(|module| module.name.as_str()).collect();
+    let provided: Vec<_> = kinds.iter().map(ModuleKind::name).collect();
+    if declared != provided {
         return Err(LibraryError {
             file: file.into(),
-            problem: format!("says that it brings {}, but brings {}", said.join(", "), brought.join(", ")),
+            problem: format!(
+                "says that it brings {}, but brings {}",
+                declared.join(", "),
+                provided.join(", ")
+            ),
             help: "make its section `.slate` and its table agree".into(),
         });
     }
@@ -221,7 +225,7 @@ unsafe fn missing_call(module: *const ModuleTable) -> Option<&'static str> {
 
 /// Returns the system's message, which is the source of the error.
 /// The copy's name is removed, as it helps nobody.
-fn in_full(error: &libloading::Error, copy: &Path) -> String {
+fn system_message(error: &libloading::Error, copy: &Path) -> String {
     let text = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
     text.replace(&format!("{}: ", copy.display()), "")
 }

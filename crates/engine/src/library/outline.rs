@@ -10,7 +10,7 @@ use object::{Endianness, Object, ObjectSection, ObjectSymbol, ReadCache, ReadRef
 use serde::{Deserialize, Serialize};
 use slate_module::table::ABI;
 
-use super::{LibraryError, checksum, whole};
+use super::{LibraryError, checksum, elf_headers};
 
 /// Outline of a plugin, from its file.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -79,7 +79,7 @@ pub struct PortOutline {
 const SECTION: &str = ".slate";
 
 /// Returns the remedy for a missing library.
-fn build_it(file: &Path) -> String {
+fn build_help(file: &Path) -> String {
     let built = file.components().any(|part| part.as_os_str() == "target");
     match std::env::var_os("CARGO_TARGET_DIR").filter(|folder| built && !folder.is_empty()) {
         _ if !built => "give the path of a plugin's library".into(),
@@ -103,27 +103,27 @@ impl LibraryOutline {
         const PATH: &str = "give the path of a plugin's library";
         let unreadable = |error: std::io::Error| {
             let is_missing = error.kind() == std::io::ErrorKind::NotFound;
-            let help = if is_missing { build_it(file) } else { PATH.into() };
+            let help = if is_missing { build_help(file) } else { PATH.into() };
             LibraryError { file: file.into(), problem: format!("can't be read: {error}"), help }
         };
         // Reading a pipe or a device may take for ever.
         if !std::fs::metadata(file).map_err(unreadable)?.is_file() {
             return Err(refuse("is no file".into(), PATH));
         }
-        // A library may have hundreds of megabytes, of which little is looked at. It is not mapped, as whoever cuts it off
+        // A library may have hundreds of megabytes, of which little is looked at. It is not mapped, as truncating it
         // meanwhile would end this process.
         let mut opened = File::open(file).map_err(unreadable)?;
-        if !checksum::holds(&mut opened).map_err(unreadable)? {
+        if !checksum::matches_seal(&mut opened).map_err(unreadable)? {
             return Err(refuse(
                 "is damaged: it is not as it was sealed".into(),
                 "build or copy it again; one that was changed on purpose is sealed anew after it was built",
             ));
         }
         let parts = ReadCache::new(opened);
-        Self::of(&parts).map_err(|(problem, help)| refuse(problem, help))
+        Self::from_bytes(&parts).map_err(|(problem, help)| refuse(problem, help))
     }
 
-    fn of<'d>(bytes: impl ReadRef<'d>) -> Result<Self, (String, &'static str)> {
+    fn from_bytes<'d>(bytes: impl ReadRef<'d>) -> Result<Self, (String, &'static str)> {
         const LIBRARY: &str = "build it as a shared library for this machine: crate-type = [\"cdylib\"]";
         const TRUNCATED: &str = "build or copy it again";
         let header = elf::FileHeader64::<Endianness>::parse(bytes)
@@ -143,7 +143,7 @@ impl LibraryOutline {
             );
             return Err((problem, LIBRARY));
         }
-        whole::check(header, bytes).map_err(|problem| (problem, TRUNCATED))?;
+        elf_headers::check(header, bytes).map_err(|problem| (problem, TRUNCATED))?;
         let parsed =
             object::File::parse(bytes).map_err(|error| (format!("is damaged: {error}"), TRUNCATED))?;
         let section = parsed.section_by_name(SECTION).ok_or_else(|| {
@@ -162,7 +162,7 @@ impl LibraryOutline {
                 symbol.is_definition() && symbol.name().is_ok_and(|name| name == outline.symbol)
             });
             if exported {
-                return outline.checked();
+                return outline.validate();
             }
             first.get_or_insert(outline.symbol);
         }
@@ -173,7 +173,7 @@ impl LibraryOutline {
         Err((problem, "export the plugin's table under that name"))
     }
 
-    fn checked(self) -> Result<Self, (String, &'static str)> {
+    fn validate(self) -> Result<Self, (String, &'static str)> {
         if self.abi != ABI {
             return Err((
                 format!(

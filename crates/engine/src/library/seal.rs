@@ -6,7 +6,7 @@ use std::path::Path;
 
 use slate_configuration::replacement::Replacement;
 
-use super::checksum::{MARK, hash, seal_of};
+use super::checksum::{SEAL_MAGIC, hash, seal_of};
 use super::{LibraryError, LibraryOutline};
 
 /// Seals a plugin's library, so that a change of any byte is detected.
@@ -32,7 +32,7 @@ pub fn seal(path: &Path) -> Result<bool, LibraryError> {
         let mut sealed = Replacement::create(path)?;
         sealed.file().set_permissions(found.permissions())?;
         io::copy(&mut file, &mut sealed)?;
-        sealed.write_all(MARK)?;
+        sealed.write_all(SEAL_MAGIC)?;
         sealed.write_all(&sum.to_le_bytes())?;
         sealed.keep()
     };

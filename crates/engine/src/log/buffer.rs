@@ -19,12 +19,12 @@ struct Buffer<M> {
 }
 
 /// Interval at which a waiting sender checks for room.
-const LOOK: Duration = Duration::from_millis(1);
+const POLL_PERIOD: Duration = Duration::from_millis(1);
 
 /// Returns the ends of a buffer with that many places.
-pub(super) fn buffer<M>(places: usize) -> (Sender<M>, Receiver<M>) {
+pub(super) fn buffer<M>(capacity: usize) -> (Sender<M>, Receiver<M>) {
     let buffer = Arc::new(Buffer {
-        messages: ArrayQueue::new(places),
+        messages: ArrayQueue::new(capacity),
         arrived: Wake::new(),
         emptied: Wake::new(),
         senders: AtomicUsize::new(1),
@@ -55,7 +55,7 @@ impl<M> Sender<M> {
                 Err(back) => message = back,
             }
             // If two wait, the notification is for one of them and the other one looks.
-            self.0.emptied.wait_timeout(LOOK);
+            self.0.emptied.wait_timeout(POLL_PERIOD);
         }
     }
 }
@@ -78,20 +78,20 @@ impl<M> Drop for Sender<M> {
 pub(super) struct Receiver<M>(Arc<Buffer<M>>);
 
 /// Reason why no message was received.
-pub(super) enum Nothing {
+pub(super) enum ReceiveError {
     /// None came in time.
-    Yet,
+    Timeout,
     /// None will ever come.
-    Ever,
+    Disconnected,
 }
 
 impl<M> Receiver<M> {
-    /// Returns the next message, within `patience`.
+    /// Returns the next message, within `timeout`.
     ///
     /// # Errors
     /// When there is none.
     #[allow(clippy::disallowed_methods, reason = "how long nothing comes is a matter of the wall clock")]
-    pub fn receive(&self, timeout: Duration) -> Result<M, Nothing> {
+    pub fn receive(&self, timeout: Duration) -> Result<M, ReceiveError> {
         if let Some(message) = self.take() {
             return Ok(message);
         }
@@ -104,8 +104,8 @@ impl<M> Receiver<M> {
             }
             let left = timeout.saturating_sub(start.elapsed());
             match (ended, left) {
-                (true, _) => return Err(Nothing::Ever),
-                (false, Duration::ZERO) => return Err(Nothing::Yet),
+                (true, _) => return Err(ReceiveError::Disconnected),
+                (false, Duration::ZERO) => return Err(ReceiveError::Timeout),
                 (false, left) => self.0.arrived.wait_timeout(left),
             };
         }

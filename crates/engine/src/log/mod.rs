@@ -26,7 +26,7 @@ use std::time::Duration;
 use slate_blackboard::{Board, BoardError};
 use slate_module::Level;
 
-use crate::background::give_way;
+use crate::background::set_batch_scheduling;
 use crate::clock::Clock;
 
 pub use record::Record;
@@ -39,7 +39,7 @@ pub use target::{
 
 use buffer::{Sender, buffer};
 use repeat::Repeats;
-use source::{COMMON, LogMessage, LogSource, OWN};
+use source::{LogMessage, LogSource, MODULE_CAPACITY, SHARED_CAPACITY};
 use tail::Tail;
 use thread::Thread;
 
@@ -75,7 +75,7 @@ struct Counts {
     written: AtomicU64,
     dropped: AtomicU64,
     /// Lines in the common part of the buffer.
-    common: AtomicU32,
+    shared: AtomicU32,
 }
 
 /// Levels and sources of all modules; locked to change levels, never in a tick.
@@ -96,13 +96,13 @@ impl Logger {
     /// # Errors
     /// When its thread can't be started.
     pub fn new(settings: LogSettings, targets: Vec<Box<dyn LogTarget>>) -> std::io::Result<Self> {
-        let places = COMMON as usize + OWN as usize * (settings.modules + 1);
-        let (messages, receiver) = buffer(places);
+        let capacity = SHARED_CAPACITY as usize + MODULE_CAPACITY as usize * (settings.modules + 1);
+        let (messages, receiver) = buffer(capacity);
         let counts = Arc::new(Counts::default());
         let repeats = Repeats::new(settings.repeat);
         let thread = Thread::new(targets, repeats, Arc::clone(&counts), settings.lockstep);
         let thread = std::thread::Builder::new().name("log".into()).spawn(move || {
-            give_way();
+            set_batch_scheduling();
             thread.run(&receiver);
         })?;
         let name = Arc::from("agent");
@@ -180,11 +180,11 @@ impl Logger {
         let has_ended = || self.thread.as_ref().is_none_or(JoinHandle::is_finished);
         let mut waited = Duration::ZERO;
         let mut wait = || {
-            std::thread::sleep(LOOK);
-            waited += LOOK;
+            std::thread::sleep(FLUSH_POLL_PERIOD);
+            waited += FLUSH_POLL_PERIOD;
             waited < limit && !has_ended()
         };
-        while messages.try_send(LogMessage::Settle).is_err() {
+        while messages.try_send(LogMessage::Flush).is_err() {
             if !wait() {
                 return;
             }
@@ -207,7 +207,7 @@ impl Logger {
     ///
     /// # Errors
     /// When a module has a property of that name.
-    pub fn show_on(&self, board: &Board) -> Result<(), BoardError> {
+    pub fn publish_on(&self, board: &Board) -> Result<(), BoardError> {
         self.send(LogMessage::Tail(Box::new(Tail::new(board)?)));
         Ok(())
     }
@@ -240,7 +240,7 @@ impl Logger {
 }
 
 /// Interval at which a flush checks for its end.
-const LOOK: Duration = Duration::from_micros(500);
+const FLUSH_POLL_PERIOD: Duration = Duration::from_micros(500);
 
 impl Drop for Logger {
     fn drop(&mut self) {

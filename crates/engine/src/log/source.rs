@@ -11,13 +11,13 @@ use super::{Counts, LogTarget, Record};
 use crate::clock::Clock;
 
 /// Number of shared places in the buffer, for all modules beside their own.
-pub(super) const COMMON: u32 = 1024;
+pub(super) const SHARED_CAPACITY: u32 = 1024;
 
 /// Maximum number of shared places that one module may take.
-const LARGEST: u32 = COMMON / 2;
+const MODULE_SHARE_LIMIT: u32 = SHARED_CAPACITY / 2;
 
 /// Number of reserved places in the buffer for each module.
-pub(super) const OWN: u32 = 8;
+pub(super) const MODULE_CAPACITY: u32 = 8;
 
 /// Message to the logger's thread.
 #[allow(clippy::large_enum_variant, reason = "a line in a box would be an allocation of the tick")]
@@ -26,7 +26,7 @@ pub(super) enum LogMessage {
     Target(Box<dyn LogTarget>),
     Tail(Box<Tail>),
     /// Write all there is to write.
-    Settle,
+    Flush,
 }
 
 /// Line in the buffer; its text is in place, so that sending it allocates nothing.
@@ -35,18 +35,18 @@ pub(super) struct SentLine {
     level: Level,
     source: Arc<LogSource>,
     dropped: u64,
-    place: BufferPlace,
+    slot: BufferSlot,
     length: usize,
     text: [u8; 512],
 }
 
 /// Kind of the place that a line takes in the buffer.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum BufferPlace {
+enum BufferSlot {
     /// Any: the module waits for one.
-    Waited,
-    Own,
-    Common,
+    Any,
+    Reserved,
+    Shared,
 }
 
 /// Module as a source of lines, shared with the logger's thread.
@@ -56,7 +56,7 @@ pub(super) struct LogSource {
     /// Lines in the buffer.
     waiting: AtomicU32,
     /// Lines dropped since the last one that was not.
-    untold: AtomicU64,
+    unreported: AtomicU64,
     dropped: AtomicU64,
 }
 
@@ -66,7 +66,7 @@ impl LogSource {
             name: Arc::clone(name),
             level: AtomicU32::new(level as u32),
             waiting: AtomicU32::new(0),
-            untold: AtomicU64::new(0),
+            unreported: AtomicU64::new(0),
             dropped: AtomicU64::new(0),
         }
     }
@@ -81,42 +81,42 @@ impl LogSource {
     }
 
     /// Takes the number of dropped lines that no line has reported yet.
-    pub fn take_untold(&self) -> u64 {
-        self.untold.swap(0, Ordering::Relaxed)
+    pub fn take_unreported(&self) -> u64 {
+        self.unreported.swap(0, Ordering::Relaxed)
     }
 
-    fn wants(&self, level: Level) -> bool {
+    fn includes(&self, level: Level) -> bool {
         level as u32 <= self.level.load(Ordering::Relaxed)
     }
 
     /// Takes a place in the buffer: a reserved one, else a shared one.
     /// `None` if those are all taken.
-    fn place(&self, counts: &Counts) -> Option<BufferPlace> {
+    fn take_slot(&self, counts: &Counts) -> Option<BufferSlot> {
         let waiting = self.waiting.fetch_add(1, Ordering::Relaxed);
-        if waiting < OWN {
-            return Some(BufferPlace::Own);
+        if waiting < MODULE_CAPACITY {
+            return Some(BufferSlot::Reserved);
         }
-        if waiting < OWN + LARGEST {
-            if counts.common.fetch_add(1, Ordering::Relaxed) < COMMON {
-                return Some(BufferPlace::Common);
+        if waiting < MODULE_CAPACITY + MODULE_SHARE_LIMIT {
+            if counts.shared.fetch_add(1, Ordering::Relaxed) < SHARED_CAPACITY {
+                return Some(BufferSlot::Shared);
             }
-            counts.common.fetch_sub(1, Ordering::Relaxed);
+            counts.shared.fetch_sub(1, Ordering::Relaxed);
         }
         self.waiting.fetch_sub(1, Ordering::Relaxed);
         None
     }
 
-    fn leave(&self, place: BufferPlace, counts: &Counts) {
-        if place != BufferPlace::Waited {
+    fn free_slot(&self, slot: BufferSlot, counts: &Counts) {
+        if slot != BufferSlot::Any {
             self.waiting.fetch_sub(1, Ordering::Relaxed);
         }
-        if place == BufferPlace::Common {
-            counts.common.fetch_sub(1, Ordering::Relaxed);
+        if slot == BufferSlot::Shared {
+            counts.shared.fetch_sub(1, Ordering::Relaxed);
         }
     }
 
-    fn drop_line(&self, told: u64, counts: &Counts) {
-        self.untold.fetch_add(told + 1, Ordering::Relaxed);
+    fn drop_line(&self, reported: u64, counts: &Counts) {
+        self.unreported.fetch_add(reported + 1, Ordering::Relaxed);
         self.dropped.fetch_add(1, Ordering::Relaxed);
         counts.dropped.fetch_add(1, Ordering::Relaxed);
     }
@@ -125,7 +125,7 @@ impl LogSource {
 impl SentLine {
     /// Converts the line to a record for the targets; frees its place in the buffer.
     pub fn into_record(self, counts: &Counts) -> (Arc<LogSource>, Record) {
-        self.source.leave(self.place, counts);
+        self.source.free_slot(self.slot, counts);
         let text = String::from_utf8_lossy(&self.text[..self.length]);
         let mut record = Record::from_message(self.time, self.level, &self.source.name, &text);
         record.dropped = self.dropped;
@@ -134,7 +134,7 @@ impl SentLine {
 }
 
 /// Value for no time stamp.
-const NOW: u64 = u64::MAX;
+const NO_TIME_STAMP: u64 = u64::MAX;
 
 /// Log of one module, to which its frame's host points.
 pub struct ModuleLog {
@@ -144,17 +144,17 @@ pub struct ModuleLog {
     lossless: bool,
     /// Clock of the time stamps; `None` for callers that set them.
     clock: Option<Arc<Clock>>,
-    /// Time stamp of the lines in place of the present time, ns; [`NOW`] for none.
+    /// Time stamp of the lines, ns; [`NO_TIME_STAMP`] for the present time.
     time: AtomicU64,
     /// True while lines are held, as the step runs beside others.
     /// They follow when it is committed.
-    holding: AtomicBool,
+    is_holding: AtomicBool,
     held: Mutex<Vec<SentLine>>,
 }
 
 /// Suffix of a truncated line.
 /// A character that is cut before it is shown as an unknown one.
-const CUT: &[u8] = b" ...";
+const TRUNCATION_MARK: &[u8] = b" ...";
 
 impl ModuleLog {
     /// Returns the log of a module.
@@ -172,15 +172,15 @@ impl ModuleLog {
             source,
             lossless,
             clock,
-            time: AtomicU64::new(NOW),
-            holding: AtomicBool::new(false),
+            time: AtomicU64::new(NO_TIME_STAMP),
+            is_holding: AtomicBool::new(false),
             held: Mutex::default(),
         }
     }
 
     /// Returns the host to which a frame points.
     pub fn host(&self) -> Host {
-        Host { context: std::ptr::from_ref(self).cast(), log: take }
+        Host { context: std::ptr::from_ref(self).cast(), log: receive_line }
     }
 
     /// Sets the time stamp of the next lines, ns, for steps run later than planned.
@@ -195,7 +195,7 @@ impl ModuleLog {
 
     fn write_now(&self, level: Level, bytes: &[u8]) {
         let time = match self.time.load(Ordering::Relaxed) {
-            NOW => self.clock.as_ref().map_or(0, |clock| clock.now()),
+            NO_TIME_STAMP => self.clock.as_ref().map_or(0, |clock| clock.now()),
             time => time,
         };
         self.write_at(time, level, bytes);
@@ -204,64 +204,64 @@ impl ModuleLog {
     /// Begins a step that runs beside others.
     /// In lockstep, keeps lines until [`release`](ModuleLog::release), so that they follow the order of the modules.
     pub fn hold(&self) {
-        self.holding.store(true, Ordering::Relaxed);
+        self.is_holding.store(true, Ordering::Relaxed);
     }
 
     /// Writes the lines of a step that was made beside others.
     pub fn release(&self) {
-        if self.holding.swap(false, Ordering::Relaxed) {
+        if self.is_holding.swap(false, Ordering::Relaxed) {
             self.held
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)
                 .drain(..)
-                .for_each(|line| self.pass_on(line));
+                .for_each(|line| self.forward(line));
         }
     }
 
     pub(super) fn write_at(&self, time: u64, level: Level, bytes: &[u8]) {
-        if !self.source.wants(level) {
+        if !self.source.includes(level) {
             return;
         }
         let length = bytes.len().min(512);
         let mut text = [0; 512];
         text[..length].copy_from_slice(&bytes[..length]);
         if length < bytes.len() {
-            // Who reads it must see that it goes on.
-            text[length - CUT.len()..].copy_from_slice(CUT);
+            // A reader must see that the line was truncated.
+            text[length - TRUNCATION_MARK.len()..].copy_from_slice(TRUNCATION_MARK);
         }
         let source = Arc::clone(&self.source);
-        let line = SentLine { time, level, source, dropped: 0, place: BufferPlace::Waited, length, text };
-        if self.lossless && self.holding.load(Ordering::Relaxed) {
+        let line = SentLine { time, level, source, dropped: 0, slot: BufferSlot::Any, length, text };
+        if self.lossless && self.is_holding.load(Ordering::Relaxed) {
             self.held.lock().unwrap_or_else(PoisonError::into_inner).push(line);
         } else {
-            self.pass_on(line);
+            self.forward(line);
         }
     }
 
-    fn pass_on(&self, mut line: SentLine) {
+    fn forward(&self, mut line: SentLine) {
         if self.lossless {
             if self.lines.send(LogMessage::Line(line)) {
                 self.counts.sent.fetch_add(1, Ordering::Release);
             }
             return;
         }
-        let Some(place) = self.source.place(&self.counts) else {
+        let Some(slot) = self.source.take_slot(&self.counts) else {
             return self.source.drop_line(0, &self.counts);
         };
-        line.place = place;
-        line.dropped = self.source.untold.swap(0, Ordering::Relaxed);
-        let told = line.dropped;
+        line.slot = slot;
+        line.dropped = self.source.unreported.swap(0, Ordering::Relaxed);
+        let reported = line.dropped;
         if self.lines.try_send(LogMessage::Line(line)).is_ok() {
             self.counts.sent.fetch_add(1, Ordering::Release);
         } else {
             // More modules have come than the buffer was made for.
-            self.source.leave(place, &self.counts);
-            self.source.drop_line(told, &self.counts);
+            self.source.free_slot(slot, &self.counts);
+            self.source.drop_line(reported, &self.counts);
         }
     }
 }
 
-unsafe extern "C" fn take(context: *const (), level: u32, text: *const u8, length: usize) {
+unsafe extern "C" fn receive_line(context: *const (), level: u32, text: *const u8, length: usize) {
     // SAFETY: the context is the `ModuleLog` that made the host, which the runner keeps beside it.
     let log = unsafe { &*context.cast::<ModuleLog>() };
     let text = match length {

@@ -7,18 +7,18 @@ use std::time::Duration;
 use slate_module::Level;
 
 use super::LogCounts;
-use super::buffer::{Nothing, Receiver};
+use super::buffer::{ReceiveError, Receiver};
 use super::repeat::{Repeats, WINDOW};
 use super::source::{LogMessage, LogSource, SentLine};
 use super::tail::Tail;
 use super::{Counts, LogTarget, Record};
 
 /// Wait for a line while a target still has work, before the target is called.
-const SOON: Duration = Duration::from_millis(20);
+const BUSY_TIMEOUT: Duration = Duration::from_millis(20);
 
 /// Wait for a line while no target has work: the window of repetitions.
 /// So on the wall clock they are summed up at its end.
-const LATER: Duration = Duration::from_nanos(WINDOW);
+const IDLE_TIMEOUT: Duration = Duration::from_nanos(WINDOW);
 
 /// Thread that writes to the targets.
 pub(super) struct Thread {
@@ -48,35 +48,35 @@ impl Thread {
         let mut quiet = Duration::ZERO;
         let mut busy = false;
         loop {
-            let timeout = if busy { SOON } else { LATER };
+            let timeout = if busy { BUSY_TIMEOUT } else { IDLE_TIMEOUT };
             match messages.receive(timeout) {
                 Ok(message) => {
                     quiet = Duration::ZERO;
                     busy = true;
-                    self.take(message);
+                    self.handle(message);
                     self.counts.written.fetch_add(1, Ordering::Release);
                 }
-                Err(Nothing::Yet) => {
+                Err(ReceiveError::Timeout) => {
                     busy = self.output.idle();
                     quiet += timeout;
                     // In lockstep the wall clock must not decide where a line stands.
-                    if quiet >= LATER && !self.lockstep {
+                    if quiet >= IDLE_TIMEOUT && !self.lockstep {
                         quiet = Duration::ZERO;
-                        self.settle();
+                        self.write_reports();
                     }
                 }
-                Err(Nothing::Ever) => break,
+                Err(ReceiveError::Disconnected) => break,
             }
         }
-        self.settle();
+        self.write_reports();
     }
 
-    fn take(&mut self, message: LogMessage) {
+    fn handle(&mut self, message: LogMessage) {
         match message {
             LogMessage::Line(line) => self.line(line),
             LogMessage::Target(target) => self.output.targets.push(target),
             LogMessage::Tail(tail) => self.output.tail = Some(tail),
-            LogMessage::Settle => self.settle(),
+            LogMessage::Flush => self.write_reports(),
         }
         self.count();
     }
@@ -91,10 +91,10 @@ impl Thread {
     }
 
     /// Writes the reports that would come with the next lines.
-    fn settle(&mut self) {
-        self.repeats.settle(&mut |record| self.output.write(record));
+    fn write_reports(&mut self) {
+        self.repeats.write_summaries(&mut |record| self.output.write(record));
         for source in self.sources.values() {
-            let dropped = source.take_untold();
+            let dropped = source.take_unreported();
             if dropped > 0 {
                 let text = "lines of the log were dropped, as its targets are too slow";
                 let record = Record { dropped, ..Record::new(self.time, Level::Warn, &source.name, text) };
@@ -122,43 +122,43 @@ struct Output {
 
 impl Output {
     fn write(&mut self, record: &Record) {
-        self.pass_on(record);
-        let mut complaints = Vec::new();
-        self.each(&mut |target| complaints.extend(target.complaint()));
-        for text in complaints {
-            self.complain(record.time, &text);
+        self.write_to_all(record);
+        let mut diagnostics = Vec::new();
+        self.for_each_target(&mut |target| diagnostics.extend(target.diagnostic()));
+        for text in diagnostics {
+            self.report_diagnostic(record.time, &text);
         }
     }
 
-    fn complain(&mut self, time: u64, text: &str) {
+    fn report_diagnostic(&mut self, time: u64, text: &str) {
         if self.targets.len() < 2 {
-            // Nobody else would say it.
-            say(text);
+            // No other target would report it.
+            print_error(text);
         }
-        self.pass_on(&Record::new(time, Level::Warn, &Arc::from("agent"), text));
+        self.write_to_all(&Record::new(time, Level::Warn, &Arc::from("agent"), text));
     }
 
-    fn pass_on(&mut self, record: &Record) {
+    fn write_to_all(&mut self, record: &Record) {
         self.written += 1;
         if let Some(tail) = &mut self.tail {
             tail.write(record);
         }
-        let lost = self.each(&mut |target| target.write(record));
+        let lost = self.for_each_target(&mut |target| target.write(record));
         for _ in 0..lost {
-            self.complain(record.time, "a target of the log panicked and gets no more lines");
+            self.report_diagnostic(record.time, "a target of the log panicked and gets no more lines");
         }
     }
 
     /// Calls the targets' `idle`; true if one has work left.
     fn idle(&mut self) -> bool {
         let mut busy = false;
-        self.each(&mut |target| busy |= target.idle());
+        self.for_each_target(&mut |target| busy |= target.idle());
         busy
     }
 
     /// Calls all targets, and removes those that panic; returns their number.
     /// A target of the application that panics must not stop the others.
-    fn each(&mut self, call: &mut dyn FnMut(&mut dyn LogTarget)) -> usize {
+    fn for_each_target(&mut self, call: &mut dyn FnMut(&mut dyn LogTarget)) -> usize {
         let before = self.targets.len();
         self.targets.retain_mut(|target| catch_unwind(AssertUnwindSafe(|| call(target.as_mut()))).is_ok());
         before - self.targets.len()
@@ -166,7 +166,7 @@ impl Output {
 }
 
 /// Writes to standard error, if there is one.
-fn say(text: &str) {
+fn print_error(text: &str) {
     use std::io::Write;
     let _ = writeln!(std::io::stderr(), "{text}");
 }

@@ -6,7 +6,7 @@ use slate_module::Level;
 
 use super::cycle::Position;
 use super::gauges::StageGauge;
-use super::guest::{Absent, Guest};
+use super::guest::{Guest, LateGuest};
 use super::plan::{Plan, PlanParts};
 use super::{Core, Levels, ModuleThreads, Schedule, Seat, SharedLoop, TAKEOVER, Takeover, WatchedModule};
 use crate::actuators::Actuator;
@@ -22,18 +22,18 @@ pub(super) struct Prepared {
 
 /// Parts that the loop no longer needs, dropped by another thread.
 #[allow(dead_code, reason = "it is only dropped")]
-pub(super) struct Replaced {
+pub(super) struct ReplacedParts {
     plans: [Plan; 2],
     actuators: Option<Vec<Arc<Actuator>>>,
     takeover: Option<Guest<Arc<Takeover>>>,
     time_source: Option<Guest<dyn TimeSource>>,
-    returned: Vec<Absent>,
+    returned: Vec<LateGuest>,
 }
 
 /// Members of the loop: modules, gates and threads, for changes.
 #[derive(Default)]
 pub(super) struct LoopMembers {
-    /// Lock of those who make plans, held until the plans are exchanged.
+    /// Lock of planning, held until the plans are exchanged.
     planning: Mutex<()>,
     parts: Mutex<PlanParts>,
     watched: Mutex<Arc<[WatchedModule]>>,
@@ -159,10 +159,10 @@ impl SharedLoop {
     /// Makes the plans.
     pub(super) fn prepare(&self, _: &MutexGuard<'_, ()>) -> Prepared {
         let mut parts = self.members.parts();
-        parts.look_at_takeover();
+        parts.update_request();
         let before = std::mem::take(&mut parts.gauges);
         let stages =
-            parts.schedule.stages().iter().chain(parts.wish.iter().flat_map(|(_, own)| own.stages()));
+            parts.schedule.stages().iter().chain(parts.request.iter().flat_map(|(_, own)| own.stages()));
         let names: Vec<Arc<str>> = stages.map(|stage| stage.name.as_str().into()).collect();
         for name in names {
             let gauge = before.get(&name).cloned().unwrap_or_else(|| {
@@ -171,14 +171,14 @@ impl SharedLoop {
             parts.gauges.insert(name, gauge);
         }
         let program = parts.plan(&parts.schedule);
-        let module = parts.wish.as_ref().map(|(number, own)| (*number, parts.plan(own)));
+        let module = parts.request.as_ref().map(|(number, own)| (*number, parts.plan(own)));
         let plans = [Some(&program), module.as_ref().map(|(_, plan)| plan)].into_iter().flatten();
         let timeouts = plans.flat_map(|plan| &plan.stages).map(|stage| stage.timeout);
         let shortest = timeouts.filter(|timeout| *timeout > 0).min();
         self.timeouts.set_shortest(shortest);
         for gauge in before.values().chain(parts.gauges.values()) {
-            let is_there = parts.stages().stages().iter().any(|stage| *stage.name == *gauge.name);
-            if is_there { gauge.show(&self.board) } else { gauge.hide(&self.board) }
+            let is_present = parts.stages().stages().iter().any(|stage| *stage.name == *gauge.name);
+            if is_present { gauge.add_to(&self.board) } else { gauge.remove_from(&self.board) }
         }
         let watched = self.watch(&parts);
         Prepared { program, module, watched }
@@ -200,16 +200,17 @@ impl SharedLoop {
         core: &mut Core,
         prepared: Prepared,
         actuators: Option<Vec<Arc<Actuator>>>,
-    ) -> Replaced {
+    ) -> ReplacedParts {
         let Prepared { program, module, watched } = prepared;
         let (planned, own) = module.unwrap_or_default();
-        core.course.replan(planned);
-        let plans = [std::mem::replace(&mut core.plan, program), std::mem::replace(&mut core.aside, own)];
+        core.selection.replan(planned);
+        let plans =
+            [std::mem::replace(&mut core.plan, program), std::mem::replace(&mut core.inactive_plan, own)];
         for seat in plans.iter().flat_map(|plan| &plan.seats) {
-            // SAFETY: who installs has the token, between two cycles.
+            // SAFETY: the caller has the token, between two cycles.
             unsafe { seat.set_in_turn(false) };
         }
-        for seat in core.plan.seats.iter().chain(&core.aside.seats) {
+        for seat in core.plan.seats.iter().chain(&core.inactive_plan.seats) {
             // SAFETY: as above; and these are the loop's from now on.
             unsafe { seat.set_in_turn(true) };
         }
@@ -217,25 +218,25 @@ impl SharedLoop {
         // A run that was ended by a step that did not return has left in the middle of its cycle.
         core.position = Position::default();
         self.timeouts.set_deadline(0);
-        let takeover = core.takeover.take_if(|guest| guest.has_left(&watched));
-        let takeover = takeover.and_then(|guest| core.let_go(guest));
-        let time_source = core.time_source.take_if(|guest| guest.has_left(&watched));
-        let returned = core.absent.extract_if(.., |absent| absent.has_returned()).collect();
-        Replaced { plans, actuators, takeover, time_source, returned }
+        let takeover = core.takeover.take_if(|guest| guest.is_removed(&watched));
+        let takeover = takeover.and_then(|guest| core.release_guest(guest));
+        let time_source = core.time_source.take_if(|guest| guest.is_removed(&watched));
+        let returned = core.late_guests.extract_if(.., |late_guests| late_guests.has_returned()).collect();
+        ReplacedParts { plans, actuators, takeover, time_source, returned }
     }
 
     /// Sets the module that may take the loop, which is on the loop.
     pub fn set_takeover(self: &Arc<Self>, module: Option<(Arc<Takeover>, Arc<Seat>)>) {
         let planning = self.members.planning();
-        let place = module.as_ref().map(|(takeover, _)| Arc::clone(takeover));
-        let before = std::mem::replace(&mut self.members.parts().takeover, place.clone());
+        let slot = module.as_ref().map(|(takeover, _)| Arc::clone(takeover));
+        let before = std::mem::replace(&mut self.members.parts().takeover, slot.clone());
         let guest =
-            module.map(|(code, seat)| Guest { what: TAKEOVER, seat: Some(seat), code: Box::new(code) });
+            module.map(|(code, seat)| Guest { name: TAKEOVER, seat: Some(seat), code: Box::new(code) });
         let left = self.between_cycles(&[], move |shared| {
             // SAFETY: a job runs in the thread that holds the token.
             let core = unsafe { shared.core() };
             let left = std::mem::replace(&mut core.takeover, guest);
-            Some(left.and_then(|guest| core.let_go(guest)))
+            Some(left.and_then(|guest| core.release_guest(guest)))
         });
         drop(left);
         if let Some(before) = before {
@@ -244,7 +245,7 @@ impl SharedLoop {
             self.rebuild(&planning, None, || Ok::<(), ()>(()));
         }
         // In lockstep the loop itself makes the plans, so that they are there in the same cycle in each run.
-        if let Some(takeover) = place.filter(|_| !self.lockstep) {
+        if let Some(takeover) = slot.filter(|_| !self.lockstep) {
             let (shared, own) = (Arc::downgrade(self), Arc::clone(&takeover));
             let thread = std::thread::Builder::new().name("stages".into());
             if let Err(error) = thread.spawn(move || make_plans(&shared, &own)) {
@@ -256,13 +257,13 @@ impl SharedLoop {
     }
 
     /// Makes plans for the requested stages of a module, and lets the loop run them.
-    fn follow(&self, takeover: &Arc<Takeover>) {
+    fn plan_request(&self, takeover: &Arc<Takeover>) {
         takeover.clear_pending();
-        takeover.sweep();
+        takeover.drop_replaced();
         let planning = self.members.planning();
         let mut parts = self.members.parts();
         let is_present = parts.takeover.as_ref().is_some_and(|present| Arc::ptr_eq(present, takeover));
-        let is_changed = is_present && parts.look_at_takeover();
+        let is_changed = is_present && parts.update_request();
         drop(parts);
         if is_changed {
             self.rebuild(&planning, None, || Ok::<(), ()>(()));
@@ -271,16 +272,16 @@ impl SharedLoop {
 
     /// Exchanges the plans in lockstep, at the end of a cycle.
     /// It may take its time, and must not depend on the timing of other threads.
-    pub(super) fn follow_here(&self) {
-        // SAFETY: whoever calls it has the token; the reference ends before a module's code may run.
+    pub(super) fn plan_request_here(&self) {
+        // SAFETY: the caller has the token; the reference ends before a module's code may run.
         let takeover = unsafe { self.core() }.takeover.as_ref();
-        let Some(takeover) = takeover.filter(|guest| guest.code.is_stirred()) else { return };
+        let Some(takeover) = takeover.filter(|guest| guest.code.has_pending_work()) else { return };
         let takeover = Arc::clone(&takeover.code);
-        // Else somebody changes the agent, and waits for the loop.
+        // Else another thread changes the agent, and waits for the loop.
         let Some(planning) = self.members.try_planning() else { return };
         takeover.clear_pending();
-        takeover.sweep();
-        if self.members.parts().look_at_takeover() {
+        takeover.drop_replaced();
+        if self.members.parts().update_request() {
             let prepared = self.prepare(&planning);
             // SAFETY: as above.
             drop(self.install(unsafe { self.core() }, prepared, None));
@@ -293,6 +294,6 @@ impl SharedLoop {
 fn make_plans(shared: &Weak<SharedLoop>, takeover: &Arc<Takeover>) {
     while takeover.wait() {
         let Some(shared) = shared.upgrade() else { return };
-        shared.follow(takeover);
+        shared.plan_request(takeover);
     }
 }

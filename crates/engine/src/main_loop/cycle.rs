@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use super::guest::{GuestAnswer, PutAway, ask, dismiss};
+use super::guest::{GuestRemoval, GuestResult, call_guest, remove_guest};
 use super::policy::LoopPosition;
 use super::roles::{PolicyRole, TakeoverRole, TimeRole};
 use super::takeover::Choice;
-use super::{Control, Core, Cycle, End, Flow, Playing, STAGE_LIMIT, Seat, SharedLoop, workers};
+use super::{Control, Core, Cycle, End, Flow, LoopReplay, STAGE_LIMIT, Seat, SharedLoop, workers};
 use crate::clock::monotonic;
 use crate::runner::StepCall;
 use crate::timing::Span;
@@ -16,15 +16,15 @@ use crate::timing::Span;
 #[derive(Clone, Copy, Default)]
 pub(super) struct Position {
     /// True once the cycle has begun.
-    pub inside: bool,
+    pub is_in_cycle: bool,
     /// Monotonic time of its begin, ns; 0 if it is not timed.
     began: u64,
     /// Nominal time of the cycle on the grid of the period, ns.
     /// Periods of modules are counted in it. It is the agent's time without the lateness of the thread's wake-up.
     nominal: u64,
-    /// Present stage; `open` is true until it has been ended.
+    /// Present stage; `is_stage_open` is true until it has been ended.
     stage: Option<usize>,
-    open: bool,
+    is_stage_open: bool,
     stage_began: u64,
     /// Deadline of the stage, monotonic, ns; 0 for none.
     deadline: u64,
@@ -34,9 +34,9 @@ pub(super) struct Position {
     seat: usize,
     end: usize,
     /// True while workers have steps that are not committed yet.
-    helped: bool,
+    has_worker_steps: bool,
     /// Removal of the guest that is being called.
-    pub asking: Option<PutAway>,
+    pub pending_removal: Option<GuestRemoval>,
 }
 
 /// State of the cycle in this thread.
@@ -57,17 +57,17 @@ struct Turn {
 
 impl Turn {
     /// Returns the weight of a step of that duration in its histogram.
-    fn stands_for(&self, shared: &SharedLoop, has_deadline: bool, duration: u64) -> u32 {
+    fn weight(&self, shared: &SharedLoop, has_deadline: bool, duration: u64) -> u32 {
         match () {
-            () if has_deadline || self.traced || duration >= LONG && !shared.lockstep => 1,
-            () if self.sampled => SAMPLED as u32,
+            () if has_deadline || self.traced || duration >= LONG_STEP && !shared.lockstep => 1,
+            () if self.sampled => SAMPLE_INTERVAL as u32,
             () => 0,
         }
     }
 
     /// Returns the weight of this cycle in the histogram.
-    fn stands_for_cycles(&self, shared: &SharedLoop) -> u32 {
-        if shared.lockstep && !self.traced { SAMPLED as u32 } else { 1 }
+    fn cycle_weight(&self, shared: &SharedLoop) -> u32 {
+        if shared.lockstep && !self.traced { SAMPLE_INTERVAL as u32 } else { 1 }
     }
 
     /// Returns the number of the cycle if its steps are recorded.
@@ -86,9 +86,9 @@ impl Turn {
 
 /// Sampling interval of short steps, cycles; a sampled step counts for all of them.
 /// In lockstep, which must be fast, only these cycles are timed. Steps with a deadline are always timed and counted.
-const SAMPLED: u64 = 16;
+const SAMPLE_INTERVAL: u64 = 16;
 /// Least duration of a step that is always counted on the wall clock, ns.
-const LONG: u64 = 50_000;
+const LONG_STEP: u64 = 50_000;
 
 /// Makes a cycle, or the rest of one that another thread began.
 pub fn cycle(shared: &SharedLoop) -> Flow {
@@ -99,7 +99,7 @@ pub fn cycle(shared: &SharedLoop) -> Flow {
         let (seat, call) = match next {
             // SAFETY: the core keeps the seat alive.
             Next::Step(seat, call) => (unsafe { &*seat }, call),
-            Next::Nothing => continue,
+            Next::NotDue => continue,
             Next::StageOver => match next_stage(shared, &mut turn) {
                 Stages::Next => continue,
                 Stages::Over => break,
@@ -116,21 +116,21 @@ pub fn cycle(shared: &SharedLoop) -> Flow {
         // The end of a step is the beginning of the next.
         turn.mark = if start == 0 { 0 } else { monotonic() };
         let duration = (start != 0).then(|| turn.mark.saturating_sub(start));
-        let stands_for = duration.map_or(0, |duration| turn.stands_for(shared, seat.has_deadline, duration));
+        let weight = duration.map_or(0, |duration| turn.weight(shared, seat.has_deadline, duration));
         if turn.traced {
             seat.record(shared, start, duration.unwrap_or(0), turn.number);
         }
         // SAFETY: the step was not given up, so this thread still holds the token.
         unsafe {
             let core = shared.core();
-            if core.position.helped {
-                core.position.helped = false;
+            if core.position.has_worker_steps {
+                core.position.has_worker_steps = false;
                 core.workers.commit(shared, turn.now, turn.traced(), core.digest.as_mut());
                 seat.runner().log.release();
                 turn.mark = 0;
             }
             let runner = seat.runner();
-            seat.time(runner, duration, stands_for);
+            seat.time(runner, duration, weight);
             runner.commit(turn.now, code, core.digest.as_mut());
         }
     }
@@ -140,16 +140,16 @@ pub fn cycle(shared: &SharedLoop) -> Flow {
 /// Waits for the beginning of a cycle, unless it has begun.
 /// `None` if the time source did not return.
 fn begin(shared: &SharedLoop) -> Option<Turn> {
-    let (inside, last) = {
+    let (is_in_cycle, last) = {
         // SAFETY: this thread holds the token; the reference ends before the time source is asked.
         let core = unsafe { shared.core() };
-        if let Some(put_away) = core.position.asking.take() {
-            let text = format!("{} did not return; the default holds", put_away(core));
+        if let Some(remove_late) = core.position.pending_removal.take() {
+            let text = format!("{} did not return; the default holds", remove_late(core));
             shared.log().write(slate_module::Level::Error, &text);
         }
-        (core.position.inside, core.time)
+        (core.position.is_in_cycle, core.time)
     };
-    if !inside {
+    if !is_in_cycle {
         let time = time_of_next(shared, last)?;
         // SAFETY: as above; asking was not given up.
         begin_cycle(shared, unsafe { shared.core() }, time);
@@ -157,7 +157,7 @@ fn begin(shared: &SharedLoop) -> Option<Turn> {
     // SAFETY: as above.
     let core = unsafe { shared.core() };
     let traced = shared.tracing.is_on();
-    let sampled = core.cycle % SAMPLED == 1;
+    let sampled = core.cycle % SAMPLE_INTERVAL == 1;
     let timed = !shared.lockstep || traced || sampled;
     let mut turn = Turn {
         now: shared.clock.now(),
@@ -168,7 +168,7 @@ fn begin(shared: &SharedLoop) -> Option<Turn> {
         traced,
         mark: 0,
     };
-    if !inside && timed {
+    if !is_in_cycle && timed {
         core.position.began = turn.mark();
     }
     Some(turn)
@@ -185,16 +185,16 @@ fn time_of_next(shared: &SharedLoop, last: Option<u64>) -> Option<u64> {
         let time = playback.playback.next(last, planned);
         return Some(last.map_or(time, |last| if time < last { last } else { time }));
     }
-    match ask::<TimeRole, _>(shared, |source| source.next(last, planned)) {
-        GuestAnswer::Answer(time) => match last {
+    match call_guest::<TimeRole, _>(shared, |source| source.next(last, planned)) {
+        GuestResult::Answer(time) => match last {
             Some(last) if time < last => {
                 shared.measures.gauges.refused_times.fetch_add(1, Ordering::Relaxed);
                 Some(last)
             }
             _ => Some(time),
         },
-        GuestAnswer::Nobody => Some(planned),
-        GuestAnswer::Lost => None,
+        GuestResult::Unavailable => Some(planned),
+        GuestResult::Lost => None,
     }
 }
 
@@ -209,12 +209,12 @@ fn begin_cycle(shared: &SharedLoop, core: &mut Core, time: u64) {
     core.time = Some(time);
     core.cycle += 1;
     shared.measures.gauges.cycles.store(core.cycle, Ordering::Relaxed);
-    core.settle(&shared.log());
+    core.select_plan(&shared.log());
     let nominal = if shared.clock.is_driven() { time } else { shared.clock.at(beginning.nominal) };
-    core.position = Position { inside: true, nominal, ..Position::default() };
-    for seat in core.plan.early.iter().filter(|seat| seat.is_idle()) {
-        // SAFETY: the seat is idle, and those of the plan belong to who has the token.
-        unsafe { seat.runner() }.pin_early();
+    core.position = Position { is_in_cycle: true, nominal, ..Position::default() };
+    for seat in core.plan.previous_readers.iter().filter(|seat| seat.is_idle()) {
+        // SAFETY: the seat is idle, and those of the plan belong to the holder of the token.
+        unsafe { seat.runner() }.pin_previous();
     }
     shared.measures.emit_start();
 }
@@ -230,46 +230,46 @@ enum Stages {
 
 /// Ends a stage, and begins the one that comes next.
 fn next_stage(shared: &SharedLoop, turn: &mut Turn) -> Stages {
-    let (after, stages_so_far, count, asks) = {
+    let (after, stages_so_far, count, has_policy) = {
         // SAFETY: this thread holds the token; the reference ends before the policy is asked.
         let core = unsafe { shared.core() };
-        if core.position.open {
-            core.position.open = false;
+        if core.position.is_stage_open {
+            core.position.is_stage_open = false;
             end_stage(shared, core, turn);
         }
-        let asks = core.course.number != 0 || core.policy.is_some();
-        (core.position.stage, core.position.stages, core.plan.stages.len(), asks)
+        let has_policy = core.selection.number != 0 || core.policy.is_some();
+        (core.position.stage, core.position.stages, core.plan.stages.len(), has_policy)
     };
     let mut next = Some(after.map_or(0, |after| after + 1)).filter(|next| *next < count);
-    if asks {
+    if has_policy {
         // SAFETY: as above.
         let stages = Arc::clone(&unsafe { shared.core() }.plan.names);
-        let place = LoopPosition { after, stages: &stages, now: turn.now, cycle: turn.number };
+        let position = LoopPosition { after, stages: &stages, now: turn.now, cycle: turn.number };
         // SAFETY: as above.
-        let number = unsafe { shared.core() }.course.number;
-        let asked = match number {
-            0 => ask::<PolicyRole, _>(shared, |policy| Choice::Stage(policy.next(&place))),
-            number => ask::<TakeoverRole, _>(shared, |takeover| takeover.choose(number, &place)),
+        let number = unsafe { shared.core() }.selection.number;
+        let result = match number {
+            0 => call_guest::<PolicyRole, _>(shared, |policy| Choice::Stage(policy.next(&position))),
+            number => call_guest::<TakeoverRole, _>(shared, |takeover| takeover.choose(number, &position)),
         };
-        let choice = match asked {
-            GuestAnswer::Answer(choice) => choice,
-            GuestAnswer::Nobody => Choice::InOrder,
-            GuestAnswer::Lost => return Stages::Lost,
+        let choice = match result {
+            GuestResult::Answer(choice) => choice,
+            GuestResult::Unavailable => Choice::InOrder,
+            GuestResult::Lost => return Stages::Lost,
         };
         // SAFETY: asking was not given up, so this thread still holds the token.
         let core = unsafe { shared.core() };
-        let mut dismiss = |why: &str| match number {
-            0 => dismiss::<PolicyRole>(core, &shared.log(), why),
-            _ => core.take_back(&shared.log(), why),
+        let mut remove_policy = |reason: &str| match number {
+            0 => remove_guest::<PolicyRole>(core, &shared.log(), reason),
+            _ => core.end_failed_takeover(&shared.log(), reason),
         };
         match choice {
             Choice::InOrder => {}
-            Choice::Panicked => dismiss("panicked"),
+            Choice::Panicked => remove_policy("panicked"),
             Choice::Stage(Some(stage)) if stage >= count => {
-                dismiss(&format!("chose stage {stage} of {count}, from 0"));
+                remove_policy(&format!("chose stage {stage} of {count}, from 0"));
             }
             Choice::Stage(Some(_)) if stages_so_far >= STAGE_LIMIT => {
-                dismiss(&format!("chose {STAGE_LIMIT} stages in a cycle"));
+                remove_policy(&format!("chose {STAGE_LIMIT} stages in a cycle"));
                 next = None;
             }
             Choice::Stage(choice) => next = choice,
@@ -280,8 +280,8 @@ fn next_stage(shared: &SharedLoop, turn: &mut Turn) -> Stages {
     // SAFETY: as above.
     let core = unsafe { shared.core() };
     let position = &mut core.position;
-    if !asks && !shared.synchronization.is_wanted() {
-        // Nobody would see anything of a stage without modules, and most robots have some of them.
+    if !has_policy && !shared.synchronization.is_requested() {
+        // A stage without modules has no effect without a waiter, and most robots have such stages.
         let skipped = core.plan.stages[next.unwrap_or(count)..].iter().take_while(|stage| stage.is_empty());
         let skipped = skipped.count();
         position.stages += skipped as u32;
@@ -290,7 +290,7 @@ fn next_stage(shared: &SharedLoop, turn: &mut Turn) -> Stages {
     let Some(next) = next else { return Stages::Over };
     let stage = &core.plan.stages[next];
     position.stage = Some(next);
-    position.open = true;
+    position.is_stage_open = true;
     position.stages += 1;
     (position.seat, position.end) = (stage.first, stage.end);
     position.stage_began = if turn.timed { turn.mark() } else { 0 };
@@ -299,8 +299,8 @@ fn next_stage(shared: &SharedLoop, turn: &mut Turn) -> Stages {
         position.deadline = turn.mark() + stage.timeout;
         shared.timeouts.set_deadline(position.deadline);
     }
-    if shared.synchronization.is_wanted()
-        && let Some(start) = stage.gauge.start.as_ref().filter(|start| start.is_wanted())
+    if shared.synchronization.is_requested()
+        && let Some(start) = stage.gauge.start.as_ref().filter(|start| start.is_requested())
     {
         start.emit();
     }
@@ -316,7 +316,7 @@ fn end_stage(shared: &SharedLoop, core: &mut Core, turn: &mut Turn) {
     }
     if position.stage_began != 0 && !stage.is_empty() {
         let duration = turn.mark().saturating_sub(position.stage_began);
-        stage.gauge.histogram.record(duration, turn.stands_for_cycles(shared));
+        stage.gauge.histogram.record(duration, turn.cycle_weight(shared));
         if turn.traced
             && let Some(label) = stage.gauge.label
         {
@@ -324,8 +324,8 @@ fn end_stage(shared: &SharedLoop, core: &mut Core, turn: &mut Turn) {
             shared.tracing.record(Span { label, start, duration, cycle: turn.number });
         }
     }
-    if shared.synchronization.is_wanted()
-        && let Some(end) = stage.gauge.end.as_ref().filter(|end| end.is_wanted())
+    if shared.synchronization.is_requested()
+        && let Some(end) = stage.gauge.end.as_ref().filter(|end| end.is_requested())
     {
         end.emit();
     }
@@ -337,16 +337,16 @@ enum Next {
     /// The core keeps the seat alive, and seats are never removed while the loop runs.
     Step(*const Seat, StepCall),
     /// Module that is not due.
-    Nothing,
+    NotDue,
     /// All have had their turn, or the time is up.
     StageOver,
 }
 
 #[inline]
 fn next_step(shared: &SharedLoop, core: &mut Core, turn: &mut Turn) -> Next {
-    if core.position.helped {
+    if core.position.has_worker_steps {
         // The thread that gave the steps to the workers was lost.
-        core.position.helped = false;
+        core.position.has_worker_steps = false;
         core.workers.commit(shared, turn.now, turn.traced(), core.digest.as_mut());
     }
     let Core { plan, position, workers, playback, .. } = core;
@@ -354,7 +354,7 @@ fn next_step(shared: &SharedLoop, core: &mut Core, turn: &mut Turn) -> Next {
         return Next::StageOver;
     }
     if position.deadline != 0 && turn.mark() >= position.deadline {
-        core.leave_out(shared);
+        core.skip_remaining(shared);
         return Next::StageOver;
     }
     let first = position.seat;
@@ -363,29 +363,29 @@ fn next_step(shared: &SharedLoop, core: &mut Core, turn: &mut Turn) -> Next {
     }
     let level = || &plan.seats[first..plan.ends[first]];
     // Between those of a level there may be modules that are played.
-    let (count, call) = if workers.are_there() && playback.is_none() && workers.pay(level()) {
-        position.helped = true;
-        workers.give(level(), turn.now, turn.nominal)
+    let (count, call) = if workers.has_threads() && playback.is_none() && workers.is_worthwhile(level()) {
+        position.has_worker_steps = true;
+        workers.dispatch(level(), turn.now, turn.nominal)
     } else {
-        (1, workers::ready(&plan.seats[first], turn.now, turn.nominal, false))
+        (1, workers::prepare_due(&plan.seats[first], turn.now, turn.nominal, false))
     };
     position.seat += count;
     match call {
         Some(call) => Next::Step(Arc::as_ptr(&plan.seats[first + count - 1]), call),
-        None => Next::Nothing,
+        None => Next::NotDue,
     }
 }
 
 /// Writes the recorded values of modules before this one in the cycle.
 /// Few loops play a recording, and no other pays for it.
 #[cold]
-fn write_before(playback: &mut Playing, now: u64, module: &str) {
+fn write_before(playback: &mut LoopReplay, now: u64, module: &str) {
     playback.write(now, Some(module));
 }
 
 impl Core {
     /// Skips the modules of the stage that have not had their turn.
-    fn leave_out(&mut self, shared: &SharedLoop) {
+    fn skip_remaining(&mut self, shared: &SharedLoop) {
         let Self { plan, position, .. } = self;
         let seats = &plan.seats[position.seat..position.end];
         position.seat = position.end;
@@ -408,14 +408,14 @@ impl Core {
 fn end(shared: &SharedLoop, turn: &mut Turn) -> Flow {
     // SAFETY: this thread holds the token, and no step is left in this cycle.
     let core = unsafe { shared.core() };
-    core.position.inside = false;
+    core.position.is_in_cycle = false;
     if let Some(playback) = core.playback.as_mut() {
         playback.write(turn.now, None);
     }
     for actuator in &core.actuators {
         actuator.expire(turn.now, core.digest.as_mut());
     }
-    shared.hooks.wrote();
+    shared.hooks.notify_write();
     shared.measures.emit_end();
     let control = core.observer.as_mut().map_or(Control::Continue, |observer| {
         observer(&Cycle { now: turn.now, number: core.cycle, board: &shared.board })
@@ -423,7 +423,7 @@ fn end(shared: &SharedLoop, turn: &mut Turn) -> Flow {
     if turn.timed && core.position.began != 0 {
         let duration = monotonic().saturating_sub(core.position.began);
         shared.measures.gauges.last.store(duration, Ordering::Relaxed);
-        shared.measures.gauges.histogram.record(duration, turn.stands_for_cycles(shared));
+        shared.measures.gauges.histogram.record(duration, turn.cycle_weight(shared));
         if turn.traced
             && let Some(label) = shared.tracing.cycle
         {
@@ -445,10 +445,10 @@ fn end(shared: &SharedLoop, turn: &mut Turn) -> Flow {
         return Flow::Lost;
     }
     if shared.lockstep {
-        shared.follow_here();
+        shared.plan_request_here();
     }
-    if let Some(look) = shared.hooks.after_cycle()
-        && look(shared, turn.now) == Flow::Lost
+    if let Some(after_cycle) = shared.hooks.after_cycle()
+        && after_cycle(shared, turn.now) == Flow::Lost
     {
         return Flow::Lost;
     }

@@ -11,7 +11,7 @@ pub fn drive(shared: &SharedLoop) {
     let cycles = || {
         while shared.run.is_running() {
             match cycle(shared) {
-                Flow::Next => shared.change_here(),
+                Flow::Next => shared.apply_changes_with_token(),
                 Flow::Stop => break,
                 Flow::Lost => return false,
             }
@@ -25,11 +25,11 @@ pub fn drive(shared: &SharedLoop) {
             Ok(false) => return,
             // The application's observer; modules don't let a panic out.
             Err(panic) => {
-                shared.run.keep_panic(panic);
+                shared.run.store_panic(panic);
                 break;
             }
         }
     }
     shared.run.finish(End::Stopped);
-    shared.put_token_down();
+    shared.release_token_at_end();
 }

@@ -38,7 +38,7 @@ impl LoopGauges {
 pub(super) struct StageGauge {
     pub name: Arc<str>,
     pub histogram: LiveHistogram,
-    pub publication: Publication,
+    pub publication: HistogramPublisher,
     pub start: Option<Emitter>,
     pub end: Option<Emitter>,
     /// Name in the trace.
@@ -51,7 +51,7 @@ impl StageGauge {
         Self {
             name: name.into(),
             histogram: LiveHistogram::default(),
-            publication: Publication::new(None),
+            publication: HistogramPublisher::new(None),
             start: emitter("start"),
             end: emitter("end"),
             label: trace.label(name).ok(),
@@ -64,20 +64,20 @@ impl StageGauge {
 
     /// Publishes the stage as one of the loop's.
     /// Its property is on the board, and waits for all events of the loop include its own.
-    pub fn show(&self, board: &Board) {
-        self.emitters().for_each(Emitter::enter);
-        let mut shown = self.publication.locked();
-        if shown.0.is_none() {
+    pub fn add_to(&self, board: &Board) {
+        self.emitters().for_each(Emitter::register);
+        let mut published = self.publication.locked();
+        if published.0.is_none() {
             let doc = format!("Duration of the stage {}.", self.name);
-            *shown = (add(board, &path(&self.name), &doc, TimingHistogram::DESCRIPTOR), 0);
+            *published = (add(board, &path(&self.name), &doc, TimingHistogram::DESCRIPTOR), 0);
         }
     }
 
     /// Hides a stage that is not the loop's for now; its measurements stay.
-    pub fn hide(&self, board: &Board) {
-        self.emitters().for_each(Emitter::leave);
+    pub fn remove_from(&self, board: &Board) {
+        self.emitters().for_each(Emitter::unregister);
         if self.publication.locked().0.take().is_some() {
-            // Who reads it keeps it.
+            // Its readers keep it.
             let _ = board.remove(&path(&self.name));
         }
     }
@@ -98,9 +98,9 @@ fn add(board: &Board, path: &str, doc: &str, descriptor: &'static Descriptor) ->
 
 /// Property that shows a histogram.
 #[derive(Debug)]
-pub struct Publication(Mutex<(Option<Writer>, u64)>);
+pub struct HistogramPublisher(Mutex<(Option<Writer>, u64)>);
 
-impl Publication {
+impl HistogramPublisher {
     /// Shows histograms through that writer, if there is one.
     pub fn new(writer: Option<Writer>) -> Self {
         Self(Mutex::new((writer, 0)))
@@ -111,11 +111,11 @@ impl Publication {
     }
 
     /// Shows the histogram if it has changed.
-    pub fn show(&self, histogram: &LiveHistogram, copy: &mut Histogram, now: u64) {
+    pub fn publish(&self, histogram: &LiveHistogram, copy: &mut Histogram, now: u64) {
         let mut writer = self.locked();
-        let (Some(writer), shown) = &mut *writer else { return };
+        let (Some(writer), published) = &mut *writer else { return };
         let count = histogram.count();
-        if std::mem::replace(shown, count) == count {
+        if std::mem::replace(published, count) == count {
             return;
         }
         histogram.copy_to(copy);
@@ -125,38 +125,38 @@ impl Publication {
 }
 
 /// Publisher of the measurements.
-pub(super) struct Publisher {
+pub(super) struct LoopPublisher {
     state: Option<Writer>,
-    histogram: Publication,
+    histogram: HistogramPublisher,
     copy: Histogram,
     /// Time of the last publication, ns of the agent's time.
-    shown: u64,
+    published: u64,
 }
 
-impl Publisher {
+impl LoopPublisher {
     pub fn new(board: &Board) -> Self {
         let histogram = add(board, "loop/histogram", "Duration of a cycle.", TimingHistogram::DESCRIPTOR);
         Self {
             state: add(board, "loop/state", "State of the main loop.", LoopState::DESCRIPTOR),
-            histogram: Publication::new(histogram),
+            histogram: HistogramPublisher::new(histogram),
             copy: Histogram::default(),
-            shown: 0,
+            published: 0,
         }
     }
 }
 
 /// Timing is shown this often, of the agent's time and of the wall clock's.
-pub(super) const INTERVAL: Duration = Duration::from_millis(100);
+pub(super) const PUBLICATION_PERIOD: Duration = Duration::from_millis(100);
 
 /// Returns true if the timing was last shown an interval ago or more.
-fn is_old(shown: u64, now: u64) -> bool {
-    now.saturating_sub(shown) >= INTERVAL.as_nanos() as u64
+fn is_due(published: u64, now: u64) -> bool {
+    now.saturating_sub(published) >= PUBLICATION_PERIOD.as_nanos() as u64
 }
 
 /// Measurements and events of the loop.
 pub(super) struct LoopMeasures {
     pub gauges: LoopGauges,
-    publisher: Mutex<Publisher>,
+    publisher: Mutex<LoopPublisher>,
     cycle_start: Option<Emitter>,
     cycle_end: Option<Emitter>,
 }
@@ -166,33 +166,33 @@ impl LoopMeasures {
         let emitter = |name| synchronization.emitter(name, "main loop").ok();
         Self {
             gauges: LoopGauges::default(),
-            publisher: Mutex::new(Publisher::new(board)),
+            publisher: Mutex::new(LoopPublisher::new(board)),
             cycle_start: emitter("/cycle/start"),
             cycle_end: emitter("/cycle/end"),
         }
     }
 
-    /// Emits the begin of a cycle, if somebody waits for it.
+    /// Emits the begin of a cycle, if it was requested.
     pub fn emit_start(&self) {
-        if let Some(start) = self.cycle_start.as_ref().filter(|start| start.is_wanted()) {
+        if let Some(start) = self.cycle_start.as_ref().filter(|start| start.is_requested()) {
             start.emit();
         }
     }
 
-    /// Emits the end of a cycle, if somebody waits for it.
+    /// Emits the end of a cycle, if it was requested.
     pub fn emit_end(&self) {
-        if let Some(end) = self.cycle_end.as_ref().filter(|end| end.is_wanted()) {
+        if let Some(end) = self.cycle_end.as_ref().filter(|end| end.is_requested()) {
             end.emit();
         }
     }
 
-    fn publisher(&self) -> MutexGuard<'_, Publisher> {
+    fn publisher(&self) -> MutexGuard<'_, LoopPublisher> {
         self.publisher.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Returns true if the measurements are due for publication.
-    pub fn are_old(&self, now: u64) -> bool {
-        is_old(self.publisher().shown, now)
+    pub fn are_due(&self, now: u64) -> bool {
+        is_due(self.publisher().published, now)
     }
 
     /// Publishes the measurements of the loop, its stages and its modules.
@@ -201,22 +201,22 @@ impl LoopMeasures {
         &self,
         now: u64,
         stages: impl Iterator<Item = &'s Arc<StageGauge>>,
-        modules: impl Iterator<Item = (&'s Publication, &'s LiveHistogram)>,
+        modules: impl Iterator<Item = (&'s HistogramPublisher, &'s LiveHistogram)>,
     ) {
         let mut publisher = self.publisher();
-        let Publisher { state, histogram, copy, shown } = &mut *publisher;
-        *shown = now;
+        let LoopPublisher { state, histogram, copy, published } = &mut *publisher;
+        *published = now;
         let mut value = self.gauges.state();
         if let Some(state) = state {
             // As for the histograms.
             let _ = state.write(View::of(&mut value).bytes(), 0, now);
         }
-        histogram.show(&self.gauges.histogram, copy, now);
+        histogram.publish(&self.gauges.histogram, copy, now);
         for gauge in stages {
-            gauge.publication.show(&gauge.histogram, copy, now);
+            gauge.publication.publish(&gauge.histogram, copy, now);
         }
         for (publication, measured) in modules {
-            publication.show(measured, copy, now);
+            publication.publish(measured, copy, now);
         }
     }
 }

@@ -9,58 +9,58 @@ use super::{Core, LoopLog, Takeover};
 
 /// Course of the loop: its own plan, or that of a takeover.
 #[derive(Default)]
-pub(super) struct LoopCourse {
+pub(super) struct PlanSelection {
     /// Number of the active takeover; 0 for the program's policy.
     pub number: u64,
     /// Number of the takeover for whose stages there is a plan beside the program's.
     planned: u64,
     /// True while the loop runs that plan.
-    swapped: bool,
+    is_module_plan: bool,
     /// Module that has the loop.
     module: Option<Arc<str>>,
 }
 
-impl LoopCourse {
+impl PlanSelection {
     /// Registers new plans: the program's is active, `planned` names the one beside it.
     pub fn replan(&mut self, planned: u64) {
-        (self.planned, self.swapped) = (planned, false);
+        (self.planned, self.is_module_plan) = (planned, false);
     }
 }
 
 impl Core {
     /// Releases a guest for dropping; `None` if a thread has not returned from it.
-    pub(super) fn let_go(&mut self, guest: Guest<Arc<Takeover>>) -> Option<Guest<Arc<Takeover>>> {
+    pub(super) fn release_guest(&mut self, guest: Guest<Arc<Takeover>>) -> Option<Guest<Arc<Takeover>>> {
         if guest.is_late() {
-            self.absent.push(guest.into_absent());
+            self.late_guests.push(guest.into_late());
             return None;
         }
         Some(guest)
     }
 
     /// Prepares a cycle: selects the active policy and plan.
-    pub(super) fn settle(&mut self, log: &LoopLog) {
-        let Self { takeover, course, plan, aside, .. } = self;
+    pub(super) fn select_plan(&mut self, log: &LoopLog) {
+        let Self { takeover, selection, plan, inactive_plan, .. } = self;
         let number = takeover.as_ref().map_or(0, |guest| {
-            if course.number != 0
+            if selection.number != 0
                 && let Some(seat) = guest.seat.as_ref().filter(|seat| seat.is_idle())
             {
                 // Its policy may give it no turn, in which it would see that it was switched off.
-                // SAFETY: the seat is idle, and belongs to who has the token.
+                // SAFETY: the seat is idle, and belongs to the holder of the token.
                 unsafe { seat.runner() }.is_enabled(log.clock.now());
             }
-            guest.code.settle(course.planned)
+            guest.code.select_active(selection.planned)
         });
-        let has_stages = number != 0 && number == course.planned;
-        if has_stages != course.swapped {
-            std::mem::swap(plan, aside);
-            course.swapped = has_stages;
+        let has_stages = number != 0 && number == selection.planned;
+        if has_stages != selection.is_module_plan {
+            std::mem::swap(plan, inactive_plan);
+            selection.is_module_plan = has_stages;
         }
-        if number == std::mem::replace(&mut course.number, number) {
+        if number == std::mem::replace(&mut selection.number, number) {
             return;
         }
         let module = takeover.as_ref().filter(|_| number != 0).map(|guest| Arc::clone(&guest.code.module));
-        let before = std::mem::replace(&mut course.module, module);
-        let text = match (&course.module, before) {
+        let before = std::mem::replace(&mut selection.module, module);
+        let text = match (&selection.module, before) {
             (Some(module), _) if has_stages => {
                 format!("{module} has the main loop, with the stages {}", plan.names.join(", "))
             }
@@ -75,10 +75,10 @@ impl Core {
     }
 
     /// Ends a module's takeover of the loop because its policy failed.
-    pub(super) fn take_back(&self, log: &LoopLog, why: &str) {
+    pub(super) fn end_failed_takeover(&self, log: &LoopLog, reason: &str) {
         let Some(guest) = &self.takeover else { return };
-        guest.code.end(self.course.number);
-        let text = format!("the policy of {} {why}; it is asked no more", guest.code.module);
+        guest.code.end(self.selection.number);
+        let text = format!("the policy of {} {reason}; it is asked no more", guest.code.module);
         log.write(Level::Error, &text);
     }
 }

@@ -15,20 +15,20 @@ pub type CycleWait = Box<dyn FnMut(u64, &dyn Fn() -> bool) -> Result<(), String>
 pub type AfterTick = Box<dyn Fn() + Send + Sync>;
 
 /// Maximum number of listeners of an agent.
-const LISTENERS: usize = 4;
+const LISTENER_LIMIT: usize = 4;
 
 /// Callbacks after each tick that wrote.
 /// A listener stays as long as the agent.
 #[derive(Default)]
-pub struct WriteListeners([OnceLock<AfterTick>; LISTENERS]);
+pub struct WriteListeners([OnceLock<AfterTick>; LISTENER_LIMIT]);
 
 impl WriteListeners {
     /// Adds a listener, which must not wait; returns false when there is no room left.
     pub fn add(&self, call: AfterTick) -> bool {
         let mut call = Some(call);
-        self.0.iter().any(|place| {
+        self.0.iter().any(|slot| {
             if let Some(next) = call.take() {
-                call = place.set(next).err();
+                call = slot.set(next).err();
             }
             call.is_none()
         })
@@ -41,12 +41,12 @@ impl WriteListeners {
 }
 
 /// Changes of the configuration that modules request in their ticks.
-pub trait AskedChanges: Send + Sync {
+pub trait RequestedChanges: Send + Sync {
     /// Returns true if changes are pending; the check costs a load.
-    fn is_asked(&self) -> bool;
+    fn is_pending(&self) -> bool;
 
     /// Applies the requested changes; the loop's token must be free.
-    fn carry_out(&self);
+    fn apply(&self);
 }
 
 /// Callbacks of others at certain moments.
@@ -56,7 +56,7 @@ pub struct Hooks {
     /// Callback at the end of each cycle, which checks for work between two cycles.
     after_cycle: OnceLock<AfterCycle>,
     /// Executor of the configuration changes that modules request.
-    changes: OnceLock<Arc<dyn AskedChanges>>,
+    changes: OnceLock<Arc<dyn RequestedChanges>>,
     /// Senders of written values to other agents.
     pub after_tick: Arc<WriteListeners>,
 }
@@ -64,25 +64,25 @@ pub struct Hooks {
 impl Hooks {
     /// Sets the callback at the end of each cycle, with the agent's time, ns.
     /// The holder of the token calls it.
-    pub fn watch_cycles(&self, look: AfterCycle) {
+    pub fn set_after_cycle(&self, call: AfterCycle) {
         // An agent sets it when it is loaded.
-        let _ = self.after_cycle.set(look);
+        let _ = self.after_cycle.set(call);
     }
 
     /// Sets the executor of the changes that modules request.
-    pub fn change_with(&self, changes: Arc<dyn AskedChanges>) {
+    pub fn set_requested_changes(&self, changes: Arc<dyn RequestedChanges>) {
         // An agent sets it when it is loaded.
         let _ = self.changes.set(changes);
     }
 
     /// Calls the listeners after a write.
-    pub fn wrote(&self) {
+    pub fn notify_write(&self) {
         self.after_tick.call();
     }
 
     /// Returns the executor of requested changes, if any are pending.
-    pub(super) fn asked(&self) -> Option<&dyn AskedChanges> {
-        self.changes.get().map(|changes| &**changes).filter(|changes| changes.is_asked())
+    pub(super) fn pending_changes(&self) -> Option<&dyn RequestedChanges> {
+        self.changes.get().map(|changes| &**changes).filter(|changes| changes.is_pending())
     }
 
     /// Returns the callback at the end of each cycle.

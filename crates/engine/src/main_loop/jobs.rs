@@ -19,11 +19,11 @@ pub(super) struct Jobs {
     waiting: AtomicBool,
     job: Mutex<Option<Job>>,
     /// Lock of the thread that waits for a job.
-    turn: Mutex<()>,
+    waiter_turn: Mutex<()>,
 }
 
 impl Jobs {
-    fn give(&self, job: Job) {
+    fn put(&self, job: Job) {
         *self.job.lock().unwrap_or_else(PoisonError::into_inner) = Some(job);
         self.waiting.store(true, Ordering::Release);
     }
@@ -44,11 +44,11 @@ impl Jobs {
 pub struct NotReturned;
 
 /// Poll interval of a waiting thread, for the end of the loop and late modules.
-const LOOK: Duration = Duration::from_millis(2);
+const POLL_PERIOD: Duration = Duration::from_millis(2);
 
 thread_local! {
     /// Sender of this thread's jobs, while it holds the loop between two cycles.
-    static HELD: RefCell<Option<Sender<Job>>> = const { RefCell::new(None) };
+    static JOB_SENDER: RefCell<Option<Sender<Job>>> = const { RefCell::new(None) };
 }
 
 /// Hold of the loop between two cycles; on drop, also by a panic, the loop goes on.
@@ -56,14 +56,14 @@ thread_local! {
 struct LoopHold(Option<Sender<Job>>);
 
 impl LoopHold {
-    fn new(held: Option<Sender<Job>>) -> Self {
-        Self(HELD.replace(held))
+    fn new(sender: Option<Sender<Job>>) -> Self {
+        Self(JOB_SENDER.replace(sender))
     }
 }
 
 impl Drop for LoopHold {
     fn drop(&mut self) {
-        HELD.set(self.0.take());
+        JOB_SENDER.set(self.0.take());
     }
 }
 
@@ -79,30 +79,30 @@ impl SharedLoop {
         let (sender, receiver) = channel();
         let job: Job = Box::new(move |shared| match work(shared) {
             Some(result) => {
-                // Who asked has given up waiting, if it can't be sent.
+                // Sending fails if the requester no longer waits.
                 let _ = sender.send(result);
                 Flow::Next
             }
             None => Flow::Lost,
         });
-        if let Some(held) = HELD.with_borrow(Clone::clone) {
-            return held.send(job).ok().and_then(|()| receiver.recv().ok()).ok_or(NotReturned);
+        if let Some(sender) = JOB_SENDER.with_borrow(Clone::clone) {
+            return sender.send(job).ok().and_then(|()| receiver.recv().ok()).ok_or(NotReturned);
         }
-        let _turn = self.jobs.turn.lock().unwrap_or_else(PoisonError::into_inner);
-        self.jobs.give(job);
+        let _turn = self.jobs.waiter_turn.lock().unwrap_or_else(PoisonError::into_inner);
+        self.jobs.put(job);
         loop {
             if self.core.try_take() {
                 let job = self.jobs.take();
                 let flow = job.map(|job| job(self));
                 if flow != Some(Flow::Lost) {
-                    self.core.give_back();
+                    self.core.release();
                 }
             }
-            match receiver.recv_timeout(LOOK) {
+            match receiver.recv_timeout(POLL_PERIOD) {
                 Ok(result) => return Ok(result),
                 Err(RecvTimeoutError::Disconnected) => return Err(NotReturned),
                 Err(RecvTimeoutError::Timeout) if seats.iter().any(|seat| seat.is_late()) => {
-                    // What has not begun must not be done later, when nobody waits for it.
+                    // A job that has not begun must not run later, when no thread waits for it.
                     drop(self.jobs.take());
                     return Err(NotReturned);
                 }
@@ -113,12 +113,16 @@ impl SharedLoop {
 
     /// Does `work` in this thread between two cycles; returns the last cycle's number.
     /// All other work between cycles that it requires is done there too. The number is `None` if no cycle has ended
-    /// within `patience`, as this thread may be one that the loop waits for.
-    pub fn between_two<R>(self: &Arc<Self>, timeout: Duration, work: impl FnOnce() -> R) -> (Option<u64>, R) {
-        let (begin, begun) = channel();
-        let (held, jobs) = channel::<Job>();
+    /// within `timeout`, as this thread may be one that the loop waits for.
+    pub fn hold_between_cycles<R>(
+        self: &Arc<Self>,
+        timeout: Duration,
+        work: impl FnOnce() -> R,
+    ) -> (Option<u64>, R) {
+        let (begin, cycles) = channel();
+        let (sender, jobs) = channel::<Job>();
         let between = move |shared: &SharedLoop| {
-            // Who asked does not wait any more when it can't be sent, and has ended its work when nothing more comes.
+            // Sending fails if the requester no longer waits; the channel closes when its work has ended.
             if begin.send(shared.cycles()).is_ok() {
                 while let Ok(job) = jobs.recv() {
                     if job(shared) == Flow::Lost {
@@ -130,11 +134,11 @@ impl SharedLoop {
         };
         let shared = Arc::clone(self);
         let helper = std::thread::Builder::new().name("change".into());
-        // Nobody waits for it: what it holds ends with the work.
+        // No thread waits for it: the loop is released when the work ends.
         let helper = helper.spawn(move || drop(shared.between_cycles(&[], between)));
-        let cycle = helper.ok().and_then(|_| begun.recv_timeout(timeout).ok());
-        drop(begun);
-        let _hold = LoopHold::new(cycle.map(|_| held));
+        let cycle = helper.ok().and_then(|_| cycles.recv_timeout(timeout).ok());
+        drop(cycles);
+        let _hold = LoopHold::new(cycle.map(|_| sender));
         (cycle, work())
     }
 
@@ -150,25 +154,25 @@ impl SharedLoop {
         let involved = seats.to_vec();
         if !own_thread {
             let between = move |_: &SharedLoop| {
-                let free = involved.iter().all(|seat| seat.is_idle() || seat.readmit());
+                let free = involved.iter().all(|seat| seat.is_idle() || seat.reclaim());
                 if free { work().map(Some) } else { Some(None) }
             };
             return self.between_cycles(seats, between).ok().flatten();
         }
         let (sender, receiver) = channel();
         let thread = std::thread::Builder::new().name("exchange".into()).spawn(move || {
-            let mut held = 0;
-            while held < involved.len() && involved[held].claim_patiently() {
-                held += 1;
+            let mut claimed = 0;
+            while claimed < involved.len() && involved[claimed].claim_when_idle() {
+                claimed += 1;
             }
-            let result = if held == involved.len() { work() } else { None };
-            involved[..held].iter().for_each(|seat| seat.unclaim());
-            // Who asked has given up waiting, if it can't be sent.
+            let result = if claimed == involved.len() { work() } else { None };
+            involved[..claimed].iter().for_each(|seat| seat.release());
+            // Sending fails if the requester no longer waits.
             let _ = sender.send(result);
         });
         thread.ok()?;
         loop {
-            match receiver.recv_timeout(LOOK) {
+            match receiver.recv_timeout(POLL_PERIOD) {
                 Ok(result) => return result,
                 Err(RecvTimeoutError::Disconnected) => return None,
                 Err(RecvTimeoutError::Timeout) if seats.iter().any(|seat| seat.is_late()) => return None,
@@ -179,18 +183,18 @@ impl SharedLoop {
 
     /// Applies the changes that modules have requested in the last cycle, in lockstep.
     /// Nobody has the token meanwhile.
-    pub fn change(&self) {
-        if let Some(changes) = self.hooks.asked().filter(|_| self.lockstep) {
-            changes.carry_out();
+    pub fn apply_changes(&self) {
+        if let Some(changes) = self.hooks.pending_changes().filter(|_| self.lockstep) {
+            changes.apply();
         }
     }
 
-    /// Acts as [`change`](SharedLoop::change) for the holder of the token.
+    /// Acts as [`apply_changes`](SharedLoop::apply_changes), with the token held.
     /// It has the token again afterwards.
-    pub fn change_here(&self) {
-        if self.lockstep && self.hooks.asked().is_some() {
-            self.give_token_back();
-            self.change();
+    pub fn apply_changes_with_token(&self) {
+        if self.lockstep && self.hooks.pending_changes().is_some() {
+            self.release_token();
+            self.apply_changes();
             self.take_token();
         }
     }

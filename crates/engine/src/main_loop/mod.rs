@@ -13,10 +13,10 @@ mod guest;
 mod handover;
 mod hooks;
 mod jobs;
+mod loop_replay;
 mod notices;
 mod pace;
 mod plan;
-mod playing;
 mod policy;
 mod roles;
 mod run;
@@ -44,12 +44,12 @@ use crate::synchronization::Synchronization;
 pub use cycle::cycle;
 pub use driving::drive;
 pub use frozen::FrozenLoop;
-pub use gauges::Publication;
-pub use hooks::{AfterCycle, AfterTick, AskedChanges, CycleWait, Hooks, WriteListeners};
+pub use gauges::HistogramPublisher;
+pub use hooks::{AfterCycle, AfterTick, CycleWait, Hooks, RequestedChanges, WriteListeners};
+pub use loop_replay::{LoopReplay, ReplayedCondition};
 pub use pace::Pace;
 pub use pace::Rate;
 pub use plan::Levels;
-pub use playing::{PlayedCondition, Playing};
 pub use policy::{LoopPolicy, LoopPosition, STAGE_LIMIT};
 pub use run::LoopRun;
 pub use seat::Seat;
@@ -63,9 +63,9 @@ pub use workers::Workers;
 
 use composing::LoopMembers;
 use cycle::Position;
-use gauges::{INTERVAL, LoopMeasures};
-use guest::{Absent, Guest, Role};
-use handover::LoopCourse;
+use gauges::{LoopMeasures, PUBLICATION_PERIOD};
+use guest::{Guest, LateGuest, Role};
+use handover::PlanSelection;
 use jobs::Jobs;
 use notices::Notices;
 use plan::Plan;
@@ -136,8 +136,8 @@ pub struct Core {
     /// Active plan.
     plan: Plan,
     /// Inactive plan: the program's while the loop runs a module's stages, else theirs.
-    aside: Plan,
-    course: LoopCourse,
+    inactive_plan: Plan,
+    selection: PlanSelection,
     /// Gates.
     pub actuators: Vec<Arc<Actuator>>,
     /// Digest of the written values; `None` on the wall clock.
@@ -155,9 +155,9 @@ pub struct Core {
     takeover: Option<Guest<Arc<Takeover>>>,
     time_source: Option<Guest<dyn TimeSource>>,
     /// Replay of a recording, if any.
-    playback: Option<Playing>,
+    playback: Option<LoopReplay>,
     /// Guests that did not return.
-    absent: Vec<Absent>,
+    late_guests: Vec<LateGuest>,
     /// Position of the loop, for the thread that takes the token over.
     position: Position,
     notices: Notices,
@@ -168,8 +168,8 @@ impl Core {
     fn new(pace: Pace, workers: Workers, lockstep: bool, time_source: Option<Box<dyn TimeSource>>) -> Self {
         Self {
             plan: Plan::default(),
-            aside: Plan::default(),
-            course: LoopCourse::default(),
+            inactive_plan: Plan::default(),
+            selection: PlanSelection::default(),
             actuators: Vec::new(),
             digest: lockstep.then(Digest::default),
             pace,
@@ -180,9 +180,9 @@ impl Core {
             time: None,
             policy: None,
             takeover: None,
-            time_source: time_source.map(|code| Guest { what: TIME_SOURCE, seat: None, code }),
+            time_source: time_source.map(|code| Guest { name: TIME_SOURCE, seat: None, code }),
             playback: None,
-            absent: Vec::new(),
+            late_guests: Vec::new(),
             position: Position::default(),
             notices: Notices::default(),
         }
@@ -226,7 +226,7 @@ pub struct SharedLoop {
     timeouts: StageTimeouts,
     measures: LoopMeasures,
     /// True while a recording is replayed.
-    is_playing: AtomicBool,
+    is_replaying: AtomicBool,
 }
 
 /// Log of the loop.
@@ -290,7 +290,7 @@ impl SharedLoop {
             jobs: Jobs::default(),
             members: LoopMembers::new(schedule),
             timeouts: StageTimeouts::default(),
-            is_playing: AtomicBool::new(false),
+            is_replaying: AtomicBool::new(false),
         }
     }
 
@@ -345,8 +345,8 @@ impl SharedLoop {
     /// Publishes the measurements until the run is over.
     /// It runs in a thread beside the loop, as a summary of a histogram takes some microseconds.
     pub fn publish_until_over(&self) {
-        while !self.run.is_over_within(INTERVAL) {
-            if self.measures.are_old(self.clock.now()) {
+        while !self.run.is_over_within(PUBLICATION_PERIOD) {
+            if self.measures.are_due(self.clock.now()) {
                 self.publish_timing();
             }
         }
@@ -362,9 +362,9 @@ impl SharedLoop {
     }
 
     /// Records at the end of a run that no thread works on the core any more.
-    pub fn put_token_down(&self) {
-        self.give_token_back();
-        self.run.put_token_down();
+    pub fn release_token_at_end(&self) {
+        self.release_token();
+        self.run.record_token_release();
     }
 
     /// Moves the loop away from a step that does not return, to a spare or new thread.
@@ -379,30 +379,30 @@ impl SharedLoop {
                 }
                 self.run.finish(End::Stopped);
             }
-            Successor::Nobody => {}
+            Successor::RunEnded => {}
         }
-        self.put_token_down();
+        self.release_token_at_end();
     }
 
     /// Lets a recording be played, from the next cycle on.
-    pub fn play(&self, playback: Option<Playing>) {
+    pub fn play(&self, playback: Option<LoopReplay>) {
         self.take_token();
-        self.is_playing.store(playback.is_some(), Ordering::Relaxed);
+        self.is_replaying.store(playback.is_some(), Ordering::Relaxed);
         // SAFETY: the token was taken.
         unsafe { self.core() }.playback = playback;
-        self.give_token_back();
+        self.release_token();
     }
 
     /// Returns the recorded answer to a module's request; `None` if not recorded.
     pub fn recorded_answer(&self, module: &str, lines: &str) -> Option<Result<String, String>> {
-        if !self.is_playing.load(Ordering::Relaxed) {
+        if !self.is_replaying.load(Ordering::Relaxed) {
             return None;
         }
         self.take_token();
         // SAFETY: the token was taken.
         let playback = unsafe { self.core() }.playback.as_mut();
         let answer = playback.and_then(|own| own.playback.answer(module, lines));
-        self.give_token_back();
+        self.release_token();
         answer
     }
 
@@ -412,14 +412,14 @@ impl SharedLoop {
     }
 
     /// Releases the token.
-    pub fn give_token_back(&self) {
-        self.core.give_back();
+    pub fn release_token(&self) {
+        self.core.release();
     }
 
     /// Sets the program's policy, which selects the next stage while no module does.
     /// Without one, the stages follow one another.
     pub fn set_policy(&self, code: Option<Box<dyn LoopPolicy>>) {
-        let guest = code.map(|code| Guest { what: POLICY, seat: None, code });
+        let guest = code.map(|code| Guest { name: POLICY, seat: None, code });
         self.exchange::<PolicyRole>(guest);
     }
 
@@ -427,7 +427,7 @@ impl SharedLoop {
     /// Without one, time advances by the period. A module of `seat` is on the loop, and each call is watched like a
     /// step of it.
     pub fn set_time_source(&self, code: Option<Box<dyn TimeSource>>, seat: Option<Arc<Seat>>) {
-        let guest = code.map(|code| Guest { what: TIME_SOURCE, seat, code });
+        let guest = code.map(|code| Guest { name: TIME_SOURCE, seat, code });
         self.exchange::<TimeRole>(guest);
     }
 
@@ -435,7 +435,7 @@ impl SharedLoop {
     /// Without one, cycles follow one another.
     pub fn set_wait(&self, wait: Option<CycleWait>) {
         let before = self.between_cycles(&[], move |shared| {
-            // SAFETY: jobs are done by who has the token.
+            // SAFETY: jobs run in the thread that holds the token.
             Some(std::mem::replace(&mut unsafe { shared.core() }.wait, wait))
         });
         drop(before);
@@ -446,7 +446,7 @@ impl SharedLoop {
         Guest<R::Code>: Send + 'static,
     {
         let before = self.between_cycles(&[], move |shared| {
-            // SAFETY: jobs are done by who has the token.
+            // SAFETY: jobs run in the thread that holds the token.
             Some(std::mem::replace(R::guest(unsafe { shared.core() }), guest))
         });
         drop(before);

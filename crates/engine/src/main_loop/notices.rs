@@ -10,32 +10,32 @@ use super::{Seat, SharedLoop};
 use crate::clock::monotonic;
 
 /// Minimum interval of messages of a kind, ns.
-const SECOND: u64 = 1_000_000_000;
+const NOTICE_PERIOD: u64 = 1_000_000_000;
 /// Maximum number of modules in a message.
-const NAMED: usize = 3;
+const NAMED_MODULE_LIMIT: usize = 3;
 
 /// Lets one notice a second through and counts the others.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Limit {
+pub(super) struct NoticeLimit {
     last: Option<u64>,
-    unsaid: u64,
+    suppressed: u64,
 }
 
-impl Limit {
+impl NoticeLimit {
     /// Returns the number of messages suppressed since the last one, if one is due.
     pub fn pass(&mut self, now: u64) -> Option<u64> {
-        if self.last.is_some_and(|last| now.saturating_sub(last) < SECOND) {
-            self.unsaid += 1;
+        if self.last.is_some_and(|last| now.saturating_sub(last) < NOTICE_PERIOD) {
+            self.suppressed += 1;
             return None;
         }
         self.last = Some(now);
-        Some(std::mem::take(&mut self.unsaid))
+        Some(std::mem::take(&mut self.suppressed))
     }
 }
 
 /// Describes the number of suppressed messages.
-pub(super) fn repeated(unsaid: u64) -> String {
-    match unsaid {
+pub(super) fn suppression_note(suppressed: u64) -> String {
+    match suppressed {
         0 => String::new(),
         times => format!(" ({times} times more since this was last said)"),
     }
@@ -44,35 +44,35 @@ pub(super) fn repeated(unsaid: u64) -> String {
 /// Messages of the loop's thread.
 #[derive(Debug, Default)]
 pub(super) struct Notices {
-    overruns: Limit,
-    time_up: Limit,
+    overruns: NoticeLimit,
+    time_up: NoticeLimit,
 }
 
 impl Notices {
     /// Reports a cycle that began late by `late` ns.
     /// The cycle before, which began at `began`, took too long.
     pub fn report_overrun(&mut self, shared: &SharedLoop, late: u64, began: u64, seats: &[Arc<Seat>]) {
-        let Some(unsaid) = self.overruns.pass(monotonic()) else { return };
-        let mut took: Vec<_> = seats
+        let Some(suppressed) = self.overruns.pass(monotonic()) else { return };
+        let mut durations: Vec<_> = seats
             .iter()
             .filter(|seat| began != 0 && seat.started() >= began)
             .map(|seat| (seat.is_given_up(), seat.duration(), &seat.name))
             .collect();
-        took.sort_by(|a, b| b.cmp(a));
+        durations.sort_by(|a, b| b.cmp(a));
         let mut text = format!(
             "the main loop took {} ms longer than its period of {} ms",
             milliseconds(late),
             milliseconds(shared.period)
         );
-        for (place, (given_up, duration, name)) in took.iter().take(NAMED).enumerate() {
-            let comma = if place == 0 { "; it took longest in " } else { ", " };
+        for (index, (given_up, duration, name)) in durations.iter().take(NAMED_MODULE_LIMIT).enumerate() {
+            let comma = if index == 0 { "; it took longest in " } else { ", " };
             // To write to a text does not fail.
             let _ = match given_up {
                 true => write!(text, "{comma}{name}, which did not return in time"),
                 false => write!(text, "{comma}{name} ({} ms)", milliseconds(*duration)),
             };
         }
-        text.push_str(&repeated(unsaid));
+        text.push_str(&suppression_note(suppressed));
         shared.logger.log(shared.clock.now(), Level::Warn, &text);
     }
 
@@ -87,15 +87,15 @@ impl Notices {
         if names.is_empty() {
             return;
         }
-        let Some(unsaid) = self.time_up.pass(monotonic()) else { return };
-        let more = names.len().saturating_sub(NAMED);
+        let Some(suppressed) = self.time_up.pass(monotonic()) else { return };
+        let more = names.len().saturating_sub(NAMED_MODULE_LIMIT);
         let text = format!(
             "the {} ms of stage {} were over before the turn of {}{}{}",
             milliseconds(stage.timeout),
             stage.gauge.name,
             names[..names.len() - more].join(", "),
             if more > 0 { format!(" and {more} more") } else { String::new() },
-            repeated(unsaid)
+            suppression_note(suppressed)
         );
         shared.logger.log(shared.clock.now(), Level::Warn, &text);
     }
@@ -117,8 +117,8 @@ mod tests {
 
     #[test]
     fn one_notice_a_second_passes_and_the_others_are_counted() {
-        let mut limit = Limit::default();
-        let passed: Vec<_> = (0..25).map(|tenth| limit.pass(tenth * SECOND / 10)).collect();
+        let mut limit = NoticeLimit::default();
+        let passed: Vec<_> = (0..25).map(|tenth| limit.pass(tenth * NOTICE_PERIOD / 10)).collect();
         let mut expected = vec![None; 25];
         (expected[0], expected[10], expected[20]) = (Some(0), Some(9), Some(9));
         assert_eq!(passed, expected);

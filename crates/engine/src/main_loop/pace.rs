@@ -60,7 +60,7 @@ impl Pace {
     ///
     /// Beginnings lie on a fixed grid, so that periods do not drift; missed cycles are left out, not caught up.
     pub(super) fn wait(&mut self, shared: &SharedLoop, time: u64) -> Beginning {
-        // Where nothing depends on the wall clock nobody asks for it: that takes as long as a short module.
+        // Reading the clock takes as long as a short module, so it is skipped where nothing depends on it.
         if self.rate == Rate::Max && self.minimum == 0 && shared.clock.is_driven() {
             return Beginning { nominal: 0, late: 0 };
         }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_module::Stage;
 
 use super::gauges::StageGauge;
-use super::takeover::{Takeover, Wish};
+use super::takeover::{StageRequest, Takeover};
 use super::{Schedule, Seat};
 
 /// Modules of a stage in levels, each of which depends on those before it.
@@ -20,7 +20,7 @@ pub(super) struct PlanParts {
     /// Module that may take the loop.
     pub takeover: Option<Arc<Takeover>>,
     /// Requested stages: those of the active takeover, or of the next.
-    pub wish: Option<Wish>,
+    pub request: Option<StageRequest>,
     /// Modules on the loop, by their own stage.
     pub levels: Vec<Levels>,
     /// Modules with threads of their own.
@@ -39,7 +39,7 @@ pub(super) struct Plan {
     /// Modules of a level do not depend on each other.
     pub ends: Vec<usize>,
     /// Modules that read values of the last cycle that are written before their turn.
-    pub early: Vec<Arc<Seat>>,
+    pub previous_readers: Vec<Arc<Seat>>,
 }
 
 /// Stage of the loop.
@@ -53,7 +53,7 @@ pub(super) struct PlannedStage {
 }
 
 /// Longest timeout, ns; a longer one has no end.
-const LONGEST: u128 = 1 << 62;
+const LONGEST_TIMEOUT: u128 = 1 << 62;
 
 impl PlannedStage {
     /// Returns true if the stage has no modules.
@@ -65,19 +65,19 @@ impl PlannedStage {
 
 impl PlanParts {
     /// Updates the stages that a module requests; true if they have changed.
-    pub fn look_at_takeover(&mut self) -> bool {
-        let before = self.wish.as_ref().map(|(number, _)| *number);
-        let wish = self.takeover.as_ref().and_then(|takeover| {
-            let wish = takeover.wish().or(self.wish.take());
-            wish.filter(|(number, _)| takeover.wants(*number))
+    pub fn update_request(&mut self) -> bool {
+        let before = self.request.as_ref().map(|(number, _)| *number);
+        let request = self.takeover.as_ref().and_then(|takeover| {
+            let request = takeover.next_request().or(self.request.take());
+            request.filter(|(number, _)| takeover.needs_plan(*number))
         });
-        self.wish = wish;
-        before != self.wish.as_ref().map(|(number, _)| *number)
+        self.request = request;
+        before != self.request.as_ref().map(|(number, _)| *number)
     }
 
     /// Returns the stages that the loop has, or is about to have.
     pub fn stages(&self) -> &Schedule {
-        self.wish.as_ref().map_or(&self.schedule, |(_, schedule)| schedule)
+        self.request.as_ref().map_or(&self.schedule, |(_, schedule)| schedule)
     }
 
     /// Returns the plan of a schedule; the gauges of all its stages must exist.
@@ -90,7 +90,7 @@ impl PlanParts {
                 plan.seats.extend(level.iter().cloned());
                 plan.ends.resize(plan.seats.len(), plan.seats.len());
             }
-            let timeout = stage.timeout.map_or(0, |timeout| timeout.as_nanos().min(LONGEST) as u64);
+            let timeout = stage.timeout.map_or(0, |timeout| timeout.as_nanos().min(LONGEST_TIMEOUT) as u64);
             plan.stages.push(PlannedStage {
                 gauge: Arc::clone(gauge),
                 first,
@@ -98,7 +98,7 @@ impl PlanParts {
                 timeout,
             });
         }
-        plan.early = plan.seats.iter().filter(|seat| seat.is_early()).cloned().collect();
+        plan.previous_readers = plan.seats.iter().filter(|seat| seat.reads_previous()).cloned().collect();
         plan.names = plan.stages.iter().map(|stage| Arc::clone(&stage.gauge.name)).collect();
         plan
     }

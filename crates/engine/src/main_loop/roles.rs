@@ -29,7 +29,7 @@ impl Role for TakeoverRole {
 
     /// Keeps the guest: while its module is late it is not called.
     /// That ends the module's takeover.
-    fn put_away(_: &mut Core) -> &'static str {
+    fn remove_late(_: &mut Core) -> &'static str {
         TAKEOVER
     }
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::End;
 
 /// More threads than this don't wait for the loop.
-const SPARES: usize = 2;
+const SPARE_THREAD_LIMIT: usize = 2;
 
 /// Present run and its end.
 #[derive(Default)]
@@ -25,13 +25,13 @@ struct Ending {
     runs: u64,
     end: Option<End>,
     /// True once no thread holds the token.
-    token_down: bool,
+    is_token_released: bool,
     /// True once all threads of the run are gone, or lost.
-    over: bool,
+    is_over: bool,
     /// Panic of the observer.
     panic: Option<Box<dyn Any + Send>>,
     /// True if the loop was stopped before its first run.
-    stopped_before: bool,
+    is_stopped_before_run: bool,
     /// Threads that wait for the token, and tokens that wait for one of them.
     spares: usize,
     tokens: usize,
@@ -44,7 +44,7 @@ pub(super) enum Successor {
     /// Thread to be started.
     NewThread,
     /// No thread, as the run has ended.
-    Nobody,
+    RunEnded,
 }
 
 impl LoopRun {
@@ -56,7 +56,7 @@ impl LoopRun {
     pub(super) fn begin(&self) {
         let mut ending = self.ending();
         let runs = ending.runs + 1;
-        let end = ending.stopped_before.then_some(End::Stopped);
+        let end = ending.is_stopped_before_run.then_some(End::Stopped);
         *ending = Ending { runs, end, spares: ending.spares, ..Ending::default() };
         self.running.store(if ending.end.is_none() { runs } else { 0 }, Ordering::Release);
     }
@@ -89,20 +89,20 @@ impl LoopRun {
     /// A stop of an agent that has just been made is meant for that one.
     pub fn stop(&self) {
         let mut ending = self.ending();
-        ending.stopped_before = ending.runs == 0;
+        ending.is_stopped_before_run = ending.runs == 0;
         drop(ending);
         self.finish(End::Stopped);
     }
 
     /// Records after the end that no thread holds the token any more.
-    pub(super) fn put_token_down(&self) {
-        self.ending().token_down = true;
+    pub(super) fn record_token_release(&self) {
+        self.ending().is_token_released = true;
         self.changed.notify_all();
     }
 
     /// Waits until the run has ended and the core is free.
     pub fn wait(&self) -> End {
-        let waited = self.changed.wait_while(self.ending(), |ending| !ending.token_down);
+        let waited = self.changed.wait_while(self.ending(), |ending| !ending.is_token_released);
         waited.unwrap_or_else(PoisonError::into_inner).end.take().unwrap_or(End::Stopped)
     }
 
@@ -118,12 +118,12 @@ impl LoopRun {
 
     /// Sleeps; true when the run is over before that.
     pub fn is_over_within(&self, duration: Duration) -> bool {
-        let waited = self.changed.wait_timeout_while(self.ending(), duration, |ending| !ending.over);
-        waited.unwrap_or_else(PoisonError::into_inner).0.over
+        let waited = self.changed.wait_timeout_while(self.ending(), duration, |ending| !ending.is_over);
+        waited.unwrap_or_else(PoisonError::into_inner).0.is_over
     }
 
     /// Keeps the panic of the application's observer.
-    pub(super) fn keep_panic(&self, panic: Box<dyn Any + Send>) {
+    pub(super) fn store_panic(&self, panic: Box<dyn Any + Send>) {
         self.ending().panic = Some(panic);
     }
 
@@ -131,7 +131,7 @@ impl LoopRun {
     /// Returns the panic of its observer.
     pub fn close(&self) -> Option<Box<dyn Any + Send>> {
         let mut ending = self.ending();
-        ending.over = true;
+        ending.is_over = true;
         self.changed.notify_all();
         ending.panic.take()
     }
@@ -140,7 +140,7 @@ impl LoopRun {
     pub(super) fn pass_token(&self) -> Successor {
         let mut ending = self.ending();
         if !self.is_running() {
-            return Successor::Nobody;
+            return Successor::RunEnded;
         }
         if ending.spares <= ending.tokens {
             return Successor::NewThread;
@@ -154,7 +154,7 @@ impl LoopRun {
     /// False if the run has ended, or enough others wait.
     pub(super) fn wait_for_token(&self) -> bool {
         let mut ending = self.ending();
-        if ending.spares >= SPARES || !self.is_running() {
+        if ending.spares >= SPARE_THREAD_LIMIT || !self.is_running() {
             return false;
         }
         ending.spares += 1;

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
 
-use super::{Publication, SharedLoop};
+use super::{HistogramPublisher, SharedLoop};
 use crate::clock::monotonic;
 use crate::isolation::Isolation;
 use crate::runner::{Health, ModuleCondition, Runner, count};
@@ -23,7 +23,7 @@ const RETURNED: u64 = 4;
 /// Bits of a seat's word with its state.
 const STATE: u64 = 7;
 /// Bit of a step made by a worker, so that the loop goes on without it.
-const HELPED: u64 = 8;
+const BY_WORKER: u64 = 8;
 /// Increment of the word by each step or other call.
 /// It lets the watchdog tell a long one from many short ones.
 const CALL: u64 = 16;
@@ -49,11 +49,11 @@ pub struct Seat {
     /// Process of the module.
     isolation: Option<Arc<Isolation>>,
     /// True if its steps reach beyond its ports, so that they never run beside others.
-    pub alone: bool,
+    pub is_exclusive: bool,
     /// True if it has a turn in every cycle.
     in_every_cycle: bool,
     /// True if its own thread waits for its turn in the loop.
-    is_kicked: bool,
+    is_turn_signalled: bool,
     /// Steps begun.
     ticks: AtomicU64,
     /// Monotonic time of the last call's begin, ns; 0 if it was not timed.
@@ -66,33 +66,33 @@ pub struct Seat {
     /// Return code of the late step.
     late_code: AtomicI32,
     /// Number of turns that the loop has signalled.
-    kicks: AtomicU64,
+    signalled_turns: AtomicU64,
     /// Runner, valid until the seat is dropped.
     runner: UnsafeCell<ManuallyDrop<Runner>>,
     /// True if it reads values of the last cycle at the beginning of a cycle.
-    early: AtomicBool,
+    reads_previous: AtomicBool,
     /// Name of the module.
     pub name: Arc<str>,
     /// Condition of the module.
     pub health: Arc<Health>,
     /// Shows how long its steps take.
-    pub publication: Publication,
+    pub publication: HistogramPublisher,
     /// Trace of its steps, from the first start of tracing on.
     /// Written by the thread that drives the seat.
     track: OnceLock<(TraceTrack, Label)>,
     /// Wakes the module's own thread, if it has one.
     pub wake: Arc<Wake>,
     /// Receiver of the runner when the last owner drops the seat.
-    heir: OnceLock<Sender<Runner>>,
+    runner_sender: OnceLock<Sender<Runner>>,
 }
 
 impl Drop for Seat {
     fn drop(&mut self) {
-        // SAFETY: nobody has the seat any more, and the runner is taken nowhere else.
+        // SAFETY: the seat has no other owner, and the runner is taken nowhere else.
         let runner = unsafe { ManuallyDrop::take(self.runner.get_mut()) };
-        if let Some(heir) = self.heir.take() {
-            // Who has stopped waiting for it does not want it any more.
-            let _ = heir.send(runner);
+        if let Some(runner_sender) = self.runner_sender.take() {
+            // Sending fails if the receiver no longer waits.
+            let _ = runner_sender.send(runner);
         }
     }
 }
@@ -110,30 +110,33 @@ impl Seat {
             has_deadline: runner.timing.has_deadline(),
             is_isolated: runner.supervised.is_some(),
             isolation: runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation)),
-            alone: runner.services.are_needed(),
+            is_exclusive: runner.services.are_needed(),
             in_every_cycle: runner.schedule.is_in_every_cycle(),
-            is_kicked: runner.supervised.as_ref().is_some_and(|supervised| supervised.is_kicked),
+            is_turn_signalled: runner
+                .supervised
+                .as_ref()
+                .is_some_and(|supervised| supervised.is_turn_signalled),
             ticks: AtomicU64::new(0),
             started: AtomicU64::new(0),
             duration: AtomicU64::new(0),
             returned: AtomicU64::new(0),
             late_code: AtomicI32::new(0),
-            kicks: AtomicU64::new(0),
-            early: AtomicBool::new(runner.inputs.are_early() || runner.entries.are_early()),
+            signalled_turns: AtomicU64::new(0),
+            reads_previous: AtomicBool::new(runner.inputs.have_previous() || runner.entries.have_previous()),
             name: Arc::clone(&runner.name),
             health: Arc::clone(runner.status.health()),
-            publication: Publication::new(runner.timing.take_histogram()),
+            publication: HistogramPublisher::new(runner.timing.take_histogram()),
             track: OnceLock::new(),
             wake: Arc::clone(&runner.wake),
             runner: UnsafeCell::new(ManuallyDrop::new(runner)),
-            heir: OnceLock::new(),
+            runner_sender: OnceLock::new(),
         }
     }
 
     /// Closes the connection to the module's process, so that a waiting step returns.
     pub fn disconnect(&self) {
         if let Some(isolation) = &self.isolation {
-            isolation.account.disconnect();
+            isolation.process_record.disconnect();
         }
     }
 
@@ -155,28 +158,28 @@ impl Seat {
     /// # Safety
     /// The caller has the loop's token between two cycles, and the loop has the module from then on, or not.
     pub unsafe fn set_in_turn(&self, in_turn: bool) {
-        // Who is late was told when its step was given up.
-        if !self.is_kicked && !self.is_isolated && self.is_idle() {
-            // SAFETY: the seat is idle, and only who has the token makes its steps.
+        // A late module left the turns when its step was given up.
+        if !self.is_turn_signalled && !self.is_isolated && self.is_idle() {
+            // SAFETY: the seat is idle, and only the holder of the token makes its steps.
             unsafe { self.runner().set_in_turn(in_turn) };
         }
     }
 
-    /// Begins a step, made by a worker (`helped`) or the driver of the seat.
+    /// Begins a step, made by a worker (`by_worker`) or the driver of the seat.
     /// `started` is the monotonic time, ns, or 0 if the step is not timed.
     #[inline]
-    pub fn begin(&self, helped: bool, started: u64) {
+    pub fn begin(&self, by_worker: bool, started: u64) {
         count(&self.ticks);
-        self.begin_call(helped, started);
+        self.begin_call(by_worker, started);
     }
 
     /// Begins another call of the module, watched like a step and not counted as one.
     #[inline]
-    pub fn begin_call(&self, helped: bool, started: u64) {
+    pub fn begin_call(&self, by_worker: bool, started: u64) {
         self.started.store(started, Ordering::Relaxed);
-        let calls = self.word.load(Ordering::Relaxed) & !(STATE | HELPED);
-        let helped = if helped { HELPED } else { 0 };
-        self.word.store(calls.wrapping_add(CALL) | helped | RUNNING, Ordering::Release);
+        let calls = self.word.load(Ordering::Relaxed) & !(STATE | BY_WORKER);
+        let by_worker = if by_worker { BY_WORKER } else { 0 };
+        self.word.store(calls.wrapping_add(CALL) | by_worker | RUNNING, Ordering::Release);
     }
 
     #[inline]
@@ -186,7 +189,7 @@ impl Seat {
 
     /// Changes from one state to another; false if the state is another one.
     #[inline]
-    fn pass(&self, from: u64, to: u64) -> bool {
+    fn transition(&self, from: u64, to: u64) -> bool {
         let word = self.word.load(Ordering::Relaxed);
         word & STATE == from && self.exchange(word, to)
     }
@@ -199,23 +202,23 @@ impl Seat {
     }
 
     /// Changes a state that no other thread ends.
-    fn settle(&self, to: u64) {
+    fn set_state(&self, to: u64) {
         self.word.store(self.word.load(Ordering::Relaxed) & !STATE | to, Ordering::Release);
     }
 
     /// Claims the seat between two steps; false if it is not idle.
     /// It excludes the module's own thread, or a thread that exchanges its code.
     pub fn claim(&self) -> bool {
-        self.pass(IDLE, CLAIMED)
+        self.transition(IDLE, CLAIMED)
     }
 
     /// Claims the seat as soon as its step has ended; false when that does not return.
-    pub fn claim_patiently(&self) -> bool {
+    pub fn claim_when_idle(&self) -> bool {
         while !self.claim() {
             if self.is_late() {
                 return false;
             }
-            if !self.readmit() {
+            if !self.reclaim() {
                 std::thread::sleep(Duration::from_micros(50));
             }
         }
@@ -223,9 +226,9 @@ impl Seat {
     }
 
     /// Lets others in again, unless the seat was given up meanwhile.
-    pub fn unclaim(&self) {
+    pub fn release(&self) {
         // It fails when the seat is late, which then stays so.
-        let _ = self.pass(CLAIMED, IDLE);
+        let _ = self.transition(CLAIMED, IDLE);
     }
 
     /// Makes a call of the module outside its step, watched like one.
@@ -239,33 +242,33 @@ impl Seat {
 
     /// Returns true if it reads values of the last cycle at the beginning of a cycle.
     /// The plan is made anew when that changes.
-    pub fn is_early(&self) -> bool {
-        self.early.load(Ordering::Relaxed)
+    pub fn reads_previous(&self) -> bool {
+        self.reads_previous.load(Ordering::Relaxed)
     }
 
     /// Sets whether it reads values of the last cycle.
-    pub fn set_early(&self, early: bool) {
-        self.early.store(early, Ordering::Relaxed);
+    pub fn set_reads_previous(&self, reads_previous: bool) {
+        self.reads_previous.store(reads_previous, Ordering::Relaxed);
     }
 
     /// Returns true if the loop signals the turns of the module's own thread.
-    pub fn is_kicked(&self) -> bool {
-        self.is_kicked
+    pub fn is_turn_signalled(&self) -> bool {
+        self.is_turn_signalled
     }
 
     /// Signals the turn of a module that waits for it; false for all others.
     #[inline]
-    pub fn kick(&self) -> bool {
-        if self.is_kicked {
-            self.kicks.store(self.kicks.load(Ordering::Relaxed) + 1, Ordering::Release);
+    pub fn signal_turn(&self) -> bool {
+        if self.is_turn_signalled {
+            self.signalled_turns.store(self.signalled_turns.load(Ordering::Relaxed) + 1, Ordering::Release);
             self.wake.notify(1);
         }
-        self.is_kicked
+        self.is_turn_signalled
     }
 
     /// Returns the number of turns signalled; `None` if the loop does not signal them.
-    pub fn kicks(&self) -> Option<u64> {
-        self.is_kicked.then(|| self.kicks.load(Ordering::Acquire))
+    pub fn signalled_turns(&self) -> Option<u64> {
+        self.is_turn_signalled.then(|| self.signalled_turns.load(Ordering::Acquire))
     }
 
     /// Lets the module's own thread end.
@@ -282,9 +285,9 @@ impl Seat {
     /// Releases the seat and returns its runner once no other owner is left.
     /// Other owners are such as the watchdog. `None` if that takes longer than `limit`.
     pub fn into_runner(self: Arc<Self>, limit: Duration) -> Option<Runner> {
-        let (heir, left) = channel();
-        // There is no other: who lets go of a module does so once.
-        let _ = self.heir.set(heir);
+        let (runner_sender, left) = channel();
+        // No other sender was set, as a module is released once.
+        let _ = self.runner_sender.set(runner_sender);
         drop(self);
         left.recv_timeout(limit).ok()
     }
@@ -303,18 +306,18 @@ impl Seat {
 
     #[inline]
     fn end_as(&self, next: u64, code: i32) -> bool {
-        self.pass(RUNNING, next) || self.end_late(next, code)
+        self.transition(RUNNING, next) || self.end_late(next, code)
     }
 
     #[cold]
     fn end_late(&self, next: u64, code: i32) -> bool {
         loop {
             match self.state() {
-                RUNNING if self.pass(RUNNING, next) => return true,
+                RUNNING if self.transition(RUNNING, next) => return true,
                 LATE => {
                     self.returned.store(monotonic(), Ordering::Relaxed);
                     self.late_code.store(code, Ordering::Relaxed);
-                    self.settle(RETURNED);
+                    self.set_state(RETURNED);
                     return false;
                 }
                 // The watchdog is just publishing the safe values, which takes microseconds.
@@ -324,13 +327,13 @@ impl Seat {
     }
 
     /// Takes back a seat whose late step has returned.
-    pub fn readmit(&self) -> bool {
-        if !self.pass(RETURNED, CLAIMED) {
+    pub fn reclaim(&self) -> bool {
+        if !self.transition(RETURNED, CLAIMED) {
             return false;
         }
         // SAFETY: the late thread is out of the runner, and the seat was claimed.
-        unsafe { self.runner() }.take_back(self.late_code.load(Ordering::Relaxed));
-        self.settle(IDLE);
+        unsafe { self.runner() }.reclaim(self.late_code.load(Ordering::Relaxed));
+        self.set_state(IDLE);
         true
     }
 
@@ -351,8 +354,8 @@ impl Seat {
     }
 
     /// Returns true if a worker makes the step that runs, or was given up.
-    pub fn is_helped(&self) -> bool {
-        self.word.load(Ordering::Relaxed) & HELPED != 0
+    pub fn is_by_worker(&self) -> bool {
+        self.word.load(Ordering::Relaxed) & BY_WORKER != 0
     }
 
     /// Returns the number of the running step; `None` if none runs.
@@ -371,7 +374,7 @@ impl Seat {
         }
         // SAFETY: the seat was claimed, so the late thread will not touch the runner.
         unsafe { self.runner() }.give_up(now);
-        self.settle(LATE);
+        self.set_state(LATE);
         true
     }
 
@@ -425,7 +428,7 @@ impl Seat {
             // A seat that this one takes the place of is still there.
             && let (Ok(track), Ok(label)) = (trace.track_after(&self.name), trace.label(&self.name))
         {
-            // Who was faster has made the same.
+            // Another thread may have made the same.
             let _ = self.track.set((track, label));
         }
     }

@@ -11,18 +11,18 @@ use slate_blackboard::wake::Wake;
 use super::{LoopPolicy, LoopPosition, Schedule};
 
 /// Takeover of the loop by a module: its policy.
-struct Taken {
+struct TakeoverPolicy {
     /// Number that is unique in the agent.
     number: u64,
     policy: Box<dyn LoopPolicy>,
 }
 
 #[derive(Default)]
-struct HeldPolicies {
+struct TakeoverPolicies {
     /// Active takeover.
-    present: Option<Taken>,
+    active: Option<TakeoverPolicy>,
     /// Pending takeover, active as soon as there is a plan for its stages.
-    coming: Option<Taken>,
+    pending: Option<TakeoverPolicy>,
 }
 
 /// Takeover slot of a module: policies and stages with which it takes the loop.
@@ -36,16 +36,16 @@ pub struct Takeover {
     /// Number of the last takeover; 0 for none.
     last: AtomicU64,
     /// Number up to which all takeovers have ended.
-    over: AtomicU64,
-    present: AtomicU64,
-    coming: AtomicU64,
-    held: Mutex<HeldPolicies>,
+    ended: AtomicU64,
+    active: AtomicU64,
+    pending: AtomicU64,
+    policies: Mutex<TakeoverPolicies>,
     /// Last requested stages, until a plan is made for them.
-    wishes: ArrayQueue<Wish>,
+    requests: ArrayQueue<StageRequest>,
     /// Replaced policies, until the planning thread ends them.
-    past: ArrayQueue<Taken>,
+    replaced: ArrayQueue<TakeoverPolicy>,
     /// True if a plan may have to be made, or a policy ended.
-    stirred: AtomicBool,
+    has_work: AtomicBool,
     closed: AtomicBool,
     /// Wakes the planning thread.
     wake: Wake,
@@ -61,49 +61,49 @@ pub(super) enum Choice {
 }
 
 /// Requested stages of a module, and their number.
-pub(super) type Wish = (u64, Schedule);
+pub(super) type StageRequest = (u64, Schedule);
 
 impl Takeover {
-    fn held(&self) -> MutexGuard<'_, HeldPolicies> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    fn policies(&self) -> MutexGuard<'_, TakeoverPolicies> {
+        self.policies.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Takes the loop from its next cycle on.
     /// With other stages, as soon as there is a plan for them.
     pub fn take(&self, policy: Box<dyn LoopPolicy>, stages: Option<Schedule>) {
         let number = self.numbers.fetch_add(1, Ordering::Relaxed) + 1;
-        let mut held = self.held();
+        let mut policies = self.policies();
         self.last.store(number, Ordering::Release);
-        let taken = Taken { number, policy };
+        let taken = TakeoverPolicy { number, policy };
         let replaced = match stages {
             Some(stages) => {
-                self.coming.store(number, Ordering::Release);
+                self.pending.store(number, Ordering::Release);
                 // An earlier wish is none any more.
-                drop(self.wishes.force_push((number, stages)));
-                (held.coming.replace(taken), None)
+                drop(self.requests.force_push((number, stages)));
+                (policies.pending.replace(taken), None)
             }
             None => {
-                self.coming.store(0, Ordering::Release);
-                self.present.store(number, Ordering::Release);
-                (held.coming.take(), held.present.replace(taken))
+                self.pending.store(0, Ordering::Release);
+                self.active.store(number, Ordering::Release);
+                (policies.pending.take(), policies.active.replace(taken))
             }
         };
-        drop(held);
+        drop(policies);
         // The module's code runs here, which must not happen under the lock.
         drop(replaced);
-        self.stir();
+        self.signal_work();
     }
 
     /// Ends the takeover, and its policies.
-    pub fn give_back(&self) {
+    pub fn release(&self) {
         if self.last.load(Ordering::Acquire) == 0 {
             return;
         }
         self.suspend();
-        let held = std::mem::take(&mut *self.held());
+        let policies = std::mem::take(&mut *self.policies());
         self.last.store(0, Ordering::Release);
-        drop(held);
-        self.sweep();
+        drop(policies);
+        self.drop_replaced();
     }
 
     /// Ends the takeover; its policies stay, as one of them may just hang.
@@ -113,49 +113,49 @@ impl Takeover {
 
     /// Ends all takeovers up to that number.
     pub(super) fn end(&self, number: u64) {
-        if self.over.fetch_max(number, Ordering::AcqRel) < number {
-            self.stir();
+        if self.ended.fetch_max(number, Ordering::AcqRel) < number {
+            self.signal_work();
         }
     }
 
     /// Returns true while the module has the loop, or will have it.
     pub fn is_held(&self) -> bool {
-        self.last.load(Ordering::Acquire) > self.over.load(Ordering::Acquire)
+        self.last.load(Ordering::Acquire) > self.ended.load(Ordering::Acquire)
     }
 
     /// Returns the number of the takeover active from now on; 0 for the program's.
     /// `planned` is the number of the stages for which there is a plan.
-    pub(super) fn settle(&self, planned: u64) -> u64 {
-        if planned != 0 && planned == self.coming.load(Ordering::Acquire) && self.holds(planned) {
-            self.admit(planned);
+    pub(super) fn select_active(&self, planned: u64) -> u64 {
+        if planned != 0 && planned == self.pending.load(Ordering::Acquire) && self.has_not_ended(planned) {
+            self.activate_pending(planned);
         }
-        Some(self.present.load(Ordering::Acquire)).filter(|present| self.holds(*present)).unwrap_or(0)
+        Some(self.active.load(Ordering::Acquire)).filter(|active| self.has_not_ended(*active)).unwrap_or(0)
     }
 
-    fn holds(&self, number: u64) -> bool {
-        number > self.over.load(Ordering::Acquire)
+    fn has_not_ended(&self, number: u64) -> bool {
+        number > self.ended.load(Ordering::Acquire)
     }
 
     /// Makes the pending takeover the active one, or leaves it for the next cycle.
-    fn admit(&self, number: u64) {
-        let Some(mut held) = self.try_held() else { return };
-        if held.coming.is_none() || self.past.is_full() {
+    fn activate_pending(&self, number: u64) {
+        let Some(mut policies) = self.try_policies() else { return };
+        if policies.pending.is_none() || self.replaced.is_full() {
             return;
         }
-        if let Some(past) = held.present.take() {
-            // There is room, and nobody else puts anything in.
-            let _ = self.past.push(past);
+        if let Some(replaced) = policies.active.take() {
+            // There is room, as only this thread pushes.
+            let _ = self.replaced.push(replaced);
         }
-        held.present = held.coming.take();
-        // In this order, so that who looks finds it in one of the two.
-        self.present.store(number, Ordering::Release);
-        self.coming.store(0, Ordering::Release);
-        self.stir();
+        policies.active = policies.pending.take();
+        // In this order, so that a reader finds it in one of the two.
+        self.active.store(number, Ordering::Release);
+        self.pending.store(0, Ordering::Release);
+        self.signal_work();
     }
 
-    fn try_held(&self) -> Option<MutexGuard<'_, HeldPolicies>> {
-        match self.held.try_lock() {
-            Ok(held) => Some(held),
+    fn try_policies(&self) -> Option<MutexGuard<'_, TakeoverPolicies>> {
+        match self.policies.try_lock() {
+            Ok(policies) => Some(policies),
             Err(TryLockError::Poisoned(error)) => Some(error.into_inner()),
             Err(TryLockError::WouldBlock) => None,
         }
@@ -163,49 +163,51 @@ impl Takeover {
 
     /// Calls the policy of that takeover, unless it has ended.
     /// The module's code runs here.
-    pub(super) fn choose(&self, number: u64, place: &LoopPosition<'_>) -> Choice {
-        let Some(mut held) = self.try_held().filter(|_| self.holds(number)) else { return Choice::InOrder };
-        let Some(taken) = held.present.as_mut().filter(|taken| taken.number == number) else {
+    pub(super) fn choose(&self, number: u64, position: &LoopPosition<'_>) -> Choice {
+        let Some(mut policies) = self.try_policies().filter(|_| self.has_not_ended(number)) else {
             return Choice::InOrder;
         };
-        match catch_unwind(AssertUnwindSafe(|| taken.policy.next(place))) {
+        let Some(taken) = policies.active.as_mut().filter(|taken| taken.number == number) else {
+            return Choice::InOrder;
+        };
+        match catch_unwind(AssertUnwindSafe(|| taken.policy.next(position))) {
             Ok(next) => Choice::Stage(next),
             Err(_) => Choice::Panicked,
         }
     }
 
     /// Returns the stages requested since the last call.
-    pub(super) fn wish(&self) -> Option<Wish> {
-        self.wishes.pop()
+    pub(super) fn next_request(&self) -> Option<StageRequest> {
+        self.requests.pop()
     }
 
     /// Returns true if a plan is needed for the stages of that takeover.
-    pub(super) fn wants(&self, number: u64) -> bool {
-        let is_named = |of: &AtomicU64| of.load(Ordering::Acquire) == number;
+    pub(super) fn needs_plan(&self, number: u64) -> bool {
+        let names = |of: &AtomicU64| of.load(Ordering::Acquire) == number;
         // In this order, as what comes becomes what is present.
-        self.holds(number) && (is_named(&self.coming) || is_named(&self.present))
+        self.has_not_ended(number) && (names(&self.pending) || names(&self.active))
     }
 
     /// Ends policies that were replaced.
-    pub(super) fn sweep(&self) {
-        while let Some(past) = self.past.pop() {
-            drop(past);
+    pub(super) fn drop_replaced(&self) {
+        while let Some(replaced) = self.replaced.pop() {
+            drop(replaced);
         }
     }
 
     /// Returns true if work may be pending.
-    pub(super) fn is_stirred(&self) -> bool {
-        self.stirred.load(Ordering::Acquire)
+    pub(super) fn has_pending_work(&self) -> bool {
+        self.has_work.load(Ordering::Acquire)
     }
 
     /// Clears the pending flag before work starts.
     pub(super) fn clear_pending(&self) {
-        self.stirred.store(false, Ordering::Release);
+        self.has_work.store(false, Ordering::Release);
     }
 
     /// Signals that work may be pending.
-    fn stir(&self) {
-        self.stirred.store(true, Ordering::Release);
+    fn signal_work(&self) {
+        self.has_work.store(true, Ordering::Release);
         self.wake.notify(1);
     }
 
@@ -226,12 +228,12 @@ impl Takeover {
 #[derive(Default)]
 pub struct Takeovers {
     numbers: Arc<AtomicU64>,
-    places: Mutex<BTreeMap<Arc<str>, Arc<Takeover>>>,
+    slots: Mutex<BTreeMap<Arc<str>, Arc<Takeover>>>,
 }
 
 impl Takeovers {
-    fn places(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, Arc<Takeover>>> {
-        self.places.lock().unwrap_or_else(PoisonError::into_inner)
+    fn slots(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, Arc<Takeover>>> {
+        self.slots.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Adds a slot for a module that begins.
@@ -240,28 +242,28 @@ impl Takeovers {
             module: Arc::clone(module),
             numbers: Arc::clone(&self.numbers),
             last: AtomicU64::new(0),
-            over: AtomicU64::new(0),
-            present: AtomicU64::new(0),
-            coming: AtomicU64::new(0),
-            held: Mutex::default(),
-            wishes: ArrayQueue::new(1),
-            past: ArrayQueue::new(1),
-            stirred: AtomicBool::new(false),
+            ended: AtomicU64::new(0),
+            active: AtomicU64::new(0),
+            pending: AtomicU64::new(0),
+            policies: Mutex::default(),
+            requests: ArrayQueue::new(1),
+            replaced: ArrayQueue::new(1),
+            has_work: AtomicBool::new(false),
             closed: AtomicBool::new(false),
             wake: Wake::new(),
         });
-        self.places().insert(Arc::clone(module), Arc::clone(&takeover));
+        self.slots().insert(Arc::clone(module), Arc::clone(&takeover));
         takeover
     }
 
     /// Returns the slot of a module.
     pub fn get(&self, module: &str) -> Option<Arc<Takeover>> {
-        self.places().get(module).cloned()
+        self.slots().get(module).cloned()
     }
 
     /// Removes the slot of a module that has ended.
     pub fn remove(&self, takeover: &Arc<Takeover>) {
         takeover.close();
-        self.places().retain(|_, other| !Arc::ptr_eq(other, takeover));
+        self.slots().retain(|_, other| !Arc::ptr_eq(other, takeover));
     }
 }

@@ -27,7 +27,7 @@ impl ModuleThreads {
         let (thread_shared, driven) = (Arc::clone(shared), Arc::clone(seat));
         let thread = std::thread::Builder::new()
             .name(thread_name(&seat.name))
-            .spawn(move || work(&thread_shared, run, &driven))?;
+            .spawn(move || run_module(&thread_shared, run, &driven))?;
         self.threads.push((Arc::clone(seat), thread));
         Ok(())
     }
@@ -39,8 +39,8 @@ impl ModuleThreads {
         let (seat, thread) = self.threads.swap_remove(at);
         let mut waited = Duration::ZERO;
         while !thread.is_finished() && waited < limit {
-            std::thread::sleep(JOINING);
-            waited += JOINING;
+            std::thread::sleep(JOIN_POLL_PERIOD);
+            waited += JOIN_POLL_PERIOD;
         }
         if let Some(step) = seat.running() {
             seat.give_up(step, now);
@@ -56,11 +56,11 @@ impl ModuleThreads {
 }
 
 /// Interval at which the end of a thread is polled.
-const JOINING: Duration = Duration::from_micros(200);
+const JOIN_POLL_PERIOD: Duration = Duration::from_micros(200);
 
 fn join(seat: &Seat, thread: JoinHandle<()>) {
     while !thread.is_finished() && !seat.is_late() {
-        std::thread::sleep(JOINING);
+        std::thread::sleep(JOIN_POLL_PERIOD);
     }
     if thread.is_finished() {
         // A panic in a module does not reach its thread, so there is nothing to learn from the result.
@@ -69,14 +69,14 @@ fn join(seat: &Seat, thread: JoinHandle<()>) {
 }
 
 /// Runs a module's own thread in that run.
-fn work(shared: &SharedLoop, run: u64, seat: &Seat) {
+fn run_module(shared: &SharedLoop, run: u64, seat: &Seat) {
     let wake = &seat.wake;
-    let mut kicks = seat.kicks().unwrap_or(0);
+    let mut signalled_turns = seat.signalled_turns().unwrap_or(0);
     while shared.run.is_in(run) && !seat.is_retired() {
         if !seat.claim() {
             // A late step has returned, or one of an earlier run has not yet; or the module's code is exchanged.
-            if !seat.readmit() {
-                wake.wait_timeout(LOOK);
+            if !seat.reclaim() {
+                wake.wait_timeout(POLL_PERIOD);
             }
             continue;
         }
@@ -84,7 +84,7 @@ fn work(shared: &SharedLoop, run: u64, seat: &Seat) {
         let (call, sleep_limit) = unsafe {
             let runner = seat.runner();
             let now = shared.clock.now();
-            if is_its_turn(seat, &mut kicks) && runner.is_due(now) {
+            if has_turn(seat, &mut signalled_turns) && runner.is_due(now) {
                 if runner.inputs.ports.iter().any(|input| input.writer.is_none()) {
                     expire(shared);
                 }
@@ -97,7 +97,7 @@ fn work(shared: &SharedLoop, run: u64, seat: &Seat) {
         match call {
             Some(call) => step(shared, seat, call),
             None => {
-                seat.unclaim();
+                seat.release();
                 wake.wait_timeout(sleep_limit);
             }
         }
@@ -113,19 +113,19 @@ fn expire(shared: &SharedLoop) {
 
 /// Returns true if a module may check its trigger in this turn.
 /// Turns of the loop that it was too late for are left out, and counted.
-fn is_its_turn(seat: &Seat, kicks: &mut u64) -> bool {
-    let Some(now) = seat.kicks() else { return true };
-    let new = now - std::mem::replace(kicks, now);
-    if new > 1 {
+fn has_turn(seat: &Seat, signalled_turns: &mut u64) -> bool {
+    let Some(now) = seat.signalled_turns() else { return true };
+    let turns = now - std::mem::replace(signalled_turns, now);
+    if turns > 1 {
         let misses = &seat.health.misses;
-        misses.store(misses.load(Ordering::Relaxed) + new - 1, Ordering::Relaxed);
+        misses.store(misses.load(Ordering::Relaxed) + turns - 1, Ordering::Relaxed);
     }
-    new > 0
+    turns > 0
 }
 
 /// Interval at which a thread polls for changes without a wake-up.
 /// Such as a switch, a value that a tool has set, or virtual time.
-const LOOK: Duration = Duration::from_millis(5);
+const POLL_PERIOD: Duration = Duration::from_millis(5);
 
 /// Returns the longest sleep of a thread before its next step.
 /// Virtual time may pass faster, hence the upper bound.
@@ -134,11 +134,11 @@ fn sleep_limit(runner: &Runner, now: u64) -> Duration {
         runner.condition(),
         ModuleCondition::INACTIVE | ModuleCondition::WAITING | ModuleCondition::FAULTED
     ) {
-        return LOOK;
+        return POLL_PERIOD;
     }
     if runner.supervised.is_some() {
         // Its process may end at any time.
-        return LOOK;
+        return POLL_PERIOD;
     }
     let left = match runner.schedule.trigger() {
         Trigger::Every(_) => runner.schedule.due().saturating_sub(now),
@@ -146,10 +146,12 @@ fn sleep_limit(runner: &Runner, now: u64) -> Duration {
             (runner.schedule.last_tick() + timeout).saturating_sub(now)
         }
         // Modules that write wake their readers, tools don't.
-        _ if runner.inputs.ports.iter().any(|input| input.triggers && input.writer.is_none()) => return LOOK,
+        _ if runner.inputs.ports.iter().any(|input| input.triggers && input.writer.is_none()) => {
+            return POLL_PERIOD;
+        }
         _ => return Duration::from_millis(100),
     };
-    Duration::from_nanos(left).clamp(Duration::from_micros(50), LOOK)
+    Duration::from_nanos(left).clamp(Duration::from_micros(50), POLL_PERIOD)
 }
 
 /// Makes a step of a claimed seat; a step that was given up has no effect.
@@ -169,6 +171,6 @@ fn step(shared: &SharedLoop, seat: &Seat, call: StepCall) {
     let runner = unsafe { seat.runner() };
     seat.time(runner, Some(duration), 1);
     runner.commit(shared.clock.now(), code, None);
-    seat.unclaim();
-    shared.hooks.wrote();
+    seat.release();
+    shared.hooks.notify_write();
 }

@@ -45,7 +45,7 @@ impl LoopToken {
         }
     }
 
-    pub fn give_back(&self) {
+    pub fn release(&self) {
         self.state.store(FREE, Ordering::Release);
     }
 }

@@ -8,9 +8,9 @@ use crate::clock::monotonic;
 use crate::timing::{Exported, Label, Recorder, Recording, Span, Switch, Trace, TraceTrack};
 
 /// Spans kept of each module.
-const SPANS: usize = 4096;
+const MODULE_SPAN_LIMIT: usize = 4096;
 /// Number of spans kept of the loop with its stages, about a dozen a cycle.
-const LOOP_SPANS: usize = 16 * SPANS;
+const LOOP_SPAN_LIMIT: usize = 16 * MODULE_SPAN_LIMIT;
 
 /// Trace of an agent; off, and then free, until it is started.
 pub struct Tracing {
@@ -23,7 +23,7 @@ pub struct Tracing {
 
 impl Default for Tracing {
     fn default() -> Self {
-        let trace = Arc::new(Trace::new(SPANS));
+        let trace = Arc::new(Trace::new(MODULE_SPAN_LIMIT));
         let cycle = trace.label("cycle").ok();
         Self { switch: Arc::default(), trace, track: OnceLock::new(), cycle }
     }
@@ -32,7 +32,7 @@ impl Default for Tracing {
 impl Tracing {
     #[inline]
     pub(super) fn is_on(&self) -> bool {
-        // Whoever sees it also sees the tracks.
+        // A reader of true also sees the tracks.
         self.switch.is_on()
     }
 
@@ -120,7 +120,7 @@ impl AgentTrace {
 
     fn switch_on<R>(&self, switch_on: impl FnOnce(&Arc<Switch>) -> R) -> R {
         let tracing = &self.shared.tracing;
-        tracing.track.get_or_init(|| tracing.trace.track_with("main loop", LOOP_SPANS).ok());
+        tracing.track.get_or_init(|| tracing.trace.track_with("main loop", LOOP_SPAN_LIMIT).ok());
         self.shared.watched().iter().for_each(|watch| watch.seat.add_track(&tracing.trace));
         let result = switch_on(&tracing.switch);
         // Modules that came meanwhile.

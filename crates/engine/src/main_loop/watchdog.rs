@@ -3,21 +3,21 @@ use std::time::Duration;
 
 use slate_module::Level;
 
-use super::notices::{Limit, milliseconds, repeated};
+use super::notices::{NoticeLimit, milliseconds, suppression_note};
 use super::{End, Seat, SharedLoop};
-use crate::background::take_precedence;
+use crate::background::raise_priority;
 use crate::clock::monotonic;
 
 /// Number of simultaneously lost threads at which the run stops in order.
-const LOST_LIMIT: usize = 4;
+const LOST_THREAD_LIMIT: usize = 4;
 /// Interval of the watchdog's checks, ns: lower and upper bound.
-const SHORTEST: u64 = 1_000_000;
-const LONGEST: u64 = 50_000_000;
+const SHORTEST_CHECK_PERIOD: u64 = 1_000_000;
+const LONGEST_CHECK_PERIOD: u64 = 50_000_000;
 /// Maximum delay of a command's expiry by the interval of the checks, ns.
-const LATENESS: u64 = 5_000_000;
+const EXPIRY_DELAY_LIMIT: u64 = 5_000_000;
 
 /// Maximum wait at the end of a run for steps in processes of their own, ns.
-const ENDING: u64 = 1_000_000_000;
+const EXIT_TIMEOUT: u64 = 1_000_000_000;
 
 /// Watchdog of late steps, past which it moves the loop, and of stale commands.
 /// It expires commands that are not renewed, independently of the loop.
@@ -37,14 +37,14 @@ pub struct WatchedModule {
 
 /// Watchdog's state of a module.
 #[derive(Clone, Copy, Default)]
-struct Seen {
+struct WatchState {
     /// Number of the running step, and a monotonic time at which it ran, ns.
     step: u64,
     since: u64,
     /// True while the step is given up and has not returned; and if that was reported.
     late: bool,
-    said: bool,
-    notices: Limit,
+    is_reported: bool,
+    notices: NoticeLimit,
 }
 
 impl Watchdog {
@@ -56,54 +56,54 @@ impl Watchdog {
     /// Watches until the run is over and no thread is in a step any more.
     pub fn watch(self) {
         // A module that takes all that it gets of the processors must not keep it waiting.
-        take_precedence();
+        raise_priority();
         let mut watched = self.shared.watched();
-        let mut seen = vec![Seen::default(); watched.len()];
+        let mut states = vec![WatchState::default(); watched.len()];
         let mut ended = None;
         loop {
             let now = monotonic();
-            if !self.shared.run.is_running() && now >= *ended.get_or_insert(now) + ENDING {
-                leave_processes(&watched);
+            if !self.shared.run.is_running() && now >= *ended.get_or_insert(now) + EXIT_TIMEOUT {
+                disconnect_processes(&watched);
             }
-            let next = self.look(&watched, &mut seen, now);
+            let next = self.check(&watched, &mut states, now);
             if self.shared.run.is_over_within(Duration::from_nanos(next.saturating_sub(now))) {
                 return;
             }
             let present = self.shared.watched();
             if !Arc::ptr_eq(&present, &watched) {
-                seen = carried(&watched, &seen, &present);
+                states = carry_over(&watched, &states, &present);
                 watched = present;
             }
         }
     }
 
     /// Checks all modules; returns the monotonic time of the next check, ns.
-    fn look(&self, watched: &[WatchedModule], seen: &mut [Seen], now: u64) -> u64 {
+    fn check(&self, watched: &[WatchedModule], states: &mut [WatchState], now: u64) -> u64 {
         let shared = &self.shared;
         // A stage that begins before the next look is not over by then.
         let interval = (self.hang / 4).min(shared.timeouts.shortest());
-        let mut next = now + interval.clamp(SHORTEST, LONGEST);
+        let mut next = now + interval.clamp(SHORTEST_CHECK_PERIOD, LONGEST_CHECK_PERIOD);
         next = next.min(self.expire(now));
         let deadline = shared.timeouts.deadline();
         if deadline > now {
             next = next.min(deadline);
         }
-        for (watch, seen) in watched.iter().zip(seen) {
+        for (watch, state) in watched.iter().zip(states) {
             let seat = &watch.seat;
             if seat.is_isolated {
                 // Its calls end by themselves, as its process is ended.
                 continue;
             }
-            if seen.late && !seat.is_late() {
-                self.report_return(seat, seen);
+            if state.late && !seat.is_late() {
+                self.report_return(seat, state);
             }
             let Some(step) = seat.running() else { continue };
-            if seen.step != step {
-                (seen.step, seen.since) = (step, now);
+            if state.step != step {
+                (state.step, state.since) = (step, now);
             }
             let started = seat.started();
             if started != 0 {
-                seen.since = started;
+                state.since = started;
             }
             // The deadline is that of the stage of this step, if it still holds after the step was seen to run.
             if let Some(stage) = &watch.stage
@@ -113,18 +113,18 @@ impl Watchdog {
             {
                 self.give_up(
                     watch,
-                    seen,
+                    state,
                     now,
                     &format!(
                         "tick before the time of stage {stage} was up, after {} ms",
-                        milliseconds(now.saturating_sub(seen.since))
+                        milliseconds(now.saturating_sub(state.since))
                     ),
                 );
                 continue;
             }
-            let limit = seen.since + self.hang;
+            let limit = state.since + self.hang;
             if now >= limit {
-                self.give_up(watch, seen, now, &format!("last call within {} ms", milliseconds(self.hang)));
+                self.give_up(watch, state, now, &format!("last call within {} ms", milliseconds(self.hang)));
             } else {
                 next = next.min(limit);
             }
@@ -139,33 +139,34 @@ impl Watchdog {
         if shared.clock.is_driven() {
             return u64::MAX;
         }
-        let (mut next, mut wrote) = (u64::MAX, false);
+        let (mut next, mut has_written) = (u64::MAX, false);
         for actuator in shared.actuators().iter() {
-            wrote |= actuator.expire_stale();
+            has_written |= actuator.expire_stale();
             // A command that comes before the next look does not end much before the one after it.
-            next = next.min(now + actuator.time_to_live() + LATENESS);
+            next = next.min(now + actuator.time_to_live() + EXPIRY_DELAY_LIMIT);
             if let Some(expires) = actuator.expires() {
-                next = next.min(now + expires.saturating_sub(shared.clock.at(now)).max(SHORTEST));
+                next =
+                    next.min(now + expires.saturating_sub(shared.clock.at(now)).max(SHORTEST_CHECK_PERIOD));
             }
         }
-        if wrote {
-            shared.hooks.wrote();
+        if has_written {
+            shared.hooks.notify_write();
         }
         next
     }
 
-    fn give_up(&self, watch: &WatchedModule, seen: &mut Seen, now: u64, when: &str) {
+    fn give_up(&self, watch: &WatchedModule, state: &mut WatchState, now: u64, when: &str) {
         let (shared, seat) = (&self.shared, &watch.seat);
-        if !seat.give_up(seen.step, shared.clock.now()) {
+        if !seat.give_up(state.step, shared.clock.now()) {
             return;
         }
-        seen.late = true;
-        if let Some(unsaid) = seen.notices.pass(now) {
-            seen.said = true;
+        state.late = true;
+        if let Some(suppressed) = state.notices.pass(now) {
+            state.is_reported = true;
             let text = format!(
                 "{} has not returned from its {when}; its outputs are safe values until it does{}",
                 seat.name,
-                repeated(unsaid)
+                suppression_note(suppressed)
             );
             shared.logger.log(shared.clock.now(), Level::Error, &text);
         }
@@ -175,19 +176,19 @@ impl Watchdog {
         let watched = shared.watched();
         let late = watched.iter().filter(|watch| watch.seat.is_late());
         let modules: Vec<String> = late.map(|watch| watch.seat.name.to_string()).collect();
-        if modules.len() >= LOST_LIMIT {
+        if modules.len() >= LOST_THREAD_LIMIT {
             shared.run.finish(End::TooManyHung { modules });
         }
         // The token is with the late thread, unless a worker made the step for the loop.
-        if watch.stage.is_some() && !seat.is_helped() {
+        if watch.stage.is_some() && !seat.is_by_worker() {
             shared.move_token();
         }
     }
 
-    fn report_return(&self, seat: &Seat, seen: &mut Seen) {
-        seen.late = false;
-        if std::mem::take(&mut seen.said) {
-            let took = milliseconds(seat.returned().saturating_sub(seen.since));
+    fn report_return(&self, seat: &Seat, state: &mut WatchState) {
+        state.late = false;
+        if std::mem::take(&mut state.is_reported) {
+            let took = milliseconds(seat.returned().saturating_sub(state.since));
             let text = format!("{} returned after {took} ms and runs again", seat.name);
             self.shared.logger.log(self.shared.clock.now(), Level::Warn, &text);
         }
@@ -195,16 +196,20 @@ impl Watchdog {
 }
 
 /// Lets the processes go in which steps still run.
-fn leave_processes(watched: &[WatchedModule]) {
+fn disconnect_processes(watched: &[WatchedModule]) {
     let busy = watched.iter().filter(|watch| watch.seat.is_isolated && watch.seat.running().is_some());
     busy.for_each(|watch| watch.seat.disconnect());
 }
 
 /// Returns the state of the modules that are still present.
-fn carried(watched: &[WatchedModule], seen: &[Seen], present: &[WatchedModule]) -> Vec<Seen> {
+fn carry_over(
+    watched: &[WatchedModule],
+    states: &[WatchState],
+    present: &[WatchedModule],
+) -> Vec<WatchState> {
     let known = |watch: &WatchedModule| {
-        let place = watched.iter().position(|other| Arc::ptr_eq(&other.seat, &watch.seat));
-        place.map(|place| seen[place]).unwrap_or_default()
+        let index = watched.iter().position(|other| Arc::ptr_eq(&other.seat, &watch.seat));
+        index.map(|index| states[index]).unwrap_or_default()
     };
     present.iter().map(known).collect()
 }

@@ -12,46 +12,46 @@ use crate::digest::Digest;
 use crate::runner::StepCall;
 
 /// Least work of a level that is given to workers, ns: the cost of a wake-up.
-const WORTH_WAKING: u64 = 25_000;
+const WAKEUP_COST: u64 = 25_000;
 
 /// Threads that run modules of one level in parallel.
 /// The loop pins inputs before and commits outputs after, in order, so that the result does not depend on the threads.
 pub struct Workers {
     workers: Vec<Arc<Worker>>,
-    always: bool,
+    is_forced: bool,
 }
 
 const FREE: u32 = 0;
-const GIVEN: u32 = 1;
+const ASSIGNED: u32 = 1;
 const DONE: u32 = 2;
 
 /// Return code, beginning (monotonic, ns) and duration (wall-clock ns) of a step.
-type Ended = (i32, u64, u64);
+type StepResult = (i32, u64, u64);
 
 struct Worker {
     wake: Wake,
     /// Wakes the loop; one for all workers, as a thread's first sleep on it allocates.
     done: Arc<Wake>,
     stop: AtomicBool,
-    /// [`FREE`], [`GIVEN`] or [`DONE`].
+    /// [`FREE`], [`ASSIGNED`] or [`DONE`].
     state: AtomicU32,
     /// Seat of a step that was not committed yet.
-    given: UnsafeCell<Option<Arc<Seat>>>,
+    uncommitted: UnsafeCell<Option<Arc<Seat>>>,
     job: UnsafeCell<Option<(StepCall, Arc<Seat>)>>,
-    result: UnsafeCell<Option<Ended>>,
+    result: UnsafeCell<Option<StepResult>>,
 }
 
-// SAFETY: `state` says whose turn it is to use the job and the result; `given` is the loop's.
+// SAFETY: `state` says whose turn it is to use the job and the result; `uncommitted` is the loop's.
 unsafe impl Sync for Worker {}
 // SAFETY: as above; what it holds may be used from any thread.
 unsafe impl Send for Worker {}
 
 impl Workers {
-    /// Starts `count` threads; `always` uses them also for small work, for tests.
+    /// Starts `count` threads; `is_forced` uses them also for small work, for tests.
     ///
     /// # Errors
     /// When a thread can't be started.
-    pub fn start(count: usize, always: bool) -> io::Result<Self> {
+    pub fn start(count: usize, is_forced: bool) -> io::Result<Self> {
         let done = Arc::new(Wake::new());
         let workers: Vec<_> = (0..count)
             .map(|_| {
@@ -60,7 +60,7 @@ impl Workers {
                     done: Arc::clone(&done),
                     stop: AtomicBool::new(false),
                     state: AtomicU32::new(FREE),
-                    given: UnsafeCell::new(None),
+                    uncommitted: UnsafeCell::new(None),
                     job: UnsafeCell::new(None),
                     result: UnsafeCell::new(None),
                 })
@@ -71,40 +71,40 @@ impl Workers {
             let thread = std::thread::Builder::new().name(format!("worker {number}"));
             thread.spawn(move || worker.serve())?;
         }
-        Ok(Self { workers, always })
+        Ok(Self { workers, is_forced })
     }
 
     /// Returns true if there are worker threads.
     #[inline]
-    pub fn are_there(&self) -> bool {
+    pub fn has_threads(&self) -> bool {
         !self.workers.is_empty()
     }
 
     /// Returns true if running these modules in parallel is worth a wake-up.
-    pub fn pay(&self, modules: &[Arc<Seat>]) -> bool {
-        if modules.len() < 2 || modules.iter().any(|seat| seat.alone) {
+    pub fn is_worthwhile(&self, modules: &[Arc<Seat>]) -> bool {
+        if modules.len() < 2 || modules.iter().any(|seat| seat.is_exclusive) {
             return false;
         }
         let work: u64 = modules.iter().map(|seat| seat.duration()).sum();
-        self.always || work > 2 * WORTH_WAKING
+        self.is_forced || work > 2 * WAKEUP_COST
     }
 
     /// Prepares the first of the modules, and gives one to each free worker.
     /// One more is for the loop. Returns the number of modules; the last of them is the loop's, with its call if it is
     /// due.
-    pub fn give(&self, modules: &[Arc<Seat>], now: u64, nominal: u64) -> (usize, Option<StepCall>) {
-        let mut taken = 0;
+    pub fn dispatch(&self, modules: &[Arc<Seat>], now: u64, nominal: u64) -> (usize, Option<StepCall>) {
+        let mut count = 0;
         for worker in &self.workers {
-            if taken + 1 < modules.len() && worker.is_free() {
-                let seat = &modules[taken];
-                if let Some(call) = ready(seat, now, nominal, true) {
+            if count + 1 < modules.len() && worker.is_free() {
+                let seat = &modules[count];
+                if let Some(call) = prepare_due(seat, now, nominal, true) {
                     seat.begin(true, monotonic());
-                    worker.give(call, Arc::clone(seat));
+                    worker.dispatch(call, Arc::clone(seat));
                 }
-                taken += 1;
+                count += 1;
             }
         }
-        (taken + 1, ready(&modules[taken], now, nominal, true))
+        (count + 1, prepare_due(&modules[count], now, nominal, true))
     }
 
     /// Waits for the workers and commits their steps, in the order of dispatch.
@@ -118,7 +118,7 @@ impl Workers {
     ) {
         for worker in &self.workers {
             // SAFETY: only the holder of the loop's token uses it.
-            let Some(seat) = (unsafe { (*worker.given.get()).take() }) else { continue };
+            let Some(seat) = (unsafe { (*worker.uncommitted.get()).take() }) else { continue };
             if let Some((code, start, duration)) = worker.finish(&seat) {
                 if let Some(cycle) = traced {
                     seat.record(shared, start, duration, cycle);
@@ -137,8 +137,8 @@ impl Workers {
 /// Periods are counted in the `nominal` time of the cycle, so that a module is not a cycle late because its thread woke
 /// up a little later the cycle before.
 #[inline]
-pub(super) fn ready(seat: &Seat, now: u64, nominal: u64, beside: bool) -> Option<StepCall> {
-    if seat.kick() || !seat.is_idle() && !seat.readmit() {
+pub(super) fn prepare_due(seat: &Seat, now: u64, nominal: u64, is_parallel: bool) -> Option<StepCall> {
+    if seat.signal_turn() || !seat.is_idle() && !seat.reclaim() {
         return None;
     }
     // SAFETY: the caller holds the token and the seat is idle; the references end before the step.
@@ -146,10 +146,10 @@ pub(super) fn ready(seat: &Seat, now: u64, nominal: u64, beside: bool) -> Option
     if !runner.is_due(nominal) {
         return None;
     }
-    if beside {
+    if is_parallel {
         runner.log.hold();
     }
-    if beside || seat.is_isolated {
+    if is_parallel || seat.is_isolated {
         runner.prepare(now);
     } else {
         // SAFETY: the loop makes this step and no other one at that time, so the modules that write in turn, which are its
@@ -176,18 +176,18 @@ impl Worker {
             || self.state.load(Ordering::Acquire) == FREE
     }
 
-    fn give(&self, call: StepCall, seat: Arc<Seat>) {
-        // SAFETY: the worker is free, so it does not look at the job; the loop alone uses `given`.
+    fn dispatch(&self, call: StepCall, seat: Arc<Seat>) {
+        // SAFETY: the worker is free, so it does not look at the job; the loop alone uses `uncommitted`.
         unsafe {
-            *self.given.get() = Some(Arc::clone(&seat));
+            *self.uncommitted.get() = Some(Arc::clone(&seat));
             *self.job.get() = Some((call, seat));
         }
-        self.state.store(GIVEN, Ordering::Release);
+        self.state.store(ASSIGNED, Ordering::Release);
         self.wake.notify(1);
     }
 
     /// Waits for the step of that seat; `None` if it was given up.
-    fn finish(&self, seat: &Seat) -> Option<Ended> {
+    fn finish(&self, seat: &Seat) -> Option<StepResult> {
         loop {
             match self.state.load(Ordering::Acquire) {
                 DONE => break,
@@ -203,7 +203,7 @@ impl Worker {
 
     fn serve(&self) {
         while !self.stop.load(Ordering::Acquire) {
-            if self.state.load(Ordering::Acquire) != GIVEN {
+            if self.state.load(Ordering::Acquire) != ASSIGNED {
                 self.wake.wait_timeout(Duration::from_millis(100));
                 continue;
             }

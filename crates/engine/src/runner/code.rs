@@ -75,7 +75,7 @@ impl ModuleCode {
     ///
     /// # Errors
     /// The module's refusal, or that the call does not return.
-    pub fn create_patiently(&self, params: &[u8]) -> Result<*mut (), Refusal> {
+    pub fn create_with_timeout(&self, params: &[u8]) -> Result<*mut (), Refusal> {
         let InstanceOrigin { kind, setup, timeout } = &*self.origin;
         timeout.create(kind, setup, params)
     }
@@ -114,7 +114,7 @@ pub struct StepCall {
     frame: *const Frame,
 }
 
-// SAFETY: instances are `Send`, and the frame is used by whoever makes the call alone.
+// SAFETY: instances are `Send`, and the frame is used by the caller alone.
 unsafe impl Send for StepCall {}
 
 impl StepCall {

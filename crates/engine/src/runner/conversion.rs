@@ -79,7 +79,7 @@ impl ConvertedSource {
 impl Conversion {
     /// Converts new values of its sources.
     /// True if one of them is newly rejected as not allowed.
-    fn take(&mut self, readers: &[Latest]) -> bool {
+    fn update(&mut self, readers: &[Latest]) -> bool {
         let value = self.value.bytes_mut(self.bytes);
         let mut refused = false;
         for source in &mut self.sources {
@@ -134,7 +134,7 @@ impl Conversion {
             return;
         }
         let Some(mut setter) = self.property.try_setter() else { return };
-        // Nobody else writes now, so what tools have set is not lost.
+        // No other writer exists now, so values set by tools are not lost.
         let Some(present) = params.present() else { return };
         let time = self.time();
         let value = self.value.bytes_mut(self.bytes);
@@ -169,7 +169,7 @@ impl Conversions {
     pub(super) fn convert(&mut self, readers: &mut [Latest], params: &mut ParameterReader, log: &ModuleLog) {
         let Self { sources, all } = self;
         for conversion in all.iter_mut().filter(|conversion| conversion.wire != Wire::Enabled) {
-            let refused = conversion.take(sources);
+            let refused = conversion.update(sources);
             match conversion.wire {
                 Wire::Params => {
                     if refused {
@@ -194,7 +194,7 @@ impl Conversions {
             for source in &conversion.sources {
                 sources[source.reader].refresh();
             }
-            conversion.take(sources);
+            conversion.update(sources);
             if conversion.unwritten {
                 conversion.write();
             }
@@ -221,7 +221,7 @@ impl Conversions {
     }
 
     /// Returns true if a link that fills a part of a triggering port has a new value.
-    pub(super) fn have_news(&self) -> bool {
+    pub(super) fn have_updates(&self) -> bool {
         let triggers = self.all.iter().filter(|conversion| conversion.triggers);
         triggers
             .flat_map(|conversion| &conversion.sources)

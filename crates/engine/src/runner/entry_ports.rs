@@ -27,24 +27,24 @@ impl EntryPorts {
     }
 
     /// Returns true if some values are taken at the beginning of a cycle.
-    pub fn are_early(&self) -> bool {
-        self.queues.iter().any(|queue| queue.is_early)
+    pub fn have_previous(&self) -> bool {
+        self.queues.iter().any(|queue| queue.is_previous)
     }
 
     /// Returns true if a triggering port has new values.
-    pub(super) fn have_news(&self) -> bool {
-        self.queues.iter().any(|queue| queue.triggers && !queue.is_early && queue.reader.waiting() > 0)
+    pub(super) fn have_updates(&self) -> bool {
+        self.queues.iter().any(|queue| queue.triggers && !queue.is_previous && queue.reader.waiting() > 0)
             || self.inboxes.iter().any(|inbox| inbox.triggers && inbox.receiver.has_messages())
     }
 
     /// Returns true if values taken at the cycle's beginning were not in a step yet.
-    pub(super) fn have_early_news(&self) -> bool {
-        self.queues.iter().any(|queue| queue.is_early && queue.triggers && !queue.reader.is_empty())
+    pub(super) fn have_previous_updates(&self) -> bool {
+        self.queues.iter().any(|queue| queue.is_previous && queue.triggers && !queue.reader.is_empty())
     }
 
     /// Takes the early values, those of the last cycle, before the steps of this one.
-    pub(super) fn pull_early(&mut self) {
-        for queue in self.queues.iter_mut().filter(|queue| queue.is_early) {
+    pub(super) fn pull_previous(&mut self) {
+        for queue in self.queues.iter_mut().filter(|queue| queue.is_previous) {
             // As before a step.
             let _ = queue.reader.pull();
         }
@@ -55,7 +55,7 @@ impl EntryPorts {
         self.queues.iter_mut().for_each(|queue| queue.prepare(slots, log));
         self.inboxes.iter_mut().for_each(|inbox| inbox.prepare(slots, now));
         for outbox in &mut self.outboxes {
-            outbox.settle();
+            outbox.update_deliveries();
             let slot = &mut slots[outbox.slot];
             slot.stamp.sequence = outbox.sent;
             slot.entries = outbox.entries.as_ptr();
@@ -82,7 +82,7 @@ impl EntryPorts {
     pub(super) fn lose_messages(&mut self, slots: &Slots) {
         for outbox in &mut self.outboxes {
             let count = slots[outbox.slot].count.get().min(outbox.memory.len());
-            (0..count).for_each(|_| outbox.note(None));
+            (0..count).for_each(|_| outbox.record_message(None));
         }
     }
 
@@ -97,7 +97,7 @@ impl EntryPorts {
 
 impl QueuePort {
     fn prepare(&mut self, slots: &mut Slots, log: &ModuleLog) {
-        if !self.is_early {
+        if !self.is_previous {
             // An evicted reader has an empty window from then on; its port says how many values it lost.
             let _ = self.reader.pull();
         }
@@ -120,7 +120,7 @@ impl QueuePort {
         self.gauge.lost.store(self.reader.lost(), Ordering::Relaxed);
         self.gauge.evicted.store(is_evicted, Ordering::Relaxed);
         if is_evicted && !std::mem::replace(&mut self.is_evicted, true) {
-            log.write(Level::Warn, &self.farewell);
+            log.write(Level::Warn, &self.eviction_message);
         }
     }
 }
@@ -148,7 +148,7 @@ impl OutboxPort {
     fn send(&mut self, count: usize, now: u64, mut digest: Option<&mut Digest>) {
         for i in 0..count {
             let Some(sender) = &mut self.sender else {
-                self.note(None);
+                self.record_message(None);
                 continue;
             };
             let data = self.memory[i].as_mut_ptr();
@@ -162,7 +162,7 @@ impl OutboxPort {
             }
             let ticket = sender.send(value, 0, now).ok();
             self.refused += u64::from(ticket.is_none());
-            self.note(ticket);
+            self.record_message(ticket);
         }
         if count > 0
             && let Some(wake) = &self.wake

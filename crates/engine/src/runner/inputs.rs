@@ -37,9 +37,9 @@ pub struct Inputs {
     pub(super) conversions: Conversions,
     /// True if each input has another writer and is pinned before the step.
     /// The groups then contain no further information.
-    pub(super) reads_apart: bool,
+    pub(super) pins_singly: bool,
     /// Groups pinned at the beginning of a cycle instead of before the step.
-    pub(super) early: Vec<Group>,
+    pub(super) previous_groups: Vec<Group>,
     /// Inputs that must have a value before the module runs.
     pub(super) requirements: Requirements,
 }
@@ -52,38 +52,38 @@ impl Inputs {
             readers: Vec::new(),
             groups: Vec::new(),
             conversions: Conversions::default(),
-            reads_apart: false,
-            early: Vec::new(),
+            pins_singly: false,
+            previous_groups: Vec::new(),
             requirements,
         }
     }
 
     /// Returns true if some are pinned at the beginning of a cycle.
-    pub fn are_early(&self) -> bool {
-        !self.early.is_empty()
+    pub fn have_previous(&self) -> bool {
+        !self.previous_groups.is_empty()
     }
 
     /// Updates the flag that each input is pinned by itself.
-    pub(super) fn look_at_groups(&mut self) {
-        self.reads_apart = self.early.is_empty() && self.groups.iter().all(Group::is_one_reader);
+    pub(super) fn update_pinning(&mut self) {
+        self.pins_singly = self.previous_groups.is_empty() && self.groups.iter().all(Group::is_one_reader);
     }
 
     /// Returns true if a triggering input has a new value.
-    pub(super) fn have_news(&self) -> bool {
+    pub(super) fn have_updates(&self) -> bool {
         self.ports.iter().zip(&self.readers).any(|(input, reader)| input.wakes && reader.has_news())
     }
 
     /// Returns true if a value pinned at the cycle's beginning was not in a step yet.
-    pub(super) fn have_early_news(&self) -> bool {
-        let readers = self.early.iter().flat_map(|group| group.first as usize..group.end as usize);
+    pub(super) fn have_previous_updates(&self) -> bool {
+        let readers = self.previous_groups.iter().flat_map(|group| group.first as usize..group.end as usize);
         let mut inputs =
             readers.filter_map(|at| Some((self.ports.get(at)?, self.readers[at].value()?.stamp())));
         inputs.any(|(input, stamp)| input.triggers && input.seen != (stamp.sequence, stamp.generation))
     }
 
     /// Pins the early values, those of the last cycle, before the steps of this one.
-    pub(super) fn pin_early(&mut self) {
-        for group in &self.early {
+    pub(super) fn pin_previous(&mut self) {
+        for group in &self.previous_groups {
             group.pin(&mut self.readers, &mut self.conversions.sources, PIN_TRIES);
         }
     }
@@ -103,7 +103,7 @@ impl Inputs {
     pub(super) unsafe fn take_in_turn(&mut self) {
         // SAFETY: passed on to the caller.
         unsafe {
-            if self.reads_apart {
+            if self.pins_singly {
                 for reader in &mut self.readers {
                     reader.refresh_in_turn();
                 }
@@ -117,7 +117,7 @@ impl Inputs {
 
     /// Pins all of each writer together, however often that takes.
     pub(super) fn pin_first(&mut self, tries: u32) {
-        for group in self.groups.iter().chain(&self.early) {
+        for group in self.groups.iter().chain(&self.previous_groups) {
             // Values of one writer belong together from the first step on.
             if group.count() > 1 {
                 group.pin(&mut self.readers, &mut self.conversions.sources, tries);
@@ -182,7 +182,7 @@ impl Inputs {
     }
 
     /// Publishes the ages of the last step's values.
-    pub(super) fn show_ages(&self, slots: &Slots, now: u64) {
+    pub(super) fn publish_ages(&self, slots: &Slots, now: u64) {
         for input in &self.ports {
             let written = slots[input.slot as usize].stamp.time;
             input.age.set((input.seen != (0, 0)).then(|| now.saturating_sub(written)));

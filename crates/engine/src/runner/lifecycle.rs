@@ -4,24 +4,25 @@ use slate_module::{Level, ModuleKind, Refusal};
 
 use super::status::PANIC_LIMIT;
 use super::wiring::InputWiring;
-use super::{ModuleCondition, Retired, Runner, Shadow, Unwired, Wiring};
+use super::{ModuleCondition, ReplacedHandles, Retired, Runner, Shadow, Wiring};
 use crate::isolation::Proxy;
 
 impl Runner {
     /// Replaces the readers of the ports, from the next step on.
     /// The module must be in no step.
-    pub fn rewire(&mut self, wiring: Wiring) -> Unwired {
-        let Wiring { inputs, sources, groups, early, queues, outboxes, conversions, switch } = wiring;
-        let mut unwired = Unwired::default();
-        let wiring = InputWiring { inputs, sources, groups, early, conversions };
-        self.inputs.rewire(wiring, &mut unwired);
-        self.entries.rewire(queues, outboxes, &mut unwired);
+    pub fn rewire(&mut self, wiring: Wiring) -> ReplacedHandles {
+        let Wiring { inputs, sources, groups, previous_groups, queues, outboxes, conversions, switch } =
+            wiring;
+        let mut replaced = ReplacedHandles::default();
+        let wiring = InputWiring { inputs, sources, groups, previous_groups, conversions };
+        self.inputs.rewire(wiring, &mut replaced);
+        self.entries.rewire(queues, outboxes, &mut replaced);
         if let Some((reader, is_linked)) = switch {
-            unwired.readers.push(self.switch.rewire(reader, is_linked));
+            replaced.readers.push(self.switch.rewire(reader, is_linked));
         }
         self.update_shortcuts();
         self.schedule.set_rewired(true);
-        unwired
+        replaced
     }
 
     /// Creates an instance with the present parameters.
@@ -36,21 +37,21 @@ impl Runner {
     ///
     /// # Errors
     /// The module's refusal, or that the call does not return.
-    pub fn create_patiently(&mut self) -> Result<*mut (), Refusal> {
-        self.code.create_patiently(self.params.newest())
+    pub fn create_with_timeout(&mut self) -> Result<*mut (), Refusal> {
+        self.code.create_with_timeout(self.params.newest())
     }
 
     /// Exchanges code and instance; returns the old ones.
     /// Failures of the old code are cleared.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
         self.status.forget_panics();
-        let mut comes_again = false;
+        let mut is_restarting = false;
         if let Some(supervised) = &mut self.supervised {
             supervised.supervisor.forget();
-            comes_again = supervised.supervisor.is_waiting();
+            is_restarting = supervised.supervisor.is_waiting();
         }
         let last_tick = self.schedule.last_tick();
-        if instance.is_null() && !comes_again {
+        if instance.is_null() && !is_restarting {
             // The exchange is taken back, and the old code had failed for good.
             self.set_condition(ModuleCondition::FAULTED, last_tick);
         } else if self.condition() == ModuleCondition::FAULTED {
@@ -59,7 +60,7 @@ impl Runner {
         let old = self.code.exchange(kind, instance);
         self.services.withdraw(self.code.kind());
         self.services.begin(self.code.kind());
-        self.show_process(last_tick, true);
+        self.write_process(last_tick, true);
         old
     }
 
@@ -99,9 +100,9 @@ impl Runner {
 
     /// Takes back a late step that has returned `code`; the module may run again.
     /// Its outputs are dropped. After a panic the module begins with a fresh state.
-    pub fn take_back(&mut self, code: i32) {
+    pub fn reclaim(&mut self, code: i32) {
         self.services.suspend(false);
-        self.outputs.take_back();
+        self.outputs.reclaim_drafts();
         self.services.abandon();
         self.entries.lose_messages(&self.frame.slots);
         let last_tick = self.schedule.last_tick();
@@ -117,23 +118,23 @@ impl Runner {
     /// step was committed.
     pub(super) fn recover(&mut self, now: u64) {
         self.services.abandon();
-        // Before anything else, the actuators of an isolated one wait for somebody to arm them.
+        // Before anything else, the actuators of an isolated one wait until they are armed.
         if self.supervised.as_ref().is_some_and(|supervised| !supervised.rearm) {
             self.outputs.disarm(&self.log, now);
         }
         self.status.count_panic(self.frame.number());
         self.set_condition(ModuleCondition::FAILED, now);
         self.publish_safe(now);
-        self.retire().end_here();
+        self.retire().end_without_timeout();
         if self.supervised.is_some() {
-            return self.fall(now);
+            return self.report_exit(now);
         }
-        let again = if self.status.panics_too_often() {
+        let instance = if self.status.panics_too_often() {
             Err(format!("panicked {PANIC_LIMIT} times in a row; it stays off until its plugin is reloaded"))
         } else {
             self.create().map_err(|refusal| refusal.to_string())
         };
-        match again {
+        match instance {
             Ok(instance) => {
                 self.code.set_instance(instance);
                 self.log.write(Level::Error, "panicked; started anew with a fresh state");
@@ -156,32 +157,32 @@ impl Runner {
 
     /// Returns true if an instance exists; makes a due one of an isolated module.
     /// An isolated instance may have ended between two ticks.
-    pub(super) fn is_up(&mut self, now: u64) -> bool {
+    pub(super) fn ensure_instance(&mut self, now: u64) -> bool {
         let Some(supervised) = &mut self.supervised else { return true };
         if !self.code.has_instance() {
-            return supervised.supervisor.take_due(now) && self.rise(now);
+            return supervised.supervisor.take_due(now) && self.restart(now);
         }
         // SAFETY: the instances of an isolated module are proxies, and this one is not in use.
-        let alive = unsafe { (*self.code.instance().cast::<Proxy>()).is_alive() };
-        if !alive {
+        let is_alive = unsafe { (*self.code.instance().cast::<Proxy>()).is_alive() };
+        if !is_alive {
             self.recover(now);
         }
-        alive
+        is_alive
     }
 
     /// Reports the end of an isolated instance, and the time of its restart.
-    fn fall(&mut self, now: u64) {
+    fn report_exit(&mut self, now: u64) {
         let Some(supervised) = &mut self.supervised else { return };
-        let (text, comes_again) = supervised.fall(now);
+        let (text, is_restarting) = supervised.schedule_restart(now);
         self.log.write(Level::Error, &text);
-        if !comes_again {
+        if !is_restarting {
             self.set_condition(ModuleCondition::FAULTED, now);
         }
-        self.show_process(now, true);
+        self.write_process(now, true);
     }
 
     /// Makes another instance in a process of its own.
-    fn rise(&mut self, now: u64) -> bool {
+    fn restart(&mut self, now: u64) -> bool {
         if let Some(supervised) = &mut self.supervised {
             supervised.restarts += 1;
         }
@@ -189,21 +190,21 @@ impl Runner {
             Ok(instance) => {
                 self.code.set_instance(instance);
                 self.log.write(Level::Warn, "started anew in another process, with a fresh state");
-                self.show_process(now, true);
+                self.write_process(now, true);
                 true
             }
             Err(refusal) => {
                 self.log.write(Level::Error, &format!("it can't be set up again: {refusal}"));
-                self.fall(now);
+                self.report_exit(now);
                 false
             }
         }
     }
 
     /// Writes `/module/process`, if it is time or it `changed`.
-    pub fn show_process(&mut self, now: u64, changed: bool) {
+    pub fn write_process(&mut self, now: u64, changed: bool) {
         if let Some(supervised) = &mut self.supervised {
-            supervised.show(now, changed);
+            supervised.write(now, changed);
         }
     }
 }

@@ -54,7 +54,7 @@ pub use step_frame::StepFrame;
 pub use supervised::Supervised;
 pub use switch::ModuleSwitch;
 pub use timing::{Measured, StepTiming};
-pub use wiring::{ConversionWiring, OutboxWiring, QueueWiring, SourceWiring, Unwired, Wiring};
+pub use wiring::{ConversionWiring, OutboxWiring, QueueWiring, ReplacedHandles, SourceWiring, Wiring};
 
 /// Runner: a module with its state, ports and frame.
 ///
@@ -105,7 +105,7 @@ pub struct Shortcuts {
     /// It does so until something is set, or its condition changes.
     is_steady: bool,
     /// True if it has entry ports, services or new code beside it.
-    has_interactions: bool,
+    needs_preparation: bool,
     /// True if it has only inputs and outputs, and its steps need nothing else.
     has_only_values: bool,
     /// True if it has conversions, or inputs pinned at the beginning of a cycle.
@@ -113,7 +113,7 @@ pub struct Shortcuts {
 }
 
 // SAFETY: the raw pointers lead to memory that the runner owns (instance, frame, slots) or that its handles keep
-// alive (values), and whoever holds the runner uses them alone.
+// alive (values), and the holder of the runner uses them alone.
 unsafe impl Send for Runner {}
 
 impl Runner {
@@ -127,38 +127,38 @@ impl Runner {
     /// It takes no new values; [`prepare`](Runner::prepare) does.
     #[inline]
     pub fn is_due(&mut self, now: u64) -> bool {
-        let is_up = self.is_as_before() || self.look_whether_enabled(now) && self.is_up(now);
-        is_up && (self.schedule.is_in_every_cycle() || self.is_time(now))
+        let may_run = self.is_known_enabled() || self.check_enabled(now) && self.ensure_instance(now);
+        may_run && (self.schedule.is_in_every_cycle() || self.is_time(now))
     }
 
     #[inline]
     fn is_time(&mut self, now: u64) -> bool {
         let Self { schedule, frame, inputs, entries, shortcuts, .. } = self;
-        let has_news = || {
-            inputs.have_news()
-                || entries.have_news()
+        let has_update = || {
+            inputs.have_updates()
+                || entries.have_updates()
                 || shortcuts.has_conversions
-                    && (inputs.conversions.have_news()
-                        || inputs.have_early_news()
-                        || entries.have_early_news())
+                    && (inputs.conversions.have_updates()
+                        || inputs.have_previous_updates()
+                        || entries.have_previous_updates())
         };
-        schedule.is_due(now, frame.number(), has_news)
+        schedule.is_due(now, frame.number(), has_update)
     }
 
     /// Returns true if the module may run at `now`, ns: `enabled` is enforced here.
     #[inline]
     pub fn is_enabled(&mut self, now: u64) -> bool {
-        self.is_as_before() || self.look_whether_enabled(now)
+        self.is_known_enabled() || self.check_enabled(now)
     }
 
     #[inline]
-    fn is_as_before(&self) -> bool {
+    fn is_known_enabled(&self) -> bool {
         self.shortcuts.is_steady && self.switch.is_unchanged()
     }
 
-    fn look_whether_enabled(&mut self, now: u64) -> bool {
+    fn check_enabled(&mut self, now: u64) -> bool {
         // Two properties less to look at, which nearly never change.
-        let changed = self.switch.take_note();
+        let changed = self.switch.check_settings();
         if changed {
             self.params.expect_change();
         }
@@ -166,26 +166,29 @@ impl Runner {
             self.inputs.conversions.convert_switch();
         }
         let is_on = if changed || self.switch.is_linked() { self.switch.read() } else { self.switch.is_on() };
-        // Also while it is switched off, so that it keeps no service that nobody provides any more.
-        let mut missing =
-            if self.shortcuts.has_interactions { self.services.missing(&mut self.frame.slots) } else { None };
+        // Also while it is switched off, so that it keeps no service that is no longer provided.
+        let mut missing = if self.shortcuts.needs_preparation {
+            self.services.missing(&mut self.frame.slots)
+        } else {
+            None
+        };
         if is_on && missing.is_none() && self.inputs.requirements.is_open() {
             missing = self.missing_input();
         }
         let condition = self.condition();
         if !is_on || missing.is_some() {
-            let rest = if is_on { ModuleCondition::WAITING } else { ModuleCondition::INACTIVE };
+            let idle_condition = if is_on { ModuleCondition::WAITING } else { ModuleCondition::INACTIVE };
             if let Some(port) = missing {
                 self.status.wait_for(port);
             }
             if condition.is_working() || condition == ModuleCondition::FAILED {
-                self.set_condition(rest, now);
+                self.set_condition(idle_condition, now);
                 self.publish_safe(now);
                 // What others use of it may use what it misses now.
                 self.services.withdraw(self.code.kind());
                 self.services.abandon();
             } else if matches!(condition, ModuleCondition::INACTIVE | ModuleCondition::WAITING) {
-                self.set_condition(rest, now);
+                self.set_condition(idle_condition, now);
             }
             return false;
         }
@@ -207,10 +210,10 @@ impl Runner {
             return Some(missing);
         }
         // What links fill is else only written before the step that this one waits for.
-        let is_news = self.inputs.conversions.have_news();
+        let is_updated = self.inputs.conversions.have_updates();
         self.inputs.refresh_sources();
         self.convert();
-        if is_news {
+        if is_updated {
             self.schedule.set_rewired(true);
         }
         self.inputs.missing()
@@ -224,7 +227,7 @@ impl Runner {
     /// Changes how the module is, and shows it.
     #[inline]
     pub fn set_condition(&mut self, condition: ModuleCondition, now: u64) {
-        if !self.status.is_told(condition) {
+        if !self.status.is_published(condition) {
             self.shortcuts.is_steady = false;
             self.status.change(condition, self.frame.number(), now);
         }
@@ -232,28 +235,28 @@ impl Runner {
 
     /// Recomputes the shortcuts after ports, services or shadow changed.
     pub fn update_shortcuts(&mut self) {
-        let is_early = self.inputs.are_early() || self.entries.are_early();
-        let has_conversions = !self.inputs.conversions.is_empty() || is_early;
+        let has_previous = self.inputs.have_previous() || self.entries.have_previous();
+        let has_conversions = !self.inputs.conversions.is_empty() || has_previous;
         let has_services = !self.services.host.is_empty() || !self.services.providers.is_empty();
         let has_slots = !self.frame.slots.is_empty();
         self.shortcuts = Shortcuts {
             is_steady: false,
-            has_interactions: has_slots || has_conversions || has_services || self.shadow.is_some(),
+            needs_preparation: has_slots || has_conversions || has_services || self.shadow.is_some(),
             has_only_values: self.entries.is_empty() && !has_services && self.shadow.is_none(),
             has_conversions,
         };
-        self.inputs.look_at_groups();
+        self.inputs.update_pinning();
     }
 
     /// Pins the early values, those of the last cycle, before the steps of this one.
-    pub fn pin_early(&mut self) {
-        self.inputs.pin_early();
-        self.entries.pull_early();
+    pub fn pin_previous(&mut self) {
+        self.inputs.pin_previous();
+        self.entries.pull_previous();
     }
 
     /// Pins the inputs and fills the frame for a step at `now`.
     pub fn prepare(&mut self, now: u64) {
-        if self.shortcuts.has_interactions {
+        if self.shortcuts.needs_preparation {
             self.inputs.pin();
         }
         self.prepare_pinned(now);
@@ -274,7 +277,7 @@ impl Runner {
     /// Fills the frame.
     #[inline(always)] // As for `commit`.
     fn prepare_pinned(&mut self, now: u64) {
-        if self.shortcuts.has_interactions {
+        if self.shortcuts.needs_preparation {
             self.prepare_ports(now);
         }
         self.params.show(&mut self.frame.frame);
@@ -346,7 +349,7 @@ impl Runner {
     /// Publishes the safe values of all outputs, and ends their commands.
     pub fn publish_safe(&mut self, now: u64) {
         self.outputs.publish_safe(self.condition() == ModuleCondition::LATE, now);
-        self.services.rest(now);
+        self.services.release(now);
     }
 
     /// Counts a step, with its duration in wall-clock ns if measured.
@@ -354,16 +357,16 @@ impl Runner {
     #[inline]
     pub fn time(&mut self, duration: Option<u64>, stands_for: u32) {
         if self.timing.count(&self.frame.frame, self.status.health(), duration, stands_for) {
-            self.show_timing();
+            self.write_timing();
         }
     }
 
     /// Writes `/module/timing`.
-    fn show_timing(&mut self) {
+    fn write_timing(&mut self) {
         let now = self.frame.frame.now;
-        self.inputs.show_ages(&self.frame.slots, now);
+        self.inputs.publish_ages(&self.frame.slots, now);
         self.timing.show(&self.frame.frame, self.status.health());
-        self.show_process(now, false);
+        self.write_process(now, false);
     }
 
     /// Sets whether the outputs are written in turn with the steps of the loop.
@@ -374,7 +377,7 @@ impl Runner {
     pub unsafe fn set_in_turn(&mut self, in_turn: bool) {
         // SAFETY: passed on to the caller.
         unsafe { self.outputs.set_in_turn(in_turn) };
-        // Who writes what it reads may leave the loop, too.
+        // Writers of its inputs may leave the loop, too.
         self.inputs.hold();
     }
 }

@@ -25,8 +25,8 @@ impl Outputs {
     pub(super) fn prepare(&mut self, slots: &mut Slots) {
         for output in &mut self.ports {
             let slot = &mut slots[output.slot];
-            let wanted = !output.debug || output.property.is_watched();
-            slot.data = if wanted { output.writer.draft_ptr() } else { std::ptr::null_mut() };
+            let is_wanted = !output.debug || output.property.is_watched();
+            slot.data = if is_wanted { output.writer.draft_ptr() } else { std::ptr::null_mut() };
             slot.items.set(0);
             slot.flags.set(0);
             slot.priority.set(0);
@@ -38,15 +38,15 @@ impl Outputs {
     #[inline(always)] // Part of every step.
     pub(super) fn publish(&mut self, step: &StepFrame, now: u64, mut digest: Option<&mut Digest>) {
         let slots = &step.slots;
-        let several = self.ports.len() > 1;
-        if several {
+        let has_several = self.ports.len() > 1;
+        if has_several {
             self.commit.begin();
         }
         let mut is_awaited = false;
         for output in &mut self.ports {
             let slot = &slots[output.slot];
-            let set = slot.flags.get() & Flags::SET != 0;
-            if set && !slot.data.is_null() {
+            let is_set = slot.flags.get() & Flags::SET != 0;
+            if is_set && !slot.data.is_null() {
                 let items = slot.items.get().min(output.writer.capacity());
                 let bytes = output.writer.bytes(items);
                 // SAFETY: the draft is lent to this runner until it is published, has room for those items, and holds a
@@ -66,7 +66,7 @@ impl Outputs {
                 actuator.withdraw(*commander, now);
             }
         }
-        if several {
+        if has_several {
             self.commit.end();
         }
         // Only now, as a reader that wakes up wants all outputs of this tick.
@@ -85,8 +85,8 @@ impl Outputs {
             if let Some((actuator, commander)) = &output.actuator {
                 actuator.withdraw(*commander, now);
             }
-            if is_late && output.aside.is_none() {
-                output.aside = output.writer.set_aside();
+            if is_late && output.late_draft.is_none() {
+                output.late_draft = output.writer.set_aside();
             }
             if let Some(safe) = &output.safe
                 && output.writer.write(safe, 0, now).is_ok()
@@ -98,8 +98,8 @@ impl Outputs {
     }
 
     /// Takes back the drafts of a late step, which has returned.
-    pub(super) fn take_back(&mut self) {
-        self.ports.iter_mut().for_each(|output| output.aside = None);
+    pub(super) fn reclaim_drafts(&mut self) {
+        self.ports.iter_mut().for_each(|output| output.late_draft = None);
     }
 
     /// Sets whether the outputs are written in turn with the steps of the loop.
@@ -113,7 +113,7 @@ impl Outputs {
         }
     }
 
-    /// Disarms the actuators until somebody arms them.
+    /// Disarms the actuators until they are armed again.
     pub(super) fn disarm(&self, log: &ModuleLog, now: u64) {
         for (actuator, _) in self.ports.iter().filter_map(|output| output.actuator.as_ref()) {
             actuator.disarm(now);

@@ -27,7 +27,7 @@ pub struct InputPort {
     /// A value pinned at the beginning of a cycle is new then, and not before.
     pub wakes: bool,
     /// True if it is pinned at the beginning of a cycle.
-    pub is_early: bool,
+    pub is_previous: bool,
     /// True if a link writes it, and not a person alone.
     pub is_written: bool,
     /// Module that writes it, if one does.
@@ -88,11 +88,11 @@ pub struct QueuePort {
     /// Filter of the values; `None` if all pass.
     pub filter: Option<Arc<Filter>>,
     /// True if its values are taken at the cycle's beginning, not before the step.
-    pub is_early: bool,
+    pub is_previous: bool,
     /// Backlog.
     pub gauge: Arc<QueueGauge>,
     /// Log message of the eviction, prepared as a step allocates nothing.
-    pub farewell: Box<str>,
+    pub eviction_message: Box<str>,
     /// True once the eviction was logged.
     pub is_evicted: bool,
 }
@@ -132,7 +132,7 @@ pub struct OutputPort {
     /// Safe value while the module does not work; `None` for zeros.
     pub safe: Option<Box<[u8]>>,
     /// Draft to which a late step may still write.
-    pub aside: Option<SetAside>,
+    pub late_draft: Option<SetAside>,
 }
 
 /// Outbox.
@@ -158,41 +158,42 @@ pub struct OutboxPort {
     /// Number of messages.
     pub sent: u64,
     /// Tickets of messages without an answer, at the index of their number.
-    pub open: Vec<Option<Ticket>>,
+    pub tickets: Vec<Option<Ticket>>,
 }
 
 impl OutboxPort {
-    /// Counts a message; without a ticket it is lost, as nobody answers it.
-    pub fn note(&mut self, ticket: Option<Ticket>) {
-        let place = (self.sent % self.entries.len().max(1) as u64) as usize;
+    /// Counts a message; without a ticket it is lost, as no answer comes.
+    pub fn record_message(&mut self, ticket: Option<Ticket>) {
+        let index = (self.sent % self.entries.len().max(1) as u64) as usize;
         self.sent += 1;
         let delivery = if ticket.is_some() { Delivery::Waiting } else { Delivery::Lost };
-        if let (Some(entry), Some(open)) = (self.entries.get_mut(place), self.open.get_mut(place)) {
+        if let (Some(entry), Some(pending)) = (self.entries.get_mut(index), self.tickets.get_mut(index)) {
             entry.stamp.sequence = self.sent;
             entry.answer.set(delivery.code());
-            *open = ticket;
+            *pending = ticket;
         }
     }
 
     /// Updates the delivery states of messages without an answer.
-    pub fn settle(&mut self) {
+    pub fn update_deliveries(&mut self) {
         let Some(sender) = &self.sender else { return };
-        for (entry, open) in self.entries.iter().zip(&mut self.open) {
-            let delivery = open.map_or(Delivery::Waiting, |ticket| delivery(sender, ticket));
+        for (entry, pending) in self.entries.iter().zip(&mut self.tickets) {
+            let delivery = pending.map_or(Delivery::Waiting, |ticket| delivery(sender, ticket));
             if delivery != Delivery::Waiting {
                 entry.answer.set(delivery.code());
-                *open = None;
+                *pending = None;
             }
         }
     }
 
     /// Returns the delivery states of the remembered messages, by their numbers.
     pub fn deliveries(&self) -> Vec<(u64, u32)> {
-        let fares = |(entry, open): (&Entry, &Option<Ticket>)| {
-            let now = self.sender.as_ref().zip(*open).map(|(sender, ticket)| delivery(sender, ticket).code());
-            (entry.stamp.sequence, now.unwrap_or(entry.answer.get()))
+        let delivery_state = |(entry, pending): (&Entry, &Option<Ticket>)| {
+            let code =
+                self.sender.as_ref().zip(*pending).map(|(sender, ticket)| delivery(sender, ticket).code());
+            (entry.stamp.sequence, code.unwrap_or(entry.answer.get()))
         };
-        let all = self.entries.iter().zip(&self.open).map(fares);
+        let all = self.entries.iter().zip(&self.tickets).map(delivery_state);
         all.filter(|(number, _)| *number > 0).collect()
     }
 
@@ -200,7 +201,7 @@ impl OutboxPort {
     pub fn resume(&mut self, sent: u64, deliveries: &[(u64, u32)]) {
         self.sent = sent;
         // What was sent until now is another life's.
-        self.open.fill(None);
+        self.tickets.fill(None);
         self.entries.iter_mut().for_each(|entry| entry.stamp.sequence = 0);
         let count = self.entries.len().max(1) as u64;
         for (number, code) in deliveries.iter().filter(|(number, _)| *number > 0) {
@@ -213,21 +214,25 @@ impl OutboxPort {
 
     /// Sends a waiting message again, before `later` others that are sent again.
     /// The oldest is sent first: unanswered messages that are no longer remembered come before all others.
-    pub fn send_again(&mut self, bytes: &[u8], items: usize, time: u64, later: usize) {
+    pub fn resend(&mut self, bytes: &[u8], items: usize, time: u64, later: usize) {
         // As many fit as fitted then.
         let ticket = self.sender.as_mut().and_then(|sender| sender.send(bytes, items, time).ok());
-        let waiting = self.entries.iter().zip(&mut self.open).filter(|(entry, open)| waits(entry, **open));
+        let waiting = self
+            .entries
+            .iter()
+            .zip(&mut self.tickets)
+            .filter(|(entry, pending)| awaits_answer(entry, **pending));
         let mut waiting: Vec<_> = waiting.collect();
         waiting.sort_unstable_by_key(|(entry, _)| entry.stamp.sequence);
-        let Some(place) = waiting.len().checked_sub(later + 1) else { return };
-        *waiting[place].1 = ticket;
+        let Some(index) = waiting.len().checked_sub(later + 1) else { return };
+        *waiting[index].1 = ticket;
     }
 
     /// Marks waiting messages that were not sent again as lost.
     /// Their mailbox is another agent's, so that nobody will answer.
-    pub fn give_up(&mut self) {
-        for (entry, open) in self.entries.iter().zip(&self.open) {
-            if waits(entry, *open) {
+    pub fn mark_waiting_lost(&mut self) {
+        for (entry, pending) in self.entries.iter().zip(&self.tickets) {
+            if awaits_answer(entry, *pending) {
                 entry.answer.set(Delivery::Lost.code());
             }
         }
@@ -235,10 +240,10 @@ impl OutboxPort {
 
     /// Sets the sender, and returns the former one.
     /// Messages to the former receiver without an answer are lost.
-    pub fn turn_to(&mut self, sender: Option<Sender>) -> Option<Sender> {
-        self.settle();
-        for (entry, open) in self.entries.iter().zip(&mut self.open) {
-            if open.take().is_some() {
+    pub fn replace_sender(&mut self, sender: Option<Sender>) -> Option<Sender> {
+        self.update_deliveries();
+        for (entry, pending) in self.entries.iter().zip(&mut self.tickets) {
+            if pending.take().is_some() {
                 entry.answer.set(Delivery::Lost.code());
             }
         }
@@ -247,8 +252,8 @@ impl OutboxPort {
 }
 
 /// Returns true if a message waits for an answer and has no ticket.
-fn waits(entry: &Entry, open: Option<Ticket>) -> bool {
-    open.is_none() && entry.stamp.sequence > 0 && entry.answer.get() == Delivery::Waiting.code()
+fn awaits_answer(entry: &Entry, pending: Option<Ticket>) -> bool {
+    pending.is_none() && entry.stamp.sequence > 0 && entry.answer.get() == Delivery::Waiting.code()
 }
 
 fn delivery(sender: &Sender, ticket: Ticket) -> Delivery {

@@ -42,7 +42,7 @@ impl Requirements {
         let has_value = |slot: u32| {
             // What is pinned when a cycle begins becomes a value then, and not when it is written.
             all.clone().any(|(input, reader)| {
-                input.slot == slot && (reader.value().is_some() || !input.is_early && reader.has_news())
+                input.slot == slot && (reader.value().is_some() || !input.is_previous && reader.has_news())
             })
         };
         let missing = self.ports.iter().find(|(slot, _)| !has_value(*slot)).map(|(_, name)| *name);

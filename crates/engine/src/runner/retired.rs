@@ -25,9 +25,9 @@ pub struct CallTimeout {
 }
 
 /// Factor of the timeout of `describe` and `create`: a module may load data there.
-const CREATION: u32 = 10;
+const CREATE_TIMEOUT_FACTOR: u32 = 10;
 
-/// Describes a kind, in a thread with a timeout of `CREATION` times `hang`.
+/// Describes a kind in a thread, with `CREATE_TIMEOUT_FACTOR` times `hang`.
 /// A kind that is linked in is the program's own code, and has no timeout.
 ///
 /// # Errors
@@ -36,22 +36,24 @@ pub fn describe(kind: &ModuleKind, setup: &OwnSetup, hang: Duration) -> Result<D
     if kind.library().is_none() {
         return setup.with(|setup| kind.describe(setup));
     }
-    let (name, limit) = (thread_name(&setup.name), hang * CREATION);
+    let (name, limit) = (thread_name(&setup.name), hang * CREATE_TIMEOUT_FACTOR);
     let (kind, setup) = (kind.clone(), setup.clone());
-    match within(name, limit, move || setup.with(|setup| kind.describe(setup))) {
+    match run_with_timeout(name, limit, move || setup.with(|setup| kind.describe(setup))) {
         Ok(described) => described,
-        Err(why) => Err(format!("{}; its library stays open", why.of("describe", limit)).into()),
+        Err(failure) => {
+            Err(format!("{}; its library stays open", failure.describe("describe", limit)).into())
+        }
     }
 }
 
 /// Reason why a call has no result.
-enum Lost {
+enum CallFailure {
     Late,
     NoThread(std::io::Error),
 }
 
-impl Lost {
-    fn of(&self, call: &str, limit: Duration) -> String {
+impl CallFailure {
+    fn describe(&self, call: &str, limit: Duration) -> String {
         match self {
             Self::Late => format!("has not returned from its {call} within {} ms", limit.as_millis()),
             Self::NoThread(error) => format!("can't make its {call}: {error}"),
@@ -60,18 +62,18 @@ impl Lost {
 }
 
 /// Does `work` in a thread, which keeps all that `work` has, and waits for it.
-fn within<R: Send + 'static>(
+fn run_with_timeout<R: Send + 'static>(
     thread: String,
     limit: Duration,
     work: impl FnOnce() -> R + Send + 'static,
-) -> Result<R, Lost> {
+) -> Result<R, CallFailure> {
     let (sender, receiver) = channel();
     let thread = std::thread::Builder::new().name(thread).spawn(move || {
-        // Who asked has given up waiting, if it can't be sent; the result ends here then.
+        // Sending fails after the timeout; the result is dropped here then.
         let _ = sender.send(work());
     });
-    thread.map_err(Lost::NoThread)?;
-    receiver.recv_timeout(limit).map_err(|_| Lost::Late)
+    thread.map_err(CallFailure::NoThread)?;
+    receiver.recv_timeout(limit).map_err(|_| CallFailure::Late)
 }
 
 impl CallTimeout {
@@ -80,23 +82,23 @@ impl CallTimeout {
     /// # Errors
     /// The module's refusal, or that the call does not return.
     pub fn create(&self, kind: &ModuleKind, setup: &OwnSetup, params: &[u8]) -> Result<*mut (), Refusal> {
-        let Some(limit) = self.limit.map(|limit| limit * CREATION) else {
+        let Some(limit) = self.limit.map(|limit| limit * CREATE_TIMEOUT_FACTOR) else {
             return setup.with(|setup| kind.create(setup, params));
         };
         let (kind, setup, params) = (kind.clone(), setup.clone(), params.to_vec());
-        let longer = Self { limit: Some(limit), ..self.clone() };
-        let made = longer.wait("create", move || {
+        let timeout = Self { limit: Some(limit), ..self.clone() };
+        let instance = timeout.wait("create", move || {
             let instance = setup.with(|setup| kind.create(setup, &params))?;
             // One that comes too late ends with this.
-            Ok::<_, Refusal>(Owned { kind, instance })
+            Ok::<_, Refusal>(OwnedInstance { kind, instance })
         });
         let late = || Refusal(format!("its create has not returned within {} ms", limit.as_millis()));
-        let mut owned = made.ok_or_else(late)??;
+        let mut owned = instance.ok_or_else(late)??;
         Ok(std::mem::replace(&mut owned.instance, std::ptr::null_mut()))
     }
 
     /// Logs an error at the end of an instance.
-    fn told(&self, ended: Result<(), Refusal>) {
+    fn log_end(&self, ended: Result<(), Refusal>) {
         if let Err(refusal) = ended {
             let text = format!("{} has ended, but {refusal}", self.module);
             self.logger.log(self.clock.now(), Level::Error, &text);
@@ -107,26 +109,26 @@ impl CallTimeout {
     /// The thread keeps all that `work` has, the library too.
     fn wait<R: Send + 'static>(&self, call: &str, work: impl FnOnce() -> R + Send + 'static) -> Option<R> {
         let Some(limit) = self.limit else { return Some(work()) };
-        let why = match within(thread_name(&self.module), limit, work) {
+        let failure = match run_with_timeout(thread_name(&self.module), limit, work) {
             Ok(result) => return Some(result),
-            Err(why) => why.of(call, limit),
+            Err(failure) => failure.describe(call, limit),
         };
-        let text = format!("{} {why}; it is waited for no more, and its library stays open", self.module);
+        let text = format!("{} {failure}; it is waited for no more, and its library stays open", self.module);
         self.logger.log(self.clock.now(), Level::Error, &text);
         None
     }
 }
 
 /// Instance that ends on drop; null if it has ended.
-struct Owned {
+struct OwnedInstance {
     kind: ModuleKind,
     instance: *mut (),
 }
 
 // SAFETY: instances are `Send`, and nobody else uses this one.
-unsafe impl Send for Owned {}
+unsafe impl Send for OwnedInstance {}
 
-impl Owned {
+impl OwnedInstance {
     /// Ends the instance.
     ///
     /// # Errors
@@ -141,9 +143,9 @@ impl Owned {
     }
 }
 
-impl Drop for Owned {
+impl Drop for OwnedInstance {
     fn drop(&mut self) {
-        // Nobody is left who could be told.
+        // No logger is left to report it.
         let _ = self.end();
     }
 }
@@ -151,14 +153,14 @@ impl Drop for Owned {
 /// Instance that is no longer used, with its code.
 /// On drop it ends in a thread, with the timeout after which a module hangs.
 pub struct Retired {
-    owned: Owned,
+    owned: OwnedInstance,
     timeout: CallTimeout,
 }
 
 impl Retired {
     /// Returns an unused instance for its end; null if it has ended.
     pub fn new(kind: ModuleKind, instance: *mut (), timeout: CallTimeout) -> Self {
-        Self { owned: Owned { kind, instance }, timeout }
+        Self { owned: OwnedInstance { kind, instance }, timeout }
     }
 
     /// Returns the code, and the instance, which lives as long as this.
@@ -212,17 +214,17 @@ impl Retired {
         let owned = self.take();
         let restored = self.timeout.wait("restore", move || {
             // SAFETY: as above.
-            let fits = unsafe { owned.kind.restore(owned.instance, &state) };
-            (fits, owned)
+            let result = unsafe { owned.kind.restore(owned.instance, &state) };
+            (result, owned)
         });
-        let fits = match restored {
-            Some((fits, owned)) => {
+        let result = match restored {
+            Some((result, owned)) => {
                 self.owned = owned;
-                fits.map_err(|refusal| refusal.0)
+                result.map_err(|refusal| refusal.0)
             }
             None => Err("its restore has not returned".into()),
         };
-        (self, fits)
+        (self, result)
     }
 
     /// Takes the instance out.
@@ -232,14 +234,14 @@ impl Retired {
     }
 
     /// Ends the instance here and now, however long it takes.
-    pub fn end_here(mut self) {
+    pub fn end_without_timeout(mut self) {
         let ended = self.take().end();
-        self.timeout.told(ended);
+        self.timeout.log_end(ended);
     }
 
-    fn take(&mut self) -> Owned {
+    fn take(&mut self) -> OwnedInstance {
         let instance = std::mem::replace(&mut self.owned.instance, std::ptr::null_mut());
-        Owned { kind: self.owned.kind.clone(), instance }
+        OwnedInstance { kind: self.owned.kind.clone(), instance }
     }
 }
 
@@ -248,7 +250,7 @@ impl Drop for Retired {
         let mut owned = self.take();
         if !owned.instance.is_null() {
             let ended = self.timeout.wait("end", move || owned.end());
-            self.timeout.told(ended.unwrap_or(Ok(())));
+            self.timeout.log_end(ended.unwrap_or(Ok(())));
         }
     }
 }

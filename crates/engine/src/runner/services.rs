@@ -55,8 +55,8 @@ impl ModuleServices {
     }
 
     /// Releases the module's claims on the robot while it is off or late.
-    pub fn rest(&self, now: u64) {
-        self.host.iter().for_each(|service| service.rest(now));
+    pub fn release(&self, now: u64) {
+        self.host.iter().for_each(|service| service.release(now));
     }
 
     /// Begins with the code of the module, or continues with other code.

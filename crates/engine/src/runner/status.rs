@@ -11,7 +11,7 @@ use super::{FrozenRunner, Health};
 /// A further start would not help.
 pub(super) const PANIC_LIMIT: u32 = 5;
 /// Number of ticks after which a panic begins a new row.
-const PANIC_ROW: u64 = 100;
+const PANIC_ROW_LENGTH: u64 = 100;
 
 /// Condition of a module, with its publication.
 #[repr(C)]
@@ -62,7 +62,7 @@ impl RunnerStatus {
 
     /// Returns true if that condition was published.
     #[inline]
-    pub fn is_told(&self, condition: ModuleCondition) -> bool {
+    pub fn is_published(&self, condition: ModuleCondition) -> bool {
         self.condition == Some(condition)
     }
 
@@ -71,12 +71,12 @@ impl RunnerStatus {
         self.condition = Some(condition);
         self.health.set(condition);
         let StatusReport { writer, waiting_for, panics } = &mut *self.report;
-        let waits = condition == ModuleCondition::WAITING;
+        let is_waiting = condition == ModuleCondition::WAITING;
         let mut state = ModuleState {
             ticks,
             panics: panics.total.into(),
             condition,
-            waiting_for: if waits { *waiting_for } else { PortName::default() },
+            waiting_for: if is_waiting { *waiting_for } else { PortName::default() },
         };
         // Only a recorder in lockstep may hold a writer up; the condition is then recorded with its next change.
         let _ = writer.write(View::of(&mut state).bytes(), 0, now);
@@ -96,7 +96,7 @@ impl RunnerStatus {
         let panics = &mut self.report.panics;
         panics.total += 1;
         self.health.panics.store(panics.total.into(), Ordering::Relaxed);
-        if tick.saturating_sub(panics.last) > PANIC_ROW {
+        if tick.saturating_sub(panics.last) > PANIC_ROW_LENGTH {
             panics.in_a_row = 0;
         }
         panics.in_a_row += 1;

@@ -13,33 +13,33 @@ pub struct Supervised {
     /// True if its actuators stay armed when it fails.
     pub rearm: bool,
     /// True if the main loop signals its turns, without waiting for it.
-    pub is_kicked: bool,
+    pub is_turn_signalled: bool,
     /// Writes `/module/process`.
     pub process: Writer,
     /// Number of restarts.
     pub restarts: u32,
     /// Time of the last write of `/module/process`, ns.
-    pub shown: u64,
+    pub written: u64,
 }
 
 /// Period of writing `/module/process`, ns.
 /// Reading the values takes some microseconds.
-const SHOWING_PERIOD: u64 = 1_000_000_000;
+const PROCESS_PERIOD: u64 = 1_000_000_000;
 
 impl Supervised {
     /// Writes `/module/process`, if it is time or it `changed`.
-    pub(super) fn show(&mut self, now: u64, changed: bool) {
-        if changed || now.saturating_sub(self.shown) >= SHOWING_PERIOD {
-            self.shown = now;
-            let mut process = self.isolation.account.process(self.restarts);
+    pub(super) fn write(&mut self, now: u64, changed: bool) {
+        if changed || now.saturating_sub(self.written) >= PROCESS_PERIOD {
+            self.written = now;
+            let mut process = self.isolation.process_record.process(self.restarts);
             // Only a recorder in lockstep may hold a writer up; the next one comes soon.
             let _ = self.process.write(View::of(&mut process).bytes(), 0, now);
         }
     }
 
     /// Describes the end of the process and its restart; false if it stays off.
-    pub(super) fn fall(&mut self, now: u64) -> (String, bool) {
-        let reason = self.isolation.account.last_end();
+    pub(super) fn schedule_restart(&mut self, now: u64) -> (String, bool) {
+        let reason = self.isolation.process_record.last_end();
         match self.supervisor.failed(now) {
             Some(delay) => {
                 let delay = delay / 1_000_000;

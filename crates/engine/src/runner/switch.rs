@@ -7,7 +7,7 @@ pub struct ModuleSwitch {
     /// Counter of settings by the host, in all modules.
     settings: SettingsCounter,
     /// Count of settings at the last read.
-    seen: Option<u64>,
+    last_count: Option<u64>,
     /// Last value of `enabled`.
     is_on: bool,
     /// True if another module switches this one.
@@ -20,20 +20,20 @@ impl ModuleSwitch {
     /// Returns a switch that is on; `reader` reads `enabled`.
     /// `settings` counts the settings in all modules.
     pub fn new(settings: SettingsCounter, reader: Latest, is_linked: bool) -> Self {
-        Self { settings, seen: None, is_on: true, is_linked, reader: Box::new(reader) }
+        Self { settings, last_count: None, is_on: true, is_linked, reader: Box::new(reader) }
     }
 
     /// Returns true if nothing was set in any module since the last read.
     #[inline]
     pub fn is_unchanged(&self) -> bool {
-        self.seen == Some(self.settings.count())
+        self.last_count == Some(self.settings.count())
     }
 
     /// Reads the count of settings; true if something was set since the last read.
-    pub fn take_note(&mut self) -> bool {
+    pub fn check_settings(&mut self) -> bool {
         // One look, so that what is set meanwhile is seen with the next one.
         let count = Some(self.settings.count());
-        count != std::mem::replace(&mut self.seen, count)
+        count != std::mem::replace(&mut self.last_count, count)
     }
 
     /// Reads the switch; true if it is on.
@@ -57,7 +57,7 @@ impl ModuleSwitch {
 
     /// Reads another property from now on; returns the reader of the one before.
     pub fn rewire(&mut self, reader: Latest, is_linked: bool) -> Latest {
-        (self.is_linked, self.seen) = (is_linked, None);
+        (self.is_linked, self.last_count) = (is_linked, None);
         std::mem::replace(&mut *self.reader, reader)
     }
 
@@ -69,7 +69,7 @@ impl ModuleSwitch {
     /// Resumes from a snapshot.
     /// The next read finds the same value unless it was set meanwhile.
     pub fn thaw(&mut self, is_on: bool, cursor: u64) {
-        (self.is_on, self.seen) = (is_on, None);
+        (self.is_on, self.last_count) = (is_on, None);
         self.reader.resume(cursor);
     }
 }

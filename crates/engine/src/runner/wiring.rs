@@ -24,7 +24,7 @@ pub struct Wiring {
     /// Groups of inputs that are pinned together.
     pub groups: Vec<Group>,
     /// Groups pinned at the beginning of a cycle.
-    pub early: Vec<Group>,
+    pub previous_groups: Vec<Group>,
     /// Queue inputs.
     pub queues: Vec<QueueWiring>,
     /// Outboxes.
@@ -38,8 +38,8 @@ pub struct Wiring {
 
 impl Wiring {
     /// Returns true if some values are taken at the beginning of a cycle.
-    pub fn is_early(&self) -> bool {
-        !self.early.is_empty() || self.queues.iter().any(|queue| queue.is_early)
+    pub fn reads_previous(&self) -> bool {
+        !self.previous_groups.is_empty() || self.queues.iter().any(|queue| queue.is_previous)
     }
 }
 
@@ -56,11 +56,11 @@ pub struct QueueWiring {
     /// Filter of the values; `None` if all pass.
     pub filter: Option<Arc<Filter>>,
     /// True if its values are taken at the beginning of a cycle.
-    pub is_early: bool,
+    pub is_previous: bool,
     /// Backlog.
     pub gauge: Arc<QueueGauge>,
     /// Log message of the eviction.
-    pub farewell: Box<str>,
+    pub eviction_message: Box<str>,
 }
 
 /// Link of an outbox.
@@ -94,7 +94,7 @@ pub struct SourceWiring {
 /// Handles that are no longer used.
 /// Dropping them takes locks, so the loop does not do it.
 #[derive(Default)]
-pub struct Unwired {
+pub struct ReplacedHandles {
     #[allow(dead_code, reason = "it is there to be dropped")]
     pub(super) readers: Vec<Latest>,
     #[allow(dead_code, reason = "as above")]
@@ -106,7 +106,7 @@ pub struct Unwired {
 }
 
 // SAFETY: the entries of a queue point into values that its reader pins, and go with it.
-unsafe impl Send for Unwired {}
+unsafe impl Send for ReplacedHandles {}
 
 /// Number of attempts to pin a group of inputs when it is linked.
 /// A commit of their writer takes microseconds.
@@ -117,14 +117,14 @@ pub(super) struct InputWiring {
     pub inputs: Vec<(InputPort, Option<Latest>)>,
     pub sources: Vec<SourceWiring>,
     pub groups: Vec<Group>,
-    pub early: Vec<Group>,
+    pub previous_groups: Vec<Group>,
     pub conversions: Vec<ConversionWiring>,
 }
 
 impl Inputs {
     /// Replaces the readers.
-    pub(super) fn rewire(&mut self, wiring: InputWiring, unwired: &mut Unwired) {
-        let InputWiring { inputs, sources, groups, early, conversions } = wiring;
+    pub(super) fn rewire(&mut self, wiring: InputWiring, replaced: &mut ReplacedHandles) {
+        let InputWiring { inputs, sources, groups, previous_groups, conversions } = wiring;
         let ports = std::mem::take(&mut self.ports);
         let mut old: Vec<_> = ports.into_iter().zip(std::mem::take(&mut self.readers)).collect();
         for (mut port, reader) in inputs {
@@ -142,9 +142,9 @@ impl Inputs {
             self.ports.push(port);
             self.readers.push(reader);
         }
-        unwired.readers.extend(old.into_iter().map(|(_, reader)| reader));
-        self.conversions.rewire(conversions, sources, &self.ports, unwired);
-        (self.groups, self.early) = (groups, early);
+        replaced.readers.extend(old.into_iter().map(|(_, reader)| reader));
+        self.conversions.rewire(conversions, sources, &self.ports, replaced);
+        (self.groups, self.previous_groups) = (groups, previous_groups);
         self.pin_first(FIRST_PIN_TRIES);
         self.requirements.reopen();
     }
@@ -156,7 +156,7 @@ impl Conversions {
         conversions: Vec<ConversionWiring>,
         sources: Vec<SourceWiring>,
         inputs: &[InputPort],
-        unwired: &mut Unwired,
+        replaced: &mut ReplacedHandles,
     ) {
         let mut old = std::mem::take(&mut self.all);
         let mut readers: Vec<Option<Latest>> =
@@ -183,11 +183,11 @@ impl Conversions {
             let Some(conversion) = self.all.iter_mut().find(|other| other.wire == wire) else {
                 continue;
             };
-            let place = self.sources.len();
+            let index = self.sources.len();
             match source {
                 Some((reader, source)) => {
                     self.sources.push(reader);
-                    conversion.sources.push(ConvertedSource { reader: place, ..source });
+                    conversion.sources.push(ConvertedSource { reader: index, ..source });
                 }
                 None => {
                     let Some(source) = conversion.sources.get_mut(ordinal) else { continue };
@@ -195,7 +195,7 @@ impl Conversions {
                         continue;
                     };
                     self.sources.push(reader);
-                    source.reader = place;
+                    source.reader = index;
                 }
             }
         }
@@ -203,8 +203,8 @@ impl Conversions {
             let own = inputs.iter().position(|input| Wire::Port(input.slot as usize) == conversion.wire);
             conversion.reader = own.unwrap_or(0);
         }
-        unwired.readers.extend(readers.into_iter().flatten());
-        unwired.conversions = old;
+        replaced.readers.extend(readers.into_iter().flatten());
+        replaced.conversions = old;
     }
 }
 
@@ -214,10 +214,12 @@ impl EntryPorts {
         &mut self,
         queues: Vec<QueueWiring>,
         outboxes: Vec<OutboxWiring>,
-        unwired: &mut Unwired,
+        replaced: &mut ReplacedHandles,
     ) {
         let mut old = std::mem::take(&mut self.queues);
-        for QueueWiring { slot, triggers, reader, window, filter, is_early, gauge, farewell } in queues {
+        for QueueWiring { slot, triggers, reader, window, filter, is_previous, gauge, eviction_message } in
+            queues
+        {
             let known = old.iter().position(|port| port.slot == slot);
             match (reader, known) {
                 (Some(reader), _) => {
@@ -229,9 +231,9 @@ impl EntryPorts {
                         reader,
                         entries,
                         filter,
-                        is_early,
+                        is_previous,
                         gauge,
-                        farewell,
+                        eviction_message,
                         is_evicted,
                     });
                 }
@@ -239,11 +241,11 @@ impl EntryPorts {
                 (None, None) => {}
             }
         }
-        unwired.queues = old;
+        replaced.queues = old;
         for OutboxWiring { slot, sender, wake } in outboxes {
             if let Some(port) = self.outboxes.iter_mut().find(|port| port.slot == slot) {
                 port.wake = wake;
-                unwired.senders.extend(port.turn_to(sender));
+                replaced.senders.extend(port.replace_sender(sender));
             }
         }
     }

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use super::Point;
 use super::member::Member;
 
-/// Emitter of a point; dropped, nobody waits for it any more.
+/// Emitter of a point; waits exclude it once it is dropped.
 #[derive(Debug)]
 pub struct Emitter {
     point: Arc<Point>,
@@ -13,7 +13,7 @@ pub struct Emitter {
 impl Emitter {
     pub(super) fn new(point: Arc<Point>, member: Arc<Member>) -> Self {
         let emitter = Self { point, member };
-        emitter.enter();
+        emitter.register();
         emitter
     }
 
@@ -28,8 +28,8 @@ impl Emitter {
     ///
     /// [`Synchronization::point`]: super::Synchronization::point
     #[inline]
-    pub fn is_wanted(&self) -> bool {
-        self.point.is_wanted()
+    pub fn is_requested(&self) -> bool {
+        self.point.is_requested()
     }
 
     /// Emits the point and those above it.
@@ -40,18 +40,18 @@ impl Emitter {
     }
 
     /// Registers the emitter, so that waits include it, as at its beginning.
-    pub fn enter(&self) {
-        self.point.with_ancestors().for_each(|point| point.enter(&self.member));
+    pub fn register(&self) {
+        self.point.with_ancestors().for_each(|point| point.register(&self.member));
     }
 
     /// Unregisters the emitter, so that waits exclude it for now.
-    pub fn leave(&self) {
-        self.point.with_ancestors().for_each(|point| point.leave(&self.member));
+    pub fn unregister(&self) {
+        self.point.with_ancestors().for_each(|point| point.unregister(&self.member));
     }
 }
 
 impl Drop for Emitter {
     fn drop(&mut self) {
-        self.leave();
+        self.unregister();
     }
 }

@@ -24,7 +24,7 @@
 mod emitter;
 mod member;
 mod point;
-mod seats;
+mod waiter_slots;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, PoisonError};
@@ -82,7 +82,7 @@ pub enum PointError {
 pub struct Synchronization {
     points: Mutex<Points>,
     /// True once any point was requested: a frequent emitter then need not check each.
-    wanted: AtomicBool,
+    requested: AtomicBool,
 }
 
 #[derive(Debug, Default)]
@@ -102,28 +102,28 @@ impl Synchronization {
         let point = points.get(name)?;
         let above = name.trim_end_matches('/');
         let is_below = |other: &str| other.strip_prefix(above).is_some_and(|rest| rest.starts_with('/'));
-        points.by_name.iter().filter(|(other, _)| is_below(other)).for_each(|(_, point)| point.want());
-        point.want();
-        self.wanted.store(true, Ordering::Relaxed);
+        points.by_name.iter().filter(|(other, _)| is_below(other)).for_each(|(_, point)| point.request());
+        point.request();
+        self.requested.store(true, Ordering::Relaxed);
         Ok(point)
     }
 
     /// Returns true if any point was ever requested.
     #[inline]
-    pub fn is_wanted(&self) -> bool {
-        self.wanted.load(Ordering::Relaxed)
+    pub fn is_requested(&self) -> bool {
+        self.requested.load(Ordering::Relaxed)
     }
 
-    /// Registers an emitter of a point, with the name `who` in messages.
+    /// Registers an emitter of a point, with the name `owner` in messages.
     /// [`Point::wait_all`] waits for it, there and above, until it is dropped.
     ///
     /// # Errors
     /// As for [`point`](Synchronization::point).
-    pub fn emitter(&self, name: &str, who: &str) -> Result<Emitter, PointError> {
+    pub fn emitter(&self, name: &str, owner: &str) -> Result<Emitter, PointError> {
         let mut points = self.points.lock().unwrap_or_else(PoisonError::into_inner);
         let point = points.get(name)?;
         points.emitters += 1;
-        Ok(Emitter::new(point, Member::new(points.emitters, who)))
+        Ok(Emitter::new(point, Member::new(points.emitters, owner)))
     }
 
     /// Returns the names of all points, in alphabetical order.

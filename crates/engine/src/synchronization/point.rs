@@ -3,8 +3,8 @@ use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::member::Member;
-use super::seats::Seats;
 use super::sync::{AtomicBool, AtomicU64, Mutex, MutexGuard, Ordering};
+use super::waiter_slots::WaiterSlots;
 
 /// Number of emits of a point, since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,7 +30,7 @@ impl Count {
 pub struct Mark(BTreeMap<u64, u64>);
 
 impl Mark {
-    fn of(members: &BTreeMap<u64, Arc<Member>>) -> Self {
+    fn from_members(members: &BTreeMap<u64, Arc<Member>>) -> Self {
         Self(members.iter().map(|(number, member)| (*number, member.emitted())).collect())
     }
 }
@@ -70,22 +70,22 @@ pub struct Point {
     /// Emitters and waiters only ever exchange it, and so each learns what those before it did: an emitter after a
     /// waiter's look sees the waiter's seat, and the waiter sees an earlier emit.
     count: AtomicU64,
-    seats: Seats,
+    waiter_slots: WaiterSlots,
     /// True once the point, or one above it, was requested.
-    wanted: AtomicBool,
+    requested: AtomicBool,
     /// Emitters here and below; not used by an emit.
     members: Mutex<BTreeMap<u64, Arc<Member>>>,
 }
 
 impl Point {
     pub(super) fn new(name: Arc<str>, parent: Option<Arc<Point>>) -> Self {
-        let wanted = parent.as_ref().is_some_and(|parent| parent.is_wanted());
+        let requested = parent.as_ref().is_some_and(|parent| parent.is_requested());
         Self {
-            wanted: AtomicBool::new(wanted),
+            requested: AtomicBool::new(requested),
             name,
             parent,
             count: AtomicU64::new(0),
-            seats: Seats::default(),
+            waiter_slots: WaiterSlots::default(),
             members: Mutex::new(BTreeMap::new()),
         }
     }
@@ -112,7 +112,7 @@ impl Point {
 
     /// Returns the present number of emits of each of its emitters.
     pub fn mark(&self) -> Mark {
-        Mark::of(&self.members())
+        Mark::from_members(&self.members())
     }
 
     /// Waits until each emitter of the mark `since`, here or below, has emitted again.
@@ -123,25 +123,25 @@ impl Point {
     /// When some have not within `limit` of wall-clock time; it names them.
     pub fn wait_all(&self, since: &Mark, limit: Duration) -> Result<Mark, Late> {
         let mut late = Vec::new();
-        let everybody = self.wait_until(limit, |_| {
+        let result = self.wait_until(limit, |_| {
             let members = self.members();
-            let now = Mark::of(&members);
+            let now = Mark::from_members(&members);
             let behind = members.iter().filter(|(number, _)| since.0.get(number) == now.0.get(number));
             late = behind.map(|(_, member)| Arc::clone(&member.name)).collect();
             late.is_empty().then_some(now)
         });
-        everybody.ok_or_else(|| Late { point: Arc::clone(&self.name), limit, late })
+        result.ok_or_else(|| Late { point: Arc::clone(&self.name), limit, late })
     }
 
     /// Returns true if the point, or one above it, was requested.
     #[inline]
-    pub(super) fn is_wanted(&self) -> bool {
-        self.wanted.load(Ordering::Relaxed)
+    pub(super) fn is_requested(&self) -> bool {
+        self.requested.load(Ordering::Relaxed)
     }
 
     /// Marks the point as requested.
-    pub(super) fn want(&self) {
-        self.wanted.store(true, Ordering::Relaxed);
+    pub(super) fn request(&self) {
+        self.requested.store(true, Ordering::Relaxed);
     }
 
     /// Returns the point, its parent, and so on.
@@ -154,16 +154,16 @@ impl Point {
     #[inline]
     pub(super) fn notify(&self, emits: u64) {
         self.count.fetch_add(emits, Ordering::AcqRel);
-        self.seats.wake();
+        self.waiter_slots.wake();
     }
 
-    pub(super) fn enter(&self, member: &Arc<Member>) {
+    pub(super) fn register(&self, member: &Arc<Member>) {
         self.members().insert(member.number, Arc::clone(member));
     }
 
-    pub(super) fn leave(&self, member: &Member) {
+    pub(super) fn unregister(&self, member: &Member) {
         self.members().remove(&member.number);
-        // Nothing was emitted, but somebody may have waited for this one.
+        // Nothing was emitted, but a thread may wait for this emitter.
         self.notify(0);
     }
 
@@ -171,18 +171,18 @@ impl Point {
         self.members.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Calls `look` after each event until it succeeds; `None` after the timeout.
+    /// Calls `check` after each event until it succeeds; `None` after the timeout.
     #[allow(clippy::disallowed_methods, reason = "threads outside the loop wait on the wall clock")]
-    fn wait_until<T>(&self, limit: Duration, mut look: impl FnMut(Count) -> Option<T>) -> Option<T> {
+    fn wait_until<T>(&self, limit: Duration, mut check: impl FnMut(Count) -> Option<T>) -> Option<T> {
         let start = Instant::now();
-        let seat = self.seats.sit();
+        let slot = self.waiter_slots.acquire();
         loop {
-            let found = look(Count(self.count.fetch_add(0, Ordering::AcqRel)));
+            let found = check(Count(self.count.fetch_add(0, Ordering::AcqRel)));
             let left = limit.saturating_sub(start.elapsed());
             if found.is_some() || left.is_zero() {
                 return found;
             }
-            seat.wake().wait_timeout(left);
+            slot.wake().wait_timeout(left);
         }
     }
 }

@@ -2,11 +2,11 @@ use slate_composition::own::TimingHistogram;
 
 /// Base-2 logarithm of the buckets per power of two.
 /// 32 buckets are at most 3.1 % wide.
-const BITS: u32 = 5;
-const PART: usize = 1 << BITS;
+const BUCKET_BITS: u32 = 5;
+const BUCKETS_PER_OCTAVE: usize = 1 << BUCKET_BITS;
 /// Base-2 logarithm of the limit: 2^37 ns, some 137 s, counts as the greatest.
 const LIMIT_BITS: u32 = 37;
-pub(super) const BUCKETS: usize = (LIMIT_BITS - BITS + 1) as usize * PART;
+pub(super) const BUCKETS: usize = (LIMIT_BITS - BUCKET_BITS + 1) as usize * BUCKETS_PER_OCTAVE;
 
 /// Histogram of durations in ns, in buckets of at most 3.1 %.
 /// It is exact up to 63 ns, and has these buckets from there to 137 s. It takes 4 KiB, whatever is counted.
@@ -139,19 +139,19 @@ impl Histogram {
 #[inline]
 pub(super) fn bucket(duration: u64) -> usize {
     let duration = duration.min((1 << LIMIT_BITS) - 1);
-    if duration < PART as u64 {
+    if duration < BUCKETS_PER_OCTAVE as u64 {
         return duration as usize;
     }
-    let shift = duration.ilog2() - BITS;
-    (shift as usize) * PART + (duration >> shift) as usize
+    let shift = duration.ilog2() - BUCKET_BITS;
+    (shift as usize) * BUCKETS_PER_OCTAVE + (duration >> shift) as usize
 }
 
 /// Returns the duration in the middle of a bucket.
 fn middle(bucket: usize) -> u64 {
-    if bucket < PART {
+    if bucket < BUCKETS_PER_OCTAVE {
         return bucket as u64;
     }
-    let shift = bucket / PART - 1;
-    let low = ((PART + bucket % PART) as u64) << shift;
+    let shift = bucket / BUCKETS_PER_OCTAVE - 1;
+    let low = ((BUCKETS_PER_OCTAVE + bucket % BUCKETS_PER_OCTAVE) as u64) << shift;
     low + (1 << shift >> 1)
 }

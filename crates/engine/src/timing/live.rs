@@ -41,7 +41,7 @@ impl LiveHistogram {
         if duration > self.max.load(Ordering::Relaxed) {
             self.max.store(duration, Ordering::Relaxed);
         }
-        // Last, so that whoever sees the count sees what it counts.
+        // Last, so that a reader of the count also sees the counted durations.
         self.count.store(self.count.load(Ordering::Relaxed) + u64::from(times), Ordering::Release);
     }
 

@@ -66,29 +66,29 @@ pub struct Recorder<W: Write> {
     trace: Arc<Trace>,
     events: Events<BufWriter<W>>,
     labels: Labels,
-    lanes: Vec<Followed>,
+    lanes: Vec<RingReader>,
     /// Index in `recorded` by the number of the track.
-    places: BTreeMap<usize, usize>,
+    track_indices: BTreeMap<usize, usize>,
     recorded: Recorded,
 }
 
 /// Ring, with the position of the reader.
 #[derive(Debug)]
-struct Followed {
+struct RingReader {
     lane: Lane,
     /// Number of the next entry.
     next: u64,
     /// Read and not written yet.
-    held: Vec<Span>,
+    unwritten: Vec<Span>,
     /// Number of spans missing after the last one read.
     missing: u64,
 }
 
 /// Maximum number of spans of a cycle that are sorted; more are written unordered.
-const HELD: usize = 1 << 16;
+const SORTED_SPAN_LIMIT: usize = 1 << 16;
 
 /// Size of a write, bytes.
-const CHUNK: usize = 1 << 18;
+const WRITE_SIZE: usize = 1 << 18;
 
 impl<W: Write> Recorder<W> {
     /// Begins with the spans recorded from `from` on, which is the present time, ns.
@@ -101,17 +101,17 @@ impl<W: Write> Recorder<W> {
         let lanes = lanes
             .map(|lane| {
                 let next = lane.ring.written();
-                Followed::new(lane, next)
+                RingReader::new(lane, next)
             })
             .collect();
-        let mut events = Events::begin(BufWriter::with_capacity(CHUNK, writer))?;
+        let mut events = Events::begin(BufWriter::with_capacity(WRITE_SIZE, writer))?;
         events.flush()?;
         Ok(Self {
             trace: Arc::clone(trace),
             events,
             labels: Labels::default(),
             lanes,
-            places: BTreeMap::new(),
+            track_indices: BTreeMap::new(),
             recorded: Recorded { from, to: from, tracks: Vec::new() },
         })
     }
@@ -126,7 +126,7 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// Those of the writer.
     pub fn drain(&mut self) -> io::Result<()> {
-        self.pass(false)
+        self.write_new_spans(false)
     }
 
     /// Ends the recording at `to`, ns, after a last drain.
@@ -136,56 +136,56 @@ impl<W: Write> Recorder<W> {
     /// Those of the writer.
     pub fn end(mut self, to: u64) -> io::Result<(Recorded, W)> {
         self.recorded.to = to;
-        self.pass(true)?;
+        self.write_new_spans(true)?;
         let writer = self.events.end()?;
         Ok((self.recorded, writer.into_inner().map_err(io::IntoInnerError::into_error)?))
     }
 
-    fn pass(&mut self, last: bool) -> io::Result<()> {
-        let Self { trace, events, labels, lanes, places, recorded } = self;
-        lanes.extend(trace.lanes_from(lanes.len()).into_iter().map(|lane| Followed::new(lane, 0)));
-        for followed in lanes {
-            let (spans, gaps) = followed.read(if last { recorded.to } else { u64::MAX });
-            if spans > 0 || followed.missing > 0 || !gaps.is_empty() {
-                let number = followed.lane.track;
-                let place = match places.get(&number) {
-                    Some(place) => *place,
+    fn write_new_spans(&mut self, last: bool) -> io::Result<()> {
+        let Self { trace, events, labels, lanes, track_indices, recorded } = self;
+        lanes.extend(trace.lanes_from(lanes.len()).into_iter().map(|lane| RingReader::new(lane, 0)));
+        for reader in lanes {
+            let (spans, gaps) = reader.read(if last { recorded.to } else { u64::MAX });
+            if spans > 0 || reader.missing > 0 || !gaps.is_empty() {
+                let number = reader.lane.track;
+                let index = match track_indices.get(&number) {
+                    Some(index) => *index,
                     None => {
-                        let name = followed.lane.name.to_string();
+                        let name = reader.lane.name.to_string();
                         events.track(number, &name)?;
                         recorded.tracks.push(RecordedTrack { name, spans: 0, missing: 0 });
-                        places.insert(number, recorded.tracks.len() - 1);
+                        track_indices.insert(number, recorded.tracks.len() - 1);
                         recorded.tracks.len() - 1
                     }
                 };
-                let track = &mut recorded.tracks[place];
+                let track = &mut recorded.tracks[index];
                 track.spans += spans;
                 for (until, missing) in gaps {
                     track.missing += missing;
                     events.gap(number, until, Some(missing))?;
                 }
-                if last && followed.missing > 0 {
-                    track.missing += followed.missing;
-                    events.gap(number, recorded.to, Some(followed.missing))?;
+                if last && reader.missing > 0 {
+                    track.missing += reader.missing;
+                    events.gap(number, recorded.to, Some(reader.missing))?;
                 }
             }
-            followed.write(last, |track, span| events.span(track, labels.of(trace, span.label), span))?;
+            reader.write(last, |track, span| events.span(track, labels.text(trace, span.label), span))?;
         }
         Ok(())
     }
 }
 
-impl Followed {
+impl RingReader {
     fn new(lane: Lane, next: u64) -> Self {
-        Self { lane, next, held: Vec::new(), missing: 0 }
+        Self { lane, next, unwritten: Vec::new(), missing: 0 }
     }
 
     /// Reads new spans that began before `to`, ns.
     /// Returns their number, and the gaps: the time until which spans are missing, and their number.
     fn read(&mut self, to: u64) -> (u64, Vec<(u64, u64)>) {
-        let Self { lane, next, held, missing } = self;
-        let (before, mut gaps) = (held.len(), Vec::new());
-        let looked_at = lane.ring.read(*next, |number, words| {
+        let Self { lane, next, unwritten, missing } = self;
+        let (before, mut gaps) = (unwritten.len(), Vec::new());
+        let range = lane.ring.read(*next, |number, words| {
             let span = Span::from_words(words);
             *missing += number - *next;
             if *missing > 0 {
@@ -194,24 +194,24 @@ impl Followed {
             }
             *next = number + 1;
             if span.start < to {
-                held.push(span);
+                unwritten.push(span);
             }
         });
-        *missing += looked_at.end - *next;
-        *next = looked_at.end;
-        ((held.len() - before) as u64, gaps)
+        *missing += range.end - *next;
+        *next = range.end;
+        ((unwritten.len() - before) as u64, gaps)
     }
 
     /// Writes the spans in order.
     /// Those of the newest cycle wait: the cycle itself ends after all its spans.
     fn write(&mut self, last: bool, mut write: impl FnMut(usize, &Span) -> io::Result<()>) -> io::Result<()> {
-        self.held.sort_unstable_by_key(Span::order);
-        let newest = self.held.iter().map(|span| span.cycle).max();
-        let open = newest.filter(|_| !last && self.held.len() < HELD);
-        for span in self.held.iter().filter(|span| Some(span.cycle) != open) {
+        self.unwritten.sort_unstable_by_key(Span::order);
+        let newest = self.unwritten.iter().map(|span| span.cycle).max();
+        let newest_cycle = newest.filter(|_| !last && self.unwritten.len() < SORTED_SPAN_LIMIT);
+        for span in self.unwritten.iter().filter(|span| Some(span.cycle) != newest_cycle) {
             write(self.lane.track, span)?;
         }
-        self.held.retain(|span| Some(span.cycle) == open);
+        self.unwritten.retain(|span| Some(span.cycle) == newest_cycle);
         Ok(())
     }
 }

@@ -11,11 +11,11 @@ use crate::clock::{Clock, monotonic};
 /// Period of draining the rings.
 /// The ring of a module holds 4096 spans, which at a step in 5 us, faster than any robot's, are 20 ms: a thread that
 /// the system lets wait for some of them still loses nothing.
-const PERIOD: Duration = Duration::from_millis(5);
+const DRAIN_PERIOD: Duration = Duration::from_millis(5);
 
 /// Minimum pause between two drains, also with a slow writer.
 /// So a thread that requests the summary gets the lock.
-const BREATH: Duration = Duration::from_millis(1);
+const SHORTEST_PAUSE: Duration = Duration::from_millis(1);
 
 /// Recording in progress, from [`AgentTrace::record`].
 /// A thread of its own writes the spans of modules and main loop, which never wait for it. Dropped, it ends without an
@@ -50,7 +50,7 @@ impl<W: Write + Send + 'static> Recording<W> {
                     return;
                 }
                 let took = Duration::from_nanos(monotonic().saturating_sub(began));
-                std::thread::park_timeout(PERIOD.saturating_sub(took).max(BREATH));
+                std::thread::park_timeout(DRAIN_PERIOD.saturating_sub(took).max(SHORTEST_PAUSE));
             }
         })?;
         Ok(Self { clock, state, is_over, thread: Some(thread) })
@@ -115,7 +115,7 @@ impl<W: Write> RecordingState<W> {
         match recorder.drain() {
             Ok(()) => true,
             Err(error) => {
-                // The writer goes, and nobody is recorded for it any more.
+                // The writer is dropped, and recording for it ends.
                 *self = Self::Failed(error);
                 false
             }

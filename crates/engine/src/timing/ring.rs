@@ -2,7 +2,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering, fence};
 
 /// Number of words of an entry.
-pub(super) const WORDS: usize = 4;
+pub(super) const ENTRY_WORDS: usize = 4;
 
 /// Ring of the last entries of one thread.
 /// It never waits for readers, and they detect when it overtook them.
@@ -19,7 +19,7 @@ pub(super) struct Ring {
 struct Slot {
     /// Number of its entry, from 1; 0 while it is written.
     number: AtomicU64,
-    words: [AtomicU64; WORDS],
+    words: [AtomicU64; ENTRY_WORDS],
 }
 
 impl Ring {
@@ -33,7 +33,7 @@ impl Ring {
     }
 
     /// Makes the caller its writer; false when it has one.
-    pub fn take(&self) -> bool {
+    pub fn claim_writer(&self) -> bool {
         !self.has_writer.swap(true, Ordering::Acquire)
     }
 
@@ -44,14 +44,14 @@ impl Ring {
 
     /// Writes an entry. Only its writer calls this.
     #[inline]
-    pub fn write(&self, words: [u64; WORDS]) {
+    pub fn write(&self, words: [u64; ENTRY_WORDS]) {
         let written = self.written.load(Ordering::Relaxed);
         let slot = &self.slots[(written % self.slots.len() as u64) as usize];
         slot.number.store(0, Ordering::Relaxed);
-        // Whoever sees one of the new words also sees that the entry is being written.
+        // A reader of a new word also sees that the entry is being written.
         fence(Ordering::Release);
-        for (place, word) in slot.words.iter().zip(words) {
-            place.store(word, Ordering::Relaxed);
+        for (stored, word) in slot.words.iter().zip(words) {
+            stored.store(word, Ordering::Relaxed);
         }
         slot.number.store(written + 1, Ordering::Release);
         self.written.store(written + 1, Ordering::Release);
@@ -65,7 +65,7 @@ impl Ring {
     /// Passes the entries from number `from` on to `take`, oldest first.
     /// Numbers count from 0. Returns the range of examined numbers: those before it and those left out were
     /// overwritten.
-    pub fn read(&self, from: u64, mut take: impl FnMut(u64, [u64; WORDS])) -> Range<u64> {
+    pub fn read(&self, from: u64, mut take: impl FnMut(u64, [u64; ENTRY_WORDS])) -> Range<u64> {
         let written = self.written();
         let first = from.max(written.saturating_sub(self.slots.len() as u64));
         for number in first..written {

@@ -1,15 +1,15 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Switch of the recording of spans, on while anybody needs them.
+/// Switch of the recording of spans, on while it has users.
 #[derive(Debug, Default)]
 pub struct Switch {
     on: AtomicBool,
-    wanted: Mutex<Wanted>,
+    users: Mutex<SwitchUsers>,
 }
 
 #[derive(Debug, Default)]
-struct Wanted {
+struct SwitchUsers {
     /// By the program, which exports them afterwards.
     starts: usize,
     /// By recordings.
@@ -30,29 +30,29 @@ impl Switch {
 
     /// Switches on for the program, once more.
     pub fn start(&self) {
-        self.change(|wanted| wanted.starts += 1);
+        self.change(|users| users.starts += 1);
     }
 
     /// Takes a start back, if there is one.
     pub fn stop(&self) {
-        self.change(|wanted| wanted.starts = wanted.starts.saturating_sub(1));
+        self.change(|users| users.starts = users.starts.saturating_sub(1));
     }
 
     /// Switches on for a recording, as long as the lease lives.
     pub fn lease(self: &Arc<Self>) -> Lease {
-        self.change(|wanted| wanted.leases += 1);
+        self.change(|users| users.leases += 1);
         Lease(Arc::clone(self))
     }
 
-    fn change(&self, change: impl FnOnce(&mut Wanted)) {
-        let mut wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
-        change(&mut wanted);
-        self.on.store(wanted.starts + wanted.leases > 0, Ordering::Release);
+    fn change(&self, change: impl FnOnce(&mut SwitchUsers)) {
+        let mut users = self.users.lock().unwrap_or_else(PoisonError::into_inner);
+        change(&mut users);
+        self.on.store(users.starts + users.leases > 0, Ordering::Release);
     }
 }
 
 impl Drop for Lease {
     fn drop(&mut self) {
-        self.0.change(|wanted| wanted.leases -= 1);
+        self.0.change(|users| users.leases -= 1);
     }
 }

@@ -139,14 +139,14 @@ impl Trace {
         self.lane(name, self.capacity, true)
     }
 
-    fn lane(&self, name: &str, capacity: usize, beside: bool) -> Result<TraceTrack, TraceError> {
+    fn lane(&self, name: &str, capacity: usize, is_shared: bool) -> Result<TraceTrack, TraceError> {
         let mut lanes = lock(&self.lanes);
         let mut same = lanes.iter().filter(|lane| *lane.name == *name).peekable();
         let first = same.peek().map(|lane| lane.track);
-        if let Some(lane) = same.find(|lane| lane.ring.take()) {
+        if let Some(lane) = same.find(|lane| lane.ring.claim_writer()) {
             return Ok(TraceTrack::new(Arc::clone(&lane.ring)));
         }
-        if first.is_some() && !beside {
+        if first.is_some() && !is_shared {
             return Err(TraceError::Taken { name: name.into() });
         }
         if lanes.len() == TRACK_LIMIT {
@@ -178,7 +178,7 @@ impl Trace {
         for Lane { name, track, ring } in &self.lanes_from(0) {
             spans.clear();
             let (mut read, mut next, mut complete_from) = (0, 0, from);
-            let looked_at = ring.read(0, |number, words| {
+            let range = ring.read(0, |number, words| {
                 let span = Span::from_words(words);
                 if number != next {
                     // Spans are recorded when they end, so what is missing has ended by the end of this one.
@@ -189,11 +189,11 @@ impl Trace {
                     spans.push(span);
                 }
             });
-            if next < looked_at.end {
+            if next < range.end {
                 complete_from = to;
             }
-            exported.overwritten += looked_at.start;
-            exported.torn += looked_at.end - looked_at.start - read;
+            exported.overwritten += range.start;
+            exported.torn += range.end - range.start - read;
             exported.spans += spans.len() as u64;
             events.track(*track, name)?;
             if complete_from > from {
@@ -202,7 +202,7 @@ impl Trace {
             }
             spans.sort_unstable_by_key(Span::order);
             for span in &spans {
-                events.span(*track, labels.of(self, span.label), span)?;
+                events.span(*track, labels.text(self, span.label), span)?;
             }
         }
         events.end()?;
@@ -235,7 +235,7 @@ pub(super) struct Labels(Vec<String>);
 impl Labels {
     /// Returns the label of a span.
     /// It exists, as it was made before the span was recorded.
-    pub fn of(&mut self, trace: &Trace, label: Label) -> &str {
+    pub fn text(&mut self, trace: &Trace, label: Label) -> &str {
         let index = label.0 as usize;
         if index >= self.0.len() {
             let labels = lock(&trace.labels);

@@ -73,7 +73,7 @@ impl Transmission {
             None if is_over => Delivery::Lost,
             None => {
                 // A full outbox has room in the next cycle.
-                self.sent = outbox.post(message);
+                self.sent = outbox.send_tracked(message);
                 return Step::Running;
             }
         };

@@ -21,7 +21,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
     let mut outlines = Vec::new();
     let mut bindings = Vec::new();
     let mut stale_inputs = Vec::new();
-    let types: Vec<_> = fields.named.iter().map(|field| attached(&field.ty).to_string()).collect();
+    let types: Vec<_> = fields.named.iter().map(|field| attachment_type(&field.ty).to_string()).collect();
     let mut has = Vec::new();
     for field in &mut fields.named {
         let Some(port) = field.ident.clone() else { continue };
@@ -45,11 +45,11 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
         }});
         // SAFETY in the generated code: the order of binding is the order of description.
         bindings.push(quote!(#port: unsafe { <#kind as #root::Port>::bind(cursor) }));
-        let attached = attached(kind);
-        let spelled = attached.to_string();
+        let attachment_type = attachment_type(kind);
+        let spelled = attachment_type.to_string();
         if types.iter().filter(|other| **other == spelled).count() == 1 {
             has.push(quote! {
-                impl #implementation #root::HasPort<#attached> for #name #generics #conditions {
+                impl #implementation #root::HasPort<#attachment_type> for #name #generics #conditions {
                     const PORT: &'static str = #text;
                 }
             });
@@ -86,7 +86,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
 
 /// Returns the type by which blocks are attached to the port.
 /// It is that of an input also for a required input, and for an input of a Sensor.
-fn attached(kind: &Type) -> Tokens {
+fn attachment_type(kind: &Type) -> Tokens {
     let root = root();
     match kind {
         Type::Path(path) if ["Input", "Required", "Sensed"].iter().any(|name| is_named(path, name)) => {

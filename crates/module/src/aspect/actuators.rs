@@ -1,6 +1,6 @@
 use slate_blackboard::interface::{Descriptor, Interface, View};
 
-use super::blackboard::answered;
+use super::blackboard::call_with_sink;
 use super::{Service, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Priority, Refusal};
@@ -125,7 +125,7 @@ impl Actuators {
     /// Returns the names of all actuators, in alphabetical order.
     pub fn names(&self) -> Vec<String> {
         // SAFETY: everything lives during the call.
-        let (_, text) = answered(|sink| unsafe { (self.names)(self.context, sink) });
+        let (_, text) = call_with_sink(|sink| unsafe { (self.names)(self.context, sink) });
         text.lines().map(str::to_owned).collect()
     }
 
@@ -138,8 +138,9 @@ impl Actuators {
     pub fn state(&self, actuator: &str) -> Result<(ActuatorState, String), Refusal> {
         let mut state = ActuatorState::default();
         // SAFETY: everything lives during the call.
-        let (code, text) =
-            answered(|sink| unsafe { (self.state)(self.context, Bytes::of(actuator), &raw mut state, sink) });
+        let (code, text) = call_with_sink(|sink| unsafe {
+            (self.state)(self.context, Bytes::of(actuator), &raw mut state, sink)
+        });
         if code == DONE { Ok((state, text)) } else { Err(Refusal(text)) }
     }
 
@@ -151,7 +152,7 @@ impl Actuators {
     /// When there is no such actuator.
     pub fn stop(&self, actuator: &str, reason: &str) -> Result<(), Refusal> {
         // SAFETY: everything lives during the call.
-        let (code, text) = answered(|sink| unsafe {
+        let (code, text) = call_with_sink(|sink| unsafe {
             (self.stop)(self.context, Bytes::of(actuator), Bytes::of(reason), sink)
         });
         if code == DONE { Ok(()) } else { Err(Refusal(text)) }
@@ -160,7 +161,7 @@ impl Actuators {
     /// Stops all actuators at once, as [`stop`](Actuators::stop) does with one.
     pub fn stop_all(&self, reason: &str) {
         // SAFETY: everything lives during the call. There is nothing to refuse.
-        answered(|sink| unsafe { (self.stop)(self.context, Bytes::NONE, Bytes::of(reason), sink) });
+        call_with_sink(|sink| unsafe { (self.stop)(self.context, Bytes::NONE, Bytes::of(reason), sink) });
     }
 
     /// Offers a command to an actuator at the end of this tick; the last one counts.
@@ -179,7 +180,7 @@ impl Actuators {
         let bytes = Bytes { data: bytes.as_ptr(), length: bytes.len() };
         let (schema, priority) = (T::DESCRIPTOR.hash, priority as u32);
         // SAFETY: everything lives during the call.
-        let (code, text) = answered(|sink| unsafe {
+        let (code, text) = call_with_sink(|sink| unsafe {
             (self.offer)(self.context, Bytes::of(actuator), schema, priority, bytes, sink)
         });
         if code == DONE { Ok(()) } else { Err(Refusal(text)) }

@@ -18,7 +18,7 @@ pub struct BlackBoard {
     /// Context, passed to each call.
     pub context: *mut (),
     /// Reads the newest value of a path of that schema; [`ABSENT`] if none exists.
-    pub read: unsafe extern "C" fn(*mut (), Bytes, u64, *mut Seen, *const Sink) -> i32,
+    pub read: unsafe extern "C" fn(*mut (), Bytes, u64, *mut PropertyValue, *const Sink) -> i32,
     /// Writes a path.
     /// The interface is only read when the path is opened, and may be left out before that, for which the answer is
     /// [`DESCRIBE`].
@@ -45,7 +45,7 @@ unsafe impl Service for BlackBoard {
 /// Value as the host shows it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct Seen {
+pub struct PropertyValue {
     /// Value; null before the first write.
     pub data: *const u8,
     /// Number of tail items.
@@ -53,17 +53,17 @@ pub struct Seen {
     /// Stamp of the write.
     pub stamp: Stamp,
     /// 1 if no earlier tick has read it.
-    pub new: u32,
+    pub is_new: u32,
     /// 1 if it has a writer now.
-    pub alive: u32,
+    pub has_writer: u32,
 }
 
 /// Event of a property.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BoardEvent {
-    /// Kind of the event: [`BoardEvent::APPEARED`] or another one.
-    pub what: u32,
+    /// Kind of the event: [`BoardEvent::ADDED`] or another one.
+    pub kind: u32,
     /// Reserved.
     pub reserved: u32,
     /// Generation of a writer.
@@ -74,40 +74,40 @@ pub struct BoardEvent {
 
 impl BoardEvent {
     /// Property added.
-    pub const APPEARED: u32 = 1;
+    pub const ADDED: u32 = 1;
     /// Property removed.
-    pub const VANISHED: u32 = 2;
+    pub const REMOVED: u32 = 2;
     /// Writer added.
-    pub const WRITER_CAME: u32 = 3;
+    pub const WRITER_ADDED: u32 = 3;
     /// Writer removed.
-    pub const WRITER_LEFT: u32 = 4;
+    pub const WRITER_REMOVED: u32 = 4;
     /// Reader added.
-    pub const READER_CAME: u32 = 5;
+    pub const READER_ADDED: u32 = 5;
     /// Reader removed.
-    pub const READER_LEFT: u32 = 6;
+    pub const READER_REMOVED: u32 = 6;
 }
 
 /// Value of a property, the same during a whole tick.
 #[derive(Debug)]
 pub struct Sample<'a, T: Interface + ?Sized> {
-    seen: Seen,
+    board_value: PropertyValue,
     value: PhantomData<&'a T>,
 }
 
 impl<T: Interface + ?Sized> Sample<'_, T> {
     /// Returns the stamp of the write.
     pub fn stamp(&self) -> Stamp {
-        self.seen.stamp
+        self.board_value.stamp
     }
 
     /// Returns true if this module's last tick did not read it.
     pub fn is_new(&self) -> bool {
-        self.seen.new != 0
+        self.board_value.is_new != 0
     }
 
     /// Returns true if the property has a writer now.
     pub fn has_writer(&self) -> bool {
-        self.seen.alive != 0
+        self.board_value.has_writer != 0
     }
 }
 
@@ -116,7 +116,7 @@ impl<T: Interface + ?Sized> std::ops::Deref for Sample<'_, T> {
 
     fn deref(&self) -> &T {
         // SAFETY: the host shows a value of this interface, and keeps it during the tick.
-        unsafe { T::from_raw(self.seen.data, self.seen.items) }
+        unsafe { T::from_raw(self.board_value.data, self.board_value.items) }
     }
 }
 
@@ -127,15 +127,21 @@ impl BlackBoard {
     /// # Errors
     /// When the property is of another interface, or serves no more readers.
     pub fn read<T: Interface + ?Sized>(&self, path: &str) -> Result<Option<Sample<'_, T>>, Refusal> {
-        let mut seen = Seen { data: std::ptr::null(), items: 0, stamp: Stamp::default(), new: 0, alive: 0 };
+        let mut value = PropertyValue {
+            data: std::ptr::null(),
+            items: 0,
+            stamp: Stamp::default(),
+            is_new: 0,
+            has_writer: 0,
+        };
         let schema = T::DESCRIPTOR.hash;
         // SAFETY: everything lives during the call.
-        let (code, reason) = answered(|sink| unsafe {
-            (self.read)(self.context, Bytes::of(path), schema, &raw mut seen, sink)
+        let (code, reason) = call_with_sink(|sink| unsafe {
+            (self.read)(self.context, Bytes::of(path), schema, &raw mut value, sink)
         });
         match code {
-            DONE if seen.data.is_null() => Ok(None),
-            DONE => Ok(Some(Sample { seen, value: PhantomData })),
+            DONE if value.data.is_null() => Ok(None),
+            DONE => Ok(Some(Sample { board_value: value, value: PhantomData })),
             ABSENT => Ok(None),
             _ => Err(Refusal(reason)),
         }
@@ -155,7 +161,7 @@ impl BlackBoard {
             let interface = Bytes { data: interface.as_ptr(), length: interface.len() };
             let schema = T::DESCRIPTOR.hash;
             // SAFETY: everything lives during the call.
-            answered(|sink| unsafe {
+            call_with_sink(|sink| unsafe {
                 (self.write)(self.context, Bytes::of(path), schema, interface, data, 0, sink)
             })
         };
@@ -175,7 +181,7 @@ impl BlackBoard {
         let schema = T::DESCRIPTOR.hash;
         // SAFETY: everything lives during the call.
         let (code, text) =
-            answered(|sink| unsafe { (self.matching)(self.context, Bytes::of(pattern), schema, sink) });
+            call_with_sink(|sink| unsafe { (self.matching)(self.context, Bytes::of(pattern), schema, sink) });
         if code == DONE { Ok(text.lines().map(str::to_owned).collect()) } else { Err(Refusal(text)) }
     }
 
@@ -187,8 +193,9 @@ impl BlackBoard {
     pub fn event(&self, pattern: &str) -> Result<Option<(String, BoardEvent)>, Refusal> {
         let mut event = BoardEvent::default();
         // SAFETY: everything lives during the call.
-        let (code, text) =
-            answered(|sink| unsafe { (self.event)(self.context, Bytes::of(pattern), &raw mut event, sink) });
+        let (code, text) = call_with_sink(|sink| unsafe {
+            (self.event)(self.context, Bytes::of(pattern), &raw mut event, sink)
+        });
         match code {
             DONE => Ok(Some((text, event))),
             ABSENT => Ok(None),
@@ -198,7 +205,7 @@ impl BlackBoard {
 }
 
 /// Makes a call of a service with a sink for text; returns its result and the text.
-pub fn answered(call: impl FnOnce(*const Sink) -> i32) -> (i32, String) {
+pub fn call_with_sink(call: impl FnOnce(*const Sink) -> i32) -> (i32, String) {
     let mut written = Vec::new();
     let sink = Sink::into(&mut written);
     let code = call(&raw const sink);

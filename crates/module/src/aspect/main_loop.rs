@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use slate_blackboard::interface::Descriptor;
 
-use super::blackboard::answered;
+use super::blackboard::call_with_sink;
 use super::{Service, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Refusal, Stage};
@@ -21,11 +21,11 @@ pub struct MainLoop {
     /// In any case the policy is the host's from then on, which ends it when it is no longer needed.
     pub take: unsafe extern "C" fn(*mut (), *const StageTable, usize, PolicyTable, *const Sink) -> i32,
     /// Takes the loop with a policy over the stages that the agent has.
-    pub take_order: unsafe extern "C" fn(*mut (), PolicyTable),
+    pub take_with_policy: unsafe extern "C" fn(*mut (), PolicyTable),
     /// Gives the loop back.
     pub give_back: unsafe extern "C" fn(*mut ()),
     /// Returns 1 if this module has the loop, or has asked for it.
-    pub has: unsafe extern "C" fn(*mut ()) -> i32,
+    pub is_held: unsafe extern "C" fn(*mut ()) -> i32,
 }
 
 /// Stage of the loop, as the host reads it during a call.
@@ -179,7 +179,7 @@ impl MainLoop {
             .collect();
         let policy = PolicyTable::of(policy);
         // SAFETY: everything lives during the call, and the host ends the policy once.
-        let (code, reason) = answered(|sink| unsafe {
+        let (code, reason) = call_with_sink(|sink| unsafe {
             (self.take)(self.context, stages.as_ptr(), stages.len(), policy, sink)
         });
         if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
@@ -187,9 +187,9 @@ impl MainLoop {
 
     /// Takes the loop with its present stages and a policy, unless this tick fails.
     /// From the next cycle on `policy` selects the next stage.
-    pub fn take_order<P: Policy>(&self, policy: P) {
+    pub fn take_with_policy<P: Policy>(&self, policy: P) {
         // SAFETY: the host's table lives as long as the module, and ends the policy once.
-        unsafe { (self.take_order)(self.context, PolicyTable::of(policy)) }
+        unsafe { (self.take_with_policy)(self.context, PolicyTable::of(policy)) }
     }
 
     /// Gives the loop back.
@@ -201,9 +201,9 @@ impl MainLoop {
 
     /// Returns true if this module has the loop, or will have it.
     /// It will as soon as there is a plan for its stages. A request of this tick is not seen before the next one.
-    pub fn has(&self) -> bool {
+    pub fn is_held(&self) -> bool {
         // SAFETY: as above.
-        unsafe { (self.has)(self.context) != 0 }
+        unsafe { (self.is_held)(self.context) != 0 }
     }
 }
 

@@ -98,7 +98,7 @@ use slate_blackboard::interface::{Descriptor, schema_hash};
 
 pub use actuators::{ActuatorState, Actuators};
 pub use answer::{PENDING, RequestAnswer};
-pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen, answered};
+pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, PropertyValue, Sample, call_with_sink};
 pub use logger::Logger;
 pub use main_loop::{LoopPlace, LoopStage, MainLoop, Policy, PolicyTable, StageTable};
 pub use network::{Connection, Datagrams, Listener, Network, NetworkAddress, SEND_LIMIT, SOCKET_LIMIT};

@@ -1,6 +1,6 @@
 use slate_blackboard::interface::{Descriptor, Text};
 
-use super::blackboard::{ABSENT, answered};
+use super::blackboard::{ABSENT, call_with_sink};
 use super::{Service, service};
 use crate::Refusal;
 use crate::table::{Bytes, DONE, Sink};
@@ -143,7 +143,7 @@ impl Network {
         let mut socket = 0;
         // SAFETY: everything lives during the call.
         let (code, reason) =
-            answered(|sink| unsafe { open(self.context, Bytes::of(address), &raw mut socket, sink) });
+            call_with_sink(|sink| unsafe { open(self.context, Bytes::of(address), &raw mut socket, sink) });
         match code {
             DONE => Ok(Some(socket)),
             ABSENT => Ok(None),
@@ -155,15 +155,15 @@ impl Network {
         let data = Bytes { data: data.as_ptr(), length: data.len() };
         // SAFETY: everything lives during the call.
         let (code, reason) =
-            answered(|sink| unsafe { (self.send)(self.context, socket, Bytes::of(to), data, sink) });
+            call_with_sink(|sink| unsafe { (self.send)(self.context, socket, Bytes::of(to), data, sink) });
         if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
     }
 
-    fn receive(&self, socket: u64, room: &mut [u8]) -> Result<Option<(usize, NetworkAddress)>, Refusal> {
+    fn receive(&self, socket: u64, buffer: &mut [u8]) -> Result<Option<(usize, NetworkAddress)>, Refusal> {
         let (mut length, mut from) = (0, NetworkAddress::default());
-        let (start, size) = (room.as_mut_ptr(), room.len());
+        let (start, size) = (buffer.as_mut_ptr(), buffer.len());
         // SAFETY: everything lives during the call.
-        let (code, reason) = answered(|sink| unsafe {
+        let (code, reason) = call_with_sink(|sink| unsafe {
             (self.receive)(self.context, socket, start, size, &raw mut length, &raw mut from, sink)
         });
         match code {
@@ -176,8 +176,9 @@ impl Network {
     fn address(&self, socket: u64, other: bool) -> Result<NetworkAddress, Refusal> {
         let mut address = NetworkAddress::default();
         // SAFETY: everything lives during the call.
-        let (code, reason) =
-            answered(|sink| unsafe { (self.address)(self.context, socket, other, &raw mut address, sink) });
+        let (code, reason) = call_with_sink(|sink| unsafe {
+            (self.address)(self.context, socket, other, &raw mut address, sink)
+        });
         if code == DONE { Ok(address) } else { Err(Refusal(reason)) }
     }
 

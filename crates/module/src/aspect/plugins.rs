@@ -1,6 +1,6 @@
 use slate_blackboard::interface::Descriptor;
 
-use super::blackboard::answered;
+use super::blackboard::call_with_sink;
 use super::{RequestAnswer, Service, service};
 use crate::table::{Bytes, DONE, Sink};
 
@@ -110,7 +110,7 @@ impl Plugins {
     /// Returns the answer to a request; the last 64 are known.
     pub fn answer(&self, request: u64) -> PluginAnswer {
         // SAFETY: everything lives during the call.
-        let (code, text) = answered(|sink| unsafe { (self.answer)(self.context, request, sink) });
+        let (code, text) = call_with_sink(|sink| unsafe { (self.answer)(self.context, request, sink) });
         RequestAnswer::from_code(code, text)
     }
 
@@ -118,7 +118,7 @@ impl Plugins {
     /// The others are those of the configuration.
     pub fn list(&self) -> Vec<PluginEntry> {
         // SAFETY: everything lives during the call.
-        let (_, text) = answered(|sink| unsafe {
+        let (_, text) = call_with_sink(|sink| unsafe {
             (self.list)(self.context, sink);
             DONE
         });

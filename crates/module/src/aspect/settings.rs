@@ -1,6 +1,6 @@
 use slate_blackboard::interface::Descriptor;
 
-use super::blackboard::answered;
+use super::blackboard::call_with_sink;
 use super::{RequestAnswer, Service, service};
 use crate::table::{Bytes, Sink};
 
@@ -80,7 +80,7 @@ impl Settings {
     /// Changes are reported as by `slate config set`.
     pub fn answer(&self, request: u64) -> RequestAnswer {
         // SAFETY: everything lives during the call.
-        let (code, text) = answered(|sink| unsafe { (self.answer)(self.context, request, sink) });
+        let (code, text) = call_with_sink(|sink| unsafe { (self.answer)(self.context, request, sink) });
         RequestAnswer::from_code(code, text)
     }
 }

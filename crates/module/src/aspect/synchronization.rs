@@ -1,6 +1,6 @@
 use slate_blackboard::interface::Descriptor;
 
-use super::blackboard::answered;
+use super::blackboard::call_with_sink;
 use super::{Service, service};
 use crate::Refusal;
 use crate::table::{Bytes, DONE, Sink};
@@ -62,7 +62,8 @@ impl Synchronization {
     /// When it is no name of a point, or there are too many.
     pub fn emit(&self, point: &str) -> Result<(), Refusal> {
         // SAFETY: everything lives during the call.
-        let (code, reason) = answered(|sink| unsafe { (self.emit)(self.context, Bytes::of(point), sink) });
+        let (code, reason) =
+            call_with_sink(|sink| unsafe { (self.emit)(self.context, Bytes::of(point), sink) });
         if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
     }
 
@@ -74,8 +75,9 @@ impl Synchronization {
     pub fn count(&self, point: &str) -> Result<u64, Refusal> {
         let mut count = 0;
         // SAFETY: everything lives during the call.
-        let (code, reason) =
-            answered(|sink| unsafe { (self.count)(self.context, Bytes::of(point), &raw mut count, sink) });
+        let (code, reason) = call_with_sink(|sink| unsafe {
+            (self.count)(self.context, Bytes::of(point), &raw mut count, sink)
+        });
         if code == DONE { Ok(count) } else { Err(Refusal(reason)) }
     }
 }

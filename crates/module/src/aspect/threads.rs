@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use slate_blackboard::interface::{Descriptor, Interface, View};
 
-use super::blackboard::{ABSENT, answered};
+use super::blackboard::{ABSENT, call_with_sink};
 use super::{Service, service};
 use crate::panics::{discard, panic_message};
 use crate::table::{Bytes, DONE, PANICKED, Sink};
@@ -91,7 +91,7 @@ pub struct Threads {
 pub const FULL: i32 = 4;
 
 /// Size of a thread's rings by default, bytes.
-const ROOM: usize = 64 * 1024;
+const DEFAULT_RING_SIZE: usize = 64 * 1024;
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Threads {
@@ -155,10 +155,10 @@ impl Threads {
     /// # Errors
     /// When one of that name runs, there are 16, or the name is not made of letters, digits, `_` and `-`.
     pub fn spawn(&self, name: &str, body: impl FnOnce(&Stop) + Send + 'static) -> Result<(), Refusal> {
-        self.spawn_with_room(name, ROOM, body)
+        self.spawn_with_room(name, DEFAULT_RING_SIZE, body)
     }
 
-    /// Acts as [`spawn`](Threads::spawn), with rings of `room` bytes for passed values.
+    /// Acts as [`spawn`](Threads::spawn), with rings of `size` bytes for passed values.
     /// A value takes 12 bytes more than its own size. The default is 64 KiB.
     ///
     /// # Errors
@@ -172,7 +172,7 @@ impl Threads {
         let body = ThreadBody::new(body);
         // SAFETY: everything lives during the call, and the host takes the body over also when it refuses.
         let (code, reason) =
-            answered(|sink| unsafe { (self.spawn)(self.context, Bytes::of(name), bytes, body, sink) });
+            call_with_sink(|sink| unsafe { (self.spawn)(self.context, Bytes::of(name), bytes, body, sink) });
         if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
     }
 
@@ -207,7 +207,7 @@ impl Threads {
         let mut value = *value;
         let bytes = bytes_of(&mut value);
         // SAFETY: everything lives during the call.
-        sent(answered(|sink| unsafe {
+        sent(call_with_sink(|sink| unsafe {
             (self.send)(self.context, Bytes::of(name), T::DESCRIPTOR.hash, bytes, sink)
         }))
     }
@@ -300,7 +300,7 @@ impl Stop {
         let mut value = *value;
         let bytes = bytes_of(&mut value);
         // SAFETY: everything lives during the call.
-        sent(answered(|sink| unsafe { (self.send)(self.context, T::DESCRIPTOR.hash, bytes, sink) }))
+        sent(call_with_sink(|sink| unsafe { (self.send)(self.context, T::DESCRIPTOR.hash, bytes, sink) }))
     }
 
     /// Takes the next value that a tick has sent, the oldest first.
@@ -320,7 +320,8 @@ impl Stop {
     /// When it is no name of a point, or there are too many.
     pub fn emit(&self, point: &str) -> Result<(), Refusal> {
         // SAFETY: everything lives during the call.
-        let (code, reason) = answered(|sink| unsafe { (self.emit)(self.context, Bytes::of(point), sink) });
+        let (code, reason) =
+            call_with_sink(|sink| unsafe { (self.emit)(self.context, Bytes::of(point), sink) });
         if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
     }
 
@@ -333,7 +334,7 @@ impl Stop {
     pub fn wait_for(&self, point: &str, since: u64, limit: Duration) -> Result<Option<u64>, Refusal> {
         let mut count = 0;
         // SAFETY: everything lives during the call.
-        let (code, reason) = answered(|sink| unsafe {
+        let (code, reason) = call_with_sink(|sink| unsafe {
             let limit = nanoseconds(limit);
             (self.wait_for)(self.context, Bytes::of(point), since, limit, &raw mut count, sink)
         });
@@ -368,7 +369,7 @@ fn received<T: Interface + Copy>(
 ) -> Result<Option<T>, Refusal> {
     let mut value = std::mem::MaybeUninit::<T>::uninit();
     let data = value.as_mut_ptr().cast();
-    match answered(|sink| call(T::DESCRIPTOR.hash, data, sink)) {
+    match call_with_sink(|sink| call(T::DESCRIPTOR.hash, data, sink)) {
         // SAFETY: the host has written a value of this interface.
         (DONE, _) => Ok(Some(unsafe { value.assume_init() })),
         (ABSENT, _) => Ok(None),

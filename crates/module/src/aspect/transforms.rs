@@ -2,7 +2,7 @@ use std::ops::Mul;
 
 use slate_blackboard::interface::Descriptor;
 
-use super::blackboard::{ABSENT, answered};
+use super::blackboard::{ABSENT, call_with_sink};
 use super::{Service, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Refusal, math};
@@ -175,7 +175,7 @@ impl Transforms {
         let mut place = RigidTransform::IDENTITY;
         let (target, source) = (Bytes::of(target), Bytes::of(source));
         // SAFETY: everything lives during the call.
-        let (code, reason) = answered(|sink| unsafe {
+        let (code, reason) = call_with_sink(|sink| unsafe {
             (self.lookup)(self.context, target, source, time, &raw mut place, sink)
         });
         if code == DONE { Ok(place) } else { Err(Refusal(reason)) }
@@ -199,7 +199,7 @@ impl Transforms {
         let mut time = 0;
         let (target, source) = (Bytes::of(target), Bytes::of(source));
         // SAFETY: everything lives during the call.
-        let (code, reason) = answered(|sink| unsafe {
+        let (code, reason) = call_with_sink(|sink| unsafe {
             (self.latest_common_time)(self.context, target, source, &raw mut time, sink)
         });
         match code {
@@ -212,7 +212,7 @@ impl Transforms {
     /// Returns the names of all frames, in alphabetical order.
     pub fn frames(&self) -> Vec<String> {
         // SAFETY: everything lives during the call.
-        let (_, text) = answered(|sink| unsafe { (self.frames)(self.context, sink) });
+        let (_, text) = call_with_sink(|sink| unsafe { (self.frames)(self.context, sink) });
         text.lines().map(str::to_owned).collect()
     }
 }

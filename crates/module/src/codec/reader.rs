@@ -5,7 +5,7 @@ use serde::de::{Error, Unexpected};
 use super::error::CodecError;
 
 /// Maximum nesting of arrays and maps: hostile bytes must not exhaust the stack.
-const DEEPEST: usize = 256;
+const DEPTH_LIMIT: usize = 256;
 
 /// CBOR item, without the content of arrays and maps.
 /// Their length is `None` if their end is marked.
@@ -144,7 +144,7 @@ impl<'b> CborReader<'b> {
     pub fn float(&mut self) -> Result<f64, CodecError> {
         match self.item()? {
             CborItem::Float(value) => Ok(value),
-            item => Err(item.unfit("float")),
+            item => Err(item.type_error("float")),
         }
     }
 
@@ -152,7 +152,7 @@ impl<'b> CborReader<'b> {
     pub fn text(&mut self, expected: &str) -> Result<&'b str, CodecError> {
         match self.item()? {
             CborItem::Text(text) => Ok(text),
-            item => Err(item.unfit(expected)),
+            item => Err(item.type_error(expected)),
         }
     }
 
@@ -162,7 +162,7 @@ impl<'b> CborReader<'b> {
         let mut characters = text.chars();
         match (characters.next(), characters.next()) {
             (Some(character), None) => Ok(character),
-            _ => Err(CborItem::Text(text).unfit("char")),
+            _ => Err(CborItem::Text(text).type_error("char")),
         }
     }
 
@@ -170,7 +170,7 @@ impl<'b> CborReader<'b> {
     pub fn unit(&mut self) -> Result<(), CodecError> {
         match self.item()? {
             CborItem::Null => Ok(()),
-            item => Err(item.unfit("unit")),
+            item => Err(item.type_error("unit")),
         }
     }
 
@@ -179,7 +179,7 @@ impl<'b> CborReader<'b> {
     pub fn array(&mut self) -> Result<Option<usize>, CodecError> {
         match self.item()? {
             CborItem::Array(length) => self.enter(length),
-            item => Err(item.unfit("array")),
+            item => Err(item.type_error("array")),
         }
     }
 
@@ -188,7 +188,7 @@ impl<'b> CborReader<'b> {
     pub fn map(&mut self) -> Result<Option<usize>, CodecError> {
         match self.item()? {
             CborItem::Map(length) => self.enter(length),
-            item => Err(item.unfit("map")),
+            item => Err(item.type_error("map")),
         }
     }
 
@@ -201,12 +201,12 @@ impl<'b> CborReader<'b> {
                 self.enter(None).map(|_| true)
             }
             CborItem::Text(_) => self.enter(None).map(|_| false),
-            item => Err(item.unfit("enum")),
+            item => Err(item.type_error("enum")),
         }
     }
 
     fn enter(&mut self, length: Option<usize>) -> Result<Option<usize>, CodecError> {
-        if self.depth == DEEPEST {
+        if self.depth == DEPTH_LIMIT {
             return Err(CodecError::Deep);
         }
         self.depth += 1;
@@ -262,7 +262,7 @@ fn from_half(half: u16) -> f64 {
 
 impl CborItem<'_> {
     #[inline(never)]
-    pub fn unfit(self, expected: &str) -> CodecError {
+    pub fn type_error(self, expected: &str) -> CodecError {
         let found = match self {
             Self::Unsigned(value) => Unexpected::Unsigned(value),
             Self::Negative(value) => Unexpected::Signed(!(value as i64)),
@@ -286,7 +286,7 @@ impl CborItem<'_> {
             Self::Negative(_) | Self::WideNegative(_) => {
                 Err(CodecError::custom("unexpected negative integer"))
             }
-            item => Err(item.unfit("integer")),
+            item => Err(item.type_error("integer")),
         }
     }
 
@@ -296,7 +296,7 @@ impl CborItem<'_> {
             Self::Negative(value) => (true, value.into()),
             Self::Wide(value) => (false, value),
             Self::WideNegative(value) => (true, value),
-            item => return Err(item.unfit("integer")),
+            item => return Err(item.type_error("integer")),
         };
         let value = i128::try_from(magnitude).map_err(|_| CodecError::custom("integer too large"))?;
         Ok(if is_negative { !value } else { value })

@@ -33,7 +33,7 @@ impl<'de> Deserializer<'de> for &mut CborReader<'de> {
             CborItem::Bool(_) => self.deserialize_bool(visitor),
             CborItem::Null => self.deserialize_option(visitor),
             CborItem::Float(_) => self.deserialize_f64(visitor),
-            CborItem::Break => Err(CborItem::Break.unfit("non-break")),
+            CborItem::Break => Err(CborItem::Break.type_error("non-break")),
         }
     }
 
@@ -79,7 +79,7 @@ impl<'de> Deserializer<'de> for &mut CborReader<'de> {
                 visitor.visit_bytes(bytes)
             }
             CborItem::Array(_) => self.deserialize_seq(visitor),
-            item => Err(item.unfit("bytes")),
+            item => Err(item.type_error("bytes")),
         }
     }
 

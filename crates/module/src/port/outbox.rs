@@ -56,7 +56,7 @@ impl<T: Interface> Outbox<T> {
 
     /// Acts as [`send`](Outbox::send), and returns the number of the message.
     /// The number is for [`delivery`](Outbox::delivery). `None` when no more fit in this tick.
-    pub fn post(&self, value: T) -> Option<u64> {
+    pub fn send_tracked(&self, value: T) -> Option<u64> {
         let number = self.slot().stamp.sequence + self.slot().count.get() as u64 + 1;
         self.send(value).then_some(number)
     }
@@ -72,9 +72,9 @@ impl<T: Interface> Outbox<T> {
         if number == 0 || slot.entries.is_null() || slot.capacity == 0 {
             return Delivery::Lost;
         }
-        let place = (number - 1) as usize % slot.capacity;
+        let index = (number - 1) as usize % slot.capacity;
         // SAFETY: the host lends `capacity` entries to this tick.
-        let entry = unsafe { &*slot.entries.add(place) };
+        let entry = unsafe { &*slot.entries.add(index) };
         if entry.stamp.sequence == number { Delivery::from_code(entry.answer.get()) } else { Delivery::Lost }
     }
 }

@@ -74,7 +74,7 @@ impl<M: Module> Fixture<M> {
         memory.words = vec![0; size_of::<S>().div_ceil(16).max(1)];
         // SAFETY: the memory has room for it.
         unsafe { memory.words.as_mut_ptr().cast::<S>().write(service) };
-        memory.served = true;
+        memory.is_provided = true;
     }
 
     /// Returns the service that the module provides at a port.
@@ -85,7 +85,7 @@ impl<M: Module> Fixture<M> {
     /// When the module has no such port, or it provides another service.
     pub fn provided<S: Service>(&self, port: &str) -> Option<S> {
         let memory = &self.memory[self.service::<S>(port, Direction::Provider, "provides")];
-        let provided = memory.provision.as_ref()?.provided.as_ref()?;
+        let provided = memory.provider.as_ref()?.provided.as_ref()?;
         // SAFETY: the port has provided a service of this type.
         Some(unsafe { provided.table.as_ptr().cast::<S>().read() })
     }
@@ -108,7 +108,7 @@ impl<M: Module> Fixture<M> {
     /// An agent would not let it run otherwise.
     pub(super) fn check_services(&self) {
         let mut ports = self.description.ports.iter().zip(&self.memory);
-        let missing = ports.find(|(port, memory)| port.direction == Direction::Aspect && !memory.served);
+        let missing = ports.find(|(port, memory)| port.direction == Direction::Aspect && !memory.is_provided);
         if let Some((port, _)) = missing {
             not_provided(&port.name, port.descriptor.name);
         }

@@ -56,7 +56,7 @@ impl Module for SenseAct {
         let every = params.every.max(1);
         // A state that was restored has no policy, though one of before may still be there.
         let is_new = state.every.swap(every, Ordering::Relaxed) == 0;
-        if !is_new && io.main_loop.has() {
+        if !is_new && io.main_loop.is_held() {
             return Outcome::Ok;
         }
         let (sense, act) = Stage::ALL.split_at(5);

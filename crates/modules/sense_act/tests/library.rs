@@ -58,7 +58,7 @@ impl Module for Greedy {
     type State = ();
 
     fn tick(_: &mut (), io: &GreedyIo, (): &(), _: &Tick) -> Outcome {
-        if io.main_loop.has() { Outcome::Failed } else { Outcome::Ok }
+        if io.main_loop.is_held() { Outcome::Failed } else { Outcome::Ok }
     }
 }
 

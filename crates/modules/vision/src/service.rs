@@ -2,7 +2,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use slate_interfaces::Image;
-use slate_module::aspect::{ABSENT, Service, answered, service};
+use slate_module::aspect::{ABSENT, Service, call_with_sink, service};
 use slate_module::blackboard::interface::Descriptor;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use slate_module::{Interface, Refusal, Stamp};
@@ -51,7 +51,7 @@ impl Vision {
         let mut captured =
             Captured { data: std::ptr::null(), items: 0, stamp: Stamp::default(), hold: std::ptr::null() };
         // SAFETY: everything lives during the call, and the cameras as long as the service.
-        let (code, reason) = answered(|sink| unsafe {
+        let (code, reason) = call_with_sink(|sink| unsafe {
             (self.capture)(self.context, Bytes::of(camera), &raw mut captured, sink)
         });
         match code {

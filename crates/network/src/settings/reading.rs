@@ -31,21 +31,25 @@ pub struct NetworkOutput {
 }
 
 /// Beginning of the keys of agents.
-const AGENTS: &str = "slate/";
+const AGENT_PREFIX: &str = "slate/";
 
-const LINK: &str = "write \"climate/outside\" = \"zenoh:demo/temperature\" or \"zenoh:demo/speed\" = \"r2/wheels/command\" in [links]";
-const EXAMPLE: &str =
+const LINK_HELP: &str = "write \"climate/outside\" = \"zenoh:demo/temperature\" or \"zenoh:demo/speed\" = \"r2/wheels/command\" in [links]";
+const READ_HELP: &str =
     "write read.\"follower/target\" = \"slate://base/mission/target\", or = \"zenoh:demo/target\"";
 
 /// Keys of an input with options.
-const KEYS: [&str; 5] = ["from", "rate", "interval", "mode", "values"];
+const INPUT_KEYS: [&str; 5] = ["from", "rate", "interval", "mode", "values"];
 
 impl NetworkSettingsReader<'_> {
     pub(super) fn readings(&mut self, table: &Table) -> BTreeMap<String, NetworkInput> {
         let mut readings = BTreeMap::new();
         let Some(value) = table.get("read") else { return readings };
         let Some(inputs) = value.as_table() else {
-            self.add(value.span, format!("`read` is a table of inputs, found {}", value.describe()), EXAMPLE);
+            self.add(
+                value.span,
+                format!("`read` is a table of inputs, found {}", value.describe()),
+                READ_HELP,
+            );
             return readings;
         };
         for (input, entry) in inputs.iter() {
@@ -53,7 +57,7 @@ impl NetworkSettingsReader<'_> {
                 Ok(path) => path,
                 Err(report) => {
                     let first = report.diagnostics().first();
-                    self.add(entry.key, first.map_or("", |first| first.message()).to_owned(), EXAMPLE);
+                    self.add(entry.key, first.map_or("", |first| first.message()).to_owned(), READ_HELP);
                     continue;
                 }
             };
@@ -67,23 +71,23 @@ impl NetworkSettingsReader<'_> {
     fn reading(&mut self, value: &Spanned<Value>) -> Option<NetworkInput> {
         let (text, options) = match value.as_table() {
             Some(table) => {
-                self.unknown_keys(table, "of an input", &KEYS);
+                self.unknown_keys(table, "of an input", &INPUT_KEYS);
                 (table.get("from"), self.options(table)?)
             }
             None => (Some(value), ReadOptions::default()),
         };
         let Some(text) = text else {
-            self.add(value.span, "an input lacks `from`", EXAMPLE);
+            self.add(value.span, "an input lacks `from`", READ_HELP);
             return None;
         };
         let source = match text.as_str().map(InputSource::parse) {
             Some(Ok(source)) => source,
             Some(Err(message)) => {
-                self.add(text.span, message, EXAMPLE);
+                self.add(text.span, message, READ_HELP);
                 return None;
             }
             None => {
-                self.add(text.span, format!("an input reads a URL, found {}", text.describe()), EXAMPLE);
+                self.add(text.span, format!("an input reads a URL, found {}", text.describe()), READ_HELP);
                 return None;
             }
         };
@@ -105,10 +109,10 @@ impl NetworkSettingsReader<'_> {
     pub(super) fn link(&mut self, link: &ExternalLink, settings: &mut NetworkSettings) {
         let (path, span) = (&link.path.value, link.other.span);
         let key = link.other.value.address.clone();
-        let known = if link.direction == ExternalDirection::In { &KEYS[1..] } else { &[] };
+        let known = if link.direction == ExternalDirection::In { &INPUT_KEYS[1..] } else { &[] };
         self.unknown_keys(&link.options, "of a link to the network", known);
         if let Some(reason) = check_key(&key) {
-            return self.add(span, format!("`{key}` is not a key of Zenoh: {reason}"), LINK);
+            return self.add(span, format!("`{key}` is not a key of Zenoh: {reason}"), LINK_HELP);
         }
         match link.direction {
             ExternalDirection::In => {
@@ -119,7 +123,7 @@ impl NetworkSettingsReader<'_> {
                     self.add(link.path.span, message, "an input has one source: take one away");
                 }
             }
-            ExternalDirection::Out if key.starts_with(AGENTS) => {
+            ExternalDirection::Out if key.starts_with(AGENT_PREFIX) => {
                 let message = format!("`{key}` is a key of an agent, which publishes there itself");
                 self.add(
                     span,

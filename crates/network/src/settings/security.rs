@@ -66,7 +66,7 @@ impl NetworkRights {
     }
 }
 
-const FILES: [&str; 3] = ["certificate", "key", "authority"];
+const FILE_KEYS: [&str; 3] = ["certificate", "key", "authority"];
 
 impl NetworkSettingsReader<'_> {
     pub(super) fn security(&mut self, table: &Table) -> Option<NetworkSecurity> {
@@ -76,9 +76,9 @@ impl NetworkSettingsReader<'_> {
             self.add(root.span, message, "write [network.security]");
             return None;
         };
-        let known = [&FILES[..], &["allow", "unauthenticated"]].concat();
+        let known = [&FILE_KEYS[..], &["allow", "unauthenticated"]].concat();
         self.unknown_keys(table, "in [network.security]", &known);
-        let [certificate, key, authority] = FILES.map(|name| self.file(root.span, table, name));
+        let [certificate, key, authority] = FILE_KEYS.map(|name| self.file(root.span, table, name));
         let allow = self.allow(root.span, table);
         let unauthenticated = table
             .get("unauthenticated")

@@ -2,7 +2,7 @@ use std::path::Path;
 
 use super::{Error, Selection};
 use crate::logs::open;
-use crate::merge::{MergeInput, Part, Together, join};
+use crate::merge::{MergeCheck, MergeInput, Part, join};
 use crate::storage::whole;
 
 /// Copies the selected messages of a file, in its order; returns their number.
@@ -35,6 +35,6 @@ pub fn merge(parts: &[Part<'_>], out: &Path, is_mixed: bool) -> Result<u64, Erro
     let input = |part: &Part<'_>| Ok(MergeInput::new(open(part.file)?, part.prefix));
     let mut inputs = parts.iter().map(input).collect::<Result<Vec<_>, Error>>()?;
     let runs = inputs.iter_mut().map(MergeInput::run).collect::<Result<Vec<_>, _>>()?;
-    let together = Together::new(&runs);
-    whole::write(out, |file| join(inputs, file, out, &Selection::default(), Some((together, is_mixed))))
+    let merge_check = MergeCheck::new(&runs);
+    whole::write(out, |file| join(inputs, file, out, &Selection::default(), Some((merge_check, is_mixed))))
 }

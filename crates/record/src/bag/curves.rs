@@ -31,10 +31,12 @@ pub fn plot(
         let mut value: Option<Value> = None;
         for (i, field) in fields.iter().enumerate() {
             let field = bare(field);
-            let way = field.strip_prefix(&bare(&message.channel.topic)).and_then(|way| way.strip_prefix('/'));
-            let Some(way) = way else { continue };
+            let field_path = field
+                .strip_prefix(&bare(&message.channel.topic))
+                .and_then(|field_path| field_path.strip_prefix('/'));
+            let Some(field_path) = field_path else { continue };
             let value = value.get_or_insert_with(|| decoder.decode(message));
-            match value.number(way) {
+            match value.number(field_path) {
                 Some(number) => {
                     let seconds = message.log_time.saturating_sub(start) as f64 * 1e-9;
                     drawn[i].points.push((seconds, number));
@@ -48,7 +50,8 @@ pub fn plot(
     if let Some((curve, others)) = drawn.iter().zip(&others).find(|(curve, _)| curve.points.is_empty()) {
         let is_of = |topic: &str| {
             let name = bare(&curve.name);
-            name.strip_prefix(&bare(topic)).is_some_and(|way| way.starts_with('/') && way.len() > 1)
+            name.strip_prefix(&bare(topic))
+                .is_some_and(|field_path| field_path.starts_with('/') && field_path.len() > 1)
         };
         let what = match others {
             None if selection.is_span() && reader.channels().any(|channel| is_of(&channel.topic)) => {
@@ -81,7 +84,7 @@ fn numbers(topic: &str, value: &Value) -> String {
     }
     let number = |(name, _): (String, String)| {
         let first = format!("{name}/0");
-        let found = [name, first].into_iter().find(|way| value.number(way).is_some())?;
+        let found = [name, first].into_iter().find(|field_path| value.number(field_path).is_some())?;
         Some(format!("{topic}/{found}"))
     };
     let names: Vec<_> = value.fields(false).into_iter().filter_map(number).collect();

@@ -328,7 +328,7 @@ fn compare(a: Option<FoundMessage>, b: Option<FoundMessage>) -> (String, Option<
         return (field.clone(), None, Some(value.clone()));
     }
     // Padding, or the payload of a NaN, or what can't be read.
-    let place = a.data.iter().zip(&b.data).take_while(|(a, b)| a == b).count();
-    let byte = |data: &[u8]| data.get(place).map_or_else(|| "none".into(), |byte| format!("{byte:#04x}"));
-    pair(&format!("(byte {place})"), byte(&a.data), byte(&b.data))
+    let offset = a.data.iter().zip(&b.data).take_while(|(a, b)| a == b).count();
+    let byte = |data: &[u8]| data.get(offset).map_or_else(|| "none".into(), |byte| format!("{byte:#04x}"));
+    pair(&format!("(byte {offset})"), byte(&a.data), byte(&b.data))
 }

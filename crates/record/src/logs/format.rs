@@ -62,7 +62,7 @@ impl Serialize for Format {
 }
 
 /// Number of bytes of a file that are inspected.
-const HEAD: u64 = 256 << 10;
+const INSPECTED_BYTES: u64 = 256 << 10;
 
 /// Detects the format of a log from its content; `None` when it is unknown.
 ///
@@ -76,7 +76,7 @@ pub fn recognise(path: &Path) -> Result<Option<Format>, Error> {
     let mut head = Vec::new();
     let file = File::open(path).map_err(failed)?;
     // A file that can't be unpacked is no log.
-    match plain(file).and_then(|file| file.take(HEAD).read_to_end(&mut head)) {
+    match plain(file).and_then(|file| file.take(INSPECTED_BYTES).read_to_end(&mut head)) {
         Ok(_) => {}
         Err(error) if error.kind() == ErrorKind::InvalidData || error.kind() == ErrorKind::UnexpectedEof => {}
         Err(error) => return Err(failed(error)),
@@ -93,10 +93,11 @@ pub fn recognise(path: &Path) -> Result<Option<Format>, Error> {
     let text = String::from_utf8_lossy(&head);
     let lines: Vec<_> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
     // The last one may be cut off.
-    let whole = if head.len() as u64 == HEAD { lines.len().saturating_sub(1) } else { lines.len() };
+    let whole =
+        if head.len() as u64 == INSPECTED_BYTES { lines.len().saturating_sub(1) } else { lines.len() };
     let lines = &lines[..whole];
     if !lines.iter().any(|line| carmen::is_line(line) || openrdk::is_line(line)) || text.contains('\0') {
         return Ok(None);
     }
-    Ok(Some(if openrdk::wrote(lines) { Format::OpenRdk } else { Format::Carmen }))
+    Ok(Some(if openrdk::is_openrdk_log(lines) { Format::OpenRdk } else { Format::Carmen }))
 }

@@ -7,7 +7,7 @@ use flate2::bufread::MultiGzDecoder;
 use crate::storage::Error;
 
 /// The most bytes that a line may have: more than ten thousand beams.
-const LONGEST: u64 = 1 << 20;
+const MAX_LINE_LENGTH: u64 = 1 << 20;
 
 /// The lines of a text file.
 pub(super) struct Lines {
@@ -38,14 +38,14 @@ impl Lines {
     pub fn next(&mut self) -> Result<Option<Result<&str, String>>, Error> {
         self.number += 1;
         self.bytes.clear();
-        let read = (&mut self.input).take(LONGEST).read_until(b'\n', &mut self.bytes);
+        let read = (&mut self.input).take(MAX_LINE_LENGTH).read_until(b'\n', &mut self.bytes);
         let read = read.map_err(|source| Error::Read { path: self.path.clone(), source })?;
         if read == 0 {
             return Ok(None);
         }
-        if read as u64 == LONGEST && self.bytes.last() != Some(&b'\n') {
+        if read as u64 == MAX_LINE_LENGTH && self.bytes.last() != Some(&b'\n') {
             self.input.skip_until(b'\n').map_err(|source| Error::Read { path: self.path.clone(), source })?;
-            return Ok(Some(Err(format!("it has more than {LONGEST} bytes"))));
+            return Ok(Some(Err(format!("it has more than {MAX_LINE_LENGTH} bytes"))));
         }
         Ok(Some(match std::str::from_utf8(&self.bytes) {
             Ok(text) => Ok(text.trim()),

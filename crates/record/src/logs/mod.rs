@@ -67,7 +67,7 @@ pub struct Imported {
 
 impl Imported {
     /// Maximum number of errors, and of names of unread records.
-    const TOLD: usize = 10;
+    const MAX_REPORTED: usize = 10;
 
     fn new(format: Format) -> Self {
         Self { format, messages: 0, wrong: 0, wrongs: Vec::new(), unread: BTreeMap::new() }
@@ -79,7 +79,7 @@ impl Imported {
             return Err(error);
         }
         self.wrong += 1;
-        if self.wrongs.len() < Self::TOLD {
+        if self.wrongs.len() < Self::MAX_REPORTED {
             self.wrongs.push(error.to_string());
         }
         Ok(())
@@ -111,7 +111,7 @@ impl Imported {
     fn unread(&mut self, name: &str) {
         let is_new = !self.unread.contains_key(name);
         // A hostile file has as many names as lines.
-        let name = if is_new && self.unread.len() >= Self::TOLD { "others" } else { name };
+        let name = if is_new && self.unread.len() >= Self::MAX_REPORTED { "others" } else { name };
         *self.unread.entry(name.into()).or_default() += 1;
     }
 }

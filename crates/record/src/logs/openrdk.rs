@@ -15,12 +15,12 @@ use crate::ros::Definition;
 use crate::storage::Error;
 
 /// Default of OpenRDK's own player, metres.
-const RANGES: (f64, f64) = (0.02, 80.0);
+const RANGE_LIMITS: (f64, f64) = (0.02, 80.0);
 
-const DAY: u64 = 24 * 3600 * 1000;
+const MILLISECONDS_PER_DAY: u64 = 24 * 3600 * 1000;
 
 /// Number of lines inspected to tell the two systems apart.
-const LOOKED_AT: usize = 50;
+const INSPECTED_LINES: usize = 50;
 
 struct OpenRdkEntry {
     /// The name of the line in lower case.
@@ -45,12 +45,12 @@ pub(super) fn is_line(line: &str) -> bool {
 
 /// Returns true if lines are of OpenRDK and not of CARMEN.
 /// All its times are whole numbers, and not all of them 0.
-pub(super) fn wrote(lines: &[&str]) -> bool {
+pub(super) fn is_openrdk_log(lines: &[&str]) -> bool {
     let timed = lines.iter().filter(|line| {
         let name = line.split_ascii_whitespace().next().unwrap_or_default();
         ["FLASER", "ODOM", "PANTILT"].contains(&name)
     });
-    let mut times = timed.take(LOOKED_AT).map(|line| match parse(line) {
+    let mut times = timed.take(INSPECTED_LINES).map(|line| match parse(line) {
         Ok(Some(entry)) => Some(entry.time),
         _ => None,
     });
@@ -79,7 +79,7 @@ fn parse(line: &str) -> Result<Option<OpenRdkEntry>, String> {
 
 fn milliseconds(words: &mut Words<'_>, what: &str) -> Result<u64, String> {
     let word = words.word(what)?;
-    let time = word.parse().ok().filter(|time| *time <= DAY);
+    let time = word.parse().ok().filter(|time| *time <= MILLISECONDS_PER_DAY);
     time.ok_or_else(|| format!("`{}` should be {what}, milliseconds after midnight", shortened(word)))
 }
 
@@ -112,11 +112,11 @@ pub(super) fn read<W: Write>(
             }
         };
         // A run goes on over midnight.
-        if entry.time + DAY / 2 < last {
+        if entry.time + MILLISECONDS_PER_DAY / 2 < last {
             days += 1;
         }
         last = entry.time;
-        let time = (days * DAY + entry.time) * 1_000_000;
+        let time = (days * MILLISECONDS_PER_DAY + entry.time) * 1_000_000;
         let topic = &entry.topic;
         output.value(&format!("/{topic}/odometry_pose"), time, &entry.odometry)?;
         output.value(&format!("/{topic}/estimated_pose"), time, &entry.estimated)?;
@@ -134,7 +134,7 @@ pub(super) fn read<W: Write>(
                 // A beam in each degree, as the system's own player has it.
                 let angle_increment = PI / 180.0;
                 let angle_min = -angle_increment * ranges.len() as f64 / 2.0;
-                let (range_min, range_max) = RANGES;
+                let (range_min, range_max) = RANGE_LIMITS;
                 let sweep = Sweep { angle_min, angle_increment, range_min, range_max, ranges };
                 output.sweep("/flaser/scan", time, &sweep)?;
             }

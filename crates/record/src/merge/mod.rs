@@ -1,7 +1,7 @@
 //! Several recordings made one, or a part of one copied.
 
-mod recount;
-mod together;
+mod copy_counts;
+mod merge_check;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -12,10 +12,10 @@ use std::sync::Arc;
 use crate::storage::{
     Attachment, Channel, Compression, Error, Header, Metadata, Reader, Schema, Selection, Writer,
 };
-use recount::Recount;
-pub use together::Part;
-pub(crate) use together::Together;
-use together::under;
+use copy_counts::CopyCounts;
+pub(crate) use merge_check::MergeCheck;
+pub use merge_check::Part;
+use merge_check::prefixed_topic;
 
 /// Copies all of several MCAP files that are one recording.
 /// Errors name the output as `out_path`.
@@ -31,7 +31,7 @@ pub(crate) fn join<W: Write>(
     out: W,
     out_path: &Path,
     selection: &Selection,
-    together: Option<(Together, bool)>,
+    merge_check: Option<(MergeCheck, bool)>,
 ) -> Result<u64, Error> {
     let profile = match &inputs[..] {
         [first, others @ ..] => {
@@ -49,7 +49,7 @@ pub(crate) fn join<W: Write>(
     let mut merger = Merger {
         writer: Writer::new(out, out_path, &header, compression)?,
         selection,
-        together,
+        merge_check,
         is_part: inputs.len() > 1 || !selection.is_all(),
         numbers: MergedIds::default(),
         heads: Heads::default(),
@@ -59,11 +59,14 @@ pub(crate) fn join<W: Write>(
     let channels = inputs.iter().flat_map(|input| input.reader.channels());
     let path = inputs.first().map_or(out_path, |input| input.reader.path());
     selection.check(path, channels.map(|channel| channel.topic.as_str()))?;
-    if let Some((together, false)) = &merger.together {
-        together.check(out_path)?;
+    if let Some((merge_check, false)) = &merger.merge_check {
+        merge_check.check(out_path)?;
     }
-    for MergeInput { recount, prefix, .. } in inputs {
-        recount.told(selection, &prefix).iter().try_for_each(|told| merger.writer.metadata(told))?;
+    for MergeInput { copy_counts, prefix, .. } in inputs {
+        copy_counts
+            .renewed_metadata(selection, &prefix)
+            .iter()
+            .try_for_each(|metadata| merger.writer.metadata(metadata))?;
     }
     merger.writer.finish()?;
     Ok(messages)
@@ -75,7 +78,7 @@ pub(crate) struct MergeInput {
     prefix: String,
     held: Option<HeldMessage>,
     start: Option<u64>,
-    recount: Recount,
+    copy_counts: CopyCounts,
 }
 
 struct HeldMessage {
@@ -106,7 +109,7 @@ impl HeldMessage {
 
 impl MergeInput {
     pub fn new(reader: Reader<BufReader<File>>, prefix: &str) -> Self {
-        Self { reader, prefix: prefix.into(), held: None, start: None, recount: Recount::default() }
+        Self { reader, prefix: prefix.into(), held: None, start: None, copy_counts: CopyCounts::default() }
     }
 
     /// Returns the run of the input, if it names one.
@@ -125,7 +128,7 @@ impl MergeInput {
         let start = self.start.or_else(|| self.reader.start());
         while let Some(message) = self.reader.next_message()? {
             let start = *self.start.insert(start.unwrap_or(message.log_time));
-            self.recount.look(&message, start, selection);
+            self.copy_counts.note_drops(&message, start, selection);
             if selection.has(&message.channel.topic) && selection.has_time(message.log_time, start) {
                 self.held = Some(HeldMessage {
                     channel: Arc::clone(message.channel),
@@ -154,7 +157,7 @@ struct Merger<'a, W> {
     writer: Writer<W>,
     selection: &'a Selection,
     /// Check that several files may be one, and whether their messages may be mixed.
-    together: Option<(Together, bool)>,
+    merge_check: Option<(MergeCheck, bool)>,
     is_part: bool,
     numbers: MergedIds,
     heads: Heads,
@@ -166,17 +169,17 @@ impl<W: Write> Merger<'_, W> {
         let all = input.reader.metadata()?;
         let run = all.iter().find(|metadata| metadata.name == "run");
         let is_counted = self.is_part && run.is_some();
-        input.recount = Recount::new(run);
+        input.copy_counts = CopyCounts::new(run);
         for mut metadata in all {
             if is_counted && metadata.name == "run" {
                 let texts = &mut metadata.metadata;
                 // Only a whole run can be repeated and compared.
                 texts.get_mut("whole").into_iter().for_each(|whole| *whole = "false".into());
             }
-            let kept = if is_counted { input.recount.keep(metadata) } else { Some(metadata) };
+            let kept = if is_counted { input.copy_counts.keep(metadata) } else { Some(metadata) };
             if let Some(metadata) = kept.filter(|own| !self.heads.metadata.contains(own)) {
                 self.writer.metadata(&metadata)?;
-                if self.together.is_some() {
+                if self.merge_check.is_some() {
                     self.heads.metadata.push(metadata);
                 }
             }
@@ -185,7 +188,7 @@ impl<W: Write> Merger<'_, W> {
             let attachment = input.reader.attachment(number)?;
             if let Some(own) = attachment.filter(|own| !self.heads.attachments.contains(own)) {
                 self.writer.attachment(&own)?;
-                if self.together.is_some() {
+                if self.merge_check.is_some() {
                     self.heads.attachments.push(own);
                 }
             }
@@ -207,7 +210,7 @@ impl<W: Write> Merger<'_, W> {
             if let Some(held) = input.held.take()
                 && self.write(next, &input.prefix, &held)?
             {
-                input.recount.count(&held.channel.topic, held.log_time);
+                input.copy_counts.count(&held.channel.topic, held.log_time);
                 messages += 1;
             }
             input.advance(self.selection)?;
@@ -217,9 +220,9 @@ impl<W: Write> Merger<'_, W> {
     /// Writes a message; false when another file of its run had it already.
     fn write(&mut self, file: usize, prefix: &str, held: &HeldMessage) -> Result<bool, Error> {
         let channel = self.numbers.channel((file, prefix), held, &mut self.writer)?;
-        if let Some((together, _)) = &mut self.together {
+        if let Some((merge_check, _)) = &mut self.merge_check {
             let topic = self.writer.topic(channel);
-            if !together.is_new(file, topic, held.log_time, || held.digest()) {
+            if !merge_check.is_new(file, topic, held.log_time, || held.digest()) {
                 return Ok(false);
             }
         }
@@ -259,7 +262,7 @@ impl MergedIds {
             writer.schema(&Schema { id: schema_id, ..Schema::clone(schema) })?;
         }
         let Channel { message_encoding, metadata, .. } = &*held.channel;
-        let topic = under(prefix, &held.channel.topic);
+        let topic = prefixed_topic(prefix, &held.channel.topic);
         let key = (topic.clone(), message_encoding.clone(), schema_id, metadata.clone());
         let id = *self.channels.entry(key).or_insert(next_channel);
         writer.channel(&Channel { id, schema_id, topic, ..Channel::clone(&held.channel) })?;

@@ -8,7 +8,7 @@ use crate::ros;
 use crate::storage::Value;
 
 /// Maximum number of rows; a recording of days could fill the memory.
-const MOST: usize = 100_000;
+const MAX_ROWS: usize = 100_000;
 
 /// Decisions, and their reasons.
 #[derive(Debug, Default)]
@@ -75,7 +75,7 @@ impl Decisions {
             row.times += times;
             return;
         }
-        if self.rows.len() >= MOST {
+        if self.rows.len() >= MAX_ROWS {
             self.left_out += times;
             return;
         }
@@ -128,10 +128,11 @@ impl Decisions {
         if now.route != last.route || now.running != last.running || !last.is_known {
             self.cut(robot);
         }
-        let mut tell = |what, detail: String, times| self.add(time, robot, what, detail, times, clearance);
+        let mut add_event =
+            |what, detail: String, times| self.add(time, robot, what, detail, times, clearance);
         let reflexes = more(now.reflexes, last.reflexes);
         if reflexes > 0 {
-            tell("reflex", now.running.clone(), reflexes);
+            add_event("reflex", now.running.clone(), reflexes);
         }
         for i in 0..8 {
             let field = |name: &str| format!("ended/{i}/{name}");
@@ -141,25 +142,29 @@ impl Decisions {
             // The latest stand last.
             now.ended = count;
             let ending = names.ending(value.number(&field("ending")).unwrap_or_default());
-            tell("action ended", format!("{}: {ending}", value.text(&field("kind")).unwrap_or_default()), 1);
+            add_event(
+                "action ended",
+                format!("{}: {ending}", value.text(&field("kind")).unwrap_or_default()),
+                1,
+            );
         }
         let refused = more(now.refused, last.refused);
         if refused > 0 {
-            tell("refused", "a message to Execute".into(), refused);
+            add_event("refused", "a message to Execute".into(), refused);
         }
         let planned = more(now.ticket, last.ticket);
         if planned > 0 {
-            tell("plan", "Execute took what the Plan sent".into(), planned);
+            add_event("plan", "Execute took what the Plan sent".into(), planned);
         }
         if now.route != last.route && last.is_known {
             let name = |route: Option<Route>| route.map_or("idle", Route::name);
-            tell("route", format!("{} to {}", name(last.route), name(now.route)), 1);
+            add_event("route", format!("{} to {}", name(last.route), name(now.route)), 1);
         }
         if now.running != last.running && !now.running.is_empty() {
-            tell("action began", text("tree"), 1);
+            add_event("action began", text("tree"), 1);
         }
         if now.wants_plan && !last.wants_plan {
-            tell("plan", "a new one is wanted".into(), 1);
+            add_event("plan", "a new one is wanted".into(), 1);
         }
         *last = now;
     }
@@ -214,7 +219,7 @@ impl Names {
 
 /// Formats a value in words: texts, booleans, and numbers that have names.
 /// Measured numbers differ each time and are left out.
-pub(super) fn said(value: &Value, definition: &str) -> String {
+pub(super) fn format_value(value: &Value, definition: &str) -> String {
     let Value::Message(ros::Value::Map(map)) = value else { return String::new() };
     let words = map.iter().filter_map(|(name, value)| {
         let text = match value {

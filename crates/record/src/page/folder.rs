@@ -5,16 +5,17 @@ use std::path::{Path, PathBuf};
 use super::decisions::Decisions;
 use super::recording::{Recording, between, distances};
 use super::table::Table;
-use super::{Known, Section, SectionPart, Story};
+use super::{Known, PageContent, Section, SectionPart};
 use crate::storage::Error;
 use crate::{Route, Sample, Scene, Summary, Trajectory};
 
 /// Maximum size of a picture or log, bytes.
-const LARGEST: u64 = 64 << 20;
+const MAX_FILE_SIZE: u64 = 64 << 20;
 
-pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Result<Story, Error> {
+pub(super) fn content(path: &Path, recording: Option<&Path>, known: &Known) -> Result<PageContent, Error> {
     let file = path.join("summary.json");
-    let text = text(&file)?.ok_or_else(|| Error::Unfit { path: path.into(), what: not_left(path) })?;
+    let text =
+        text(&file)?.ok_or_else(|| Error::Unfit { path: path.into(), what: missing_figures_help(path) })?;
     let summary: Summary = serde_json::from_str(&text).map_err(|error| Error::Unfit {
         path: file,
         what: format!("it is not a summary of a run: {error}"),
@@ -55,11 +56,11 @@ pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Resu
         source += &format!(" It has {which}, which are told when they are named: {}.", others.join(", "));
     }
     let scene = scene(&path.join("scene.json"), known)?;
-    Ok(Story { title: summary.headline(), source, sections, unread, scene, trajectory })
+    Ok(PageContent { title: summary.headline(), source, sections, unread, scene, trajectory })
 }
 
 /// Returns the help for a folder without figures.
-fn not_left(path: &Path) -> String {
+fn missing_figures_help(path: &Path) -> String {
     let entries = std::fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path());
     let is_left = |folder: &PathBuf| folder.join("summary.json").is_file();
     let mut agents: Vec<_> = entries.filter(is_left).collect();
@@ -82,8 +83,8 @@ fn text(path: &Path) -> Result<Option<String>, Error> {
     match std::fs::metadata(path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(failed(error)),
-        Ok(metadata) if metadata.len() > LARGEST => {
-            let what = format!("it has more than {LARGEST} bytes, which no run leaves");
+        Ok(metadata) if metadata.len() > MAX_FILE_SIZE => {
+            let what = format!("it has more than {MAX_FILE_SIZE} bytes, which no run leaves");
             return Err(Error::Unfit { path: path.into(), what });
         }
         Ok(_) => {}

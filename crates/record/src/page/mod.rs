@@ -43,11 +43,11 @@ pub struct Page {
 }
 
 /// Maximum number of rows of a table on a page; its file has all.
-const ROWS: usize = 300;
+const MAX_TABLE_ROWS: usize = 300;
 
 /// Content of a page.
 #[derive(Debug, Default)]
-struct Story {
+struct PageContent {
     title: String,
     /// Source of the content.
     source: String,
@@ -112,7 +112,7 @@ pub fn recording_of(path: &Path) -> Result<Option<PathBuf>, Error> {
         return Ok(Some(path.into()));
     }
     let found = recordings(path)?;
-    if let Some(own) = found.iter().find(|file| file.ends_with(OWN)) {
+    if let Some(own) = found.iter().find(|file| file.ends_with(OWN_RECORDING)) {
         return Ok(Some(own.clone()));
     }
     match &found[..] {
@@ -129,7 +129,7 @@ pub fn recording_of(path: &Path) -> Result<Option<PathBuf>, Error> {
 }
 
 /// Default file of a run's own recording.
-const OWN: &str = "run.mcap";
+const OWN_RECORDING: &str = "run.mcap";
 
 /// Returns the recordings in a folder, by name.
 fn recordings(folder: &Path) -> Result<Vec<PathBuf>, Error> {
@@ -171,34 +171,37 @@ pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Page, Error> {
 /// As [`write`](fn@write).
 pub fn write_beside(path: &Path, known: &Known, logs: &[RocsLog], out: &Path) -> Result<Page, Error> {
     let recording = recording_of(path)?;
-    let mut story = match (is_folder(path), recording) {
+    let mut content = match (is_folder(path), recording) {
         // A run that was cut off has left no figures.
         (true, Some(file)) if !path.join("summary.json").exists() => {
-            recording::Recording::read(&file, known)?.tell(known)?
+            recording::Recording::read(&file, known)?.content(known)?
         }
-        (true, recording) => folder::tell(path, recording.as_deref(), known)?,
-        (false, Some(file)) => recording::Recording::read(&file, known)?.tell(known)?,
-        (false, None) => Story::default(),
+        (true, recording) => folder::content(path, recording.as_deref(), known)?,
+        (false, Some(file)) => recording::Recording::read(&file, known)?.content(known)?,
+        (false, None) => PageContent::default(),
     };
     if !logs.is_empty() {
-        let section = beside::section(&story.title, &story.scene, &story.trajectory, logs)?;
+        let section = beside::section(&content.title, &content.scene, &content.trajectory, logs)?;
         // Behind the ways of the run.
-        let place =
-            story.sections.iter().position(|section| section.heading == "Ways").map_or(0, |ways| ways + 1);
-        story.sections.insert(place, section);
+        let index = content
+            .sections
+            .iter()
+            .position(|section| section.heading == "Ways")
+            .map_or(0, |path_pictures| path_pictures + 1);
+        content.sections.insert(index, section);
     }
     let is_new = !out.exists();
     std::fs::create_dir_all(out).map_err(|source| Error::Write { path: out.into(), source })?;
-    let files = put_all(&story, path, out).inspect_err(|_| {
+    let files = put_all(&content, path, out).inspect_err(|_| {
         if is_new {
             // A folder with files in it stays.
             let _ = std::fs::remove_dir(out);
         }
     })?;
-    Ok(Page { files, unread: story.unread })
+    Ok(Page { files, unread: content.unread })
 }
 
-fn put_all(story: &Story, path: &Path, out: &Path) -> Result<Vec<PathBuf>, Error> {
+fn put_all(content: &PageContent, path: &Path, out: &Path) -> Result<Vec<PathBuf>, Error> {
     let put = |name: String, text: &[u8]| {
         let path = out.join(name);
         whole::write(&path, |file| {
@@ -207,8 +210,8 @@ fn put_all(story: &Story, path: &Path, out: &Path) -> Result<Vec<PathBuf>, Error
         })?;
         Ok::<_, Error>(path)
     };
-    let mut files = vec![put("report.html".into(), page(story).as_bytes())?];
-    for part in story.sections.iter().flat_map(|section| &section.parts) {
+    let mut files = vec![put("report.html".into(), page(content).as_bytes())?];
+    for part in content.sections.iter().flat_map(|section| &section.parts) {
         match part {
             SectionPart::Drawn(name, _, svg) => files.push(put(format!("{name}.svg"), svg.as_bytes())?),
             SectionPart::Table(table) => {
@@ -224,16 +227,16 @@ fn put_all(story: &Story, path: &Path, out: &Path) -> Result<Vec<PathBuf>, Error
     Ok(files)
 }
 
-fn page(story: &Story) -> String {
-    let mut html = Html::new(&story.title);
-    html.paragraph(&story.source, true);
-    html.contents(story.sections.iter().map(|section| section.heading));
-    for section in &story.sections {
+fn page(content: &PageContent) -> String {
+    let mut html = Html::new(&content.title);
+    html.paragraph(&content.source, true);
+    html.contents(content.sections.iter().map(|section| section.heading));
+    for section in &content.sections {
         html.heading(section.heading);
         for part in &section.parts {
             match part {
                 SectionPart::Text(text) => html.paragraph(text, false),
-                SectionPart::Table(table) => html.table(table, ROWS),
+                SectionPart::Table(table) => html.table(table, MAX_TABLE_ROWS),
                 SectionPart::Drawn(_, caption, svg) => html.drawn(svg, caption),
                 SectionPart::Found(_, caption, svg) => html.found(svg, caption),
             }

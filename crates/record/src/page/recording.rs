@@ -1,11 +1,11 @@
 //! The content of a recording for its page, read in one pass.
 
-mod telling;
+mod sections;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::decisions::{Decisions, Names, Status, constants, said, units};
+use super::decisions::{Decisions, Names, Status, constants, format_value, units};
 use super::faults::Faults;
 use super::robots::followed_among;
 use super::table::{Table, seconds};
@@ -13,10 +13,10 @@ use super::tracks::{RobotTracks, Series};
 use super::{Followed, Known};
 use crate::Sample;
 use crate::storage::{ChannelTopic, Decoder, Error, Message, Unread, Value};
-pub(super) use telling::{between, distances};
+pub(super) use sections::{between, distances};
 
 /// Maximum number of lines of the log or changes.
-const MOST: usize = 10_000;
+const MAX_LINES: usize = 10_000;
 
 type Texts = BTreeMap<String, String>;
 
@@ -204,8 +204,8 @@ impl Recording {
         let robot = owner.trim_start_matches('/').split('/').next().unwrap_or_default().to_owned();
         let own = self.robots.iter().find(|own| own.of.name == robot);
         let clearance = own.and_then(|own| own.clearance.last);
-        let said = said(&decoder.decode(message), definition(message));
-        let detail = if said.is_empty() { owner.to_owned() } else { format!("{owner}: {said}") };
+        let text = format_value(&decoder.decode(message), definition(message));
+        let detail = if text.is_empty() { owner.to_owned() } else { format!("{owner}: {text}") };
         self.decisions.add(time, &robot, "noticed", detail, 1, clearance);
     }
 
@@ -252,7 +252,7 @@ impl Recording {
 
     fn line(&mut self, time: u64, value: &Value) {
         let level = value.number("level").unwrap_or_default();
-        if level < 30.0 || self.log.rows.len() >= MOST {
+        if level < 30.0 || self.log.rows.len() >= MAX_LINES {
             return;
         }
         let name = if level < 40.0 { "warn" } else { "error" };
@@ -261,7 +261,7 @@ impl Recording {
     }
 
     fn change(&mut self, time: u64, value: &Value) {
-        if self.changes.rows.len() >= MOST {
+        if self.changes.rows.len() >= MAX_LINES {
             return;
         }
         let text = |name: &str| value.text(name).unwrap_or_default();
@@ -296,7 +296,7 @@ impl Recording {
         let fields = value.fields(false);
         let before = self.last.insert(topic.into(), value).map(|before| before.fields(false));
         for ((name, now), (_, before)) in fields.iter().zip(before.iter().flatten()) {
-            if now != before && self.changes.rows.len() < MOST {
+            if now != before && self.changes.rows.len() < MAX_LINES {
                 self.changes.row([seconds(time), format!("{topic}/{name}"), before.clone(), now.clone()]);
             }
         }

@@ -4,7 +4,7 @@ use crate::followed::Followed;
 use crate::storage::ChannelTopic;
 
 /// Maximum number of followed robots by default: a picture of more is unreadable.
-const MOST: usize = 8;
+const MAX_ROBOTS: usize = 8;
 
 /// Returns the robots whose poses are among the topics.
 /// It prefers true poses, then poses by odometry, then any poses.
@@ -29,7 +29,7 @@ pub(super) fn followed_among(topics: &[ChannelTopic]) -> Vec<Followed> {
         }
     }
     poses.sort();
-    poses.truncate(MOST);
+    poses.truncate(MAX_ROBOTS);
     let owner = |topic: &str| topic.rsplit('/').nth(1).unwrap_or_default().to_owned();
     let follow = |pose: &String| {
         let name = owner(pose);

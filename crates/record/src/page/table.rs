@@ -17,13 +17,13 @@ pub(super) struct Column {
 }
 
 /// Maximum number of names shown in a cell.
-const SEEN: usize = 3;
+const MAX_NAMES: usize = 3;
 
 impl Column {
     /// Returns the number of modules in a cell if they are too many to read at once.
     pub fn crowd(&self, cell: &str) -> Option<usize> {
         let count = cell.split(", ").count();
-        (self.is_modules && count > SEEN).then_some(count)
+        (self.is_modules && count > MAX_NAMES).then_some(count)
     }
 }
 

@@ -2,7 +2,7 @@ use crate::plot::Curve;
 use crate::{Sample, Trajectory};
 
 /// Maximum number of samples of a robot; a picture can't show more.
-const MOST: usize = 20_000;
+const MAX_SAMPLES: usize = 20_000;
 
 /// Sampled poses of robots, thinned when there are more than a picture can show.
 #[derive(Debug, Default)]
@@ -34,7 +34,7 @@ impl RobotTracks {
             return;
         }
         track.samples.push(sample);
-        if track.samples.len() >= MOST {
+        if track.samples.len() >= MAX_SAMPLES {
             track.stride *= 2;
             track.samples = std::mem::take(&mut track.samples).into_iter().step_by(2).collect();
         }
@@ -70,7 +70,7 @@ impl Series {
             return;
         }
         self.points.push((time, number));
-        if self.points.len() >= MOST {
+        if self.points.len() >= MAX_SAMPLES {
             self.stride *= 2;
             self.points = std::mem::take(&mut self.points).into_iter().step_by(2).collect();
         }

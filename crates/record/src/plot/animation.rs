@@ -15,19 +15,19 @@ const LEFT: i32 = 20 * PIXEL;
 const BOTTOM: i32 = 20 * PIXEL;
 const LEGEND: i32 = 320 * PIXEL;
 /// Seconds that the picture plays at most; longer runs play faster than they were.
-const LONGEST: f64 = 20.0;
+const MAX_DURATION: f64 = 20.0;
 /// Seconds that the end stays before the picture begins again.
-const PAUSE: f64 = 2.0;
+const END_PAUSE: f64 = 2.0;
 /// Poses a second of playing, between which the browser interpolates.
 const FRAMES_PER_SECOND: f64 = 10.0;
 /// Seconds of playing after which the next piece of a trail appears.
-const PIECE: f64 = 0.25;
+const TRAIL_PERIOD: f64 = 0.25;
 
 /// Draws the trajectories as an animation that repeats for ever.
 /// Viewers without animation show a still of the end.
 pub(crate) fn animation(report: &Drawing) -> Result<String, Error> {
-    let places = report.trajectory.samples.iter().map(|sample| [sample.x, sample.y]);
-    let view = View::of(report.scene, places, LEFT);
+    let points = report.trajectory.samples.iter().map(|sample| [sample.x, sample.y]);
+    let view = View::of(report.scene, points, LEFT);
     let legend = legend(report);
     let legend_height = i32::try_from(legend.len()).unwrap_or(0) * LEGEND_LINE;
     let size = (LEFT + view.size.0 + LEGEND, TITLE_HEIGHT + view.size.1.max(legend_height) + BOTTOM);
@@ -90,8 +90,8 @@ impl Pace {
         let first = samples.iter().map(|sample| sample.time).min().unwrap_or(0) as f64 / 1e9;
         let last = samples.iter().map(|sample| sample.time).max().unwrap_or(0) as f64 / 1e9;
         let duration = last - first;
-        let speed = if duration > LONGEST { libm::ceil(duration / LONGEST) } else { 1.0 };
-        Pace { first, speed, total: duration / speed + PAUSE }
+        let speed = if duration > MAX_DURATION { libm::ceil(duration / MAX_DURATION) } else { 1.0 };
+        Pace { first, speed, total: duration / speed + END_PAUSE }
     }
 
     /// Returns the time of a sample as a share of the animation, 0 to 1.
@@ -129,7 +129,7 @@ fn trail(text: &mut String, view: &View, pace: &Pace, samples: &[&Sample], fallb
         let mut rest = part;
         while rest.len() > 1 {
             let begin = rest[0].seconds();
-            let within = |sample: &&&Sample| sample.seconds() - begin <= PIECE * pace.speed;
+            let within = |sample: &&&Sample| sample.seconds() - begin <= TRAIL_PERIOD * pace.speed;
             let length = rest.iter().take_while(within).count().max(2);
             let (piece, share) = (&rest[..length], pace.share(rest[length - 1]));
             rest = &rest[length - 1..];
@@ -165,7 +165,7 @@ fn body(
     fallback: RGBColor,
 ) {
     let poses = poses(view, pace, samples);
-    let Some((place, turn)) = poses.last().cloned() else { return };
+    let Some((translation, rotation)) = poses.last().cloned() else { return };
     let column = |part: fn(&(String, String)) -> &str| poses.iter().map(part).collect::<Vec<_>>().join(";");
     let animate = |kind: &str, values: String| {
         let repeat = pace.repeat();
@@ -186,7 +186,7 @@ fn body(
     let arrow = [[front, 0.0], [front * 0.3, front * 0.45], [front * 0.3, -front * 0.45]];
     let _ = writeln!(
         text,
-        "<g transform=\"translate({place})\">{}<g transform=\"rotate({turn})\">{}<polygon stroke=\"{}\" \
+        "<g transform=\"translate({translation})\">{}<g transform=\"rotate({rotation})\">{}<polygon stroke=\"{}\" \
          stroke-width=\"{}\" fill-opacity=\"0.8\" fill=\"{}\" points=\"{}\">{}</polygon><polygon fill=\"#fff\" \
          points=\"{}\"/></g></g>",
         animate("translate", column(|pose| &pose.0)),
@@ -209,7 +209,7 @@ fn poses(view: &View, pace: &Pace, samples: &[&Sample]) -> Vec<(String, String)>
         .filter(|sample| sample.theta.is_finite())
         .filter_map(|sample| view.pixel(sample.x, sample.y).map(|at| (*sample, at)))
         .collect();
-    let (mut index, mut turn, mut poses) = (0, None::<f64>, Vec::new());
+    let (mut index, mut rotation, mut poses) = (0, None::<f64>, Vec::new());
     if drawable.is_empty() {
         return poses;
     }
@@ -221,9 +221,9 @@ fn poses(view: &View, pace: &Pace, samples: &[&Sample]) -> Vec<(String, String)>
         let (sample, (x, y)) = drawable[index];
         // Counter-clockwise in the world is negative on a canvas whose y points down. The short way round is taken.
         let wanted = -sample.theta * 180.0 / std::f64::consts::PI;
-        let last = turn.unwrap_or(wanted);
+        let last = rotation.unwrap_or(wanted);
         let next = wanted - 360.0 * libm::round((wanted - last) / 360.0);
-        turn = Some(next);
+        rotation = Some(next);
         poses.push((format!("{x},{y}"), format!("{next:.1}")));
     }
     poses

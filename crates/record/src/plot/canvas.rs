@@ -18,7 +18,7 @@ pub(super) const FAINT: RGBColor = RGBColor(110, 110, 110);
 pub(super) const GRID: RGBColor = RGBColor(225, 225, 225);
 
 /// Width of the bright part of a hollow line.
-pub(super) const HOLLOW: u32 = 2;
+pub(super) const HOLLOW_WIDTH: u32 = 2;
 
 /// Marks of events and positions.
 #[derive(Clone, Copy)]
@@ -174,7 +174,7 @@ impl Canvas<'_> {
             Mark::Line(color, width) => self.line(&[(x - HALF, y), (x + HALF, y)], color, width),
             Mark::Hollow(color, width) => {
                 self.mark(Mark::Line(color, width), at)?;
-                self.mark(Mark::Line(WHITE, HOLLOW), at)
+                self.mark(Mark::Line(WHITE, HOLLOW_WIDTH), at)
             }
         }
     }

@@ -3,8 +3,8 @@
 use super::{
     Drawing, axis_label,
     canvas::{
-        Canvas, DotShape, FAINT, GRID, HOLLOW, INK, LEGEND_LINE, Mark, PIXEL, Pixel, TITLE_HEIGHT, failed,
-        font, image, stroke,
+        Canvas, DotShape, FAINT, GRID, HOLLOW_WIDTH, INK, LEGEND_LINE, Mark, PIXEL, Pixel, TITLE_HEIGHT,
+        failed, font, image, stroke,
     },
     color, has_route,
     view::{View, goals, obstacles},
@@ -26,10 +26,10 @@ const LABEL_SPACE: usize = 80 * PIXEL as usize;
 const LEGEND: i32 = 320 * PIXEL;
 /// Radius of a dot, pixels, and the number of dots above which it shrinks.
 /// The dots are counted per robot.
-const DOT: i32 = 6;
-const CROWD: usize = 200;
+const DOT_RADIUS: i32 = 6;
+const MAX_LARGE_DOTS: usize = 200;
 /// Maximum number of kinds of actions in the legend.
-const MOST_KINDS: usize = 12;
+const MAX_KINDS: usize = 12;
 
 /// Draws one run.
 pub(crate) fn map(report: &Drawing) -> Result<String, Error> {
@@ -53,8 +53,8 @@ pub(crate) fn beside(reports: &[Drawing]) -> Result<String, Error> {
 
 /// Draws one run; returns also its size in whole pixels.
 fn sized(report: &Drawing) -> Result<(String, Pixel), Error> {
-    let places = report.trajectory.samples.iter().map(|sample| [sample.x, sample.y]);
-    let (view, legend) = (View::of(report.scene, places, LEFT), legend(report));
+    let points = report.trajectory.samples.iter().map(|sample| [sample.x, sample.y]);
+    let (view, legend) = (View::of(report.scene, points, LEFT), legend(report));
     let legend_height = i32::try_from(legend.len()).unwrap_or(0) * LEGEND_LINE;
     let plot_height = if view.size.1 > legend_height { view.size.1 } else { legend_height };
     let size = (LEFT + view.size.0 + LEGEND, TITLE_HEIGHT + plot_height + BOTTOM);
@@ -156,7 +156,7 @@ fn routes(
         path(canvas, view, samples, color(route), 5)?;
     }
     if is_hollow {
-        path(canvas, view, samples, WHITE, HOLLOW)?;
+        path(canvas, view, samples, WHITE, HOLLOW_WIDTH)?;
     }
     for index in switches(samples) {
         if let Some(at) = view.pixel(samples[index].x, samples[index].y) {
@@ -164,7 +164,7 @@ fn routes(
         }
     }
     // Many dots would hide the line.
-    let radius = if begun(samples).count() > CROWD { 3 } else { DOT };
+    let radius = if begun(samples).count() > MAX_LARGE_DOTS { 3 } else { DOT_RADIUS };
     for sample in begun(samples) {
         if let Some(at) = view.pixel(sample.x, sample.y) {
             let kind = kinds.iter().position(|(kind, _)| *kind == sample.kind());
@@ -176,11 +176,11 @@ fn routes(
 }
 
 fn ends(canvas: &Canvas, view: &View, robot: &str, samples: &[&Sample]) -> Result<(), Error> {
-    let place = |sample: &&Sample| view.pixel(sample.x, sample.y);
-    if let Some(end) = samples.last().and_then(place) {
+    let pixel = |sample: &&Sample| view.pixel(sample.x, sample.y);
+    if let Some(end) = samples.last().and_then(pixel) {
         canvas.mark(Mark::End, end)?;
     }
-    if let Some(start) = samples.first().and_then(place) {
+    if let Some(start) = samples.first().and_then(pixel) {
         canvas.mark(Mark::Start, start)?;
         canvas.label(robot, start)?;
     }
@@ -212,13 +212,13 @@ fn legend(report: &Drawing) -> Vec<(Mark, String)> {
         entries.push((Mark::Square(color(Some(Route::Reactive))), "route changes".to_owned()));
         let kinds = kinds(report);
         // Files of others have any number of kinds.
-        let dots = kinds.iter().take(MOST_KINDS).enumerate();
+        let dots = kinds.iter().take(MAX_KINDS).enumerate();
         entries.extend(dots.map(|(number, (kind, route))| {
-            (Mark::Dot(color(*route), DotShape::of(number), DOT), format!("{kind} begins"))
+            (Mark::Dot(color(*route), DotShape::of(number), DOT_RADIUS), format!("{kind} begins"))
         }));
-        if kinds.len() > MOST_KINDS {
-            let rest = kinds.len() - MOST_KINDS;
-            entries.push((Mark::Dot(INK, DotShape::Disc, DOT), format!("and {rest} other kinds")));
+        if kinds.len() > MAX_KINDS {
+            let rest = kinds.len() - MAX_KINDS;
+            entries.push((Mark::Dot(INK, DotShape::Disc, DOT_RADIUS), format!("and {rest} other kinds")));
         }
     }
     if !report.trajectory.samples.is_empty() {

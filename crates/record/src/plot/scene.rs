@@ -4,8 +4,8 @@ use super::{
     Drawing,
     canvas::{Canvas, FAINT, INK, LEGEND_LINE, Mark, PIXEL, Pixel, TITLE_HEIGHT, failed, image},
     palette,
-    sight::visible,
     view::{View, goals, obstacles},
+    visibility::visible,
 };
 use crate::{Error, Robot};
 use plotters::{prelude::*, style::text_anchor::HPos};

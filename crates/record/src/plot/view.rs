@@ -9,7 +9,7 @@ use crate::{Error, Scene};
 use plotters::{prelude::*, style::text_anchor::HPos};
 
 /// The longer side of the world.
-const SIDE: i32 = 1000 * PIXEL;
+const WORLD_SIDE: i32 = 1000 * PIXEL;
 const OBSTACLE: RGBColor = RGBColor(205, 205, 205);
 
 /// Shown area of the world, at one scale for both axes.
@@ -35,17 +35,17 @@ impl View {
         let longer = if width > height { width } else { height };
         // A corridor still gets a plot that is high enough to read.
         let (x, y) = (widened(x, longer * 0.4), widened(y, longer * 0.4));
-        let pixels = |(low, high): (f64, f64)| ((high - low) / longer * f64::from(SIDE)).round() as i32;
+        let pixels = |(low, high): (f64, f64)| ((high - low) / longer * f64::from(WORLD_SIDE)).round() as i32;
         View { x, y, size: (pixels(x), pixels(y)), left }
     }
 
     /// Returns the position of a point on the canvas; `None` if it is too far out.
     pub fn pixel(&self, x: f64, y: f64) -> Option<Pixel> {
-        const FAR: f64 = 1e8;
+        const MAX_COORDINATE: f64 = 1e8;
         let share = |value: f64, (low, high): (f64, f64)| (value - low) / (high - low);
         let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
         let (right, up) = ((share(x, self.x) * width).round(), (share(y, self.y) * height).round());
-        (right.abs() < FAR && up.abs() < FAR)
+        (right.abs() < MAX_COORDINATE && up.abs() < MAX_COORDINATE)
             .then(|| (self.left + right as i32, TITLE_HEIGHT + self.size.1 - up as i32))
     }
 

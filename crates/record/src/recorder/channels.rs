@@ -76,8 +76,11 @@ impl Channel {
 
     /// Returns the value itself, or that of a message to a mailbox.
     pub fn value<'a>(&self, items: usize, bytes: &'a [u8]) -> &'a [u8] {
-        let bytes =
-            if self.access == Access::Messages { bytes.get(SENT..).unwrap_or_default() } else { bytes };
+        let bytes = if self.access == Access::Messages {
+            bytes.get(SENT_HEAD_SIZE..).unwrap_or_default()
+        } else {
+            bytes
+        };
         // Behind the last item there may be bytes that only fill up.
         let tail = self.descriptor.tail().map_or(0, |kind| kind.size() * items);
         bytes.get(..self.descriptor.size + tail).unwrap_or(bytes)
@@ -108,17 +111,17 @@ pub(crate) struct Sent {
 }
 
 /// Size of a message's sender and time, bytes.
-const SENT: usize = 12;
+const SENT_HEAD_SIZE: usize = 12;
 
 impl Sent {
-    pub fn to_bytes(self) -> [u8; SENT] {
-        let mut bytes = [0; SENT];
+    pub fn to_bytes(self) -> [u8; SENT_HEAD_SIZE] {
+        let mut bytes = [0; SENT_HEAD_SIZE];
         bytes[..8].copy_from_slice(&self.time.to_le_bytes());
         bytes[8..].copy_from_slice(&self.sender.to_le_bytes());
         bytes
     }
 
-    fn from_bytes(bytes: [u8; SENT]) -> Self {
+    fn from_bytes(bytes: [u8; SENT_HEAD_SIZE]) -> Self {
         let number = u128::from_le_bytes(std::array::from_fn(|at| bytes.get(at).copied().unwrap_or(0)));
         Self { time: number as u64, sender: (number >> 64) as u32 }
     }

@@ -19,26 +19,26 @@ use slate_runtime::recording::{
 use super::file::{File, Limits};
 use super::flight::Captured;
 use super::host::Host;
-use super::lock::locked;
+use super::lock::lock;
 use super::save::save_to;
 use super::target::{ActiveRecording, Progress};
-use super::thread::{Order, ThreadHandle};
-use super::{FIRST, RecordError, Recorded, Recorder, TOOLS, selection, wants_of_flight};
+use super::thread::{ThreadHandle, ThreadRequest};
+use super::{MAIN_RECORDING, RecordError, Recorded, Recorder, TOOL_RECORDINGS, flight_filter, selection};
 
 /// Timeout of answers of the writing thread; shorter than that of tools.
-const TIMEOUT: Duration = Duration::from_secs(30);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Maximum wait of a tool until its change is in the file.
-const SETTLED: Duration = Duration::from_secs(1);
+const SETTLE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Maximum number of simultaneous recordings.
-const MOST: usize = 8;
+const MAX_RECORDINGS: usize = 8;
 
 fn refusal(message: impl Into<String>, help: &str) -> RecordingRefusal {
     RecordingRefusal { message: message.into(), help: help.into() }
 }
 
-fn over() -> RecordingRefusal {
+fn ended_refusal() -> RecordingRefusal {
     refusal(
         "the recorder of this agent has ended",
         "`slate log` shows why; start the agent again to record it",
@@ -46,24 +46,24 @@ fn over() -> RecordingRefusal {
 }
 
 /// Returns the log line of a recording that has ended.
-pub(super) fn told(recorded: &Recorded) -> String {
+pub(super) fn summary_line(recorded: &Recorded) -> String {
     let Recorded { file, values, dropped, .. } = recorded;
     format!("the recording {} has {values} values; {dropped} are missing", slate_runtime::printable(file))
 }
 
 impl Recorder {
     /// Returns the handle of the thread, and the recorded agent.
-    fn parts(&self) -> Result<(Arc<ThreadHandle>, Arc<Host>), RecordingRefusal> {
+    fn thread_and_host(&self) -> Result<(Arc<ThreadHandle>, Arc<Host>), RecordingRefusal> {
         let state = self.state();
         match (&state.thread, &state.host) {
             (Some(thread), Some(host)) => Ok((Arc::clone(&thread.shared), Arc::clone(host))),
-            _ => Err(over()),
+            _ => Err(ended_refusal()),
         }
     }
 
-    fn ask(&self, shared: &ThreadHandle, order: Order) -> Result<(), RecordingRefusal> {
-        if !shared.ask(order) {
-            return Err(over());
+    fn request(&self, shared: &ThreadHandle, order: ThreadRequest) -> Result<(), RecordingRefusal> {
+        if !shared.request(order) {
+            return Err(ended_refusal());
         }
         self.hub.wake();
         Ok(())
@@ -71,31 +71,33 @@ impl Recorder {
 
     fn answer<T>(answer: &Receiver<T>) -> Result<T, RecordingRefusal> {
         let late = "the recorder has not answered in time, as its disk is slow";
-        answer.recv_timeout(TIMEOUT).map_err(|_| refusal(late, "see `slate record status`, and try again"))
+        answer
+            .recv_timeout(ANSWER_TIMEOUT)
+            .map_err(|_| refusal(late, "see `slate record status`, and try again"))
     }
 
     /// Waits until reported changes are in the hands of the operating system.
     /// It does not wait for a stalled disk.
     pub(super) fn settle_changes(&self) {
-        let mut settled = locked(&self.told.settled);
-        let told = self.told.count.load(Ordering::Acquire);
-        if std::mem::replace(&mut *settled, told) == told {
+        let mut settled = lock(&self.changes.settled);
+        let count = self.changes.count.load(Ordering::Acquire);
+        if std::mem::replace(&mut *settled, count) == count {
             return;
         }
-        let Ok((shared, _)) = self.parts() else { return };
-        if locked(&shared.recordings).is_empty() {
+        let Ok((shared, _)) = self.thread_and_host() else { return };
+        if lock(&shared.recordings).is_empty() {
             return;
         }
         let (sender, receiver) = sync_channel(1);
-        if self.ask(&shared, Order::Settle(sender)).is_ok() {
-            let _ = receiver.recv_timeout(SETTLED);
+        if self.request(&shared, ThreadRequest::Settle(sender)).is_ok() {
+            let _ = receiver.recv_timeout(SETTLE_TIMEOUT);
         }
     }
 
     /// Returns the last seconds that are now in memory.
     fn capture(&self, shared: &ThreadHandle) -> Result<Captured, RecordingRefusal> {
         let (sender, receiver) = sync_channel(1);
-        self.ask(shared, Order::Capture(sender))?;
+        self.request(shared, ThreadRequest::Capture(sender))?;
         Self::answer(&receiver)?.ok_or_else(|| {
             let help = "start it without record.flight.enabled=false";
             refusal("this agent keeps nothing of its last seconds", help)
@@ -110,10 +112,10 @@ impl RecordingControl for Recorder {
         file: &Path,
         what: &RecordSelection,
     ) -> Result<(), RecordingRefusal> {
-        let (shared, host) = self.parts()?;
-        if locked(&shared.recordings).len() >= MOST {
+        let (shared, host) = self.thread_and_host()?;
+        if lock(&shared.recordings).len() >= MAX_RECORDINGS {
             return Err(refusal(
-                format!("there are {MOST} recordings already"),
+                format!("there are {MAX_RECORDINGS} recordings already"),
                 "end one: slate record stop FILE",
             ));
         }
@@ -135,7 +137,7 @@ impl RecordingControl for Recorder {
             let mut state = self.state();
             state.count += 1;
             let Record { chunk, buffer, within, .. } = state.settings;
-            (TOOLS + state.count, Limits { chunk, buffer }, within)
+            (TOOL_RECORDINGS + state.count, Limits { chunk, buffer }, within)
         };
         let opened = File::create(Box::new(disk), preface, limits).map_err(|reason| {
             // Nothing is in it, and the name must be free for another try.
@@ -145,11 +147,11 @@ impl RecordingControl for Recorder {
         let progress = Progress::new(number, file, agent.now());
         let mut target =
             ActiveRecording::new(opened, what.clone(), within, host.is_lockstep, Arc::clone(&progress));
-        self.show(board);
+        self.publish_state(board);
         let own = what.clone();
         // Values written from now on stay in the rings until their recording is there.
-        let taking = locked(&shared.taking);
-        self.hub.want(number, Box::new(move |channel| selection::selects(&own, &channel.path)));
+        let taking = lock(&shared.taking);
+        self.hub.add_recording(number, Box::new(move |channel| selection::selects(&own, &channel.path)));
         // A property that was made anew has the channel that came last.
         let channels = self.hub.channels().clone();
         let ids: BTreeMap<&str, u32> =
@@ -158,13 +160,13 @@ impl RecordingControl for Recorder {
         let properties = properties.filter_map(|property| Some((*ids.get(property.path())?, property)));
         let properties: Vec<_> = properties.filter(|(_, property)| is_selected(property.path())).collect();
         target.begin(&channels, &properties, agent.now());
-        locked(&shared.recordings).push(progress);
-        let asked = self.ask(&shared, Order::Add(Box::new(target)));
+        lock(&shared.recordings).push(progress);
+        let requested = self.request(&shared, ThreadRequest::Add(Box::new(target)));
         drop(taking);
-        asked.inspect_err(|_| {
+        requested.inspect_err(|_| {
             // No thread writes it.
-            self.hub.want_no_more(number);
-            locked(&shared.recordings).retain(|other| other.number != number);
+            self.hub.remove_recording(number);
+            lock(&shared.recordings).retain(|other| other.number != number);
             let _ = std::fs::remove_file(file);
         })?;
         let file = slate_runtime::printable(file);
@@ -177,15 +179,15 @@ impl RecordingControl for Recorder {
         agent: &dyn RecordedAgent,
         file: Option<&Path>,
     ) -> Result<RecordingEntry, RecordingRefusal> {
-        let (shared, host) = self.parts()?;
-        let recordings = locked(&shared.recordings).clone();
+        let (shared, host) = self.thread_and_host()?;
+        let recordings = lock(&shared.recordings).clone();
         let names = || {
             let names = recordings.iter().map(|progress| slate_runtime::printable(&progress.entry().file));
             names.collect::<Vec<_>>().join(", ")
         };
         let named = |progress: &&Arc<Progress>| {
             // The run's own recording ends with the run unless a tool names it.
-            file.map_or(progress.number != FIRST, |file| progress.entry().file == file)
+            file.map_or(progress.number != MAIN_RECORDING, |file| progress.entry().file == file)
         };
         let mut meant = recordings.iter().filter(named);
         let progress = match (meant.next(), meant.next()) {
@@ -205,9 +207,9 @@ impl RecordingControl for Recorder {
             }
         };
         let (sender, receiver) = sync_channel(1);
-        self.ask(&shared, Order::Remove(progress.number, sender))?;
+        self.request(&shared, ThreadRequest::Remove(progress.number, sender))?;
         let target = Self::answer(&receiver)?;
-        self.hub.want_no_more(progress.number);
+        self.hub.remove_recording(progress.number);
         let time = agent.now();
         let ended = match target {
             Some(mut target) => {
@@ -216,16 +218,16 @@ impl RecordingControl for Recorder {
             }
             None => Err(progress.failure().unwrap_or_else(|| "it has ended already".into())),
         };
-        locked(&shared.recordings).retain(|other| other.number != progress.number);
+        lock(&shared.recordings).retain(|other| other.number != progress.number);
         let path = progress.path.clone();
         let error = |reason| RecordError::Write { path: path.clone(), reason };
-        if progress.number == FIRST {
+        if progress.number == MAIN_RECORDING {
             let mut state = self.state();
             (state.first, state.outcome) = (None, Some(ended.clone().map_err(error)));
         }
         match ended {
             Ok(recorded) => {
-                host.logger.log(time, Level::Info, &told(&recorded));
+                host.logger.log(time, Level::Info, &summary_line(&recorded));
                 Ok(RecordingEntry { values: recorded.values, bytes: recorded.bytes, ..progress.entry() })
             }
             Err(reason) => {
@@ -236,14 +238,14 @@ impl RecordingControl for Recorder {
     }
 
     fn status(&self) -> RecordingStatus {
-        let Ok((shared, _)) = self.parts() else { return RecordingStatus::default() };
-        let recordings = locked(&shared.recordings).iter().map(|progress| progress.entry()).collect();
+        let Ok((shared, _)) = self.thread_and_host() else { return RecordingStatus::default() };
+        let recordings = lock(&shared.recordings).iter().map(|progress| progress.entry()).collect();
         let folder = self.state().saves.as_ref().and_then(|saves| std::path::absolute(saves.folder()).ok());
-        RecordingStatus { recordings, flight: locked(&shared.flight).clone(), folder }
+        RecordingStatus { recordings, flight: lock(&shared.flight).clone(), folder }
     }
 
     fn save(&self, agent: &dyn RecordedAgent, file: &Path) -> Result<SavedFlight, RecordingRefusal> {
-        let (shared, host) = self.parts()?;
+        let (shared, host) = self.thread_and_host()?;
         let captured = self.capture(&shared)?;
         let Record { chunk, buffer, .. } = self.state().settings;
         let saved = save_to(file, &host, agent, Limits { chunk, buffer }, &captured).map_err(|reason| {
@@ -256,11 +258,11 @@ impl RecordingControl for Recorder {
     }
 
     fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal> {
-        let (shared, _) = self.parts()?;
+        let (shared, _) = self.thread_and_host()?;
         let captured = self.capture(&shared)?;
         // Without a word it would look as if nothing had been written.
         let settings = self.state().settings.clone();
-        let wants = wants_of_flight(&settings);
+        let wants = flight_filter(&settings);
         if let Some(channel) = captured.channel(&wish.path).filter(|own| !wants(own)) {
             let (path, largest) = (&wish.path, settings.flight.largest);
             let is_large = channel.largest as u64 > largest;

@@ -9,10 +9,10 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
 use std::time::{Duration, Instant};
 
-use super::lock::locked;
+use super::lock::lock;
 
 /// Maximum wait of a closing file for a stalled disk; less than tools wait.
-const TIMEOUT: Duration = Duration::from_secs(20);
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// The writing end. Bytes are handed over when they are flushed, and at the end.
 pub(super) struct Disk {
@@ -26,7 +26,7 @@ pub(super) struct DiskQueue {
     /// Bytes that were written until now.
     bytes: AtomicU64,
     /// Bytes that were handed over until now.
-    handed: AtomicU64,
+    submitted: AtomicU64,
     /// Bytes that were handed over and are not on the disk yet.
     waiting: AtomicU64,
     state: Mutex<DiskState>,
@@ -51,8 +51,8 @@ impl Disk {
         let queue = Arc::<DiskQueue>::default();
         let own = Arc::clone(&queue);
         Builder::new().name("record disk".into()).spawn(move || {
-            slate_runtime::give_way();
-            own.work_safely(writer);
+            slate_runtime::set_batch_scheduling();
+            own.run_safely(writer);
         })?;
         Ok((Self { open: Vec::new(), queue: Arc::clone(&queue) }, queue))
     }
@@ -66,7 +66,7 @@ impl Disk {
             let next = state.spare.take().unwrap_or_default();
             let piece = std::mem::replace(&mut self.open, next);
             self.queue.waiting.fetch_add(piece.len() as u64, Ordering::Release);
-            self.queue.handed.fetch_add(piece.len() as u64, Ordering::Release);
+            self.queue.submitted.fetch_add(piece.len() as u64, Ordering::Release);
             state.pieces.push_back(piece);
             self.queue.changed.notify_all();
         }
@@ -97,15 +97,15 @@ impl Drop for Disk {
 
 impl DiskQueue {
     fn state(&self) -> MutexGuard<'_, DiskState> {
-        locked(&self.state)
+        lock(&self.state)
     }
 
     fn wait<'a>(&'a self, state: MutexGuard<'a, DiskState>, within: Duration) -> MutexGuard<'a, DiskState> {
         self.changed.wait_timeout(state, within).unwrap_or_else(PoisonError::into_inner).0
     }
 
-    fn work_safely(&self, mut writer: Box<dyn Write + Send>) {
-        let done = catch_unwind(AssertUnwindSafe(|| self.work(&mut writer)));
+    fn run_safely(&self, mut writer: Box<dyn Write + Send>) {
+        let done = catch_unwind(AssertUnwindSafe(|| self.run(&mut writer)));
         if done.is_err() {
             self.fail("its writer has panicked".into());
             // It may panic again when it is closed.
@@ -114,7 +114,7 @@ impl DiskQueue {
     }
 
     #[allow(clippy::disallowed_methods, reason = "a disk stands still on the wall clock")]
-    fn work(&self, writer: &mut dyn Write) {
+    fn run(&self, writer: &mut dyn Write) {
         loop {
             let mut state = self.state();
             let piece = loop {
@@ -161,13 +161,13 @@ impl DiskQueue {
     }
 
     /// Returns the number of bytes handed over until now.
-    pub fn handed(&self) -> u64 {
-        self.handed.load(Ordering::Acquire)
+    pub fn submitted(&self) -> u64 {
+        self.submitted.load(Ordering::Acquire)
     }
 
     /// Returns true if the operating system has the first `bytes` handed over.
     pub fn has(&self, bytes: u64) -> bool {
-        self.handed().saturating_sub(self.waiting()) >= bytes
+        self.submitted().saturating_sub(self.waiting()) >= bytes
     }
 
     /// Returns the reason why nothing can be written any more, if there is one.
@@ -176,7 +176,7 @@ impl DiskQueue {
     }
 
     /// Returns the time that the disk has spent on the current piece.
-    pub fn stands_still(&self) -> Duration {
+    pub fn stall_duration(&self) -> Duration {
         self.state().since.map_or(Duration::ZERO, |since| since.elapsed())
     }
 
@@ -185,21 +185,21 @@ impl DiskQueue {
     ///
     /// # Errors
     /// Why it has not taken them.
-    pub fn settle(&self, most: u64, timeout: Duration) -> Result<(), String> {
+    pub fn settle(&self, most: u64, patience: Duration) -> Result<(), String> {
         let mut state = self.state();
         while self.waiting() > most {
             let still = state.since.map_or(Duration::ZERO, |since| since.elapsed());
-            if still >= timeout {
+            if still >= patience {
                 return Err(format!("the disk has taken nothing for {} s", still.as_secs()));
             }
-            state = self.wait(state, timeout.saturating_sub(still));
+            state = self.wait(state, patience.saturating_sub(still));
         }
         state.failure.clone().map_or(Ok(()), Err)
     }
 
     /// Waits as [`settle`](DiskQueue::settle), with the default timeout.
     pub fn settle_in_time(&self, most: u64) -> Result<(), String> {
-        self.settle(most, TIMEOUT)
+        self.settle(most, CLOSE_TIMEOUT)
     }
 }
 
@@ -235,12 +235,12 @@ mod tests {
         assert_eq!((queue.waiting(), queue.bytes()), (300, 300));
         let error = queue.settle(0, Duration::from_millis(50)).unwrap_err();
         assert!(error.contains("has taken nothing"), "{error}");
-        assert!(queue.stands_still() >= Duration::from_millis(50));
+        assert!(queue.stall_duration() >= Duration::from_millis(50));
         go.send(()).unwrap();
         queue.settle(200, Duration::from_secs(10)).unwrap();
         (0..2).for_each(|_| go.send(()).unwrap());
         queue.settle(0, Duration::from_secs(10)).unwrap();
-        assert_eq!(queue.stands_still(), Duration::ZERO);
+        assert_eq!(queue.stall_duration(), Duration::ZERO);
         // What is not flushed is handed over at the end, and what can't be written is known then.
         disk.write_all(&[4; 100]).unwrap();
         drop((disk, go));

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::channels::{Channel, Sent};
 use super::disk::{Disk, DiskQueue};
-use super::hub::{OTHERS, Sink};
+use super::hub::{FIRST_TOPIC_ID, Sink};
 use super::messages::{self, TOPICS, Topic};
 use super::run::Preface;
 use crate::ros;
@@ -18,7 +18,7 @@ use mcap::{Attachment, WriteOptions};
 use slate_blackboard::{Access, Stamp};
 
 /// Path, schema and access of the values that a channel carries.
-type Carried = (String, u64, &'static str);
+type ChannelKey = (String, u64, &'static str);
 
 /// Limits of the data of a file that are not on the disk yet, bytes.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ pub(super) struct Limits {
 }
 
 /// Maximum time until the disk reports that nothing can be written at all.
-const FIRST: Duration = Duration::from_secs(1);
+const OPEN_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// An MCAP file that is being written.
 pub(super) struct File {
@@ -45,7 +45,7 @@ pub(super) struct File {
     others: BTreeMap<u32, u16>,
     /// Channels by their content.
     /// A property that is created anew, because links changed, continues in the channel of the one before.
-    known: BTreeMap<Carried, u16>,
+    known: BTreeMap<ChannelKey, u16>,
     /// Definitions of the current piece.
     repeated: Repeated,
     /// Offset from the agent's time to that of the file, nanoseconds.
@@ -60,7 +60,7 @@ pub(super) struct File {
     /// Reason why nothing is written any more.
     failure: Option<String>,
     /// Number of drops, by channel, as last written.
-    told: BTreeMap<String, u64>,
+    written_drops: BTreeMap<String, u64>,
 }
 
 impl File {
@@ -90,7 +90,7 @@ impl File {
             values: 0,
             urgent: false,
             failure: None,
-            told: BTreeMap::new(),
+            written_drops: BTreeMap::new(),
         };
         for (name, metadata) in preface.metadata {
             file.metadata(name, metadata)?;
@@ -107,7 +107,7 @@ impl File {
         }
         file.writer()?.flush().map_err(text)?;
         // A disk that is slow is no reason not to begin.
-        let _ = file.disk.settle(0, FIRST);
+        let _ = file.disk.settle(0, OPEN_TIMEOUT);
         file.disk.failure().map_or(Ok(file), Err)
     }
 
@@ -186,7 +186,7 @@ impl File {
             publish_time: self.epoch.saturating_add(stamp.time),
         };
         self.writer()?.write_to_known_channel(&header, bytes).map_err(text)?;
-        self.open += HEAD + bytes.len() as u64;
+        self.open += MESSAGE_HEAD_SIZE + bytes.len() as u64;
         if self.open >= self.limits.chunk { self.close_piece() } else { Ok(()) }
     }
 
@@ -267,14 +267,14 @@ impl File {
     }
 
     /// Writes the number of a property's drops until then, if it has changed.
-    pub fn tell_drops(&mut self, path: &str, count: u64, time: u64) {
-        let is_told = count == 0 || self.told.get(path) == Some(&count);
-        if is_told || self.failure.is_some() || !self.has_room(0) {
+    pub fn write_drops(&mut self, path: &str, count: u64, time: u64) {
+        let is_written = count == 0 || self.written_drops.get(path) == Some(&count);
+        if is_written || self.failure.is_some() || !self.has_room(0) {
             return;
         }
-        self.told.insert(path.to_owned(), count);
+        self.written_drops.insert(path.to_owned(), count);
         let message = messages::dropped(&format!("/{path}"), count);
-        let id = self.other(&messages::DROPPED);
+        let id = self.other(&messages::DROPPED_TOPIC);
         let written = id.and_then(|id| {
             let stamp = Stamp { time, ..Stamp::default() };
             self.write(id, stamp, time, &message)
@@ -283,7 +283,7 @@ impl File {
     }
 
     /// Writes a value from before the file, at the time at which the file begins.
-    pub fn value_from_before(
+    pub fn write_initial(
         &mut self,
         channel: &Channel,
         id: u32,
@@ -319,8 +319,8 @@ impl File {
     }
 
     /// Returns the time that the disk has spent on the current piece.
-    pub fn stands_still(&self) -> Duration {
-        self.disk.stands_still()
+    pub fn stall_duration(&self) -> Duration {
+        self.disk.stall_duration()
     }
 
     /// Returns the reason why nothing can be written any more, if there is one.
@@ -329,14 +329,15 @@ impl File {
     }
 
     /// Writes the list of properties that never had a value.
-    pub fn tell_unwritten(&mut self, unwritten: BTreeMap<String, String>) -> Result<(), String> {
+    pub fn write_unwritten(&mut self, unwritten: BTreeMap<String, String>) -> Result<(), String> {
         self.metadata("unwritten", unwritten)
     }
 
     /// Writes the final metadata under `name` and the index; waits for the disk.
     pub fn end(&mut self, name: &str, end: BTreeMap<String, String>) -> Result<(), String> {
         self.close_piece()?;
-        let drops = self.told.iter().map(|(path, count)| (format!("/{path}"), count.to_string())).collect();
+        let drops =
+            self.written_drops.iter().map(|(path, count)| (format!("/{path}"), count.to_string())).collect();
         self.metadata("dropped", drops)?;
         self.metadata(name, end)?;
         if let Some(mut writer) = self.writer.take() {
@@ -347,7 +348,7 @@ impl File {
 
     /// Returns the number of bytes of the closed pieces.
     pub fn closed(&self) -> u64 {
-        self.disk.handed()
+        self.disk.submitted()
     }
 
     /// Returns true if the operating system has the first `bytes` of pieces.
@@ -363,7 +364,7 @@ impl File {
 
 impl Sink for File {
     fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
-        debug_assert!(channel.is_some() || id >= OTHERS);
+        debug_assert!(channel.is_some() || id >= FIRST_TOPIC_ID);
         if self.failure.is_none() {
             let written = self.put(channel, id, items, (stamp, stamp.time), bytes);
             self.note(written);
@@ -372,7 +373,7 @@ impl Sink for File {
 }
 
 /// Size of a message without its content, bytes.
-const HEAD: u64 = 31;
+const MESSAGE_HEAD_SIZE: u64 = 31;
 
 /// Returns the text of an error; of one of the system, its own.
 fn text(error: mcap::McapError) -> String {

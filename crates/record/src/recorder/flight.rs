@@ -10,9 +10,9 @@ use slate_runtime::configuration::Flight as Settings;
 use slate_runtime::recording::{Change, History, HistoryWish, Left, TakeValue};
 
 use super::channels::Channel;
-use super::hub::{OTHERS, Want};
-use super::messages::{CHANGE, read_change};
-use super::ring::{HEAD, ValueHead};
+use super::hub::{ChannelFilter, FIRST_TOPIC_ID};
+use super::messages::{CHANGE_TOPIC, read_change};
+use super::ring::{HEAD_SIZE, ValueHead};
 
 /// The last seconds of an agent.
 pub(super) struct Flight {
@@ -29,7 +29,7 @@ pub(super) struct Flight {
     past: Past,
     /// A piece that can be used again.
     spare: Option<Piece>,
-    wants: Want,
+    wants: ChannelFilter,
     /// Wanted flags by property; `None` before its first value.
     wanted: Vec<Option<bool>>,
 }
@@ -77,19 +77,19 @@ pub(super) struct Captured {
 }
 
 /// Number of pieces that fill the memory, or the time.
-const PIECES: usize = 32;
+const PIECE_COUNT: usize = 32;
 
 /// The largest piece, bytes.
-const LARGEST_PIECE: usize = 1 << 20;
+const MAX_PIECE_SIZE: usize = 1 << 20;
 
 impl Flight {
     /// Creates the flight recorder; `None` if it is not enabled.
-    pub fn new(settings: &Settings, wants: Want) -> Option<Self> {
+    pub fn new(settings: &Settings, wants: ChannelFilter) -> Option<Self> {
         let memory = usize::try_from(settings.memory).unwrap_or(usize::MAX);
         let flight = Self {
             keep: settings.keep,
             memory,
-            piece: (memory / PIECES).min(LARGEST_PIECE),
+            piece: (memory / PIECE_COUNT).min(MAX_PIECE_SIZE),
             pieces: VecDeque::new(),
             open: Piece::default(),
             bytes: 0,
@@ -103,11 +103,11 @@ impl Flight {
     }
 
     fn wants(&mut self, id: u32, channel: &Channel) -> bool {
-        let place = id as usize;
-        if self.wanted.len() <= place {
-            self.wanted.resize(place + 1, None);
+        let index = id as usize;
+        if self.wanted.len() <= index {
+            self.wanted.resize(index + 1, None);
         }
-        *self.wanted[place].get_or_insert_with(|| (self.wants)(channel))
+        *self.wanted[index].get_or_insert_with(|| (self.wants)(channel))
     }
 
     /// Takes a value if the flight recorder keeps it.
@@ -116,12 +116,12 @@ impl Flight {
         if channel.is_some_and(|channel| !self.wants(id, channel)) {
             return;
         }
-        let needed = HEAD + bytes.len();
+        let needed = HEAD_SIZE + bytes.len();
         if needed > self.memory / 2 {
             // It would leave no room for others; its property shows a gap.
             return;
         }
-        let is_long = stamp.time.saturating_sub(self.open.from) > self.keep / PIECES as u64;
+        let is_long = stamp.time.saturating_sub(self.open.from) > self.keep / PIECE_COUNT as u64;
         if !self.open.bytes.is_empty() && (is_long || self.open.bytes.len() + needed > self.piece) {
             self.close();
         }
@@ -158,8 +158,8 @@ impl Flight {
         self.bytes -= piece.bytes.len();
         self.past.is_there = true;
         piece.each(|head, bytes| {
-            if head.id >= OTHERS {
-                if head.id == CHANGE.id {
+            if head.id >= FIRST_TOPIC_ID {
+                if head.id == CHANGE_TOPIC.id {
                     self.past.note(bytes);
                 }
                 return;
@@ -222,7 +222,7 @@ impl Past {
 impl Piece {
     fn each(&self, mut take: impl FnMut(ValueHead, &[u8])) {
         let mut rest = self.bytes.as_slice();
-        while let Some((head, behind)) = rest.split_first_chunk::<HEAD>() {
+        while let Some((head, behind)) = rest.split_first_chunk::<HEAD_SIZE>() {
             let head = ValueHead::from_bytes(head);
             let (bytes, behind) = behind.split_at_checked(head.length as usize).unwrap_or((behind, &[]));
             take(head, bytes);
@@ -231,13 +231,13 @@ impl Piece {
     }
 
     /// Returns the offsets of a property's values.
-    fn places(&self, id: u32) -> &[u32] {
+    fn offsets(&self, id: u32) -> &[u32] {
         let index = self.index.get_or_init(|| {
-            let (mut index, mut place) = (BTreeMap::<u32, Vec<u32>>::new(), 0);
+            let (mut index, mut offset) = (BTreeMap::<u32, Vec<u32>>::new(), 0);
             self.each(|head, bytes| {
                 // A piece is not longer than that.
-                index.entry(head.id).or_default().push(place as u32);
-                place += HEAD + bytes.len();
+                index.entry(head.id).or_default().push(offset as u32);
+                offset += HEAD_SIZE + bytes.len();
             });
             index
         });
@@ -245,8 +245,8 @@ impl Piece {
     }
 
     /// Returns the value that begins at a place.
-    fn at(&self, place: u32) -> Option<(ValueHead, &[u8])> {
-        let (head, behind) = self.bytes.get(place as usize..)?.split_first_chunk::<HEAD>()?;
+    fn at(&self, offset: u32) -> Option<(ValueHead, &[u8])> {
+        let (head, behind) = self.bytes.get(offset as usize..)?.split_first_chunk::<HEAD_SIZE>()?;
         let head = ValueHead::from_bytes(head);
         Some((head, behind.get(..head.length as usize)?))
     }
@@ -270,20 +270,20 @@ impl Captured {
         for id in ids {
             found.extend(self.before.get(&id).map(|value| (value.head, value.bytes.as_slice())));
             for piece in &self.pieces {
-                found.extend(piece.places(id).iter().filter_map(|place| piece.at(*place)));
+                found.extend(piece.offsets(id).iter().filter_map(|offset| piece.at(*offset)));
             }
         }
         found.retain(|(head, _)| wish.has(head.time, head.sequence));
         // A reader that continues at one of them misses none.
         found.sort_by_key(|(head, _)| (head.time, head.sequence, head.id));
-        let told: Vec<_> = wish.places(found.len()).filter_map(|place| found.get(place).copied()).collect();
-        let left = told.iter().position(|(head, bytes)| {
+        let chosen: Vec<_> = wish.places(found.len()).filter_map(|index| found.get(index).copied()).collect();
+        let left = chosen.iter().position(|(head, bytes)| {
             let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
             !take(descriptor, FrozenValue { bytes: bytes.to_vec(), items: head.items as usize, stamp })
         });
-        let left = left.and_then(|place| {
-            let (head, _) = told.get(place)?;
-            Some(Left { count: told.len() - place, time: head.time, sequence: head.sequence })
+        let left = left.and_then(|index| {
+            let (head, _) = chosen.get(index)?;
+            Some(Left { count: chosen.len() - index, time: head.time, sequence: head.sequence })
         });
         Some(History { left, count: found.len(), from: self.from, to: self.to })
     }
@@ -348,7 +348,7 @@ mod tests {
             let mut flight = flight(keep, memory);
             let mut written: BTreeMap<u32, Vec<(u64, u64)>> = BTreeMap::new();
             let mut now = 0;
-            for (place, (id, length, later)) in values.into_iter().enumerate() {
+            for (index, (id, length, later)) in values.into_iter().enumerate() {
                 now += later;
                 let own = written.entry(id).or_default();
                 let sequence = own.len() as u64 + 1;
@@ -356,7 +356,7 @@ mod tests {
                 let stamp = Stamp { sequence, time: now, generation: 0 };
                 flight.value(None, id, 0, stamp, &vec![sequence as u8; length]);
                 // What was captured before does not change what is kept.
-                let _held = captures.contains(&place).then(|| flight.capture(&[]));
+                let _held = captures.contains(&index).then(|| flight.capture(&[]));
             }
             prop_assert!(flight.extent().2 <= memory);
             let whole = flight.extent().2 < memory / 2;
@@ -373,20 +373,20 @@ mod tests {
                     });
                     prop_assert!(all.len() <= own.len());
                     let mut values = Vec::new();
-                    let told = captured.history(&wish, &mut |_, own| {
+                    let chosen = captured.history(&wish, &mut |_, own| {
                         values.push((own.stamp.time, own.stamp.sequence, own.bytes.len()));
                         values.len() <= 5
                     });
-                    let told = told.unwrap();
-                    prop_assert_eq!(told.count, all.len());
-                    let wanted: Vec<_> = wish.places(all.len()).map(|place| all[place]).collect();
+                    let chosen = chosen.unwrap();
+                    prop_assert_eq!(chosen.count, all.len());
+                    let wanted: Vec<_> = wish.places(all.len()).map(|index| all[index]).collect();
                     let first = wanted.get(5);
                     let left = first.map(|(time, sequence, _)| Left {
                         count: wanted.len() - 5,
                         time: *time,
                         sequence: *sequence,
                     });
-                    prop_assert_eq!(told.left, left);
+                    prop_assert_eq!(chosen.left, left);
                     prop_assert_eq!(&values[..], &wanted[..wanted.len().min(6)]);
                     // A reader that continues there gets the rest, also of the same time, and nothing twice.
                     let Some(left) = left else { continue };

@@ -8,7 +8,7 @@ use slate_runtime::log::Logger;
 use slate_runtime::recording::RecordedAgent;
 use slate_runtime::{Agent, WeakComposer};
 
-use super::run::{CONFIGURATION, Preface, told_stages};
+use super::run::{CONFIGURATION, Preface, stage_modules};
 
 /// The agent that is recorded.
 pub(super) struct Host {
@@ -94,7 +94,7 @@ impl Host {
             ("plugins", plugins.collect()),
             ("memories", self.memories.clone()),
             ("modules", composer.kinds().into_iter().collect()),
-            ("stages", told_stages(composer.order())),
+            ("stages", stage_modules(composer.order())),
             ("links", composer.links().into_iter().collect()),
         ];
         let properties = composer.board().properties();

@@ -23,7 +23,7 @@ pub(crate) struct Hub {
     /// Set while values are taken.
     is_on: AtomicBool,
     /// Set if any recording wants the log and the changes.
-    listens: AtomicBool,
+    wants_topics: AtomicBool,
     /// Set if a writing thread waits while its ring is full.
     waits: AtomicBool,
     /// Size of the largest wanted value, bytes.
@@ -32,7 +32,7 @@ pub(crate) struct Hub {
     pub urgent: AtomicBool,
     channels: Mutex<Vec<Channel>>,
     /// The recordings and the values they want, by number.
-    wants: Mutex<BTreeMap<u64, Wanting>>,
+    wants: Mutex<BTreeMap<u64, HubRecording>>,
     /// Rings that are not drained yet.
     fresh: Mutex<Vec<(ThreadId, Outlet)>>,
     /// Rings in reserve for threads without one.
@@ -43,10 +43,10 @@ pub(crate) struct Hub {
 }
 
 /// Predicate of a recording: true for channels whose values it wants.
-pub(crate) type Want = Box<dyn Fn(&Channel) -> bool + Send>;
+pub(crate) type ChannelFilter = Box<dyn Fn(&Channel) -> bool + Send>;
 
-struct Wanting {
-    wants: Want,
+struct HubRecording {
+    wants: ChannelFilter,
     /// Set if the recording counts as an observer, so that debug outputs have values.
     watches: bool,
 }
@@ -59,43 +59,43 @@ pub(crate) trait Sink: Send {
 }
 
 /// First number that belongs to no property.
-pub(crate) const OTHERS: u32 = u32::MAX - 16;
+pub(crate) const FIRST_TOPIC_ID: u32 = u32::MAX - 16;
 
 /// Initial size of a thread's ring while no file is written, bytes.
 /// It stays in the cache, and grows when it is full.
-const FIRST: usize = 256 << 10;
+const INITIAL_RING_SIZE: usize = 256 << 10;
 
 /// The largest ring, bytes.
-const LARGEST: usize = 1 << 30;
+const MAX_RING_SIZE: usize = 1 << 30;
 
 /// Maximum size of a ring for more than two of the largest values, bytes.
 /// A larger one is made only on request.
-const LARGEST_FOR_SEVERAL: usize = 32 << 20;
+const MAX_AMPLE_RING_SIZE: usize = 32 << 20;
 
 /// The largest one before a reader takes values out, as perhaps none ever will.
-const LARGEST_BEFORE: usize = 64 << 20;
+const MAX_RING_SIZE_BEFORE_START: usize = 64 << 20;
 
 /// The ring of this thread to each recorder.
-struct Own {
+struct ThreadRing {
     hub: u64,
     inlet: Inlet,
 }
 
 thread_local! {
-    static OWN: RefCell<Vec<Own>> = const { RefCell::new(Vec::new()) };
+    static THREAD_RINGS: RefCell<Vec<ThreadRing>> = const { RefCell::new(Vec::new()) };
 }
 
 /// Counter of recorders.
 /// It tells them apart in a thread that writes for several agents.
-static NUMBERS: AtomicU64 = AtomicU64::new(0);
+static HUB_COUNTER: AtomicU64 = AtomicU64::new(0);
 
 /// Number of rings in reserve.
 /// One is for the loop, one for the thread of its timing, and another.
-const SPARES: usize = 3;
+const SPARE_RINGS: usize = 3;
 
 /// Enables the values of a property if a recording wants them.
 /// Returns whether one does.
-fn ask(wants: &BTreeMap<u64, Wanting>, channel: &Channel) -> bool {
+fn enable_channel(wants: &BTreeMap<u64, HubRecording>, channel: &Channel) -> bool {
     let mut wanting = wants.values().filter(|wanting| (wanting.wants)(channel)).peekable();
     let is_wanted = wanting.peek().is_some();
     channel.watch(wanting.any(|wanting| wanting.watches));
@@ -107,13 +107,13 @@ impl Hub {
     /// Creates a hub without recordings.
     /// Each writing thread may be ahead by `buffer` bytes.
     pub fn new(buffer: u64) -> Arc<Self> {
-        let buffer = usize::try_from(buffer).unwrap_or(LARGEST);
+        let buffer = usize::try_from(buffer).unwrap_or(MAX_RING_SIZE);
         Arc::new(Self {
-            number: NUMBERS.fetch_add(1, Ordering::Relaxed),
+            number: HUB_COUNTER.fetch_add(1, Ordering::Relaxed),
             buffer,
-            begin: AtomicUsize::new(buffer.min(FIRST)),
+            begin: AtomicUsize::new(buffer.min(INITIAL_RING_SIZE)),
             is_on: AtomicBool::new(true),
-            listens: AtomicBool::new(false),
+            wants_topics: AtomicBool::new(false),
             waits: AtomicBool::new(false),
             largest: AtomicUsize::new(0),
             urgent: AtomicBool::new(false),
@@ -135,28 +135,28 @@ impl Hub {
         let (dropped, wanted) = (Arc::clone(&channel.dropped), Arc::clone(&channel.wanted));
         // Held until it is among the channels, so that no want misses it.
         let wants = self.wants();
-        if ask(&wants, &channel) {
+        if enable_channel(&wants, &channel) {
             self.largest.fetch_max(channel.largest, Ordering::Relaxed);
         }
         let mut channels = self.channels();
-        let id = u32::try_from(channels.len()).ok().filter(|id| *id < OTHERS)?;
+        let id = u32::try_from(channels.len()).ok().filter(|id| *id < FIRST_TOPIC_ID)?;
         channels.push(channel);
         Some(Arc::new(PropertyTap { hub: Arc::clone(self), id, dropped, wanted }))
     }
 
     /// Adds a recording of that number.
-    pub fn want(&self, number: u64, want: Want) {
+    pub fn add_recording(&self, number: u64, want: ChannelFilter) {
         self.begin.store(self.buffer, Ordering::Relaxed);
         self.add(number, want, true);
     }
 
-    /// Adds a recording as [`want`](Hub::want), with smaller rings at the beginning.
-    /// Nothing is computed for it alone.
-    pub fn want_lightly(&self, number: u64, want: Want) {
+    /// Adds a recording with smaller rings at the beginning.
+    /// Otherwise as [`add_recording`](Hub::add_recording); nothing is computed for it alone.
+    pub fn add_light_recording(&self, number: u64, want: ChannelFilter) {
         self.add(number, want, false);
     }
 
-    fn add(&self, number: u64, want: Want, watches: bool) {
+    fn add(&self, number: u64, want: ChannelFilter, watches: bool) {
         let mut wants = self.wants();
         let channels = self.channels();
         let largest = channels.iter().filter(|channel| want(channel)).map(|channel| channel.largest).max();
@@ -166,35 +166,35 @@ impl Hub {
             // All memory that this takes is there before the first value comes.
             self.make_spares();
         }
-        wants.insert(number, Wanting { wants: want, watches });
-        self.ask(&wants);
+        wants.insert(number, HubRecording { wants: want, watches });
+        self.enable_channels(&wants);
         // A recording that reads the present values and then takes new ones misses none.
         fence(Ordering::SeqCst);
     }
 
     /// Removes a recording.
-    pub fn want_no_more(&self, number: u64) {
+    pub fn remove_recording(&self, number: u64) {
         let mut wants = self.wants();
         wants.remove(&number);
-        self.ask(&wants);
+        self.enable_channels(&wants);
     }
 
-    fn ask(&self, wants: &BTreeMap<u64, Wanting>) {
+    fn enable_channels(&self, wants: &BTreeMap<u64, HubRecording>) {
         for channel in &*self.channels() {
-            ask(wants, channel);
+            enable_channel(wants, channel);
         }
-        self.listens.store(!wants.is_empty(), Ordering::Relaxed);
+        self.wants_topics.store(!wants.is_empty(), Ordering::Relaxed);
     }
 
-    fn wants(&self) -> MutexGuard<'_, BTreeMap<u64, Wanting>> {
+    fn wants(&self) -> MutexGuard<'_, BTreeMap<u64, HubRecording>> {
         self.wants.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Creates rings for threads without one, or with one that is too small.
     fn make_spares(&self) {
-        let capacity = self.least(0);
+        let capacity = self.ring_size(0);
         self.spares().retain(|(inlet, _)| inlet.capacity() >= capacity);
-        let missing = SPARES.saturating_sub(self.spares().len());
+        let missing = SPARE_RINGS.saturating_sub(self.spares().len());
         let made: Vec<_> = (0..missing).map(|_| warm_ring(capacity)).collect();
         self.spares().extend(made);
     }
@@ -241,17 +241,17 @@ impl Hub {
         let Ok(length) = u32::try_from(length) else { return false };
         let head = ValueHead { id, items, length, sequence, time };
         // Nothing else of this thread writes values meanwhile, and at its end it is too late.
-        let push = |own: &RefCell<Vec<Own>>| match own.try_borrow_mut() {
+        let push = |own: &RefCell<Vec<ThreadRing>>| match own.try_borrow_mut() {
             Ok(mut own) => self.push_to(&mut own, head, parts),
             Err(_) => false,
         };
-        OWN.try_with(push).unwrap_or(false)
+        THREAD_RINGS.try_with(push).unwrap_or(false)
     }
 
     #[inline]
     fn push_to<const PARTS: usize>(
         &self,
-        own: &mut Vec<Own>,
+        own: &mut Vec<ThreadRing>,
         head: ValueHead,
         parts: [&[u8]; PARTS],
     ) -> bool {
@@ -260,25 +260,25 @@ impl Hub {
         {
             return true;
         }
-        self.push_slowly(own, head, parts)
+        self.push_slow(own, head, parts)
     }
 
     /// Hands over a value if this thread's ring is full or does not exist yet.
     #[cold]
-    fn push_slowly<const PARTS: usize>(
+    fn push_slow<const PARTS: usize>(
         &self,
-        own: &mut Vec<Own>,
+        own: &mut Vec<ThreadRing>,
         head: ValueHead,
         parts: [&[u8]; PARTS],
     ) -> bool {
         let needed = head.length as usize;
         loop {
-            let Some(place) = own.iter().position(|own| own.hub == self.number) else {
+            let Some(index) = own.iter().position(|own| own.hub == self.number) else {
                 own.retain(|own| !own.inlet.is_abandoned());
                 own.push(self.new_ring(needed));
                 continue;
             };
-            let inlet = &mut own[place].inlet;
+            let inlet = &mut own[index].inlet;
             if inlet.push(head, parts) {
                 return true;
             }
@@ -288,10 +288,10 @@ impl Hub {
                 // was thought at the beginning.
                 let needed = needed.max(if has_begun { self.buffer / 2 } else { 0 });
                 let wanted = needed.saturating_mul(2).max(inlet.capacity().saturating_mul(2));
-                if wanted > if has_begun { LARGEST } else { LARGEST_BEFORE } {
+                if wanted > if has_begun { MAX_RING_SIZE } else { MAX_RING_SIZE_BEFORE_START } {
                     return false;
                 }
-                own[place] = self.new_ring(wanted);
+                own[index] = self.new_ring(wanted);
                 continue;
             }
             if let Some(reader) = self.reader.get() {
@@ -309,34 +309,34 @@ impl Hub {
     }
 
     /// Returns the size of a ring for values of `needed` bytes and more.
-    fn least(&self, needed: usize) -> usize {
+    fn ring_size(&self, needed: usize) -> usize {
         let largest = self.largest.load(Ordering::Relaxed);
         // The recorder may have to wait for a processor while a camera goes on.
-        let several = largest.saturating_mul(16).min(LARGEST_FOR_SEVERAL);
+        let several = largest.saturating_mul(16).min(MAX_AMPLE_RING_SIZE);
         let begin = self.begin.load(Ordering::Relaxed);
-        needed.max(begin).max(several).max(largest.saturating_mul(2)).min(LARGEST)
+        needed.max(begin).max(several).max(largest.saturating_mul(2)).min(MAX_RING_SIZE)
     }
 
     /// Creates a ring of this thread, for values of `needed` bytes and more.
-    fn new_ring(&self, needed: usize) -> Own {
-        let capacity = self.least(needed);
+    fn new_ring(&self, needed: usize) -> ThreadRing {
+        let capacity = self.ring_size(needed);
         let spare = self.spares.try_lock().ok().and_then(|mut spares| spares.pop());
         let spare = spare.filter(|(inlet, _)| inlet.capacity() >= capacity);
         let (inlet, outlet) = spare.unwrap_or_else(|| ring(capacity));
         let mut fresh = self.fresh.lock().unwrap_or_else(PoisonError::into_inner);
         fresh.push((std::thread::current().id(), outlet));
-        Own { hub: self.number, inlet }
+        ThreadRing { hub: self.number, inlet }
     }
 
     /// Hands something over that is encoded already.
     pub fn push_whole(&self, id: u32, time: u64, bytes: &[u8]) {
-        if self.listens.load(Ordering::Relaxed) {
+        if self.wants_topics.load(Ordering::Relaxed) {
             self.push(id, 0, 0, time, [bytes]);
         }
     }
 
     /// Requests that the present values are in the file at once.
-    pub fn hurry(&self) {
+    pub fn request_write(&self) {
         self.urgent.store(true, Ordering::Release);
         self.wake();
     }
@@ -387,18 +387,18 @@ pub(crate) struct Drain {
 
 impl Drain {
     /// Takes out the present values; returns true if there were any.
-    pub fn turn(&mut self, hub: &Hub, sink: &mut dyn Sink) -> bool {
+    pub fn take_values(&mut self, hub: &Hub, sink: &mut dyn Sink) -> bool {
         self.rings.append(&mut hub.fresh.lock().unwrap_or_else(PoisonError::into_inner));
         let mut found = false;
-        let mut place = 0;
-        while place < self.rings.len() {
-            let thread = self.rings[place].0;
+        let mut index = 0;
+        while index < self.rings.len() {
+            let thread = self.rings[index].0;
             // A thread goes on in a larger ring; what is in the one before comes first.
-            if self.rings[..place].iter().any(|(own, _)| *own == thread) {
-                place += 1;
+            if self.rings[..index].iter().any(|(own, _)| *own == thread) {
+                index += 1;
                 continue;
             }
-            let outlet = &mut self.rings[place].1;
+            let outlet = &mut self.rings[index].1;
             let is_over = outlet.is_abandoned();
             // Not more than is there now, so that the others get their turn.
             let mut budget = outlet.waiting();
@@ -406,7 +406,7 @@ impl Drain {
                 let channels = &mut self.channels;
                 let taken = outlet.take(budget, &mut self.bytes, |head, bytes| {
                     let index = head.id as usize;
-                    if index >= channels.len() && head.id < OTHERS {
+                    if index >= channels.len() && head.id < FIRST_TOPIC_ID {
                         let known = hub.channels();
                         channels.extend(known[channels.len()..].iter().cloned());
                     }
@@ -420,9 +420,9 @@ impl Drain {
                 budget -= taken;
             }
             if is_over && outlet.waiting() == 0 {
-                drop(self.rings.remove(place));
+                drop(self.rings.remove(index));
             } else {
-                place += 1;
+                index += 1;
             }
         }
         found

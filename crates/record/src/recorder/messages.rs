@@ -6,7 +6,7 @@ use slate_module::Level;
 use slate_runtime::log::Record as Line;
 use slate_runtime::recording::Change;
 
-use super::hub::OTHERS;
+use super::hub::FIRST_TOPIC_ID;
 use crate::ros::Schema;
 
 /// A topic that is no property.
@@ -19,8 +19,8 @@ pub(crate) struct Topic {
 }
 
 /// The log.
-pub(crate) const LOG: Topic = Topic {
-    id: OTHERS,
+pub(crate) const LOG_TOPIC: Topic = Topic {
+    id: FIRST_TOPIC_ID,
     name: "/log",
     schema: "rcl_interfaces/msg/Log",
     definition: "\
@@ -44,8 +44,8 @@ uint32 nanosec
 };
 
 /// Changes of the agent.
-pub(crate) const CHANGE: Topic = Topic {
-    id: OTHERS + 1,
+pub(crate) const CHANGE_TOPIC: Topic = Topic {
+    id: FIRST_TOPIC_ID + 1,
     name: "/record/change",
     schema: "slate_msgs/msg/Change",
     definition: "\
@@ -70,8 +70,8 @@ string action
 };
 
 /// Dropped values.
-pub(crate) const DROPPED: Topic = Topic {
-    id: OTHERS + 2,
+pub(crate) const DROPPED_TOPIC: Topic = Topic {
+    id: FIRST_TOPIC_ID + 2,
     name: "/record/dropped",
     schema: "slate_msgs/msg/Dropped",
     definition: "\
@@ -82,7 +82,7 @@ uint64 values
 ",
 };
 
-pub(crate) const TOPICS: [&Topic; 3] = [&LOG, &CHANGE, &DROPPED];
+pub(crate) const TOPICS: [&Topic; 3] = [&LOG_TOPIC, &CHANGE_TOPIC, &DROPPED_TOPIC];
 
 /// Encodes a line of the log with the time in the file.
 pub(super) fn log(line: &Line, time: u64) -> Vec<u8> {
@@ -110,28 +110,28 @@ const SECOND: u64 = 1_000_000_000;
 pub(super) fn change(cycle: u64, change: &Change) -> Vec<u8> {
     let mut message = CdrMessage::new();
     message.number(&cycle.to_le_bytes());
-    let mut told = ChangeFields::default();
+    let mut fields = ChangeFields::default();
     let text = |file: &PathBuf| file.to_string_lossy().into_owned();
     match change {
-        Change::Setting { path, value } => (told.path, told.value) = (path.clone(), value.clone()),
+        Change::Setting { path, value } => (fields.path, fields.value) = (path.clone(), value.clone()),
         Change::Reload { plugin, file, hash } => {
-            (told.plugin, told.file, told.hash) = (plugin.clone(), text(file), *hash);
+            (fields.plugin, fields.file, fields.hash) = (plugin.clone(), text(file), *hash);
         }
         Change::Load { name, file, hash } => {
-            (told.action, told.plugin, told.hash) = (LOAD, name.clone(), *hash);
-            told.file = file.as_ref().map(text).unwrap_or_default();
+            (fields.action, fields.plugin, fields.hash) = (LOAD, name.clone(), *hash);
+            fields.file = file.as_ref().map(text).unwrap_or_default();
         }
-        Change::Unload { name } => (told.action, told.plugin) = (UNLOAD, name.clone()),
-        Change::Stop { reason } => (told.action, told.value) = (STOP, Some(reason.clone())),
-        Change::Reset => told.action = RESET,
-        Change::Arm { actuator } => (told.action, told.value) = (ARM, actuator.clone()),
+        Change::Unload { name } => (fields.action, fields.plugin) = (UNLOAD, name.clone()),
+        Change::Stop { reason } => (fields.action, fields.value) = (STOP, Some(reason.clone())),
+        Change::Reset => fields.action = RESET,
+        Change::Arm { actuator } => (fields.action, fields.value) = (ARM, actuator.clone()),
         Change::Own { module, path, value } => {
-            (told.action, told.plugin) = (OWN, module.clone());
-            (told.path, told.value) = (path.clone(), value.clone());
+            (fields.action, fields.plugin) = (OWN, module.clone());
+            (fields.path, fields.value) = (path.clone(), value.clone());
         }
         Change::Asked { module, lines, answer } => {
-            (told.action, told.plugin, told.value) = (ASK, module.clone(), Some(lines.clone()));
-            (told.hash, told.file) = match answer {
+            (fields.action, fields.plugin, fields.value) = (ASK, module.clone(), Some(lines.clone()));
+            (fields.hash, fields.file) = match answer {
                 Ok(text) => (0, text.clone()),
                 Err(reason) => (1, reason.clone()),
             };
@@ -139,17 +139,17 @@ pub(super) fn change(cycle: u64, change: &Change) -> Vec<u8> {
         Change::Order { stages } => {
             let line = |(stage, modules): &(String, Vec<String>)| format!("{stage} {}", modules.join(" "));
             let lines: Vec<_> = stages.iter().map(line).collect();
-            (told.action, told.value) = (ORDER, Some(lines.join("\n")));
+            (fields.action, fields.value) = (ORDER, Some(lines.join("\n")));
         }
-        Change::Other { what } => told.value = Some(what.clone()),
+        Change::Other { what } => fields.value = Some(what.clone()),
     }
-    message.text(&told.path);
-    message.number(&[u8::from(told.value.is_some())]);
-    message.text(&told.value.unwrap_or_default());
-    message.text(&told.plugin);
-    message.text(&told.file);
-    message.number(&told.hash.to_le_bytes());
-    message.text(told.action);
+    message.text(&fields.path);
+    message.number(&[u8::from(fields.value.is_some())]);
+    message.text(&fields.value.unwrap_or_default());
+    message.text(&fields.plugin);
+    message.text(&fields.file);
+    message.number(&fields.hash.to_le_bytes());
+    message.text(fields.action);
     message.0
 }
 
@@ -175,7 +175,7 @@ const ORDER: &str = "order";
 
 /// Returns the cycle and the change of a message.
 pub(crate) fn read_change(message: &[u8]) -> Option<(u64, Change)> {
-    let schema = Schema::parse(CHANGE.schema, CHANGE.definition).ok()?;
+    let schema = Schema::parse(CHANGE_TOPIC.schema, CHANGE_TOPIC.definition).ok()?;
     let change = schema.decode(message).ok()?;
     let text = |name: &str| Some(change.get(name)?.as_str()?.to_owned());
     let number = |name: &str| u64::try_from(change.get(name)?.as_integer()?).ok();

@@ -4,14 +4,14 @@ mod channels;
 mod control;
 mod disk;
 mod file;
-mod first;
 mod flight;
+mod flight_preface;
 mod host;
 mod hub;
 mod lock;
 mod log;
 mod messages;
-mod place;
+mod recording_file;
 mod ring;
 mod run;
 mod save;
@@ -35,22 +35,22 @@ use slate_runtime::log::LogTarget;
 use slate_runtime::recording::{Change, Recording, RecordingControl};
 
 pub(crate) use channels::{Channel, repeats};
-use hub::Want;
+use hub::ChannelFilter;
 pub(crate) use hub::{Drain, Hub, Sink};
-pub(crate) use messages::{CHANGE, DROPPED, TOPICS, read_change};
+pub(crate) use messages::{CHANGE_TOPIC, DROPPED_TOPIC, TOPICS, read_change};
 pub use run::CONFIGURATION;
-pub use selection::{Misspelt, misspelt};
+pub use selection::{UnmatchedPattern, unmatched_patterns};
 pub(crate) use selection::{selects, thins};
 pub use state::RecordState;
 
 use file::{File, Limits};
 use host::Host;
-use lock::locked;
-use place::RecordingFile;
+use lock::lock;
+use recording_file::RecordingFile;
 use save::Saves;
 use state::RecordStateOutput;
 use target::{ActiveRecording, Progress};
-use thread::{Beginning, Thread, ThreadHandle};
+use thread::{Thread, ThreadHandle, ThreadSetup};
 use trigger::Triggers;
 
 /// Recorder of an agent.
@@ -69,12 +69,12 @@ use trigger::Triggers;
 pub struct Recorder {
     hub: Arc<Hub>,
     state: Arc<Mutex<RecorderState>>,
-    told: Arc<ToldChanges>,
+    changes: Arc<ReportedChanges>,
 }
 
 /// Changes that were reported to the recorder.
 #[derive(Default)]
-struct ToldChanges {
+struct ReportedChanges {
     count: AtomicU64,
     /// Number of them in the hands of the system, or given up.
     settled: Mutex<u64>,
@@ -88,9 +88,9 @@ impl std::fmt::Debug for Recorder {
 
 /// Numbers of recordings: of the configuration, of the last seconds, and of tools.
 /// Those of tools count from there on.
-const FIRST: u64 = 0;
-const FLIGHT: u64 = 1;
-const TOOLS: u64 = 2;
+const MAIN_RECORDING: u64 = 0;
+const FLIGHT_RECORDING: u64 = 1;
+const TOOL_RECORDINGS: u64 = 2;
 
 struct RecorderState {
     settings: Record,
@@ -126,7 +126,7 @@ pub enum RecordError {
     },
     /// The recording has not begun, or has ended already.
     #[error("a recording that has not begun can't end")]
-    Order,
+    ThreadRequest,
 }
 
 /// Result of a recording.
@@ -145,12 +145,12 @@ pub struct Recorded {
 }
 
 /// Returns the values of the last seconds in memory.
-fn wants_of_flight(settings: &Record) -> Want {
+fn flight_filter(settings: &Record) -> ChannelFilter {
     let (selection, triggers) = (settings.selection.clone(), settings.flight.triggers.clone());
     let largest = usize::try_from(settings.flight.largest).unwrap_or(usize::MAX);
     Box::new(move |channel| {
         let is_kept = channel.largest <= largest && selection::selects(&selection, &channel.path);
-        is_kept || Triggers::listen_to(&triggers, channel)
+        is_kept || Triggers::uses_channel(&triggers, channel)
     })
 }
 
@@ -159,7 +159,7 @@ impl Recorder {
     /// It records from the load of an agent on.
     pub fn new(settings: &Record) -> Self {
         let recorder = Self::on_demand(settings);
-        recorder.want_first();
+        recorder.enable_main_recording();
         recorder
     }
 
@@ -168,7 +168,7 @@ impl Recorder {
     pub fn on_demand(settings: &Record) -> Self {
         let hub = Hub::new(settings.buffer);
         if settings.flight.enabled {
-            hub.want_lightly(FLIGHT, wants_of_flight(settings));
+            hub.add_light_recording(FLIGHT_RECORDING, flight_filter(settings));
         }
         let state = RecorderState {
             settings: settings.clone(),
@@ -182,16 +182,19 @@ impl Recorder {
             first: None,
             outcome: None,
         };
-        let recorder = Self { hub, state: Arc::new(Mutex::new(state)), told: Arc::default() };
+        let recorder = Self { hub, state: Arc::new(Mutex::new(state)), changes: Arc::default() };
         if settings.enabled {
-            recorder.want_first();
+            recorder.enable_main_recording();
         }
         recorder
     }
 
-    fn want_first(&self) {
+    fn enable_main_recording(&self) {
         let selection = self.state().settings.selection.clone();
-        self.hub.want(FIRST, Box::new(move |channel| selection::selects(&selection, &channel.path)));
+        self.hub.add_recording(
+            MAIN_RECORDING,
+            Box::new(move |channel| selection::selects(&selection, &channel.path)),
+        );
     }
 
     /// Returns the log target that writes the log into the recording.
@@ -262,11 +265,11 @@ impl Recorder {
         let limits = Limits { chunk: settings.chunk, buffer: settings.buffer };
         match File::create(writer, preface, limits) {
             Ok(file) => {
-                let progress = Progress::new(FIRST, path, agent.now());
+                let progress = Progress::new(MAIN_RECORDING, path, agent.now());
                 self.state().first = Some(Arc::clone(&progress));
                 let waits = host.is_lockstep;
                 let target = ActiveRecording::new(file, settings.selection, settings.within, waits, progress);
-                self.show(agent.board());
+                self.publish_state(agent.board());
                 self.launch(agent, host, folder, vec![target]);
             }
             Err(reason) => {
@@ -286,7 +289,7 @@ impl Recorder {
             return;
         }
         if state.settings.flight.enabled || !targets.is_empty() {
-            for own in misspelt(&state.settings.selection, agent.board()) {
+            for own in unmatched_patterns(&state.settings.selection, agent.board()) {
                 agent.logger().log(agent.now(), Level::Warn, &format!("{own}: {}", own.help));
             }
         }
@@ -297,14 +300,13 @@ impl Recorder {
         let limits = Limits { chunk: state.settings.chunk, buffer: state.settings.buffer };
         let saves = Saves::new(&host, folder, limits);
         let shared = Arc::<ThreadHandle>::default();
-        *locked(&shared.recordings) = targets.iter().map(|target| Arc::clone(&target.progress)).collect();
-        *locked(&shared.shown) = state.shown.take();
+        *lock(&shared.recordings) = targets.iter().map(|target| Arc::clone(&target.progress)).collect();
+        *lock(&shared.shown) = state.shown.take();
         let flight = state.settings.flight.clone();
         let (hub, own) = (Arc::clone(&self.hub), Arc::clone(&saves));
-        let wants = wants_of_flight(&state.settings);
-        let beginning =
-            Beginning { hub, host: Arc::clone(&host), shared, targets, flight, wants, saves: own };
-        match Thread::start(beginning) {
+        let wants = flight_filter(&state.settings);
+        let setup = ThreadSetup { hub, host: Arc::clone(&host), shared, targets, flight, wants, saves: own };
+        match Thread::start(setup) {
             Ok(thread) => {
                 if let Some(reader) = thread.handle() {
                     self.hub.begin(agent.is_lockstep(), reader);
@@ -324,22 +326,22 @@ impl Recorder {
     }
 
     /// Publishes the state from now on.
-    fn show(&self, board: &Arc<slate_blackboard::Board>) {
+    fn publish_state(&self, board: &Arc<slate_blackboard::Board>) {
         let mut state = self.state();
         match &state.thread {
             None if state.shown.is_none() => state.shown = RecordStateOutput::new(board),
-            Some(thread) if locked(&thread.shared.shown).is_none() => {
-                *locked(&thread.shared.shown) = RecordStateOutput::new(board);
+            Some(thread) if lock(&thread.shared.shown).is_none() => {
+                *lock(&thread.shared.shown) = RecordStateOutput::new(board);
             }
             _ => {}
         }
     }
 
     fn fail(&self, agent: &Agent, path: &Path, folder: &Path, reason: String) {
-        self.hub.want_no_more(FIRST);
+        self.hub.remove_recording(MAIN_RECORDING);
         let error = RecordError::Write { path: path.to_owned(), reason };
         agent.logger().log(agent.now(), Level::Error, &error.to_string());
-        self.show(agent.board());
+        self.publish_state(agent.board());
         {
             let mut state = self.state();
             if let Some(shown) = &mut state.shown {
@@ -355,7 +357,7 @@ impl Recorder {
     /// # Errors
     /// When it could not be written completely, or was not begun.
     pub fn end(&self, agent: &mut Agent) -> Result<Recorded, RecordError> {
-        self.finish(agent).unwrap_or(Err(RecordError::Order))
+        self.finish(agent).unwrap_or(Err(RecordError::ThreadRequest))
     }
 
     /// Ends as [`end`](Recorder::end).
@@ -377,8 +379,8 @@ impl Recorder {
                 let path = target.progress.path.clone();
                 let ended = ended.map_err(|reason| RecordError::Write { path, reason });
                 match ended {
-                    ended if target.number == FIRST => outcome = Some(ended),
-                    Ok(recorded) => agent.logger().log(time, Level::Info, &control::told(&recorded)),
+                    ended if target.number == MAIN_RECORDING => outcome = Some(ended),
+                    Ok(recorded) => agent.logger().log(time, Level::Info, &control::summary_line(&recorded)),
                     Err(error) => agent.logger().log(time, Level::Error, &error.to_string()),
                 }
             }
@@ -399,7 +401,7 @@ impl Recorder {
     }
 
     fn state(&self) -> MutexGuard<'_, RecorderState> {
-        locked(&self.state)
+        lock(&self.state)
     }
 }
 
@@ -411,9 +413,9 @@ impl Taps for Recorder {
 
 impl Recording for Recorder {
     fn changed(&self, cycle: u64, time: u64, change: &Change) {
-        self.hub.push_whole(messages::CHANGE.id, time, &messages::change(cycle, change));
-        self.hub.hurry();
-        self.told.count.fetch_add(1, Ordering::Release);
+        self.hub.push_whole(messages::CHANGE_TOPIC.id, time, &messages::change(cycle, change));
+        self.hub.request_write();
+        self.changes.count.fetch_add(1, Ordering::Release);
     }
 
     fn settle(&self) {

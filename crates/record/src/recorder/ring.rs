@@ -15,11 +15,11 @@ pub(super) struct ValueHead {
 }
 
 /// Bytes of a head.
-pub(super) const HEAD: usize = 28;
+pub(super) const HEAD_SIZE: usize = 28;
 
 impl ValueHead {
-    pub fn to_bytes(self) -> [u8; HEAD] {
-        let mut bytes = [0; HEAD];
+    pub fn to_bytes(self) -> [u8; HEAD_SIZE] {
+        let mut bytes = [0; HEAD_SIZE];
         bytes[..4].copy_from_slice(&self.id.to_le_bytes());
         bytes[4..8].copy_from_slice(&self.items.to_le_bytes());
         bytes[8..12].copy_from_slice(&self.length.to_le_bytes());
@@ -28,7 +28,7 @@ impl ValueHead {
         bytes
     }
 
-    pub fn from_bytes(bytes: &[u8; HEAD]) -> Self {
+    pub fn from_bytes(bytes: &[u8; HEAD_SIZE]) -> Self {
         let word = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
         let long = |at: usize| u64::from(word(at)) | u64::from(word(at + 4)) << 32;
         Self { id: word(0), items: word(4), length: word(8), sequence: long(12), time: long(20) }
@@ -43,22 +43,22 @@ struct RingLine {
     sequence: u64,
     id: u32,
     items: u16,
-    /// Bytes of the value, or [`BESIDE`].
+    /// Bytes of the value, or [`EXTERNAL_LENGTH`].
     length: u16,
     /// Bytes of a small value.
     /// For a larger value, its number of items and its length; its bytes are in the ring of bytes.
-    words: [u64; WORDS],
+    words: [u64; LINE_WORDS],
 }
 
 /// Number of words of most values of a robot.
 /// Examples are a velocity, a pose with its time, the timing of a module.
-const WORDS: usize = 5;
+const LINE_WORDS: usize = 5;
 
 /// Length mark of a value whose bytes are in the ring of bytes.
-const BESIDE: u16 = u16::MAX;
+const EXTERNAL_LENGTH: u16 = u16::MAX;
 
 /// Maximum number of values taken out at once.
-const BATCH: usize = 256;
+const BATCH_SIZE: usize = 256;
 
 /// Creates the ring of one thread.
 /// It has a line for each value, and beside the lines a ring of `capacity` bytes for larger values.
@@ -80,20 +80,20 @@ pub(super) fn warm_ring(capacity: usize) -> (Inlet, Outlet) {
     // It has room, as it is empty and has as many slots.
     while inlet.lines.push(RingLine::EMPTY).is_ok() {}
     while outlet.lines.pop().is_ok() {}
-    for place in (0..capacity).step_by(PAGE) {
-        let _ = inlet.bytes.push_entire_slice(&[0; PAGE][..PAGE.min(capacity - place)]);
+    for place in (0..capacity).step_by(PAGE_SIZE) {
+        let _ = inlet.bytes.push_entire_slice(&[0; PAGE_SIZE][..PAGE_SIZE.min(capacity - place)]);
     }
     while let Some(waiting) = Some(outlet.bytes.slots()).filter(|waiting| *waiting > 0) {
-        let _ = outlet.bytes.pop_entire_slice(&mut [0; PAGE][..PAGE.min(waiting)]);
+        let _ = outlet.bytes.pop_entire_slice(&mut [0; PAGE_SIZE][..PAGE_SIZE.min(waiting)]);
     }
     (inlet, outlet)
 }
 
 /// Bytes of a page of memory.
-const PAGE: usize = 4096;
+const PAGE_SIZE: usize = 4096;
 
 impl RingLine {
-    const EMPTY: Self = Self { time: 0, sequence: 0, id: 0, items: 0, length: 0, words: [0; WORDS] };
+    const EMPTY: Self = Self { time: 0, sequence: 0, id: 0, items: 0, length: 0, words: [0; LINE_WORDS] };
 
     /// Creates the line of a small value; `None` if it is too large.
     #[inline]
@@ -102,7 +102,7 @@ impl RingLine {
         let words = match parts[..] {
             [bytes] => words(bytes)?,
             _ => {
-                let mut whole = [0; WORDS * size_of::<u64>()];
+                let mut whole = [0; LINE_WORDS * size_of::<u64>()];
                 let mut rest = whole.as_mut_slice();
                 for part in parts {
                     let (own, behind) = rest.split_at_mut_checked(part.len())?;
@@ -117,9 +117,9 @@ impl RingLine {
 
     /// Creates the line of a value whose bytes are in the ring of bytes.
     fn large(head: ValueHead) -> Self {
-        let mut words = [0; WORDS];
+        let mut words = [0; LINE_WORDS];
         words[0] = u64::from(head.length) | u64::from(head.items) << 32;
-        Self { length: BESIDE, words, ..Self::of(head) }
+        Self { length: EXTERNAL_LENGTH, words, ..Self::of(head) }
     }
 
     fn of(ValueHead { time, sequence, id, .. }: ValueHead) -> Self {
@@ -129,18 +129,18 @@ impl RingLine {
     fn head(&self) -> ValueHead {
         let Self { time, sequence, id, .. } = *self;
         let (items, length) = match self.length {
-            BESIDE => ((self.words[0] >> 32) as u32, self.words[0] as u32),
+            EXTERNAL_LENGTH => ((self.words[0] >> 32) as u32, self.words[0] as u32),
             length => (self.items.into(), length.into()),
         };
         ValueHead { id, items, length, sequence, time }
     }
 }
 
-/// Returns up to `8 * WORDS` bytes as words; `None` for more.
+/// Returns up to `8 * LINE_WORDS` bytes as words; `None` for more.
 /// Each word is read by itself: a copy made piece by piece and then read as a whole would have to wait until it is
 /// written.
 #[inline]
-fn words(bytes: &[u8]) -> Option<[u64; WORDS]> {
+fn words(bytes: &[u8]) -> Option<[u64; LINE_WORDS]> {
     let word = |place: usize| match bytes.get(place * 8..) {
         Some(rest) => match rest.first_chunk() {
             Some(whole) => u64::from_le_bytes(*whole),
@@ -148,7 +148,7 @@ fn words(bytes: &[u8]) -> Option<[u64; WORDS]> {
         },
         None => 0,
     };
-    (bytes.len() <= WORDS * size_of::<u64>()).then(|| std::array::from_fn(word))
+    (bytes.len() <= LINE_WORDS * size_of::<u64>()).then(|| std::array::from_fn(word))
 }
 
 /// Returns the word of fewer than eight bytes.
@@ -220,13 +220,13 @@ impl Outlet {
         bytes: &mut Vec<u8>,
         mut each: impl FnMut(ValueHead, &[u8]),
     ) -> usize {
-        let count = self.lines.slots().min(most).min(BATCH);
+        let count = self.lines.slots().min(most).min(BATCH_SIZE);
         let Ok(lines) = self.lines.read_chunk(count) else { return 0 };
         let (first, rest) = lines.as_slices();
         for line in first.iter().chain(rest) {
             let head = line.head();
             bytes.clear();
-            if line.length == BESIDE {
+            if line.length == EXTERNAL_LENGTH {
                 // They are there, as the writer puts them there before the line.
                 bytes.resize(head.length as usize, 0);
                 if self.bytes.pop_entire_slice(bytes).is_err() {

@@ -26,12 +26,12 @@ pub(super) struct Preface {
 }
 
 /// Returns the modules of each stage, in the order in which they run.
-pub(super) fn told_stages(order: Vec<(String, Vec<String>)>) -> BTreeMap<String, String> {
+pub(super) fn stage_modules(order: Vec<(String, Vec<String>)>) -> BTreeMap<String, String> {
     let stages = order.into_iter().enumerate();
-    stages.map(|(place, (stage, modules))| (format!("{place:02} {stage}"), modules.join(" "))).collect()
+    stages.map(|(index, (stage, modules))| (format!("{index:02} {stage}"), modules.join(" "))).collect()
 }
 
 /// Returns the URL of an inbox.
-pub(super) fn absolute(path: &str) -> String {
+pub(super) fn inbox_url(path: &str) -> String {
     if path.contains("://") { path.to_owned() } else { format!("/{path}") }
 }

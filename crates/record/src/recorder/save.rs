@@ -14,11 +14,11 @@ use slate_runtime::recording::RecordedAgent;
 use slate_runtime::recording::SavedFlight;
 
 use super::file::{File, Limits};
-use super::first::preface;
 use super::flight::Captured;
+use super::flight_preface::preface;
 use super::host::Host;
 use super::hub::Sink;
-use super::lock::locked;
+use super::lock::lock;
 use super::run::Preface;
 
 /// The last seconds that a trigger saves.
@@ -58,23 +58,23 @@ impl Saves {
 
     /// Returns the existing files, oldest first.
     pub fn files(&self) -> Vec<PathBuf> {
-        locked(&self.state).files.iter().map(|(_, file)| file.clone()).collect()
+        lock(&self.state).files.iter().map(|(_, file)| file.clone()).collect()
     }
 
     /// Begins to write a file, and keeps at most `most` files of its trigger.
     pub fn begin(self: &Arc<Self>, save: Save, most: u64) {
         let own = Arc::clone(self);
         let thread = Builder::new().name("record save".into()).spawn(move || {
-            slate_runtime::give_way();
+            slate_runtime::set_batch_scheduling();
             own.save(&save, most);
         });
         match thread {
             Ok(thread) => {
-                let mut state = locked(&self.state);
+                let mut state = lock(&self.state);
                 state.threads.retain(|thread| !thread.is_finished());
                 state.threads.push(thread);
             }
-            Err(error) => self.say(Level::Error, &format!("the last seconds can't be saved: {error}")),
+            Err(error) => self.log(Level::Error, &format!("the last seconds can't be saved: {error}")),
         }
     }
 
@@ -84,7 +84,7 @@ impl Saves {
         let folder = std::fs::create_dir_all(&self.folder);
         loop {
             let count = {
-                let mut state = locked(&self.state);
+                let mut state = lock(&self.state);
                 let count = state.counts.entry(trigger).or_default();
                 *count += 1;
                 *count
@@ -119,45 +119,45 @@ impl Saves {
             Ok(saved) => {
                 let seconds = saved.to.saturating_sub(saved.from) as f64 * 1e-9;
                 let (trigger, property) = (save.trigger.name(), &save.path);
-                self.say(
+                self.log(
                     Level::Info,
                     &format!(
                         "the last {seconds:.1} s are saved in {shown}, as /{property} told of a {trigger}"
                     ),
                 );
-                self.keep(save.trigger, path, most);
+                self.prune(save.trigger, path, most);
             }
             Err(reason) => {
                 // A partial file can be repaired; an empty one only takes the name.
                 if std::fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() == 0) {
                     let _ = std::fs::remove_file(path);
                 }
-                self.say(Level::Error, &format!("the last seconds can't be saved in {shown}: {reason}"));
+                self.log(Level::Error, &format!("the last seconds can't be saved in {shown}: {reason}"));
             }
         }
     }
 
     /// Adds a trigger's newest file, and removes its oldest one beyond `most`.
-    fn keep(&self, trigger: FlightTrigger, path: &Path, most: u64) {
-        let mut state = locked(&self.state);
+    fn prune(&self, trigger: FlightTrigger, path: &Path, most: u64) {
+        let mut state = lock(&self.state);
         state.files.push_back((trigger, path.into()));
         let of = state.files.iter().filter(|(own, _)| *own == trigger).count() as u64;
         if of > most
-            && let Some(place) = state.files.iter().position(|(own, _)| *own == trigger)
-            && let Some((_, oldest)) = state.files.remove(place)
+            && let Some(index) = state.files.iter().position(|(own, _)| *own == trigger)
+            && let Some((_, oldest)) = state.files.remove(index)
         {
             // It may have been removed already.
             let _ = std::fs::remove_file(oldest);
         }
     }
 
-    fn say(&self, level: Level, text: &str) {
+    fn log(&self, level: Level, text: &str) {
         self.host.logger.log(self.host.now(), level, text);
     }
 
     /// Waits for the files that are being written.
     pub fn wait(&self) {
-        let threads = std::mem::take(&mut locked(&self.state).threads);
+        let threads = std::mem::take(&mut lock(&self.state).threads);
         for thread in threads {
             // One that panicked has said so.
             let _ = thread.join();
@@ -202,7 +202,7 @@ fn write(
             Some(channel) if channel.access == Access::Messages => {}
             Some(channel) => {
                 let at = (stamp, captured.from);
-                file.value_from_before(channel, head.id, head.items as usize, at, bytes);
+                file.write_initial(channel, head.id, head.items as usize, at, bytes);
             }
             None => file.value(channel, head.id, head.items as usize, stamp, bytes),
         }

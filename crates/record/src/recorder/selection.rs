@@ -26,7 +26,7 @@ pub(super) fn is_whole(selection: &RecordSelection) -> bool {
 
 /// Patterns of a selection that match no property, such as mistyped ones.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Misspelt {
+pub struct UnmatchedPattern {
     /// The setting, such as `record.select`.
     pub setting: &'static str,
     /// The pattern, with its slash.
@@ -36,26 +36,26 @@ pub struct Misspelt {
 }
 
 /// Returns the patterns of a selection that match none of the properties.
-pub fn misspelt(selection: &RecordSelection, board: &Board) -> Vec<Misspelt> {
+pub fn unmatched_patterns(selection: &RecordSelection, board: &Board) -> Vec<UnmatchedPattern> {
     let properties = board.properties();
     let paths = || properties.iter().map(|property| property.path());
     let chosen = selection.select.iter().map(|pattern| ("record.select", pattern));
     let ruled = selection.rules.iter().flat_map(|rule| &rule.select);
     let named = chosen.chain(ruled.map(|pattern| ("record.rules", pattern)));
-    let idle = named.filter(|(_, pattern)| !paths().any(|path| pattern.matches(path)));
-    let told = idle.map(|(setting, pattern)| {
+    let unmatched = named.filter(|(_, pattern)| !paths().any(|path| pattern.matches(path)));
+    let described = unmatched.map(|(setting, pattern)| {
         let near = nearest_paths(&pattern.to_string(), '/', paths());
         let near: Vec<_> = near.iter().map(|path| format!("/{path}")).collect();
         let help = match &near[..] {
             [] => "`slate list` shows the properties".into(),
             near => format!("the nearest are {}", near.join(", ")),
         };
-        Misspelt { setting, pattern: format!("/{pattern}"), help }
+        UnmatchedPattern { setting, pattern: format!("/{pattern}"), help }
     });
-    told.collect()
+    described.collect()
 }
 
-impl std::fmt::Display for Misspelt {
+impl std::fmt::Display for UnmatchedPattern {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { setting, pattern, .. } = self;
         write!(f, "no property fits {pattern} of {setting}, so nothing is recorded for it")

@@ -33,9 +33,10 @@ impl RecordStateOutput {
     pub fn new(board: &Arc<Board>) -> Option<Self> {
         let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 0, window: 0 } };
         let doc = "State of the recording.";
-        let property = board.add_channel(PATH, doc, RecordState::DESCRIPTOR, store, Access::Output).ok();
+        let property =
+            board.add_channel(STATE_PATH, doc, RecordState::DESCRIPTOR, store, Access::Output).ok();
         // One that began earlier has left it.
-        let property = property.or_else(|| board.get(PATH).map(|(property, _)| property))?;
+        let property = property.or_else(|| board.get(STATE_PATH).map(|(property, _)| property))?;
         Some(Self { writer: property.channel()?.writer().ok()? })
     }
 
@@ -52,4 +53,4 @@ impl RecordStateOutput {
     }
 }
 
-const PATH: &str = "record/state";
+const STATE_PATH: &str = "record/state";

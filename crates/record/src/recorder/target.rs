@@ -69,7 +69,7 @@ impl Progress {
 }
 
 /// Duration after which a stalled disk is reported.
-const STUCK: Duration = Duration::from_secs(5);
+const STALL_REPORT_DELAY: Duration = Duration::from_secs(5);
 
 /// A recording that is under way.
 pub(super) struct ActiveRecording {
@@ -95,9 +95,9 @@ pub(super) struct ActiveRecording {
     /// Set if nothing may be missing, because the run waits for the disk.
     waits: bool,
     /// Set once the stalled disk has been reported.
-    is_stuck: bool,
+    is_stalled: bool,
     /// Number of bytes that a caller waits for; 0 for none.
-    wanted: u64,
+    settle_bytes: u64,
     /// Time at which the current piece was begun.
     opened: Option<Instant>,
     pub progress: Arc<Progress>,
@@ -125,8 +125,8 @@ impl ActiveRecording {
             within: Duration::from_nanos(within),
             is_file: progress.path.is_file(),
             waits,
-            is_stuck: false,
-            wanted: 0,
+            is_stalled: false,
+            settle_bytes: 0,
             opened: None,
             progress,
         }
@@ -143,7 +143,7 @@ impl ActiveRecording {
             let Ok(Some((bytes, items, stamp))) = property.newest() else { continue };
             self.newest.insert(*id, (stamp.sequence, 0));
             if self.takes(channel, *id, stamp.time, &bytes) {
-                self.file.value_from_before(channel, *id, items, (stamp, now), &bytes);
+                self.file.write_initial(channel, *id, items, (stamp, now), &bytes);
             }
         }
         let closed = self.file.close_piece();
@@ -151,12 +151,12 @@ impl ActiveRecording {
     }
 
     fn takes(&mut self, channel: &Channel, id: u32, time: u64, bytes: &[u8]) -> bool {
-        let place = id as usize;
-        if place >= self.filters.len() {
-            self.filters.resize_with(place + 1, || None);
+        let index = id as usize;
+        if index >= self.filters.len() {
+            self.filters.resize_with(index + 1, || None);
         }
         let selection = &self.selection;
-        let filter = self.filters[place].get_or_insert_with(|| Filter::of(selection, &channel.path));
+        let filter = self.filters[index].get_or_insert_with(|| Filter::of(selection, &channel.path));
         let Some(filter) = filter else { return false };
         if !self.waits && !self.file.has_room(bytes.len()) {
             *self.missed.entry(id).or_default() += 1;
@@ -195,23 +195,23 @@ impl ActiveRecording {
     }
 
     /// Returns true if the run must wait until the disk has taken something.
-    pub fn holds_up(&self) -> bool {
+    pub fn must_wait(&self) -> bool {
         self.waits && self.file.failure().is_none() && !self.file.has_room(0)
     }
 
-    /// Gives up a disk that has taken nothing for `patience`.
-    pub fn give_up_after(&mut self, timeout: Duration) {
-        let still = self.file.stands_still();
-        if still >= timeout {
-            self.file.note(Err(format!("the disk has taken nothing for {} s", still.as_secs())));
+    /// Gives up a disk that has taken nothing for `timeout`.
+    pub fn fail_after(&mut self, timeout: Duration) {
+        let stall = self.file.stall_duration();
+        if stall >= timeout {
+            self.file.note(Err(format!("the disk has taken nothing for {} s", stall.as_secs())));
         }
     }
 
     /// Returns the duration of a new stall of the disk, once for each long stall.
-    pub fn newly_stuck(&mut self) -> Option<Duration> {
-        let still = self.file.stands_still();
-        let was_stuck = std::mem::replace(&mut self.is_stuck, still >= STUCK);
-        (self.is_stuck && !was_stuck).then_some(still)
+    pub fn new_stall(&mut self) -> Option<Duration> {
+        let stall = self.file.stall_duration();
+        let was_stuck = std::mem::replace(&mut self.is_stalled, stall >= STALL_REPORT_DELAY);
+        (self.is_stalled && !was_stuck).then_some(stall)
     }
 
     /// Closes the current piece when it is time to.
@@ -229,15 +229,15 @@ impl ActiveRecording {
     }
 
     /// Closes the current piece for a caller that waits until the system has it.
-    pub fn want_settled(&mut self) {
+    pub fn request_settle(&mut self) {
         let closed = self.file.close_piece();
         self.file.note(closed);
-        self.wanted = self.file.closed();
+        self.settle_bytes = self.file.closed();
     }
 
     /// Returns true if the system has the wanted bytes, or never will.
     pub fn is_settled(&self) -> bool {
-        self.file.has(self.wanted) || self.file.failure().is_some()
+        self.file.has(self.settle_bytes) || self.file.failure().is_some()
     }
 
     /// Returns the reason why nothing can be written any more, if there is one.
@@ -246,21 +246,21 @@ impl ActiveRecording {
     }
 
     /// Writes the number of drops to the file, and publishes the progress.
-    pub fn show(&mut self, channels: &[Channel], time: u64) {
+    pub fn publish(&mut self, channels: &[Channel], time: u64) {
         let mut all = 0;
-        for (place, channel) in channels.iter().enumerate() {
-            let before = self.before.get(place).copied().unwrap_or(0);
-            let missed = self.missed.get(&(place as u32)).copied().unwrap_or(0);
+        for (index, channel) in channels.iter().enumerate() {
+            let before = self.before.get(index).copied().unwrap_or(0);
+            let missed = self.missed.get(&(index as u32)).copied().unwrap_or(0);
             let count = channel.dropped.load(Ordering::Relaxed) - before + missed;
             if count > 0 && super::selection::selects(&self.selection, &channel.path) {
                 all += count;
-                self.file.tell_drops(&channel.path, count, time);
+                self.file.write_drops(&channel.path, count, time);
             }
         }
         for topic in TOPICS {
             let count = self.missed.get(&topic.id).copied().unwrap_or(0);
             all += count;
-            self.file.tell_drops(topic.name.trim_start_matches('/'), count, time);
+            self.file.write_drops(topic.name.trim_start_matches('/'), count, time);
         }
         let Progress { values, dropped, bytes, .. } = &*self.progress;
         values.store(self.file.values, Ordering::Relaxed);
@@ -281,7 +281,7 @@ impl ActiveRecording {
         if let Some(reason) = self.progress.failure().or_else(|| self.file.failure()) {
             return Err(reason);
         }
-        self.show(channels, time);
+        self.publish(channels, time);
         let entry = self.progress.entry();
         let all = [
             ("time_ns", time.to_string()),
@@ -289,12 +289,12 @@ impl ActiveRecording {
             ("dropped", entry.dropped.to_string()),
         ];
         let end = all.into_iter().chain(end).map(|(key, value)| (key.to_owned(), value)).collect();
-        self.file.tell_unwritten(unwritten(board))?;
+        self.file.write_unwritten(unwritten(board))?;
         self.file.end("end", end)?;
         if self.is_file && !self.progress.path.is_file() {
             return Err("its file is gone: it was removed or moved".into());
         }
-        self.show(&[], time);
+        self.publish(&[], time);
         self.progress.dropped.store(entry.dropped, Ordering::Relaxed);
         Ok(self.progress.recorded())
     }

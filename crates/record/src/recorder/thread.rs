@@ -16,30 +16,30 @@ use slate_runtime::recording::FlightEntry;
 use super::channels::Channel;
 use super::flight::{Captured, Flight};
 use super::host::Host;
-use super::hub::{Drain, Hub, Sink, Want};
-use super::lock::locked;
+use super::hub::{ChannelFilter, Drain, Hub, Sink};
+use super::lock::lock;
 use super::save::{Save, Saves};
 use super::state::RecordStateOutput;
 use super::target::{ActiveRecording, Progress};
 use super::trigger::Triggers;
 
 /// Polling period for values.
-const PERIOD: Duration = Duration::from_millis(2);
+const POLL_PERIOD: Duration = Duration::from_millis(2);
 
 /// Polling period while values are only kept in memory and no thread waits.
-const LIGHT: Duration = Duration::from_millis(10);
+const LIGHT_POLL_PERIOD: Duration = Duration::from_millis(10);
 
 /// Polling period while no value is wanted.
-const IDLE: Duration = Duration::from_millis(500);
+const IDLE_POLL_PERIOD: Duration = Duration::from_millis(500);
 
 /// Period of the published state, and of the check for drops.
-const SHOWN: Duration = Duration::from_millis(100);
+const STATE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Maximum time that a stalled disk delays the end of a run.
-const TIMEOUT: Duration = Duration::from_secs(20);
+const STALL_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// A request to the thread.
-pub(super) enum Order {
+pub(super) enum ThreadRequest {
     /// Continues a recording that has begun.
     Add(Box<ActiveRecording>),
     /// Returns a recording with everything written until now; `None` when it is gone.
@@ -53,7 +53,7 @@ pub(super) enum Order {
 /// The thread, as other threads see it.
 #[derive(Default)]
 pub(super) struct ThreadHandle {
-    orders: Mutex<Vec<Order>>,
+    requests: Mutex<Vec<ThreadRequest>>,
     /// Lock held while values are taken out, or a recording is begun.
     pub taking: Mutex<()>,
     is_over: AtomicBool,
@@ -73,20 +73,20 @@ pub(super) struct Thread {
 }
 
 /// The initial state of the thread.
-pub(super) struct Beginning {
+pub(super) struct ThreadSetup {
     pub hub: Arc<Hub>,
     pub host: Arc<Host>,
     pub shared: Arc<ThreadHandle>,
     pub targets: Vec<ActiveRecording>,
     pub flight: FlightSettings,
     /// The values of the last seconds.
-    pub wants: Want,
+    pub wants: ChannelFilter,
     pub saves: Arc<Saves>,
 }
 
 impl Thread {
-    pub fn start(beginning: Beginning) -> std::io::Result<Self> {
-        let Beginning { hub, host, shared, targets, flight, wants, saves } = beginning;
+    pub fn start(setup: ThreadSetup) -> std::io::Result<Self> {
+        let ThreadSetup { hub, host, shared, targets, flight, wants, saves } = setup;
         let work = RecorderWork {
             hub: Arc::clone(&hub),
             host,
@@ -96,7 +96,7 @@ impl Thread {
                 targets,
                 triggers: Triggers::new(if flight.enabled { &flight.triggers } else { &[] }),
                 flight: Flight::new(&flight, wants),
-                happened: Vec::new(),
+                fired: Vec::new(),
             },
             settings: flight,
             last_saved: BTreeMap::new(),
@@ -105,7 +105,7 @@ impl Thread {
             settling: Vec::new(),
         };
         let thread = Builder::new().name("record".into()).spawn(move || {
-            slate_runtime::give_way();
+            slate_runtime::set_batch_scheduling();
             work.run_safely()
         })?;
         Ok(Self { thread: Some(thread), shared, hub })
@@ -138,12 +138,12 @@ impl Drop for Thread {
 
 impl ThreadHandle {
     /// Sends an order; the caller wakes the thread. False when the thread has ended.
-    pub fn ask(&self, order: Order) -> bool {
-        let mut orders = locked(&self.orders);
+    pub fn request(&self, request: ThreadRequest) -> bool {
+        let mut requests = lock(&self.requests);
         if self.is_over.load(Ordering::Acquire) {
             return false;
         }
-        orders.push(order);
+        requests.push(request);
         true
     }
 
@@ -151,7 +151,7 @@ impl ThreadHandle {
     fn close(&self) {
         self.is_over.store(true, Ordering::Release);
         // Callers that wait for an answer get none.
-        locked(&self.orders).clear();
+        lock(&self.requests).clear();
     }
 }
 
@@ -161,7 +161,7 @@ struct Sinks {
     flight: Option<Flight>,
     triggers: Triggers,
     /// Triggers that fired, each with its time and property.
-    happened: Vec<(FlightTrigger, u64, String)>,
+    fired: Vec<(FlightTrigger, u64, String)>,
 }
 
 impl Sink for Sinks {
@@ -170,9 +170,9 @@ impl Sink for Sinks {
         let Some(flight) = &mut self.flight else { return };
         flight.value(channel, id, items, stamp, bytes);
         if let Some(channel) = channel
-            && let Some(trigger) = self.triggers.look(channel, id, items, stamp, bytes)
+            && let Some(trigger) = self.triggers.check(channel, id, items, stamp, bytes)
         {
-            self.happened.push((trigger, stamp.time, channel.path.clone()));
+            self.fired.push((trigger, stamp.time, channel.path.clone()));
         }
     }
 }
@@ -205,11 +205,11 @@ impl RecorderWork {
             // They stay as after a kill.
             std::mem::forget(std::mem::take(&mut self.sinks.targets));
             let reason = "the thread that writes it has panicked";
-            let recordings = locked(&shared.recordings);
+            let recordings = lock(&shared.recordings);
             recordings.iter().for_each(|progress| progress.fail(reason));
             let text = "recording ends and the agent continues without it: the recorder has panicked";
             host.logger.log(host.now(), Level::Error, text);
-            if let Some(shown) = &mut *locked(&shared.shown) {
+            if let Some(shown) = &mut *lock(&shared.shown) {
                 shown.write(false, &recordings, host.now());
             }
             Vec::new()
@@ -223,32 +223,33 @@ impl RecorderWork {
         loop {
             // First, as what was handed over before the end, or before an order, is to be found after it.
             let is_over = shared.is_over.load(Ordering::Acquire);
-            let taking = locked(&shared.taking);
-            let orders = std::mem::take(&mut *locked(&shared.orders));
-            let orders = self.add(orders);
+            let taking = lock(&shared.taking);
+            let requests = std::mem::take(&mut *lock(&shared.requests));
+            let requests = self.add(requests);
             let is_urgent = self.hub.urgent.swap(false, Ordering::AcqRel);
             // Where nothing may be missing, values stay where they are until the disk has taken some.
-            let is_held_up = self.sinks.targets.iter().any(ActiveRecording::holds_up);
-            let found = !is_held_up && self.drain.turn(&self.hub, &mut self.sinks);
+            let is_held_up = self.sinks.targets.iter().any(ActiveRecording::must_wait);
+            let found = !is_held_up && self.drain.take_values(&self.hub, &mut self.sinks);
             drop(taking);
             let now = Instant::now();
             if is_over {
-                self.sinks.targets.iter_mut().for_each(|target| target.give_up_after(TIMEOUT));
+                self.sinks.targets.iter_mut().for_each(|target| target.fail_after(STALL_TIMEOUT));
             }
             self.sinks.targets.iter_mut().for_each(|target| target.close_piece(now, is_urgent));
             self.drop_failed();
-            self.save_what_happened();
-            if now.duration_since(shown) >= SHOWN || is_over || !orders.is_empty() {
+            self.save_fired();
+            if now.duration_since(shown) >= STATE_PERIOD || is_over || !requests.is_empty() {
                 shown = now;
                 self.show();
             }
             // Values may still be in the rings.
-            let (later, orders): (Vec<_>, Vec<_>) =
-                orders.into_iter().partition(|order| is_held_up && matches!(order, Order::Settle(_)));
+            let (later, requests): (Vec<_>, Vec<_>) = requests
+                .into_iter()
+                .partition(|request| is_held_up && matches!(request, ThreadRequest::Settle(_)));
             if !later.is_empty() {
-                locked(&shared.orders).extend(later);
+                lock(&shared.requests).extend(later);
             }
-            orders.into_iter().for_each(|order| self.answer(order));
+            requests.into_iter().for_each(|request| self.answer(request));
             if self.sinks.targets.iter().all(ActiveRecording::is_settled) {
                 for waiting in self.settling.drain(..) {
                     // The caller may be gone.
@@ -262,9 +263,9 @@ impl RecorderWork {
             let is_light = self.sinks.targets.is_empty() && !self.host.is_lockstep;
             if !found || (is_light && !is_over) {
                 std::thread::park_timeout(match (is_light, self.sinks.flight.is_some()) {
-                    (true, true) => LIGHT,
-                    (true, false) => IDLE,
-                    _ => PERIOD,
+                    (true, true) => LIGHT_POLL_PERIOD,
+                    (true, false) => IDLE_POLL_PERIOD,
+                    _ => POLL_PERIOD,
                 });
             }
         }
@@ -272,11 +273,11 @@ impl RecorderWork {
 
     /// Adds begun recordings; returns the other orders.
     /// Called before the values that belong to them are taken out.
-    fn add(&mut self, orders: Vec<Order>) -> Vec<Order> {
+    fn add(&mut self, requests: Vec<ThreadRequest>) -> Vec<ThreadRequest> {
         let mut others = Vec::new();
-        for order in orders {
-            match order {
-                Order::Add(target) => self.sinks.targets.push(*target),
+        for request in requests {
+            match request {
+                ThreadRequest::Add(target) => self.sinks.targets.push(*target),
                 other => others.push(other),
             }
         }
@@ -285,19 +286,19 @@ impl RecorderWork {
 
     /// Answers an order, once everything present at its time is written.
     /// The caller may be gone.
-    fn answer(&mut self, order: Order) {
-        match order {
-            Order::Add(_) => {}
-            Order::Remove(number, answer) => {
-                let place = self.sinks.targets.iter().position(|target| target.number == number);
-                let _ = answer.send(place.map(|place| Box::new(self.sinks.targets.remove(place))));
+    fn answer(&mut self, request: ThreadRequest) {
+        match request {
+            ThreadRequest::Add(_) => {}
+            ThreadRequest::Remove(number, answer) => {
+                let index = self.sinks.targets.iter().position(|target| target.number == number);
+                let _ = answer.send(index.map(|index| Box::new(self.sinks.targets.remove(index))));
             }
-            Order::Capture(answer) => {
+            ThreadRequest::Capture(answer) => {
                 let channels = self.hub.channels().clone();
                 let _ = answer.send(self.sinks.flight.as_mut().map(|flight| flight.capture(&channels)));
             }
-            Order::Settle(answer) => {
-                self.sinks.targets.iter_mut().for_each(ActiveRecording::want_settled);
+            ThreadRequest::Settle(answer) => {
+                self.sinks.targets.iter_mut().for_each(ActiveRecording::request_settle);
                 self.settling.push(answer);
             }
         }
@@ -305,11 +306,11 @@ impl RecorderWork {
 
     /// Drops recordings that can't be written any more; the robot continues without.
     fn drop_failed(&mut self) {
-        while let Some(place) = self.sinks.targets.iter().position(|target| target.failure().is_some()) {
-            let mut target = self.sinks.targets.remove(place);
-            self.hub.want_no_more(target.number);
+        while let Some(index) = self.sinks.targets.iter().position(|target| target.failure().is_some()) {
+            let mut target = self.sinks.targets.remove(index);
+            self.hub.remove_recording(target.number);
             let time = self.host.now();
-            target.show(&self.hub.channels().clone(), time);
+            target.publish(&self.hub.channels().clone(), time);
             let reason = target.failure().unwrap_or_default();
             target.progress.fail(&reason);
             let path = slate_runtime::printable(&target.progress.path);
@@ -325,21 +326,21 @@ impl RecorderWork {
         let time = self.host.now();
         let channels = self.hub.channels().clone();
         for target in &mut self.sinks.targets {
-            target.show(&channels, time);
-            if let Some(still) = target.newly_stuck() {
+            target.publish(&channels, time);
+            if let Some(stall) = target.new_stall() {
                 let path = slate_runtime::printable(&target.progress.path);
-                let still = still.as_secs();
+                let stall = stall.as_secs();
                 let meanwhile =
                     if self.host.is_lockstep { "the run waits" } else { "values are missing in it" };
                 let text = format!(
-                    "the disk of the recording {path} has taken nothing for {still} s, and {meanwhile} until it does"
+                    "the disk of the recording {path} has taken nothing for {stall} s, and {meanwhile} until it does"
                 );
                 self.host.logger.log(time, Level::Warn, &text);
             }
         }
         if let Some(flight) = &self.sinks.flight {
             let (from, to, bytes) = flight.extent();
-            *locked(&self.shared.flight) = Some(FlightEntry {
+            *lock(&self.shared.flight) = Some(FlightEntry {
                 keep: self.settings.keep,
                 from,
                 to,
@@ -349,14 +350,14 @@ impl RecorderWork {
                 skipped: self.skipped,
             });
         }
-        if let Some(shown) = &mut *locked(&self.shared.shown) {
-            shown.write(!self.sinks.targets.is_empty(), &locked(&self.shared.recordings), time);
+        if let Some(shown) = &mut *lock(&self.shared.shown) {
+            shown.write(!self.sinks.targets.is_empty(), &lock(&self.shared.recordings), time);
         }
     }
 
     /// Saves the last seconds when a trigger fires, at a limited rate.
-    fn save_what_happened(&mut self) {
-        for (trigger, time, path) in std::mem::take(&mut self.sinks.happened) {
+    fn save_fired(&mut self) {
+        for (trigger, time, path) in std::mem::take(&mut self.sinks.fired) {
             let last = self.last_saved.get(&trigger);
             // Time may have gone back.
             let is_soon = |last: &u64| time >= *last && time - *last < self.settings.every;

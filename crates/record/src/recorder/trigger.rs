@@ -45,7 +45,7 @@ impl Triggers {
     }
 
     /// Returns true if values of the channel can fire one of the triggers.
-    pub fn listen_to(wanted: &[FlightTrigger], channel: &Channel) -> bool {
+    pub fn uses_channel(wanted: &[FlightTrigger], channel: &Channel) -> bool {
         wanted.iter().any(|trigger| fields(*trigger, channel.descriptor).is_some())
     }
 
@@ -53,7 +53,7 @@ impl Triggers {
     ///
     /// Values of several threads, such as those of a gate, may come in another order than they were written: an older one
     /// tells nothing.
-    pub fn look(
+    pub fn check(
         &mut self,
         channel: &Channel,
         id: u32,
@@ -61,12 +61,12 @@ impl Triggers {
         stamp: Stamp,
         bytes: &[u8],
     ) -> Option<FlightTrigger> {
-        let place = id as usize;
-        if place >= self.watched.len() {
-            self.watched.resize_with(place + 1, || None);
+        let index = id as usize;
+        if index >= self.watched.len() {
+            self.watched.resize_with(index + 1, || None);
         }
         let wanted = &self.wanted;
-        let watched = self.watched[place].get_or_insert_with(|| {
+        let watched = self.watched[index].get_or_insert_with(|| {
             let found = |trigger: &FlightTrigger| Some((*trigger, fields(*trigger, channel.descriptor)?));
             let found = wanted.iter().find_map(found);
             found.map_or(Watched::Not, |(trigger, fields)| {

@@ -84,7 +84,7 @@ fn is_below(path: &str, other: &str) -> bool {
 }
 
 /// Repeats and removes the changes until a cycle or time, `until`.
-/// Each is made after the cycle of its number, or at its time; messages name the present one as `place`.
+/// Each is made after the cycle of its number, or at its time; messages name the present one as `moment`.
 ///
 /// # Errors
 /// Why one of them can't be made.
@@ -92,7 +92,7 @@ pub(super) fn make_until(
     agent: &Agent,
     changes: &mut VecDeque<(u64, Change)>,
     until: u64,
-    place: &str,
+    moment: &str,
 ) -> Result<(), String> {
     let mut edit = Edit::default();
     while let Some((_, change)) = changes.pop_front_if(|(after, _)| *after <= until) {
@@ -107,7 +107,7 @@ pub(super) fn make_until(
             }
             None => make(agent, &change),
         };
-        made.map_err(|error| format!("a change {place} can't be made again: {error}"))?;
+        made.map_err(|error| format!("a change {moment} can't be made again: {error}"))?;
     }
     Ok(())
 }

@@ -14,9 +14,9 @@ use slate_runtime::recording::{Change, Recording};
 use slate_runtime::snapshot::PluginMark;
 
 use super::changes;
-use super::comparer::{Comparer, ComparisonProgress, mark};
+use super::comparer::{Comparer, ComparisonProgress, mark_cycle_end};
 use super::expected::Expected;
-use super::external::{ExternalValues, ExternalWish};
+use super::external::{ExternalSelection, ExternalValues};
 use super::run::Run;
 use super::verdict::Verdict;
 use crate::recorder::Hub;
@@ -48,9 +48,9 @@ impl Comparison {
         reader.rewind();
         let expected = Expected::new(reader);
         let inputs = inputs.into_iter().collect();
-        let external = ExternalValues::find(path, run.epoch(), inputs, ExternalWish::ValuesAndMessages)?;
+        let external = ExternalValues::find(path, run.epoch(), inputs, ExternalSelection::ValuesAndMessages)?;
         let hub = Hub::new(Record::default().buffer);
-        hub.want(0, Box::new(|_| true));
+        hub.add_recording(0, Box::new(|_| true));
         Ok(Self { run, hub, expected, external })
     }
 
@@ -63,7 +63,7 @@ impl Comparison {
     /// It is for [`Options::recording`](slate_runtime::Options::recording); the agent is loaded with the recorded
     /// [configuration](Run::configuration).
     pub fn recording(&self) -> Arc<dyn Recording> {
-        Arc::new(Tape(Arc::clone(&self.hub)))
+        Arc::new(RunTaps(Arc::clone(&self.hub)))
     }
 
     /// Repeats the run with a freshly loaded agent, up to the first different value.
@@ -97,13 +97,13 @@ impl Comparison {
                 _ => comparer.end(&run, &mut agent)?,
             },
         };
-        Ok(believed(verdict, run.unchecked()))
+        Ok(weaken_verdict(verdict, run.unchecked()))
     }
 }
 
 /// Weakens a negative verdict if messages of the recording are unchecked.
 /// A difference proves nothing about the run if the recording may be wrong.
-fn believed(verdict: Verdict, unchecked: u64) -> Verdict {
+fn weaken_verdict(verdict: Verdict, unchecked: u64) -> Verdict {
     let doubt = |found: &dyn std::fmt::Display| {
         Verdict::NotCovered(format!(
             "the recording was repaired, and no checksum says that {unchecked} of its messages are right: {found}"
@@ -136,7 +136,7 @@ fn drive(
         if cycle > 0 {
             external.set_until(agent, agent.now())?;
         }
-        mark(hub, cycle, agent.now());
+        mark_cycle_end(hub, cycle, agent.now());
         if course.is_enough.load(Ordering::Acquire) || run.cycles().is_some_and(|cycles| cycle >= cycles) {
             return Ok(());
         }
@@ -153,28 +153,29 @@ fn ordered_inboxes<R: Read + Seek>(reader: &Reader<R>) -> Vec<String> {
         metadata.get("access").is_some_and(|access| access == "messages") && !metadata.contains_key("from")
     };
     // A file that was not read to its end has a summary.
-    let said = reader.said().into_iter().flatten().map(|(channel, _)| channel);
+    let said = reader.channel_counts().into_iter().flatten().map(|(channel, _)| channel);
     let channels = reader.channels().chain(said).filter(|channel| is_ordered(&channel.metadata));
     channels.map(|channel| channel.topic.trim_start_matches('/').to_owned()).collect()
 }
 
 /// Observer of the agent's outputs.
-struct Tape(Arc<Hub>);
+struct RunTaps(Arc<Hub>);
 
-impl Taps for Tape {
+impl Taps for RunTaps {
     fn tap(&self, property: &Property) -> Option<Arc<dyn Tap>> {
         self.0.tap(property)
     }
 }
 
-impl Recording for Tape {
+impl Recording for RunTaps {
     fn changed(&self, _: u64, _: u64, _: &Change) {}
 }
 
 /// Returns the reason why an agent is not the recorded one, if there is one.
 fn other_code(run: &Run, agent: &Agent) -> Option<String> {
-    let mark = |plugin: PluginMark| (plugin.name, format!("{} {:016x}", plugin.version, plugin.hash));
-    let plugins: BTreeMap<_, _> = agent.composer().plugin_marks().into_iter().map(mark).collect();
+    let mark_cycle_end =
+        |plugin: PluginMark| (plugin.name, format!("{} {:016x}", plugin.version, plugin.hash));
+    let plugins: BTreeMap<_, _> = agent.composer().plugin_marks().into_iter().map(mark_cycle_end).collect();
     let names = run.plugins.keys().chain(plugins.keys());
     if let Some(name) = names.into_iter().find(|name| run.plugins.get(*name) != plugins.get(*name)) {
         return Some(format!("plugin `{name}` is another one than that of the recording"));

@@ -8,7 +8,7 @@ use slate_blackboard::{Access, Stamp};
 use slate_runtime::Agent;
 
 use super::difference::{self, Difference};
-use super::expected::{Expected, Wanted};
+use super::expected::{Expected, ExpectedValue};
 use super::run::Run;
 use super::verdict::Verdict;
 use crate::recorder::{Channel, Drain, Hub, Sink};
@@ -24,14 +24,14 @@ pub(super) struct ComparisonProgress {
 }
 
 /// Among the values, the end of a cycle.
-const CYCLE: u32 = u32::MAX;
+const CYCLE_END: u32 = u32::MAX;
 
 /// Polling period while there are no values.
-const PERIOD: Duration = Duration::from_millis(1);
+const POLL_PERIOD: Duration = Duration::from_millis(1);
 
 /// Marks the end of a cycle, with the changes after it, for the comparer.
-pub(super) fn mark(hub: &Hub, cycle: u64, time: u64) {
-    hub.push(CYCLE, 0, cycle, time, []);
+pub(super) fn mark_cycle_end(hub: &Hub, cycle: u64, time: u64) {
+    hub.push(CYCLE_END, 0, cycle, time, []);
 }
 
 /// Comparison of the second run's values.
@@ -44,7 +44,7 @@ pub(super) struct Comparer {
     has_messages: bool,
     values: u64,
     /// By channel of the hub, the place of its property among the expected ones.
-    places: Vec<Option<usize>>,
+    indices: Vec<Option<usize>>,
     /// The last cycle of which all values of its own thread came: its number and time.
     cycle: Option<(u64, u64)>,
     /// The times of the cycles until now, and the latest of a value.
@@ -69,7 +69,7 @@ impl Comparer {
             is_whole: run.cycles().is_some(),
             has_messages: run.has_messages(),
             values: 0,
-            places: Vec::new(),
+            indices: Vec::new(),
             cycle: None,
             times: Vec::new(),
             latest: 0,
@@ -87,28 +87,28 @@ impl Comparer {
             let is_over = course.is_over.load(Ordering::Acquire);
             // Values of other threads than the loop's are behind a mark of the turn before, at the latest.
             let cycle = self.cycle.take();
-            let some = drain.turn(&hub, &mut self);
+            let has_values = drain.take_values(&hub, &mut self);
             if let Some((_, time)) = cycle
                 && self.found.is_none()
             {
-                self.found = self.look_for_missed(time).transpose();
+                self.found = self.find_missed(time).transpose();
             }
             if self.found.is_some() || (!self.is_whole && self.expected.is_done()) {
                 course.is_enough.store(true, Ordering::Release);
                 hub.stop();
                 return self;
             }
-            if is_over && !some && cycle.is_none() {
+            if is_over && !has_values && cycle.is_none() {
                 return self;
             }
-            if !some {
-                std::thread::park_timeout(PERIOD);
+            if !has_values {
+                std::thread::park_timeout(POLL_PERIOD);
             }
         }
     }
 
     /// Returns the first value written before that time that did not come, if any.
-    fn look_for_missed(&mut self, time: u64) -> Result<Option<Verdict>, Error> {
+    fn find_missed(&mut self, time: u64) -> Result<Option<Verdict>, Error> {
         self.expected.read_to(time)?;
         // A value of that very time may still come.
         Ok(self.expected.missed(time).map(missed))
@@ -150,17 +150,17 @@ impl Comparer {
             Some(Verdict::Different(Difference { time: stamp.time, url, field, recorded, replayed }))
         };
         let own = || format!("value {} at {:.3} s", stamp.sequence, stamp.time as f64 * 1e-9);
-        let place = id as usize;
-        if place >= self.places.len() {
-            self.places.resize(place + 1, None);
+        let index = id as usize;
+        if index >= self.indices.len() {
+            self.indices.resize(index + 1, None);
         }
-        let place = &mut self.places[place];
-        let Some(wanted) = self.expected.next(path, place, stamp.time, stamp.sequence as u32)? else {
+        let index = &mut self.indices[index];
+        let Some(wanted) = self.expected.next(path, index, stamp.time, stamp.sequence as u32)? else {
             // A recording that was cut off may lack anything at its end.
             let is_extra = self.is_whole;
             return Ok(if is_extra { different(String::new(), "no such value".into(), own()) } else { None });
         };
-        if self.expected.hash(*place) != Some(channel.descriptor.hash) {
+        if self.expected.hash(*index) != Some(channel.descriptor.hash) {
             let text = format!("the interface of /{path} is another one than that of the recording");
             return Ok(Some(Verdict::NotCovered(text)));
         }
@@ -179,7 +179,7 @@ impl Comparer {
     }
 }
 
-fn missed((path, wanted): (&str, &Wanted)) -> Verdict {
+fn missed((path, wanted): (&str, &ExpectedValue)) -> Verdict {
     Verdict::Different(Difference {
         time: wanted.time,
         url: format!("/{path}"),
@@ -191,7 +191,7 @@ fn missed((path, wanted): (&str, &Wanted)) -> Verdict {
 
 impl Sink for Comparer {
     fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
-        if id == CYCLE {
+        if id == CYCLE_END {
             self.cycle = Some((stamp.sequence, stamp.time));
             if !self.is_whole && stamp.sequence > 0 {
                 self.times.push(stamp.time);

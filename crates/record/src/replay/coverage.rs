@@ -18,7 +18,7 @@ pub(super) struct Coverage {
     /// `None` for a channel that is not an agent's.
     channels: BTreeMap<u16, Option<(usize, bool)>>,
     /// Place of each property, by path.
-    places: BTreeMap<String, usize>,
+    indices: BTreeMap<String, usize>,
     extents: Vec<PropertyCoverage>,
 }
 
@@ -40,9 +40,9 @@ pub(super) struct PropertyCoverage {
 impl Coverage {
     /// Returns the counts in the summary of a file; `None` if it has none.
     /// The summary does not tell the values of single properties.
-    pub fn said<R: Read + Seek>(reader: &Reader<R>) -> Option<Self> {
+    pub fn from_summary<R: Read + Seek>(reader: &Reader<R>) -> Option<Self> {
         let mut coverage = Self::default();
-        for (channel, count) in reader.said()? {
+        for (channel, count) in reader.channel_counts()? {
             let says = |key: &str| channel.metadata.get(key).map(String::as_str);
             coverage.values += says("access").map_or(0, |_| count);
             coverage.repeating +=
@@ -56,31 +56,31 @@ impl Coverage {
         let known = self.channels.entry(channel.id).or_insert_with(|| {
             let access = channel.metadata.get("access")?;
             let path = channel.topic.trim_start_matches('/');
-            let place = *self.places.entry(path.to_owned()).or_insert(self.extents.len());
-            if place == self.extents.len() {
+            let index = *self.indices.entry(path.to_owned()).or_insert(self.extents.len());
+            if index == self.extents.len() {
                 // Of messages, those are not there that nobody has taken.
                 let is_counted = access != "messages";
                 self.extents.push(PropertyCoverage { is_counted, ..PropertyCoverage::default() });
             }
             let repeats = channel.metadata.get("repeats").is_some_and(|repeats| repeats == "true");
-            Some((place, repeats))
+            Some((index, repeats))
         });
-        let Some((place, repeats)) = *known else { return };
+        let Some((index, repeats)) = *known else { return };
         self.values += 1;
         self.repeating += u64::from(repeats);
-        self.extents[place].note(message.sequence.into());
+        self.extents[index].note(message.sequence.into());
     }
 
     /// Returns the coverage of a property, or of the one that contains a path.
     /// `None` if it has no value.
     pub fn of(&self, path: &str) -> Option<PropertyCoverage> {
-        let own = self.places.iter().find(|(own, _)| is_within(path, own));
-        own.map(|(_, place)| self.extents[*place])
+        let own = self.indices.iter().find(|(own, _)| is_within(path, own));
+        own.map(|(_, index)| self.extents[*index])
     }
 
     /// Returns the properties with values missing before the last present one.
     pub fn gaps(&self) -> impl Iterator<Item = (&str, PropertyCoverage)> {
-        let extents = self.places.iter().map(|(path, place)| (path.as_str(), self.extents[*place]));
+        let extents = self.indices.iter().map(|(path, index)| (path.as_str(), self.extents[*index]));
         extents.filter(|(_, extent)| extent.has_gaps())
     }
 }
@@ -108,10 +108,10 @@ impl PropertyCoverage {
 }
 
 /// Lists a few names, and the number of further ones.
-pub(super) fn some(names: &[String]) -> String {
-    const SHOWN: usize = 4;
-    match names.len().checked_sub(SHOWN) {
+pub(super) fn abbreviated_list(names: &[String]) -> String {
+    const MAX_NAMES: usize = 4;
+    match names.len().checked_sub(MAX_NAMES) {
         None | Some(0) => names.join(", "),
-        Some(more) => format!("{} and {more} more", names[..SHOWN].join(", ")),
+        Some(more) => format!("{} and {more} more", names[..MAX_NAMES].join(", ")),
     }
 }

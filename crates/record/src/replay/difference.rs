@@ -64,7 +64,7 @@ fn first(one: &Value, other: &Value, path: String) -> Option<[String; 3]> {
             .iter()
             .zip(theirs)
             .enumerate()
-            .find_map(|(place, (ours, theirs))| first(ours, theirs, below(&place.to_string()))),
+            .find_map(|(index, (ours, theirs))| first(ours, theirs, below(&index.to_string()))),
         (Value::List(ours), Value::List(theirs)) => {
             Some([path, format!("{} items", ours.len()), format!("{} items", theirs.len())])
         }

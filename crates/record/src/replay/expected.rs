@@ -7,7 +7,7 @@ use std::io::BufReader;
 use crate::storage::{Channel, Error, Reader};
 
 /// A value that is recorded.
-pub(super) struct Wanted {
+pub(super) struct ExpectedValue {
     pub sequence: u32,
     pub time: u64,
     pub message: Vec<u8>,
@@ -22,7 +22,7 @@ struct ExpectedTrack {
     /// The schema of its interface.
     hash: Option<u64>,
     /// Values that were read and not compared yet.
-    waiting: VecDeque<Wanted>,
+    waiting: VecDeque<ExpectedValue>,
 }
 
 /// The values of a recording, property by property.
@@ -38,7 +38,7 @@ pub(super) struct Expected {
 struct ExpectedTracks {
     all: Vec<ExpectedTrack>,
     /// Places of the tracks, by path.
-    places: BTreeMap<String, usize>,
+    indices: BTreeMap<String, usize>,
     /// Places of the tracks, by channel of the file.
     /// `None` for channels that are not compared.
     channels: BTreeMap<u16, Option<usize>>,
@@ -46,26 +46,26 @@ struct ExpectedTracks {
 
 /// Maximum disorder of values of several threads in the file, nanoseconds.
 /// A value that was not found until then is missing.
-const SLACK: u64 = 60_000_000_000;
+const MAX_DISORDER: u64 = 60_000_000_000;
 
 impl ExpectedTracks {
     /// Returns the track of a channel, if a second run writes its values again.
-    fn place(&mut self, channel: &Channel) -> Option<usize> {
+    fn index(&mut self, channel: &Channel) -> Option<usize> {
         if let Some(known) = self.channels.get(&channel.id) {
             return *known;
         }
         let says = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
-        let place = (says("repeats") == "true").then(|| {
+        let index = (says("repeats") == "true").then(|| {
             let path = channel.topic.trim_start_matches('/');
-            let place = *self.places.entry(path.to_owned()).or_insert(self.all.len());
-            if place == self.all.len() {
+            let index = *self.indices.entry(path.to_owned()).or_insert(self.all.len());
+            if index == self.all.len() {
                 self.all.push(ExpectedTrack { path: path.to_owned(), hash: None, waiting: VecDeque::new() });
             }
-            self.all[place].hash = u64::from_str_radix(says("hash"), 16).ok();
-            place
+            self.all[index].hash = u64::from_str_radix(says("hash"), 16).ok();
+            index
         });
-        self.channels.insert(channel.id, place);
-        place
+        self.channels.insert(channel.id, index);
+        index
     }
 }
 
@@ -82,9 +82,9 @@ impl Expected {
                 self.is_over = true;
                 break;
             };
-            let Some(place) = self.tracks.place(message.channel) else { continue };
+            let Some(index) = self.tracks.index(message.channel) else { continue };
             self.read_to = self.read_to.max(message.log_time);
-            self.tracks.all[place].waiting.push_back(Wanted {
+            self.tracks.all[index].waiting.push_back(ExpectedValue {
                 sequence: message.sequence,
                 time: message.log_time,
                 message: message.data.to_vec(),
@@ -99,36 +99,36 @@ impl Expected {
     /// If it is missing, returns the next one, and `None` if none is recorded. It need not be the next one: two threads
     /// may have written, such as the loop and the one that stops an actuator.
     ///
-    /// `place` is for the same property the next time.
+    /// `index` is for the same property the next time.
     pub fn next(
         &mut self,
         path: &str,
-        place: &mut Option<usize>,
+        index: &mut Option<usize>,
         time: u64,
         sequence: u32,
-    ) -> Result<Option<Wanted>, Error> {
-        let mut looked = 0;
+    ) -> Result<Option<ExpectedValue>, Error> {
+        let mut skipped = 0;
         loop {
-            if place.is_none() {
-                *place = self.tracks.places.get(path).copied();
+            if index.is_none() {
+                *index = self.tracks.indices.get(path).copied();
             }
-            if let Some(place) = *place {
-                let waiting = &mut self.tracks.all[place].waiting;
-                let mut news = waiting.iter().skip(looked);
-                if let Some(found) = news.position(|own| own.sequence == sequence && own.time == time) {
-                    return Ok(waiting.remove(looked + found));
+            if let Some(index) = *index {
+                let waiting = &mut self.tracks.all[index].waiting;
+                let mut candidates = waiting.iter().skip(skipped);
+                if let Some(found) = candidates.position(|own| own.sequence == sequence && own.time == time) {
+                    return Ok(waiting.remove(skipped + found));
                 }
-                looked = waiting.len();
+                skipped = waiting.len();
             }
-            if self.read_to > time.saturating_add(SLACK) || !self.read()? {
-                return Ok(place.and_then(|place| self.tracks.all[place].waiting.pop_front()));
+            if self.read_to > time.saturating_add(MAX_DISORDER) || !self.read()? {
+                return Ok(index.and_then(|index| self.tracks.all[index].waiting.pop_front()));
             }
         }
     }
 
     /// Returns the schema of the property at a place of [`next`](Expected::next).
-    pub fn hash(&self, place: Option<usize>) -> Option<u64> {
-        self.tracks.all[place?].hash
+    pub fn hash(&self, index: Option<usize>) -> Option<u64> {
+        self.tracks.all[index?].hash
     }
 
     /// Reads the values written until a time.
@@ -138,7 +138,7 @@ impl Expected {
     }
 
     /// Returns the earliest value written before that time and not compared.
-    pub fn missed(&self, before: u64) -> Option<(&str, &Wanted)> {
+    pub fn missed(&self, before: u64) -> Option<(&str, &ExpectedValue)> {
         let fronts =
             self.tracks.all.iter().filter_map(|track| Some((track.path.as_str(), track.waiting.front()?)));
         fronts.filter(|(_, wanted)| wanted.until < before).min_by_key(|(_, wanted)| wanted.until)

@@ -10,11 +10,11 @@ use slate_blackboard::interface::Kind;
 use slate_runtime::Agent;
 
 use crate::ros;
-use crate::storage::{Error, Reader, Spot};
+use crate::storage::{Error, MessageLocation, Reader};
 
 /// Selection of the data that are set again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ExternalWish {
+pub(super) enum ExternalSelection {
     /// Values of inputs.
     Values,
     /// Values of inputs, and messages to inboxes.
@@ -23,13 +23,13 @@ pub(super) enum ExternalWish {
 }
 
 /// A value in the file.
-struct ExternalSpot {
+struct ExternalInputValue {
     time: u64,
     /// Number of the value among those of the input, counted from 1.
     sequence: u32,
     /// Place of the input among all.
     input: usize,
-    spot: Spot,
+    location: MessageLocation,
 }
 
 /// The values of those inputs that programs outside of the agent filled.
@@ -37,7 +37,7 @@ pub(super) struct ExternalValues {
     reader: Option<Reader<BufReader<File>>>,
     inputs: Vec<String>,
     /// Values in the order in which they were set.
-    waiting: VecDeque<ExternalSpot>,
+    waiting: VecDeque<ExternalInputValue>,
 }
 
 impl ExternalValues {
@@ -45,28 +45,33 @@ impl ExternalValues {
     ///
     /// # Errors
     /// When the file can't be read.
-    pub fn find(path: &Path, epoch: u64, inputs: Vec<String>, what: ExternalWish) -> Result<Self, Error> {
+    pub fn find(
+        path: &Path,
+        epoch: u64,
+        inputs: Vec<String>,
+        what: ExternalSelection,
+    ) -> Result<Self, Error> {
         let mut values = Self { reader: None, inputs, waiting: VecDeque::new() };
         if values.inputs.is_empty() {
             return Ok(values);
         }
         let mut reader = Reader::open_unfinished(path)?;
         let topics = values.inputs.iter().enumerate();
-        let topics: BTreeMap<_, _> = topics.map(|(place, input)| (format!("/{input}"), place)).collect();
+        let topics: BTreeMap<_, _> = topics.map(|(index, input)| (format!("/{input}"), index)).collect();
         let mut found = Vec::new();
-        while let Some((spot, _, message)) = reader.next_spot()? {
+        while let Some((location, _, message)) = reader.next_located()? {
             if let Some(input) = topics.get(&message.channel.topic) {
                 let metadata = &message.channel.metadata;
                 let is_message = metadata.get("access").is_some_and(|access| access == "messages");
                 // Modules send theirs themselves.
-                if is_message && (what == ExternalWish::Values || metadata.contains_key("from")) {
+                if is_message && (what == ExternalSelection::Values || metadata.contains_key("from")) {
                     continue;
                 }
                 // A message is taken in the cycle after it was sent.
                 let time = if is_message { message.publish_time } else { message.log_time };
                 let time = time.saturating_sub(epoch);
                 let sequence = message.sequence;
-                found.push(ExternalSpot { time, sequence, input: *input, spot });
+                found.push(ExternalInputValue { time, sequence, input: *input, location });
             }
         }
         // Those of one time stay in the order of the file.
@@ -92,7 +97,7 @@ impl ExternalValues {
             if property.channel().is_some_and(|channel| channel.published() >= value.sequence.into()) {
                 continue;
             }
-            let message = reader.message_at(value.spot).map_err(|error| lost(&error))?;
+            let message = reader.message_at(value.location).map_err(|error| lost(&error))?;
             let bytes = ros::decode(property.descriptor(), message.data).map_err(|error| lost(&error))?;
             if let Carrier::Mailbox(mailbox) = property.carrier() {
                 let items = bytes.len().saturating_sub(property.descriptor().size);

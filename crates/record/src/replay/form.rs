@@ -34,17 +34,17 @@ impl ValueForm {
                 "its messages are encoded as `{encoding}`; expected `cdr` with a definition as `ros2msg`"
             ));
         };
-        let said = channel.metadata.get("hash");
+        let recorded = channel.metadata.get("hash");
         if let Some(descriptor) = interface(message, known) {
             return Ok(Self { descriptor, capacity: 0, described: None, remark: None });
         }
         let name = schema.name.rsplit('/').next().unwrap_or_default();
-        let other = known.values().find(|descriptor| said.is_some() && descriptor.name == name);
+        let other = known.values().find(|descriptor| recorded.is_some() && descriptor.name == name);
         let remark = other.map(|other| {
             format!(
                 "its interface {name} is {} in the recording and {:016x} here: it was recorded by another version, and is \
                  played as the recording describes it",
-                said.map_or("", String::as_str),
+                recorded.map_or("", String::as_str),
                 other.hash
             )
         });

@@ -12,16 +12,16 @@ use slate_runtime::plugin::load;
 use slate_runtime::recording::{Change, configuration};
 
 use super::changes::{concerns, of_readers, played};
-use super::coverage::some;
-use super::external::{ExternalValues, ExternalWish};
-use super::lacks::Lacks;
+use super::coverage::abbreviated_list;
+use super::external::{ExternalSelection, ExternalValues};
+use super::gap_check::GapCheck;
 use super::plan::{Plan, PlayError};
 use super::reel::Reel;
 use super::run::{Run, Written};
 use super::timeline::Timeline;
 
 /// Maximum number of reported reasons.
-const SHOWN: usize = 5;
+const MAX_REASONS: usize = 5;
 
 /// A recording that is being opened.
 pub(super) struct Opening<'a> {
@@ -42,7 +42,7 @@ pub(super) struct ReplacedModules {
     /// The mailboxes among these whose senders all run.
     pub mailboxes: Written,
     /// The mailboxes of modules that do not run, whose messages are compared.
-    pub deaf: BTreeMap<String, &'static Descriptor>,
+    pub sender_only: BTreeMap<String, &'static Descriptor>,
 }
 
 /// Changes made while a run was recorded.
@@ -85,7 +85,7 @@ impl Opening<'_> {
         if let Some(span) = timeline.span() {
             return Ok((timeline, span));
         }
-        let left_out = timeline.left_out.iter().take(SHOWN);
+        let left_out = timeline.left_out.iter().take(MAX_REASONS);
         let why: Vec<_> = left_out.map(|(topic, why)| format!("{topic}: {why}")).collect();
         let why = if why.is_empty() { "it has no values that are asked for".into() } else { why.join("; ") };
         Err(self.unfit(format!("nothing to play: {why}")))
@@ -163,7 +163,7 @@ impl Opening<'_> {
     /// Returns the values that programs outside of the agent sent to inputs.
     /// These are inputs of the modules that run.
     pub fn external(&self) -> Result<ExternalValues, PlayError> {
-        let find = |epoch, inputs| ExternalValues::find(self.path, epoch, inputs, ExternalWish::Values);
+        let find = |epoch, inputs| ExternalValues::find(self.path, epoch, inputs, ExternalSelection::Values);
         let Some(run) = self.run else { return Ok(find(0, Vec::new())?) };
         let runs = |input: &&String| run.owner(input).is_some_and(|owner| self.plan.modules.contains(owner));
         let inputs = run.external.keys().filter(runs).cloned();
@@ -184,11 +184,11 @@ impl Opening<'_> {
                 .push("changes in them can't be repeated, as not every cycle before --start is known".into());
         }
         if let Some(run) = self.run {
-            let lacks = Lacks::new(run, &reel.timeline);
-            misses.extend(lacks.told(&excerpt.reads, &excerpt.watched, &excerpt.inboxes));
+            let gap_check = GapCheck::new(run, &reel.timeline);
+            misses.extend(gap_check.missing_inputs(&excerpt.reads, &excerpt.watched, &excerpt.inboxes));
         }
         if !misses.is_empty() && !self.plan.modules.is_empty() && !self.plan.is_partial {
-            let what = some(&misses);
+            let what = abbreviated_list(&misses);
             return Err(self.unfit(format!(
                 "the modules would not have all that they had then: {what}; record all that they read, or let them run all the \
                  same with --partial"
@@ -198,33 +198,33 @@ impl Opening<'_> {
     }
 
     /// Returns the properties of which not every value is recorded.
-    pub fn thin(&self, reel: &Reel) -> BTreeSet<String> {
-        self.run.map(|run| Lacks::new(run, &reel.timeline).thin()).unwrap_or_default()
+    pub fn incomplete(&self, reel: &Reel) -> BTreeSet<String> {
+        self.run.map(|run| GapCheck::new(run, &reel.timeline).incomplete()).unwrap_or_default()
     }
 
     /// Replaces recorded outputs by the modules that run.
     pub fn replace(&self, reel: &mut Reel, excerpt: &Excerpt) -> ReplacedModules {
-        (reel.silent, reel.inboxes, reel.deaf) =
+        (reel.silent, reel.inboxes, reel.sender_only) =
             (excerpt.silent.clone(), excerpt.inboxes.clone(), excerpt.deaf.clone());
-        let mut deaf = excerpt.deaf.clone();
+        let mut sender_only = excerpt.deaf.clone();
         if !self.is_lockstep() {
             // Modules on threads of their own answer each other many times in what is one cycle here, so that a sender alone sends
             // something else.
-            deaf.clear();
+            sender_only.clear();
         }
         let (mut written, mut mailboxes) = (Written::new(), Written::new());
         if let Some(run) = self.run {
             written = reel.replace(run, self.configuration, &self.plan.modules);
             mailboxes = run.closed_mailboxes(&reel.timeline, &self.plan.modules);
-            let lacks = Lacks::new(run, &reel.timeline);
-            mailboxes.retain(|path, _| !lacks.is_ruled(path));
-            deaf.retain(|path, _| !lacks.is_ruled(path));
+            let gap_check = GapCheck::new(run, &reel.timeline);
+            mailboxes.retain(|path, _| !gap_check.is_ruled(path));
+            sender_only.retain(|path, _| !gap_check.is_ruled(path));
             written.extend(mailboxes.clone());
-            for (from, to) in excerpt.outboxes.iter().filter(|(_, to)| deaf.contains_key(*to)) {
+            for (from, to) in excerpt.outboxes.iter().filter(|(_, to)| sender_only.contains_key(*to)) {
                 written.entry(to.clone()).or_default().extend(run.owner(from).cloned());
             }
         }
-        ReplacedModules { written, mailboxes, deaf }
+        ReplacedModules { written, mailboxes, sender_only }
     }
 
     /// Returns the plugins whose recorded code the modules that run use.

@@ -18,30 +18,30 @@ use crate::storage::Error;
 pub(super) type OrderOutcome = Result<PlaybackStatus, (String, String)>;
 
 /// Order, and the channel of its answer.
-type GivenOrder = (Order, Sender<OrderOutcome>);
+type PendingOrder = (Order, Sender<OrderOutcome>);
 
 /// Timeout of an order; shorter than that of tools.
-const TIMEOUT: Duration = Duration::from_secs(50);
+const ORDER_TIMEOUT: Duration = Duration::from_secs(50);
 
 /// Sending end of the orders, with access to the recorded data.
-pub(super) struct Counter {
-    orders: Mutex<Sender<GivenOrder>>,
+pub(super) struct OrderSender {
+    orders: Mutex<Sender<PendingOrder>>,
     reel: SharedReel,
 }
 
 /// Receiving end of the orders.
-pub(super) struct Orders(Receiver<GivenOrder>);
+pub(super) struct OrderReceiver(Receiver<PendingOrder>);
 
-pub(super) fn orders(reel: &SharedReel) -> (Counter, Orders) {
+pub(super) fn orders(reel: &SharedReel) -> (OrderSender, OrderReceiver) {
     let (sender, receiver) = channel();
-    (Counter { orders: Mutex::new(sender), reel: reel.clone() }, Orders(receiver))
+    (OrderSender { orders: Mutex::new(sender), reel: reel.clone() }, OrderReceiver(receiver))
 }
 
-impl Orders {
+impl OrderReceiver {
     /// Returns the next order, if there is one within that time.
-    pub fn next(&self, within: Duration) -> Option<GivenOrder> {
+    pub fn next(&self, within: Duration) -> Option<PendingOrder> {
         match self.0.recv_timeout(within) {
-            Ok(letter) => Some(letter),
+            Ok(entry) => Some(entry),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => {
                 std::thread::sleep(within);
@@ -51,17 +51,17 @@ impl Orders {
     }
 }
 
-impl PlaybackControl for Counter {
+impl PlaybackControl for OrderSender {
     fn order(&self, order: Order) -> OrderOutcome {
         let lost = |message: &str| (message.to_owned(), "start it again: slate replay FILE".to_owned());
         let (sender, answer) = channel();
-        let counter = self.orders.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        counter.send((order, sender)).map_err(|_| lost("the playback has ended"))?;
-        match answer.recv_timeout(TIMEOUT) {
+        let order_sender = self.orders.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        order_sender.send((order, sender)).map_err(|_| lost("the playback has ended"))?;
+        match answer.recv_timeout(ORDER_TIMEOUT) {
             Ok(answer) => answer,
             Err(RecvTimeoutError::Disconnected) => Err(lost("the playback has ended")),
             Err(RecvTimeoutError::Timeout) => Err((
-                format!("the playback has not done it within {} s", TIMEOUT.as_secs()),
+                format!("the playback has not done it within {} s", ORDER_TIMEOUT.as_secs()),
                 "see the log for the module that it waits for".into(),
             )),
         }
@@ -79,23 +79,23 @@ impl PlaybackControl for Counter {
             let mut reel = self.reel.get();
             let timeline = &mut reel.timeline;
             let track = timeline.tracks.iter().position(is_meant).ok_or_else(unknown)?;
-            let first = timeline.place_from(track, wish.from, wish.sequence).map_err(anew)?;
-            let numbers = first..timeline.place_after(track, Some(wish.to)).max(first);
+            let first = timeline.number_from(track, wish.from, wish.sequence).map_err(anew)?;
+            let numbers = first..timeline.number_after(track, Some(wish.to)).max(first);
             (track, timeline.tracks[track].form.descriptor, numbers, timeline.span().unwrap_or_default())
         };
-        let (mut left, told) = (None, wish.most.min(numbers.len()));
-        for (number, place) in wish.places(numbers.len()).enumerate() {
+        let (mut left, count) = (None, wish.most.min(numbers.len()));
+        for (number, index) in wish.places(numbers.len()).enumerate() {
             // Value by value, so that the playback goes on meanwhile; those that it needs stay in memory.
             let mut reel = self.reel.get();
             let timeline = &mut reel.timeline;
-            let place = timeline.place(track, numbers.start + place);
-            let value = place.map(|place| timeline.value_alone(place)).transpose();
+            let index = timeline.index(track, numbers.start + index);
+            let value = index.map(|index| timeline.value_alone(index)).transpose();
             let value = value.map_err(anew)?;
             drop(reel);
             let Some(RecordedValue { bytes, items, sequence, time }) = value else { continue };
             let stamp = Stamp { sequence, time, generation: 0 };
             if !take(descriptor, FrozenValue { bytes, items, stamp }) {
-                left = Some(Left { count: told - number, time, sequence });
+                left = Some(Left { count: count - number, time, sequence });
                 break;
             }
         }

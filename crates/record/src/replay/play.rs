@@ -13,7 +13,7 @@ use super::plan::{PlayError, PlayedRun};
 use super::player::{Player, rate};
 
 /// Position of a playback.
-struct Turn {
+struct PlaybackPosition {
     time: u64,
     cycles: u64,
     /// Set once the playback is at a time of the recording.
@@ -25,13 +25,13 @@ struct Turn {
     is_whole: bool,
 }
 
-const INSIDE: &str = "give seconds after the first value, such as 1.5; `slate replay status` shows the length of the recording";
+const SEEK_HELP: &str = "give seconds after the first value, such as 1.5; `slate replay status` shows the length of the recording";
 
 /// Polling period for the end of a playback that stands still.
-const LOOK: Duration = Duration::from_millis(50);
+const PAUSE_POLL_PERIOD: Duration = Duration::from_millis(50);
 
 /// Period at which measurements are shown.
-const SHOW: Duration = Duration::from_millis(100);
+const TIMING_PERIOD: Duration = Duration::from_millis(100);
 
 impl Player {
     /// Plays in an agent that was loaded for it, until the end or until `stop` is set.
@@ -42,7 +42,7 @@ impl Player {
         self.run_with(agent, stop, |_| {})
     }
 
-    /// Plays as [`run`](Player::run), and calls `look` after each cycle.
+    /// Plays as [`run`](Player::run), and calls `on_cycle` after each cycle.
     ///
     /// # Errors
     /// As [`run`](Player::run).
@@ -51,9 +51,9 @@ impl Player {
         &mut self,
         agent: &mut Agent,
         stop: &AtomicBool,
-        mut look: impl FnMut(&mut Agent),
+        mut on_cycle: impl FnMut(&mut Agent),
     ) -> Result<PlayedRun, PlayError> {
-        let mut turn = Turn {
+        let mut position = PlaybackPosition {
             time: self.bounds.0,
             cycles: 0,
             has_begun: false,
@@ -68,52 +68,52 @@ impl Player {
         let mut shown = Instant::now();
         while !stop.load(Ordering::Relaxed) {
             if let Some((order, answer)) =
-                self.orders.next(if turn.is_paused { LOOK } else { Duration::ZERO })
+                self.orders.next(if position.is_paused { PAUSE_POLL_PERIOD } else { Duration::ZERO })
             {
-                let done = self.obey(order, agent, &mut turn, &mut look, stop)?;
+                let done = self.execute_order(order, agent, &mut position, &mut on_cycle, stop)?;
                 // The caller may be gone.
                 let _ = answer.send(done);
                 continue;
             }
-            if turn.is_paused {
+            if position.is_paused {
                 continue;
             }
-            if self.is_over(&turn) {
-                let Some(section) = turn.section else {
-                    turn.is_whole = true;
+            if self.is_over(&position) {
+                let Some(section) = position.section else {
+                    position.is_whole = true;
                     if self.plan.stays {
-                        turn.is_paused = true;
+                        position.is_paused = true;
                         agent.publish_timing();
                         continue;
                     }
                     break;
                 };
-                self.jump(section.from, agent, &mut turn)?;
+                self.jump(section.from, agent, &mut position)?;
             }
-            self.cycle(agent, &mut turn, &mut look)?;
-            if shown.elapsed() > SHOW {
+            self.cycle(agent, &mut position, &mut on_cycle)?;
+            if shown.elapsed() > TIMING_PERIOD {
                 shown = Instant::now();
                 agent.publish_timing();
             }
         }
         let values = self.reel.get().values;
-        let time = turn.time.saturating_sub(self.span.0);
-        Ok(PlayedRun { values, cycles: turn.cycles, time, is_whole: turn.is_whole })
+        let time = position.time.saturating_sub(self.span.0);
+        Ok(PlayedRun { values, cycles: position.cycles, time, is_whole: position.is_whole })
     }
 
     /// Returns true if nothing is left before the end.
-    fn is_over(&self, turn: &Turn) -> bool {
-        let end = turn.section.map_or(self.bounds.1, |section| section.to);
-        turn.has_begun && self.reel.get().following(turn.time).is_none_or(|next| next > end)
+    fn is_over(&self, position: &PlaybackPosition) -> bool {
+        let end = position.section.map_or(self.bounds.1, |section| section.to);
+        position.has_begun && self.reel.get().following(position.time).is_none_or(|next| next > end)
     }
 
     fn cycle(
         &mut self,
         agent: &mut Agent,
-        turn: &mut Turn,
-        look: &mut impl FnMut(&mut Agent),
+        position: &mut PlaybackPosition,
+        on_cycle: &mut impl FnMut(&mut Agent),
     ) -> Result<(), PlayError> {
-        let (until, place) = self.due(turn);
+        let (until, moment) = self.due(position);
         let due = self.changes.iter().filter(|(after, _)| *after <= until);
         let mut orders = due.filter_map(|(_, change)| match change {
             Change::Order { stages } => Some(stages),
@@ -121,14 +121,14 @@ impl Player {
         });
         if let Some(stages) = orders.next_back() {
             let stages: Vec<_> = stages.iter().map(|(_, modules)| modules.clone()).collect();
-            self.reel.get().place(&stages, &self.plan.modules);
+            self.reel.get().assign_positions(&stages, &self.plan.modules);
         }
-        while let Err(reason) = make_until(agent, &mut self.changes, until, &place) {
+        while let Err(reason) = make_until(agent, &mut self.changes, until, &moment) {
             self.misses.push(reason);
         }
         // In lockstep they came after the cycle of their time; none came before the first.
-        let next = self.period.map(|period| turn.time.saturating_add(period));
-        if let Some(time) = next.or(turn.has_begun.then_some(turn.time))
+        let next = self.period.map(|period| position.time.saturating_add(period));
+        if let Some(time) = next.or(position.has_begun.then_some(position.time))
             && let Err(reason) = self.external.set_until(agent, time)
         {
             self.misses.push(reason);
@@ -136,37 +136,42 @@ impl Player {
         if !agent.step() {
             return Err(PlayError::Hung);
         }
-        (turn.cycles, turn.has_begun) = (turn.cycles + 1, true);
-        turn.time = agent.now();
-        self.reached = turn.time;
-        let sent = self.reel.get().take_sent(turn.time);
-        if let Some(witness) = &mut self.witness {
-            witness.look()?;
-            witness.hear(sent)?;
+        (position.cycles, position.has_begun) = (position.cycles + 1, true);
+        position.time = agent.now();
+        self.reached = position.time;
+        let sent = self.reel.get().take_sent(position.time);
+        if let Some(output_comparer) = &mut self.output_comparer {
+            output_comparer.compare_values()?;
+            output_comparer.compare_sent_messages(sent)?;
         }
         let mut reel = self.reel.get();
         reel.check()?;
-        while let Some(line) = reel.timeline.lines.get(self.line).filter(|line| line.time <= turn.time) {
+        while let Some(line) = reel.timeline.lines.get(self.line).filter(|line| line.time <= position.time) {
             agent.logger().log_recorded(&line.module, line.time, line.level, &line.text);
             self.line += 1;
         }
         drop(reel);
-        look(agent);
+        on_cycle(agent);
         Ok(())
     }
 
     /// Returns the limit of the changes due before the next cycle, and its name.
     /// The limit is a cycle, or on the wall clock a time.
-    fn due(&self, turn: &Turn) -> (u64, String) {
+    fn due(&self, position: &PlaybackPosition) -> (u64, String) {
         let Some(period) = self.period else {
-            let cycle = self.skipped + turn.cycles;
+            let cycle = self.skipped + position.cycles;
             return (cycle, format!("after cycle {cycle}"));
         };
-        let next = if turn.has_begun { turn.time.saturating_add(period) } else { self.bounds.0 };
+        let next = if position.has_begun { position.time.saturating_add(period) } else { self.bounds.0 };
         // Cycles were not made exactly when they were due, and some not at all: values that were written in each cycle say
         // between which of them a change was, and others are waited for a little.
-        let has_come = |time: u64| self.witness.as_ref().is_none_or(|witness| witness.has_all_until(time));
-        let counts = self.witness.as_ref().is_some_and(|witness| witness.counts_cycles(period));
+        let has_come = |time: u64| {
+            self.output_comparer.as_ref().is_none_or(|output_comparer| output_comparer.has_all_until(time))
+        };
+        let counts = self
+            .output_comparer
+            .as_ref()
+            .is_some_and(|output_comparer| output_comparer.has_cyclic_property(period));
         let is_late = |time: u64| next.saturating_sub(time) > 2 * period;
         let is_due = |time: u64| {
             if counts { has_come(time) } else { time <= next && (is_late(time) || has_come(time)) }
@@ -176,23 +181,28 @@ impl Player {
         (until, format!("at {:.3} s", until as f64 * 1e-9))
     }
 
-    fn jump(&mut self, time: u64, agent: &mut Agent, turn: &mut Turn) -> Result<bool, PlayError> {
+    fn jump(
+        &mut self,
+        time: u64,
+        agent: &mut Agent,
+        position: &mut PlaybackPosition,
+    ) -> Result<bool, PlayError> {
         if !agent.jump(time) {
             return Ok(false);
         }
         let mut reel = self.reel.get();
         reel.jump(time)?;
         self.line = reel.timeline.lines.partition_point(|line| line.time <= time);
-        (turn.time, turn.has_begun) = (time, true);
+        (position.time, position.has_begun) = (time, true);
         Ok(true)
     }
 
-    fn obey(
+    fn execute_order(
         &mut self,
         order: Order,
         agent: &mut Agent,
-        turn: &mut Turn,
-        look: &mut impl FnMut(&mut Agent),
+        position: &mut PlaybackPosition,
+        on_cycle: &mut impl FnMut(&mut Agent),
         stop: &AtomicBool,
     ) -> Result<OrderOutcome, PlayError> {
         let at = |time: u64| self.span.0.saturating_add(time);
@@ -200,10 +210,10 @@ impl Player {
         let has_modules = !self.plan.modules.is_empty();
         match order {
             Order::Status => {}
-            Order::Pause => turn.is_paused = true,
+            Order::Pause => position.is_paused = true,
             Order::Resume => {
-                turn.is_paused = false;
-                agent.set_rate(rate(turn.rate));
+                position.is_paused = false;
+                agent.set_rate(rate(position.rate));
             }
             Order::Rate(Some(factor)) if !(factor.is_finite() && factor > 0.0) => {
                 return refused(
@@ -212,19 +222,19 @@ impl Player {
                 );
             }
             Order::Rate(factor) => {
-                turn.rate = factor;
+                position.rate = factor;
                 agent.set_rate(rate(factor));
             }
             Order::Step(count) => {
-                turn.is_paused = true;
+                position.is_paused = true;
                 agent.set_rate(Rate::Max);
                 for _ in 0..count {
-                    if stop.load(Ordering::Relaxed) || self.is_over(turn) {
+                    if stop.load(Ordering::Relaxed) || self.is_over(position) {
                         break;
                     }
-                    self.cycle(agent, turn, look)?;
+                    self.cycle(agent, position, on_cycle)?;
                 }
-                agent.set_rate(rate(turn.rate));
+                agent.set_rate(rate(position.rate));
                 agent.publish_timing();
             }
             Order::Seek(_) | Order::Loop(Some(_)) if has_modules => {
@@ -233,47 +243,47 @@ impl Player {
                     "play it anew with --start, or without --recompute",
                 );
             }
-            Order::Seek(time) if at(time) > self.span.1 => return refused(self.beyond(time), INSIDE),
-            Order::Seek(time) => drop(self.jump(at(time), agent, turn)?),
-            Order::Loop(None) => turn.section = None,
+            Order::Seek(time) if at(time) > self.span.1 => return refused(self.beyond_end(time), SEEK_HELP),
+            Order::Seek(time) => drop(self.jump(at(time), agent, position)?),
+            Order::Loop(None) => position.section = None,
             Order::Loop(Some(LoopSection { from, to })) if from >= to => {
                 let seconds = |time: u64| time as f64 * 1e-9;
                 let (from, to) = (seconds(from), seconds(to));
                 let message =
                     format!("the loop ends at {to:.3} s: expected an end after its begin at {from:.3} s");
-                return refused(message, INSIDE);
+                return refused(message, SEEK_HELP);
             }
             Order::Loop(Some(LoopSection { from, .. })) if at(from) > self.span.1 => {
-                return refused(self.beyond(from), INSIDE);
+                return refused(self.beyond_end(from), SEEK_HELP);
             }
             Order::Loop(Some(LoopSection { from, to })) => {
                 let section = LoopSection { from: at(from), to: at(to).min(self.span.1) };
-                turn.section = Some(section);
-                if !(section.from..=section.to).contains(&turn.time) {
-                    self.jump(section.from, agent, turn)?;
+                position.section = Some(section);
+                if !(section.from..=section.to).contains(&position.time) {
+                    self.jump(section.from, agent, position)?;
                 }
             }
         }
-        Ok(Ok(self.status(turn)))
+        Ok(Ok(self.status(position)))
     }
 
-    fn beyond(&self, time: u64) -> String {
+    fn beyond_end(&self, time: u64) -> String {
         let seconds = |time: u64| time as f64 * 1e-9;
         let end = seconds(self.span.1 - self.span.0);
         format!("{:.3} s is after the end of the recording: expected 0 to {end:.3} s", seconds(time))
     }
 
-    fn status(&self, turn: &Turn) -> PlaybackStatus {
+    fn status(&self, position: &PlaybackPosition) -> PlaybackStatus {
         let after = |time: u64| time.saturating_sub(self.span.0);
         PlaybackStatus {
             file: self.file.clone(),
             begin: self.span.0,
-            time: after(turn.time),
+            time: after(position.time),
             from: after(self.bounds.0),
             to: after(self.bounds.1),
-            is_paused: turn.is_paused,
-            rate: turn.rate,
-            section: turn.section.map(|own| LoopSection { from: after(own.from), to: after(own.to) }),
+            is_paused: position.is_paused,
+            rate: position.rate,
+            section: position.section.map(|own| LoopSection { from: after(own.from), to: after(own.to) }),
             values: self.reel.get().values,
             modules: self.plan.modules.iter().cloned().collect(),
         }

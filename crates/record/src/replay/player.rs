@@ -13,12 +13,12 @@ use slate_runtime::recording::{Change, Recording, configuration};
 
 use super::external::ExternalValues;
 use super::opening::{Opening, PastChanges, ReplacedModules, with_libraries};
-use super::orders::{Counter, Orders, orders};
+use super::orders::{OrderReceiver, OrderSender, orders};
+use super::output_comparer::{BothRecordings, OutputComparer};
 use super::plan::{Plan, PlayError};
 use super::recomputed::Recomputation;
 use super::reel::{Reel, SharedReel};
 use super::run::{Run, Written};
-use super::witness::{Both, Witness};
 use crate::recorder::CONFIGURATION;
 use crate::storage::Error;
 
@@ -33,8 +33,8 @@ pub struct Player {
     text: String,
     pub(super) misses: Vec<String>,
     pub(super) reel: SharedReel,
-    counter: Arc<Counter>,
-    pub(super) orders: Orders,
+    order_sender: Arc<OrderSender>,
+    pub(super) orders: OrderReceiver,
     /// The first and the last time of the file, and those between which it is played.
     pub(super) span: (u64, u64),
     pub(super) bounds: (u64, u64),
@@ -49,7 +49,7 @@ pub struct Player {
     pub(super) external: ExternalValues,
     /// Cycle period of a run on the wall clock, nanoseconds.
     pub(super) period: Option<u64>,
-    pub(super) witness: Option<Witness>,
+    pub(super) output_comparer: Option<OutputComparer>,
     /// Recorded outputs of the modules that run.
     written: Written,
     /// Set if every written value is recorded and played.
@@ -103,15 +103,16 @@ impl Player {
         if !is_each_known {
             changes.clear();
         }
-        let thin = opening.thin(&reel);
-        let ReplacedModules { written, mailboxes, deaf } = opening.replace(&mut reel, &excerpt);
+        let incomplete = opening.incomplete(&reel);
+        let ReplacedModules { written, mailboxes, sender_only } = opening.replace(&mut reel, &excerpt);
         let mut unheard = excerpt.outboxes.clone();
-        unheard.retain(|_, to| !mailboxes.contains_key(to) && !deaf.contains_key(to));
+        unheard.retain(|_, to| !mailboxes.contains_key(to) && !sender_only.contains_key(to));
         let external = opening.external()?;
         let reel = SharedReel::new(reel);
-        let witness = (!plan.modules.is_empty())
-            .then(|| Witness::new(&reel, is_whole, thin, mailboxes.into_keys(), deaf, &excerpt));
-        let (counter, orders) = orders(&reel);
+        let output_comparer = (!plan.modules.is_empty()).then(|| {
+            OutputComparer::new(&reel, is_whole, incomplete, mailboxes.into_keys(), sender_only, &excerpt)
+        });
+        let (order_sender, orders) = orders(&reel);
         Ok(Self {
             file: path.into(),
             run,
@@ -120,7 +121,7 @@ impl Player {
             text: excerpt.text,
             misses,
             reel,
-            counter: Arc::new(counter),
+            order_sender: Arc::new(order_sender),
             orders,
             span,
             bounds,
@@ -129,7 +130,7 @@ impl Player {
             changes,
             external,
             period: (!is_lockstep).then(|| full.period().value),
-            witness,
+            output_comparer,
             written,
             is_whole,
             unrepeated,
@@ -161,8 +162,8 @@ impl Player {
     /// It is for [`Options::recording`](slate_runtime::Options::recording), and passes everything on to another one;
     /// `None` if no module runs.
     pub fn recording(&self, other: Option<Arc<dyn Recording>>) -> Option<Arc<dyn Recording>> {
-        match (self.witness.as_ref().map(Witness::recording), other) {
-            (Some(own), Some(other)) => Some(Arc::new(Both(own, other))),
+        match (self.output_comparer.as_ref().map(OutputComparer::recording), other) {
+            (Some(own), Some(other)) => Some(Arc::new(BothRecordings(own, other))),
             (own, other) => own.or(other),
         }
     }
@@ -174,7 +175,8 @@ impl Player {
     /// When the file has changed.
     pub fn outcome(&mut self) -> Result<Option<Recomputation>, PlayError> {
         let end = self.reached;
-        let mut outcome = self.witness.as_mut().map(|witness| witness.outcome(end)).transpose()?;
+        let mut outcome =
+            self.output_comparer.as_mut().map(|output_comparer| output_comparer.outcome(end)).transpose()?;
         if let Some(outcome) = &mut outcome {
             let mut reel = self.reel.get();
             if let Some((requests, first)) = reel.requests.outcome(end) {
@@ -194,7 +196,7 @@ impl Player {
 
     /// Returns a handle that controls the playback from other threads.
     pub fn control(&self) -> Arc<dyn PlaybackControl> {
-        Arc::clone(&self.counter) as _
+        Arc::clone(&self.order_sender) as _
     }
 
     /// Returns the initial rate.

@@ -76,8 +76,8 @@ impl Recomputation {
 
     /// Adds a comparison that is not a property's, and its first difference.
     pub(super) fn add(&mut self, own: Recomputed, first: Option<Difference>) {
-        let place = self.properties.partition_point(|other| other.url < own.url);
-        self.properties.insert(place, own);
+        let index = self.properties.partition_point(|other| other.url < own.url);
+        self.properties.insert(index, own);
         if let Some(first) = first
             && self.first.as_ref().is_none_or(|other| first.time < other.time)
         {

@@ -18,7 +18,7 @@ use crate::storage::Error;
 
 /// Position of a track's writes in the cycle.
 #[derive(Clone, Debug, Default)]
-pub(super) struct TrackPlace {
+pub(super) struct TrackPosition {
     /// Writers of the track.
     pub writers: BTreeSet<String>,
     /// Module whose output it is, if it is an output.
@@ -34,19 +34,19 @@ pub(super) struct Reel {
     pub timeline: Timeline,
     /// Place of each played track among the modules that run.
     /// `None` for a track that is not played.
-    pub played: Vec<Option<TrackPlace>>,
+    pub played: Vec<Option<TrackPosition>>,
     /// Linked properties that are never written.
     pub silent: Vec<(String, &'static Descriptor, usize)>,
     /// Mailboxes to which the recorded messages are sent again.
     pub inboxes: BTreeSet<String>,
     /// The mailboxes of modules that do not run, to which others send that do.
-    pub deaf: BTreeMap<String, &'static Descriptor>,
+    pub sender_only: BTreeMap<String, &'static Descriptor>,
     /// Receivers of these mailboxes.
     receivers: Vec<(String, Receiver)>,
     /// By mailbox, its senders by their numbers.
     senders: Vec<Vec<Sender>>,
     /// The next message.
-    next_letter: usize,
+    next_message: usize,
     /// Writers by track.
     writers: Vec<Option<(Arc<Property>, Writer)>>,
     /// The next value.
@@ -75,12 +75,12 @@ impl Reel {
     /// Creates a reel; `cycles` is the number of cycles of a run in lockstep.
     /// The inner `None` is an unknown number, the outer one a run that was not in lockstep.
     pub fn new(timeline: Timeline, cycles: Option<Option<u64>>, begin: u64) -> Self {
-        let played = timeline.tracks.iter().map(|_| Some(TrackPlace::default())).collect();
+        let played = timeline.tracks.iter().map(|_| Some(TrackPosition::default())).collect();
         Self {
             played,
-            next_letter: timeline.letters.partition_point(|letter| letter.time < begin),
+            next_message: timeline.messages.partition_point(|entry| entry.time < begin),
             inboxes: BTreeSet::new(),
-            deaf: BTreeMap::new(),
+            sender_only: BTreeMap::new(),
             receivers: Vec::new(),
             senders: Vec::new(),
             silent: Vec::new(),
@@ -130,25 +130,25 @@ impl Reel {
             }
         }
         let stages = run.stages.values().map(|stage| stage.split_whitespace().map(str::to_owned).collect());
-        self.place(&stages.collect::<Vec<_>>(), modules);
+        self.assign_positions(&stages.collect::<Vec<_>>(), modules);
         written
     }
 
     /// Assigns the played tracks their places among those modules.
     /// The order is that in which all of them ran, stage by stage.
-    pub fn place(&mut self, stages: &[Vec<String>], modules: &BTreeSet<String>) {
-        let mut places: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
+    pub fn assign_positions(&mut self, stages: &[Vec<String>], modules: &BTreeSet<String>) {
+        let mut positions: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
         for (stage, names) in stages.iter().enumerate() {
             for name in names {
-                let count = places.len();
-                places.entry(name).or_insert((stage, count));
+                let count = positions.len();
+                positions.entry(name).or_insert((stage, count));
             }
         }
-        let place = |module: &str| places.get(module).copied();
-        for TrackPlace { writers, late_for, early_for, .. } in self.played.iter_mut().flatten() {
-            let Some(last) = writers.iter().filter_map(|writer| place(writer)).max() else { continue };
+        let index = |module: &str| positions.get(module).copied();
+        for TrackPosition { writers, late_for, early_for, .. } in self.played.iter_mut().flatten() {
+            let Some(last) = writers.iter().filter_map(|writer| index(writer)).max() else { continue };
             let those = |is_one: &dyn Fn((usize, usize)) -> bool| {
-                let those = modules.iter().filter(|module| place(module).is_some_and(is_one));
+                let those = modules.iter().filter(|module| index(module).is_some_and(is_one));
                 those.cloned().collect()
             };
             *late_for = those(&|own| own < last);
@@ -165,7 +165,7 @@ impl Reel {
     pub fn jump(&mut self, time: u64) -> Result<(), Error> {
         self.next = self.timeline.after(time);
         self.waiting.clear();
-        self.next_letter = self.timeline.letters.partition_point(|letter| letter.time < time);
+        self.next_message = self.timeline.messages.partition_point(|entry| entry.time < time);
         for track in 0..self.writers.len() {
             let Some((property, writer)) = &mut self.writers[track] else { continue };
             let generation = writer.generation();
@@ -204,36 +204,36 @@ impl Reel {
             self.waiting.push(self.next);
             self.next += 1;
         }
-        for place in std::mem::take(&mut self.waiting) {
-            let track = self.timeline.track(place);
-            let is_between = self.has_cycles && self.timeline.is_set_between(place);
+        for index in std::mem::take(&mut self.waiting) {
+            let track = self.timeline.track(index);
+            let is_between = self.has_cycles && self.timeline.is_set_between(index);
             // Values of the configuration were there before any module ran.
-            let is_there = self.has_cycles && self.timeline.is_set_before(place);
-            let is_late = |own: &TrackPlace| {
+            let is_there = self.has_cycles && self.timeline.is_set_before(index);
+            let is_late = |own: &TrackPosition| {
                 before.is_some_and(|module| is_between || !is_there && own.late_for.contains(module))
             };
             if self.played.get(track).and_then(Option::as_ref).is_some_and(is_late) {
-                self.waiting.push(place);
+                self.waiting.push(index);
             } else {
-                self.write_value(place, track)?;
+                self.write_value(index, track)?;
             }
         }
-        while let Some(letter) = self.timeline.letters.get(self.next_letter).filter(|own| own.time <= now) {
-            let (sent, mailbox, sender) = (letter.sent, letter.mailbox, letter.sender as usize);
-            let place = self.next_letter;
-            self.next_letter += 1;
+        while let Some(entry) = self.timeline.messages.get(self.next_message).filter(|own| own.time <= now) {
+            let (sent, mailbox, sender) = (entry.sent, entry.mailbox, entry.sender as usize);
+            let index = self.next_message;
+            self.next_message += 1;
             let senders = self.senders.get_mut(mailbox);
             let Some(sender) = senders.and_then(|senders| senders.get_mut(sender)) else { continue };
-            let (bytes, items) = self.timeline.letter(place)?;
+            let (bytes, items) = self.timeline.message(index)?;
             // A module that takes them no more, as it is switched off, leaves no room for them.
             let _ = sender.send(&bytes, items, sent);
         }
         Ok(())
     }
 
-    fn write_value(&mut self, place: usize, track: usize) -> Result<(), Error> {
+    fn write_value(&mut self, index: usize, track: usize) -> Result<(), Error> {
         let Some((_, writer)) = self.writers.get_mut(track).and_then(Option::as_mut) else { return Ok(()) };
-        let RecordedValue { bytes, items, sequence, time } = self.timeline.value(place)?;
+        let RecordedValue { bytes, items, sequence, time } = self.timeline.value(index)?;
         let missed = sequence.saturating_sub(writer.last().sequence + 1);
         if missed > 0 {
             writer.skip(missed);
@@ -253,7 +253,7 @@ impl Reel {
                 continue;
             }
             receiver.show(now);
-            let size = self.deaf.get(path).map_or(0, |descriptor| descriptor.size);
+            let size = self.sender_only.get(path).map_or(0, |descriptor| descriptor.size);
             for message in receiver.messages() {
                 let bytes = message.bytes().get(..size).unwrap_or_default().to_vec();
                 taken.push((path.clone(), message.time(), bytes));
@@ -265,7 +265,7 @@ impl Reel {
 
     /// Opens the mailboxes that messages are sent to.
     fn address(&mut self, board: &Board) -> Result<(), String> {
-        for path in self.deaf.keys() {
+        for path in self.sender_only.keys() {
             // Without a link to it there is none.
             let Ok((found, _)) = board.find(path) else { continue };
             let Carrier::Mailbox(own) = found.carrier() else { continue };
@@ -311,14 +311,14 @@ impl SharedReel {
 impl Playback for SharedReel {
     fn properties(&self) -> Vec<Played> {
         let reel = self.get();
-        let tracks = reel.timeline.tracks.iter().zip(&reel.played).filter_map(|(track, place)| {
+        let tracks = reel.timeline.tracks.iter().zip(&reel.played).filter_map(|(track, index)| {
             Some(Played {
                 path: track.path.clone(),
                 doc: format!("Played from {} of a recording.", track.topic),
                 descriptor: track.form.descriptor,
                 capacity: track.form.capacity,
-                module: place.as_ref()?.module.clone(),
-                early_for: place.as_ref()?.early_for.clone(),
+                module: index.as_ref()?.module.clone(),
+                later_modules: index.as_ref()?.early_for.clone(),
                 is_mailbox: false,
             })
         });
@@ -328,19 +328,19 @@ impl Playback for SharedReel {
             descriptor,
             capacity: *capacity,
             module: None,
-            early_for: BTreeSet::new(),
+            later_modules: BTreeSet::new(),
             is_mailbox: false,
         });
-        let deaf = reel.deaf.iter().map(|(path, descriptor)| Played {
+        let sender_only = reel.sender_only.iter().map(|(path, descriptor)| Played {
             path: path.clone(),
             doc: "Takes messages in the place of a module.".into(),
             descriptor,
             capacity: 0,
             module: None,
-            early_for: BTreeSet::new(),
+            later_modules: BTreeSet::new(),
             is_mailbox: true,
         });
-        tracks.chain(silent).chain(deaf).collect()
+        tracks.chain(silent).chain(sender_only).collect()
     }
 
     fn begin(&mut self, properties: &[Arc<Property>], board: &Board) -> Result<(), String> {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::difference::Difference;
 use super::recomputed::Recomputed;
-use crate::recorder::CHANGE;
+use crate::recorder::CHANGE_TOPIC;
 
 /// A request that is recorded.
 struct RecordedRequest {
@@ -30,7 +30,7 @@ pub(super) struct Requests {
 
 impl Requests {
     pub fn new(has_times: bool) -> Self {
-        let found = Recomputed { url: CHANGE.name.into(), ..Recomputed::default() };
+        let found = Recomputed { url: CHANGE_TOPIC.name.into(), ..Recomputed::default() };
         Self { has_times, found, ..Self::default() }
     }
 
@@ -88,7 +88,7 @@ impl Requests {
 
     fn differs(&mut self, time: u64, recorded: String, replayed: String) {
         if self.first.as_ref().is_none_or(|first| time < first.time) {
-            let url = CHANGE.name.into();
+            let url = CHANGE_TOPIC.name.into();
             self.first = Some(Difference { time, url, field: String::new(), recorded, replayed });
         }
     }

@@ -8,9 +8,9 @@ use slate_blackboard::is_within;
 use slate_runtime::configuration::{Configuration, Database, Link, RecordSelection, Report};
 use slate_runtime::recording::{Change, configuration};
 
-use super::coverage::{Coverage, some};
+use super::coverage::{Coverage, abbreviated_list};
 use super::timeline::Timeline;
-use crate::recorder::{CHANGE, CONFIGURATION, DROPPED, read_change};
+use crate::recorder::{CHANGE_TOPIC, CONFIGURATION, DROPPED_TOPIC, read_change};
 use crate::storage::{Error, Message, Metadata, REPAIR, Reader};
 
 type Texts = BTreeMap<String, String>;
@@ -74,18 +74,20 @@ impl Run {
         let (mut changes, mut drops) = (Vec::new(), false);
         let mut note = |message: &Message<'_>| {
             match message.channel.topic.as_str() {
-                topic if topic == CHANGE.name => {
+                topic if topic == CHANGE_TOPIC.name => {
                     changes.push(read_change(message.data).ok_or_else(unread)?);
                 }
-                topic => drops |= topic == DROPPED.name,
+                topic => drops |= topic == DROPPED_TOPIC.name,
             }
             Ok(())
         };
         // Of a file that has as much as it should, only what came from outside is looked at here.
-        let said = Coverage::said(reader).filter(|said| run.has_all_of(said) && run.end("values").is_some());
-        let is_known = said.is_some() && reader.each_of(&[CHANGE.name, DROPPED.name], &mut note)?;
-        match said.filter(|_| is_known) {
-            Some(said) => run.coverage = said,
+        let summary = Coverage::from_summary(reader)
+            .filter(|summary| run.has_all_of(summary) && run.end("values").is_some());
+        let is_known =
+            summary.is_some() && reader.each_of(&[CHANGE_TOPIC.name, DROPPED_TOPIC.name], &mut note)?;
+        match summary.filter(|_| is_known) {
+            Some(summary) => run.coverage = summary,
             None => {
                 while let Some(message) = reader.next_message()? {
                     run.coverage.note(&message);
@@ -159,8 +161,8 @@ impl Run {
 
     /// Returns true if [`is_whole`](Run::is_whole), and the file has all its values.
     pub(super) fn has_all_of(&self, coverage: &Coverage) -> bool {
-        let said: Option<u64> = self.end("values").and_then(|values| values.parse().ok());
-        self.is_whole() && said.is_none_or(|said| said == coverage.values)
+        let recorded: Option<u64> = self.end("values").and_then(|values| values.parse().ok());
+        self.is_whole() && recorded.is_none_or(|recorded| recorded == coverage.values)
     }
 
     /// Returns the recorded selection, if the recording was made by its configuration.
@@ -333,15 +335,16 @@ impl Run {
         let read = read.into_iter().filter(|path| !path.contains("://") && crate::recorder::repeats(path));
         let absent = read.filter(|path| self.coverage.of(path).is_none() && !self.is_unwritten(path));
         let absent: Vec<_> = absent.map(|path| format!("/{path}")).collect();
-        let thin = self.coverage.gaps();
-        let thin = thin.map(|(path, own)| format!("/{path} ({} of {} values)", own.count, own.written));
-        let thin: Vec<_> = thin.collect();
+        let incomplete = self.coverage.gaps();
+        let incomplete =
+            incomplete.map(|(path, own)| format!("/{path} ({} of {} values)", own.count, own.written));
+        let incomplete: Vec<_> = incomplete.collect();
         let mut told = String::new();
         if !absent.is_empty() {
-            told += &format!("; of what modules read, nothing is in it of {}", some(&absent));
+            told += &format!("; of what modules read, nothing is in it of {}", abbreviated_list(&absent));
         }
-        if !thin.is_empty() {
-            told += &format!("; not all is in it of {}", some(&thin));
+        if !incomplete.is_empty() {
+            told += &format!("; not all is in it of {}", abbreviated_list(&incomplete));
         }
         told
     }
@@ -349,22 +352,22 @@ impl Run {
     /// Returns the reason why the file lacks a part of the run, if it does.
     fn lack(&self) -> Option<String> {
         let found = self.coverage.values;
-        let said: Option<u64> = self.end("values").and_then(|values| values.parse().ok());
-        let what = match said {
+        let recorded: Option<u64> = self.end("values").and_then(|values| values.parse().ok());
+        let what = match recorded {
             _ if self.has_others => return Some("recordings of several runs are merged in it".into()),
             _ if self.about("whole") != "true" => {
                 "only a part of the values is recorded (`record.select`, `record.exclude`, `record.rules`), or the file is a part \
                  of a recording (`slate bag filter`, `slate bag merge`)"
                     .into()
             }
-            Some(said) if found > said => {
+            Some(recorded) if found > recorded => {
                 return Some(format!(
-                    "it has {found} values, and {said} were recorded: the same run is in it more than once"
+                    "it has {found} values, and {recorded} were recorded: the same run is in it more than once"
                 ));
             }
-            Some(said) if found < said => {
+            Some(recorded) if found < recorded => {
                 format!(
-                    "it has {found} of the {said} values that were recorded, so it is a part or a repaired copy of that file"
+                    "it has {found} of the {recorded} values that were recorded, so it is a part or a repaired copy of that file"
                 )
             }
             _ if self.coverage.gaps().next().is_some() => "values are missing between those that it has".into(),

@@ -11,13 +11,13 @@ use slate_runtime::recording::Change;
 
 use super::choice::Choice;
 use super::coverage::Coverage;
-use super::fate::{Fate, check_writers, fate, log_line};
 use super::track::{LogLine, Mailbox, PropertyTrack};
+use super::treatment::{ChannelTreatment, check_writers, log_line, treatment};
 use crate::recorder::read_change;
-use crate::storage::{Error, Message, Reader, Selection, Spot};
+use crate::storage::{Error, Message, MessageLocation, Reader, Selection};
 
 /// A message that a module took.
-pub(super) struct RecordedLetter {
+pub(super) struct RecordedMessage {
     /// Times at which it was taken and sent.
     pub time: u64,
     pub sent: u64,
@@ -25,7 +25,7 @@ pub(super) struct RecordedLetter {
     pub mailbox: usize,
     pub sender: u32,
     sequence: u32,
-    spot: Spot,
+    location: MessageLocation,
 }
 
 /// A value.
@@ -39,7 +39,7 @@ struct TimelineEntry {
     is_setting: bool,
     /// Checksum of the value's record.
     checksum: u32,
-    spot: Spot,
+    location: MessageLocation,
 }
 
 /// The values of a recording in the order of time.
@@ -48,7 +48,7 @@ pub(super) struct Timeline {
     pub tracks: Vec<PropertyTrack>,
     entries: Vec<TimelineEntry>,
     pub mailboxes: Vec<Mailbox>,
-    pub letters: Vec<RecordedLetter>,
+    pub messages: Vec<RecordedMessage>,
     pub lines: Vec<LogLine>,
     /// Times at which any property of an agent was written, also of those not played.
     pub times: Vec<u64>,
@@ -104,7 +104,7 @@ impl Timeline {
             tracks: Vec::new(),
             entries: Vec::new(),
             mailboxes: Vec::new(),
-            letters: Vec::new(),
+            messages: Vec::new(),
             lines: Vec::new(),
             times: Vec::new(),
             span: None,
@@ -126,23 +126,23 @@ impl Timeline {
     ) -> Result<Self, Error> {
         let mut on_loop = 0;
         let mut timeline = Self::empty(Reader::open(path)?);
-        let mut fates: BTreeMap<u16, Fate> = BTreeMap::new();
+        let mut treatments: BTreeMap<u16, ChannelTreatment> = BTreeMap::new();
         let chosen = Chosen::new(choice);
         let unfit = |what: String| Error::Unfit { path: path.into(), what };
-        while let Some((spot, checksum, message)) = timeline.reader.next_spot()? {
+        while let Some((location, checksum, message)) = timeline.reader.next_located()? {
             timeline.coverage.note(&message);
             let id = message.channel.id;
-            if let Entry::Vacant(place) = fates.entry(id) {
+            if let Entry::Vacant(vacant) = treatments.entry(id) {
                 let topic = &message.channel.topic;
                 let (tracks, mailboxes) = (&mut timeline.tracks, &mut timeline.mailboxes);
-                let fate = fate(tracks, mailboxes, &message, chosen.has(topic), choice, known);
-                if let Ok(Fate::Played { track, .. }) = &fate {
+                let treatment = treatment(tracks, mailboxes, &message, chosen.has(topic), choice, known);
+                if let Ok(ChannelTreatment::Played { track, .. }) = &treatment {
                     let own = &mut tracks[*track];
                     own.is_on_loop = own.is_compared && is_on_loop(topic.trim_start_matches('/'));
                 }
-                place.insert(fate.unwrap_or_else(|why| {
+                vacant.insert(treatment.unwrap_or_else(|why| {
                     timeline.left_out.extend(why.map(|why| (topic.clone(), why)));
-                    Fate::LeftOut
+                    ChannelTreatment::LeftOut
                 }));
             }
             let time = message.log_time.saturating_sub(epoch);
@@ -151,35 +151,35 @@ impl Timeline {
             if message.channel.metadata.contains_key("access") && timeline.times.last() != Some(&time) {
                 timeline.times.push(time);
             }
-            match &fates[&id] {
-                Fate::Played { track, is_setting } => {
+            match &treatments[&id] {
+                ChannelTreatment::Played { track, is_setting } => {
                     let own = &mut timeline.tracks[*track];
                     own.note(&message, time).map_err(unfit)?;
                     let (time, track, is_setting) = (own.latest, *track as u16, *is_setting);
                     let due = if own.is_on_loop && !is_setting { on_loop.max(time) } else { time };
                     on_loop = if own.is_on_loop && !is_setting { due } else { on_loop };
-                    timeline.entries.push(TimelineEntry { time, due, track, is_setting, checksum, spot });
+                    timeline.entries.push(TimelineEntry { time, due, track, is_setting, checksum, location });
                 }
-                Fate::Sent(mailbox, sender) => {
+                ChannelTreatment::Sent(mailbox, sender) => {
                     timeline.mailboxes[*mailbox].note(&message, *sender).map_err(unfit)?;
-                    timeline.letters.push(RecordedLetter {
+                    timeline.messages.push(RecordedMessage {
                         time,
                         sent: message.publish_time.saturating_sub(epoch),
                         mailbox: *mailbox,
                         sender: *sender,
                         sequence: message.sequence,
-                        spot,
+                        location,
                     });
                 }
-                Fate::Log(schema) => {
+                ChannelTreatment::Log(schema) => {
                     let line = schema.decode(message.data).ok();
                     timeline.lines.extend(line.and_then(|line| log_line(&line, time)));
                 }
-                Fate::Changes => {
+                ChannelTreatment::Changes => {
                     let change = read_change(message.data);
                     timeline.changes.extend(change.map(|(cycle, change)| (cycle, time, change)));
                 }
-                Fate::LeftOut => {}
+                ChannelTreatment::LeftOut => {}
             }
         }
         timeline.check(&chosen, choice)?;
@@ -226,12 +226,12 @@ impl Timeline {
         self.entries.sort_by_key(|entry| entry.due);
         self.times.sort_unstable();
         self.times.dedup();
-        self.letters.sort_by_key(|letter| (letter.time, letter.mailbox, letter.sequence));
+        self.messages.sort_by_key(|entry| (entry.time, entry.mailbox, entry.sequence));
         self.lines.sort_by_key(|line| line.time);
         self.changes.sort_by_key(|(cycle, time, _)| (*cycle, *time));
         self.tracks.iter_mut().for_each(|track| track.values.clear());
-        for (place, entry) in self.entries.iter().enumerate() {
-            self.tracks[usize::from(entry.track)].values.push(place as u32);
+        for (index, entry) in self.entries.iter().enumerate() {
+            self.tracks[usize::from(entry.track)].values.push(index as u32);
         }
     }
 
@@ -241,44 +241,44 @@ impl Timeline {
     }
 
     /// Returns the playback time of a value.
-    pub fn due(&self, place: usize) -> Option<u64> {
-        self.entries.get(place).map(|entry| entry.due)
+    pub fn due(&self, index: usize) -> Option<u64> {
+        self.entries.get(index).map(|entry| entry.due)
     }
 
     /// Returns the time of a value.
-    pub fn time(&self, place: usize) -> Option<u64> {
-        self.entries.get(place).map(|entry| entry.time)
+    pub fn time(&self, index: usize) -> Option<u64> {
+        self.entries.get(index).map(|entry| entry.time)
     }
 
     /// Returns true if a value was set between the cycle of its time and the next.
     /// Values set before all cycles do not count.
-    pub fn is_set_between(&self, place: usize) -> bool {
-        self.is_setting(place) && !self.is_set_before(place)
+    pub fn is_set_between(&self, index: usize) -> bool {
+        self.is_setting(index) && !self.is_set_before(index)
     }
 
     /// Returns true if a value was set before all cycles.
     /// It is the first of its property, when they begin.
-    pub fn is_set_before(&self, place: usize) -> bool {
-        let track = self.tracks.get(self.track(place)).filter(|_| self.is_setting(place));
-        track.is_some_and(|track| track.values.first() == Some(&(place as u32)))
-            && self.time(place) <= self.times.first().copied()
+    pub fn is_set_before(&self, index: usize) -> bool {
+        let track = self.tracks.get(self.track(index)).filter(|_| self.is_setting(index));
+        track.is_some_and(|track| track.values.first() == Some(&(index as u32)))
+            && self.time(index) <= self.times.first().copied()
     }
 
     /// Returns true if tools or the configuration set a value.
-    fn is_setting(&self, place: usize) -> bool {
-        self.entries.get(place).is_some_and(|entry| entry.is_setting)
+    fn is_setting(&self, index: usize) -> bool {
+        self.entries.get(index).is_some_and(|entry| entry.is_setting)
     }
 
-    /// Returns place and number of a track's first computed value from a number on.
+    /// Returns index and number of a track's first computed value from a number on.
     pub fn computed(&self, track: usize, from: usize) -> Option<(usize, usize)> {
         let values = self.tracks[track].values.iter().enumerate().skip(from);
-        let mut computed = values.map(|(number, place)| (number, *place as usize));
-        computed.find(|(_, place)| !self.is_setting(*place)).map(|(number, place)| (place, number))
+        let mut computed = values.map(|(number, index)| (number, *index as usize));
+        computed.find(|(_, index)| !self.is_setting(*index)).map(|(number, index)| (index, number))
     }
 
     /// Returns the track of a value.
-    pub fn track(&self, place: usize) -> usize {
-        self.entries.get(place).map_or(usize::MAX, |entry| usize::from(entry.track))
+    pub fn track(&self, index: usize) -> usize {
+        self.entries.get(index).map_or(usize::MAX, |entry| usize::from(entry.track))
     }
 
     /// Returns the first and the last time of the file, if it has anything to play.
@@ -286,33 +286,33 @@ impl Timeline {
         self.span.filter(|_| !self.entries.is_empty())
     }
 
-    /// Returns the place of the first value after a time.
+    /// Returns the index of the first value after a time.
     pub fn after(&self, time: u64) -> usize {
         self.entries.partition_point(|entry| entry.due <= time)
     }
 
-    /// Returns the place of a track's value of that number, from 0.
-    pub fn place(&self, track: usize, number: usize) -> Option<usize> {
-        self.tracks[track].values.get(number).map(|place| *place as usize)
+    /// Returns the index of a track's value of that number, from 0.
+    pub fn index(&self, track: usize, number: usize) -> Option<usize> {
+        self.tracks[track].values.get(number).map(|index| *index as usize)
     }
 
     /// Returns the number of a track's first value after a time.
     /// Without a time, it is that of its first value.
-    pub fn place_after(&self, track: usize, time: Option<u64>) -> usize {
-        let is_before = |place: &u32| time.is_some_and(|time| self.entries[*place as usize].time <= time);
+    pub fn number_after(&self, track: usize, time: Option<u64>) -> usize {
+        let is_before = |index: &u32| time.is_some_and(|time| self.entries[*index as usize].time <= time);
         self.tracks[track].values.partition_point(is_before)
     }
 
     /// Returns the number of a track's first value from a time and sequence number on.
     /// The sequence number counts among values of that time.
-    pub fn place_from(&mut self, track: usize, time: u64, sequence: u64) -> Result<usize, Error> {
-        let mut first = self.place_after(track, time.checked_sub(1));
-        let mut end = if sequence > 0 { self.place_after(track, Some(time)) } else { first };
+    pub fn number_from(&mut self, track: usize, time: u64, sequence: u64) -> Result<usize, Error> {
+        let mut first = self.number_after(track, time.checked_sub(1));
+        let mut end = if sequence > 0 { self.number_after(track, Some(time)) } else { first };
         // Along a track they rise. An entry does not have its own, as hardly anybody asks for it.
         while first < end {
             let middle = first + (end - first) / 2;
-            let place = self.tracks[track].values[middle] as usize;
-            match self.value_alone(place)?.sequence < sequence {
+            let index = self.tracks[track].values[middle] as usize;
+            match self.value_alone(index)?.sequence < sequence {
                 true => first = middle + 1,
                 false => end = middle,
             }
@@ -328,16 +328,16 @@ impl Timeline {
     /// Returns the last value of a track until a time.
     pub fn last(&mut self, track: usize, time: u64) -> Result<Option<RecordedValue>, Error> {
         let values = &self.tracks[track].values;
-        let count = values.partition_point(|place| self.entries[*place as usize].time <= time);
-        let place = count.checked_sub(1).map(|last| values[last] as usize);
-        place.map(|place| self.value(place)).transpose()
+        let count = values.partition_point(|index| self.entries[*index as usize].time <= time);
+        let index = count.checked_sub(1).map(|last| values[last] as usize);
+        index.map(|index| self.value(index)).transpose()
     }
 
-    /// Returns the message at a place among all.
-    pub fn letter(&mut self, place: usize) -> Result<(Vec<u8>, usize), Error> {
-        let letter = &self.letters[place];
-        let message = self.reader.message_at(letter.spot)?;
-        let Mailbox { path, form, .. } = &self.mailboxes[letter.mailbox];
+    /// Returns the message at an index among all.
+    pub fn message(&mut self, index: usize) -> Result<(Vec<u8>, usize), Error> {
+        let entry = &self.messages[index];
+        let message = self.reader.message_at(entry.location)?;
+        let Mailbox { path, form, .. } = &self.mailboxes[entry.mailbox];
         let bytes = form.decode(message.data).map_err(|error| Error::Unfit {
             path: self.reader.path().into(),
             what: format!("a message to /{path} can't be read: {error}"),
@@ -346,31 +346,31 @@ impl Timeline {
         Ok((bytes, items))
     }
 
-    /// Returns the value at a place.
-    pub fn value(&mut self, place: usize) -> Result<RecordedValue, Error> {
-        let spot = self.entries[place].spot;
-        self.recorded(place, |reader| reader.message_at(spot))
+    /// Returns the value at an index.
+    pub fn value(&mut self, index: usize) -> Result<RecordedValue, Error> {
+        let location = self.entries[index].location;
+        self.recorded(index, |reader| reader.message_at(location))
     }
 
     /// Returns a value as [`value`](Timeline::value), without reading those beside it.
-    pub fn value_alone(&mut self, place: usize) -> Result<RecordedValue, Error> {
-        let TimelineEntry { spot, checksum, .. } = self.entries[place];
-        self.recorded(place, |reader| reader.message_alone(spot, checksum))
+    pub fn value_alone(&mut self, index: usize) -> Result<RecordedValue, Error> {
+        let TimelineEntry { location, checksum, .. } = self.entries[index];
+        self.recorded(index, |reader| reader.message_alone(location, checksum))
     }
 
     fn recorded(
         &mut self,
-        place: usize,
+        index: usize,
         read: impl FnOnce(&mut Reader<BufReader<File>>) -> Result<Message<'_>, Error>,
     ) -> Result<RecordedValue, Error> {
-        let TimelineEntry { time, track, .. } = self.entries[place];
+        let TimelineEntry { time, track, .. } = self.entries[index];
         let track = usize::from(track);
         let message = read(&mut self.reader)?;
         let own = &self.tracks[track];
         let bytes = own.form.decode(message.data);
         let sequence = match own.is_counted {
             true => u64::from(message.sequence),
-            false => own.values.partition_point(|own| (*own as usize) < place) as u64 + 1,
+            false => own.values.partition_point(|own| (*own as usize) < index) as u64 + 1,
         };
         let bytes = bytes.map_err(|error| Error::Unfit {
             path: self.reader.path().into(),

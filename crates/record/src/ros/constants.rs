@@ -46,8 +46,8 @@ impl Schema {
     fn name_in(&self, index: usize, map: &mut Map) {
         let Some(record) = self.records().get(index) else { return };
         for (name, value) in map.iter_mut() {
-            let Some(place) = record.names.iter().position(|own| own == name) else { continue };
-            match (record.types[place].item, record.constants.get(name)) {
+            let Some(index) = record.names.iter().position(|own| own == name) else { continue };
+            match (record.types[index].item, record.constants.get(name)) {
                 (Item::Record(inner), _) => match value {
                     Value::Map(map) => self.name_in(inner, map),
                     Value::List(items) => items.iter_mut().for_each(|item| {

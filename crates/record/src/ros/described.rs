@@ -16,7 +16,7 @@ pub struct Described {
     name: String,
     schema: Schema,
     extent: Extent,
-    made: Option<Made>,
+    made: Option<BuiltInterface>,
 }
 
 /// Space that a type needs.
@@ -30,23 +30,23 @@ enum Extent {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Made {
+struct BuiltInterface {
     descriptor: &'static Descriptor,
     /// Items in the longest tail.
     capacity: usize,
 }
 
 /// Interfaces made so far, so that the same one is made once.
-static KNOWN: Mutex<BTreeMap<String, Made>> = Mutex::new(BTreeMap::new());
+static KNOWN_INTERFACES: Mutex<BTreeMap<String, BuiltInterface>> = Mutex::new(BTreeMap::new());
 
 /// Maximum size of a value, bytes.
-const LARGEST: usize = 64 << 20;
+const MAX_VALUE_SIZE: usize = 64 << 20;
 
 /// Maximum number of fields of a message, including its nested messages.
-const MOST: usize = 10_000;
+const MAX_FIELDS: usize = 10_000;
 
 /// Shorter lists are no tail, bytes.
-const SHORT: usize = 1024;
+const MAX_INLINE_LIST: usize = 1024;
 
 impl Described {
     /// Returns the messages of a schema with that name, such as `sensor_msgs/msg/Imu`.
@@ -55,10 +55,10 @@ impl Described {
     /// When they have too many fields.
     pub fn new(name: &str, schema: Schema) -> Result<Self, String> {
         let name = name.rsplit('/').next().unwrap_or(name).to_owned();
-        let mut room = MOST;
+        let mut room = MAX_FIELDS;
         let extent = Extent::of(&schema, 0, &mut room);
-        let extent =
-            extent.ok_or_else(|| format!("{name} has more than {MOST} fields with those of all in it"))?;
+        let extent = extent
+            .ok_or_else(|| format!("{name} has more than {MAX_FIELDS} fields with those of all in it"))?;
         Ok(Self { name, schema, extent, made: None })
     }
 
@@ -81,11 +81,11 @@ impl Described {
         let made = match self.made {
             Some(made) => made,
             None => {
-                if self.extent.size() > LARGEST {
-                    return Err(format!("a value of {} takes more than {LARGEST} bytes", self.name));
+                if self.extent.size() > MAX_VALUE_SIZE {
+                    return Err(format!("a value of {} takes more than {MAX_VALUE_SIZE} bytes", self.name));
                 }
                 let key = format!("{} {:?}", self.name, self.extent);
-                let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut known = KNOWN_INTERFACES.lock().unwrap_or_else(PoisonError::into_inner);
                 let made = *known.entry(key).or_insert_with(|| self.extent.make(&self.name));
                 *self.made.insert(made)
             }
@@ -99,7 +99,7 @@ impl Described {
     /// When it is no such message.
     pub fn decode(&self, message: &[u8]) -> Result<Vec<u8>, Error> {
         let value = self.schema.decode(message)?;
-        let descriptor = self.made.map_or(&NOTHING, |made| made.descriptor);
+        let descriptor = self.made.map_or(&EMPTY_INTERFACE, |made| made.descriptor);
         let mut bytes = vec![0; descriptor.size];
         put_message(descriptor, &value, &mut bytes);
         if let Some(field) = descriptor.fields.last()
@@ -111,7 +111,7 @@ impl Described {
     }
 }
 
-static NOTHING: Descriptor =
+static EMPTY_INTERFACE: Descriptor =
     Descriptor { name: "Nothing", doc: "", ros: "", fields: &[], size: 0, align: 1, hash: 0 };
 
 impl Extent {
@@ -184,17 +184,19 @@ impl Extent {
         }
     }
 
-    fn make(&self, name: &str) -> Made {
-        let Self::Message(_, fields) = self else { return Made { descriptor: &NOTHING, capacity: 0 } };
+    fn make(&self, name: &str) -> BuiltInterface {
+        let Self::Message(_, fields) = self else {
+            return BuiltInterface { descriptor: &EMPTY_INTERFACE, capacity: 0 };
+        };
         let lists = fields.iter().enumerate().filter_map(|(index, (_, extent))| match extent {
             Self::Sequence(item, room) if matches!(**item, Self::Number(_)) => {
                 Some((item.size() * room, index, *room))
             }
             _ => None,
         });
-        let tail = lists.max().filter(|(bytes, ..)| *bytes > SHORT);
+        let tail = lists.max().filter(|(bytes, ..)| *bytes > MAX_INLINE_LIST);
         let descriptor = descriptor(name, fields, tail.map(|(_, index, _)| index));
-        Made { descriptor, capacity: tail.map_or(0, |(.., room)| room) }
+        BuiltInterface { descriptor, capacity: tail.map_or(0, |(.., room)| room) }
     }
 }
 

@@ -13,20 +13,20 @@ use super::standard::message_body;
 use super::{Error, Schema, Standard};
 
 /// Largest file, bytes.
-const MAX_BYTES: u64 = 1 << 20;
+const MAX_FILE_SIZE: u64 = 1 << 20;
 
 /// Line between the parts of a service or an action.
-const PART: &str = "---";
+const PART_SEPARATOR: &str = "---";
 
 /// Messages that need no definition, as each reader knows them.
 pub(super) const BUILTIN: [&str; 2] = ["builtin_interfaces/Time", "builtin_interfaces/Duration"];
 
 /// Error of reading a definition from files.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{place}: {reason}")]
+#[error("{location}: {reason}")]
 pub struct FileError {
     /// File, and its line if that is known: `msg/Sample.msg:3`.
-    pub place: String,
+    pub location: String,
     /// Found and expected.
     pub reason: String,
 }
@@ -38,19 +38,19 @@ pub struct DefinitionFiles {
     format: WireFormat,
     definition: Definition,
     /// Places by line of the text.
-    places: Vec<FilePlace>,
+    locations: Vec<FileLocation>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct FilePlace {
+struct FileLocation {
     path: PathBuf,
     /// Line, from 1.
     line: usize,
 }
 
-impl FilePlace {
+impl FileLocation {
     fn error(&self, reason: impl Into<String>) -> FileError {
-        FileError { place: format!("{}:{}", self.path.display(), self.line), reason: reason.into() }
+        FileError { location: format!("{}:{}", self.path.display(), self.line), reason: reason.into() }
     }
 }
 
@@ -72,8 +72,8 @@ impl DefinitionFiles {
         let mut reader = FileReader { format, root: root(path), blocks: BTreeMap::new(), lines: Vec::new() };
         reader.add_file(&key, path)?;
         reader.visit(&key, &mut Vec::new(), &mut Vec::new())?;
-        let (lines, places): (Vec<_>, Vec<_>) = reader.lines.into_iter().unzip();
-        Ok(Self { format, definition: Definition { name, text: lines.join("\n") + "\n" }, places })
+        let (lines, locations): (Vec<_>, Vec<_>) = reader.lines.into_iter().unzip();
+        Ok(Self { format, definition: Definition { name, text: lines.join("\n") + "\n" }, locations })
     }
 
     /// Returns the type, and its fields followed by the messages in it.
@@ -108,9 +108,9 @@ impl DefinitionFiles {
             Error::Definition { line, reason, .. } => (line, reason),
             other => (1, other.to_string()),
         };
-        match self.places.get(line.saturating_sub(1)).or(self.places.first()) {
-            Some(place) => place.error(reason),
-            None => FileError { place: self.definition.name.clone(), reason },
+        match self.locations.get(line.saturating_sub(1)).or(self.locations.first()) {
+            Some(location) => location.error(reason),
+            None => FileError { location: self.definition.name.clone(), reason },
         }
     }
 }
@@ -131,7 +131,7 @@ fn type_of_path(format: WireFormat, path: &Path) -> Result<String, FileError> {
         }
         _ => {
             let reason = "the type is not known from the path: expected PACKAGE/msg/NAME.msg, or type = \"package/msg/Name\"";
-            Err(FileError { place: path.display().to_string(), reason: reason.into() })
+            Err(FileError { location: path.display().to_string(), reason: reason.into() })
         }
     }
 }
@@ -151,41 +151,41 @@ struct FileReader {
     format: WireFormat,
     root: PathBuf,
     /// Lines of messages that were found, by package and name.
-    blocks: BTreeMap<String, Vec<(String, FilePlace)>>,
+    blocks: BTreeMap<String, Vec<(String, FileLocation)>>,
     /// The text so far.
-    lines: Vec<(String, FilePlace)>,
+    lines: Vec<(String, FileLocation)>,
 }
 
 impl FileReader {
     /// Reads the messages of a file, of which the first has that package and name.
     fn add_file(&mut self, key: &str, path: &Path) -> Result<(), FileError> {
-        let wrong = |reason: String| FileError { place: path.display().to_string(), reason };
+        let wrong = |reason: String| FileError { location: path.display().to_string(), reason };
         let size =
             fs::metadata(path).map_err(|error| wrong(format!("the file can't be read: {error}")))?.len();
-        if size > MAX_BYTES {
-            return Err(wrong(format!("the file has {size} bytes, more than {MAX_BYTES}")));
+        if size > MAX_FILE_SIZE {
+            return Err(wrong(format!("the file has {size} bytes, more than {MAX_FILE_SIZE}")));
         }
         let text =
             fs::read_to_string(path).map_err(|error| wrong(format!("the file can't be read: {error}")))?;
         let (mut own, mut is_opened) = (key.to_owned(), false);
         self.blocks.entry(own.clone()).or_default();
         for (at, line) in text.lines().enumerate() {
-            let place = FilePlace { path: path.to_owned(), line: at + 1 };
+            let location = FileLocation { path: path.to_owned(), line: at + 1 };
             let code = line.trim();
-            if code.len() >= PART.len() && code.bytes().all(|byte| byte == b'=') {
+            if code.len() >= PART_SEPARATOR.len() && code.bytes().all(|byte| byte == b'=') {
                 is_opened = true;
                 continue;
             }
             if is_opened && !code.is_empty() {
                 let name = code.strip_prefix("MSG:").map(str::trim);
                 let name =
-                    name.ok_or_else(|| place.error("expected `MSG: package/Name` below the line of `=`"))?;
+                    name.ok_or_else(|| location.error("expected `MSG: package/Name` below the line of `=`"))?;
                 (own, is_opened) = (reference("", name), false);
                 self.blocks.insert(own.clone(), Vec::new());
                 continue;
             }
             if let Some(block) = self.blocks.get_mut(&own) {
-                block.push((line.to_owned(), place));
+                block.push((line.to_owned(), location));
             }
         }
         Ok(())
@@ -197,37 +197,39 @@ impl FileReader {
         let Some(block) = self.blocks.get(key).cloned() else { return Ok(()) };
         // A message without lines has the place of the one before.
         if !done.is_empty()
-            && let Some((_, place)) = block.first().or(self.lines.last()).cloned()
+            && let Some((_, location)) = block.first().or(self.lines.last()).cloned()
         {
             let lines = [SEPARATOR.to_owned(), format!("MSG: {key}")];
-            self.lines.extend(lines.map(|line| (line, place.clone())));
+            self.lines.extend(lines.map(|line| (line, location.clone())));
         }
         self.lines.extend(block.iter().cloned());
         done.push(key.to_owned());
         open.push(key.to_owned());
         let body: Vec<_> =
-            block.iter().map(|(line, _)| if line.trim() == PART { "" } else { line }).collect();
+            block.iter().map(|(line, _)| if line.trim() == PART_SEPARATOR { "" } else { line }).collect();
         let body = body.join("\n");
         let at = |line: usize| block[line - 1].1.clone();
         let found = sections(key, &body).map_err(|error| match error {
             Error::Definition { line, reason, .. } => at(line).error(reason),
-            other => FileError { place: key.into(), reason: other.to_string() },
+            other => FileError { location: key.into(), reason: other.to_string() },
         })?;
         for SchemaField { number, of, .. } in found.iter().flat_map(|(_, fields)| fields) {
-            let place = at(*number);
-            let (item, _) = suffix(of).map_err(|reason| place.error(reason))?;
-            if primitive(item).map_err(|reason| place.error(reason))?.is_some()
+            let location = at(*number);
+            let (item, _) = suffix(of).map_err(|reason| location.error(reason))?;
+            if primitive(item).map_err(|reason| location.error(reason))?.is_some()
                 || (self.format == WireFormat::Ros1 && matches!(item, "time" | "duration"))
             {
                 continue;
             }
-            let inner = self.find(key, item, &place)?;
+            let inner = self.find(key, item, &location)?;
             if let Some(first) = open.iter().position(|own| *own == inner) {
                 let chain = [&open[first..], std::slice::from_ref(&inner)].concat().join(" > ");
-                return Err(place.error(format!("a message can't contain itself: {chain}")));
+                return Err(location.error(format!("a message can't contain itself: {chain}")));
             }
             if open.len() >= MAX_NESTING {
-                return Err(place.error(format!("messages stand more than {MAX_NESTING} deep in each other")));
+                return Err(
+                    location.error(format!("messages stand more than {MAX_NESTING} deep in each other"))
+                );
             }
             if !done.contains(&inner) {
                 self.visit(&inner, open, done)?;
@@ -239,14 +241,14 @@ impl FileReader {
 
     /// Returns package and name of a type that a message names.
     /// Its definition is found among the files.
-    fn find(&mut self, owner: &str, item: &str, place: &FilePlace) -> Result<String, FileError> {
+    fn find(&mut self, owner: &str, item: &str, location: &FileLocation) -> Result<String, FileError> {
         let package = owner.split('/').next().unwrap_or_default();
         let key = reference(package, item);
         if self.blocks.contains_key(&key) || BUILTIN.contains(&key.as_str()) {
             return Ok(key);
         }
         let (package, name) = key.split_once('/').unwrap_or(("", &key));
-        let beside = place.path.with_file_name(format!("{name}.msg"));
+        let beside = location.path.with_file_name(format!("{name}.msg"));
         let below = self.root.join(package).join("msg").join(format!("{name}.msg"));
         let candidates = if item.contains('/') { vec![below] } else { vec![beside, below] };
         if let Some(path) = candidates.iter().find(|path| path.is_file()) {
@@ -256,13 +258,13 @@ impl FileReader {
         }
         let known = if item == "Header" { "std_msgs/Header" } else { &key };
         if let Some(body) = message_body(self.format, known) {
-            let place = |at: usize| FilePlace { path: PathBuf::from(known), line: at + 1 };
-            let lines = body.lines().enumerate().map(|(at, line)| (line.to_owned(), place(at)));
+            let location = |at: usize| FileLocation { path: PathBuf::from(known), line: at + 1 };
+            let lines = body.lines().enumerate().map(|(at, line)| (line.to_owned(), location(at)));
             self.blocks.insert(known.to_owned(), lines.collect());
             return Ok(known.to_owned());
         }
         let looked: Vec<_> = candidates.iter().map(|path| path.display().to_string()).collect();
-        Err(place.error(format!(
+        Err(location.error(format!(
             "unknown type `{item}`: expected a primitive type, a built-in message, or a file {}",
             looked.join(" or ")
         )))

@@ -10,8 +10,8 @@ use super::names::{MAP, own_frame};
 use super::{CdrWriter, Definition, Error, SEPARATOR, WireFormat, standard_in};
 use crate::followed::Followed;
 
-const ODOMETRY: &str = "odom";
-const BASE: &str = "base_link";
+const ODOMETRY_FRAME: &str = "odom";
+const BASE_FRAME: &str = "base_link";
 
 /// The frames of the robots of an agent.
 ///
@@ -23,17 +23,17 @@ pub struct Frames {
     /// Transforms published since the last call, and all frames ever published.
     moving: Vec<FrameTransform>,
     fixed: Vec<FrameTransform>,
-    told: BTreeSet<String>,
+    published: BTreeSet<String>,
     /// Frames of mounted sensors, by topic.
     mounted: BTreeMap<String, String>,
 }
 
 /// Suffix of the topic of a sensor's mounting [`Transform`].
 /// It follows the sensor's own topic. The sensor's frame is named as the last part of its topic.
-const MOUNT: &str = "_mount";
+const MOUNT_SUFFIX: &str = "_mount";
 
 /// The end of the topic of a camera's calibration, behind that of its images.
-const INFO: &str = "_info";
+const INFO_SUFFIX: &str = "_info";
 
 #[derive(Clone, Debug, Default)]
 struct RobotFrames {
@@ -43,16 +43,16 @@ struct RobotFrames {
     odom: String,
     /// Topic of its pose in the map, and the last pose on it.
     pose: Option<String>,
-    place: Option<TimedPose>,
+    map_pose: Option<TimedPose>,
     /// Topic of its odometry, and the last pose on it.
     odometry: Option<String>,
-    moved: Option<TimedPose>,
+    odometry_pose: Option<TimedPose>,
     /// Time since which only its pose in the map is known.
     waits_since: Option<u64>,
 }
 
 /// Time to wait for odometry before a robot is published without it, nanoseconds.
-const WAIT: u64 = 1_000_000_000;
+const ODOMETRY_TIMEOUT: u64 = 1_000_000_000;
 
 #[derive(Clone, Copy, Debug)]
 struct TimedPose {
@@ -95,8 +95,8 @@ impl RobotFrames {
     fn new(name: &str, pose: Option<String>) -> Self {
         Self {
             name: name.into(),
-            base: joined(name, BASE),
-            odom: joined(name, ODOMETRY),
+            base: joined(name, BASE_FRAME),
+            odom: joined(name, ODOMETRY_FRAME),
             pose,
             ..Self::default()
         }
@@ -128,11 +128,11 @@ impl Frames {
             robots,
             moving: Vec::new(),
             fixed: Vec::new(),
-            told: BTreeSet::new(),
+            published: BTreeSet::new(),
             mounted: BTreeMap::new(),
         };
         for (topic, _) in topics.clone().filter(|(_, kind)| *kind == "slate_msgs/msg/Transform") {
-            let Some(sensor) = topic.strip_suffix(MOUNT) else { continue };
+            let Some(sensor) = topic.strip_suffix(MOUNT_SUFFIX) else { continue };
             let Some(robot) = frames.owner(topic).and_then(|at| frames.robots.get(at)) else { continue };
             let frame = joined(&robot.name, sensor.rsplit('/').next().unwrap_or_default());
             frames.mounted.insert(sensor.to_owned(), frame);
@@ -166,14 +166,14 @@ impl Frames {
 
     /// Returns the robot that a topic belongs to: of several, the first that it names.
     fn owner(&self, topic: &str) -> Option<usize> {
-        let place = |part: &str| self.robots.iter().position(|robot| robot.name == part);
-        if self.robots.len() > 1 { topic.split('/').find_map(place) } else { Some(0) }
+        let index = |part: &str| self.robots.iter().position(|robot| robot.name == part);
+        if self.robots.len() > 1 { topic.split('/').find_map(index) } else { Some(0) }
     }
 
     /// Returns the frame of a topic's values that do not name their own.
     pub fn of(&self, topic: &str) -> &str {
         // Camera information is in the frame of its camera.
-        if let Some(frame) = self.mounted.get(topic.strip_suffix(INFO).unwrap_or(topic)) {
+        if let Some(frame) = self.mounted.get(topic.strip_suffix(INFO_SUFFIX).unwrap_or(topic)) {
             return frame;
         }
         let robot = self.owner(topic).and_then(|at| self.robots.get(at));
@@ -192,24 +192,24 @@ impl Frames {
 
     /// Notes the pose of a topic.
     pub fn note(&mut self, topic: &str, time: u64, pose: [f64; 3]) {
-        let place = TimedPose { time, pose, is_new: true };
+        let timed = TimedPose { time, pose, is_new: true };
         for robot in &mut self.robots {
             if robot.pose.as_deref() == Some(topic) {
-                robot.place = Some(place);
+                robot.map_pose = Some(timed);
             }
             if robot.odometry.as_deref() == Some(topic) {
-                robot.moved = Some(place);
+                robot.odometry_pose = Some(timed);
             }
         }
     }
 
     /// Notes a [`Transform`] that a module publishes.
-    pub fn note_transform(&mut self, topic: &str, time: u64, told: PublishedTransform) {
+    pub fn note_transform(&mut self, topic: &str, time: u64, published: PublishedTransform) {
         let robot = self.owner(topic).and_then(|at| self.robots.get(at)).map_or("", |robot| &robot.name);
-        let PublishedTransform { parent, child, translation, rotation, is_fixed } = told;
+        let PublishedTransform { parent, child, translation, rotation, is_fixed } = published;
         let [parent, child] = [parent, child].map(|name| own_frame(robot, &name).concat());
         let transform = FrameTransform { time, parent, child, translation, rotation };
-        self.told.insert(transform.child.clone());
+        self.published.insert(transform.child.clone());
         if is_fixed { &mut self.fixed } else { &mut self.moving }.push(transform);
     }
 
@@ -218,28 +218,32 @@ impl Frames {
     pub fn take(&mut self) -> (Vec<FrameTransform>, Vec<FrameTransform>) {
         let (mut moving, fixed) = (std::mem::take(&mut self.moving), std::mem::take(&mut self.fixed));
         for robot in &mut self.robots {
-            let mut tell = |place: &TimedPose, parent: &str, child: &str, pose: [f64; 3]| {
-                if !self.told.contains(child) {
-                    moving.push(in_plane(place.time, parent, child, pose));
+            let mut publish = |timed: &TimedPose, parent: &str, child: &str, pose: [f64; 3]| {
+                if !self.published.contains(child) {
+                    moving.push(in_plane(timed.time, parent, child, pose));
                 }
             };
-            if let Some(moved) = robot.moved.as_mut().filter(|moved| moved.is_new) {
-                tell(moved, &robot.odom, &robot.base, moved.pose);
-                moved.is_new = false;
+            if let Some(odometry_pose) =
+                robot.odometry_pose.as_mut().filter(|odometry_pose| odometry_pose.is_new)
+            {
+                publish(odometry_pose, &robot.odom, &robot.base, odometry_pose.pose);
+                odometry_pose.is_new = false;
             }
-            let Some(place) = robot.place.as_mut().filter(|place| place.is_new) else { continue };
-            let since = *robot.waits_since.get_or_insert(place.time);
-            if robot.odometry.is_some() && robot.moved.is_none() {
-                if place.time.saturating_sub(since) < WAIT {
+            let Some(timed) = robot.map_pose.as_mut().filter(|timed| timed.is_new) else { continue };
+            let since = *robot.waits_since.get_or_insert(timed.time);
+            if robot.odometry.is_some() && robot.odometry_pose.is_none() {
+                if timed.time.saturating_sub(since) < ODOMETRY_TIMEOUT {
                     continue;
                 }
                 robot.odometry = None;
             }
-            match &robot.moved {
-                Some(moved) => tell(place, MAP, &robot.odom, origin(place.pose, moved.pose)),
-                None => tell(place, MAP, &robot.base, place.pose),
+            match &robot.odometry_pose {
+                Some(odometry_pose) => {
+                    publish(timed, MAP, &robot.odom, origin(timed.pose, odometry_pose.pose))
+                }
+                None => publish(timed, MAP, &robot.base, timed.pose),
             }
-            place.is_new = false;
+            timed.is_new = false;
         }
         (moving, fixed)
     }

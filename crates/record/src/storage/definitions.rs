@@ -82,23 +82,23 @@ impl Content {
     pub fn read(records: &[u8], definitions: &mut Definitions) -> Result<Self, Malformed> {
         let mut content = Self::default();
         for record in Records::new(records) {
-            let (place, opcode, bytes) = record?;
+            let (offset, opcode, bytes) = record?;
             let message =
-                definitions.take(opcode, bytes).map_err(|what| format!("at byte {place}: {what}"))?;
+                definitions.take(opcode, bytes).map_err(|what| format!("at byte {offset}: {what}"))?;
             if let Some(message) = message {
-                content.add(place, &message);
+                content.add(offset, &message);
             }
         }
         Ok(content)
     }
 
-    pub fn add(&mut self, place: u64, message: &MessageRecord) {
+    pub fn add(&mut self, offset: u64, message: &MessageRecord) {
         let time = message.log_time;
         self.times = match self.index.is_empty() {
             true => (time, time),
             false => (self.times.0.min(time), self.times.1.max(time)),
         };
-        self.index.entry(message.channel_id).or_default().push((time, place));
+        self.index.entry(message.channel_id).or_default().push((time, offset));
     }
 
     /// Returns the number of messages.

@@ -3,7 +3,7 @@
 use std::io::{Read, Seek};
 
 use super::Error;
-use super::record::{DataEnd, FRAME, Footer, Header, MAGIC, Record};
+use super::record::{DataEnd, FRAME_SIZE, Footer, Header, MAGIC, Record};
 use super::source::RecordSource;
 use super::summary::Summary;
 
@@ -17,7 +17,7 @@ pub(super) fn intact_summary<R: Read + Seek>(source: &mut RecordSource<R>) -> Op
 
 /// Returns true if the file has an end with a valid checksum of all data.
 pub(super) fn is_covered<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<bool, Error> {
-    let end_size = FRAME + 4;
+    let end_size = FRAME_SIZE + 4;
     let Some(end) = data_end(source).and_then(|end| end.checked_sub(end_size)) else { return Ok(false) };
     let mut body = Vec::new();
     source.seek(end)?;
@@ -38,7 +38,7 @@ pub(super) fn is_covered<R: Read + Seek>(source: &mut RecordSource<R>) -> Result
 
 /// Returns the end of the record that ends the data itself, as the footer says.
 fn data_end<R: Read + Seek>(source: &mut RecordSource<R>) -> Option<u64> {
-    let place = source.length().checked_sub(FRAME + 20 + MAGIC.len() as u64)?;
+    let place = source.length().checked_sub(FRAME_SIZE + 20 + MAGIC.len() as u64)?;
     source.seek(place).ok()?;
     let frame = source.frame().ok().filter(|frame| frame.opcode == Footer::OPCODE)?;
     let mut body = Vec::new();

@@ -26,7 +26,7 @@ pub use error::Error;
 pub use info::{AttachmentInfo, ChannelInfo, ChunksInfo, Info, verify};
 pub(crate) use interface::interface;
 pub use reader::{Attachment, Message, Reader};
-pub(crate) use reader::{ChannelTopic, Spot};
+pub(crate) use reader::{ChannelTopic, MessageLocation};
 pub use record::{Channel, Header, Metadata, Schema};
 pub(crate) use repair::REPAIR;
 pub use repair::{Lost, Repaired, repair, repair_into};

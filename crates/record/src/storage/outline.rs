@@ -121,15 +121,15 @@ impl Outline {
                 }
                 DataEnd::OPCODE => {
                     let end: DataEnd = source.parse(frame, body)?;
-                    let said = end.data_section_crc;
-                    return match said {
+                    let recorded = end.data_section_crc;
+                    return match recorded {
                         0 => {
                             self.doubt(chunk_crcs, attachment_crcs);
                             Ok(())
                         }
-                        _ if crc == said => Ok(()),
+                        _ if crc == recorded => Ok(()),
                         _ => Err(damaged(format!(
-                            "the checksum of all before it is {crc:08x} and should be {said:08x}"
+                            "the checksum of all before it is {crc:08x} and should be {recorded:08x}"
                         ))),
                     };
                 }
@@ -176,8 +176,8 @@ impl Outline {
             "the indexes of metadata do not match the metadata"
         } else if summary.statistics.as_ref().is_some_and(|statistics| {
             let counted = [self.attachments.len(), self.metadata.len(), self.chunks.len()];
-            let said = [statistics.attachment_count, statistics.metadata_count, statistics.chunk_count];
-            counted.map(|count| count as u64) != said.map(u64::from)
+            let recorded = [statistics.attachment_count, statistics.metadata_count, statistics.chunk_count];
+            counted.map(|count| count as u64) != recorded.map(u64::from)
         }) {
             "the statistics do not match the count of chunks, attachments or metadata"
         } else {
@@ -191,10 +191,10 @@ impl Outline {
 }
 
 /// Returns true if the indexes are absent or the expected ones, in any order.
-fn agrees<T: Clone + PartialEq + FileOffset>(said: &[T], found: &[T]) -> bool {
-    let mut said = said.to_vec();
-    said.sort_by_key(T::offset);
-    said.is_empty() || said == found
+fn agrees<T: Clone + PartialEq + FileOffset>(recorded: &[T], found: &[T]) -> bool {
+    let mut recorded = recorded.to_vec();
+    recorded.sort_by_key(T::offset);
+    recorded.is_empty() || recorded == found
 }
 
 trait FileOffset {

@@ -1,4 +1,4 @@
-mod spot;
+mod location;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -15,8 +15,8 @@ use super::record::{
 };
 use super::source::{RecordFrame, RecordSource};
 use super::{Error, seconds};
-use spot::Kept;
-pub(crate) use spot::Spot;
+use location::ChunkCache;
+pub(crate) use location::MessageLocation;
 
 /// Reader of the messages of a file, in file order, with all checks.
 ///
@@ -43,14 +43,14 @@ pub struct Reader<R> {
     next: u64,
     /// Records of a chunk, or one outside of chunks, and the offset of the next one.
     records: Vec<u8>,
-    place: usize,
+    offset: usize,
     /// Offset of these records in the file.
     at: u64,
     body: Vec<u8>,
     counts: BTreeMap<u16, u64>,
     times: Option<(u64, u64)>,
     is_done: bool,
-    kept: Kept,
+    chunk_cache: ChunkCache,
 }
 
 /// Message in a file.
@@ -146,13 +146,13 @@ impl<R: Read + Seek> Reader<R> {
             outline,
             definitions: Definitions::default(),
             records: Vec::new(),
-            place: 0,
+            offset: 0,
             at: 0,
             body: Vec::new(),
             counts: BTreeMap::new(),
             times: None,
             is_done: false,
-            kept: Kept::default(),
+            chunk_cache: ChunkCache::default(),
         })
     }
 
@@ -172,7 +172,7 @@ impl<R: Read + Seek> Reader<R> {
         self.definitions = Definitions::default();
         self.records.clear();
         self.counts.clear();
-        (self.place, self.times, self.is_done) = (0, None, false);
+        (self.offset, self.times, self.is_done) = (0, None, false);
     }
 
     /// Returns the program that wrote the file, and its conventions.
@@ -262,7 +262,7 @@ impl<R: Read + Seek> Reader<R> {
 
     /// Returns the number of messages of each channel by the summary.
     /// `None` without such a summary.
-    pub(crate) fn said(&self) -> Option<impl Iterator<Item = (&Arc<Channel>, u64)>> {
+    pub(crate) fn channel_counts(&self) -> Option<impl Iterator<Item = (&Arc<Channel>, u64)>> {
         let summary = &self.outline.summary;
         let counts = &summary.statistics.as_ref()?.channel_message_counts;
         let channels = summary.definitions.channels.iter();
@@ -278,7 +278,7 @@ impl<R: Read + Seek> Reader<R> {
         mut take: impl FnMut(&Message<'_>) -> Result<(), Error>,
     ) -> Result<bool, Error> {
         let known = &self.outline.summary.definitions;
-        let counted: u64 = self.said().map_or(0, |said| said.map(|(_, count)| count).sum());
+        let counted: u64 = self.channel_counts().map_or(0, |said| said.map(|(_, count)| count).sum());
         let is_indexed = self.outline.chunks.iter().all(|chunk| !chunk.message_index_offsets.is_empty());
         if counted == 0 || !is_indexed || self.outline.is_loose {
             return Ok(false);
@@ -319,13 +319,13 @@ impl<R: Read + Seek> Reader<R> {
 
     /// Returns the range of the next message among the records already read.
     fn next_record(&mut self) -> Option<(usize, usize)> {
-        while self.place < self.records.len() {
-            let mut rest = RecordInput(&self.records[self.place..]);
+        while self.offset < self.records.len() {
+            let mut rest = RecordInput(&self.records[self.offset..]);
             let opcode = u8::read(&mut rest).ok()?;
             let body: &[u8] = Field::read(&mut rest).ok()?;
-            self.place = self.records.len() - rest.0.len();
+            self.offset = self.records.len() - rest.0.len();
             if opcode == MessageRecord::OPCODE {
-                return Some((self.place - body.len(), self.place));
+                return Some((self.offset - body.len(), self.offset));
             }
         }
         None
@@ -334,7 +334,7 @@ impl<R: Read + Seek> Reader<R> {
     /// Reads the next records; false at the end of the data.
     fn advance(&mut self) -> Result<bool, Error> {
         self.records.clear();
-        self.place = 0;
+        self.offset = 0;
         loop {
             if self.outline.cut == Some(self.next) {
                 return Ok(false);
@@ -484,8 +484,8 @@ impl<R: Read + Seek> Reader<R> {
     /// When the file can't be read any more.
     pub fn metadata(&mut self) -> Result<Vec<Metadata>, Error> {
         let places: Vec<_> = self.outline.metadata.iter().map(|index| index.offset).collect();
-        let read = |place| {
-            let frame = self.record_at(place)?;
+        let read = |offset| {
+            let frame = self.record_at(offset)?;
             self.source.parse(frame, &self.body)
         };
         places.into_iter().map(read).collect()
@@ -501,10 +501,10 @@ impl<R: Read + Seek> Reader<R> {
     /// # Errors
     /// When the file can't be read any more.
     pub fn attachment(&mut self, number: usize) -> Result<Option<Attachment>, Error> {
-        let Some(place) = self.outline.attachments.get(number).map(|index| index.offset) else {
+        let Some(offset) = self.outline.attachments.get(number).map(|index| index.offset) else {
             return Ok(None);
         };
-        let frame = self.record_at(place)?;
+        let frame = self.record_at(offset)?;
         let record: AttachmentRecord = self.source.parse(frame, &self.body)?;
         Ok(Some(Attachment {
             log_time: record.log_time,

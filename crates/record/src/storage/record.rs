@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 pub(super) const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 
 /// Size of the opcode and the length before each record, bytes.
-pub(super) const FRAME: u64 = 9;
+pub(super) const FRAME_SIZE: u64 = 9;
 
 /// Reason why bytes are no such record.
 pub(super) type Malformed = String;
@@ -386,12 +386,12 @@ pub(super) fn attachment_crc(record: &[u8]) -> u32 {
 /// Iterator over the records of a chunk: offset in the chunk, opcode and bytes.
 pub(super) struct Records<'a> {
     bytes: &'a [u8],
-    place: usize,
+    offset: usize,
 }
 
 impl<'a> Records<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
-        Self { bytes, place: 0 }
+        Self { bytes, offset: 0 }
     }
 }
 
@@ -400,17 +400,17 @@ impl<'a> Iterator for Records<'a> {
 
     /// Returns the next record; an invalid frame ends the iteration.
     fn next(&mut self) -> Option<Self::Item> {
-        let rest = &self.bytes[self.place..];
+        let rest = &self.bytes[self.offset..];
         if rest.is_empty() {
             return None;
         }
-        let place = self.place as u64;
+        let offset = self.offset as u64;
         let mut input = RecordInput(rest);
-        let record = u8::read(&mut input).and_then(|opcode| Ok((place, opcode, Field::read(&mut input)?)));
-        self.place = match &record {
+        let record = u8::read(&mut input).and_then(|opcode| Ok((offset, opcode, Field::read(&mut input)?)));
+        self.offset = match &record {
             Ok(_) => self.bytes.len() - input.0.len(),
             Err(_) => self.bytes.len(),
         };
-        Some(record.map_err(|what| format!("no whole record at byte {place} of it: {what}")))
+        Some(record.map_err(|what| format!("no whole record at byte {offset} of it: {what}")))
     }
 }

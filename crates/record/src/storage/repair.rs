@@ -8,7 +8,7 @@ use super::definitions::{Content, Definitions, chunk_head};
 use super::ends::{header, intact_summary, is_covered};
 use super::reader::Attachment;
 use super::record::{
-    AttachmentIndex, AttachmentRecord, Channel, Chunk, ChunkIndex, DataEnd, FRAME, Footer, MessageIndex,
+    AttachmentIndex, AttachmentRecord, Channel, Chunk, ChunkIndex, DataEnd, FRAME_SIZE, Footer, MessageIndex,
     MessageRecord, Metadata, MetadataIndex, Record, Records, Schema, Statistics, SummaryOffset,
     attachment_crc,
 };
@@ -18,7 +18,7 @@ use super::source::{RecordFrame, RecordSource};
 use super::{Error, MAXIMUM_RECORD, Writer, whole};
 
 /// The most bytes that the fields of a chunk before its records can sensibly have.
-const HEAD: u64 = 64;
+const MAX_CHUNK_HEAD: u64 = 64;
 
 /// Result of a repair.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -47,7 +47,7 @@ impl Repaired {
     }
 
     /// Returns the metadata of the new file.
-    fn told(&self) -> BTreeMap<String, String> {
+    fn metadata_fields(&self) -> BTreeMap<String, String> {
         let lost: u64 = self.lost.iter().map(|lost| lost.bytes).sum();
         let counts = [
             ("messages", self.messages),
@@ -117,7 +117,7 @@ fn salvage<R: Read + Seek, W: Write>(
     let Repair { mut writer, repaired, .. } = repair;
     if !repaired.is_clean() {
         // Readers of the new file must know which messages are unchecked.
-        writer.metadata(&Metadata { name: REPAIR.into(), metadata: repaired.told() })?;
+        writer.metadata(&Metadata { name: REPAIR.into(), metadata: repaired.metadata_fields() })?;
     }
     writer.finish()?;
     Ok(repaired)
@@ -214,7 +214,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
 
     /// Returns true if the lengths of a chunk agree with each other.
     fn is_framed(&mut self, frame: RecordFrame) -> Result<bool, Error> {
-        self.source.part(frame.length.min(HEAD), &mut self.body)?;
+        self.source.part(frame.length.min(MAX_CHUNK_HEAD), &mut self.body)?;
         let head = chunk_head(&self.body);
         Ok(head.is_ok_and(|(_, compressed, rest)| {
             let fields = self.body.len() - rest.len();
@@ -225,9 +225,9 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
     /// Keeps a record that is no chunk.
     fn plain(&mut self, frame: RecordFrame) -> Result<Result<RepairStep, String>, Error> {
         let body = std::mem::take(&mut self.body);
-        let kept = self.keep_plain(frame, &body);
+        let chunk_cache = self.keep_plain(frame, &body);
         self.body = body;
-        kept
+        chunk_cache
     }
 
     fn keep_plain(&mut self, frame: RecordFrame, body: &[u8]) -> Result<Result<RepairStep, String>, Error> {
@@ -359,15 +359,15 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
     /// in `self.body`.
     fn sound_chunk(&mut self, offset: u64) -> Result<Option<(Chunk<'static>, u64)>, Error> {
         self.source.seek(offset)?;
-        self.source.part(FRAME + HEAD, &mut self.body)?;
-        let Some((frame, rest)) = self.body.split_first_chunk::<{ FRAME as usize }>() else {
+        self.source.part(FRAME_SIZE + MAX_CHUNK_HEAD, &mut self.body)?;
+        let Some((frame, rest)) = self.body.split_first_chunk::<{ FRAME_SIZE as usize }>() else {
             return Ok(None);
         };
         let Ok((head, compressed, data)) = chunk_head(rest) else { return Ok(None) };
         let fields = (rest.len() - data.len()) as u64;
         let [opcode, length @ ..] = *frame;
         let framed = u64::from_le_bytes(length).checked_sub(fields);
-        let start = offset + FRAME + fields;
+        let start = offset + FRAME_SIZE + fields;
         let is_consistent = opcode == Chunk::OPCODE && framed == Some(compressed);
         let framed = framed.filter(|framed| opcode == Chunk::OPCODE || *framed != compressed);
         let said = Some(compressed).filter(|_| framed != Some(compressed));
@@ -464,22 +464,22 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
     /// Keeps the records of a truncated chunk at the end of the file, if there is one.
     fn unfinished_chunk(&mut self, offset: u64) -> Result<bool, Error> {
         self.source.seek(offset)?;
-        self.source.part(FRAME + HEAD, &mut self.body)?;
-        let Some((frame, rest)) = self.body.split_first_chunk::<{ FRAME as usize }>() else {
+        self.source.part(FRAME_SIZE + MAX_CHUNK_HEAD, &mut self.body)?;
+        let Some((frame, rest)) = self.body.split_first_chunk::<{ FRAME_SIZE as usize }>() else {
             return Ok(false);
         };
         let [opcode, length @ ..] = *frame;
         let length = u64::from_le_bytes(length);
         let Ok((head, compressed, data)) = chunk_head(rest) else { return Ok(false) };
         let fields = (rest.len() - data.len()) as u64;
-        let end = offset.saturating_add(FRAME).saturating_add(length);
+        let end = offset.saturating_add(FRAME_SIZE).saturating_add(length);
         // Some writers fill in the lengths when the chunk is finished.
         let is_open = length == u64::MAX && compressed == u64::MAX;
         let is_cut = fields.checked_add(compressed) == Some(length) && end > self.source.length();
         if opcode != Chunk::OPCODE || !(is_open || is_cut) {
             return Ok(false);
         }
-        self.source.seek(offset + FRAME + fields)?;
+        self.source.seek(offset + FRAME_SIZE + fields)?;
         self.source.part(MAXIMUM_RECORD, &mut self.body)?;
         let mut records = Vec::new();
         // It ends too early, which is known; what can be read is there.

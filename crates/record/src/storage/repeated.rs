@@ -11,7 +11,7 @@ use super::record::{Channel, Malformed, Record, Records, Schema};
 pub(crate) const REPEATED: u8 = 0x80;
 
 /// First bytes, as others may use that opcode; the checksum of the rest follows.
-const MARK: &[u8] = b"slate definitions\0";
+const MARKER: &[u8] = b"slate definitions\0";
 
 /// Definitions that are to be repeated.
 #[derive(Debug, Default)]
@@ -33,18 +33,20 @@ impl Repeated {
     /// `None` if nothing was added since the last one.
     pub fn take(&mut self) -> Option<Vec<u8>> {
         let Self { records, .. } = std::mem::take(self);
-        (!records.is_empty()).then(|| [MARK, &crc32fast::hash(&records).to_le_bytes(), &records].concat())
+        (!records.is_empty()).then(|| [MARKER, &crc32fast::hash(&records).to_le_bytes(), &records].concat())
     }
 }
 
 /// Returns the records in the body of such a record, or its fault.
 /// `None` for a record of another writer.
 pub(super) fn sound(body: &[u8]) -> Option<Result<&[u8], Malformed>> {
-    let (said, records) = body.strip_prefix(MARK)?.split_first_chunk::<4>()?;
-    let (said, found) = (u32::from_le_bytes(*said), crc32fast::hash(records));
-    Some(match said == found {
+    let (recorded, records) = body.strip_prefix(MARKER)?.split_first_chunk::<4>()?;
+    let (recorded, found) = (u32::from_le_bytes(*recorded), crc32fast::hash(records));
+    Some(match recorded == found {
         true => Ok(records),
-        false => Err(format!("the checksum of repeated definitions is {found:08x} and should be {said:08x}")),
+        false => {
+            Err(format!("the checksum of repeated definitions is {found:08x} and should be {recorded:08x}"))
+        }
     })
 }
 

@@ -4,17 +4,18 @@ use std::io::{Read, Seek};
 
 use super::definitions::chunk_head;
 use super::record::{
-    AttachmentRecord, Channel, Chunk, DataEnd, FRAME, MessageIndex, MessageRecord, Metadata, Record, Schema,
+    AttachmentRecord, Channel, Chunk, DataEnd, FRAME_SIZE, MessageIndex, MessageRecord, Metadata, Record,
+    Schema,
 };
 use super::repeated::{self, REPEATED};
 use super::source::RecordSource;
 use super::{Error, MAXIMUM_RECORD};
 
 /// Bytes that are looked at at once.
-const WINDOW: u64 = 1 << 16;
+const WINDOW_SIZE: u64 = 1 << 16;
 
 /// Minimum number of consecutive records for a candidate to count as a record.
-const CHAIN: usize = 3;
+const MIN_CHAIN_LENGTH: usize = 3;
 
 /// Returns the first offset from `start` on at which consecutive records begin.
 pub(super) fn next_record<R: Read + Seek>(
@@ -25,11 +26,11 @@ pub(super) fn next_record<R: Read + Seek>(
     let mut begin = start;
     while begin < source.length() {
         source.seek(begin)?;
-        source.part(WINDOW + FRAME, &mut window)?;
-        let places = (window.len() as u64).min(WINDOW);
+        source.part(WINDOW_SIZE + FRAME_SIZE, &mut window)?;
+        let places = (window.len() as u64).min(WINDOW_SIZE);
         for place in 0..places {
             let offset = begin + place;
-            let left = source.length().saturating_sub(offset + FRAME);
+            let left = source.length().saturating_sub(offset + FRAME_SIZE);
             if could_be(&window[place as usize..], left) && is_chain(source, offset)? {
                 return Ok(Some(offset));
             }
@@ -41,7 +42,7 @@ pub(super) fn next_record<R: Read + Seek>(
 
 /// Returns true if a frame could be there.
 fn could_be(bytes: &[u8], left: u64) -> bool {
-    let Some(([opcode, length @ ..], _)) = bytes.split_first_chunk::<{ FRAME as usize }>() else {
+    let Some(([opcode, length @ ..], _)) = bytes.split_first_chunk::<{ FRAME_SIZE as usize }>() else {
         return false;
     };
     let length = u64::from_le_bytes(*length);
@@ -55,8 +56,8 @@ fn could_be(bytes: &[u8], left: u64) -> bool {
 pub(super) fn is_plausible<R: Read + Seek>(source: &mut RecordSource<R>, offset: u64) -> Result<bool, Error> {
     let mut bytes = Vec::new();
     source.seek(offset)?;
-    source.part(FRAME, &mut bytes)?;
-    let Some(([opcode, length @ ..], _)) = bytes.split_first_chunk::<{ FRAME as usize }>() else {
+    source.part(FRAME_SIZE, &mut bytes)?;
+    let Some(([opcode, length @ ..], _)) = bytes.split_first_chunk::<{ FRAME_SIZE as usize }>() else {
         return Ok(true);
     };
     let length = u64::from_le_bytes(*length);
@@ -72,7 +73,7 @@ pub(super) fn is_plausible<R: Read + Seek>(source: &mut RecordSource<R>, offset:
 pub(super) fn is_chain<R: Read + Seek>(source: &mut RecordSource<R>, offset: u64) -> Result<bool, Error> {
     let mut body = Vec::new();
     source.seek(offset)?;
-    for _ in 0..CHAIN {
+    for _ in 0..MIN_CHAIN_LENGTH {
         if source.position() == source.length() {
             return Ok(true);
         }

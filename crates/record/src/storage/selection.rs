@@ -6,14 +6,14 @@ use slate_blackboard::{Pattern, nearest_names};
 use super::{Error, Message, Reader};
 
 /// Topic, with its pattern, if it is one.
-type Meant = (String, Option<Pattern>);
+type TopicFilter = (String, Option<Pattern>);
 
 /// Selection of the messages of a file.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
-    topics: Vec<Meant>,
+    topics: Vec<TopicFilter>,
     /// Exceptions from the topics.
-    exclude: Vec<Meant>,
+    exclude: Vec<TopicFilter>,
     /// Start, nanoseconds after the first message.
     pub from: Option<u64>,
     /// End, nanoseconds after the first message, inclusive.
@@ -24,13 +24,13 @@ impl Selection {
     /// Selects the topics that match one of these patterns; all if there are none.
     /// Patterns are such as `/r2/*` or `/**/timing`, or just a topic.
     pub fn new(topics: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        Self { topics: meant(topics), ..Self::default() }
+        Self { topics: topic_filters(topics), ..Self::default() }
     }
 
     /// Excludes these topics, or those that match such patterns.
     #[must_use]
     pub fn without(self, topics: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        Self { exclude: meant(topics), ..self }
+        Self { exclude: topic_filters(topics), ..self }
     }
 
     /// Returns true if all messages of every file are selected.
@@ -45,7 +45,8 @@ impl Selection {
 
     /// Returns true if the topic is selected.
     pub fn has(&self, topic: &str) -> bool {
-        let is_among = |topics: &[Meant]| topics.iter().any(|meant| is_meant(meant, topic));
+        let is_among =
+            |topics: &[TopicFilter]| topics.iter().any(|topic_filters| matches(topic_filters, topic));
         (self.topics.is_empty() || is_among(&self.topics)) && !is_among(&self.exclude)
     }
 
@@ -73,8 +74,8 @@ impl Selection {
         let mut start = reader.start();
         while let Some(message) = reader.next_message()? {
             let start = *start.get_or_insert(message.log_time);
-            let is_meant = self.has(&message.channel.topic) && self.has_time(message.log_time, start);
-            if is_meant && !visit(&message)? {
+            let matches = self.has(&message.channel.topic) && self.has_time(message.log_time, start);
+            if matches && !visit(&message)? {
                 return Ok(());
             }
         }
@@ -87,14 +88,14 @@ impl Selection {
     /// Checks that all selected topics exist.
     pub(crate) fn check<'a>(&self, path: &Path, topics: impl Iterator<Item = &'a str>) -> Result<(), Error> {
         let topics: Vec<_> = topics.collect();
-        for meant in self.topics.iter().chain(&self.exclude) {
-            if !topics.iter().any(|topic| is_meant(meant, topic)) {
-                let near = nearest_names(&meant.0, topics.iter().copied());
+        for topic_filters in self.topics.iter().chain(&self.exclude) {
+            if !topics.iter().any(|topic| matches(topic_filters, topic)) {
+                let near = nearest_names(&topic_filters.0, topics.iter().copied());
                 let mend = match near.is_empty() {
                     true => format!("`slate bag info` lists its {} topics", topics.len()),
                     false => format!("did you mean `{}`?", near.join("` or `")),
                 };
-                let what = format!("it has no topic `{}`; {mend}", meant.0);
+                let what = format!("it has no topic `{}`; {mend}", topic_filters.0);
                 return Err(Error::Unfit { path: path.into(), what });
             }
         }
@@ -102,12 +103,12 @@ impl Selection {
     }
 }
 
-fn meant(topics: impl IntoIterator<Item = impl Into<String>>) -> Vec<Meant> {
+fn topic_filters(topics: impl IntoIterator<Item = impl Into<String>>) -> Vec<TopicFilter> {
     let topics = topics.into_iter().map(Into::into);
     topics.map(|topic: String| (topic.clone(), Pattern::parse(&topic).ok())).collect()
 }
 
-fn is_meant((name, pattern): &Meant, topic: &str) -> bool {
+fn matches((name, pattern): &TopicFilter, topic: &str) -> bool {
     let path = topic.strip_prefix('/').unwrap_or(topic);
     name == topic || pattern.as_ref().is_some_and(|pattern| pattern.matches(path))
 }

@@ -3,7 +3,7 @@
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::record::{FRAME, Record};
+use super::record::{FRAME_SIZE, Record};
 use super::{Error, MAXIMUM_RECORD};
 
 /// Offset of a record, and the content of its frame.
@@ -22,12 +22,12 @@ impl RecordFrame {
 
     /// Returns the size of the record with its frame, bytes.
     pub fn size(&self) -> u64 {
-        FRAME + self.length
+        FRAME_SIZE + self.length
     }
 
     /// Returns the bytes of the frame in the file.
-    pub fn bytes(&self) -> [u8; FRAME as usize] {
-        let mut bytes = [self.opcode; FRAME as usize];
+    pub fn bytes(&self) -> [u8; FRAME_SIZE as usize] {
+        let mut bytes = [self.opcode; FRAME_SIZE as usize];
         bytes[1..].copy_from_slice(&self.length.to_le_bytes());
         bytes
     }
@@ -99,7 +99,7 @@ impl<R: Read + Seek> RecordSource<R> {
     pub fn frame(&mut self) -> Result<RecordFrame, Error> {
         let offset = self.position;
         let mut bytes = Vec::new();
-        self.part(FRAME, &mut bytes)?;
+        self.part(FRAME_SIZE, &mut bytes)?;
         let [opcode, length @ ..] = &bytes[..] else {
             return Err(self.damaged(offset, "the file ends where a record should begin"));
         };

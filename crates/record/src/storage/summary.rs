@@ -5,8 +5,8 @@ use std::io::{Read, Seek};
 use super::Error;
 use super::definitions::Definitions;
 use super::record::{
-    AttachmentIndex, Channel, ChunkIndex, FRAME, Footer, MAGIC, MetadataIndex, Record, Schema, Statistics,
-    SummaryOffset,
+    AttachmentIndex, Channel, ChunkIndex, FRAME_SIZE, Footer, MAGIC, MetadataIndex, Record, Schema,
+    Statistics, SummaryOffset,
 };
 use super::source::{RecordFrame, RecordSource};
 
@@ -51,9 +51,9 @@ impl Summary {
                     let is_empty = groups.is_empty() && offsets.is_empty();
                     let is_start = footer.summary_start == start && !is_empty
                         || footer.summary_start == 0 && groups.is_empty();
-                    let said = footer.summary_offset_start;
+                    let recorded = footer.summary_offset_start;
                     if !is_start
-                        || said != offsets_start && (said, offsets.is_empty()) != (frame.offset, true)
+                        || recorded != offsets_start && (recorded, offsets.is_empty()) != (frame.offset, true)
                     {
                         let what = "the footer says that the summary is somewhere else than it is";
                         return Err(source.damaged(frame.offset, what));
@@ -118,7 +118,7 @@ impl Summary {
                 self.definitions.add_schema(source.parse(frame, body)?).map_err(damaged)?;
             }
             Channel::OPCODE => {
-                // Its schema may stand behind it; whoever uses it has seen it in the data.
+                // Its schema may follow; readers know it from the data.
                 let channel: Channel = source.parse(frame, body)?;
                 if self.definitions.channels.insert(channel.id, channel.into()).is_some() {
                     return Err(damaged("a channel stands twice".into()));
@@ -144,14 +144,14 @@ fn check_crc<R: Read + Seek>(
     mut crc: crc32fast::Hasher,
     frame: RecordFrame,
     body: &[u8],
-    said: u32,
+    recorded: u32,
 ) -> Result<(), Error> {
     // All but the checksum itself.
     crc.update(&frame.bytes());
     crc.update(&body[..body.len().saturating_sub(4)]);
     let found = crc.finalize();
-    if said != 0 && found != said {
-        let what = format!("the checksum of the summary is {found:08x} and should be {said:08x}");
+    if recorded != 0 && found != recorded {
+        let what = format!("the checksum of the summary is {found:08x} and should be {recorded:08x}");
         return Err(source.damaged(frame.offset, what));
     }
     Ok(())
@@ -161,7 +161,7 @@ fn check_crc<R: Read + Seek>(
 fn end<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<(), Error> {
     let offset = source.position();
     let mut bytes = Vec::new();
-    source.part(MAGIC.len() as u64 + FRAME, &mut bytes)?;
+    source.part(MAGIC.len() as u64 + FRAME_SIZE, &mut bytes)?;
     match bytes == MAGIC {
         true => Ok(()),
         false => Err(source.damaged(offset, "what follows the footer is not the end of an MCAP file")),

@@ -3,14 +3,14 @@
 use std::io::{Read, Seek};
 
 use super::definitions::chunk_head;
-use super::record::{Chunk, DataEnd, FRAME, Footer, Header, MAGIC, MessageIndex, Record};
+use super::record::{Chunk, DataEnd, FRAME_SIZE, Footer, Header, MAGIC, MessageIndex, Record};
 use super::repeated::REPEATED;
 use super::resume::next_record;
 use super::source::{RecordFrame, RecordSource};
 use super::{Error, MAXIMUM_RECORD};
 
 /// Upper bound of the size of a chunk's fields before its records, bytes.
-const HEAD: u64 = 64;
+const MAX_CHUNK_HEAD: u64 = 64;
 
 /// Returns the frame of the next record, and its body.
 /// `None` where the file is truncated.
@@ -64,7 +64,7 @@ fn is_cut<R: Read + Seek>(source: &mut RecordSource<R>, offset: u64) -> Result<b
     let mut bytes = Vec::new();
     let has_end = has_end(source)?;
     source.seek(offset)?;
-    source.part(FRAME + HEAD, &mut bytes)?;
+    source.part(FRAME_SIZE + MAX_CHUNK_HEAD, &mut bytes)?;
     let Some((opcode, rest)) = bytes.split_first() else { return Ok(!has_end) };
     let is_known = (Header::OPCODE..=DataEnd::OPCODE).contains(opcode) || *opcode == REPEATED;
     if has_end || !is_known {
@@ -72,7 +72,7 @@ fn is_cut<R: Read + Seek>(source: &mut RecordSource<R>, offset: u64) -> Result<b
     }
     let Some((length, rest)) = rest.split_first_chunk() else { return Ok(true) };
     let length = u64::from_le_bytes(*length);
-    let left = source.length().saturating_sub(offset + FRAME);
+    let left = source.length().saturating_sub(offset + FRAME_SIZE);
     if length <= left || length > MAXIMUM_RECORD {
         return Ok(false);
     }
@@ -85,7 +85,7 @@ fn is_cut<R: Read + Seek>(source: &mut RecordSource<R>, offset: u64) -> Result<b
                     let is_whole = compressed == head.uncompressed_size || !head.compression.is_empty();
                     is_whole && fields.checked_add(compressed) == Some(length)
                 }
-                Err(_) => left < HEAD,
+                Err(_) => left < MAX_CHUNK_HEAD,
             });
         }
         MessageIndex::OPCODE => {

@@ -15,7 +15,7 @@ use super::source::RecordFrame;
 use super::{Error, MAXIMUM_RECORD};
 
 /// Bytes of records after which a chunk is closed.
-const CHUNK: usize = 1 << 20;
+const CHUNK_SIZE: usize = 1 << 20;
 
 /// Writes a file with all checksums, indexes and statistics that the format knows.
 pub struct Writer<W> {
@@ -83,7 +83,7 @@ impl<W: Write> Writer<W> {
         let frame = RecordFrame {
             offset: self.position,
             opcode: buffer[0],
-            length: buffer.len() as u64 - super::record::FRAME,
+            length: buffer.len() as u64 - super::record::FRAME_SIZE,
         };
         let put = self.put(&buffer);
         self.buffer = buffer;
@@ -149,7 +149,7 @@ impl<W: Write> Writer<W> {
             let what = format!("a message has {} bytes, and may have {}", data.len(), MAXIMUM_RECORD / 2);
             return Err(self.unfit(what));
         }
-        if self.records.len() + data.len() > CHUNK {
+        if self.records.len() + data.len() > CHUNK_SIZE {
             self.close_chunk()?;
         }
         let message =

@@ -3,15 +3,15 @@ use serde::{Deserialize, Serialize};
 use super::Route;
 
 /// Time for which a route must hold for its change to last, nanoseconds.
-const LASTING: u64 = 200_000_000;
+const MIN_ROUTE_DURATION: u64 = 200_000_000;
 
 /// Distance within which a robot stays at a place, metres.
-const STAYS: f64 = 0.05;
+const MAX_STAY_DISTANCE: f64 = 0.05;
 
 /// Lasting route changes of a robot, and its share of reactive distance.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RouteTally {
-    place: Option<[f64; 2]>,
+    position: Option<[f64; 2]>,
     /// Distance, metres.
     length: f64,
     /// Distance on the reactive route, metres.
@@ -31,21 +31,21 @@ impl RouteTally {
     /// The time rises from call to call.
     ///
     /// Without a route no action runs: a pause between two actions of one route is no change.
-    pub fn add(&mut self, time: u64, place: [f64; 2], route: Option<Route>) {
-        let [x, y] = self.place.replace(place).unwrap_or(place);
-        let step = libm::hypot(place[0] - x, place[1] - y);
+    pub fn add(&mut self, time: u64, position: [f64; 2], route: Option<Route>) {
+        let [x, y] = self.position.replace(position).unwrap_or(position);
+        let step = libm::hypot(position[0] - x, position[1] - y);
         let step = if step.is_finite() { step } else { 0.0 };
         self.length += step;
-        let is_there = |[x, y]: [f64; 2]| libm::hypot(place[0] - x, place[1] - y) <= STAYS;
+        let is_there = |[x, y]: [f64; 2]| libm::hypot(position[0] - x, position[1] - y) <= MAX_STAY_DISTANCE;
         if !self.stays.is_some_and(|(stays, _)| is_there(stays)) {
-            self.stays = Some((place, time));
+            self.stays = Some((position, time));
         }
         let Some(route) = route.or(self.present.map(|(route, _)| route)) else { return };
         if route == Route::Reactive {
             self.reactive += step;
         }
         let (present, since) = *self.present.get_or_insert((route, time));
-        if self.lasting != Some(present) && time.saturating_sub(since) >= LASTING {
+        if self.lasting != Some(present) && time.saturating_sub(since) >= MIN_ROUTE_DURATION {
             self.changes += u64::from(self.lasting.is_some());
             self.lasting = Some(present);
         }

@@ -10,7 +10,7 @@ use slate_runtime::replacement::Replacement;
 use super::{HEADER, Sample, TrajectoryPosition, append_row};
 
 /// Write period of new samples.
-const PERIOD: Duration = Duration::from_secs(1);
+const WRITE_PERIOD: Duration = Duration::from_secs(1);
 
 /// Writer of a trajectory to a file while it grows.
 /// A process that is killed loses its last second at most.
@@ -39,9 +39,9 @@ impl TrajectoryStream {
             StreamedFile { path: path.into(), file: None, position: TrajectoryPosition::default() };
         let (running, ended) = channel::<()>();
         let thread = Builder::new().name("trajectory".into()).spawn(move || {
-            slate_runtime::give_way();
+            slate_runtime::set_batch_scheduling();
             loop {
-                let is_over = ended.recv_timeout(PERIOD) != Err(RecvTimeoutError::Timeout);
+                let is_over = ended.recv_timeout(WRITE_PERIOD) != Err(RecvTimeoutError::Timeout);
                 if file.follow(&read).is_err() || is_over {
                     return;
                 }

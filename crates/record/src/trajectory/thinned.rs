@@ -20,12 +20,12 @@ pub struct ThinnedTrajectory {
 }
 
 fn period() -> u64 {
-    ThinnedTrajectory::PERIOD
+    ThinnedTrajectory::SAMPLE_PERIOD
 }
 
 impl Default for ThinnedTrajectory {
     fn default() -> Self {
-        Self { next: 0, period: Self::PERIOD, samples: Vec::new(), generation: 0 }
+        Self { next: 0, period: Self::SAMPLE_PERIOD, samples: Vec::new(), generation: 0 }
     }
 }
 
@@ -46,13 +46,13 @@ impl TrajectoryPosition {
 
 impl ThinnedTrajectory {
     /// Sampling period before any sample was removed, nanoseconds.
-    pub const PERIOD: u64 = 50_000_000;
+    pub const SAMPLE_PERIOD: u64 = 50_000_000;
 
     /// The most samples.
-    pub const LIMIT: usize = 20_000;
+    pub const MAX_SAMPLES: usize = 20_000;
 
     /// The most samples that are read at once, so that their copies need little memory.
-    pub const BATCH: usize = 1_000;
+    pub const BATCH_SIZE: usize = 1_000;
 
     /// Adds the samples of all robots at a time, if they are due or the run ends.
     pub fn add(&mut self, time: u64, is_end: bool, samples: impl IntoIterator<Item = Sample>) {
@@ -61,7 +61,7 @@ impl ThinnedTrajectory {
         }
         self.next += self.period;
         self.samples.extend(samples);
-        if self.samples.len() > Self::LIMIT {
+        if self.samples.len() > Self::MAX_SAMPLES {
             self.thin();
         }
     }
@@ -100,11 +100,11 @@ impl ThinnedTrajectory {
     }
 
     /// Returns samples from a position on, and advances it.
-    /// At most [`BATCH`](Self::BATCH) at a time. When samples were removed since, it begins with the first.
+    /// At most [`BATCH_SIZE`](Self::BATCH_SIZE) at a time. When samples were removed since, it begins with the first.
     pub fn read(&self, position: &mut TrajectoryPosition) -> &[Sample] {
         let start = if position.generation == self.generation { position.samples } else { 0 };
         let rest = self.samples.get(start..).unwrap_or_default();
-        let read = &rest[..rest.len().min(Self::BATCH)];
+        let read = &rest[..rest.len().min(Self::BATCH_SIZE)];
         *position = TrajectoryPosition { generation: self.generation, samples: start + read.len() };
         read
     }

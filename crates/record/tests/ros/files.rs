@@ -279,5 +279,5 @@ fn a_message_that_does_not_fit_is_named_with_its_line() {
 }
 
 fn files_error(reason: &str) -> slate_record::ros::FileError {
-    slate_record::ros::FileError { place: String::new(), reason: reason.into() }
+    slate_record::ros::FileError { location: String::new(), reason: reason.into() }
 }

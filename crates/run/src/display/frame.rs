@@ -20,7 +20,7 @@ const EVENT_COLUMNS: usize = 26;
 const EVENT_ROWS: usize = 5;
 
 /// Width from which poses are shown as numbers, too.
-const WIDE: usize = 110;
+const WIDE_COLUMNS: usize = 110;
 
 /// Lays out a run in so many columns and rows.
 pub struct FrameLayout {
@@ -46,7 +46,12 @@ impl FrameLayout {
         let mut lines = vec![head(title, pace, seen)];
         let name_width = seen.robots.keys().map(|name| name.chars().count()).max().unwrap_or(0);
         for (name, track) in &seen.robots {
-            lines.push(robot(&format!("{name:name_width$}"), track, self.columns >= WIDE, self.columns));
+            lines.push(robot(
+                &format!("{name:name_width$}"),
+                track,
+                self.columns >= WIDE_COLUMNS,
+                self.columns,
+            ));
         }
         match &self.map {
             Some(map) => lines.extend(self.map_with_events(map, seen, scene)),

@@ -8,13 +8,13 @@ use slate_record::Route;
 use crate::observation::{JudgeVerdict, Observation, RobotNow};
 
 /// Maximum number of events that are kept.
-const MOST_EVENTS: usize = 64;
+const MAX_EVENTS: usize = 64;
 
 /// Maximum number of points of a trail; the oldest is dropped first.
-const MOST_POINTS: usize = 400;
+const MAX_POINTS: usize = 400;
 
 /// Distance between points of a trail, metres.
-const SPACING: f64 = 0.1;
+const POINT_SPACING: f64 = 0.1;
 
 /// Time over which a speed is measured, nanoseconds of the agent's time.
 const SPEED_PERIOD: u64 = 200_000_000;
@@ -93,7 +93,7 @@ impl SeenRun {
         }
         self.event_count += new.len();
         self.events.extend(new);
-        let excess = self.events.len().saturating_sub(MOST_EVENTS);
+        let excess = self.events.len().saturating_sub(MAX_EVENTS);
         self.events.drain(..excess);
     }
 
@@ -118,9 +118,9 @@ impl RobotTrack {
             // The first look, or the run has resumed from an earlier time.
             _ => self.measured = Some((time, at)),
         }
-        let is_farther = self.trail.back().is_none_or(|(last, _)| distance(*last) >= SPACING);
+        let is_farther = self.trail.back().is_none_or(|(last, _)| distance(*last) >= POINT_SPACING);
         if is_farther {
-            if self.trail.len() == MOST_POINTS {
+            if self.trail.len() == MAX_POINTS {
                 self.trail.pop_front();
             }
             self.trail.push_back((at, now.route));

@@ -32,7 +32,7 @@ use history::SeenRun;
 pub use log::DisplayLog;
 
 /// Time from one frame to the next.
-const PERIOD: Duration = Duration::from_millis(100);
+const FRAME_PERIOD: Duration = Duration::from_millis(100);
 
 /// Time from one line per robot to the next where stdout is not a terminal.
 const LINE_PERIOD: Duration = Duration::from_secs(1);
@@ -144,7 +144,7 @@ impl RunView {
             if is_last || output::is_unread() {
                 return;
             }
-            nap(PERIOD, stop);
+            nap(FRAME_PERIOD, stop);
         }
     }
 
@@ -170,7 +170,7 @@ impl RunView {
             if is_last || output::is_unread() {
                 return;
             }
-            nap(PERIOD, stop);
+            nap(FRAME_PERIOD, stop);
         }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::{Access, Property};
-use slate_composition::{Complaints, Survey, bridge_refusal, past_gate, survey};
+use slate_composition::{DiagnosticCollector, Survey, bridge_refusal, survey, ungated_command};
 use slate_configuration::Configuration;
 use slate_module::Direction;
 
@@ -83,8 +83,9 @@ impl std::fmt::Debug for CycleEnd<'_> {
 /// Returns the reason for which an input can't be set by hand, if any.
 /// Such an input moves a robot past its gate, or only Knowledge sets it.
 pub(in crate::agent) fn hand_refusal(agent: &AgentHandle, input: &str) -> Option<String> {
-    let refusal =
-        refused(agent, |configuration, survey| slate_composition::hand_refusal(configuration, survey, input));
+    let refusal = refused(agent, |configuration, survey| {
+        slate_composition::manual_value_refusal(configuration, survey, input)
+    });
     refusal.map(|(reason, _)| reason.text)
 }
 
@@ -93,7 +94,7 @@ pub(in crate::agent) fn hand_refusal(agent: &AgentHandle, input: &str) -> Option
 pub(in crate::agent) fn output_refusal(agent: &AgentHandle, path: &str) -> Option<(String, &'static str)> {
     let port = agent.overview().port(path)?;
     (port.direction == Direction::Command).then(|| {
-        let (reason, help) = past_gate(path);
+        let (reason, help) = ungated_command(path);
         (reason.text, help)
     })
 }
@@ -102,7 +103,10 @@ pub(in crate::agent) fn output_refusal(agent: &AgentHandle, path: &str) -> Optio
 fn refused<T>(agent: &AgentHandle, rule: impl FnOnce(&Configuration, &Survey<'_>) -> T) -> T {
     let composition = agent.composition();
     let configuration = &composition.configuration;
-    rule(configuration, &survey(configuration, &composition.catalogue, &mut Complaints::new(configuration)))
+    rule(
+        configuration,
+        &survey(configuration, &composition.catalogue, &mut DiagnosticCollector::new(configuration)),
+    )
 }
 
 /// Setter of external inputs.

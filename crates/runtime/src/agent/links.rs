@@ -11,7 +11,7 @@ use slate_module::Direction;
 use super::build::HostResources;
 use super::handle::AgentHandle;
 use crate::sharing::RemotePath;
-use slate_composition::{Catalogue, Complaints, loose, survey};
+use slate_composition::{Catalogue, DiagnosticCollector, survey, unlinked_warnings};
 use slate_configuration::{
     Change, Configuration, Database, Diagnostic, ExternalDirection, ExternalLink, ExternalUrl, Link,
     Proposal, Report,
@@ -251,7 +251,7 @@ impl<'c> LinkEditor<'c> {
         let (path_there, part) = (property.path.into(), "?".into());
         let found = slate_composition::RemoteProperty { path: path_there, descriptor, part, epoch: 0 };
         let target = self.agent.composition().target(|catalogue| drop(catalogue.remote.insert(path, found)));
-        let survey = survey(configuration, &target.catalogue, &mut Complaints::new(configuration));
+        let survey = survey(configuration, &target.catalogue, &mut DiagnosticCollector::new(configuration));
         if let Some(misfit) = survey.misfits.get(&to) {
             return Ok(Some((misfit.message.clone(), misfit.help.clone())));
         }
@@ -428,8 +428,8 @@ impl<'c> LinkEditor<'c> {
 
 /// Returns the links that are missing in a configuration.
 fn loose_ends(configuration: &Configuration, catalogue: &Catalogue) -> Vec<Diagnostic> {
-    let survey = survey(configuration, catalogue, &mut Complaints::new(configuration));
-    loose(configuration, &survey)
+    let survey = survey(configuration, catalogue, &mut DiagnosticCollector::new(configuration));
+    unlinked_warnings(configuration, &survey)
 }
 
 /// Returns the links that are missing after a change, but not before.

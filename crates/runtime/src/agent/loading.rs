@@ -126,7 +126,7 @@ impl Agent {
         let handle = AgentHandle::new(Arc::clone(&shared), composition, options.recording);
         control.connect(Box::new(handle.downgrade()));
         changes.connect(Box::new(handle.downgrade()));
-        shared.hooks.change_with(changes);
+        shared.hooks.set_requested_changes(changes);
         logging::show(&shared.logger, &shared.board)?;
         let restored = PluginLoader::new(&handle).start(plugins, &states)?;
         memories.check(configuration, &restored, |module| {
@@ -139,7 +139,7 @@ impl Agent {
         logging::configure(&shared.logger, configuration)?;
         if let Some(watch) = SnapshotWatch::of(configuration, &shared, &handle)? {
             handle.composition().snapshots.automatic = Some(Arc::<SnapshotWatch>::clone(&watch));
-            shared.hooks.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));
+            shared.hooks.set_after_cycle(Box::new(move |shared, now| watch.look(shared, now)));
         }
         let remote = RemoteLinks::new(&handle);
         remote.check_facts(configuration)?;

@@ -22,7 +22,7 @@ pub(super) fn settings(configuration: &Configuration, lockstep: bool) -> LogSett
 /// # Errors
 /// When another property has the name of one.
 pub(super) fn show(logger: &Logger, board: &Board) -> Result<(), Report> {
-    logger.show_on(board).map_err(|error| Diagnostic::without_place(error.to_string(), None).into())
+    logger.publish_on(board).map_err(|error| Diagnostic::without_place(error.to_string(), None).into())
 }
 
 /// Adds the targets that a configuration names.

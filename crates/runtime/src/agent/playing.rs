@@ -10,7 +10,7 @@ use super::handle::AgentHandle;
 use crate::playback::{Playback, PlaybackControl, Played};
 use crate::recording::{History, HistoryWish, Recording, RecordingRefusal, TakeValue};
 use slate_configuration::{Configuration, Diagnostic, Report};
-use slate_engine::main_loop::{PlayedCondition, Playing, SharedLoop};
+use slate_engine::main_loop::{LoopReplay, ReplayedCondition, SharedLoop};
 use slate_engine::runner::ModuleState;
 
 /// Readers of properties without a link at the start.
@@ -50,13 +50,13 @@ pub(super) fn begin(
         let name = configuration.agent_name();
         Report::from(Diagnostic::without_place(format!("agent `{name}`: {message}"), None))
     })?;
-    shared.play(Some(Playing { playback, conditions }));
+    shared.play(Some(LoopReplay { playback, conditions }));
     Ok(())
 }
 
 /// Returns the conditions of the replayed modules.
 /// They follow the modules' recorded states; before the first one a module counts as healthy.
-fn conditions(played: &[Played], agent: &AgentHandle, shared: &SharedLoop) -> Vec<PlayedCondition> {
+fn conditions(played: &[Played], agent: &AgentHandle, shared: &SharedLoop) -> Vec<ReplayedCondition> {
     let modules: BTreeSet<&String> = played.iter().filter_map(|played| played.module.as_ref()).collect();
     let mut composition = agent.composition();
     let mut conditions = Vec::new();
@@ -77,7 +77,7 @@ fn conditions(played: &[Played], agent: &AgentHandle, shared: &SharedLoop) -> Ve
         let state = state.filter(|state| is_state(state.descriptor()));
         // Without a reader nothing is told of it.
         let reader = state.and_then(|state| state.channel()?.latest().ok());
-        conditions.extend(reader.map(|state| PlayedCondition { state, health }));
+        conditions.extend(reader.map(|state| ReplayedCondition { state, health }));
     }
     conditions
 }

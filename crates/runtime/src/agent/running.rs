@@ -26,9 +26,9 @@ impl Agent {
         }
         self.handle.shared.take_token();
         let flow = cycle(&self.handle.shared);
-        self.handle.shared.give_token_back();
+        self.handle.shared.release_token();
         if flow != Flow::Lost {
-            self.handle.shared.change();
+            self.handle.shared.apply_changes();
         }
         flow != Flow::Lost
     }
@@ -70,7 +70,7 @@ impl Agent {
         };
         if started.is_err() {
             shared.run.finish(End::Stopped);
-            shared.put_token_down();
+            shared.release_token_at_end();
         }
         drop(composition);
         drop(changing);
@@ -84,10 +84,10 @@ impl Agent {
         shared.take_token();
         // SAFETY: the token was taken.
         unsafe { shared.core() }.observer = None;
-        shared.give_token_back();
+        shared.release_token();
         if end == End::Stopped && started.is_ok() {
             // What modules asked for in the last cycle, as after each step.
-            shared.change();
+            shared.apply_changes();
         }
         let automatic = self.handle.composition().snapshots.automatic.clone();
         if let Some(automatic) = automatic {
@@ -113,7 +113,7 @@ impl Agent {
         // SAFETY: the token was taken.
         unsafe { self.handle.shared.core() }.jump(time);
         self.handle.shared.clock.set(time);
-        self.handle.shared.give_token_back();
+        self.handle.shared.release_token();
         true
     }
 
@@ -123,7 +123,7 @@ impl Agent {
         self.handle.shared.take_token();
         // SAFETY: the token was taken.
         unsafe { self.handle.shared.core() }.set_rate(rate);
-        self.handle.shared.give_token_back();
+        self.handle.shared.release_token();
     }
 
     /// Synchronization points of the main loop for other threads.

@@ -163,7 +163,7 @@ impl Drop for Teleoperation {
     fn drop(&mut self) {
         self.release();
         if let Some(writer) = self.writer.take() {
-            self.actuator.give_controls_back(writer);
+            self.actuator.release_controls(writer);
         }
         if let Some(agent) = self.agent.upgrade() {
             agent.say(&format!("control lease of {} released", self.actuator()));

@@ -120,7 +120,7 @@ impl HostService for ActuatorService {
         }
     }
 
-    fn rest(&self, now: u64) {
+    fn release(&self, now: u64) {
         self.held.actuators().iter().for_each(|(actuator, commander)| actuator.withdraw(*commander, now));
     }
 }
@@ -148,7 +148,7 @@ impl ActuatorCalls {
         let known = self.known(name)?;
         let mut holder = "";
         // While the gate is locked, its last known state is shown.
-        if let Some(state) = known.actuator.look(now) {
+        if let Some(state) = known.actuator.try_state(now) {
             known.state = ActuatorState {
                 reserved: 0,
                 mode: state.mode.0.into(),

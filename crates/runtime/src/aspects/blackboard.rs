@@ -7,7 +7,7 @@ use slate_blackboard::channel::{Budget, Latest, Writer};
 use slate_blackboard::interface::CanonicalForm;
 use slate_blackboard::{Access, Board, Event, Observer, Pattern, Property, Store};
 use slate_composition::TRUTH;
-use slate_module::aspect::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Seen};
+use slate_module::aspect::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, PropertyValue};
 use slate_module::decode_interface;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
@@ -143,7 +143,7 @@ impl BlackboardService {
         }
     }
 
-    fn read(&mut self, path: &str, schema: u64) -> Result<Seen, Not> {
+    fn read(&mut self, path: &str, schema: u64) -> Result<PropertyValue, Not> {
         let tick = self.tick;
         let known = path.strip_prefix('/').is_some_and(|path| self.readers.contains_key(path));
         let own;
@@ -169,14 +169,20 @@ impl BlackboardService {
         if open.looked.0 != tick {
             open.looked = (tick, open.reader.refresh());
         }
-        let alive = open.property.has_writer().into();
-        let nothing = Seen { data: std::ptr::null(), items: 0, stamp: Default::default(), new: 0, alive };
-        Ok(open.reader.value().map_or(nothing, |loan| Seen {
+        let has_writer = open.property.has_writer().into();
+        let nothing = PropertyValue {
+            data: std::ptr::null(),
+            items: 0,
+            stamp: Default::default(),
+            is_new: 0,
+            has_writer,
+        };
+        Ok(open.reader.value().map_or(nothing, |loan| PropertyValue {
             data: loan.as_ptr(),
             items: loan.items(),
             stamp: loan.stamp(),
-            new: open.looked.1.into(),
-            alive,
+            is_new: open.looked.1.into(),
+            has_writer,
         }))
     }
 
@@ -285,15 +291,15 @@ impl BlackboardService {
         let Some(observer) = self.observers.get_mut(pattern) else { return Ok(None) };
         let missed = observer.missed();
         Ok(observer.next().map(|event| {
-            let (what, generation) = match event {
-                Event::Appeared(_) => (BoardEvent::APPEARED, 0),
-                Event::Vanished(_) => (BoardEvent::VANISHED, 0),
-                Event::WriterCame(_, generation) => (BoardEvent::WRITER_CAME, generation),
-                Event::WriterLeft(_, generation) => (BoardEvent::WRITER_LEFT, generation),
-                Event::ReaderCame(_) => (BoardEvent::READER_CAME, 0),
-                Event::ReaderLeft(_) => (BoardEvent::READER_LEFT, 0),
+            let (kind, generation) = match event {
+                Event::Appeared(_) => (BoardEvent::ADDED, 0),
+                Event::Vanished(_) => (BoardEvent::REMOVED, 0),
+                Event::WriterCame(_, generation) => (BoardEvent::WRITER_ADDED, generation),
+                Event::WriterLeft(_, generation) => (BoardEvent::WRITER_REMOVED, generation),
+                Event::ReaderCame(_) => (BoardEvent::READER_ADDED, 0),
+                Event::ReaderLeft(_) => (BoardEvent::READER_REMOVED, 0),
             };
-            (Arc::clone(event.path()), BoardEvent { what, generation, missed, reserved: 0 })
+            (Arc::clone(event.path()), BoardEvent { kind, generation, missed, reserved: 0 })
         }))
     }
 }
@@ -316,7 +322,7 @@ unsafe extern "C" fn read(
     context: *mut (),
     path: Bytes,
     schema: u64,
-    seen: *mut Seen,
+    seen: *mut PropertyValue,
     sink: *const Sink,
 ) -> i32 {
     // SAFETY: the context is the service, which the module's tick uses alone; the rest lives during the call.
@@ -371,8 +377,8 @@ unsafe extern "C" fn event(
     // SAFETY: as for `read`.
     unsafe {
         match (*context.cast::<BlackboardService>()).event(&text(pattern)) {
-            Ok(Some((path, what))) => {
-                event.write(what);
+            Ok(Some((path, value))) => {
+                event.write(value);
                 say(sink, &format!("/{path}"));
                 DONE
             }

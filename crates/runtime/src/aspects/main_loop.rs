@@ -80,7 +80,7 @@ unsafe impl Send for LoopService {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
     let mut service = Box::new(LoopService {
-        table: MainLoop { context: std::ptr::null_mut(), take, take_order, give_back, has },
+        table: MainLoop { context: std::ptr::null_mut(), take, take_with_policy, give_back, is_held },
         takeovers: Arc::clone(&means.takeovers),
         takeover: means.takeovers.add(module),
         kind: None,
@@ -103,17 +103,17 @@ impl HostService for LoopService {
     fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
         match self.asked.take() {
             Some(TakeoverRequest::Take(policy, stages)) => self.takeover.take(policy, stages),
-            Some(TakeoverRequest::GiveBack) => self.takeover.give_back(),
+            Some(TakeoverRequest::GiveBack) => self.takeover.release(),
             None => {}
         }
     }
 
     fn abandon(&mut self) {
         self.asked = None;
-        self.takeover.give_back();
+        self.takeover.release();
     }
 
-    fn rest(&self, _: u64) {
+    fn release(&self, _: u64) {
         self.takeover.suspend();
     }
 
@@ -191,7 +191,7 @@ unsafe extern "C" fn take(
     }
 }
 
-unsafe extern "C" fn take_order(context: *mut (), policy: PolicyTable) {
+unsafe extern "C" fn take_with_policy(context: *mut (), policy: PolicyTable) {
     // SAFETY: as for `take`.
     let service = unsafe { &mut *context.cast::<LoopService>() };
     service.asked = Some(TakeoverRequest::Take(service.policy(policy), None));
@@ -202,7 +202,7 @@ unsafe extern "C" fn give_back(context: *mut ()) {
     unsafe { &mut *context.cast::<LoopService>() }.asked = Some(TakeoverRequest::GiveBack);
 }
 
-unsafe extern "C" fn has(context: *mut ()) -> i32 {
+unsafe extern "C" fn is_held(context: *mut ()) -> i32 {
     // SAFETY: as for `take`.
     unsafe { &*context.cast::<LoopService>() }.takeover.is_held().into()
 }

@@ -27,7 +27,7 @@ use slate_engine::actuators::ActuatorList;
 use slate_engine::clock::Clock;
 use slate_engine::log::Logger;
 use slate_engine::main_loop::Takeovers;
-pub(crate) use slate_engine::service::{AspectPort, HostService, ProviderPort, ServicePlace};
+pub(crate) use slate_engine::service::{AspectPort, HostService, ProviderPort, ServiceSlot};
 use slate_engine::synchronization::Synchronization;
 pub(crate) use threads::{Closed, Lingering, ThreadKeeper};
 pub(crate) use time_source::{PlaceTime, TimePlace};

@@ -11,7 +11,7 @@ use super::calls::text;
 use super::requests::{AnswerSlot, RequestAnswer, RequestBook};
 use super::{HostService, Means};
 use slate_engine::digest::Digest;
-use slate_engine::main_loop::AskedChanges;
+use slate_engine::main_loop::RequestedChanges;
 
 /// Changes the configuration of an agent for its modules.
 pub(crate) trait SettingsChanges: Send + Sync {
@@ -61,7 +61,7 @@ impl SettingsControl {
         if !self.lockstep {
             let control = Arc::clone(self);
             let thread = std::thread::Builder::new().name("settings".into());
-            if thread.spawn(move || control.carry_out()).is_err() {
+            if thread.spawn(move || control.apply()).is_err() {
                 // Without a thread nothing can be changed now.
                 for request in locked(&self.requests).drain(..) {
                     request.answer.give(Err("the host has no thread for it".into()));
@@ -71,12 +71,12 @@ impl SettingsControl {
     }
 }
 
-impl AskedChanges for SettingsControl {
-    fn is_asked(&self) -> bool {
+impl RequestedChanges for SettingsControl {
+    fn is_pending(&self) -> bool {
         self.asked.load(Ordering::Acquire)
     }
 
-    fn carry_out(&self) {
+    fn apply(&self) {
         let _turn = locked(&self.turn);
         self.asked.store(false, Ordering::Relaxed);
         // A change waits until no module runs, and one that runs may ask meanwhile: nothing is locked for that long.

@@ -271,7 +271,7 @@ impl Cutter<'_> {
         let path = far.path_in("");
         let other = far.agent().filter(|agent| *agent != own);
         let mut path = match other {
-            Some(agent) => RemotePath { agent: agent.into(), path }.place(),
+            Some(agent) => RemotePath { agent: agent.into(), path }.mirror_path(),
             None => path,
         };
         // An input is another name of what it is linked to.

@@ -129,13 +129,13 @@ impl Module for Scribe {
 }
 
 fn name(event: BoardEvent) -> &'static str {
-    match event.what {
-        BoardEvent::APPEARED => "appeared",
-        BoardEvent::VANISHED => "vanished",
-        BoardEvent::WRITER_CAME => "writer came",
-        BoardEvent::WRITER_LEFT => "writer left",
-        BoardEvent::READER_CAME => "reader came",
-        BoardEvent::READER_LEFT => "reader left",
+    match event.kind {
+        BoardEvent::ADDED => "appeared",
+        BoardEvent::REMOVED => "vanished",
+        BoardEvent::WRITER_ADDED => "writer came",
+        BoardEvent::WRITER_REMOVED => "writer left",
+        BoardEvent::READER_ADDED => "reader came",
+        BoardEvent::READER_REMOVED => "reader left",
         _ => "unknown",
     }
 }

@@ -154,7 +154,7 @@ impl Module for Poster {
 
     fn tick((ticks, third): &mut (u32, u64), io: &PosterIo, _: &(), _: &Tick) -> Outcome {
         *ticks += 1;
-        let posted = io.notes.post(Number { value: f64::from(*ticks) }).unwrap_or(0);
+        let posted = io.notes.send_tracked(Number { value: f64::from(*ticks) }).unwrap_or(0);
         if *ticks == 3 {
             *third = posted;
             std::thread::sleep(Duration::from_millis(300));

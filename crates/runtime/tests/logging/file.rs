@@ -41,7 +41,7 @@ proptest! {
             let record = record(&format!("{number} {}", "x".repeat(*length)));
             target.write(&record);
             written.push(record.to_string());
-            prop_assert_eq!(target.complaint(), None);
+            prop_assert_eq!(target.diagnostic(), None);
         }
         let kept = kept(&path, keep);
         prop_assert!(written.ends_with(&kept) && !kept.is_empty());
@@ -89,12 +89,12 @@ fn a_file_that_cannot_rotate_is_reported_once_and_keeps_older() {
     fs::write(folder.join("agent.log.1"), "old\n").unwrap();
     let mut target = FileTarget::open(&path, Rotation { size: 50, keep: 2 }).unwrap();
     (0..5).for_each(|_| target.write(&record("a line of forty characters or so")));
-    assert!(target.complaint().unwrap().contains("agent.log can't be written"));
-    assert_eq!(target.complaint(), None);
+    assert!(target.diagnostic().unwrap().contains("agent.log can't be written"));
+    assert_eq!(target.diagnostic(), None);
     assert_eq!(fs::read_to_string(folder.join("agent.log.1")).unwrap(), "old\n");
     fs::remove_dir_all(folder.join("agent.log.2")).unwrap();
     target.write(&record("last"));
-    assert!(target.complaint().unwrap().ends_with("lines missing there: 4"));
+    assert!(target.diagnostic().unwrap().ends_with("lines missing there: 4"));
     assert_eq!(fs::read_to_string(folder.join("agent.log.2")).unwrap(), "old\n");
     assert!(fs::read_to_string(&path).unwrap().ends_with("m: last\n"));
 }

@@ -37,7 +37,7 @@ fn the_local_syslog_gets_lines_as_rfc_3164_has_them() {
     let line = received(|bytes| socket.recv(bytes));
     let text = "lost\\nway near to=door \"3\"] (2 lines before this were dropped)";
     assert_eq!(line, format!("<14>robot1[{process}]: m: {text}"));
-    assert_eq!(target.complaint(), None);
+    assert_eq!(target.diagnostic(), None);
 }
 
 #[test]
@@ -64,13 +64,13 @@ fn a_syslog_that_cannot_be_reached_is_said_once_and_tried_again() {
         target.write(&record("lost"));
     }
     assert!(
-        target.complaint().unwrap().contains("can't be written, so lines are missing there: No such file")
+        target.diagnostic().unwrap().contains("can't be written, so lines are missing there: No such file")
     );
-    assert_eq!(target.complaint(), None);
+    assert_eq!(target.diagnostic(), None);
     let socket = UnixDatagram::bind(&path).unwrap();
     target.write(&record("found"));
     assert!(received(|bytes| socket.recv(bytes)).ends_with("m: found"));
-    assert!(target.complaint().unwrap().ends_with("can be written again; lines missing there: 3"));
+    assert!(target.diagnostic().unwrap().ends_with("can be written again; lines missing there: 3"));
 }
 
 #[test]
@@ -80,12 +80,12 @@ fn a_syslog_that_hangs_holds_nobody_up() {
     let mut target = SyslogTarget::new(SyslogAddress::Socket(path), "robot1");
     let mut written = 0;
     // Nobody reads, so the system's buffer is full sometime.
-    while target.complaint().is_none() {
+    while target.diagnostic().is_none() {
         target.write(&record(&format!("line {written}")));
         written += 1;
     }
     (0..10_000).for_each(|_| target.write(&record("lost")));
-    assert_eq!(target.complaint(), None, "said once");
+    assert_eq!(target.diagnostic(), None, "said once");
     let mut buffered = 0;
     socket.set_nonblocking(true).unwrap();
     while socket.recv(&mut [0; 2048]).is_ok() {
@@ -93,5 +93,5 @@ fn a_syslog_that_hangs_holds_nobody_up() {
     }
     assert_eq!(buffered, written - 1);
     target.write(&record("again"));
-    assert!(target.complaint().unwrap().ends_with("lines missing there: 10001"));
+    assert!(target.diagnostic().unwrap().ends_with("lines missing there: 10001"));
 }

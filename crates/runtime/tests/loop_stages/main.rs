@@ -146,7 +146,7 @@ impl Module for Director {
 
     fn tick(_: &mut (), io: &DirectorIo, params: &DirectorParams, now: &Tick) -> Outcome {
         let tick = now.number();
-        io.has.set(common::Number { value: io.main_loop.has().into() });
+        io.has.set(common::Number { value: io.main_loop.is_held().into() });
         if tick == params.refused_at {
             ask_for_nonsense(&io.main_loop, now);
         }
@@ -166,7 +166,7 @@ impl Module for Director {
             io.main_loop.take(&[stage("One", &Stage::ALL)], InOrder).unwrap();
         }
         if tick == params.order_at {
-            io.main_loop.take_order(NoAct);
+            io.main_loop.take_with_policy(NoAct);
         }
         if tick == params.give_at {
             io.main_loop.give_back();

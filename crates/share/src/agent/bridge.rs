@@ -14,18 +14,18 @@ use slate_runtime::sharing::{RemotePath, Site, Standing, Want};
 use super::outbox::Outbox;
 use super::reading::RemoteReading;
 use super::subscriptions::Subscriptions;
-use super::{CHANGE, NEWS, SharingPost, Wants, Warning};
-use crate::peers::{Peers, locked};
+use super::{CHANGE_BIT, SharingRequests, UPDATE_BIT, Wants, Warning};
+use crate::peers::{Peers, lock};
 
 /// Polling period while an answer is pending, and polling period otherwise.
-const SOON: Duration = Duration::from_millis(10);
-const SELDOM: Duration = Duration::from_millis(200);
+const ACTIVE_POLL_PERIOD: Duration = Duration::from_millis(10);
+const IDLE_POLL_PERIOD: Duration = Duration::from_millis(200);
 /// Polling period of the list of agents on this machine.
-const NEAR: Duration = Duration::from_secs(2);
+const AGENT_LIST_PERIOD: Duration = Duration::from_secs(2);
 /// Period of the check for conditions that will prevent links, such as expiry.
-const HOUR: Duration = Duration::from_secs(3600);
+const WARNING_PERIOD: Duration = Duration::from_secs(3600);
 /// Polling period for answers to messages.
-const ANSWERS: Duration = Duration::from_millis(2);
+const REPLY_POLL_PERIOD: Duration = Duration::from_millis(2);
 
 pub(super) struct Bridge {
     subscriptions: Subscriptions,
@@ -38,7 +38,7 @@ pub(super) struct Bridge {
     warning: Option<Warning>,
     warned: u64,
     /// Suggestions for unknown agents, and the time of each look-up, ns.
-    near: BTreeMap<String, (u64, String)>,
+    suggestions: BTreeMap<String, (u64, String)>,
 }
 
 impl Bridge {
@@ -51,42 +51,42 @@ impl Bridge {
             dialled: BTreeMap::new(),
             warning,
             warned: 0,
-            near: BTreeMap::new(),
+            suggestions: BTreeMap::new(),
         }
     }
 
-    pub fn run(&mut self, post: &SharingPost) {
-        let mut looked = 0;
-        while !post.ended.load(Ordering::Acquire) {
-            let wants = locked(&post.wants).take();
+    pub fn run(&mut self, requests: &SharingRequests) {
+        let mut polled = 0;
+        while !requests.ended.load(Ordering::Acquire) {
+            let wants = lock(&requests.wants).take();
             if let Some(wants) = wants {
-                self.want(wants);
-                looked = 0;
+                self.set_wants(wants);
+                polled = 0;
             }
             let now = (self.site.steady)();
             let settled = self.readings.values().all(RemoteReading::is_settled);
-            let pause = if settled { SELDOM } else { SOON };
-            if now.saturating_sub(looked) >= pause.as_nanos() as u64 || looked == 0 {
-                looked = now.max(1);
-                self.look(now);
+            let pause = if settled { IDLE_POLL_PERIOD } else { ACTIVE_POLL_PERIOD };
+            if now.saturating_sub(polled) >= pause.as_nanos() as u64 || polled == 0 {
+                polled = now.max(1);
+                self.update_status(now);
                 self.warn(now);
             }
             let mut waits = false;
             for outbox in self.outboxes.values_mut() {
                 waits |= outbox.forward(&self.subscriptions.peers, &self.site, now);
             }
-            let bits = post.wake.wait_timeout(if waits { ANSWERS } else { pause });
-            if bits & NEWS != 0 {
+            let bits = requests.wake.wait_timeout(if waits { REPLY_POLL_PERIOD } else { pause });
+            if bits & UPDATE_BIT != 0 {
                 self.site.host.news();
             }
-            if bits & CHANGE != 0 {
-                looked = 0;
+            if bits & CHANGE_BIT != 0 {
+                polled = 0;
             }
         }
     }
 
     /// Updates subscriptions and mailboxes to the requested ones.
-    fn want(&mut self, wants: Wants) {
+    fn set_wants(&mut self, wants: Wants) {
         // Those of one property share a subscription, which begins anew when one of them wants something else.
         let changed = self
             .readings
@@ -103,7 +103,7 @@ impl Bridge {
                 if wants.contains_key(path) {
                     // Nobody may go on with what leaves the board, and what comes in its place is told as another one.
                     let reason = "it is subscribed to anew, as links want something else of it".into();
-                    reading.tell(&self.site.host, Standing::Absent { reason });
+                    reading.report(&self.site.host, Standing::Absent { reason });
                 }
             }
             stays
@@ -126,10 +126,10 @@ impl Bridge {
     /// Stops dialling agents that no link needs any more.
     fn forget(&mut self, wants: &Wants) {
         let is_wanted = |agent: &String| wants.keys().any(|path| path.agent == *agent);
-        // Those of the team are there for what is known, too.
+        // Agents of the team also exchange its knowledge.
         let is_mate = |agent: &String| self.site.knowledge.is_some() && self.site.agents.contains_key(agent);
         for (agent, _) in self.dialled.extract_if(.., |agent, _| !is_wanted(agent)) {
-            self.near.remove(&agent);
+            self.suggestions.remove(&agent);
             if !is_mate(&agent) {
                 self.subscriptions.peers.forget(&agent);
             }
@@ -147,7 +147,7 @@ impl Bridge {
     }
 
     /// Updates the status of all links and reports changes to the agent.
-    fn look(&mut self, now: u64) {
+    fn update_status(&mut self, now: u64) {
         let agents: BTreeSet<String> = self.dialled.keys().cloned().collect();
         let absences: BTreeMap<String, String> = agents
             .into_iter()
@@ -155,18 +155,18 @@ impl Bridge {
             .collect();
         for (path, reading) in &mut self.readings {
             let absence = absences.get(&path.agent).cloned();
-            reading.look(&mut self.subscriptions, &self.site.host, absence, now);
+            reading.update_status(&mut self.subscriptions, &self.site.host, absence, now);
         }
         for (path, outbox) in &mut self.outboxes {
             let absence = absences.get(&path.agent).cloned();
-            outbox.look(&self.site.host, absence);
+            outbox.report_status(&self.site.host, absence);
         }
     }
 
     /// Logs conditions that will prevent links, once per period.
     fn warn(&mut self, now: u64) {
         let Some(warning) = &self.warning else { return };
-        if self.warned == 0 || now.saturating_sub(self.warned) >= HOUR.as_nanos() as u64 {
+        if self.warned == 0 || now.saturating_sub(self.warned) >= WARNING_PERIOD.as_nanos() as u64 {
             self.warned = now.max(1);
             if let Some(text) = warning() {
                 self.site.host.log(Level::Warn, &text);
@@ -177,7 +177,7 @@ impl Bridge {
     /// Returns the reason why an agent is absent; `None` if it is connected.
     fn absence(&mut self, agent: &str, now: u64) -> Option<String> {
         if self.subscriptions.peers.is_connected(agent) {
-            self.near.remove(agent);
+            self.suggestions.remove(agent);
             return None;
         }
         let at = match self.dialled.get(agent) {
@@ -186,19 +186,19 @@ impl Bridge {
             None => format!("agent `{agent}` is not there"),
         };
         let reason = self.subscriptions.peers.reason(agent);
-        let near = self.near(agent, now);
-        Some(if reason.is_empty() { at + &near } else { format!("{at}: {reason}{near}") })
+        let suggestions = self.suggestions(agent, now);
+        Some(if reason.is_empty() { at + &suggestions } else { format!("{at}: {reason}{suggestions}") })
     }
 
     /// Suggests agents for a link to one that the configuration does not mention.
-    fn near(&mut self, agent: &str, now: u64) -> String {
+    fn suggestions(&mut self, agent: &str, now: u64) -> String {
         if self.site.agents.contains_key(agent) {
             return String::new();
         }
-        if let Some((at, near)) = self.near.get(agent)
-            && now.saturating_sub(*at) < NEAR.as_nanos() as u64
+        if let Some((at, suggestions)) = self.suggestions.get(agent)
+            && now.saturating_sub(*at) < AGENT_LIST_PERIOD.as_nanos() as u64
         {
-            return near.clone();
+            return suggestions.clone();
         }
         let own = self.site.board.agent();
         let running = agents();
@@ -207,11 +207,11 @@ impl Bridge {
         }
         let known: BTreeSet<String> = running.into_iter().chain(self.site.agents.keys().cloned()).collect();
         let others = known.iter().map(String::as_str).filter(|known| *known != own && *known != agent);
-        let near = match nearest_names(agent, others).join(", ") {
-            near if near.is_empty() => near,
-            near => format!("; nearest: {near}"),
+        let suggestions = match nearest_names(agent, others).join(", ") {
+            suggestions if suggestions.is_empty() => suggestions,
+            suggestions => format!("; nearest: {suggestions}"),
         };
-        self.near.insert(agent.into(), (now, near.clone()));
-        near
+        self.suggestions.insert(agent.into(), (now, suggestions.clone()));
+        suggestions
     }
 }

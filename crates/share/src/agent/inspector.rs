@@ -11,19 +11,19 @@ use slate_runtime::sharing::{Inspection, RemoteProperty};
 use crate::peers::Peers;
 
 /// Polling period for the arrival of an agent that was not dialled before.
-const LOOK: Duration = Duration::from_millis(5);
+const CONNECT_POLL_PERIOD: Duration = Duration::from_millis(5);
 
 /// Inspector of other agents: link targets, configured agents and incoming ones.
 #[derive(Debug)]
 pub(super) struct Inspector {
     /// Weak reference to the peers.
     peers: Weak<Peers>,
-    named: BTreeMap<String, String>,
+    endpoints: BTreeMap<String, String>,
 }
 
 impl Inspector {
-    pub fn new(peers: &Arc<Peers>, named: BTreeMap<String, String>) -> Self {
-        Self { peers: Arc::downgrade(peers), named }
+    pub fn new(peers: &Arc<Peers>, endpoints: BTreeMap<String, String>) -> Self {
+        Self { peers: Arc::downgrade(peers), endpoints }
     }
 
     /// Dials an agent that only the configuration names, or that runs on this machine.
@@ -33,14 +33,14 @@ impl Inspector {
             return Ok(());
         }
         let usual = || agents().iter().any(|here| here == agent).then(|| format!("local:{agent}"));
-        if let Some(endpoint) = self.named.get(agent).cloned().or_else(usual) {
+        if let Some(endpoint) = self.endpoints.get(agent).cloned().or_else(usual) {
             return peers.visit(agent, &endpoint).map_err(|error| error.to_string());
         }
         let known = peers.agents();
         if known.iter().any(|known| known == agent) {
             return Ok(());
         }
-        let names: BTreeSet<&str> = known.iter().chain(self.named.keys()).map(String::as_str).collect();
+        let names: BTreeSet<&str> = known.iter().chain(self.endpoints.keys()).map(String::as_str).collect();
         let near = nearest_names(agent, names.iter().copied());
         let others = match (names.is_empty(), near.is_empty()) {
             (true, _) => "it knows none".to_owned(),
@@ -64,7 +64,7 @@ impl Inspection for Inspector {
         let peers = self.peers.upgrade().ok_or("the agent ends")?;
         self.dial(&peers, agent)?;
         while !peers.is_connected(agent) && start.elapsed() < limit {
-            std::thread::sleep(LOOK);
+            std::thread::sleep(CONNECT_POLL_PERIOD);
         }
         let left = limit.saturating_sub(start.elapsed());
         peers.list(agent, pattern, values, left).map_err(|error| error.to_string())

@@ -27,9 +27,9 @@ use slate_runtime::sharing::{
 };
 
 use crate::carrier::{Carrier, CarrierError};
-use crate::peers::{Happening, KnownCarriers, Notice, Peers, Rights, Setup, locked};
+use crate::peers::{KnownCarriers, Notice, PeerEvent, Peers, Rights, Setup, lock};
 use crate::session::{Identity, Limits};
-use crate::team::{Team, TeamInbox, TeamNews, TeamRoute};
+use crate::team::{Team, TeamEvent, TeamInbox, TeamRoute};
 use bridge::Bridge;
 use inspector::Inspector;
 
@@ -55,22 +55,22 @@ type Carriers = BTreeMap<String, Arc<dyn Carrier>>;
 
 /// Running thread of the bridge, and the team.
 struct RunningSharing {
-    post: Arc<SharingPost>,
+    requests: Arc<SharingRequests>,
     thread: Option<JoinHandle<()>>,
     team: Option<Team>,
 }
 
 /// Requests to the thread.
-struct SharingPost {
+struct SharingRequests {
     wake: Arc<Wake>,
     wants: Mutex<Option<Wants>>,
     ended: AtomicBool,
 }
 
 /// Wake bit of new values or messages.
-const NEWS: u64 = 1;
+const UPDATE_BIT: u64 = 1;
 /// Wake bit of every other event.
-const CHANGE: u64 = 2;
+const CHANGE_BIT: u64 = 2;
 
 impl std::fmt::Debug for AgentSharing {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -107,7 +107,7 @@ impl Sharing for AgentSharing {
         self.inspector = Some(Arc::new(Inspector::new(&peers, site.agents.clone())));
         let notifier = peers.notifier();
         site.host.after_tick(Box::new(move || notifier.notify()));
-        let post = Arc::new(SharingPost {
+        let requests = Arc::new(SharingRequests {
             wake: Arc::clone(&site.wake),
             wants: Mutex::default(),
             ended: AtomicBool::new(false),
@@ -121,10 +121,10 @@ impl Sharing for AgentSharing {
             .map(|(knowledge, inbox)| Team::start(&site, knowledge, Arc::clone(&peers), inbox, random));
         let team = team.transpose()?;
         let mut bridge = Bridge::new(peers, site, warning);
-        let mail = Arc::clone(&post);
+        let mail = Arc::clone(&requests);
         let thread = std::thread::Builder::new().name("sharing".into()).spawn(move || bridge.run(&mail));
         let thread = Some(thread.map_err(|error| format!("a thread can't be started: {error}"))?);
-        self.running = Some(RunningSharing { post, thread, team });
+        self.running = Some(RunningSharing { requests, thread, team });
         Ok(())
     }
 
@@ -139,8 +139,8 @@ impl Sharing for AgentSharing {
                 };
                 team.want(of_team.into_iter().filter_map(topic).collect());
             }
-            *locked(&running.post.wants) = Some(wants);
-            running.post.wake.notify(CHANGE);
+            *lock(&running.requests.wants) = Some(wants);
+            running.requests.wake.notify(CHANGE_BIT);
         }
     }
 
@@ -201,7 +201,7 @@ impl AgentSharing {
                 let files =
                     Files { certificate: &files.certificate, key: &files.key, authority: &files.authority };
                 let credentials = Credentials::load(files, site.board.agent())?;
-                // Else whoever the authority has signed might read and command everything.
+                // Otherwise every agent that the authority has signed could read and command everything.
                 if !rights(site).is_restricted() {
                     return Err(SharingError {
                         message: "[share.security] says who this agent is, but not what others may do".into(),
@@ -239,30 +239,30 @@ fn notice(site: &Site, inbox: Option<Arc<TeamInbox>>) -> Notice {
     Arc::new(move |agent, happening| {
         if let Some(inbox) = &inbox {
             match happening {
-                Happening::Connected { .. } if rights.has_team(agent) => {
-                    inbox.put(TeamNews::Connected(agent.into(), TeamRoute::Session));
+                PeerEvent::Connected { .. } if rights.has_team(agent) => {
+                    inbox.put(TeamEvent::Connected(agent.into(), TeamRoute::Session));
                 }
-                Happening::Disconnected { .. } => {
-                    inbox.put(TeamNews::Disconnected(agent.into(), TeamRoute::Session));
+                PeerEvent::Disconnected { .. } => {
+                    inbox.put(TeamEvent::Disconnected(agent.into(), TeamRoute::Session));
                 }
-                Happening::Told { bytes } => inbox.put(TeamNews::Told(agent.into(), bytes.clone())),
+                PeerEvent::Knowledge { bytes } => inbox.put(TeamEvent::Message(agent.into(), bytes.clone())),
                 _ => {}
             }
         }
         match happening {
-            Happening::Told { .. } => return,
-            Happening::Rejected { reason } => {
+            PeerEvent::Knowledge { .. } => return,
+            PeerEvent::Rejected { reason } => {
                 return host.log(Level::Warn, &format!("rejected: {reason}"));
             }
-            Happening::Connected { .. } => {
+            PeerEvent::Connected { .. } => {
                 host.log(Level::Info, &format!("agent `{agent}` is connected"));
             }
-            Happening::Disconnected { reason } => {
+            PeerEvent::Disconnected { reason } => {
                 host.log(Level::Info, &format!("agent `{agent}` is gone: {reason}"));
             }
             _ => {}
         }
-        wake.notify(CHANGE);
+        wake.notify(CHANGE_BIT);
     })
 }
 
@@ -292,8 +292,8 @@ fn help(error: &CarrierError) -> Option<String> {
 impl Drop for RunningSharing {
     fn drop(&mut self) {
         self.team = None;
-        self.post.ended.store(true, Ordering::Release);
-        self.post.wake.notify(CHANGE);
+        self.requests.ended.store(true, Ordering::Release);
+        self.requests.wake.notify(CHANGE_BIT);
         // One that panicked has ended, too.
         let _ = self.thread.take().map(JoinHandle::join);
     }

@@ -8,7 +8,7 @@ use crate::peers::{Status, Want};
 use crate::session::{Compression, Content, Mode, Options};
 
 /// Delay after a refusal, ns.
-const AGAIN: u64 = 1_000_000_000;
+const RETRY_DELAY: u64 = 1_000_000_000;
 
 pub(super) struct RemoteReading {
     path: RemotePath,
@@ -20,8 +20,8 @@ pub(super) struct RemoteReading {
     was_served: bool,
     /// Refusal of the whole path by the other agent.
     refusal: Option<String>,
-    not_before: u64,
-    told: Option<Standing>,
+    retry_at: u64,
+    reported: Option<Standing>,
     settled: bool,
 }
 
@@ -34,8 +34,8 @@ impl RemoteReading {
             is_open: false,
             was_served: false,
             refusal: None,
-            not_before: 0,
-            told: None,
+            retry_at: 0,
+            reported: None,
             settled: false,
         }
     }
@@ -58,15 +58,15 @@ impl RemoteReading {
         self.was_served = false;
     }
 
-    pub fn tell(&mut self, host: &SharingHost, standing: Standing) {
-        if self.told.as_ref() != Some(&standing) {
-            self.told = Some(standing.clone());
+    pub fn report(&mut self, host: &SharingHost, standing: Standing) {
+        if self.reported.as_ref() != Some(&standing) {
+            self.reported = Some(standing.clone());
             host.report(&self.path, standing);
         }
     }
 
     /// Updates the status, and performs the next step.
-    pub fn look(
+    pub fn update_status(
         &mut self,
         subscriptions: &mut Subscriptions,
         host: &SharingHost,
@@ -75,16 +75,16 @@ impl RemoteReading {
     ) {
         self.settled = false;
         if !self.is_open {
-            if now < self.not_before {
+            if now < self.retry_at {
                 return;
             }
-            match subscriptions.begin(&self.path.agent, self.wanted()) {
+            match subscriptions.begin(&self.path.agent, self.subscription()) {
                 Ok(()) => self.is_open = true,
                 Err(error) => {
-                    self.not_before = now + AGAIN;
+                    self.retry_at = now + RETRY_DELAY;
                     // Why it is not even dialled says more.
                     let reason = absence.unwrap_or_else(|| error.to_string());
-                    return self.tell(host, Standing::Absent { reason });
+                    return self.report(host, Standing::Absent { reason });
                 }
             }
         }
@@ -96,27 +96,27 @@ impl RemoteReading {
                     self.restart(subscriptions, 0);
                 }
                 self.settled = true;
-                self.missing(host, reason);
+                self.report_missing(host, reason);
             }
             (None, None) => self.is_open = false,
             (None, Some(Status::Unanswered)) => {}
             (None, Some(Status::Served)) => {
                 (self.was_served, self.settled, self.refusal) = (true, true, None);
                 let property = self.property.clone();
-                self.tell(host, Standing::Served { property });
+                self.report(host, Standing::Served { property });
             }
             (None, Some(Status::Waiting(reason))) => {
                 self.settled = self.property == self.path.path;
                 let reason = self.refusal.clone().unwrap_or(reason);
-                self.missing(host, reason);
+                self.report_missing(host, reason);
                 if !self.settled && !self.was_served {
-                    self.restart(subscriptions, now + AGAIN);
+                    self.restart(subscriptions, now + RETRY_DELAY);
                 }
             }
             (None, Some(Status::Refused(reason))) if self.was_served => {
                 // It is another property than it was: nobody may read it when it leaves the board.
                 self.was_served = false;
-                self.missing(host, reason);
+                self.report_missing(host, reason);
                 self.restart(subscriptions, 0);
             }
             (None, Some(Status::Refused(reason))) => {
@@ -129,32 +129,32 @@ impl RemoteReading {
                         self.property = shorter;
                     }
                     _ => {
-                        self.missing(host, reason);
-                        self.restart(subscriptions, now + AGAIN);
+                        self.report_missing(host, reason);
+                        self.restart(subscriptions, now + RETRY_DELAY);
                     }
                 }
             }
         }
     }
 
-    fn missing(&mut self, host: &SharingHost, reason: String) {
+    fn report_missing(&mut self, host: &SharingHost, reason: String) {
         let standing = if self.was_served {
             Standing::Silent { property: self.property.clone(), reason }
         } else {
             Standing::Absent { reason }
         };
-        self.tell(host, standing);
+        self.report(host, standing);
     }
 
-    /// Restarts the subscription with the whole path, not before `not_before`.
-    fn restart(&mut self, subscriptions: &mut Subscriptions, not_before: u64) {
+    /// Restarts the subscription with the whole path, not before `retry_at`.
+    fn restart(&mut self, subscriptions: &mut Subscriptions, retry_at: u64) {
         self.end(subscriptions);
         self.property.clone_from(&self.path.path);
         self.refusal = None;
-        self.not_before = not_before;
+        self.retry_at = retry_at;
     }
 
-    fn wanted(&self) -> Want {
+    fn subscription(&self) -> Want {
         let Wanted::Values { reliable, pace, compression, every, .. } = &self.want else {
             return Want::new(&self.property, Options::default());
         };

@@ -120,7 +120,7 @@ pub trait SharedMemory: Send + Sync {
 
 /// Returns the first successful result over some addresses, else the last error.
 #[cfg(feature = "tls")]
-fn first_of<T>(
+fn first_success<T>(
     addresses: &[std::net::SocketAddr],
     endpoint: &str,
     mut call: impl FnMut(std::net::SocketAddr) -> Result<T, CarrierError>,
@@ -136,9 +136,9 @@ fn first_of<T>(
 }
 
 /// Waits until a file is ready; returns no flags if it is not within `limit`.
-fn ready(file: &impl AsFd, for_what: PollFlags, limit: Duration) -> io::Result<PollFlags> {
+fn wait_ready(file: &impl AsFd, events: PollFlags, limit: Duration) -> io::Result<PollFlags> {
     let limit = Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) };
-    let mut files = [PollFd::new(file, for_what)];
+    let mut files = [PollFd::new(file, events)];
     match poll(&mut files, Some(&limit)) {
         Ok(0) | Err(Errno::INTR) => Ok(PollFlags::empty()),
         Ok(_) => Ok(files[0].revents()),

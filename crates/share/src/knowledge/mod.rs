@@ -13,8 +13,8 @@
 //!     .map(|(robot, random)| Replica::new(robot, random, Limits::default()))
 //!     .into();
 //! for (one, other) in [(1, 2), (2, 3)] {
-//!     team[one - 1].meet(other as u32);
-//!     team[other - 1].meet(one as u32);
+//!     team[one - 1].add_neighbour(other as u32);
+//!     team[other - 1].add_neighbour(one as u32);
 //! }
 //! let ball = Statement { schema: 0x5eed, certainty: 0.9, value: b"here" };
 //! team[0].state(1_000, b"ball", ball)?;

@@ -8,7 +8,7 @@ use slate_blackboard::wake::Wake;
 
 use super::carriers::KnownCarriers;
 use super::refusals::Refusals;
-use super::{Happening, Rights};
+use super::{PeerEvent, Rights};
 use crate::carrier::{Carrier, CarrierError, Link};
 use crate::session::{Identity, Limits};
 
@@ -16,8 +16,8 @@ use crate::session::{Identity, Limits};
 pub type Clock = Arc<dyn Fn() -> u64 + Send + Sync>;
 
 /// Callback for events of another agent, with its name.
-/// It runs in a thread of that agent's line, which waits for it to return.
-pub type Notice = Arc<dyn Fn(&str, &Happening) + Send + Sync>;
+/// It runs in a thread of the connection to that agent, which waits for it to return.
+pub type Notice = Arc<dyn Fn(&str, &PeerEvent) + Send + Sync>;
 
 /// Identity and settings of the agent that shares.
 pub(super) struct PeerContext {
@@ -41,9 +41,9 @@ impl PeerContext {
     }
 
     /// Returns the offset of the values' clock to the agent's, ns.
-    pub fn lead(&self) -> i64 {
-        let lead = |time: &Clock| time().cast_signed().wrapping_sub(self.now().cast_signed());
-        self.time.as_ref().map_or(0, lead)
+    pub fn clock_offset(&self) -> i64 {
+        let clock_offset = |time: &Clock| time().cast_signed().wrapping_sub(self.now().cast_signed());
+        self.time.as_ref().map_or(0, clock_offset)
     }
 
     pub fn carrier(&self, endpoint: &str) -> Result<&Arc<dyn Carrier>, CarrierError> {
@@ -51,15 +51,15 @@ impl PeerContext {
     }
 
     /// Publishes and reports a refusal.
-    pub fn rejected(&self, agent: &str, from: &str, reason: &str) {
-        let line = locked(&self.refusals).note(self.now(), from, reason);
+    pub fn report_rejection(&self, agent: &str, from: &str, reason: &str) {
+        let line = lock(&self.refusals).record(self.now(), from, reason);
         if let (Some(reason), Some(notice)) = (line, &self.notice) {
-            notice(agent, &Happening::Rejected { reason });
+            notice(agent, &PeerEvent::Rejected { reason });
         }
     }
 }
 
-pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -25,9 +25,9 @@ pub(super) struct PeerExchange {
     /// Rights of the other agent; unrestricted if `None`.
     pub allowance: Option<Allowance>,
     /// Offset of the values' clock to the agent's, ns.
-    pub lead: i64,
+    pub clock_offset: i64,
     /// Flag of writes to mirrors since the last query.
-    pub shown: bool,
+    pub updated: bool,
 }
 
 impl PeerExchange {
@@ -43,17 +43,17 @@ impl PeerExchange {
             events: VecDeque::new(),
             estimate: None,
             allowance: None,
-            lead: 0,
-            shown: false,
+            clock_offset: 0,
+            updated: false,
         }
     }
 
     /// Takes the mirrors off the board.
-    pub fn take_down(&mut self) {
+    pub fn remove_mirrors(&mut self) {
         for import in std::mem::take(&mut self.imports).into_values() {
             if import.mirror.is_some() {
-                // Somebody else may have taken it off.
-                let _ = self.board.remove(&import.place);
+                // It may be removed already.
+                let _ = self.board.remove(&import.mirror_path);
             }
         }
     }
@@ -71,9 +71,10 @@ impl Application for LiveExchange<'_> {
     }
 
     fn sample(&mut self, id: u32, sample: &Sample, skipped: u64, content: &[u8]) {
-        let (estimate, lead) = (self.exchange.estimate, self.exchange.lead);
+        let (estimate, clock_offset) = (self.exchange.estimate, self.exchange.clock_offset);
         if let Some(import) = self.exchange.imports.get_mut(&id) {
-            self.exchange.shown |= import.show(sample, skipped, content, self.memory, (estimate, lead));
+            self.exchange.updated |=
+                import.show(sample, skipped, content, self.memory, (estimate, clock_offset));
         }
     }
 
@@ -83,19 +84,20 @@ impl Application for LiveExchange<'_> {
         }
     }
 
-    fn has_news(&mut self, id: u32) -> bool {
+    fn has_update(&mut self, id: u32) -> bool {
         self.exchange
             .exports
             .get(&id)
             .and_then(|export| export.source.as_ref())
-            .is_some_and(|source| source.has_news())
+            .is_some_and(|source| source.has_update())
     }
 
     fn take(&mut self, id: u32, content: &mut Vec<u8>) -> Option<Sample> {
         let export = self.exchange.exports.get_mut(&id)?;
         let compression = export.options.compression;
         let mut sample = export.source.as_mut()?.take(compression, self.memory, content)?;
-        sample.stamp.time = sample.stamp.time.saturating_add_signed(self.exchange.lead.saturating_neg());
+        sample.stamp.time =
+            sample.stamp.time.saturating_add_signed(self.exchange.clock_offset.saturating_neg());
         Some(sample)
     }
 }

@@ -14,7 +14,7 @@ use crate::encoding::encode;
 use crate::session::{Compression, Content, Encoding, Offer, Options, Sample, Seen};
 
 /// Size from which values go through shared memory, if available, bytes.
-const PLACED: usize = 16 << 10;
+const MIN_SHARED_SIZE: usize = 16 << 10;
 
 /// Subscription of another agent.
 #[derive(Debug)]
@@ -44,7 +44,7 @@ enum ExportReader {
     Newest(Latest),
     Every {
         reader: QueueReader,
-        place: usize,
+        index: usize,
     },
     /// Polling without a handle, as none is left.
     Probe {
@@ -73,7 +73,7 @@ impl Export {
         instance: u64,
         allowance: Option<&Allowance>,
     ) -> Result<Offer, Unserved> {
-        let found = board.get(&self.path).ok_or_else(|| self.nothing_there(board, allowance));
+        let found = board.get(&self.path).ok_or_else(|| self.not_found(board, allowance));
         let (property, field) = found.map_err(Unserved::Waits)?;
         if !field.is_empty() {
             return Err(Unserved::Declined(format!(
@@ -94,18 +94,18 @@ impl Export {
         let reader = match self.options.content {
             Content::All => {
                 let reader =
-                    channel.queue(Policy::Skip, Start::Oldest).map_err(|error| self.no_reader(error))?;
+                    channel.queue(Policy::Skip, Start::Oldest).map_err(|error| self.reader_error(error))?;
                 published = channel.published();
                 kept = published.saturating_sub(reader.lag());
-                ExportReader::Every { reader, place: 0 }
+                ExportReader::Every { reader, index: 0 }
             }
             Content::Newest => {
                 (published, kept) = (channel.published(), 0);
                 channel.latest().map_or(ExportReader::Probe { sequence: 0 }, ExportReader::Newest)
             }
         };
-        let goes_on = |seen: &Seen| seen.instance == instance && seen.sequence <= published;
-        let after = self.seen.filter(goes_on).map_or(kept, |seen| seen.sequence);
+        let is_same_run = |seen: &Seen| seen.instance == instance && seen.sequence <= published;
+        let after = self.seen.filter(is_same_run).map_or(kept, |seen| seen.sequence);
         // What is seen from now on belongs to this property.
         self.seen = None;
         let offer = Offer {
@@ -127,7 +127,7 @@ impl Export {
 
     /// Returns the reason for a missing property, with the nearest readable names.
     /// The search for names takes a while, so it runs once and not at each poll.
-    fn nothing_there(&self, board: &Board, allowance: Option<&Allowance>) -> String {
+    fn not_found(&self, board: &Board, allowance: Option<&Allowance>) -> String {
         if !self.waiting.is_empty() {
             return self.waiting.clone();
         }
@@ -137,7 +137,7 @@ impl Export {
         BoardError::Unknown { url: format!("/{}", self.path), near }.to_string()
     }
 
-    fn no_reader(&self, error: LinkError) -> Unserved {
+    fn reader_error(&self, error: LinkError) -> Unserved {
         Unserved::Waits(format!("/{}: {error}", self.path))
     }
 }
@@ -147,10 +147,10 @@ impl ExportSource {
         self.watching.property()
     }
 
-    pub fn has_news(&self) -> bool {
+    pub fn has_update(&self) -> bool {
         match &self.reader {
             ExportReader::Newest(latest) => latest.has_news(),
-            ExportReader::Every { reader, place } => *place < reader.len() || reader.lag() > 0,
+            ExportReader::Every { reader, index } => *index < reader.len() || reader.lag() > 0,
             ExportReader::Probe { sequence } => {
                 self.property().channel().is_some_and(|channel| channel.published() > *sequence)
             }
@@ -160,8 +160,8 @@ impl ExportSource {
     /// Returns the number of values that wait to be sent.
     pub fn lag(&self) -> u64 {
         match &self.reader {
-            ExportReader::Every { reader, place } => reader.lag() + (reader.len() - place) as u64,
-            _ => u64::from(self.has_news()),
+            ExportReader::Every { reader, index } => reader.lag() + (reader.len() - index) as u64,
+            _ => u64::from(self.has_update()),
         }
     }
 
@@ -182,7 +182,8 @@ impl ExportSource {
             let item = descriptor.tail().map_or(0, slate_blackboard::interface::Kind::size);
             // Without what rounds it up to its alignment.
             let exact = bytes.get(..descriptor.size + items * item)?;
-            let placed = exact.len() >= PLACED && memory.is_some_and(|memory| memory.place(exact, content));
+            let placed =
+                exact.len() >= MIN_SHARED_SIZE && memory.is_some_and(|memory| memory.place(exact, content));
             let encoding =
                 if placed { Encoding::Placed } else { encode(descriptor, exact, compression, content) };
             Some(Sample { stamp, items: items as u32, length: exact.len() as u32, encoding })
@@ -193,16 +194,16 @@ impl ExportSource {
                 latest.refresh();
                 latest.value().and_then(lent)
             }
-            ExportReader::Every { reader, place } => loop {
-                if *place == reader.len() {
-                    *place = 0;
+            ExportReader::Every { reader, index } => loop {
+                if *index == reader.len() {
+                    *index = 0;
                     // It skips what is gone, which shows in the numbers of the values.
                     if reader.pull().unwrap_or(0) == 0 {
                         return None;
                     }
                 }
-                *place += 1;
-                let sample = reader.window().nth(*place - 1).and_then(&mut lent);
+                *index += 1;
+                let sample = reader.window().nth(*index - 1).and_then(&mut lent);
                 if sample.is_some() {
                     return sample;
                 }

@@ -9,11 +9,11 @@ use std::time::Duration;
 use slate_blackboard::Board;
 use slate_blackboard::wake::Wake;
 
+use super::agent_listener::start_listener;
 use super::carriers::KnownCarriers;
-use super::context::{Clock, Notice, PeerContext, locked};
-use super::line::PeerLine;
-use super::lines::{LineTable, ServedLine, end_idle};
-use super::listener::open_listener;
+use super::connection::PeerConnection;
+use super::connections::{ConnectionTable, RunningConnection, end_idle};
+use super::context::{Clock, Notice, PeerContext, lock};
 use super::refusals::Refusals;
 use super::{RemoteProperty, Rights, Status, Want};
 use crate::carrier::{Carrier, CarrierError};
@@ -80,13 +80,13 @@ impl fmt::Debug for Setup {
 /// Connections of an agent to the other agents.
 /// Dropping them ends the connections and removes the mirrors from the board.
 pub struct Peers {
-    lines: Arc<LineTable>,
+    connections: Arc<ConnectionTable>,
     listeners: Vec<JoinHandle<()>>,
 }
 
 impl fmt::Debug for Peers {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Peers").field("identity", &self.lines.context.identity).finish_non_exhaustive()
+        f.debug_struct("Peers").field("identity", &self.connections.context.identity).finish_non_exhaustive()
     }
 }
 
@@ -112,7 +112,7 @@ pub enum PeerError {
         reason: String,
     },
     /// Request that can't be sent.
-    #[error("agent `{agent}`: {error}{}", because(.reason))]
+    #[error("agent `{agent}`: {error}{}", reason_suffix(.reason))]
     Send {
         /// The other agent.
         agent: String,
@@ -131,14 +131,14 @@ pub enum PeerError {
     },
 }
 
-fn because(reason: &str) -> String {
+fn reason_suffix(reason: &str) -> String {
     if reason.is_empty() { String::new() } else { format!(": {reason}") }
 }
 
 /// Handle that wakes the sending threads, so written values are sent at once.
 /// The caller never blocks.
 #[derive(Clone)]
-pub struct Notifier(Arc<LineTable>);
+pub struct Notifier(Arc<ConnectionTable>);
 
 impl Notifier {
     /// Notifies of written values.
@@ -175,10 +175,10 @@ impl Peers {
             ended: AtomicBool::new(false),
         };
         // If one can't be opened, dropping this closes those before.
-        let mut peers = Self { lines: Arc::new(LineTable::new(context)), listeners: Vec::new() };
+        let mut peers = Self { connections: Arc::new(ConnectionTable::new(context)), listeners: Vec::new() };
         for endpoint in &setup.listen {
-            let listener = open_listener(&peers.lines, endpoint)?;
-            peers.listeners.push(listener);
+            let agent_listener = start_listener(&peers.connections, endpoint)?;
+            peers.listeners.push(agent_listener);
         }
         Ok(peers)
     }
@@ -188,7 +188,7 @@ impl Peers {
     /// # Errors
     /// If it is malformed, or always refused.
     pub fn check(&self, endpoint: &str) -> Result<(), CarrierError> {
-        self.lines.context.carrier(endpoint)?.check(endpoint)
+        self.connections.context.carrier(endpoint)?.check(endpoint)
     }
 
     /// Dials another agent, repeatedly while it is absent.
@@ -196,7 +196,7 @@ impl Peers {
     /// # Errors
     /// When the endpoint makes no sense, the agent may not connect, or no thread can be started.
     pub fn connect(&self, agent: &str, endpoint: &str) -> Result<(), CarrierError> {
-        self.dial(agent, endpoint, |line| line.dial_at(Some(endpoint)))
+        self.dial(agent, endpoint, |connection| connection.dial_at(Some(endpoint)))
     }
 
     /// Dials another agent for a query.
@@ -205,52 +205,62 @@ impl Peers {
     /// # Errors
     /// As those of [`connect`](Peers::connect).
     pub fn visit(&self, agent: &str, endpoint: &str) -> Result<(), CarrierError> {
-        self.dial(agent, endpoint, |line| line.visit(endpoint, self.lines.context.now()))
+        self.dial(agent, endpoint, |connection| connection.visit(endpoint, self.connections.context.now()))
     }
 
-    fn dial(&self, agent: &str, endpoint: &str, how: impl FnOnce(&PeerLine)) -> Result<(), CarrierError> {
-        self.lines.context.carrier(endpoint)?;
-        let rights = &self.lines.context.rights;
+    fn dial(
+        &self,
+        agent: &str,
+        endpoint: &str,
+        configure: impl FnOnce(&PeerConnection),
+    ) -> Result<(), CarrierError> {
+        self.connections.context.carrier(endpoint)?;
+        let rights = &self.connections.context.rights;
         rights
-            .of(&self.lines.context.identity.agent, agent)
+            .of(&self.connections.context.identity.agent, agent)
             .map_err(|reason| CarrierError::Unsafe { endpoint: endpoint.into(), reason })?;
         let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
-        // Within the lock, as a line that dials nobody is idle.
-        self.lines.with_lines(|lines| self.lines.line_in(lines, agent, how)).map(drop).map_err(system)
+        // Within the lock, as a connection that dials nobody is idle.
+        self.connections
+            .with_connections(|connections| self.connections.connection_in(connections, agent, configure))
+            .map(drop)
+            .map_err(system)
     }
 
     /// Stops dialling another agent.
     /// A present agent stays connected for as long as one of the two needs that. An absent one without subscriptions is
     /// forgotten.
     pub fn forget(&self, agent: &str) {
-        let ended = self.lines.with_lines(|lines| {
-            if let Some(served) = lines.get(agent) {
-                served.line.dial_at(None);
+        let ended = self.connections.with_connections(|connections| {
+            if let Some(running) = connections.get(agent) {
+                running.connection.dial_at(None);
             }
-            end_idle(lines, self.lines.context.now())
+            end_idle(connections, self.connections.context.now())
         });
-        // It takes what it shows off the board, before another one of that name comes; the other may be dialling.
-        ended.into_iter().for_each(|served| drop(served.sends.join()));
+        // Removes its mirrors from the board before a new connection of that name; the other thread may be dialling.
+        ended.into_iter().for_each(|running| drop(running.sends.join()));
     }
 
     /// Returns the known other agents, whether connected or not.
     pub fn agents(&self) -> Vec<String> {
-        self.lines.with_lines(|lines| lines.keys().cloned().collect())
+        self.connections.with_connections(|connections| connections.keys().cloned().collect())
     }
 
     /// Returns whether another agent is dialled whenever it is absent.
     pub fn is_dialled(&self, agent: &str) -> bool {
-        self.lines.line(agent).is_some_and(|line| line.is_dialled())
+        self.connections.connection(agent).is_some_and(|connection| connection.is_dialled())
     }
 
     /// Returns whether another agent is connected.
     pub fn is_connected(&self, agent: &str) -> bool {
-        self.lines.line(agent).is_some_and(|line| locked(&line.peer).session().other().is_some())
+        self.connections
+            .connection(agent)
+            .is_some_and(|connection| lock(&connection.peer).session().other().is_some())
     }
 
     /// Returns the reason why another agent left or was refused; empty if unknown.
     pub fn reason(&self, agent: &str) -> String {
-        self.lines.line(agent).map_or_else(String::new, |line| line.reason())
+        self.connections.connection(agent).map_or_else(String::new, |connection| connection.reason())
     }
 
     /// Subscribes to a property of another agent, which may appear later.
@@ -259,23 +269,23 @@ impl Peers {
     /// # Errors
     /// If no agent of that name is known, or the mirror's path is taken.
     pub fn subscribe(&self, agent: &str, want: Want) -> Result<u32, PeerError> {
-        let (line, path) = (self.line(agent)?, want.path.clone());
-        let subscribed = locked(&line.peer).subscribe(want);
-        line.wake.notify(1);
+        let (connection, path) = (self.connection(agent)?, want.path.clone());
+        let subscribed = lock(&connection.peer).subscribe(want);
+        connection.wake.notify(1);
         subscribed.map_err(|reason| PeerError::Subscription { agent: agent.into(), path, reason })
     }
 
     /// Ends a subscription of [`subscribe`](Peers::subscribe).
     pub fn unsubscribe(&self, agent: &str, id: u32) {
-        if let Some(line) = self.lines.line(agent) {
-            locked(&line.peer).unsubscribe(id);
-            line.wake.notify(1);
+        if let Some(connection) = self.connections.connection(agent) {
+            lock(&connection.peer).unsubscribe(id);
+            connection.wake.notify(1);
         }
     }
 
     /// Returns the status of a subscription; `None` for an unknown number.
     pub fn status(&self, agent: &str, id: u32) -> Option<Status> {
-        locked(&self.lines.line(agent)?.peer).status(id).cloned()
+        lock(&self.connections.connection(agent)?.peer).status(id).cloned()
     }
 
     /// Sends a message to a mailbox of another agent.
@@ -292,23 +302,24 @@ impl Peers {
         items: usize,
         bytes: &[u8],
     ) -> Result<Receiver<DeliveryStatus>, PeerError> {
-        let line = self.line(agent)?;
+        let connection = self.connection(agent)?;
         let (sender, receiver) = mpsc::channel();
-        let mut peer = locked(&line.peer);
-        let ticket = peer.send(path, schema, items, bytes).map_err(|error| not_sent(&line, error))?;
-        locked(&line.waiting).answers.insert(ticket, sender);
+        let mut peer = lock(&connection.peer);
+        let ticket = peer.send(path, schema, items, bytes).map_err(|error| send_error(&connection, error))?;
+        lock(&connection.waiting).answers.insert(ticket, sender);
         drop(peer);
-        line.wake.notify(1);
+        connection.wake.notify(1);
         Ok(receiver)
     }
 
     /// Sends a message of the team's knowledge to another agent.
-    /// It arrives as a [`Happening::Told`](super::Happening::Told) or not at all; false if it is lost already.
-    pub fn tell(&self, agent: &str, message: &[u8]) -> bool {
-        let Some(line) = self.lines.line(agent) else { return false };
-        let told = locked(&line.peer).tell(message);
-        line.wake.notify(1);
-        told
+    /// It arrives as a [`PeerEvent::Knowledge`](super::PeerEvent::Knowledge) or not at all.
+    /// Returns false if it is lost already.
+    pub fn send_knowledge(&self, agent: &str, message: &[u8]) -> bool {
+        let Some(connection) = self.connections.connection(agent) else { return false };
+        let sent = lock(&connection.peer).send_knowledge(message);
+        connection.wake.notify(1);
+        sent
     }
 
     /// Lists the properties of another agent that match a pattern.
@@ -323,19 +334,19 @@ impl Peers {
         values: bool,
         limit: Duration,
     ) -> Result<Vec<RemoteProperty>, PeerError> {
-        let line = self.line(agent)?;
+        let connection = self.connection(agent)?;
         let (sender, receiver) = mpsc::channel();
-        let mut peer = locked(&line.peer);
-        let request = peer.ask(pattern, values).map_err(|error| not_sent(&line, error))?;
-        locked(&line.waiting).lists.insert(request, sender);
+        let mut peer = lock(&connection.peer);
+        let request = peer.query(pattern, values).map_err(|error| send_error(&connection, error))?;
+        lock(&connection.waiting).lists.insert(request, sender);
         drop(peer);
-        line.wake.notify(1);
+        connection.wake.notify(1);
         let no_answer = |reason| PeerError::NoAnswer { agent: agent.into(), reason };
         match receiver.recv_timeout(limit) {
             Ok(answer) => answer.map_err(no_answer),
             Err(_) => {
-                locked(&line.peer).give_up(request);
-                locked(&line.waiting).lists.remove(&request);
+                lock(&connection.peer).cancel_query(request);
+                lock(&connection.waiting).lists.remove(&request);
                 Err(no_answer(format!("it has not answered within {} ms", limit.as_millis())))
             }
         }
@@ -343,32 +354,34 @@ impl Peers {
 
     /// Returns a handle that wakes the sending threads.
     pub fn notifier(&self) -> Notifier {
-        Notifier(Arc::clone(&self.lines))
+        Notifier(Arc::clone(&self.connections))
     }
 
-    fn line(&self, agent: &str) -> Result<Arc<PeerLine>, PeerError> {
-        self.lines.line(agent).ok_or_else(|| PeerError::Unknown { agent: agent.into(), known: self.agents() })
+    fn connection(&self, agent: &str) -> Result<Arc<PeerConnection>, PeerError> {
+        self.connections
+            .connection(agent)
+            .ok_or_else(|| PeerError::Unknown { agent: agent.into(), known: self.agents() })
     }
 }
 
-fn not_sent(line: &PeerLine, error: SendError) -> PeerError {
-    PeerError::Send { agent: line.agent.clone(), error, reason: line.explanation() }
+fn send_error(connection: &PeerConnection, error: SendError) -> PeerError {
+    PeerError::Send { agent: connection.agent.clone(), error, reason: connection.explanation() }
 }
 
 impl Drop for Peers {
     fn drop(&mut self) {
-        self.lines.context.ended.store(true, Ordering::Release);
-        let lines = self.lines.with_lines(std::mem::take);
-        lines.values().for_each(|served| served.line.end());
-        for ServedLine { line, sends, receives } in lines.into_values() {
-            // One that panicked has ended, too.
+        self.connections.context.ended.store(true, Ordering::Release);
+        let connections = self.connections.with_connections(std::mem::take);
+        connections.values().for_each(|running| running.connection.end());
+        for RunningConnection { connection, sends, receives } in connections.into_values() {
+            // A thread that panicked has ended, too.
             drop(sends.join());
             // One that looks for somebody far away does so for seconds, and then finds that nobody waits for it.
-            if !line.is_dialling.load(Ordering::SeqCst) {
+            if !connection.is_dialling.load(Ordering::SeqCst) {
                 drop(receives.join());
             }
-            locked(&line.peer).take_down();
+            lock(&connection.peer).remove_mirrors();
         }
-        self.listeners.drain(..).for_each(|listener| drop(listener.join()));
+        self.listeners.drain(..).for_each(|agent_listener| drop(agent_listener.join()));
     }
 }

@@ -17,7 +17,7 @@ use crate::session::{Encoding, Estimate, Offer, Sample};
 pub(super) struct Import {
     pub want: Want,
     /// Path of the mirror.
-    pub place: String,
+    pub mirror_path: String,
     pub mirror: Option<Mirror>,
     pub status: Status,
     /// Received values that did not fit.
@@ -39,7 +39,7 @@ pub enum Status {
 
 /// Largest depth of mirrors that lend values instead of copying them.
 /// A deeper one would occupy as many slots of the other agent for long.
-const SHALLOW: usize = 4;
+const MAX_LENDING_DEPTH: usize = 4;
 
 /// Mirror: a property of the board that follows the other agent's.
 #[derive(Debug)]
@@ -53,7 +53,7 @@ pub(super) struct Mirror {
     /// Generation of the values at their origin.
     generation: u64,
     /// Generation of the last writer that left.
-    left: u64,
+    left_generation: u64,
     /// Lost values since the last shown one.
     missed: u64,
     /// Time of the last value by this agent's clock, ns.
@@ -62,8 +62,8 @@ pub(super) struct Mirror {
 
 impl Import {
     pub fn new(agent: &str, want: Want) -> Self {
-        let place = format!("agents/{agent}/{}", want.path);
-        Self { want, place, mirror: None, status: Status::Unanswered, unfit: 0 }
+        let mirror_path = format!("agents/{agent}/{}", want.path);
+        Self { want, mirror_path, mirror: None, status: Status::Unanswered, unfit: 0 }
     }
 
     /// Creates the mirror before the other agent is present, if its interface is known.
@@ -89,11 +89,18 @@ impl Import {
         let window = u16::try_from(depth / 2).unwrap_or(u16::MAX).max(64);
         let store = Store { capacity, depth, budget: Budget { latest: 16, queues: 8, window } };
         let property = board
-            .add_channel(&self.place, doc, descriptor, store, Access::Output)
+            .add_channel(&self.mirror_path, doc, descriptor, store, Access::Output)
             .map_err(|error| error.to_string())?;
-        let adopts = depth <= SHALLOW && is_numbers(descriptor);
-        self.mirror =
-            Some(Mirror { property, writer: None, adopts, generation: 0, left: 0, missed: 0, time: 0 });
+        let adopts = depth <= MAX_LENDING_DEPTH && is_numbers(descriptor);
+        self.mirror = Some(Mirror {
+            property,
+            writer: None,
+            adopts,
+            generation: 0,
+            left_generation: 0,
+            missed: 0,
+            time: 0,
+        });
         Ok(())
     }
 
@@ -109,7 +116,7 @@ impl Import {
         let capacity = usize::try_from(offer.capacity).unwrap_or(usize::MAX);
         let room = self.mirror.as_ref().and_then(|mirror| Some(mirror.property.channel()?.shape().capacity));
         if let Some(room) = room.filter(|room| *room < capacity && self.want.expected.is_none()) {
-            // Whoever reads it turns to a larger one.
+            // The reader subscribes again with more capacity.
             return Err(format!("/{} has room for {capacity} items now, and not for {room}", self.want.path));
         }
         if self.mirror.is_none() {
@@ -128,7 +135,7 @@ impl Import {
         if let Some(mirror) = &mut self.mirror {
             mirror.property.set_part(&offer.part);
             // Whether there is a writer at the origin shows even if it has written nothing new.
-            mirror.left = 0;
+            mirror.left_generation = 0;
             mirror.time = 0;
             mirror.take_writer();
         }
@@ -137,15 +144,15 @@ impl Import {
     }
 
     /// Marks the origin as unreachable.
-    pub fn leave(&mut self) {
-        self.leave_writer(0);
+    pub fn mark_unreachable(&mut self) {
+        self.remove_writer(0);
     }
 
     /// Notes that the property's writer of that generation has left.
-    pub fn leave_writer(&mut self, generation: u64) {
+    pub fn remove_writer(&mut self, generation: u64) {
         if let Some(mirror) = &mut self.mirror {
             mirror.writer = None;
-            mirror.left = generation;
+            mirror.left_generation = generation;
         }
     }
 
@@ -163,18 +170,18 @@ impl Import {
         if let Some(mirror) = &mut self.mirror {
             mirror.missed = mirror.missed.saturating_add(skipped);
         }
-        let shown = self.mirror.as_mut().is_some_and(|mirror| match sample.encoding {
+        let fits = self.mirror.as_mut().is_some_and(|mirror| match sample.encoding {
             Encoding::Placed => memory.is_some_and(|memory| mirror.place(sample, content, memory, clock)),
             encoding => decode(mirror.property.descriptor(), encoding, content, length)
                 .is_some_and(|bytes| mirror.write(sample, &bytes, clock)),
         });
-        if !shown {
+        if !fits {
             self.unfit += 1;
             if let Some(mirror) = &mut self.mirror {
                 mirror.missed = mirror.missed.saturating_add(1);
             }
         }
-        shown
+        fits
     }
 }
 
@@ -200,9 +207,9 @@ impl Mirror {
             let adopt = |writer: &mut Writer, items, time| writer.adopt(lent, items, time).is_ok();
             return self.publish(sample, length, clock, adopt);
         }
-        let mut shown = false;
-        let mut take = |bytes: &[u8]| shown = self.write(sample, bytes, clock);
-        memory.read(reference, length, &mut take) && shown
+        let mut fits = false;
+        let mut take = |bytes: &[u8]| fits = self.write(sample, bytes, clock);
+        memory.read(reference, length, &mut take) && fits
     }
 
     fn write(&mut self, sample: &Sample, bytes: &[u8], clock: (Option<Estimate>, i64)) -> bool {
@@ -240,14 +247,14 @@ impl Mirror {
         let Some(writer) = &mut self.writer else { return false };
         // As its own reader at the origin, a reader here sees that it has missed them.
         writer.skip(std::mem::take(&mut self.missed));
-        let (estimate, lead) = clock;
+        let (estimate, clock_offset) = clock;
         // Nothing is subscribed to before there is an estimate.
         let time = estimate.map_or(sample.stamp.time, |clock| clock.here(sample.stamp.time));
-        let time = time.saturating_add_signed(lead);
+        let time = time.saturating_add_signed(clock_offset);
         // A better estimate of the clocks must not turn back the time.
         self.time = self.time.max(time);
         let written = publish(writer, items, self.time);
-        if sample.stamp.generation <= self.left {
+        if sample.stamp.generation <= self.left_generation {
             // It is the last value of a writer that was told to be gone.
             self.writer = None;
         }

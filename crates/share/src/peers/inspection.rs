@@ -13,10 +13,10 @@ use super::rights::{may_read, may_send};
 use crate::schema::interface;
 
 /// Approximate size of a part of an answer, bytes.
-const PART: usize = 32 << 10;
+const PART_SIZE: usize = 32 << 10;
 
 /// Largest answer, and limit of all incomplete answers, bytes.
-const LARGEST_ANSWER: usize = 64 << 20;
+const MAX_ANSWER_SIZE: usize = 64 << 20;
 
 #[derive(Debug, Serialize, Deserialize)]
 struct InspectionEntry<'a> {
@@ -60,17 +60,17 @@ mod bytes {
 
 /// Question of another agent that is being answered.
 #[derive(Debug)]
-pub(super) struct PropertyQuestion {
+pub(super) struct PropertyQuery {
     pattern: Pattern,
     values: bool,
     /// Path of the last reported property.
-    told: Option<String>,
+    last_sent: Option<String>,
 }
 
-impl PropertyQuestion {
+impl PropertyQuery {
     /// Creates a question; `None` for an invalid pattern, which no property matches.
     pub fn new(pattern: &str, values: bool) -> Option<Self> {
-        Some(Self { pattern: Pattern::parse(pattern).ok()?, values, told: None })
+        Some(Self { pattern: Pattern::parse(pattern).ok()?, values, last_sent: None })
     }
 
     /// Returns the next part of the answer, and whether it is the last one.
@@ -78,13 +78,13 @@ impl PropertyQuestion {
     pub fn next(&mut self, board: &Board, largest: usize, allowance: Option<&Allowance>) -> (Vec<u8>, bool) {
         let mut part = Vec::new();
         for property in board.matching(&self.pattern) {
-            if self.told.as_deref().is_some_and(|told| property.path() <= told) {
+            if self.last_sent.as_deref().is_some_and(|last_sent| property.path() <= last_sent) {
                 continue;
             }
             if !may_read(allowance, property.path()) && !may_send(allowance, property.path()) {
                 continue;
             }
-            if part.len() >= PART {
+            if part.len() >= PART_SIZE {
                 return (part, false);
             }
             let may_read = may_read(allowance, property.path());
@@ -101,7 +101,7 @@ impl PropertyQuestion {
                 }
             };
             write(&property, newest, &mut part);
-            self.told = Some(property.path().into());
+            self.last_sent = Some(property.path().into());
         }
         (part, true)
     }
@@ -149,10 +149,10 @@ impl Answers {
         last: bool,
     ) -> Option<Result<Vec<RemoteProperty>, String>> {
         let others = self.parts.values().map(|(_, size)| size).sum::<usize>();
-        if others.saturating_add(bytes.len()) > LARGEST_ANSWER {
+        if others.saturating_add(bytes.len()) > MAX_ANSWER_SIZE {
             let (_, own) = self.parts.remove(&request).unwrap_or_default();
             let what = if own == others { "the answer is" } else { "the answers under way are" };
-            return Some(Err(format!("{what} larger than {LARGEST_ANSWER} bytes: ask for fewer paths")));
+            return Some(Err(format!("{what} larger than {MAX_ANSWER_SIZE} bytes: ask for fewer paths")));
         }
         let (all, size) = self.parts.entry(request).or_default();
         *size += bytes.len();

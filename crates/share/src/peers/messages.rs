@@ -13,7 +13,7 @@ use crate::session::{DeliveryStatus, Session};
 pub(super) struct Messages {
     /// Sender per mailbox, which keeps its messages in order.
     senders: BTreeMap<String, (Arc<Property>, Sender)>,
-    open: Vec<(u64, String, Ticket)>,
+    pending: Vec<(u64, String, Ticket)>,
 }
 
 /// Received message.
@@ -27,19 +27,19 @@ pub(super) struct Incoming {
 }
 
 /// Largest number of mailboxes that one agent may write to.
-const MAILBOXES: usize = 256;
+const MAX_MAILBOXES: usize = 256;
 
 impl Messages {
     /// Returns whether messages wait for their answers.
     pub fn is_open(&self) -> bool {
-        !self.open.is_empty()
+        !self.pending.is_empty()
     }
 
     /// Delivers a message to its mailbox, and answers with its status.
     pub fn deliver(&mut self, board: &Board, message: &Incoming, now: u64, session: &mut Session) {
         let answer = match self.send(board, message, now) {
             Ok(ticket) => {
-                self.open.push((message.ticket, message.path.clone(), ticket));
+                self.pending.push((message.ticket, message.path.clone(), ticket));
                 DeliveryStatus::Accepted
             }
             Err(answer) => answer,
@@ -58,11 +58,11 @@ impl Messages {
             return Err(DeliveryStatus::NoMailbox);
         }
         let known = self.senders.get(&message.path).is_some_and(|(known, _)| Arc::ptr_eq(known, &property));
-        if is_taken(&property.part(), mailbox, known) {
+        if is_reserved(&property.part(), mailbox, known) {
             return Err(DeliveryStatus::Denied);
         }
         if !known {
-            if self.senders.len() >= MAILBOXES {
+            if self.senders.len() >= MAX_MAILBOXES {
                 return Err(DeliveryStatus::Full);
             }
             let sender = mailbox.sender().map_err(|_| DeliveryStatus::Full)?;
@@ -73,9 +73,9 @@ impl Messages {
     }
 
     /// Forwards the receivers' answers to the other agent.
-    pub fn settle(&mut self, session: &mut Session) {
+    pub fn forward_answers(&mut self, session: &mut Session) {
         let senders = &self.senders;
-        self.open.retain(|(number, path, ticket)| {
+        self.pending.retain(|(number, path, ticket)| {
             let status = senders.get(path).map_or(Status::Unknown, |(_, sender)| sender.status(*ticket));
             let answer = match status {
                 Status::Accepted => return true,
@@ -90,7 +90,7 @@ impl Messages {
 
     /// Drops open messages after the other agent has left.
     pub fn end(&mut self) {
-        self.open.clear();
+        self.pending.clear();
         self.senders.clear();
     }
 }
@@ -98,7 +98,7 @@ impl Messages {
 /// Returns whether an inbox refuses another agent.
 /// It does if the robot's own Plan or reflexes already send to it. `known` is true if the other agent has a sender
 /// there.
-fn is_taken(part: &str, mailbox: &Mailbox, known: bool) -> bool {
+fn is_reserved(part: &str, mailbox: &Mailbox, known: bool) -> bool {
     // Modules of this agent have names.
     let is_own = |names: &[String]| names.iter().any(|name| !name.is_empty());
     match part {

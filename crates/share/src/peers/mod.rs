@@ -1,6 +1,9 @@
 //! Other agents on this agent's board.
 
+mod agent_listener;
 mod carriers;
+mod connection;
+mod connections;
 mod context;
 mod dialling;
 mod exchange;
@@ -8,9 +11,6 @@ mod export;
 mod handle;
 mod import;
 mod inspection;
-mod line;
-mod lines;
-mod listener;
 mod messages;
 mod peer;
 mod refusals;
@@ -20,7 +20,7 @@ mod state;
 use slate_blackboard::interface::Descriptor;
 
 pub(crate) use carriers::KnownCarriers;
-pub(crate) use context::locked;
+pub(crate) use context::lock;
 pub use context::{Clock, Notice};
 pub use handle::{Notifier, PeerError, Peers, Setup};
 pub use import::Status;
@@ -69,7 +69,7 @@ impl Want {
 
 /// Event between this agent and another one.
 #[derive(Clone, Debug)]
-pub enum Happening {
+pub enum PeerEvent {
     /// Connection of the other agent.
     Connected {
         /// Number unique to each start of the agent.
@@ -106,7 +106,7 @@ pub enum Happening {
         answer: DeliveryStatus,
     },
     /// Message of the team's knowledge from the other agent.
-    Told {
+    Knowledge {
         /// Message.
         bytes: Vec<u8>,
     },

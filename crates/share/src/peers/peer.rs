@@ -10,10 +10,10 @@ use slate_blackboard::{Board, Event as BoardEvent, Observer, Pattern, Url};
 use super::exchange::{LiveExchange, PeerExchange};
 use super::export::{Export, Unserved};
 use super::import::{Import, Status};
-use super::inspection::{Answers, PropertyQuestion};
+use super::inspection::{Answers, PropertyQuery};
 use super::messages::{Incoming, Messages};
 use super::rights::{is_of_team, may_read, may_send};
-use super::{Allowance, Happening, Want};
+use super::{Allowance, PeerEvent, Want};
 use crate::carrier::SharedMemory;
 use crate::session::{
     Compression, Content, DeliveryStatus, Event, Identity, Limits, Options, Seen, SendError, Session,
@@ -21,31 +21,31 @@ use crate::session::{
 
 /// Polling period of a property that does not exist yet, ns.
 /// Other names of properties appear without an event.
-const RETRY: u64 = 200_000_000;
+const RETRY_PERIOD: u64 = 200_000_000;
 
 /// Polling period of a mailbox's answers, ns.
-const SETTLE: u64 = 2_000_000;
+const ANSWER_POLL_PERIOD: u64 = 2_000_000;
 
 /// Largest number of unread events.
-const HAPPENINGS: usize = 4096;
+const MAX_UNREAD_EVENTS: usize = 4096;
 
 /// Longest path of a subscription, bytes.
-const LONGEST_PATH: usize = 1024;
+const MAX_PATH_LENGTH: usize = 1024;
 
 /// Bytes of control messages that stay reserved while a question is answered.
-const RESERVE: usize = 1 << 20;
+const CONTROL_RESERVE: usize = 1 << 20;
 
 /// Peer: the session with another agent, its subscriptions here, and its mirrors.
 #[derive(Debug)]
 pub struct Peer {
     pub(super) session: Session,
     pub(super) exchange: PeerExchange,
-    questions: BTreeMap<u32, PropertyQuestion>,
+    queries: BTreeMap<u32, PropertyQuery>,
     answers: Answers,
     messages: Messages,
     observer: Observer,
     missed: u64,
-    happenings: VecDeque<Happening>,
+    unread_events: VecDeque<PeerEvent>,
     retry_at: u64,
 }
 
@@ -58,12 +58,12 @@ impl Peer {
         Self {
             session: Session::new(own, Some(agent), limits),
             exchange: PeerExchange::new(board, agent, wake),
-            questions: BTreeMap::new(),
+            queries: BTreeMap::new(),
             answers: Answers::default(),
             messages: Messages::default(),
             observer: board.observe(&all, 256, Some(Arc::clone(wake))),
             missed: 0,
-            happenings: VecDeque::new(),
+            unread_events: VecDeque::new(),
             retry_at: 0,
         }
     }
@@ -95,8 +95,8 @@ impl Peer {
             return Err("this program was built without JPEG: build it with the feature `jpeg`".into());
         }
         let mut import = Import::new(&self.exchange.agent, want);
-        if self.exchange.board.get(&import.place).is_some_and(|(_, field)| field.is_empty()) {
-            return Err(format!("/{} exists already", import.place));
+        if self.exchange.board.get(&import.mirror_path).is_some_and(|(_, field)| field.is_empty()) {
+            return Err(format!("/{} exists already", import.mirror_path));
         }
         import.prepare(&self.exchange.board)?;
         let (path, options) = (import.want.path.clone(), import.want.options);
@@ -106,7 +106,7 @@ impl Peer {
                 Ok(id)
             }
             Err(error) => {
-                let _ = self.exchange.board.remove(&import.place);
+                let _ = self.exchange.board.remove(&import.mirror_path);
                 Err(error.to_string())
             }
         }
@@ -118,8 +118,8 @@ impl Peer {
         if let Some(import) = self.exchange.imports.remove(&id)
             && import.mirror.is_some()
         {
-            // Somebody else may have taken it off.
-            let _ = self.exchange.board.remove(&import.place);
+            // It may be removed already.
+            let _ = self.exchange.board.remove(&import.mirror_path);
         }
     }
 
@@ -129,7 +129,7 @@ impl Peer {
     }
 
     /// Sends a message to a mailbox of the other agent.
-    /// Its status follows as a [`Happening`].
+    /// Its status follows as a [`PeerEvent`].
     ///
     /// # Errors
     /// When the other agent is not there, or too much waits for it: the message is not sent then.
@@ -138,57 +138,56 @@ impl Peer {
     }
 
     /// Sends a message of the team's knowledge; false if it is lost already.
-    pub fn tell(&mut self, message: &[u8]) -> bool {
-        is_of_team(self.exchange.allowance.as_ref()) && self.session.tell(message)
+    pub fn send_knowledge(&mut self, message: &[u8]) -> bool {
+        is_of_team(self.exchange.allowance.as_ref()) && self.session.send_knowledge(message)
     }
 
     /// Asks for the properties that match a pattern.
-    /// With `values`, their newest values are included. The answer is a [`Happening`].
+    /// With `values`, their newest values are included. The answer is a [`PeerEvent`].
     ///
     /// # Errors
     /// When the other agent is not there, or has not answered the last questions.
-    pub fn ask(&mut self, pattern: &str, values: bool) -> Result<u32, SendError> {
-        self.session.ask(pattern, values)
+    pub fn query(&mut self, pattern: &str, values: bool) -> Result<u32, SendError> {
+        self.session.query(pattern, values)
     }
 
     /// Gives up waiting for the answer to a question.
-    pub fn give_up(&mut self, request: u32) {
-        self.session.give_up(request);
+    pub fn cancel_query(&mut self, request: u32) {
+        self.session.cancel_query(request);
         self.answers.forget(request);
     }
 
     /// Returns the events since the last call.
     /// If nobody calls it for long, the oldest are dropped. Answers are not, as they are no more than this agent's
     /// messages and questions.
-    pub fn happenings(&mut self) -> impl Iterator<Item = Happening> + '_ {
-        self.happenings.drain(..)
+    pub fn unread_events(&mut self) -> impl Iterator<Item = PeerEvent> + '_ {
+        self.unread_events.drain(..)
     }
 
-    fn happen(&mut self, happening: Happening) {
-        if self.happenings.len() >= HAPPENINGS {
-            let is_answer = |happening: &Happening| {
-                matches!(happening, Happening::Answered { .. } | Happening::Listed { .. })
-            };
-            if let Some(oldest) = self.happenings.iter().position(|happening| !is_answer(happening)) {
-                self.happenings.remove(oldest);
+    fn push_event(&mut self, event: PeerEvent) {
+        if self.unread_events.len() >= MAX_UNREAD_EVENTS {
+            let is_answer =
+                |event: &PeerEvent| matches!(event, PeerEvent::Answered { .. } | PeerEvent::Listed { .. });
+            if let Some(oldest) = self.unread_events.iter().position(|event| !is_answer(event)) {
+                self.unread_events.remove(oldest);
             }
         }
-        self.happenings.push_back(happening);
+        self.unread_events.push_back(event);
     }
 
     /// Returns whether a mirror was written since the last call.
-    pub fn take_shown(&mut self) -> bool {
-        std::mem::take(&mut self.exchange.shown)
+    pub fn take_updated(&mut self) -> bool {
+        std::mem::take(&mut self.exchange.updated)
     }
 
     /// Sets the offset of the values' clock to the clock of `now`, ns.
-    pub fn set_lead(&mut self, lead: i64) {
-        self.exchange.lead = lead;
+    pub fn set_clock_offset(&mut self, clock_offset: i64) {
+        self.exchange.clock_offset = clock_offset;
     }
 
     /// Takes the mirrors off the board.
-    pub(super) fn take_down(&mut self) {
-        self.exchange.take_down();
+    pub(super) fn remove_mirrors(&mut self) {
+        self.exchange.remove_mirrors();
     }
 
     /// Takes a packet that arrived at `now`.
@@ -213,8 +212,8 @@ impl Peer {
         self.session.tick(now, &mut LiveExchange { exchange: &mut self.exchange, memory: None });
         self.react(now);
         self.observe(now);
-        self.messages.settle(&mut self.session);
-        self.answer_questions();
+        self.messages.forward_answers(&mut self.session);
+        self.answer_queries();
     }
 
     /// Writes the next packet, if there is something to be sent.
@@ -238,10 +237,10 @@ impl Peer {
         let mut next =
             self.session.deadline(now, &mut LiveExchange { exchange: &mut self.exchange, memory: None });
         if self.messages.is_open() {
-            next = next.min(now + SETTLE);
+            next = next.min(now + ANSWER_POLL_PERIOD);
         }
-        if !self.questions.is_empty() {
-            next = next.min(now + SETTLE);
+        if !self.queries.is_empty() {
+            next = next.min(now + ANSWER_POLL_PERIOD);
         }
         if self.exchange.exports.values().any(|export| export.source.is_none()) {
             next = next.min(self.retry_at);
@@ -257,7 +256,7 @@ impl Peer {
     /// Returns whether either agent reads the other, or waits for an answer.
     pub fn is_used(&self) -> bool {
         let reads = !self.exchange.imports.is_empty() || !self.exchange.exports.is_empty();
-        reads || self.messages.is_open() || self.session.has_open()
+        reads || self.messages.is_open() || self.session.has_pending()
     }
 
     /// Returns whether properties are served whose writers do not notify by themselves.
@@ -273,24 +272,24 @@ impl Peer {
 
     fn react_to(&mut self, event: Event, now: u64) {
         match event {
-            Event::Connected { instance, .. } => self.happen(Happening::Connected { instance }),
+            Event::Connected { instance, .. } => self.push_event(PeerEvent::Connected { instance }),
             Event::Disconnected { reason } => self.react_to_end(reason),
-            Event::Refused { reason } => self.happen(Happening::Refused { reason }),
+            Event::Refused { reason } => self.push_event(PeerEvent::Refused { reason }),
             Event::Accepted { id, offer } => {
                 let PeerExchange { imports, board, .. } = &mut self.exchange;
                 let Some(import) = imports.get_mut(&id) else { return };
                 if let Err(reason) = import.accept(board, &offer, self.session.limits().value) {
                     import.status = Status::Refused(reason.clone());
                     let path = import.want.path.clone();
-                    self.session.refrain(id);
-                    self.happen(Happening::Unserved { path, reason });
+                    self.session.refuse_offer(id);
+                    self.push_event(PeerEvent::Unserved { path, reason });
                 }
             }
             Event::Waiting { id, reason } => self.react_to_delay(id, reason, Status::Waiting),
             Event::Declined { id, reason } => self.react_to_delay(id, reason, Status::Refused),
             Event::WriterLeft { id, generation } => {
                 if let Some(import) = self.exchange.imports.get_mut(&id) {
-                    import.leave_writer(generation);
+                    import.remove_writer(generation);
                 }
             }
             Event::Subscribed { id, path, options, seen } => {
@@ -302,49 +301,49 @@ impl Peer {
             Event::Message { ticket, path, schema, items, bytes } => {
                 self.react_to_message(&Incoming { ticket, path, schema, items, bytes }, now);
             }
-            Event::Answered { ticket, answer } => self.happen(Happening::Answered { ticket, answer }),
-            Event::Asked { request, pattern, values } => match PropertyQuestion::new(&pattern, values) {
-                Some(question) => {
-                    self.questions.insert(request, question);
+            Event::Answered { ticket, answer } => self.push_event(PeerEvent::Answered { ticket, answer }),
+            Event::Asked { request, pattern, values } => match PropertyQuery::new(&pattern, values) {
+                Some(query) => {
+                    self.queries.insert(request, query);
                 }
-                None => self.session.leave_unanswered(request, "that is no pattern of paths"),
+                None => self.session.decline_query(request, "that is no pattern of paths"),
             },
             Event::Part { request, bytes, last } => {
                 if let Some(answer) = self.answers.take(request, &bytes, last) {
-                    // What may still come of one that is no answer is not waited for.
-                    self.session.give_up(request);
-                    self.happen(Happening::Listed { request, answer });
+                    // The rest of an invalid answer is ignored.
+                    self.session.cancel_query(request);
+                    self.push_event(PeerEvent::Listed { request, answer });
                 }
             }
-            Event::Told { bytes } => {
+            Event::Knowledge { bytes } => {
                 if is_of_team(self.exchange.allowance.as_ref()) {
-                    self.happen(Happening::Told { bytes });
+                    self.push_event(PeerEvent::Knowledge { bytes });
                 }
             }
             Event::Failed { request, reason } => {
                 self.answers.forget(request);
-                self.happen(Happening::Listed { request, answer: Err(reason) });
+                self.push_event(PeerEvent::Listed { request, answer: Err(reason) });
             }
         }
     }
 
     fn react_to_end(&mut self, reason: String) {
-        self.questions.clear();
+        self.queries.clear();
         self.messages.end();
         for import in self.exchange.imports.values_mut() {
-            import.leave();
+            import.mark_unreachable();
             import.status = Status::Unanswered;
         }
-        self.happen(Happening::Disconnected { reason });
+        self.push_event(PeerEvent::Disconnected { reason });
     }
 
     /// Notes that a subscription of this agent brings no values, at least for now.
     fn react_to_delay(&mut self, id: u32, reason: String, status: impl FnOnce(String) -> Status) {
         let Some(import) = self.exchange.imports.get_mut(&id) else { return };
-        import.leave();
+        import.mark_unreachable();
         import.status = status(reason.clone());
         let path = import.want.path.clone();
-        self.happen(Happening::Unserved { path, reason });
+        self.push_event(PeerEvent::Unserved { path, reason });
     }
 
     fn react_to_subscription(
@@ -356,7 +355,7 @@ impl Peer {
         now: u64,
     ) {
         // What is served shows on the board under the same path.
-        if path.len() > LONGEST_PATH || Url::parse(&format!("/{path}")).is_err() {
+        if path.len() > MAX_PATH_LENGTH || Url::parse(&format!("/{path}")).is_err() {
             return self.session.decline(id, "that is no path of a property");
         }
         if !may_read(self.exchange.allowance.as_ref(), &path) {
@@ -374,9 +373,9 @@ impl Peer {
         if !may_send(self.exchange.allowance.as_ref(), &message.path) {
             return self.session.answer(message.ticket, DeliveryStatus::Denied);
         }
-        let time = now.saturating_add_signed(self.exchange.lead);
+        let time = now.saturating_add_signed(self.exchange.clock_offset);
         self.messages.deliver(&self.exchange.board, message, time, &mut self.session);
-        self.exchange.shown = true;
+        self.exchange.updated = true;
     }
 
     /// Connects a subscription of the other agent to its property.
@@ -394,7 +393,7 @@ impl Peer {
                 }
             }
             Err(Unserved::Waits(reason)) => {
-                self.retry_at = now + RETRY;
+                self.retry_at = now + RETRY_PERIOD;
                 if export.waiting != reason {
                     self.session.wait(id, &reason);
                     export.waiting = reason;
@@ -408,11 +407,11 @@ impl Peer {
     }
 
     fn observe(&mut self, now: u64) {
-        let mut look = now >= self.retry_at;
+        let mut retry = now >= self.retry_at;
         while let Some(event) = self.observer.next() {
             match event {
-                BoardEvent::Appeared(_) => look = true,
-                BoardEvent::Vanished(path) => self.unserve(|of| of == &*path),
+                BoardEvent::Appeared(_) => retry = true,
+                BoardEvent::Vanished(path) => self.end_exports(|of| of == &*path),
                 BoardEvent::WriterLeft(path, generation) => {
                     let serves = |export: &Export| {
                         export.source.as_ref().is_some_and(|source| source.property().path() == &*path)
@@ -428,10 +427,10 @@ impl Peer {
             self.missed = self.observer.missed();
             // What happened is not known, so whatever is not there any more has vanished.
             let board = Arc::clone(&self.exchange.board);
-            self.unserve(|path| board.get(path).is_none());
-            look = true;
+            self.end_exports(|path| board.get(path).is_none());
+            retry = true;
         }
-        if look {
+        if retry {
             let waiting = |export: &Export| export.source.is_none();
             let ids: Vec<u32> = self
                 .exchange
@@ -445,7 +444,7 @@ impl Peer {
     }
 
     /// Ends exports of properties that are gone.
-    fn unserve(&mut self, gone: impl Fn(&str) -> bool) {
+    fn end_exports(&mut self, gone: impl Fn(&str) -> bool) {
         for (id, export) in &mut self.exchange.exports {
             if export.source.as_ref().is_some_and(|source| gone(source.property().path())) {
                 export.source = None;
@@ -457,15 +456,15 @@ impl Peer {
         }
     }
 
-    fn answer_questions(&mut self) {
+    fn answer_queries(&mut self) {
         let largest = self.session.limits().value / 2;
-        while self.session.room() > RESERVE
-            && let Some((&request, question)) = self.questions.iter_mut().next()
+        while self.session.room() > CONTROL_RESERVE
+            && let Some((&request, query)) = self.queries.iter_mut().next()
         {
-            let (part, last) = question.next(&self.exchange.board, largest, self.exchange.allowance.as_ref());
-            self.session.part(request, &part, last);
+            let (part, last) = query.next(&self.exchange.board, largest, self.exchange.allowance.as_ref());
+            self.session.send_part(request, &part, last);
             if last {
-                self.questions.remove(&request);
+                self.queries.remove(&request);
             }
         }
     }
@@ -479,6 +478,6 @@ impl Peer {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        self.take_down();
+        self.remove_mirrors();
     }
 }

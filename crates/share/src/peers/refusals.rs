@@ -25,22 +25,22 @@ pub struct Rejected {
 }
 
 /// Number of kept entries; the least recently seen one makes room.
-const KEPT: usize = 8;
+const MAX_ENTRIES: usize = 8;
 
 /// Shortest interval between log lines about the same refusal, ns.
-const PAUSE: u64 = 60_000_000_000;
+const LOG_INTERVAL: u64 = 60_000_000_000;
 
 /// Largest number of such log lines in that interval.
-const LINES: u32 = 16;
+const MAX_LOG_LINES: u32 = 16;
 
 pub(super) struct Refusals {
     board: Arc<Board>,
-    kept: Vec<KeptRefusal>,
+    entries: Vec<RefusalEntry>,
     /// Beginning of the interval, ns, and log lines since.
     lines: (u64, u32),
 }
 
-struct KeptRefusal {
+struct RefusalEntry {
     from: String,
     reason: String,
     count: u64,
@@ -51,38 +51,40 @@ struct KeptRefusal {
 
 impl Refusals {
     pub fn new(board: &Arc<Board>) -> Self {
-        Self { board: Arc::clone(board), kept: Vec::new(), lines: (0, 0) }
+        Self { board: Arc::clone(board), entries: Vec::new(), lines: (0, 0) }
     }
 
     /// Notes a refusal; returns a line for the log, if one is due.
-    pub fn note(&mut self, now: u64, from: &str, reason: &str) -> Option<String> {
-        // Strangers choose what is in it, and it is shown in terminals.
+    pub fn record(&mut self, now: u64, from: &str, reason: &str) -> Option<String> {
+        // The text comes from strangers, and terminals show it.
         let (from, reason) = (&*printable_text(from), &*printable_text(reason));
-        let known = self.kept.iter().position(|kept| kept.from == *from && kept.reason == *reason);
+        let known = self.entries.iter().position(|entry| entry.from == *from && entry.reason == *reason);
         let at = known.unwrap_or_else(|| self.begin(from, reason));
-        let kept = self.kept.get_mut(at)?;
-        (kept.count, kept.last) = (kept.count + 1, now);
-        if let Some(writer) = &mut kept.writer {
+        let entry = self.entries.get_mut(at)?;
+        (entry.count, entry.last) = (entry.count + 1, now);
+        if let Some(writer) = &mut entry.writer {
             let (from, reason) = (Text::new(from), Text::new(reason));
-            let mut shown = Rejected { count: kept.count, last: now, from, reason };
-            // Nobody depends on it.
+            let mut shown = Rejected { count: entry.count, last: now, from, reason };
+            // The state is only informative.
             let _ = writer.write(View::of(&mut shown).bytes(), 0, now);
         }
-        if now.saturating_sub(self.lines.0) >= PAUSE {
+        if now.saturating_sub(self.lines.0) >= LOG_INTERVAL {
             self.lines = (now, 0);
         }
-        let before = kept.logged;
-        if self.lines.1 >= LINES || before.is_some_and(|(time, _)| now.saturating_sub(time) < PAUSE) {
+        let before = entry.logged;
+        if self.lines.1 >= MAX_LOG_LINES
+            || before.is_some_and(|(time, _)| now.saturating_sub(time) < LOG_INTERVAL)
+        {
             return None;
         }
         self.lines.1 += 1;
-        kept.logged = Some((now, kept.count));
-        let again = before.map(|(_, count)| format!(" ({} times more)", kept.count - count));
-        Some(format!("{from}: {reason}{}", again.unwrap_or_default()))
+        entry.logged = Some((now, entry.count));
+        let suffix = before.map(|(_, count)| format!(" ({} times more)", entry.count - count));
+        Some(format!("{from}: {reason}{}", suffix.unwrap_or_default()))
     }
 
     fn begin(&mut self, from: &str, reason: &str) -> usize {
-        let fresh = |writer| KeptRefusal {
+        let fresh = |writer| RefusalEntry {
             from: from.into(),
             reason: reason.into(),
             count: 0,
@@ -90,17 +92,17 @@ impl Refusals {
             logged: None,
             writer,
         };
-        if self.kept.len() < KEPT {
+        if self.entries.len() < MAX_ENTRIES {
             let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 1, window: 4 } };
-            let path = format!("share/rejected/{}", self.kept.len() + 1);
+            let path = format!("share/rejected/{}", self.entries.len() + 1);
             let doc = "Somebody who was not let in.";
             let made = self.board.add_channel(&path, doc, Rejected::DESCRIPTOR, store, Access::Output);
             let writer = made.ok().and_then(|made| made.channel()?.writer().ok());
-            self.kept.push(fresh(writer));
-            return self.kept.len() - 1;
+            self.entries.push(fresh(writer));
+            return self.entries.len() - 1;
         }
-        let oldest = (0..self.kept.len()).min_by_key(|at| self.kept[*at].last).unwrap_or_default();
-        self.kept[oldest] = fresh(self.kept[oldest].writer.take());
+        let oldest = (0..self.entries.len()).min_by_key(|at| self.entries[*at].last).unwrap_or_default();
+        self.entries[oldest] = fresh(self.entries[oldest].writer.take());
         oldest
     }
 }

@@ -3,7 +3,7 @@ use std::collections::VecDeque;
 use super::wire::Beat;
 
 /// Window of the estimate, number of exchanges.
-const WINDOW: usize = 16;
+const WINDOW_SIZE: usize = 16;
 
 /// Estimator of the other agent's clock.
 /// It uses the four times of each exchange of heartbeats; that with the shortest round trip has the smallest error.
@@ -47,14 +47,14 @@ impl PeerClock {
             return;
         }
         self.heard = Some((beat.sent, now));
-        let Some((sent, came)) = beat.heard else { return };
-        let (way, rest) = (now.checked_sub(sent), beat.sent.checked_sub(came));
-        let (Some(way), Some(rest)) = (way, rest) else { return };
-        let Some(round_trip) = way.checked_sub(rest) else { return };
-        let there = i128::from(came) - i128::from(sent);
-        let back = i128::from(beat.sent) - i128::from(now);
-        let Ok(offset) = i64::try_from((there + back) / 2) else { return };
-        if self.exchanges.len() == WINDOW {
+        let Some((sent, received)) = beat.heard else { return };
+        let (elapsed, turnaround) = (now.checked_sub(sent), beat.sent.checked_sub(received));
+        let (Some(elapsed), Some(turnaround)) = (elapsed, turnaround) else { return };
+        let Some(round_trip) = elapsed.checked_sub(turnaround) else { return };
+        let outbound = i128::from(received) - i128::from(sent);
+        let inbound = i128::from(beat.sent) - i128::from(now);
+        let Ok(offset) = i64::try_from((outbound + inbound) / 2) else { return };
+        if self.exchanges.len() == WINDOW_SIZE {
             self.exchanges.pop_front();
         }
         self.exchanges.push_back(Estimate { offset, round_trip });
@@ -72,6 +72,6 @@ impl PeerClock {
 
     /// Returns whether there are enough exchanges to slow down the heartbeats.
     pub fn is_settled(&self) -> bool {
-        self.exchanges.len() >= WINDOW / 2
+        self.exchanges.len() >= WINDOW_SIZE / 2
     }
 }

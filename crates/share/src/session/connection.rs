@@ -15,9 +15,9 @@ pub(super) struct SessionConnection {
     pub own: Identity,
     /// Number of the connection attempt.
     pub attempt: u64,
-    pub other: Option<Other>,
+    pub other: Option<OtherAgent>,
     /// Mutual greeting; true once both know of each other.
-    pub together: bool,
+    pub established: bool,
     /// Time of the last received packet.
     pub heard: u64,
     /// Time of the next greeting.
@@ -28,7 +28,7 @@ pub(super) struct SessionConnection {
 
 /// Other agent as of its last greeting.
 #[derive(Clone, Debug)]
-pub(super) struct Other {
+pub(super) struct OtherAgent {
     pub identity: Identity,
     pub token: u64,
     pub attempt: u64,
@@ -43,7 +43,7 @@ pub(super) enum Greeting {
     /// It must receive a packet of this agent before it counts.
     New,
     /// Greeting of the connected agent that begins a new connection.
-    Again,
+    Reconnect,
     /// Outdated greeting.
     Stale,
     /// Greeting of another agent with the connected agent's name.
@@ -52,7 +52,7 @@ pub(super) enum Greeting {
 
 impl SessionConnection {
     pub fn new(own: Identity) -> Self {
-        Self { own, attempt: 1, other: None, together: false, heard: 0, greet_at: 0, since: 0 }
+        Self { own, attempt: 1, other: None, established: false, heard: 0, greet_at: 0, since: 0 }
     }
 
     /// Returns the token of this connection of this agent.
@@ -71,7 +71,7 @@ impl SessionConnection {
 
     /// Takes a greeting.
     pub fn greet(&mut self, from: u64, identity: Identity, attempt: u64) -> Greeting {
-        let other = Other { identity, token: from, attempt };
+        let other = OtherAgent { identity, token: from, attempt };
         let Some(known) = &self.other else {
             self.other = Some(other);
             return Greeting::New;
@@ -83,8 +83,8 @@ impl SessionConnection {
         if same && known.attempt > attempt {
             return Greeting::Stale;
         }
-        if self.together {
-            return if same { Greeting::Again } else { Greeting::Duplicate };
+        if self.established {
+            return if same { Greeting::Reconnect } else { Greeting::Duplicate };
         }
         // Of those that may be old packets the one that is there goes on greeting.
         self.other = Some(other);
@@ -95,7 +95,7 @@ impl SessionConnection {
     pub fn end(&mut self, now: u64) {
         self.attempt += 1;
         self.other = None;
-        self.together = false;
+        self.established = false;
         self.greet_at = now;
     }
 }

@@ -5,22 +5,22 @@ use super::event::{Application, Event, Offer};
 use super::inbound::Inbound;
 use super::subscription::{ReadStream, Serving};
 use super::wire::{ControlMessage, PortableOffer, RawBytes, append};
-use super::{Options, QUESTIONS, Session};
+use super::{MAX_OPEN_QUERIES, Options, Session};
 
 /// Largest number of unanswered messages of this agent.
-const MESSAGES: usize = 1024;
+const MAX_UNANSWERED_MESSAGES: usize = 1024;
 
 /// Reason why a request can't be sent to the other agent.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SendError {
     /// Absent agent.
     #[error("the other agent is not connected")]
-    Apart,
+    NotConnected,
     /// Full queue of outgoing messages.
     #[error("too much waits to be sent to the other agent")]
     Full,
     /// Too many unanswered questions, including those that were given up.
-    #[error("the other agent has not answered the last {QUESTIONS} questions")]
+    #[error("the other agent has not answered the last {MAX_OPEN_QUERIES} questions")]
     Unanswered,
     /// Message larger than a session takes.
     #[error("{bytes} bytes are more than the {limit} that are sent at once")]
@@ -45,7 +45,7 @@ impl Session {
         let id = self.next_id;
         self.next_id += 1;
         self.readings.insert(id, ReadStream::new(path, options, &self.limits));
-        if self.connection.together && self.clock.estimate().is_some() {
+        if self.connection.established && self.clock.estimate().is_some() {
             self.send_subscription(id);
         }
         Ok(id)
@@ -53,14 +53,14 @@ impl Session {
 
     /// Ends a subscription of this agent.
     pub fn unsubscribe(&mut self, id: u32) {
-        if self.readings.remove(&id).is_some() && self.connection.together {
+        if self.readings.remove(&id).is_some() && self.connection.established {
             self.control(&ControlMessage::Unsubscribe { id });
         }
     }
 
     /// Refuses the offer for a subscription, as it is not the expected one.
     /// The subscription is requested again after every connection.
-    pub fn refrain(&mut self, id: u32) {
+    pub fn refuse_offer(&mut self, id: u32) {
         if let Some(reading) = self.readings.get_mut(&id) {
             reading.epoch = 0;
             self.control(&ControlMessage::Unsubscribe { id });
@@ -132,7 +132,7 @@ impl Session {
             return Err(SendError::TooLarge { bytes: bytes.len(), limit: self.limits.value });
         }
         self.check_room(bytes.len())?;
-        if self.tickets.len() >= MESSAGES {
+        if self.tickets.len() >= MAX_UNANSWERED_MESSAGES {
             return Err(SendError::Full);
         }
         let ticket = self.next_ticket;
@@ -144,7 +144,7 @@ impl Session {
 
     /// Answers a message of the other agent.
     pub fn answer(&mut self, ticket: u64, answer: DeliveryStatus) {
-        if self.connection.together {
+        if self.connection.established {
             self.control(&ControlMessage::Answer { ticket, answer });
         }
     }
@@ -153,9 +153,9 @@ impl Session {
     ///
     /// # Errors
     /// When the other agent is not there, or has not answered the last questions.
-    pub fn ask(&mut self, pattern: &str, values: bool) -> Result<u32, SendError> {
+    pub fn query(&mut self, pattern: &str, values: bool) -> Result<u32, SendError> {
         self.check_room(pattern.len())?;
-        if self.requests.len() >= QUESTIONS {
+        if self.requests.len() >= MAX_OPEN_QUERIES {
             return Err(SendError::Unanswered);
         }
         let request = self.next_request;
@@ -167,45 +167,45 @@ impl Session {
 
     /// Gives up waiting for the answer to a question; the answer is dropped.
     /// The question counts as open until the other agent has answered it, which has no place for another one before.
-    pub fn give_up(&mut self, request: u32) {
+    pub fn cancel_query(&mut self, request: u32) {
         if let Some(is_wanted) = self.requests.get_mut(&request) {
             *is_wanted = false;
         }
     }
 
     /// Sends a part of the answer to a question of the other agent.
-    pub fn part(&mut self, request: u32, bytes: &[u8], last: bool) {
-        if self.asked.contains(&request) {
+    pub fn send_part(&mut self, request: u32, bytes: &[u8], last: bool) {
+        if self.open_queries.contains(&request) {
             self.control(&ControlMessage::Part { request, bytes: RawBytes(bytes), last });
             if last {
-                self.asked.remove(&request);
+                self.open_queries.remove(&request);
             }
         }
     }
 
     /// Returns whether a message or a question of either agent has no answer yet.
-    pub fn has_open(&self) -> bool {
-        !(self.requests.is_empty() && self.tickets.is_empty() && self.asked.is_empty())
+    pub fn has_pending(&self) -> bool {
+        !(self.requests.is_empty() && self.tickets.is_empty() && self.open_queries.is_empty())
     }
 
     /// Sends the reason why a question is not answered.
-    pub fn leave_unanswered(&mut self, request: u32, reason: &str) {
-        if self.asked.remove(&request) {
+    pub fn decline_query(&mut self, request: u32, reason: &str) {
+        if self.open_queries.remove(&request) {
             self.control(&ControlMessage::Unanswered { request, reason });
         }
     }
 
     /// Returns the number of bytes that control messages may still add.
     pub fn room(&self) -> usize {
-        self.limits.control.saturating_sub(self.waiting_bytes)
+        self.limits.control.saturating_sub(self.control_queue_bytes)
     }
 
     fn check_room(&self, bytes: usize) -> Result<(), SendError> {
-        if !self.connection.together {
-            return Err(SendError::Apart);
+        if !self.connection.established {
+            return Err(SendError::NotConnected);
         }
         // One that is larger than the room is sent alone.
-        if self.waiting_bytes > 0 && bytes > self.room() {
+        if self.control_queue_bytes > 0 && bytes > self.room() {
             return Err(SendError::Full);
         }
         Ok(())
@@ -214,8 +214,8 @@ impl Session {
     fn control(&mut self, message: &ControlMessage<'_>) {
         let mut bytes = Vec::new();
         append(message, &mut bytes);
-        self.waiting_bytes += bytes.len();
-        self.waiting.push_back(bytes);
+        self.control_queue_bytes += bytes.len();
+        self.control_queue.push_back(bytes);
     }
 
     /// Handles the messages that the control stream delivers.
@@ -227,7 +227,7 @@ impl Session {
     ) -> bool {
         let attempt = self.connection.attempt;
         let mut stream = std::mem::replace(&mut self.control_in, Inbound::idle());
-        let mut sense = true;
+        let mut valid = true;
         let fine = call(&mut stream, &mut |item| {
             // A message may end the connection, and what comes behind it belongs to that.
             if self.connection.attempt != attempt {
@@ -235,13 +235,13 @@ impl Session {
             }
             match postcard::from_bytes::<ControlMessage<'_>>(item) {
                 Ok(message) => self.receive_control(now, message, application),
-                Err(_) => sense = false,
+                Err(_) => valid = false,
             }
         });
         if self.connection.attempt == attempt {
             self.control_in = stream;
         }
-        fine && sense
+        fine && valid
     }
 
     fn receive_control(&mut self, now: u64, message: ControlMessage<'_>, application: &mut dyn Application) {
@@ -286,7 +286,7 @@ impl Session {
             }
             ControlMessage::Answer { ticket, answer } => self.receive_answer(ticket, answer, application),
             ControlMessage::Ask { request, pattern, values } => {
-                if self.asked.len() < QUESTIONS && self.asked.insert(request) {
+                if self.open_queries.len() < MAX_OPEN_QUERIES && self.open_queries.insert(request) {
                     application.event(Event::Asked { request, pattern: pattern.into(), values });
                 } else {
                     let reason = "too many questions are open";
@@ -306,7 +306,7 @@ impl Session {
                 }
             }
         }
-        if self.waiting_bytes > self.limits.control.saturating_mul(2) {
+        if self.control_queue_bytes > self.limits.control.saturating_mul(2) {
             self.disconnect(now, "it asks for more than it reads", application);
         }
     }

@@ -124,7 +124,7 @@ pub enum Event {
         last: bool,
     },
     /// Message of the team's knowledge from the other agent.
-    Told {
+    Knowledge {
         /// Message.
         bytes: Vec<u8>,
     },
@@ -156,7 +156,7 @@ pub trait Application {
     }
 
     /// Returns whether a value for a subscription of the other agent is ready.
-    fn has_news(&mut self, id: u32) -> bool {
+    fn has_update(&mut self, id: u32) -> bool {
         let _ = id;
         false
     }

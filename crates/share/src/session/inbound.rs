@@ -5,26 +5,26 @@ use super::Content;
 use super::wire::{Announcement, Fragment, StreamReport};
 
 /// Number of fragments after which a report is sent.
-const REPORT_EVERY: u32 = 64;
+const REPORT_FRAGMENTS: u32 = 64;
 
 /// Number of bytes after which a report is sent; less than any window.
 const REPORT_BYTES: usize = 32 << 10;
 
 /// Delay until missing fragments are requested again, ns.
-const ASK_AGAIN: u64 = 10_000_000;
+const RETRANSMIT_DELAY: u64 = 10_000_000;
 
 /// Largest number of ranges of missing fragments in a report.
-const RANGES: usize = 32;
+const MAX_MISSING_RANGES: usize = 32;
 
 /// Largest number of items assembled at once in an unreliable stream.
-const UNFINISHED: usize = 2;
+const MAX_PARTIAL_ITEMS: usize = 2;
 
 /// Largest distance of a fragment from the expected one.
-const AHEAD: u64 = 4096;
+const MAX_SEQUENCE_LEAD: u64 = 4096;
 
 /// Smallest size of all fragments of an item but the last, bytes.
 /// The overhead of a fragment is memory, too, so the size of an item bounds the number of its fragments.
-const SMALLEST: usize = 512;
+const MIN_FRAGMENT_SIZE: usize = 512;
 
 /// Receiving end of a stream, which assembles items.
 /// A reliable stream delivers all fragments in order; otherwise only complete items count.
@@ -42,13 +42,13 @@ pub(super) struct Inbound {
     early_bytes: usize,
     /// Item being assembled in order, and the number of its received fragments.
     item: Vec<u8>,
-    came: u32,
+    received_fragments: u32,
     /// Incomplete items, by the number of their first fragment.
-    unfinished: BTreeMap<u64, Unfinished>,
+    partial_items: BTreeMap<u64, PartialItem>,
     unreported: u32,
     unreported_bytes: usize,
     owes_report: bool,
-    asked_at: Option<u64>,
+    requested_at: Option<u64>,
     /// Next fragment number, as the sender announced it.
     known: u64,
     announced: bool,
@@ -62,7 +62,7 @@ struct ItemPiece {
 }
 
 #[derive(Debug, Default)]
-struct Unfinished {
+struct PartialItem {
     pieces: BTreeMap<u32, Vec<u8>>,
     bytes: usize,
 }
@@ -79,12 +79,12 @@ impl Inbound {
             early: BTreeMap::new(),
             early_bytes: 0,
             item: Vec::new(),
-            came: 0,
-            unfinished: BTreeMap::new(),
+            received_fragments: 0,
+            partial_items: BTreeMap::new(),
             unreported: 0,
             unreported_bytes: 0,
             owes_report: false,
-            asked_at: None,
+            requested_at: None,
             known: 1,
             announced: false,
         }
@@ -104,10 +104,14 @@ impl Inbound {
             return false;
         }
         self.known = self.known.max(number + 1);
-        if self.reliable { self.in_order(fragment, deliver) } else { self.as_it_comes(fragment, deliver) }
+        if self.reliable {
+            self.take_ordered(fragment, deliver)
+        } else {
+            self.take_unordered(fragment, deliver)
+        }
     }
 
-    fn in_order(&mut self, fragment: &Fragment<'_>, deliver: &mut dyn FnMut(&[u8])) -> bool {
+    fn take_ordered(&mut self, fragment: &Fragment<'_>, deliver: &mut dyn FnMut(&[u8])) -> bool {
         let number = fragment.number;
         if number < self.expected {
             // The sender would not send it again if it knew.
@@ -121,7 +125,8 @@ impl Inbound {
         }
         if number > self.expected {
             let bytes = fragment.bytes.0;
-            let fits = self.early_bytes + bytes.len() <= self.window && number - self.expected < AHEAD;
+            let fits =
+                self.early_bytes + bytes.len() <= self.window && number - self.expected < MAX_SEQUENCE_LEAD;
             if fits && !self.early.contains_key(&number) {
                 self.early_bytes += bytes.len();
                 let piece = ItemPiece { index: fragment.index, count: fragment.count, bytes: bytes.to_vec() };
@@ -134,7 +139,7 @@ impl Inbound {
         fine &= self.drain(deliver);
         self.unreported += 1;
         self.unreported_bytes += fragment.bytes.0.len();
-        self.owes_report |= self.unreported >= REPORT_EVERY || self.unreported_bytes >= REPORT_BYTES;
+        self.owes_report |= self.unreported >= REPORT_FRAGMENTS || self.unreported_bytes >= REPORT_BYTES;
         fine
     }
 
@@ -151,7 +156,7 @@ impl Inbound {
     fn take(&mut self, index: u32, count: u32, bytes: &[u8], deliver: &mut dyn FnMut(&[u8])) -> bool {
         self.expected += 1;
         if count == 1 {
-            self.forget_item();
+            self.clear_item();
             let fits = bytes.len() <= self.limit;
             if fits {
                 deliver(bytes);
@@ -159,30 +164,30 @@ impl Inbound {
             return fits;
         }
         if index == 0 {
-            self.forget_item();
+            self.clear_item();
         }
-        if index != self.came || self.item.len() + bytes.len() > self.limit {
-            self.forget_item();
+        if index != self.received_fragments || self.item.len() + bytes.len() > self.limit {
+            self.clear_item();
             return false;
         }
         self.item.extend_from_slice(bytes);
-        self.came += 1;
-        if self.came == count {
+        self.received_fragments += 1;
+        if self.received_fragments == count {
             deliver(&self.item);
-            self.forget_item();
+            self.clear_item();
             // The next item may wait for this one to be confirmed.
             self.owes_report = true;
         }
         true
     }
 
-    fn forget_item(&mut self) {
-        self.came = 0;
+    fn clear_item(&mut self) {
+        self.received_fragments = 0;
         // Memory that one big value took is not kept for ever by a stream of small ones.
         if self.item.capacity() > 1 << 16 { self.item = Vec::new() } else { self.item.clear() }
     }
 
-    fn as_it_comes(&mut self, fragment: &Fragment<'_>, deliver: &mut dyn FnMut(&[u8])) -> bool {
+    fn take_unordered(&mut self, fragment: &Fragment<'_>, deliver: &mut dyn FnMut(&[u8])) -> bool {
         let Fragment { number, index, count, bytes, .. } = *fragment;
         let start = number - u64::from(index);
         if start < self.expected {
@@ -196,12 +201,12 @@ impl Inbound {
             }
             return fits;
         }
-        if count as usize > self.limit / SMALLEST + 1 {
+        if count as usize > self.limit / MIN_FRAGMENT_SIZE + 1 {
             return false;
         }
-        let item = self.unfinished.entry(start).or_default();
+        let item = self.partial_items.entry(start).or_default();
         if item.bytes + bytes.0.len() > self.limit {
-            self.unfinished.remove(&start);
+            self.partial_items.remove(&start);
             return false;
         }
         if let Entry::Vacant(place) = item.pieces.entry(index) {
@@ -209,13 +214,13 @@ impl Inbound {
             place.insert(bytes.0.to_vec());
         }
         if item.pieces.len() == count as usize {
-            let pieces = self.unfinished.remove(&start).unwrap_or_default().pieces;
+            let pieces = self.partial_items.remove(&start).unwrap_or_default().pieces;
             self.finish(start + u64::from(count));
             let whole: Vec<u8> = pieces.into_values().flatten().collect();
             deliver(&whole);
         }
-        while self.unfinished.len() > UNFINISHED {
-            self.unfinished.pop_first();
+        while self.partial_items.len() > MAX_PARTIAL_ITEMS {
+            self.partial_items.pop_first();
         }
         true
     }
@@ -223,7 +228,7 @@ impl Inbound {
     /// Drops all fragments before `next`, which are not needed.
     fn finish(&mut self, next: u64) {
         self.expected = next;
-        self.unfinished = self.unfinished.split_off(&next);
+        self.partial_items = self.partial_items.split_off(&next);
     }
 
     /// Takes an announcement of the sender about the extent of the stream.
@@ -248,7 +253,7 @@ impl Inbound {
 
     /// Skips to `next`, as earlier fragments will not come.
     fn skip_to(&mut self, next: u64) {
-        self.forget_item();
+        self.clear_item();
         self.expected = next;
         self.early = self.early.split_off(&next);
         self.early_bytes = self.early.values().map(|piece| piece.bytes.len()).sum();
@@ -264,9 +269,13 @@ impl Inbound {
         if !self.owes_report {
             return None;
         }
-        // What was asked for needs time to come.
+        // Requested fragments need time to arrive.
         let missing = !self.early.is_empty() && !self.announced;
-        Some(if missing { self.asked_at.map_or(now, |asked| asked + ASK_AGAIN) } else { now })
+        Some(if missing {
+            self.requested_at.map_or(now, |requested_at| requested_at + RETRANSMIT_DELAY)
+        } else {
+            now
+        })
     }
 
     /// Returns a report of received and missing fragments.
@@ -279,13 +288,13 @@ impl Inbound {
         let mut missing = Vec::new();
         let mut from = self.expected;
         for number in self.early.keys().copied().chain([self.known]) {
-            if number > from && missing.len() < RANGES {
+            if number > from && missing.len() < MAX_MISSING_RANGES {
                 missing.push((from, number - 1));
             }
             from = from.max(number + 1);
         }
         if !missing.is_empty() {
-            self.asked_at = Some(now);
+            self.requested_at = Some(now);
             // If they don't come, the next announcement asks again.
         }
         StreamReport { stream, next: self.expected, missing }

@@ -3,16 +3,16 @@
 
 use std::collections::VecDeque;
 
-use super::wire::{FRAGMENT_HEAD, KnowledgePiece, PacketFrame, RawBytes, append};
+use super::wire::{KnowledgePiece, MAX_FRAGMENT_HEAD_SIZE, PacketFrame, RawBytes, append};
 
 /// The longest message, bytes.
-pub const LONGEST: usize = 64 << 10;
+pub const MAX_MESSAGE_SIZE: usize = 64 << 10;
 
 /// Largest size of waiting messages, bytes.
-const WAITING: usize = 512 << 10;
+const MAX_WAITING_SIZE: usize = 512 << 10;
 
 /// Smallest piece of a message, bytes; less room in a packet stays unused.
-const SMALLEST: usize = 512;
+const MIN_PIECE_SIZE: usize = 512;
 
 /// Messages that wait to be sent, and the message being assembled.
 #[derive(Debug, Default)]
@@ -29,7 +29,7 @@ pub(super) struct Knowledge {
 impl Knowledge {
     /// Queues a message; false if the queue is full.
     pub fn push(&mut self, message: &[u8]) -> bool {
-        let has_room = message.len() <= LONGEST && self.bytes + message.len() <= WAITING;
+        let has_room = message.len() <= MAX_MESSAGE_SIZE && self.bytes + message.len() <= MAX_WAITING_SIZE;
         if has_room {
             self.bytes += message.len();
             self.waiting.push_back(message.to_vec());
@@ -45,9 +45,9 @@ impl Knowledge {
     /// Fills the rest of a packet.
     pub fn append(&mut self, largest: usize, packet: &mut Vec<u8>) {
         while let Some(message) = self.waiting.front() {
-            let room = largest.saturating_sub(packet.len() + FRAGMENT_HEAD);
+            let room = largest.saturating_sub(packet.len() + MAX_FRAGMENT_HEAD_SIZE);
             let left = message.len() - self.sent;
-            if room < left.min(SMALLEST) {
+            if room < left.min(MIN_PIECE_SIZE) {
                 return;
             }
             let end = self.sent + left.min(room);
@@ -72,7 +72,7 @@ impl Knowledge {
     /// `None` for an invalid piece.
     pub fn receive(&mut self, piece: &KnowledgePiece<'_>) -> Option<Option<Vec<u8>>> {
         let at = piece.at as usize;
-        let end = at.checked_add(piece.bytes.0.len()).filter(|end| *end <= LONGEST)?;
+        let end = at.checked_add(piece.bytes.0.len()).filter(|end| *end <= MAX_MESSAGE_SIZE)?;
         if at == 0 {
             self.partial = Some((piece.number, Vec::with_capacity(end)));
         }

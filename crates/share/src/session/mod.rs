@@ -28,7 +28,7 @@ pub use connection::Identity;
 pub use control::SendError;
 pub use delivery::DeliveryStatus;
 pub use event::{Application, Event, Offer};
-pub use knowledge::LONGEST as LONGEST_KNOWLEDGE;
+pub use knowledge::MAX_MESSAGE_SIZE as MAX_KNOWLEDGE_SIZE;
 pub use options::{Compression, Content, Limits, Mode, Options};
 pub use wire::{Encoding, Sample, Seen, VERSION, refusal};
 
@@ -43,16 +43,16 @@ use subscription::{ReadStream, Serving};
 use wire::{Fragment, Hello, Packet, PacketFrame, StreamReport};
 
 /// Greeting period of an agent that is not connected, ns.
-const GREETING: u64 = 50_000_000;
+const GREETING_PERIOD: u64 = 50_000_000;
 
 /// Greeting period after a refusal, ns.
-const REFUSED_GREETING: u64 = 500_000_000;
+const REFUSED_GREETING_PERIOD: u64 = 500_000_000;
 
 /// Heartbeat period until the clock offset is known, ns.
-const QUICK_BEAT: u64 = 10_000_000;
+const INITIAL_BEAT_PERIOD: u64 = 10_000_000;
 
 /// Largest number of open questions of the other agent.
-const QUESTIONS: usize = 16;
+const MAX_OPEN_QUERIES: usize = 16;
 
 /// Counters of a session, for diagnostics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -97,8 +97,8 @@ pub struct Session {
     control_out: Outbound,
     control_in: Inbound,
     /// Control messages waiting for the stream.
-    waiting: VecDeque<Vec<u8>>,
-    waiting_bytes: usize,
+    control_queue: VecDeque<Vec<u8>>,
+    control_queue_bytes: usize,
     knowledge: Knowledge,
     readings: BTreeMap<u32, ReadStream>,
     servings: BTreeMap<u32, Serving>,
@@ -112,7 +112,7 @@ pub struct Session {
     /// Unanswered questions of this agent, and whether they still wait for the answer.
     requests: BTreeMap<u32, bool>,
     /// Open questions of the other agent.
-    asked: BTreeSet<u32>,
+    open_queries: BTreeSet<u32>,
     /// Refusal to be sent in any state.
     refusal: Option<Vec<u8>>,
     refused: Option<String>,
@@ -133,8 +133,8 @@ impl Session {
             owes_beat: false,
             control_out,
             control_in,
-            waiting: VecDeque::new(),
-            waiting_bytes: 0,
+            control_queue: VecDeque::new(),
+            control_queue_bytes: 0,
             knowledge: Knowledge::default(),
             readings: BTreeMap::new(),
             servings: BTreeMap::new(),
@@ -144,7 +144,7 @@ impl Session {
             next_request: 1,
             tickets: BTreeMap::new(),
             requests: BTreeMap::new(),
-            asked: BTreeSet::new(),
+            open_queries: BTreeSet::new(),
             refusal: None,
             refused: None,
             counters: Counters::default(),
@@ -163,12 +163,12 @@ impl Session {
 
     /// Returns the identity of the other agent while it is connected.
     pub fn other(&self) -> Option<&Identity> {
-        self.connection.other.as_ref().filter(|_| self.connection.together).map(|other| &other.identity)
+        self.connection.other.as_ref().filter(|_| self.connection.established).map(|other| &other.identity)
     }
 
     /// Returns the time of the connection, by this agent's clock, ns.
     pub fn since(&self) -> Option<u64> {
-        self.connection.together.then_some(self.connection.since)
+        self.connection.established.then_some(self.connection.since)
     }
 
     /// Returns the reason of the last refusal while the agents are not connected.
@@ -198,17 +198,17 @@ impl Session {
         self.servings.get(&id).map(|serving| (serving.sent, serving.stream.in_flight()))
     }
 
-    /// Sends a message of the team's knowledge, of at most [`LONGEST_KNOWLEDGE`] bytes.
+    /// Sends a message of the team's knowledge: at most [`MAX_KNOWLEDGE_SIZE`] bytes.
     /// It may be lost. Returns false if it is lost already: the other agent is absent, or too much waits.
-    pub fn tell(&mut self, message: &[u8]) -> bool {
-        self.connection.together && self.knowledge.push(message)
+    pub fn send_knowledge(&mut self, message: &[u8]) -> bool {
+        self.connection.established && self.knowledge.push(message)
     }
 
     /// Takes a packet that arrived at this agent's time `now`, ns.
     pub fn receive(&mut self, now: u64, packet: &[u8], application: &mut dyn Application) {
         self.counters.packets_received += 1;
         self.counters.bytes_received += packet.len() as u64;
-        match wire::open(packet) {
+        match wire::parse(packet) {
             Packet::Malformed => self.counters.malformed += 1,
             Packet::Refusal(reason) => self.receive_refusal(now, reason, application),
             Packet::OtherVersion(version) => {
@@ -225,10 +225,10 @@ impl Session {
 
     fn receive_refusal(&mut self, now: u64, reason: &str, application: &mut dyn Application) {
         // Anybody could have sent it, so it ends nothing.
-        if self.connection.together {
+        if self.connection.established {
             return;
         }
-        self.connection.greet_at = now + REFUSED_GREETING;
+        self.connection.greet_at = now + REFUSED_GREETING_PERIOD;
         if self.refused.as_deref() != Some(reason) {
             let reason: String = reason.chars().take(512).collect();
             self.refused = Some(reason.clone());
@@ -239,8 +239,8 @@ impl Session {
     /// Refuses the sender of a packet.
     fn refuse(&mut self, now: u64, reason: String, application: &mut dyn Application) {
         self.refusal = Some(refusal(&reason));
-        if !self.connection.together {
-            self.connection.greet_at = now + REFUSED_GREETING;
+        if !self.connection.established {
+            self.connection.greet_at = now + REFUSED_GREETING_PERIOD;
         }
         if self.refused.as_ref() != Some(&reason) {
             self.refused = Some(reason.clone());
@@ -272,8 +272,8 @@ impl Session {
             if self.connection.is_ours(head) {
                 // It answers what this agent has sent, so it is there now.
                 self.connection.heard = now;
-                if !self.connection.together {
-                    self.come_together(now, application);
+                if !self.connection.established {
+                    self.establish(now, application);
                 }
             }
             let fine = match frame {
@@ -289,7 +289,7 @@ impl Session {
                 PacketFrame::StreamReport(report) => self.receive_report(now, &report),
                 PacketFrame::Knowledge(piece) => match self.knowledge.receive(&piece) {
                     Some(Some(bytes)) => {
-                        application.event(Event::Told { bytes });
+                        application.event(Event::Knowledge { bytes });
                         true
                     }
                     received => received.is_some(),
@@ -329,7 +329,7 @@ impl Session {
         let identity = Identity { agent: agent.into(), instance: hello.instance };
         match self.connection.greet(head.from, identity, hello.attempt) {
             Greeting::Known => {
-                if self.connection.together {
+                if self.connection.established {
                     // It would not greet if it knew.
                     self.owes_beat = true;
                 }
@@ -343,7 +343,7 @@ impl Session {
                 self.counters.stale += 1;
                 false
             }
-            Greeting::Again => {
+            Greeting::Reconnect => {
                 self.disconnect(now, "it began anew", application);
                 self.connection.greet(
                     head.from,
@@ -361,9 +361,9 @@ impl Session {
         }
     }
 
-    fn come_together(&mut self, now: u64, application: &mut dyn Application) {
+    fn establish(&mut self, now: u64, application: &mut dyn Application) {
         let Some(other) = self.connection.other.as_ref().map(|other| other.identity.clone()) else { return };
-        self.connection.together = true;
+        self.connection.established = true;
         self.connection.since = now;
         self.owes_beat = true;
         self.refused = None;
@@ -388,7 +388,7 @@ impl Session {
     /// Returns the sender's identity if a packet is a greeting.
     /// For the search of the session that it belongs to.
     pub fn greeting(packet: &[u8]) -> Option<Identity> {
-        let Packet::Frames(_, frames) = wire::open(packet) else { return None };
+        let Packet::Frames(_, frames) = wire::parse(packet) else { return None };
         match postcard::take_from_bytes::<PacketFrame<'_>>(frames) {
             Ok((PacketFrame::Hello(hello), _)) if is_agent(hello.agent) => {
                 Some(Identity { agent: hello.agent.into(), instance: hello.instance })
@@ -399,14 +399,14 @@ impl Session {
 
     /// Ends the connection when the host knows that it is cut; both greet again.
     pub fn disconnect(&mut self, now: u64, reason: &str, application: &mut dyn Application) {
-        let was_together = self.connection.together;
+        let was_together = self.connection.established;
         self.connection.end(now);
         self.clock = PeerClock::default();
         (self.control_out, self.control_in) = control_streams(&self.limits);
-        self.waiting.clear();
-        self.waiting_bytes = 0;
+        self.control_queue.clear();
+        self.control_queue_bytes = 0;
         self.knowledge = Knowledge::default();
-        self.asked.clear();
+        self.open_queries.clear();
         self.readings.values_mut().for_each(|reading| reading.end(&self.limits));
         for id in std::mem::take(&mut self.servings).into_keys() {
             application.event(Event::Unsubscribed { id });
@@ -426,7 +426,7 @@ impl Session {
 
     /// Advances the time; a silent agent is disconnected.
     pub fn tick(&mut self, now: u64, application: &mut dyn Application) {
-        if self.connection.together && now.saturating_sub(self.connection.heard) > self.limits.silence {
+        if self.connection.established && now.saturating_sub(self.connection.heard) > self.limits.silence {
             let milliseconds = self.limits.silence / 1_000_000;
             self.disconnect(now, &format!("nothing was heard of it for {milliseconds} ms"), application);
         }
@@ -464,7 +464,7 @@ impl Session {
             stream.announce(announcement, deliver)
         });
         if let Some(reading) = self.readings.get_mut(&announcement.stream) {
-            reading.announced(announcement);
+            reading.receive_announcement(announcement);
         }
         fine
     }
@@ -480,19 +480,19 @@ impl Session {
         let Some(reading) = self.readings.get_mut(&id) else { return true };
         let limit = self.limits.value;
         let mut stream = std::mem::replace(&mut reading.stream, Inbound::idle());
-        let mut sense = true;
+        let mut valid = true;
         let fine = call(&mut stream, &mut |item| match Sample::read(item) {
             Some((sample, epoch, content)) if sample.length as usize <= limit => {
-                if reading.is_news(&sample, epoch) {
+                if reading.take_newer(&sample, epoch) {
                     application.sample(id, &sample, std::mem::take(&mut reading.skipped), content);
                 } else {
                     discard(&sample, content, application);
                 }
             }
-            _ => sense = false,
+            _ => valid = false,
         });
         reading.stream = stream;
-        fine && sense
+        fine && valid
     }
 
     fn receive_report(&mut self, now: u64, report: &StreamReport) -> bool {

@@ -5,7 +5,7 @@ use super::Content;
 use super::wire::{Announcement, StreamReport};
 
 /// Most fragments that are sent and not confirmed.
-const FLIGHT: usize = 512;
+const MAX_FRAGMENTS_IN_FLIGHT: usize = 512;
 
 /// Sending end of a stream, which cuts items into fragments.
 /// A reliable stream keeps them until they are confirmed.
@@ -18,22 +18,22 @@ pub(super) struct Outbound {
     /// Number of the next fragment.
     next: u64,
     /// Unconfirmed fragments, from number `next - flight.len()` on.
-    flight: VecDeque<Part>,
-    flying: usize,
+    unconfirmed: VecDeque<Part>,
+    bytes_in_flight: usize,
     /// Unsent rest of the current item.
-    rest: Option<UnsentRest>,
-    again: BTreeSet<u64>,
+    unsent: Option<UnsentItem>,
+    retransmissions: BTreeSet<u64>,
     /// Number before which all fragments are confirmed or obsolete.
     confirmed: u64,
     announce_at: Option<u64>,
-    retry_interval: u64,
+    announce_interval: u64,
     /// Number of the last value.
     pub sequence: u64,
     announced: u64,
 }
 
 #[derive(Debug)]
-struct UnsentRest {
+struct UnsentItem {
     item: Arc<Vec<u8>>,
     start: usize,
     size: usize,
@@ -58,10 +58,10 @@ impl Part {
 }
 
 /// Time for a confirmation before the receiver gets an announcement, ns.
-const RETRY_INTERVAL: u64 = 20_000_000;
+const MIN_ANNOUNCE_INTERVAL: u64 = 20_000_000;
 
 /// Longest interval between announcements, ns.
-const LONGEST_RETRY_INTERVAL: u64 = 200_000_000;
+const MAX_ANNOUNCE_INTERVAL: u64 = 200_000_000;
 
 impl Outbound {
     pub fn new(content: Content, reliable: bool, window: usize) -> Self {
@@ -70,13 +70,13 @@ impl Outbound {
             content,
             window,
             next: 1,
-            flight: VecDeque::new(),
-            flying: 0,
-            rest: None,
-            again: BTreeSet::new(),
+            unconfirmed: VecDeque::new(),
+            bytes_in_flight: 0,
+            unsent: None,
+            retransmissions: BTreeSet::new(),
             confirmed: 1,
             announce_at: None,
-            retry_interval: RETRY_INTERVAL,
+            announce_interval: MIN_ANNOUNCE_INTERVAL,
             sequence: 0,
             announced: 0,
         }
@@ -84,14 +84,14 @@ impl Outbound {
 
     /// Returns whether the stream takes the next item.
     pub fn is_ready(&self) -> bool {
-        if self.rest.is_some() {
+        if self.unsent.is_some() {
             return false;
         }
         match self.content {
             _ if !self.reliable => true,
             // An older value that fits into one fragment need not be sent again once there is a newer one. One that
             // takes several would never come through if each newer one pushed it out.
-            Content::Newest => self.flight.iter().all(|part| part.count == 1),
+            Content::Newest => self.unconfirmed.iter().all(|part| part.count == 1),
             Content::All => self.has_room(),
         }
     }
@@ -99,50 +99,51 @@ impl Outbound {
     /// Takes an item that is to be sent in fragments of at most `size` bytes.
     pub fn push(&mut self, item: Vec<u8>, size: usize) {
         if self.reliable && self.content == Content::Newest {
-            self.flight.clear();
-            self.again.clear();
-            self.flying = 0;
+            self.unconfirmed.clear();
+            self.retransmissions.clear();
+            self.bytes_in_flight = 0;
         }
         let size = size.max(1);
         let count = item.len().div_ceil(size).max(1) as u32;
-        self.rest = Some(UnsentRest { item: Arc::new(item), start: 0, size, index: 0, count });
+        self.unsent = Some(UnsentItem { item: Arc::new(item), start: 0, size, index: 0, count });
     }
 
     /// Returns whether a fragment is to be sent.
     pub fn has_fragment(&self) -> bool {
-        !self.again.is_empty() || self.rest.is_some() && self.has_room()
+        !self.retransmissions.is_empty() || self.unsent.is_some() && self.has_room()
     }
 
     /// Returns whether more fragments may be in flight.
     fn has_room(&self) -> bool {
-        !self.reliable || self.flying < self.window && self.flight.len() < FLIGHT
+        !self.reliable
+            || self.bytes_in_flight < self.window && self.unconfirmed.len() < MAX_FRAGMENTS_IN_FLIGHT
     }
 
     /// Returns the length of the next fragment, bytes.
     pub fn next_length(&self) -> usize {
-        match (self.again.first(), &self.rest) {
-            (Some(number), _) => self.kept(*number).map_or(0, |part| part.end - part.start),
+        match (self.retransmissions.first(), &self.unsent) {
+            (Some(number), _) => self.unconfirmed_part(*number).map_or(0, |part| part.end - part.start),
             (None, Some(rest)) => rest.size.min(rest.item.len() - rest.start),
             (None, None) => 0,
         }
     }
 
-    fn kept(&self, number: u64) -> Option<&Part> {
-        let first = self.next - self.flight.len() as u64;
-        self.flight.get(usize::try_from(number.checked_sub(first)?).ok()?)
+    fn unconfirmed_part(&self, number: u64) -> Option<&Part> {
+        let first = self.next - self.unconfirmed.len() as u64;
+        self.unconfirmed.get(usize::try_from(number.checked_sub(first)?).ok()?)
     }
 
     /// Returns the next fragment and its number; retransmissions come first.
     pub fn pop(&mut self, now: u64) -> Option<(u64, Part)> {
-        while let Some(number) = self.again.pop_first() {
-            if let Some(part) = self.kept(number) {
+        while let Some(number) = self.retransmissions.pop_first() {
+            if let Some(part) = self.unconfirmed_part(number) {
                 return Some((number, part.clone()));
             }
         }
         if !self.has_room() {
             return None;
         }
-        let rest = self.rest.as_mut()?;
+        let rest = self.unsent.as_mut()?;
         let end = (rest.start + rest.size).min(rest.item.len());
         let part = Part {
             item: Arc::clone(&rest.item),
@@ -153,17 +154,17 @@ impl Outbound {
         };
         (rest.start, rest.index) = (end, rest.index + 1);
         if rest.index == rest.count {
-            self.rest = None;
+            self.unsent = None;
         }
         let number = self.next;
         self.next += 1;
         if self.reliable {
-            self.flying += end - part.start;
-            self.flight.push_back(part.clone());
+            self.bytes_in_flight += end - part.start;
+            self.unconfirmed.push_back(part.clone());
         }
         if self.reliable || self.content == Content::All {
-            self.retry_interval = RETRY_INTERVAL;
-            self.announce_at = Some(now + RETRY_INTERVAL);
+            self.announce_interval = MIN_ANNOUNCE_INTERVAL;
+            self.announce_at = Some(now + MIN_ANNOUNCE_INTERVAL);
         }
         Some((number, part))
     }
@@ -172,22 +173,22 @@ impl Outbound {
     /// The receiver must learn of it even if no other value follows.
     pub fn pass(&mut self, sequence: u64, now: u64) {
         self.sequence = self.sequence.max(sequence);
-        self.announce_at.get_or_insert(now + RETRY_INTERVAL);
+        self.announce_at.get_or_insert(now + MIN_ANNOUNCE_INTERVAL);
     }
 
     /// Returns the time of the next announcement.
     pub fn announce_at(&self) -> Option<u64> {
         // While an item is on its way the receiver hears of the stream anyhow.
-        self.announce_at.filter(|_| self.rest.is_none() || !self.has_room())
+        self.announce_at.filter(|_| self.unsent.is_none() || !self.has_room())
     }
 
     /// Returns an announcement, and schedules the next one after twice the interval.
     /// Announcements end with the confirmation.
     pub fn announcement(&mut self, stream: u32, epoch: u32, now: u64) -> Announcement {
-        self.announce_at = Some(now + self.retry_interval);
-        self.retry_interval = (self.retry_interval * 2).min(LONGEST_RETRY_INTERVAL);
+        self.announce_at = Some(now + self.announce_interval);
+        self.announce_interval = (self.announce_interval * 2).min(MAX_ANNOUNCE_INTERVAL);
         self.announced = self.sequence;
-        let first = self.next - self.flight.len() as u64;
+        let first = self.next - self.unconfirmed.len() as u64;
         Announcement { stream, first, next: self.next, sequence: self.sequence, epoch }
     }
 
@@ -197,24 +198,24 @@ impl Outbound {
             return;
         }
         if report.next > self.confirmed || !report.missing.is_empty() {
-            self.retry_interval = RETRY_INTERVAL;
-            self.announce_at = self.announce_at.map(|_| now + RETRY_INTERVAL);
+            self.announce_interval = MIN_ANNOUNCE_INTERVAL;
+            self.announce_at = self.announce_at.map(|_| now + MIN_ANNOUNCE_INTERVAL);
         }
         self.confirmed = self.confirmed.max(report.next);
-        while self.next - self.flight.len() as u64 <= self.confirmed.saturating_sub(1) {
-            let Some(part) = self.flight.pop_front() else { break };
-            self.flying -= part.end - part.start;
+        while self.next - self.unconfirmed.len() as u64 <= self.confirmed.saturating_sub(1) {
+            let Some(part) = self.unconfirmed.pop_front() else { break };
+            self.bytes_in_flight -= part.end - part.start;
         }
-        let first = self.next - self.flight.len() as u64;
-        self.again = self.again.split_off(&first);
-        let mut asked = 0;
+        let first = self.next - self.unconfirmed.len() as u64;
+        self.retransmissions = self.retransmissions.split_off(&first);
+        let mut requested = 0;
         for (from, to) in &report.missing {
             for number in (*from).max(first)..=(*to).min(self.next - 1) {
-                if asked == FLIGHT {
+                if requested == MAX_FRAGMENTS_IN_FLIGHT {
                     return;
                 }
-                asked += 1;
-                self.again.insert(number);
+                requested += 1;
+                self.retransmissions.insert(number);
             }
         }
         if self.confirmed == self.next && (self.content == Content::Newest || self.announced == self.sequence)
@@ -225,6 +226,6 @@ impl Outbound {
 
     /// Returns the number of unconfirmed fragments.
     pub fn in_flight(&self) -> usize {
-        self.flight.len()
+        self.unconfirmed.len()
     }
 }

@@ -2,15 +2,17 @@
 
 use super::event::Application;
 use super::outbound::Outbound;
-use super::wire::{FRAGMENT_HEAD, Fragment, HEAD, Hello, PacketFrame, SAMPLE_HEAD, append};
-use super::{GREETING, QUICK_BEAT, Session};
+use super::wire::{
+    Fragment, HEAD_SIZE, Hello, MAX_FRAGMENT_HEAD_SIZE, PacketFrame, SAMPLE_HEAD_SIZE, append,
+};
+use super::{GREETING_PERIOD, INITIAL_BEAT_PERIOD, Session};
 
 /// Largest frame other than a fragment, bytes: a report with all its ranges.
-const LARGEST_FRAME: usize = 700;
+const MAX_FRAME_SIZE: usize = 700;
 
 /// Lower bound of the packet size, bytes.
 /// Small control messages fill a packet together, so an item is not cut smaller.
-const SMALLEST_PACKET: usize = 1024;
+const MIN_PACKET_SIZE: usize = 1024;
 
 impl Session {
     /// Writes the next packet, of at most `largest` bytes (at least 1024).
@@ -26,13 +28,13 @@ impl Session {
             *packet = refusal;
             return self.count(packet);
         }
-        let largest = largest.max(SMALLEST_PACKET);
+        let largest = largest.max(MIN_PACKET_SIZE);
         self.connection.head().begin(packet);
-        if !self.connection.together {
+        if !self.connection.established {
             if now < self.connection.greet_at {
                 return false;
             }
-            self.connection.greet_at = now + GREETING;
+            self.connection.greet_at = now + GREETING_PERIOD;
             let own = &self.connection.own;
             let hello = Hello { agent: &own.agent, instance: own.instance, attempt: self.connection.attempt };
             append(&PacketFrame::Hello(hello), packet);
@@ -41,8 +43,8 @@ impl Session {
         if self.owes_beat || now >= self.beat_at {
             self.owes_beat = false;
             let quick = !self.clock.is_settled();
-            self.beat_at =
-                now + if quick { QUICK_BEAT.min(self.limits.heartbeat) } else { self.limits.heartbeat };
+            self.beat_at = now
+                + if quick { INITIAL_BEAT_PERIOD.min(self.limits.heartbeat) } else { self.limits.heartbeat };
             append(&PacketFrame::Beat(self.clock.beat(now)), packet);
         }
         self.append_reports(now, largest, packet);
@@ -50,7 +52,7 @@ impl Session {
         self.append_control(now, largest, packet);
         self.append_values(now, largest, packet, application);
         self.knowledge.append(largest, packet);
-        packet.len() > HEAD && self.count(packet)
+        packet.len() > HEAD_SIZE && self.count(packet)
     }
 
     fn count(&mut self, packet: &[u8]) -> bool {
@@ -64,7 +66,7 @@ impl Session {
         if self.refusal.is_some() {
             return now;
         }
-        if !self.connection.together {
+        if !self.connection.established {
             return self.connection.greet_at;
         }
         let mut next = self.beat_at.min(self.connection.heard.saturating_add(self.limits.silence + 1));
@@ -72,7 +74,7 @@ impl Session {
         sooner((self.owes_beat || self.knowledge.is_waiting()).then_some(now));
         sooner(self.control_in.report_at(now));
         sooner(self.control_out.announce_at());
-        sooner((self.control_out.has_fragment() || self.may_go_on()).then_some(now));
+        sooner((self.control_out.has_fragment() || self.has_control()).then_some(now));
         for reading in self.readings.values() {
             sooner(reading.stream.report_at(now));
         }
@@ -80,7 +82,7 @@ impl Session {
             sooner(serving.stream.announce_at());
             sooner(serving.stream.has_fragment().then_some(now));
             if let Some(due) = serving.due()
-                && application.has_news(*id)
+                && application.has_update(*id)
             {
                 sooner(Some(due));
             }
@@ -89,14 +91,14 @@ impl Session {
     }
 
     /// Returns whether a waiting control message can enter its stream.
-    fn may_go_on(&self) -> bool {
-        !self.waiting.is_empty() && self.control_out.is_ready()
+    fn has_control(&self) -> bool {
+        !self.control_queue.is_empty() && self.control_out.is_ready()
     }
 
     fn append_reports(&mut self, now: u64, largest: usize, packet: &mut Vec<u8>) {
         let streams = self.readings.iter_mut().map(|(id, reading)| (*id, &mut reading.stream));
         for (id, stream) in [(0, &mut self.control_in)].into_iter().chain(streams) {
-            if packet.len() + LARGEST_FRAME > largest {
+            if packet.len() + MAX_FRAME_SIZE > largest {
                 return;
             }
             if stream.report_at(now).is_some_and(|at| at <= now) {
@@ -108,7 +110,7 @@ impl Session {
     fn append_announcements(&mut self, now: u64, largest: usize, packet: &mut Vec<u8>) {
         let streams = self.servings.iter_mut().map(|(id, serving)| (*id, serving.epoch, &mut serving.stream));
         for (id, epoch, stream) in [(0, 0, &mut self.control_out)].into_iter().chain(streams) {
-            if packet.len() + LARGEST_FRAME > largest {
+            if packet.len() + MAX_FRAME_SIZE > largest {
                 return;
             }
             if stream.announce_at().is_some_and(|at| at <= now) {
@@ -125,9 +127,9 @@ impl Session {
             if !self.control_out.is_ready() {
                 return;
             }
-            let Some(item) = self.waiting.pop_front() else { return };
-            self.waiting_bytes -= item.len();
-            self.control_out.push(item, largest - HEAD - FRAGMENT_HEAD);
+            let Some(item) = self.control_queue.pop_front() else { return };
+            self.control_queue_bytes -= item.len();
+            self.control_out.push(item, largest - HEAD_SIZE - MAX_FRAGMENT_HEAD_SIZE);
         }
     }
 
@@ -154,16 +156,16 @@ impl Session {
                     if serving.due().is_none_or(|due| due > now) {
                         continue;
                     }
-                    if !application.has_news(*id) {
-                        serving.nothing(now);
+                    if !application.has_update(*id) {
+                        serving.note_empty(now);
                         continue;
                     }
-                    let mut item = vec![0; SAMPLE_HEAD];
+                    let mut item = vec![0; SAMPLE_HEAD_SIZE];
                     let Some(sample) = application.take(*id, &mut item) else { continue };
-                    sample.write(serving.epoch, &mut item[..SAMPLE_HEAD]);
+                    sample.write(serving.epoch, &mut item[..SAMPLE_HEAD_SIZE]);
                     serving.stream.sequence = sample.stamp.sequence;
-                    serving.taken(now);
-                    serving.stream.push(item, largest - HEAD - FRAGMENT_HEAD);
+                    serving.note_value(now);
+                    serving.stream.push(item, largest - HEAD_SIZE - MAX_FRAGMENT_HEAD_SIZE);
                     more = true;
                     if !append_fragments(&mut serving.stream, *id, now, largest, packet) {
                         self.cursor = *id;
@@ -178,7 +180,7 @@ impl Session {
 /// Appends fragments of a stream; returns whether all fitted.
 fn append_fragments(stream: &mut Outbound, id: u32, now: u64, largest: usize, packet: &mut Vec<u8>) -> bool {
     while stream.has_fragment() {
-        if packet.len() + FRAGMENT_HEAD + stream.next_length() > largest {
+        if packet.len() + MAX_FRAGMENT_HEAD_SIZE + stream.next_length() > largest {
             return false;
         }
         let Some((number, part)) = stream.pop(now) else { return true };

@@ -65,7 +65,7 @@ impl ReadStream {
     }
 
     /// Takes a value if it is newer than all before; returns whether it is.
-    pub fn is_news(&mut self, sample: &Sample, epoch: u32) -> bool {
+    pub fn take_newer(&mut self, sample: &Sample, epoch: u32) -> bool {
         let Some(seen) = self.seen.filter(|_| epoch == self.epoch) else { return false };
         let stamp = sample.stamp;
         if stamp.sequence <= seen.sequence || stamp.generation < seen.generation {
@@ -78,7 +78,7 @@ impl ReadStream {
     }
 
     /// Takes an announcement; earlier values that did not arrive are lost.
-    pub fn announced(&mut self, announcement: &Announcement) {
+    pub fn receive_announcement(&mut self, announcement: &Announcement) {
         let Some(seen) = self.seen.filter(|_| announcement.epoch == self.epoch) else { return };
         if self.stream.is_complete() && announcement.sequence > seen.sequence {
             self.count_until(announcement.sequence, seen.generation, seen.instance);
@@ -87,7 +87,7 @@ impl ReadStream {
 }
 
 fn stream(options: &Options, limits: &Limits) -> Inbound {
-    let limit = limits.value + super::wire::SAMPLE_HEAD;
+    let limit = limits.value + super::wire::SAMPLE_HEAD_SIZE;
     Inbound::new(options.content, options.reliable, limit, limits.window)
 }
 
@@ -117,24 +117,24 @@ impl Serving {
     }
 
     /// Notes that a value was taken.
-    pub fn taken(&mut self, now: u64) {
+    pub fn note_value(&mut self, now: u64) {
         self.sent += 1;
         match self.options.content {
-            Content::Newest => self.go_on(now),
+            Content::Newest => self.schedule_next(now),
             Content::All => self.batch = true,
         }
     }
 
     /// Notes that no further value is ready.
-    pub fn nothing(&mut self, now: u64) {
+    pub fn note_empty(&mut self, now: u64) {
         // A period without a value has passed like any other.
         let passed = matches!(self.options.mode, Mode::Periodic(_));
         if std::mem::take(&mut self.batch) || passed {
-            self.go_on(now);
+            self.schedule_next(now);
         }
     }
 
-    fn go_on(&mut self, now: u64) {
+    fn schedule_next(&mut self, now: u64) {
         self.due = match self.options.mode {
             Mode::OnChange(interval) => now.saturating_add(interval),
             // On the grid of periods, so that it does not drift.

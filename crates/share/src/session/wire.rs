@@ -20,10 +20,10 @@ const MAGIC: u8 = if cfg!(target_endian = "little") { b'S' } else { b's' };
 const REFUSAL: u8 = 0;
 
 /// Size of the head of a packet, bytes.
-pub(super) const HEAD: usize = 18;
+pub(super) const HEAD_SIZE: usize = 18;
 
 /// Largest size of a fragment without its content, bytes.
-pub(super) const FRAGMENT_HEAD: usize = 40;
+pub(super) const MAX_FRAGMENT_HEAD_SIZE: usize = 40;
 
 /// Head of a packet: tokens of sender and receiver.
 /// Both change with each attempt to connect, so late packets of an old connection never count as part of the next.
@@ -60,20 +60,20 @@ pub fn refusal(reason: &str) -> Vec<u8> {
     packet
 }
 
-fn number(bytes: &[u8]) -> u64 {
+fn read_u64(bytes: &[u8]) -> u64 {
     let mut number = [0; 8];
     number.copy_from_slice(&bytes[..8]);
     u64::from_le_bytes(number)
 }
 
 /// Parses the head of a packet.
-pub(super) fn open(packet: &[u8]) -> Packet<'_> {
+pub(super) fn parse(packet: &[u8]) -> Packet<'_> {
     match packet {
         [MAGIC, REFUSAL, reason @ ..] => {
             std::str::from_utf8(reason).map_or(Packet::Malformed, Packet::Refusal)
         }
         [MAGIC, VERSION, rest @ ..] if rest.len() >= 16 => {
-            Packet::Frames(PacketHead { from: number(rest), to: number(&rest[8..]) }, &rest[16..])
+            Packet::Frames(PacketHead { from: read_u64(rest), to: read_u64(&rest[8..]) }, &rest[16..])
         }
         [MAGIC, version, ..] if *version != VERSION => Packet::OtherVersion(*version),
         _ => Packet::Malformed,
@@ -260,7 +260,7 @@ pub(super) struct PortableOffer<'a> {
 }
 
 /// Size of the head of a value in a stream, bytes.
-pub(super) const SAMPLE_HEAD: usize = 37;
+pub(super) const SAMPLE_HEAD_SIZE: usize = 37;
 
 /// Encoding of a value's content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -301,14 +301,14 @@ impl Sample {
 
     /// Parses a value; returns its head, the epoch of its offer, and its content.
     pub(super) fn read(item: &[u8]) -> Option<(Self, u32, &[u8])> {
-        let (head, content) = item.split_at_checked(SAMPLE_HEAD)?;
+        let (head, content) = item.split_at_checked(SAMPLE_HEAD_SIZE)?;
         let encoding = [Encoding::Plain, Encoding::Lz4, Encoding::Jpeg, Encoding::Placed];
-        let sizes = number(&head[24..32]);
+        let sizes = read_u64(&head[24..32]);
         let sample = Self {
             stamp: Stamp {
-                generation: number(head),
-                sequence: number(&head[8..]),
-                time: number(&head[16..]),
+                generation: read_u64(head),
+                sequence: read_u64(&head[8..]),
+                time: read_u64(&head[16..]),
             },
             items: sizes as u32,
             length: (sizes >> 32) as u32,

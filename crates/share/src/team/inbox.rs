@@ -4,10 +4,10 @@ use std::sync::{Arc, Mutex};
 use slate_blackboard::wake::Wake;
 use slate_runtime::sharing::{TeamCarrier, TeamExchange};
 
-use crate::peers::locked;
+use crate::peers::lock;
 
 /// Largest number of waiting messages; later messages make up for dropped ones.
-const WAITING: usize = 256;
+const MAX_WAITING_MESSAGES: usize = 256;
 
 /// Route to another robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,19 +19,19 @@ pub(crate) enum TeamRoute {
 }
 
 /// Event from another robot.
-pub(crate) enum TeamNews {
+pub(crate) enum TeamEvent {
     /// Robot in reach.
     Connected(String, TeamRoute),
     /// Robot out of reach.
     Disconnected(String, TeamRoute),
     /// Message of a robot.
-    Told(String, Vec<u8>),
+    Message(String, Vec<u8>),
 }
 
 /// Unread messages of other robots, and a carrier that reaches some of them.
 #[derive(Default)]
 pub(crate) struct TeamInbox {
-    news: Mutex<VecDeque<TeamNews>>,
+    events: Mutex<VecDeque<TeamEvent>>,
     carrier: Mutex<Option<Arc<dyn TeamCarrier>>>,
     wake: Arc<Wake>,
 }
@@ -41,39 +41,39 @@ impl TeamInbox {
         &self.wake
     }
 
-    pub fn put(&self, news: TeamNews) {
-        let mut all = locked(&self.news);
-        if all.len() < WAITING || !matches!(news, TeamNews::Told(..)) {
-            all.push_back(news);
+    pub fn put(&self, events: TeamEvent) {
+        let mut all = lock(&self.events);
+        if all.len() < MAX_WAITING_MESSAGES || !matches!(events, TeamEvent::Message(..)) {
+            all.push_back(events);
         }
         drop(all);
         self.wake.notify(1);
     }
 
-    pub fn take(&self) -> VecDeque<TeamNews> {
-        std::mem::take(&mut locked(&self.news))
+    pub fn take(&self) -> VecDeque<TeamEvent> {
+        std::mem::take(&mut lock(&self.events))
     }
 
     /// Returns the carrier in addition to the sessions.
     pub fn carrier(&self) -> Option<Arc<dyn TeamCarrier>> {
-        locked(&self.carrier).clone()
+        lock(&self.carrier).clone()
     }
 }
 
 impl TeamExchange for TeamInbox {
     fn set_carrier(&self, carrier: Option<Arc<dyn TeamCarrier>>) {
-        *locked(&self.carrier) = carrier;
+        *lock(&self.carrier) = carrier;
     }
 
     fn meet(&self, robot: &str) {
-        self.put(TeamNews::Connected(robot.into(), TeamRoute::Carrier));
+        self.put(TeamEvent::Connected(robot.into(), TeamRoute::Carrier));
     }
 
     fn part(&self, robot: &str) {
-        self.put(TeamNews::Disconnected(robot.into(), TeamRoute::Carrier));
+        self.put(TeamEvent::Disconnected(robot.into(), TeamRoute::Carrier));
     }
 
     fn hear(&self, robot: &str, message: Vec<u8>) {
-        self.put(TeamNews::Told(robot.into(), message));
+        self.put(TeamEvent::Message(robot.into(), message));
     }
 }

@@ -14,19 +14,19 @@ use crate::schema::interface;
 const SEPARATOR: u8 = b':';
 
 /// Key of each robot's name.
-const NAME: &[u8] = b":name";
+const NAME_KEY: &[u8] = b":name";
 
 /// Prefix of the keys of interfaces.
-const INTERFACE: &[u8] = b":interface/";
+const INTERFACE_PREFIX: &[u8] = b":interface/";
 
 /// Ticks without a message after which a robot receives no more messages.
 /// It seems to take no part. The limit is at least this, and grows with each neighbour. A tick compares with two
 /// neighbours, so 26 messages to each are to be expected meanwhile, and as many answers: most of them may be lost.
-const MINIMUM_SILENCE: usize = 25;
-const SILENCE_PER_NEIGHBOUR: usize = 13;
+const SILENCE_TIMEOUT: usize = 25;
+const SILENCE_TIMEOUT_PER_NEIGHBOUR: usize = 13;
 
 /// Number of such periods after which a silent robot is tried again.
-const AGAIN: usize = 10;
+const RETRY_PERIODS: usize = 10;
 
 /// Member of a team: a robot's statements, its knowledge and its neighbours.
 /// It has neither threads nor sockets nor a clock.
@@ -49,16 +49,16 @@ struct Neighbour {
     /// Ticks since its last message.
     silence: usize,
     /// Flag of a message to it since the last tick.
-    was_told: bool,
+    has_message: bool,
     /// Flag of an answer owed to it, which shows that this robot takes part.
-    awaits: bool,
+    owes_answer: bool,
     /// Presence as reported by the host, not only inferred from its messages.
-    is_met: bool,
+    is_reported: bool,
 }
 
 /// Fact of the team's knowledge.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Known<'a> {
+pub struct TeamFact<'a> {
     /// Subject of the fact in its topic.
     pub key: &'a str,
     /// The name of the robot that states it.
@@ -101,8 +101,8 @@ impl Member {
     ///
     /// # Errors
     /// In words, if another robot's name has the same number; it receives no messages then.
-    pub fn meet(&mut self, name: &str) -> Result<(), String> {
-        self.neighbour(name)?.is_met = true;
+    pub fn add_neighbour(&mut self, name: &str) -> Result<(), String> {
+        self.neighbour(name)?.is_reported = true;
         Ok(())
     }
 
@@ -112,23 +112,28 @@ impl Member {
         if number == self.replica.robot() {
             return Err(clash(&self.name, name));
         }
-        let new =
-            || Neighbour { name: name.into(), silence: 0, was_told: false, awaits: false, is_met: false };
+        let new = || Neighbour {
+            name: name.into(),
+            silence: 0,
+            has_message: false,
+            owes_answer: false,
+            is_reported: false,
+        };
         let neighbour = self.neighbours.entry(number).or_insert_with(new);
         if neighbour.name != name {
             return Err(clash(&neighbour.name, name));
         }
         neighbour.silence = 0;
-        self.replica.meet(number);
+        self.replica.add_neighbour(number);
         Ok(neighbour)
     }
 
     /// Removes a robot out of reach.
-    pub fn part(&mut self, name: &str) {
+    pub fn remove_neighbour(&mut self, name: &str) {
         let number = robot_number(name);
         if self.neighbours.get(&number).is_some_and(|known| known.name == name) {
             self.neighbours.remove(&number);
-            self.replica.part(number);
+            self.replica.remove_neighbour(number);
         }
     }
 
@@ -136,34 +141,34 @@ impl Member {
     ///
     /// # Errors
     /// If the message is invalid; nothing is changed then.
-    pub fn hear(&mut self, name: &str, message: &[u8]) -> Result<(), MessageError> {
-        // Whoever has another one's number is not heard.
+    pub fn receive(&mut self, name: &str, message: &[u8]) -> Result<(), MessageError> {
+        // Ignores a robot whose number is taken.
         let Ok(neighbour) = self.neighbour(name) else { return Ok(()) };
         // A greeting is not answered, or two robots would never stop.
-        neighbour.awaits |= !neighbour.was_told && message != Replica::greeting();
+        neighbour.owes_answer |= !neighbour.has_message && message != Replica::greeting();
         self.replica.receive(robot_number(name), message)
     }
 
     /// Advances the protocol; call it several times per second.
     pub fn tick(&mut self) {
-        let silence_limit = self.silence_limit();
-        // Who was only heard, perhaps after it had gone, is not tried again.
+        let silence_timeout = self.silence_timeout();
+        // A robot known only from its messages is not retried.
         self.neighbours.retain(|number, neighbour| {
             neighbour.silence = neighbour.silence.saturating_add(1);
-            neighbour.was_told = false;
-            if neighbour.silence % (AGAIN * silence_limit) < silence_limit {
-                self.replica.meet(*number);
+            neighbour.has_message = false;
+            if neighbour.silence % (RETRY_PERIODS * silence_timeout) < silence_timeout {
+                self.replica.add_neighbour(*number);
             } else {
-                self.replica.part(*number);
+                self.replica.remove_neighbour(*number);
             }
-            neighbour.is_met || neighbour.silence < silence_limit
+            neighbour.is_reported || neighbour.silence < silence_timeout
         });
         self.replica.tick();
     }
 
     /// Returns the number of ticks that a neighbour may be silent.
-    fn silence_limit(&self) -> usize {
-        MINIMUM_SILENCE.max(SILENCE_PER_NEIGHBOUR * self.neighbours.len())
+    fn silence_timeout(&self) -> usize {
+        SILENCE_TIMEOUT.max(SILENCE_TIMEOUT_PER_NEIGHBOUR * self.neighbours.len())
     }
 
     /// Returns the next message, and the name of its receiver.
@@ -175,13 +180,13 @@ impl Member {
                 Some(_) => {}
                 // A robot with many neighbours compares rarely with one that has few, who must not take it for silent.
                 None => {
-                    let (to, _) = self.neighbours.iter().find(|(_, neighbour)| neighbour.awaits)?;
+                    let (to, _) = self.neighbours.iter().find(|(_, neighbour)| neighbour.owes_answer)?;
                     break (*to, Replica::greeting());
                 }
             }
         };
         let neighbour = self.neighbours.get_mut(&to)?;
-        (neighbour.was_told, neighbour.awaits) = (true, false);
+        (neighbour.has_message, neighbour.owes_answer) = (true, false);
         Some((&neighbour.name, bytes))
     }
 
@@ -200,7 +205,7 @@ impl Member {
     ) -> Result<(), Refusal> {
         self.introduce(now, layout.descriptor())?;
         let statement = Statement { schema: layout.descriptor().hash, certainty, value };
-        self.replica.state(now, &joined(topic, key), statement).map(drop)
+        self.replica.state(now, &join_key(topic, key), statement).map(drop)
     }
 
     /// Retracts this robot's statement about a key of a topic.
@@ -208,7 +213,7 @@ impl Member {
     /// # Errors
     /// As for [`Replica::retract`].
     pub fn retract(&mut self, now: u64, topic: &str, key: &str) -> Result<bool, Refusal> {
-        self.replica.retract(now, &joined(topic, key))
+        self.replica.retract(now, &join_key(topic, key))
     }
 
     /// States the robot's name and an interface, unless they are known.
@@ -217,9 +222,9 @@ impl Member {
             return Ok(());
         }
         let name = self.name.clone();
-        self.state_once(now, NAME, name.as_bytes())?;
+        self.state_once(now, NAME_KEY, name.as_bytes())?;
         // One that can't be written or is too long is not known to those who have no use for it themselves.
-        let encoded = encode_interface(descriptor).map(|bytes| packed(&bytes)).unwrap_or_default();
+        let encoded = encode_interface(descriptor).map(|bytes| compress(&bytes)).unwrap_or_default();
         if (1..=Self::limits().value).contains(&encoded.len()) {
             self.state_once(now, &interface_key(descriptor.hash), &encoded)?;
         }
@@ -238,19 +243,19 @@ impl Member {
     }
 
     /// Returns all facts by topic, key and robot.
-    pub fn known(&self) -> BTreeMap<&str, Vec<Known<'_>>> {
-        let names = self.replica.facts(NAME).filter_map(|fact| {
+    pub fn known(&self) -> BTreeMap<&str, Vec<TeamFact<'_>>> {
+        let names = self.replica.facts(NAME_KEY).filter_map(|fact| {
             let name = std::str::from_utf8(fact.statement.value).ok()?;
             Some((fact.origin, name))
         });
         let names: BTreeMap<u32, &str> = names.collect();
-        let mut known: BTreeMap<&str, Vec<Known<'_>>> = BTreeMap::new();
+        let mut known: BTreeMap<&str, Vec<TeamFact<'_>>> = BTreeMap::new();
         for whole in self.replica.keys() {
-            let Some((topic, key)) = split(whole) else { continue };
+            let Some((topic, key)) = split_key(whole) else { continue };
             let facts = self.replica.facts(whole).map(|fact| {
                 let name = names.get(&fact.origin).copied();
                 let robot = name.map_or_else(|| format!("{:08x}", fact.origin), str::to_owned);
-                Known { key, robot, fact }
+                TeamFact { key, robot, fact }
             });
             known.entry(topic).or_default().extend(facts);
         }
@@ -260,7 +265,7 @@ impl Member {
     /// Returns an interface that some robot has stated.
     pub fn interface(&self, schema: u64) -> Option<&'static Descriptor> {
         let key = interface_key(schema);
-        let mut stated = self.replica.facts(&key).filter_map(|fact| unpacked(fact.statement.value));
+        let mut stated = self.replica.facts(&key).filter_map(|fact| decompress(fact.statement.value));
         stated.find_map(|bytes| interface(&bytes).ok().filter(|found| found.hash == schema))
     }
 
@@ -276,31 +281,31 @@ impl Member {
 
     /// Returns the number of robots that are within reach and take part.
     pub fn neighbours(&self) -> usize {
-        let silence_limit = self.silence_limit();
-        self.neighbours.values().filter(|neighbour| neighbour.silence < silence_limit).count()
+        let silence_timeout = self.silence_timeout();
+        self.neighbours.values().filter(|neighbour| neighbour.silence < silence_timeout).count()
     }
 }
 
-fn joined(topic: &str, key: &str) -> Vec<u8> {
+fn join_key(topic: &str, key: &str) -> Vec<u8> {
     [topic.as_bytes(), &[SEPARATOR], key.as_bytes()].concat()
 }
 
 /// Splits a key into topic and key; `None` without a topic, or for invalid text.
-fn split(key: &[u8]) -> Option<(&str, &str)> {
+fn split_key(key: &[u8]) -> Option<(&str, &str)> {
     let (topic, key) = std::str::from_utf8(key).ok()?.split_once(char::from(SEPARATOR))?;
     (!topic.is_empty()).then_some((topic, key))
 }
 
 fn interface_key(schema: u64) -> Vec<u8> {
-    [INTERFACE, format!("{schema:016x}").as_bytes()].concat()
+    [INTERFACE_PREFIX, format!("{schema:016x}").as_bytes()].concat()
 }
 
 /// Compresses an interface, which is mostly words.
-fn packed(bytes: &[u8]) -> Vec<u8> {
+fn compress(bytes: &[u8]) -> Vec<u8> {
     lz4_flex::block::compress_prepend_size(bytes)
 }
 
-fn unpacked(bytes: &[u8]) -> Option<Vec<u8>> {
+fn decompress(bytes: &[u8]) -> Option<Vec<u8>> {
     // Whatever another robot says of the size, LZ4 makes nothing more than 255 times as large.
     let size = u32::from_le_bytes(*bytes.first_chunk()?) as usize;
     if size / 256 > bytes.len() {

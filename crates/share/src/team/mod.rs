@@ -11,10 +11,10 @@ mod layout;
 mod member;
 mod number;
 mod saved;
-mod showing;
 mod shown;
+mod shown_topics;
 mod state;
-mod stating;
+mod stated_topic;
 mod work;
 
 use std::collections::BTreeMap;
@@ -27,10 +27,10 @@ use slate_blackboard::wake::Wake;
 use slate_runtime::configuration::SharedKnowledge;
 use slate_runtime::sharing::Site;
 
-use crate::peers::{Peers, locked};
-pub(crate) use inbox::{TeamInbox, TeamNews, TeamRoute};
+use crate::peers::{Peers, lock};
+pub(crate) use inbox::{TeamEvent, TeamInbox, TeamRoute};
 pub use layout::Layout;
-pub use member::{Known, Member};
+pub use member::{Member, TeamFact};
 pub use number::robot_number;
 pub use saved::SavedKnowledge;
 pub use state::TeamState;
@@ -41,12 +41,12 @@ pub(crate) type Topics = BTreeMap<String, Option<&'static Descriptor>>;
 
 /// Thread of an agent that takes part in a team.
 pub(crate) struct Team {
-    post: Arc<TeamPost>,
+    requests: Arc<TeamRequests>,
     thread: Option<JoinHandle<()>>,
 }
 
 /// Requests to the thread.
-struct TeamPost {
+struct TeamRequests {
     wake: Arc<Wake>,
     topics: Mutex<Option<Topics>>,
     ended: AtomicBool,
@@ -66,29 +66,29 @@ impl Team {
         for (name, endpoint) in &site.agents {
             peers.connect(name, endpoint).map_err(|error| error.to_string())?;
         }
-        let post = Arc::new(TeamPost {
+        let requests = Arc::new(TeamRequests {
             wake: Arc::clone(inbox.wake()),
             topics: Mutex::default(),
             ended: AtomicBool::new(false),
         });
         let mut work = TeamWork::new(site, knowledge, peers, inbox, random);
-        let mail = Arc::clone(&post);
+        let mail = Arc::clone(&requests);
         let thread = std::thread::Builder::new().name("knowledge".into()).spawn(move || work.run(&mail));
         let thread = Some(thread.map_err(|error| format!("a thread can't be started: {error}"))?);
-        Ok(Self { post, thread })
+        Ok(Self { requests, thread })
     }
 
     /// Sets the topics that are read.
     pub fn want(&self, topics: Topics) {
-        *locked(&self.post.topics) = Some(topics);
-        self.post.wake.notify(1);
+        *lock(&self.requests.topics) = Some(topics);
+        self.requests.wake.notify(1);
     }
 }
 
 impl Drop for Team {
     fn drop(&mut self) {
-        self.post.ended.store(true, Ordering::Release);
-        self.post.wake.notify(1);
+        self.requests.ended.store(true, Ordering::Release);
+        self.requests.wake.notify(1);
         // One that panicked has ended, too.
         let _ = self.thread.take().map(JoinHandle::join);
     }

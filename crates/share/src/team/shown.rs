@@ -11,12 +11,12 @@ use slate_module::Text;
 use slate_runtime::sharing::TEAM;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::{Known, Layout, Member};
+use super::{Layout, Member, TeamFact};
 use crate::knowledge::Version;
 use crate::schema::difference;
 
 /// Largest number of unfitting schemas per topic whose difference is reported.
-const SCHEMAS: usize = 8;
+const MAX_REPORTED_SCHEMAS: usize = 8;
 
 /// A topic on the board.
 pub(super) struct ShownFacts {
@@ -60,21 +60,32 @@ impl ShownFacts {
     }
 
     /// Returns whether a fact has a value of the shown interface.
-    pub fn fits(&self, known: &Known<'_>) -> bool {
+    pub fn fits(&self, known: &TeamFact<'_>) -> bool {
         let statement = known.fact.statement;
         statement.schema == self.layout.descriptor().hash && statement.value.len() == self.layout.value_size()
     }
 
     /// Shows the facts at this agent's time `now`, ns, if they have changed.
     /// Returns the differences of facts that have not fitted since the last call.
-    pub fn update(&mut self, topic: &str, facts: Vec<Known<'_>>, member: &Member, now: u64) -> Vec<String> {
+    pub fn update(
+        &mut self,
+        topic: &str,
+        facts: Vec<TeamFact<'_>>,
+        member: &Member,
+        now: u64,
+    ) -> Vec<String> {
         let (mut facts, other): (Vec<_>, Vec<_>) = facts.into_iter().partition(|known| self.fits(known));
         let schemas: BTreeSet<u64> = other.iter().map(|known| known.fact.statement.schema).collect();
         self.unfit.retain(|schema| schemas.contains(schema));
-        let mut told = Vec::new();
+        let mut differences = Vec::new();
         for schema in schemas {
-            if self.unfit.len() < SCHEMAS && self.unfit.insert(schema) {
-                told.push(different(topic, self.layout.descriptor(), member.interface(schema), schema));
+            if self.unfit.len() < MAX_REPORTED_SCHEMAS && self.unfit.insert(schema) {
+                differences.push(describe_difference(
+                    topic,
+                    self.layout.descriptor(),
+                    member.interface(schema),
+                    schema,
+                ));
             }
         }
         let left_out = facts.len().saturating_sub(self.room);
@@ -82,11 +93,11 @@ impl ShownFacts {
         let before = std::mem::take(&mut self.heard);
         let mut head = FactTableHead { revision: 0, left_out: left_out as u32, unfit: other.len() as u32 };
         let mut table = View::of(&mut head).bytes().to_vec();
-        for Known { key, robot, fact } in &facts {
-            let place = ((*key).to_owned(), fact.origin);
-            let known = before.get(&place).filter(|(version, _)| *version == fact.version);
+        for TeamFact { key, robot, fact } in &facts {
+            let key_and_origin = ((*key).to_owned(), fact.origin);
+            let known = before.get(&key_and_origin).filter(|(version, _)| *version == fact.version);
             let heard = known.map_or(now, |(_, heard)| *heard);
-            self.heard.insert(place, (fact.version, heard));
+            self.heard.insert(key_and_origin, (fact.version, heard));
             let mut entry = FactHead {
                 epoch: fact.version.epoch,
                 sequence: fact.version.sequence,
@@ -112,12 +123,12 @@ impl ShownFacts {
             // It has room for so many.
             let _ = self.writer.write(&table, facts.len(), now);
         }
-        told
+        differences
     }
 }
 
 /// Returns the difference of a schema of another robot.
-fn different(topic: &str, here: &Descriptor, there: Option<&Descriptor>, schema: u64) -> String {
+fn describe_difference(topic: &str, here: &Descriptor, there: Option<&Descriptor>, schema: u64) -> String {
     let what = there.and_then(|there| difference(here, there));
     let what = what.unwrap_or_else(|| format!("its interface {schema:016x} is not known here"));
     format!("facts about `{topic}` don't fit and are only passed on: {what}")

@@ -12,16 +12,16 @@ use slate_module::{Level, Text};
 use slate_runtime::configuration::SharedKnowledge;
 use slate_runtime::sharing::{RemotePath, SharingHost, Site, Standing, TEAM};
 
-use super::showing::Showing;
-use super::stating::Stating;
-use super::{Member, SavedKnowledge, TeamInbox, TeamNews, TeamPost, TeamRoute, TeamState, Topics};
-use crate::peers::{Clock, Peers, locked};
+use super::shown_topics::ShownTopics;
+use super::stated_topic::StatedTopic;
+use super::{Member, SavedKnowledge, TeamEvent, TeamInbox, TeamRequests, TeamRoute, TeamState, Topics};
+use crate::peers::{Clock, Peers, lock};
 
 /// Saving period, ns.
-const SAVING: u64 = 10_000_000_000;
+const SAVE_PERIOD: u64 = 10_000_000_000;
 
 /// Shortest period between updates of the board, ns.
-const SHOWING: u64 = 20_000_000;
+const BOARD_PERIOD: u64 = 20_000_000;
 
 pub(super) struct TeamWork {
     member: Member,
@@ -32,12 +32,12 @@ pub(super) struct TeamWork {
     /// Clock of the values, and monotonic clock.
     time: Clock,
     steady: Clock,
-    stating: Vec<Stating>,
+    stated: Vec<StatedTopic>,
     topics: Topics,
-    showing: Showing,
+    shown_topics: ShownTopics,
     /// Routes to other robots; each robot has at least one.
     routes: BTreeMap<String, BTreeSet<TeamRoute>>,
-    told: BTreeMap<String, Standing>,
+    reported: BTreeMap<String, Standing>,
     period: u64,
     saved: Option<SavedKnowledge>,
     /// Time of the next save, and flag of unsaved changes.
@@ -59,12 +59,12 @@ impl TeamWork {
     ) -> Self {
         let own = site.board.agent();
         let mut saved = knowledge.save.map(|folder| SavedKnowledge::new(&folder, own));
-        let (member, trouble) = saved.as_mut().map_or((None, None), |saved| saved.restore(own, random));
+        let (member, error) = saved.as_mut().map_or((None, None), |saved| saved.restore(own, random));
         // Nothing else can be refused than what was saved.
         let member = member.or_else(|| Member::new(own, random, None).ok());
         let member = member.unwrap_or_else(|| unreachable!("a robot that restores nothing is not refused"));
-        if let Some(trouble) = trouble {
-            site.host.log(Level::Error, &trouble);
+        if let Some(error) = error {
+            site.host.log(Level::Error, &error);
         }
         let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 1, window: 4 } };
         let doc = "This robot's part in the knowledge of its team.";
@@ -81,11 +81,15 @@ impl TeamWork {
             board: Arc::clone(&site.board),
             time: Arc::clone(&site.time),
             steady: Arc::clone(&site.steady),
-            stating: knowledge.facts.iter().map(|(topic, path)| Stating::new(topic, &path.value)).collect(),
+            stated: knowledge
+                .facts
+                .iter()
+                .map(|(topic, path)| StatedTopic::new(topic, &path.value))
+                .collect(),
             topics: Topics::new(),
-            showing: Showing::new(&site.board, knowledge.room),
+            shown_topics: ShownTopics::new(&site.board, knowledge.room),
             routes: BTreeMap::new(),
-            told: BTreeMap::new(),
+            reported: BTreeMap::new(),
             period: knowledge.period,
             saved,
             saves_at: 0,
@@ -95,14 +99,14 @@ impl TeamWork {
         }
     }
 
-    pub fn run(&mut self, post: &TeamPost) {
+    pub fn run(&mut self, requests: &TeamRequests) {
         let mut next = 0;
         // What was restored is shown at once.
         let (mut changed, mut shows_at) = (true, 0);
-        while !post.ended.load(Ordering::Acquire) {
-            if let Some(topics) = locked(&post.topics).take() {
+        while !requests.ended.load(Ordering::Acquire) {
+            if let Some(topics) = lock(&requests.topics).take() {
                 self.topics = topics;
-                self.told.retain(|topic, _| self.topics.contains_key(topic));
+                self.reported.retain(|topic, _| self.topics.contains_key(topic));
                 changed = true;
             }
             for news in self.inbox.take() {
@@ -113,9 +117,9 @@ impl TeamWork {
             if is_due {
                 next = now + self.period;
                 let (time, date) = ((self.time)(), date());
-                self.stating
+                self.stated
                     .iter_mut()
-                    .for_each(|stating| stating.look(&self.board, &mut self.member, time, date));
+                    .for_each(|stated| stated.forward(&self.board, &mut self.member, time, date));
                 self.member.tick();
             }
             self.send();
@@ -123,40 +127,40 @@ impl TeamWork {
                 (changed, self.unsaved) = (true, true);
             }
             if changed && now >= shows_at {
-                (changed, shows_at) = (false, now + SHOWING);
-                self.show();
+                (changed, shows_at) = (false, now + BOARD_PERIOD);
+                self.update_board();
             }
             if is_due {
                 self.publish();
                 self.save(now);
             }
-            let next_look = if changed { next.min(shows_at) } else { next };
-            let left = next_look.saturating_sub((self.steady)());
-            post.wake.wait_timeout(Duration::from_nanos(left.max(1)));
+            let next_check = if changed { next.min(shows_at) } else { next };
+            let left = next_check.saturating_sub((self.steady)());
+            requests.wake.wait_timeout(Duration::from_nanos(left.max(1)));
         }
         self.saves_at = 0;
         self.save(u64::MAX);
     }
 
-    fn take(&mut self, news: TeamNews) {
+    fn take(&mut self, news: TeamEvent) {
         match news {
-            TeamNews::Connected(agent, route) => {
+            TeamEvent::Connected(agent, route) => {
                 self.routes.entry(agent.clone()).or_default().insert(route);
-                if let Err(trouble) = self.member.meet(&agent) {
-                    self.log(Level::Error, &trouble, &trouble);
+                if let Err(error) = self.member.add_neighbour(&agent) {
+                    self.log(Level::Error, &error, &error);
                 }
             }
-            TeamNews::Disconnected(agent, route) => {
+            TeamEvent::Disconnected(agent, route) => {
                 let Some(routes) = self.routes.get_mut(&agent) else { return };
                 routes.remove(&route);
                 if routes.is_empty() {
                     self.routes.remove(&agent);
-                    self.member.part(&agent);
+                    self.member.remove_neighbour(&agent);
                 }
             }
-            TeamNews::Told(agent, message) => {
+            TeamEvent::Message(agent, message) => {
                 self.state.received += 1;
-                if let Err(error) = self.member.hear(&agent, &message) {
+                if let Err(error) = self.member.receive(&agent, &message) {
                     self.state.refused += 1;
                     // In another message it is wrong in another place.
                     let text = format!("what `{agent}` tells of the team's knowledge is {error}");
@@ -170,7 +174,7 @@ impl TeamWork {
         let carrier = self.inbox.carrier();
         while let Some((agent, message)) = self.member.outgoing() {
             let is_carried = || carrier.as_ref().is_some_and(|carrier| carrier.tell(agent, &message));
-            if self.peers.tell(agent, &message) || is_carried() {
+            if self.peers.send_knowledge(agent, &message) || is_carried() {
                 self.state.sent += 1;
             } else {
                 self.state.dropped += 1;
@@ -179,31 +183,31 @@ impl TeamWork {
     }
 
     /// Updates the topics on the board.
-    fn show(&mut self) {
+    fn update_board(&mut self) {
         let now = (self.time)();
-        let sight = self.showing.update(&self.member, &self.topics, &self.stating, now);
-        let (facts, unfit, unshown) = (sight.facts, sight.unfit, sight.unshown);
+        let result = self.shown_topics.update(&self.member, &self.topics, &self.stated, now);
+        let (facts, unfit, unshown) = (result.facts, result.unfit, result.unshown);
         self.state = TeamState { facts, unfit, unshown, ..self.state };
-        sight.troubles.iter().for_each(|trouble| self.host.log(Level::Warn, trouble));
-        for (topic, placed) in sight.topics {
+        result.errors.iter().for_each(|error| self.host.log(Level::Warn, error));
+        for (topic, placed) in result.topics {
             match placed {
                 Ok(is_another) => {
                     if is_another {
                         let reason = "it looks otherwise from now on".to_owned();
-                        self.tell(&topic, Standing::Absent { reason });
+                        self.report(&topic, Standing::Absent { reason });
                     }
-                    self.tell(&topic, Standing::Served { property: topic.clone() });
+                    self.report(&topic, Standing::Served { property: topic.clone() });
                 }
-                Err(reason) => self.tell(&topic, Standing::Absent { reason }),
+                Err(reason) => self.report(&topic, Standing::Absent { reason }),
             }
         }
         self.host.news();
     }
 
     /// Reports the status of a topic that the agent reads.
-    fn tell(&mut self, topic: &str, standing: Standing) {
-        if self.topics.contains_key(topic) && self.told.get(topic) != Some(&standing) {
-            self.told.insert(topic.to_owned(), standing.clone());
+    fn report(&mut self, topic: &str, standing: Standing) {
+        if self.topics.contains_key(topic) && self.reported.get(topic) != Some(&standing) {
+            self.reported.insert(topic.to_owned(), standing.clone());
             self.host.report(&RemotePath { agent: TEAM.into(), path: topic.into() }, standing);
         }
     }
@@ -217,15 +221,15 @@ impl TeamWork {
             );
             self.log(Level::Error, &text, &text);
         }
-        let troubles = self.stating.iter().filter_map(|stating| stating.trouble.clone());
-        let troubles: Vec<String> = troubles.collect();
-        let trouble = troubles.first().cloned().unwrap_or_default();
-        troubles.into_iter().for_each(|text| self.log(Level::Warn, &text, &text));
+        let errors = self.stated.iter().filter_map(|stated| stated.error.clone());
+        let errors: Vec<String> = errors.collect();
+        let error = errors.first().cloned().unwrap_or_default();
+        errors.into_iter().for_each(|text| self.log(Level::Warn, &text, &text));
         let state = TeamState {
             bytes: self.member.replica().memory() as u64,
             neighbours: self.member.neighbours() as u32,
             contested: counters.contested.into(),
-            trouble: Text::new(&trouble),
+            trouble: Text::new(&error),
             ..self.state
         };
         let mut whole = TeamState {
@@ -242,7 +246,7 @@ impl TeamWork {
 
     fn save(&mut self, now: u64) {
         let Some(saved) = self.saved.clone().filter(|_| self.unsaved && now >= self.saves_at) else { return };
-        self.saves_at = now.saturating_add(SAVING);
+        self.saves_at = now.saturating_add(SAVE_PERIOD);
         match saved.save(&self.member) {
             Ok(()) => self.unsaved = false,
             Err(error) => {
@@ -259,7 +263,7 @@ impl TeamWork {
             return;
         }
         self.host.log(level, text);
-        if self.logged.len() == LOGGED {
+        if self.logged.len() == MAX_LOGGED_SUBJECTS {
             self.logged.remove(0);
         }
         self.logged.push(subject.to_owned());
@@ -267,7 +271,7 @@ impl TeamWork {
 }
 
 /// Largest number of remembered subjects.
-const LOGGED: usize = 64;
+const MAX_LOGGED_SUBJECTS: usize = 64;
 
 /// Returns the calendar time, ns since 1970.
 /// Statements travel between robots and starts, so they use it.

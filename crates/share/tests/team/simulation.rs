@@ -128,7 +128,7 @@ impl Simulation {
             Some(saved) => Replica::restore(robot, random, limits, saved).unwrap(),
         };
         for neighbour in &self.network.neighbours[robot as usize] {
-            replica.meet(*neighbour);
+            replica.add_neighbour(*neighbour);
         }
         replica
     }
@@ -168,12 +168,12 @@ impl Simulation {
             if self.network.neighbours[at].contains(&other) && other != next && other != before {
                 self.network.neighbours[at].retain(|known| *known != other);
                 self.network.neighbours[other as usize].retain(|known| *known != robot);
-                self.robots[at].part(other);
-                self.robots[other as usize].part(robot);
+                self.robots[at].remove_neighbour(other);
+                self.robots[other as usize].remove_neighbour(robot);
             } else {
                 self.network.acquaint(robot, other);
-                self.robots[at].meet(other);
-                self.robots[other as usize].meet(robot);
+                self.robots[at].add_neighbour(other);
+                self.robots[other as usize].add_neighbour(robot);
             }
         }
     }

@@ -39,7 +39,7 @@ impl DdsMessage {
     /// # Errors
     /// A member of the struct and the field of its name have types that don't fit, in words.
     pub fn of(descriptor: &'static Descriptor, of: Option<&TopicType>) -> Result<Self, String> {
-        let message = RosMessage::of(WireFormat::Cdr, descriptor);
+        let message = RosMessage::new(WireFormat::Cdr, descriptor);
         match of {
             None => Ok(Self::Ros { type_name: ros_type_name(message.name()), message }),
             Some(TopicType { name, structure: None, .. }) => {

@@ -13,7 +13,7 @@ fn checksums_are_those_of_ros() {
         (LaserScan::DESCRIPTOR, "90c7ef2dc6895d81024acba2ac42f369"),
     ];
     for (descriptor, checksum) in known {
-        let message = RosMessage::of(WireFormat::Ros1, descriptor);
+        let message = RosMessage::new(WireFormat::Ros1, descriptor);
         assert_eq!(
             message_checksum(message.name(), message.definition()).as_deref(),
             Ok(checksum),

@@ -64,7 +64,7 @@ fn the_table_says_what_links_say_and_more() {
     let output = &settings.topics.write[0];
     assert_eq!((output.topic.as_str(), output.property.as_str()), ("/house/r2/odom", "sensor/odometry"));
     assert_eq!(
-        (settings.serve[0].service.as_str(), settings.serve[0].of.name()),
+        (settings.serve[0].service.as_str(), settings.serve[0].service_type.name()),
         ("/house/r2/off", "std_srvs/Trigger")
     );
     assert_eq!(settings.call[0].timeout, std::time::Duration::from_secs(2));

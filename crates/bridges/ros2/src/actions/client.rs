@@ -61,8 +61,8 @@ impl ActionClient {
         call: &ActionCall,
         inputs: &mut Vec<InboundTopic>,
     ) -> Result<Self, RosError> {
-        let ActionCall { action, of, .. } = call;
-        let ports = CallingPorts::of(composer, call)?;
+        let ActionCall { action, action_type: of, .. } = call;
+        let ports = CallingPorts::new(composer, call)?;
         let cancel = ActionType::cancel_goal().map_err(|reason| RosError::definition(action, reason))?;
         let mut place = |port: &Option<_>, path: &Option<String>| {
             let ((property, _), path): (&(Arc<slate_blackboard::Property>, _), _) =
@@ -194,7 +194,7 @@ impl ActionClient {
     fn forward_feedback(&self, id: [u8; 16], context: &CallContext, waker: &Waker) -> Result<(), String> {
         self.feedback.set_waker(waker);
         while let Some(message) = self.feedback.take()? {
-            let message = self.call.of.feedback_message().decode(&message)?;
+            let message = self.call.action_type.feedback_message().decode(&message)?;
             if goal_id(&message) == id
                 && let (Some((_, pairs)), Some(place)) = (&self.ports.feedback, self.places.1)
             {

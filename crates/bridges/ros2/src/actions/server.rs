@@ -117,8 +117,8 @@ impl ActionServer {
         offer: &ActionOffer,
     ) -> Result<Self, RosError> {
         let composer = surface.agent.composer();
-        let ActionOffer { action, of, .. } = offer;
-        let ports = OfferedPorts::of(composer, offer)?;
+        let ActionOffer { action, action_type: of, .. } = offer;
+        let ports = OfferedPorts::new(composer, offer)?;
         let source = format!("{TABLE}:{action}");
         let inboxes = [Some(&ports.inbox.0), ports.cancel.as_ref()];
         inboxes.into_iter().flatten().for_each(|property| property.set_external(&source));
@@ -258,7 +258,7 @@ impl ActionServer {
             Ok(Some(value)) => {
                 let pairs = self.feedback_output.as_ref().map(|output| output.pairs.message(&value));
                 let message = json!({ "goal_id": uuid(goal.id), "feedback": pairs });
-                let message = self.offer.of.feedback_message().encode(&message);
+                let message = self.offer.action_type.feedback_message().encode(&message);
                 let sent = message.and_then(|message| self.feedback.write(message));
                 if let Err(reason) = sent {
                     report(context, &self.offer.action, &reason);

@@ -8,7 +8,7 @@ use slate_record::ros::WireFormat;
 use super::{NodeTopic, write};
 use crate::wire::{NodeWire, TopicWriter, WireType};
 use slate_dds::TopicQuality;
-use slate_topics::{CLOCK, MessageType, RosError};
+use slate_topics::{CLOCK_TOPIC, MessageType, RosError};
 
 const MESSAGE: &str = "rosgraph_msgs/msg/Clock";
 const DEFINITION: &str = "builtin_interfaces/Time clock";
@@ -26,7 +26,7 @@ impl ClockTopic {
     pub fn open(wire: &dyn NodeWire) -> Result<Self, RosError> {
         let message = MessageType::parse(WireFormat::Cdr, MESSAGE, DEFINITION);
         let message = message.map_err(|reason| RosError::definition(MESSAGE, reason))?;
-        Ok(Self { writer: wire.writer(CLOCK, &WireType::from(&message), QUALITY)?, sent: None })
+        Ok(Self { writer: wire.writer(CLOCK_TOPIC, &WireType::from(&message), QUALITY)?, sent: None })
     }
 
     /// Returns the writer of the topic.
@@ -44,7 +44,7 @@ impl NodeTopic for ClockTopic {
         let mut message = vec![0, 1, 0, 0];
         message.extend(((now / SECOND) as i32).to_le_bytes());
         message.extend(((now % SECOND) as u32).to_le_bytes());
-        write(&*self.writer, message, CLOCK)
+        write(&*self.writer, message, CLOCK_TOPIC)
     }
 
     fn is_of_cycles(&self) -> bool {

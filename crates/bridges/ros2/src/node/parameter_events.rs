@@ -44,7 +44,7 @@ impl ParameterEvents {
             writer: wire.writer(TOPIC, &WireType::from(&message), QUALITY)?,
             message,
             node: format!("{space}/{}", settings.node.name),
-            known: ParameterTable::of(surface.agent.composer()),
+            known: ParameterTable::new(surface.agent.composer()),
             settings: surface.board().settings().count(),
         })
     }
@@ -56,7 +56,7 @@ impl NodeTopic for ParameterEvents {
         if std::mem::replace(&mut self.settings, count) == count {
             return Ok(());
         }
-        let now = ParameterTable::of(surface.agent.composer());
+        let now = ParameterTable::new(surface.agent.composer());
         let message = |own: &NodeParameter| json!({ "name": own.name, "value": own.message() });
         let (mut new, mut changed) = (Vec::new(), Vec::new());
         for own in &now.0 {

@@ -21,7 +21,7 @@ pub struct ParameterHandler {
 
 impl ServiceHandler for ParameterHandler {
     fn answer(&mut self, service: usize, request: &Json) -> Json {
-        let table = ParameterTable::of(&self.composer);
+        let table = ParameterTable::new(&self.composer);
         let names = || request["names"].as_array().into_iter().flatten().filter_map(Json::as_str);
         let Some((_, _, service)) = SERVICES.get(service) else { return Json::Object(Map::new()) };
         match service {

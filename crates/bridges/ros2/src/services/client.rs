@@ -54,7 +54,7 @@ impl ServiceClient {
         response: Option<(usize, FieldPairs)>,
     ) -> Result<Self, RosError> {
         let (property, pairs) = outbox(composer, call)?;
-        let caller = ServiceCaller::open(wire, &call.service, &call.of)?;
+        let caller = ServiceCaller::open(wire, &call.service, &call.service_type)?;
         let descriptor = property.descriptor();
         Ok(Self { call: call.clone(), pairs, descriptor, caller, response, reported: None })
     }

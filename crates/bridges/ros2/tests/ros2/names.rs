@@ -46,23 +46,26 @@ fn what_ros_forbids_in_a_name_is_said() {
 fn interfaces_have_the_types_of_ros_or_those_of_recordings() {
     let of = |message: &RosMessage| (message.name().to_owned(), type_name(message.name()));
     assert_eq!(
-        of(&RosMessage::of(WireFormat::Cdr, LaserScan::DESCRIPTOR)),
+        of(&RosMessage::new(WireFormat::Cdr, LaserScan::DESCRIPTOR)),
         ("sensor_msgs/msg/LaserScan".into(), "sensor_msgs::msg::dds_::LaserScan_".into())
     );
     assert_eq!(
-        type_name(RosMessage::of(WireFormat::Cdr, Twist2::DESCRIPTOR).name()),
+        type_name(RosMessage::new(WireFormat::Cdr, Twist2::DESCRIPTOR).name()),
         "geometry_msgs::msg::dds_::Twist_"
     );
-    let own = RosMessage::of(WireFormat::Cdr, Contacts::DESCRIPTOR);
+    let own = RosMessage::new(WireFormat::Cdr, Contacts::DESCRIPTOR);
     assert_eq!(type_name(own.name()), "slate_msgs::msg::dds_::Contacts_");
     own.check_decodable().unwrap();
     assert!(
-        RosMessage::of(WireFormat::Cdr, Path::DESCRIPTOR).check_decodable().unwrap_err().contains("`length`")
+        RosMessage::new(WireFormat::Cdr, Path::DESCRIPTOR)
+            .check_decodable()
+            .unwrap_err()
+            .contains("`length`")
     );
     assert_eq!(type_name("std_msgs/msg/Float64"), "std_msgs::msg::dds_::Float64_");
     let mut message = Vec::new();
     let bytes = [0.5_f64, -0.25].iter().flat_map(|number| number.to_ne_bytes()).collect::<Vec<_>>();
-    let twist = RosMessage::of(WireFormat::Cdr, Twist2::DESCRIPTOR);
+    let twist = RosMessage::new(WireFormat::Cdr, Twist2::DESCRIPTOR);
     twist.encode(&bytes, 0, "base_link", &mut message).unwrap();
     assert_eq!((message.len(), twist.decode(&message).unwrap()), (4 + 48, bytes));
 }

@@ -68,13 +68,19 @@ fn services_have_a_type_and_a_port() {
     let settings = read(table).unwrap().unwrap();
     let [offer] = &settings.serve[..] else { panic!("{settings:?}") };
     assert_eq!((offer.service.as_str(), offer.inbox.as_str()), ("/r2_d2/on", "lamp/switches"));
-    assert_eq!((offer.of.name(), &offer.value), ("std_srvs/srv/Empty", &serde_json::json!({ "on": true })));
+    assert_eq!(
+        (offer.service_type.name(), &offer.value),
+        ("std_srvs/srv/Empty", &serde_json::json!({ "on": true }))
+    );
     let [call] = &settings.call[..] else { panic!("{settings:?}") };
     assert_eq!((call.outbox.as_str(), call.response.as_deref()), ("driver/ask", Some("driver/sum")));
-    assert_eq!((call.of.request().name(), call.timeout.as_millis()), ("a_package/srv/Sum_Request", 200));
-    assert_eq!(call.of.response().schema().field_names().collect::<Vec<_>>(), ["sum"]);
     assert_eq!(
-        call.of,
+        (call.service_type.request().name(), call.timeout.as_millis()),
+        ("a_package/srv/Sum_Request", 200)
+    );
+    assert_eq!(call.service_type.response().schema().field_names().collect::<Vec<_>>(), ["sum"]);
+    assert_eq!(
+        call.service_type,
         ServiceType::parse(WireFormat::Cdr, "a_package/srv/Sum", "int64 a\nint64 b\n---\nint64 sum").unwrap()
     );
 }
@@ -329,7 +335,7 @@ fn definitions_are_read_from_files_beside_the_configuration() {
     };
     assert_eq!(name(&settings.topics.read[0].definition), "own/msg/Sample");
     assert_eq!(name(&settings.topics.write[0].definition), "other/msg/Part");
-    assert_eq!(settings.serve[0].of.request().schema().field_names().collect::<Vec<_>>(), ["part"]);
+    assert_eq!(settings.serve[0].service_type.request().schema().field_names().collect::<Vec<_>>(), ["part"]);
     let read = |rest: &str| format!("read.\"driver/sample\" = {{ topic = \"/sample\", {rest} }}");
     let cases = [
         (

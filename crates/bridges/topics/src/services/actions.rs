@@ -10,10 +10,10 @@ use slate_runtime::Composer;
 use super::fit::{FittingPort, NamedPort};
 use crate::action_settings::{ActionCall, ActionOffer};
 use crate::message_type::MessageType;
-use crate::misfit::TopicMisfit;
+use crate::mismatch::TopicMismatch;
 
 /// Field of an interface that says whether a goal was reached.
-const SUCCESS: &str = "success";
+const SUCCESS_FIELD: &str = "success";
 
 /// Ports of an action that an agent offers.
 #[derive(Debug)]
@@ -33,26 +33,28 @@ impl OfferedPorts {
     ///
     /// # Errors
     /// The first that is missing or does not fit.
-    pub fn of(composer: &Composer, offer: &ActionOffer) -> Result<Self, Box<TopicMisfit>> {
+    pub fn new(composer: &Composer, offer: &ActionOffer) -> Result<Self, Box<TopicMismatch>> {
         let port = |path| NamedPort { path, topic: &offer.action, place: offer.place };
         let feedback = offer.feedback.as_ref();
         let cancel = offer.cancel.as_ref().map(|cancel| {
             let none = MessageType::parse(WireFormat::Cdr, "action_msgs/srv/CancelGoal", "");
-            let wrong = |reason| TopicMisfit::new(&cancel.inbox, &offer.action, reason, "name an inbox");
+            let wrong = |reason| TopicMismatch::new(&cancel.inbox, &offer.action, reason, "name an inbox");
             let fit = port(&cancel.inbox).inbox(composer, &none.map_err(wrong)?, &cancel.value);
             fit.map(|(property, _)| property)
         });
         Ok(Self {
-            inbox: port(&offer.inbox).inbox(composer, offer.of.goal(), &offer.value)?,
-            result: port(&offer.result).output(composer, offer.of.result())?,
-            feedback: feedback.map(|path| port(path).output(composer, offer.of.feedback())).transpose()?,
+            inbox: port(&offer.inbox).inbox(composer, offer.action_type.goal(), &offer.value)?,
+            result: port(&offer.result).output(composer, offer.action_type.result())?,
+            feedback: feedback
+                .map(|path| port(path).output(composer, offer.action_type.feedback()))
+                .transpose()?,
             cancel: cancel.transpose()?,
         })
     }
 
     /// Returns whether a value of the result's output reports the goal as reached.
     pub fn is_success(value: &Json) -> bool {
-        value.get(SUCCESS).and_then(Json::as_bool) != Some(false)
+        value.get(SUCCESS_FIELD).and_then(Json::as_bool) != Some(false)
     }
 }
 
@@ -72,24 +74,27 @@ impl CallingPorts {
     ///
     /// # Errors
     /// The first that is missing or does not fit.
-    pub fn of(composer: &Composer, call: &ActionCall) -> Result<Self, Box<TopicMisfit>> {
+    pub fn new(composer: &Composer, call: &ActionCall) -> Result<Self, Box<TopicMismatch>> {
         let port = |path| NamedPort { path, topic: &call.action, place: call.place };
         let (result, feedback) = (call.result.as_ref(), call.feedback.as_ref());
         if let Some(cancel) = &call.cancel {
-            port(cancel).mailbox(composer)?;
+            port(cancel).message_port(composer)?;
         }
         Ok(Self {
-            outbox: port(&call.outbox).outbox(composer, call.of.goal())?,
-            result: result.map(|path| port(path).input(composer, call.of.result())).transpose()?,
-            feedback: feedback.map(|path| port(path).input(composer, call.of.feedback())).transpose()?,
+            outbox: port(&call.outbox).outbox(composer, call.action_type.goal())?,
+            result: result.map(|path| port(path).input(composer, call.action_type.result())).transpose()?,
+            feedback: feedback
+                .map(|path| port(path).input(composer, call.action_type.feedback()))
+                .transpose()?,
         })
     }
 
     /// Returns the value of an input for results.
     /// It has whether the goal was reached, if the input has a field for that.
     pub fn result_value((property, pairs): &FittingPort, result: &Json, is_success: bool) -> Json {
-        let has_field = property.descriptor().field(SUCCESS).is_some() && result.get(SUCCESS).is_none();
-        pairs.value(result, &if has_field { json!({ SUCCESS: is_success }) } else { Json::Null })
+        let has_field =
+            property.descriptor().field(SUCCESS_FIELD).is_some() && result.get(SUCCESS_FIELD).is_none();
+        pairs.value(result, &if has_field { json!({ SUCCESS_FIELD: is_success }) } else { Json::Null })
     }
 }
 
@@ -101,7 +106,7 @@ pub fn check_actions(
     composer: &Composer,
     offers: &[ActionOffer],
     calls: &[ActionCall],
-) -> Result<(), Box<TopicMisfit>> {
-    offers.iter().try_for_each(|offer| OfferedPorts::of(composer, offer).map(drop))?;
-    calls.iter().try_for_each(|call| CallingPorts::of(composer, call).map(drop))
+) -> Result<(), Box<TopicMismatch>> {
+    offers.iter().try_for_each(|offer| OfferedPorts::new(composer, offer).map(drop))?;
+    calls.iter().try_for_each(|call| CallingPorts::new(composer, call).map(drop))
 }

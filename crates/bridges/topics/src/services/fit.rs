@@ -10,11 +10,11 @@ use slate_runtime::Composer;
 use slate_runtime::configuration::Span;
 
 use crate::message_type::MessageType;
-use crate::misfit::{TopicMisfit, input, output};
+use crate::mismatch::{TopicMismatch, input, output};
 use crate::service_settings::{ServiceCall, ServiceOffer};
 
 /// Name of padding fields in an interface.
-const RESERVED: &str = "reserved";
+const PADDING_FIELD: &str = "reserved";
 
 /// Pairs of equivalent fields in a ROS message and an interface.
 /// Those of one name, or the only ones.
@@ -58,7 +58,7 @@ impl FieldPairs {
 }
 
 fn fields(descriptor: &'static Descriptor) -> impl Iterator<Item = &'static str> {
-    descriptor.fields.iter().map(|field| field.name).filter(|name| *name != RESERVED)
+    descriptor.fields.iter().map(|field| field.name).filter(|name| *name != PADDING_FIELD)
 }
 
 /// Encodes a value of an interface; fields that it lacks are zero.
@@ -87,7 +87,7 @@ pub fn check_services(
     composer: &Composer,
     offers: &[ServiceOffer],
     calls: &[ServiceCall],
-) -> Result<(), Box<TopicMisfit>> {
+) -> Result<(), Box<TopicMismatch>> {
     offers.iter().try_for_each(|offer| inbox(composer, offer).map(drop))?;
     calls.iter().try_for_each(|call| {
         outbox(composer, call)?;
@@ -99,18 +99,18 @@ pub fn check_services(
 ///
 /// # Errors
 /// The inbox is missing, or does not fit.
-pub fn inbox(composer: &Composer, offer: &ServiceOffer) -> Result<FittingPort, Box<TopicMisfit>> {
+pub fn inbox(composer: &Composer, offer: &ServiceOffer) -> Result<FittingPort, Box<TopicMismatch>> {
     let port = NamedPort { path: &offer.inbox, topic: &offer.service, place: offer.place };
-    port.inbox(composer, offer.of.request(), &offer.value)
+    port.inbox(composer, offer.service_type.request(), &offer.value)
 }
 
 /// Returns the outbox that calls a service, with the pairs for its messages.
 ///
 /// # Errors
 /// The outbox is missing, or does not fit.
-pub fn outbox(composer: &Composer, call: &ServiceCall) -> Result<FittingPort, Box<TopicMisfit>> {
+pub fn outbox(composer: &Composer, call: &ServiceCall) -> Result<FittingPort, Box<TopicMismatch>> {
     let port = NamedPort { path: &call.outbox, topic: &call.service, place: call.place };
-    port.outbox(composer, call.of.request())
+    port.outbox(composer, call.service_type.request())
 }
 
 /// Returns the input that is set to responses, with the pairs for its values.
@@ -121,9 +121,9 @@ pub fn answer_input(
     composer: &Composer,
     call: &ServiceCall,
     input: &str,
-) -> Result<FittingPort, Box<TopicMisfit>> {
+) -> Result<FittingPort, Box<TopicMismatch>> {
     let port = NamedPort { path: input, topic: &call.service, place: call.place };
-    port.input(composer, call.of.response())
+    port.input(composer, call.service_type.response())
 }
 
 /// Port that fits messages, with the pairs of fields.
@@ -141,8 +141,8 @@ pub struct NamedPort<'n> {
 }
 
 impl NamedPort<'_> {
-    fn misfit(&self, reason: impl Into<String>, help: &'static str) -> Box<TopicMisfit> {
-        TopicMisfit::new(self.path, self.topic, reason, help).at(self.place)
+    fn mismatch(&self, reason: impl Into<String>, help: &'static str) -> Box<TopicMismatch> {
+        TopicMismatch::new(self.path, self.topic, reason, help).at(self.place)
     }
 
     /// Returns the port as an inbox that receives messages.
@@ -153,23 +153,24 @@ impl NamedPort<'_> {
     pub fn inbox(
         &self,
         composer: &Composer,
-        of: &MessageType,
+        message_type: &MessageType,
         value: &Json,
-    ) -> Result<FittingPort, Box<TopicMisfit>> {
-        let (property, shape) = mailbox(composer, self.path)
-            .map_err(|reason| self.misfit(reason, "`slate list` shows the inboxes"))?;
-        composer.external_inbox(self.path).map_err(|error| self.misfit(error.reason, error.help))?;
+    ) -> Result<FittingPort, Box<TopicMismatch>> {
+        let (property, shape) = message_port(composer, self.path)
+            .map_err(|reason| self.mismatch(reason, "`slate list` shows the inboxes"))?;
+        composer.external_inbox(self.path).map_err(|error| self.mismatch(error.reason, error.help))?;
         let descriptor = property.descriptor();
-        let pairs = FieldPairs::new(of.schema(), descriptor);
-        let value = of.empty().map(|message| pairs.value(&message, value));
-        let value = value.map_err(|reason| self.misfit(reason, "correct `definition`"))?;
-        let lacking: Vec<_> = fields(descriptor).filter(|name| value.get(name).is_none()).collect();
-        if !lacking.is_empty() {
-            let reason = format!("{} has no {}", of.name(), lacking.join(", "));
-            return Err(self.misfit(reason, "say it in the entry, as in value = { brightness = 0.5 }"));
+        let pairs = FieldPairs::new(message_type.schema(), descriptor);
+        let value = message_type.empty().map(|message| pairs.value(&message, value));
+        let value = value.map_err(|reason| self.mismatch(reason, "correct `definition`"))?;
+        let missing: Vec<_> = fields(descriptor).filter(|name| value.get(name).is_none()).collect();
+        if !missing.is_empty() {
+            let reason = format!("{} has no {}", message_type.name(), missing.join(", "));
+            return Err(self.mismatch(reason, "say it in the entry, as in value = { brightness = 0.5 }"));
         }
-        let is_fit = bytes(descriptor, shape, &value);
-        is_fit.map_err(|reason| self.misfit(reason, "take a type with fields of the types of the inbox"))?;
+        let checked = bytes(descriptor, shape, &value);
+        checked
+            .map_err(|reason| self.mismatch(reason, "take a type with fields of the types of the inbox"))?;
         Ok((property, pairs))
     }
 
@@ -177,19 +178,23 @@ impl NamedPort<'_> {
     ///
     /// # Errors
     /// It is missing.
-    pub fn mailbox(&self, composer: &Composer) -> Result<Arc<Property>, Box<TopicMisfit>> {
+    pub fn message_port(&self, composer: &Composer) -> Result<Arc<Property>, Box<TopicMismatch>> {
         let help = "name an outbox that no link of [links] has; `slate graph` shows the ports";
-        let found = mailbox(composer, self.path);
-        found.map(|(property, _)| property).map_err(|reason| self.misfit(reason, help))
+        let found = message_port(composer, self.path);
+        found.map(|(property, _)| property).map_err(|reason| self.mismatch(reason, help))
     }
 
     /// Returns the port as an outbox whose messages are sent.
     ///
     /// # Errors
     /// The outbox is missing, or does not fit.
-    pub fn outbox(&self, composer: &Composer, of: &MessageType) -> Result<FittingPort, Box<TopicMisfit>> {
-        let property = self.mailbox(composer)?;
-        let pairs = self.sent(&property, of)?;
+    pub fn outbox(
+        &self,
+        composer: &Composer,
+        message_type: &MessageType,
+    ) -> Result<FittingPort, Box<TopicMismatch>> {
+        let property = self.message_port(composer)?;
+        let pairs = self.sent_pairs(&property, message_type)?;
         Ok((property, pairs))
     }
 
@@ -197,24 +202,34 @@ impl NamedPort<'_> {
     ///
     /// # Errors
     /// The output is missing, or no field of it fits.
-    pub fn output(&self, composer: &Composer, of: &MessageType) -> Result<FittingPort, Box<TopicMisfit>> {
-        let property = output(composer, self.path, self.topic).map_err(|misfit| misfit.at(self.place))?;
-        let pairs = self.sent(&property, of)?;
-        if pairs.pairs.is_empty() && of.schema().field_names().next().is_some() {
-            let theirs: Vec<_> = of.schema().field_names().collect();
-            let reason = format!("no field of it is one of {}, which has {}", of.name(), theirs.join(", "));
-            return Err(self.misfit(reason, "name an output with fields of that name"));
+    pub fn output(
+        &self,
+        composer: &Composer,
+        message_type: &MessageType,
+    ) -> Result<FittingPort, Box<TopicMismatch>> {
+        let property = output(composer, self.path, self.topic).map_err(|mismatch| mismatch.at(self.place))?;
+        let pairs = self.sent_pairs(&property, message_type)?;
+        if pairs.pairs.is_empty() && message_type.schema().field_names().next().is_some() {
+            let theirs: Vec<_> = message_type.schema().field_names().collect();
+            let reason =
+                format!("no field of it is one of {}, which has {}", message_type.name(), theirs.join(", "));
+            return Err(self.mismatch(reason, "name an output with fields of that name"));
         }
         Ok((property, pairs))
     }
 
     /// Returns the pairs of fields that convert values of a port to messages.
-    fn sent(&self, property: &Property, of: &MessageType) -> Result<FieldPairs, Box<TopicMisfit>> {
+    fn sent_pairs(
+        &self,
+        property: &Property,
+        message_type: &MessageType,
+    ) -> Result<FieldPairs, Box<TopicMismatch>> {
         let descriptor = property.descriptor();
-        let pairs = FieldPairs::new(of.schema(), descriptor);
+        let pairs = FieldPairs::new(message_type.schema(), descriptor);
         let zero = vec![0; descriptor.size];
-        let is_fit = of.encode(&pairs.message(&json(descriptor, &zero, 0)));
-        is_fit.map_err(|reason| self.misfit(reason, "take a type with fields of the types of the port"))?;
+        let checked = message_type.encode(&pairs.message(&json(descriptor, &zero, 0)));
+        checked
+            .map_err(|reason| self.mismatch(reason, "take a type with fields of the types of the port"))?;
         Ok(pairs)
     }
 
@@ -222,26 +237,30 @@ impl NamedPort<'_> {
     ///
     /// # Errors
     /// The input is missing, or does not fit.
-    pub fn input(&self, composer: &Composer, of: &MessageType) -> Result<FittingPort, Box<TopicMisfit>> {
-        let property = input(composer, self.path, self.topic).map_err(|misfit| misfit.at(self.place))?;
-        let pairs = FieldPairs::new(of.schema(), property.descriptor());
+    pub fn input(
+        &self,
+        composer: &Composer,
+        message_type: &MessageType,
+    ) -> Result<FittingPort, Box<TopicMismatch>> {
+        let property = input(composer, self.path, self.topic).map_err(|mismatch| mismatch.at(self.place))?;
+        let pairs = FieldPairs::new(message_type.schema(), property.descriptor());
         let shape = property.channel().map(|channel| channel.shape());
-        let fits = of.empty().and_then(|message| {
+        let checked = message_type.empty().and_then(|message| {
             let value = pairs.value(&message, &Json::Null);
             shape.map_or(Ok(Vec::new()), |shape| bytes(property.descriptor(), shape, &value))
         });
         let help = "read it with an input whose fields have the types of the message's";
-        fits.map_err(|reason| self.misfit(reason, help))?;
+        checked.map_err(|reason| self.mismatch(reason, help))?;
         Ok((property, pairs))
     }
 }
 
 /// Returns the inbox or outbox at a path, and its shape.
-fn mailbox(composer: &Composer, path: &str) -> Result<(Arc<Property>, Shape), String> {
+fn message_port(composer: &Composer, path: &str) -> Result<(Arc<Property>, Shape), String> {
     let (property, field) = composer.board().find(path).map_err(|error| error.to_string())?;
     match property.carrier() {
-        Carrier::Mailbox(mailbox) if field.is_empty() && property.path() == path => {
-            let shape = mailbox.shape();
+        Carrier::Mailbox(message_port) if field.is_empty() && property.path() == path => {
+            let shape = message_port.shape();
             Ok((property, shape))
         }
         _ => Err("it takes no messages".into()),

@@ -29,7 +29,7 @@ impl InboxHandler {
             Err(reason) => (false, reason),
         };
         let (mut response, mut is_reported) = (Map::new(), success);
-        for name in self.offer.of.response().schema().field_names() {
+        for name in self.offer.service_type.response().schema().field_names() {
             match name {
                 "success" => {
                     is_reported = true;

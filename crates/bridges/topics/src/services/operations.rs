@@ -8,7 +8,7 @@ use slate_control::{Caller, Connections, ControlSurface, Dispatcher, OperationAn
 use tokio::runtime::{Builder, Runtime};
 
 /// Operations at work at a time.
-const PLACES: usize = 4;
+const MAX_OPERATIONS: usize = 4;
 
 /// Carries out operations as tools do, with the same checks and in the same turn.
 pub struct AgentOperations {
@@ -30,9 +30,9 @@ impl AgentOperations {
             who: scheme.into(),
             local: None,
             is_told: false,
-            place: Arc::new(Arc::new(Connections::default()).admit()),
+            connection: Arc::new(Arc::new(Connections::default()).admit()),
         };
-        let dispatcher = Dispatcher::new(Arc::clone(surface), PLACES, true);
+        let dispatcher = Dispatcher::new(Arc::clone(surface), MAX_OPERATIONS, true);
         let runtime = Builder::new_current_thread().enable_time().build()?;
         Ok(Self { dispatcher, caller, runtime: Some(runtime) })
     }

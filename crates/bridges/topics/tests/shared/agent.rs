@@ -123,7 +123,7 @@ impl Module for Asker {
 
     fn tick(state: &mut (u64, f64), io: &AskerIo, params: &AskerParams, _: &Tick) -> Outcome {
         if let Some(wish) = io.wish.updated() {
-            state.0 = io.requests.post(*wish).unwrap_or(0);
+            state.0 = io.requests.send_tracked(*wish).unwrap_or(0);
         }
         if params.tells.get() {
             io.delivery.set(Number { value: io.requests.delivery(state.0).code().into() });

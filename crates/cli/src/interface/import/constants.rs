@@ -7,7 +7,7 @@ use slate::record::ros::{DefinedConstant, DefinedCount, DefinedItem, DefinedMess
 
 use super::{camel_case, unique};
 use crate::interface::parse::upper_case;
-use crate::interface::word::objection;
+use crate::interface::word::identifier_error;
 
 /// Values of a field that has one of several constants.
 pub(super) struct ImportedEnumeration<'a> {
@@ -88,7 +88,7 @@ fn field_of<'a>(
 fn variant(name: &str) -> Option<String> {
     let variant = camel_case(&name.to_ascii_lowercase());
     let is_name = variant.starts_with(|first: char| first.is_ascii_alphabetic());
-    (is_name && objection(&variant).is_none() && upper_case(&variant) == name).then_some(variant)
+    (is_name && identifier_error(&variant).is_none() && upper_case(&variant) == name).then_some(variant)
 }
 
 /// Returns the value of an integer constant.

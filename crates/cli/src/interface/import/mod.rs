@@ -51,10 +51,10 @@ const MAX_SIZE: usize = 1 << 20;
 
 /// Returns the source of the interface of a `.msg` file, and of nested ones.
 pub fn import(options: &ImportInterface) -> Result<String, Failure> {
-    let refuse = |FileError { place, reason }: FileError| {
+    let refuse = |FileError { location, reason }: FileError| {
         // An empty file has no lines.
-        let place = if place.contains(".msg") { place } else { options.file.display().to_string() };
-        Failure::Interface { place, problem: reason }
+        let location = if location.contains(".msg") { location } else { options.file.display().to_string() };
+        Failure::Interface { place: location, problem: reason }
     };
     let files = read(options).map_err(refuse)?;
     let mut messages = files.messages().map_err(refuse)?;
@@ -70,7 +70,7 @@ fn read(options: &ImportInterface) -> Result<DefinitionFiles, FileError> {
     let ImportInterface { file, kind, .. } = options;
     if file.extension().is_none_or(|extension| extension != "msg") {
         let reason = "expected the definition of a message, a file NAME.msg".into();
-        return Err(FileError { place: file.display().to_string(), reason });
+        return Err(FileError { location: file.display().to_string(), reason });
     }
     let format = if options.ros1 { WireFormat::Ros1 } else { WireFormat::Cdr };
     DefinitionFiles::read(format, file, kind.as_deref())

@@ -8,7 +8,7 @@ use slate::record::ros::{DefinedConstant, DefinedItem};
 use super::constants::{ImportedEnumeration, boolean, integer};
 use super::{ImportInterface, ImportedField, ImportedInterface, ros_name};
 use crate::interface::comment;
-use crate::interface::word::objection;
+use crate::interface::word::identifier_error;
 
 /// Returns the source of interfaces.
 /// The last one has the fields of the whole message.
@@ -69,7 +69,7 @@ fn add_field(text: &mut String, ImportedField { defined, kind }: &ImportedField<
     if !unit.is_empty() {
         add(text, format_args!("    #[unit({unit:?})]\n"));
     }
-    let raw = if objection(name).is_some() { "r#" } else { "" };
+    let raw = if identifier_error(name).is_some() { "r#" } else { "" };
     add(text, format_args!("    pub {raw}{name}: {kind},\n"));
 }
 

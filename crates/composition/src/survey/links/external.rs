@@ -4,10 +4,10 @@ use slate_blackboard::is_within;
 use slate_configuration::{Configuration, ExternalDirection, ExternalLink, Message, Mistake};
 use slate_module::{Direction, PortDescription};
 
+use super::messages::roles;
 use super::sinks::LinkSink;
 use super::sources::LinkSources;
-use super::words::roles;
-use crate::complaints::{Complaints, suggest};
+use crate::diagnostic_collector::{DiagnosticCollector, suggest};
 use crate::link::{FieldPlace, NoField};
 use crate::survey::block::{Block, FACT, FACT_HELP, Provenance, binds, role_permits};
 use crate::survey::names::{deep_name, owner, port_at, split_module, split_port};
@@ -22,7 +22,7 @@ pub(super) fn check_arriving<'a>(
     survey: &Survey<'a>,
     dormant: &[&str],
     sinks: &[Option<LinkSink>],
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) {
     let mut filled: Vec<(usize, usize, String, &str)> = Vec::new();
     for (sink, link) in sinks.iter().zip(configuration.links()) {
@@ -38,7 +38,7 @@ pub(super) fn check_arriving<'a>(
             Ok(Some(found)) => found,
             Ok(None) => continue,
             Err((message, help)) => {
-                complaints.add(link.path.span, message, help);
+                collector.add(link.path.span, message, help);
                 continue;
             }
         };
@@ -49,7 +49,7 @@ pub(super) fn check_arriving<'a>(
         if let Some((.., other)) = filled.iter().find(meets) {
             let message = format!("`{}` is linked already, by `{other}`", link.path.value);
             let help = "an input has one source: link each field once, or the whole input";
-            complaints.add(link.path.span, Mistake::TwoSources.of(message), help);
+            collector.add(link.path.span, Mistake::TwoSources.of(message), help);
         }
         filled.push((module, port, field, &link.path.value));
     }
@@ -161,7 +161,7 @@ pub(super) fn check_leaving(configuration: &Configuration, sources: &mut LinkSou
             None
         };
         if let Some((message, help)) = refusal {
-            sources.complain(span, Mistake::Ends.of(message), help);
+            sources.report(span, Mistake::Ends.of(message), help);
         }
     }
 }

@@ -7,9 +7,9 @@ use slate_interfaces::GateState;
 use slate_module::{Direction, Interface};
 
 use super::ends::{TargetField, sink_name, target_name};
+use super::messages::{LINK_RULE, different, roles};
 use super::sinks::LinkSink;
-use super::words::{HELP, different, roles};
-use crate::complaints::Complaints;
+use crate::diagnostic_collector::DiagnosticCollector;
 use crate::link::{FieldPlace, Filter, NoField, Program};
 use crate::own::{ModuleState, ModuleTiming, TimingHistogram};
 use crate::parameters::enabled_descriptor;
@@ -51,10 +51,10 @@ fn interface_of(
     }
 }
 
-/// Complaint: place, message and advice.
-type Complaint = (Span, Message, String);
+/// Error of a link: place, message and advice.
+type FitError = (Span, Message, String);
 
-/// Joins the source of a link with its port; `None` after a complaint.
+/// Joins the source of a link with its port; `None` after an error.
 pub(super) fn fit<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
@@ -62,13 +62,13 @@ pub(super) fn fit<'a>(
     link: &'a Link,
     sink: &LinkSink,
     source: TargetField,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) -> Option<ResolvedLink<'a>> {
     let name = join(&target_name(configuration, survey, absent, source.target), &source.field);
     match BothEnds::new(configuration, survey, link, sink, source, name).joint() {
         Ok(joint) => Some(joint),
         Err((span, message, help)) => {
-            complaints.add(span, message, help);
+            collector.add(span, message, help);
             None
         }
     }
@@ -131,14 +131,14 @@ impl<'a, 's> BothEnds<'a, 's> {
         }
     }
 
-    fn joint(self) -> Result<ResolvedLink<'a>, Complaint> {
+    fn joint(self) -> Result<ResolvedLink<'a>, FitError> {
         self.check_directions()?;
         self.check_roles()?;
         let filter = self.filter()?;
         self.check_queue_options()?;
         let is_plain = self.is_plain(filter.is_some());
         self.check_whole(is_plain)?;
-        let way = if is_plain { LinkConversion::Plain } else { self.conversion()? };
+        let conversion = if is_plain { LinkConversion::Plain } else { self.conversion()? };
         Ok(ResolvedLink {
             link: self.link,
             port: (self.sink.module, self.sink.wire),
@@ -147,7 +147,7 @@ impl<'a, 's> BothEnds<'a, 's> {
             delayed: self.is_delayed(),
             from: self.from,
             field: self.sink.field.clone(),
-            way,
+            conversion,
             filter: filter.map(Arc::new),
         })
     }
@@ -157,7 +157,7 @@ impl<'a, 's> BothEnds<'a, 's> {
     }
 
     /// Refuses a link whose ends do not match.
-    fn refuse<T>(&self, message: String, help: &str) -> Result<T, Complaint> {
+    fn refuse<T>(&self, message: String, help: &str) -> Result<T, FitError> {
         Err((self.span, Mistake::Ends.of(message), help.into()))
     }
 
@@ -177,7 +177,7 @@ impl<'a, 's> BothEnds<'a, 's> {
     }
 
     /// Checks the directions: messages go to inboxes, and inputs read values.
-    fn check_directions(&self) -> Result<(), Complaint> {
+    fn check_directions(&self) -> Result<(), FitError> {
         let Self { to, name, .. } = self;
         let sends = self.direction == Direction::Outbox;
         match (sends, self.is_inbox()) {
@@ -191,10 +191,10 @@ impl<'a, 's> BothEnds<'a, 's> {
             }
             _ => {}
         }
-        if sends && let Some((name, said)) = of_values(self.link) {
+        if sends && let Some((name, option)) = value_option(self.link) {
             let message = format!("`{name}` has no meaning for messages, which `{to}` sends");
             let help = "leave it out: it is about values that are read";
-            return Err((said, Mistake::Ends.of(message), help.into()));
+            return Err((option, Mistake::Ends.of(message), help.into()));
         }
         if matches!(self.target, LinkSource::Command(_)) && self.direction == Direction::Queue {
             let message = Mistake::PastGate.of(format!("`{to}` can't take an actuator's command"));
@@ -208,7 +208,7 @@ impl<'a, 's> BothEnds<'a, 's> {
     }
 
     /// Checks that the roles of the ports allow the link.
-    fn check_roles(&self) -> Result<(), Complaint> {
+    fn check_roles(&self) -> Result<(), FitError> {
         let (Wire::Port(port), LinkSource::Port(module, other)) = (self.sink.wire, self.target) else {
             return Ok(());
         };
@@ -243,19 +243,19 @@ impl<'a, 's> BothEnds<'a, 's> {
     }
 
     /// Returns the filter of the link, if it has one.
-    fn filter(&self) -> Result<Option<Filter>, Complaint> {
+    fn filter(&self) -> Result<Option<Filter>, FitError> {
         filter(self.link, self.interface.unwrap_or(self.own)).map_err(|NoField { message, help }| {
             let span = self.link.filter.when.as_ref().map_or(self.span, |when| when.span);
             (span, Mistake::Value.of(format!("the condition of `{}`: {message}", self.to)), help)
         })
     }
 
-    fn check_queue_options(&self) -> Result<(), Complaint> {
+    fn check_queue_options(&self) -> Result<(), FitError> {
         let policy = self.link.policy.as_ref().map(|policy| policy.span);
         match policy.or(self.link.window.as_ref().map(|window| window.span)) {
-            Some(said) if self.direction != Direction::Queue => {
+            Some(option) if self.direction != Direction::Queue => {
                 let message = Mistake::Ends.of(format!("`{}` is not a queue input", self.to));
-                Err((said, message, "leave `policy` and `window` out".into()))
+                Err((option, message, "leave `policy` and `window` out".into()))
             }
             _ => Ok(()),
         }
@@ -283,7 +283,7 @@ impl<'a, 's> BothEnds<'a, 's> {
 
     /// Checks links that must carry whole values.
     /// Queues and messages carry whole values, and a parameter has no last cycle.
-    fn check_whole(&self, is_plain: bool) -> Result<(), Complaint> {
+    fn check_whole(&self, is_plain: bool) -> Result<(), FitError> {
         let Self { to, name, own, .. } = self;
         if !is_plain && matches!(self.direction, Direction::Queue | Direction::Outbox) {
             let (message, help) = match self.interface {
@@ -312,7 +312,7 @@ impl<'a, 's> BothEnds<'a, 's> {
     }
 
     /// Returns the conversion from the value to the type of the port.
-    fn conversion(&self) -> Result<LinkConversion, Complaint> {
+    fn conversion(&self) -> Result<LinkConversion, FitError> {
         let sink_place = self.sink_place()?;
         let Some(interface) = self.interface else {
             return match self.target {
@@ -348,16 +348,16 @@ impl<'a, 's> BothEnds<'a, 's> {
                     let (takes, is) = (sink_place.describe(), source_place.describe());
                     format!("`{to}` takes {takes} but `/{name}` is {is}: {reason}")
                 };
-                self.refuse(message, HELP)
+                self.refuse(message, LINK_RULE)
             }
         }
     }
 
     /// Returns the part of the port that the link fills.
-    fn sink_place(&self) -> Result<FieldPlace, Complaint> {
+    fn sink_place(&self) -> Result<FieldPlace, FitError> {
         let field = if self.sink.wire == Wire::Enabled { "value" } else { &self.sink.field };
         match FieldPlace::find(self.own, field) {
-            Ok(place) if !place.may_be_missing() => Ok(place),
+            Ok(field) if !field.may_be_missing() => Ok(field),
             Ok(_) => self.refuse(
                 format!("`{}` is an item of a list, which may be shorter", self.to),
                 "link the whole list",
@@ -374,7 +374,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         match self.target {
             // Replayed properties are written at their module's slot, possibly earlier in the cycle.
             LinkSource::Played(played) => {
-                self.previous && self.survey.played[played].early_for.contains(&own.module.name.value)
+                self.previous && self.survey.played[played].later_modules.contains(&own.module.name.value)
             }
             target => self.previous && is_earlier(self.configuration, self.survey, target, own.stage),
         }
@@ -383,18 +383,18 @@ impl<'a, 's> BothEnds<'a, 's> {
 
 /// Returns the first option of a link that applies only to values.
 /// (Messages have `previous`, too: it sends them for the next cycle.)
-fn of_values(link: &Link) -> Option<(&'static str, Span)> {
+fn value_option(link: &Link) -> Option<(&'static str, Span)> {
     let Link { filter, transport, .. } = link;
-    let said = [
-        ("stale", link.stale.as_ref().map(|said| said.span)),
-        ("every", filter.every.as_ref().map(|said| said.span)),
-        ("when", filter.when.as_ref().map(|said| said.span)),
-        ("mode", transport.mode.as_ref().map(|said| said.span)),
-        ("rate", transport.rate.as_ref().map(|said| said.span)),
-        ("interval", transport.interval.as_ref().map(|said| said.span)),
-        ("compression", transport.compression.as_ref().map(|said| said.span)),
+    let options = [
+        ("stale", link.stale.as_ref().map(|option| option.span)),
+        ("every", filter.every.as_ref().map(|option| option.span)),
+        ("when", filter.when.as_ref().map(|option| option.span)),
+        ("mode", transport.mode.as_ref().map(|option| option.span)),
+        ("rate", transport.rate.as_ref().map(|option| option.span)),
+        ("interval", transport.interval.as_ref().map(|option| option.span)),
+        ("compression", transport.compression.as_ref().map(|option| option.span)),
     ];
-    said.into_iter().find_map(|(name, said)| Some((name, said?)))
+    options.into_iter().find_map(|(name, option)| Some((name, option?)))
 }
 
 /// Returns the filter of a link, if it has one.
@@ -421,7 +421,7 @@ fn is_earlier(
     target: LinkSource,
     stage: slate_module::Stage,
 ) -> bool {
-    let place = |stage: slate_module::Stage| {
+    let position = |stage: slate_module::Stage| {
         configuration.schedule().stages().iter().position(|own| own.members.contains(&stage)).map(|at| {
             let members = &configuration.schedule().stages()[at].members;
             (at, members.iter().position(|member| *member == stage))
@@ -429,5 +429,5 @@ fn is_earlier(
     };
     writers(configuration, &survey.modules, target)
         .into_iter()
-        .any(|writer| place(survey.modules[writer].stage) < place(stage))
+        .any(|writer| position(survey.modules[writer].stage) < position(stage))
 }

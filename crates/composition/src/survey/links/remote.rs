@@ -11,7 +11,7 @@ use super::fit;
 use super::sinks::LinkSink;
 use crate::RemotePath;
 use crate::catalogue::Catalogue;
-use crate::complaints::Complaints;
+use crate::diagnostic_collector::DiagnosticCollector;
 use crate::link::FieldPlace;
 use crate::survey::{LinkConversion, LinkSource, Misfit, Remote, ResolvedLink, Survey, Wire, rules};
 use slate_configuration::{Compression, Configuration, Link, Mistake, TEAM};
@@ -32,7 +32,7 @@ pub fn path(configuration: &Configuration, link: &Link) -> Option<RemotePath> {
 
 /// Returns the misfit of a link whose carrier differs from the agent's actual one.
 /// The link waits while it names another carrier.
-pub fn elsewhere(configuration: &Configuration, link: &Link) -> Option<Misfit> {
+pub fn carrier_misfit(configuration: &Configuration, link: &Link) -> Option<Misfit> {
     let agent = agent(configuration, link).filter(|agent| agent != TEAM)?;
     let carrier = &link.transport.carrier.as_ref()?.value;
     let endpoint = configuration.endpoint_of(&agent);
@@ -76,10 +76,10 @@ pub(super) fn joint<'a>(
     survey: &Survey<'a>,
     link: &'a Link,
     sink: &LinkSink,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) -> (Option<ResolvedLink<'a>>, Option<Misfit>) {
-    let remote = RemoteLink::checked(configuration, survey, link, sink, complaints);
-    remote.map_or((None, None), |remote| remote.joint(complaints))
+    let remote = RemoteLink::checked(configuration, survey, link, sink, collector);
+    remote.map_or((None, None), |remote| remote.joint(collector))
 }
 
 /// Link to another agent that passes the checks of this end.
@@ -94,14 +94,14 @@ struct RemoteLink<'a, 's> {
 }
 
 impl<'a, 's> RemoteLink<'a, 's> {
-    /// Checks a link to another agent; `None` after a complaint.
-    /// Complaints are about mistakes that do not depend on the other end.
+    /// Checks a link to another agent; `None` after an error.
+    /// Errors are about mistakes that do not depend on the other end.
     fn checked(
         configuration: &'a Configuration,
         survey: &'s Survey<'a>,
         link: &'a Link,
         sink: &'s LinkSink,
-        complaints: &mut Complaints<'a>,
+        collector: &mut DiagnosticCollector<'a>,
     ) -> Option<Self> {
         let wanted = path(configuration, link)?;
         let Some(index) = survey.remote.iter().position(|remote| remote.path == wanted) else {
@@ -111,19 +111,19 @@ impl<'a, 's> RemoteLink<'a, 's> {
                 "this agent is `{}`: link its own ports, or run it by a program that shares, as `slate run` does",
                 configuration.agent_name()
             );
-            complaints.add(sink.far(link).1, message, help);
+            collector.add(sink.far(link).1, message, help);
             return None;
         };
-        if wanted.agent == TEAM && !takes_part(configuration, link, sink, survey, complaints) {
+        if wanted.agent == TEAM && !is_team_link(configuration, link, sink, survey, collector) {
             return None;
         }
         let remote = Self { configuration, survey, link, sink, index };
-        remote.can_be_carried(complaints).then_some(remote)
+        remote.can_be_carried(collector).then_some(remote)
     }
 
     /// Checks that this program has the carrier and the compression of the link.
-    /// Returns false after a complaint.
-    fn can_be_carried(&self, complaints: &mut Complaints<'a>) -> bool {
+    /// Returns false after an error.
+    fn can_be_carried(&self, collector: &mut DiagnosticCollector<'a>) -> bool {
         let (transport, survey) = (&self.link.transport, self.survey);
         if let Some(carrier) = &transport.carrier
             && !survey.carriers.is_empty()
@@ -131,7 +131,7 @@ impl<'a, 's> RemoteLink<'a, 's> {
         {
             let known: Vec<_> = survey.carriers.iter().map(String::as_str).collect();
             let message = Mistake::OtherAgent.of(format!("this program has no carrier `{}`", carrier.value));
-            complaints.add(carrier.span, message, format!("there are: {}", known.join(", ")));
+            collector.add(carrier.span, message, format!("there are: {}", known.join(", ")));
             return false;
         }
         if let Some(compression) = &transport.compression
@@ -139,34 +139,34 @@ impl<'a, 's> RemoteLink<'a, 's> {
             && !survey.has_jpeg
         {
             let help = "write \"lossless\", or build it with the feature `jpeg`, which is there unless it was switched off";
-            complaints.add(compression.span, "this program was built without JPEG", help);
+            collector.add(compression.span, "this program was built without JPEG", help);
             return false;
         }
         true
     }
 
-    fn joint(&self, complaints: &mut Complaints<'a>) -> (Option<ResolvedLink<'a>>, Option<Misfit>) {
+    fn joint(&self, collector: &mut DiagnosticCollector<'a>) -> (Option<ResolvedLink<'a>>, Option<Misfit>) {
         let direction = match self.sink.wire {
             Wire::Port(port) => self.survey.modules[self.sink.module].description.ports[port].direction,
             Wire::Enabled | Wire::Params => Direction::Input,
         };
         let is_known = self.survey.remote[self.index].property.is_some();
-        let elsewhere = elsewhere(self.configuration, self.link);
+        let misfit = carrier_misfit(self.configuration, self.link);
         match direction {
-            Direction::Queue if elsewhere.is_some() => (None, elsewhere),
+            Direction::Queue if misfit.is_some() => (None, misfit),
             // A queue without a link gets nothing, which is what a queue gets that waits for one.
             Direction::Queue if !is_known => (None, None),
             Direction::Outbox => {
-                let joint = self.fitted("", complaints);
+                let joint = self.fitted("", collector);
                 // Messages are not sent by another carrier than the one that is meant.
-                if elsewhere.is_some() { (None, joint.and(elsewhere)) } else { (joint, None) }
+                if misfit.is_some() { (None, joint.and(misfit)) } else { (joint, None) }
             }
-            _ if elsewhere.is_some() && self.waiting().is_some() => (self.waiting(), elsewhere),
+            _ if misfit.is_some() && self.waiting().is_some() => (self.waiting(), misfit),
             // A mistake at this end is reported, whatever is at the other one.
             _ if !is_known || self.waiting().is_none() => {
-                (self.fitted("", complaints).and_then(|_| self.waiting()), None)
+                (self.fitted("", collector).and_then(|_| self.waiting()), None)
             }
-            _ => self.known(direction, complaints),
+            _ => self.known(direction, collector),
         }
     }
 
@@ -174,19 +174,19 @@ impl<'a, 's> RemoteLink<'a, 's> {
     fn known(
         &self,
         direction: Direction,
-        complaints: &mut Complaints<'a>,
+        collector: &mut DiagnosticCollector<'a>,
     ) -> (Option<ResolvedLink<'a>>, Option<Misfit>) {
-        let before = complaints.diagnostics.len();
+        let before = collector.diagnostics.len();
         let field = self.survey.remote[self.index].field().unwrap_or_default();
-        if let Some(joint) = self.fitted(field, complaints) {
+        if let Some(joint) = self.fitted(field, collector) {
             return match self.against_rules(&joint) {
                 Some(misfit) if direction == Direction::Queue => (None, Some(misfit)),
                 Some(misfit) => (self.waiting(), Some(misfit)),
                 None => (Some(joint), None),
             };
         }
-        let said: Vec<_> = complaints.diagnostics.drain(before..).collect();
-        let misfit = said.first().map(|diagnostic| Misfit {
+        let refusals: Vec<_> = collector.diagnostics.drain(before..).collect();
+        let misfit = refusals.first().map(|diagnostic| Misfit {
             message: diagnostic.message().replace("`//", "`slate://"),
             help: diagnostic.help_text().unwrap_or_default().to_owned(),
         });
@@ -200,9 +200,9 @@ impl<'a, 's> RemoteLink<'a, 's> {
     }
 
     /// Returns the link to a field of the property, if both ends match.
-    fn fitted(&self, field: &str, complaints: &mut Complaints<'a>) -> Option<ResolvedLink<'a>> {
+    fn fitted(&self, field: &str, collector: &mut DiagnosticCollector<'a>) -> Option<ResolvedLink<'a>> {
         let source = TargetField::new(LinkSource::Remote(self.index), field);
-        fit::fit(self.configuration, self.survey, &[], self.link, self.sink, source, complaints)
+        fit::fit(self.configuration, self.survey, &[], self.link, self.sink, source, collector)
     }
 
     /// Returns the link in its state until the property exists.
@@ -215,14 +215,14 @@ impl<'a, 's> RemoteLink<'a, 's> {
             Wire::Params => description.params,
         };
         let field = if self.sink.wire == Wire::Enabled { "value" } else { &self.sink.field };
-        let place = FieldPlace::find(descriptor, field).ok()?;
+        let target = FieldPlace::find(descriptor, field).ok()?;
         Some(ResolvedLink {
             link: self.link,
             port: (self.sink.module, self.sink.wire),
             target: LinkSource::Remote(self.index),
             from: String::new(),
             field: self.sink.field.clone(),
-            way: LinkConversion::Pending(Arc::new(place)),
+            conversion: LinkConversion::Pending(Arc::new(target)),
             filter: None,
             previous: self.link.previous,
             delayed: false,
@@ -231,13 +231,13 @@ impl<'a, 's> RemoteLink<'a, 's> {
 }
 
 /// Checks that a link to the team's knowledge makes sense in this agent.
-/// Returns false after a complaint.
-fn takes_part<'a>(
+/// Returns false after an error.
+fn is_team_link<'a>(
     configuration: &'a Configuration,
     link: &'a Link,
     sink: &LinkSink,
     survey: &Survey<'a>,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) -> bool {
     let is_outbox = matches!(sink.wire, Wire::Port(port)
         if survey.modules[sink.module].description.ports[port].direction == Direction::Outbox);
@@ -249,6 +249,6 @@ fn takes_part<'a>(
         return true;
     };
     let (far, span) = sink.far(link);
-    complaints.add(span, Mistake::OtherAgent.of(format!("`{far}`: {message}")), help);
+    collector.add(span, Mistake::OtherAgent.of(format!("`{far}`: {message}")), help);
     false
 }

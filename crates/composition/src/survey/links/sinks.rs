@@ -4,8 +4,8 @@
 use slate_blackboard::Url;
 use slate_module::{Direction, PortDescription};
 
-use super::slash::without_slash;
-use crate::complaints::{Complaints, suggest};
+use super::missing_slash::without_slash;
+use crate::diagnostic_collector::{DiagnosticCollector, suggest};
 use crate::survey::names::{SERVICE, deep_name, is_service, owner, split_module, split_port};
 use crate::survey::{Survey, Wire};
 use slate_configuration::{Configuration, Link, Message, Mistake, Span};
@@ -31,19 +31,19 @@ impl LinkSink {
 }
 
 /// Finds the port that a link belongs to.
-/// `None` if its module is not loaded, or after a complaint.
+/// `None` if its module is not loaded, or after an error.
 pub(super) fn sink<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
     dormant: &[&str],
     link: &'a Link,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) -> Option<LinkSink> {
     let (to, modules) = (&link.to.value, &survey.modules);
     // A mailbox stands there in the place of a module that does not run.
     let is_played = survey.played.iter().any(|played| played.is_mailbox && played.path == *to);
     if is_played || link.destination().is_some_and(|url| url.agent().is_some()) {
-        return sender(survey, dormant, link, complaints);
+        return sender(survey, dormant, link, collector);
     }
     let Some((module, rest)) = split_module(modules, to) else {
         if owner(dormant, to).is_some() {
@@ -51,7 +51,7 @@ pub(super) fn sink<'a>(
             return outbox(survey, link).ok();
         }
         let (message, help) = unowned(configuration, survey, link);
-        complaints.add(link.to.span, message, help);
+        collector.add(link.to.span, message, help);
         return None;
     };
     let (name, field) = split_port(&modules[module].description.ports, rest);
@@ -66,7 +66,7 @@ pub(super) fn sink<'a>(
             let names =
                 modules[module].description.parameters.iter().map(|parameter| parameter.name.as_str());
             let help = format!("link one of them: {}", names.collect::<Vec<_>>().join(", "));
-            complaints.add(
+            collector.add(
                 link.to.span,
                 Mistake::Ends.of(format!("`{to}` is all parameters of `{own}`")),
                 help,
@@ -82,11 +82,11 @@ pub(super) fn sink<'a>(
     let Some(at) = ports.iter().position(|port| port.name == name) else {
         let name = deep_name(ports, name, rest);
         let help = suggest(name, ports.iter().filter(linkable).map(|port| port.name.as_str()));
-        complaints.add(link.to.span, Mistake::Name.of(format!("`{own}` has no port `{name}`")), help);
+        collector.add(link.to.span, Mistake::Name.of(format!("`{own}` has no port `{name}`")), help);
         return None;
     };
     if ports[at].direction == Direction::Inbox && field.is_empty() {
-        return sender(survey, dormant, link, complaints);
+        return sender(survey, dormant, link, collector);
     }
     let (message, help) = match &ports[at] {
         port if port.direction == Direction::Input || linkable(&port) && field.is_empty() => {
@@ -100,10 +100,10 @@ pub(super) fn sink<'a>(
         port => {
             let what = if port.direction == Direction::Outbox { "sends messages" } else { "is an output" };
             let message = format!("`{to}` {what}, and a link names its destination first");
-            (message, format!("write {}", turned(configuration, survey, link)))
+            (message, format!("write {}", swapped_line(configuration, survey, link)))
         }
     };
-    complaints.add(link.to.span, Mistake::Ends.of(message), help);
+    collector.add(link.to.span, Mistake::Ends.of(message), help);
     None
 }
 
@@ -113,7 +113,7 @@ fn unowned<'a>(configuration: &'a Configuration, survey: &Survey<'a>, link: &'a 
     let is_of = |name: &str| to.strip_prefix(name) == Some("/command");
     if configuration.actuators().iter().any(|actuator| is_of(&actuator.name.value)) {
         let message = format!("`{to}` is the command of an actuator, and a link names its destination first");
-        let right = turned(configuration, survey, link);
+        let right = swapped_line(configuration, survey, link);
         return (Mistake::Ends.of(message), format!("destination = source: did you mean {right}?"));
     }
     let names = survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str());
@@ -126,7 +126,7 @@ fn sender<'a>(
     survey: &Survey<'a>,
     dormant: &[&str],
     link: &'a Link,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) -> Option<LinkSink> {
     let (to, from, span) = (&link.to.value, &link.from.value, link.from.span);
     let path = from.path_in("");
@@ -135,14 +135,14 @@ fn sender<'a>(
         let message = format!("`{to}` belongs to agent `{other}`, and `{from}` to agent `{agent}`");
         let help =
             format!("a link belongs to the agent that reads or sends: --agent {other}, or --agent {agent}");
-        complaints.add(span, Mistake::OtherAgent.of(message), help);
+        collector.add(span, Mistake::OtherAgent.of(message), help);
         return None;
     }
     if let Some(agent) = from.agent() {
         let message = format!("`{to}` is an inbox, and its sender belongs to agent `{agent}`");
         let help =
             format!("write the link in the configuration of `{agent}`, with this agent's inbox in front");
-        complaints.add(span, Mistake::OtherAgent.of(message), help);
+        collector.add(span, Mistake::OtherAgent.of(message), help);
         return None;
     }
     let refusal = match outbox(survey, link) {
@@ -150,7 +150,7 @@ fn sender<'a>(
         Err(refusal) => refusal,
     };
     if owner(dormant, &path).is_none() {
-        complaints.add(span, refusal.0, refusal.1);
+        collector.add(span, refusal.0, refusal.1);
     }
     None
 }
@@ -195,7 +195,7 @@ fn outbox(survey: &Survey<'_>, link: &Link) -> Result<LinkSink, (Message, String
 
 /// Returns the correct line for a link with swapped ends.
 /// It lists all senders to the same inbox.
-fn turned<'a>(configuration: &'a Configuration, survey: &Survey<'a>, link: &'a Link) -> String {
+fn swapped_line<'a>(configuration: &'a Configuration, survey: &Survey<'a>, link: &'a Link) -> String {
     let sends = |link: &&Link| {
         let port = split_module(&survey.modules, &link.to.value);
         port.is_some_and(|(module, name)| {

@@ -6,11 +6,11 @@ use slate_blackboard::{Url, is_within};
 use slate_module::{Direction, PortDescription};
 
 use super::ends::{self, TargetField};
+use super::messages::ungated_command;
+use super::missing_slash::without_slash;
 use super::sinks::LinkSink;
-use super::slash::without_slash;
-use super::words::past_gate;
 use super::{fit, remote};
-use crate::complaints::{Complaints, suggest};
+use crate::diagnostic_collector::{DiagnosticCollector, suggest};
 use crate::survey::names::{SERVICE, deep_name, is_service, join, owner, split_module, split_port};
 use crate::survey::{Absent, Host, Implied, LinkSource, Misfit, ResolvedLink, Survey, Surveyed, Wire, block};
 use slate_configuration::{Configuration, Link, Message, Mistake, Span};
@@ -20,18 +20,18 @@ pub(super) struct LinkSources<'s, 'a> {
     dormant: &'s [&'a str],
     survey: &'s Survey<'a>,
     sinks: &'s [Option<LinkSink>],
-    complaints: &'s mut Complaints<'a>,
+    collector: &'s mut DiagnosticCollector<'a>,
     found: Vec<JointState<'a>>,
     /// Links being followed, outermost first.
-    open: Vec<usize>,
+    followed: Vec<usize>,
     pub absent: Vec<Absent>,
     pub misfits: BTreeMap<String, Misfit>,
 }
 
 #[derive(Clone)]
 enum JointState<'a> {
-    NotYet,
-    /// Link that was resolved; `None` after a complaint.
+    Unresolved,
+    /// Link that was resolved; `None` after an error.
     ResolvedLink(Option<ResolvedLink<'a>>),
 }
 
@@ -41,17 +41,17 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         dormant: &'s [&'a str],
         survey: &'s Survey<'a>,
         sinks: &'s [Option<LinkSink>],
-        complaints: &'s mut Complaints<'a>,
+        collector: &'s mut DiagnosticCollector<'a>,
     ) -> Self {
-        let found = vec![JointState::NotYet; sinks.len()];
+        let found = vec![JointState::Unresolved; sinks.len()];
         Self {
             configuration,
             dormant,
             survey,
             sinks,
-            complaints,
+            collector,
             found,
-            open: Vec::new(),
+            followed: Vec::new(),
             absent: Vec::new(),
             misfits: BTreeMap::new(),
         }
@@ -61,36 +61,37 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         &self.survey.modules
     }
 
-    /// Resolves a link; `None` after a complaint.
+    /// Resolves a link; `None` after an error.
     pub fn joint(&mut self, link: usize) -> Option<ResolvedLink<'a>> {
         if let JointState::ResolvedLink(joint) = &self.found[link] {
             return joint.clone();
         }
-        if let Some(at) = self.open.iter().position(|open| *open == link) {
-            self.circle(at);
+        if let Some(at) = self.followed.iter().position(|followed| *followed == link) {
+            self.report_cycle(at);
             return None;
         }
-        self.open.push(link);
+        self.followed.push(link);
         let joint = self.new_joint(link);
-        self.open.pop();
-        // Once more when a circle led here: it was complained about then.
-        if let JointState::NotYet = self.found[link] {
+        self.followed.pop();
+        // Once more when a circle led here: it was reported then.
+        if let JointState::Unresolved = self.found[link] {
             self.found[link] = JointState::ResolvedLink(joint);
         }
         match &self.found[link] {
             JointState::ResolvedLink(joint) => joint.clone(),
-            JointState::NotYet => None,
+            JointState::Unresolved => None,
         }
     }
 
-    fn circle(&mut self, at: usize) {
+    fn report_cycle(&mut self, at: usize) {
         let links = self.configuration.links();
-        let mut names: Vec<_> = self.open[at..].iter().map(|link| links[*link].to.value.as_str()).collect();
+        let mut names: Vec<_> =
+            self.followed[at..].iter().map(|link| links[*link].to.value.as_str()).collect();
         names.extend(names.first().copied());
-        let span = links[self.open[at]].from.span;
+        let span = links[self.followed[at]].from.span;
         let message = Mistake::Circle.of(format!("{} read each other in a circle", names.join(" -> ")));
-        self.complaints.add(span, message, "link one of them to an output");
-        for link in self.open[at..].iter().copied() {
+        self.collector.add(span, message, "link one of them to an output");
+        for link in self.followed[at..].iter().copied() {
             self.found[link] = JointState::ResolvedLink(None);
         }
     }
@@ -100,40 +101,40 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         let link = &self.configuration.links()[link];
         let (far, span) = sink.far(link);
         if remote::agent(self.configuration, link).is_some() {
-            let (joint, misfit) = remote::joint(self.configuration, self.survey, link, sink, self.complaints);
+            let (joint, misfit) = remote::joint(self.configuration, self.survey, link, sink, self.collector);
             self.misfits.extend(misfit.map(|misfit| (link.to.value.clone(), misfit)));
             return joint;
         }
         if !self.is_own(link, &far) {
             return None;
         }
-        let source = self.source(span, &far.path_in(""))?;
-        fit::fit(self.configuration, self.survey, &self.absent, link, sink, source, self.complaints)
+        let source = self.resolve(span, &far.path_in(""))?;
+        fit::fit(self.configuration, self.survey, &self.absent, link, sink, source, self.collector)
     }
 
     /// Checks that a link inside of this agent has no options for remote links.
-    /// Returns false after a complaint.
+    /// Returns false after an error.
     fn is_own(&mut self, link: &Link, far: &Url) -> bool {
         let transport = &link.transport;
-        let said = [
-            transport.carrier.as_ref().map(|said| ("carrier", said.span)),
-            transport.mode.as_ref().map(|said| ("mode", said.span)),
-            transport.rate.as_ref().map(|said| ("rate", said.span)),
-            transport.interval.as_ref().map(|said| ("interval", said.span)),
-            transport.compression.as_ref().map(|said| ("compression", said.span)),
+        let options = [
+            transport.carrier.as_ref().map(|option| ("carrier", option.span)),
+            transport.mode.as_ref().map(|option| ("mode", option.span)),
+            transport.rate.as_ref().map(|option| ("rate", option.span)),
+            transport.interval.as_ref().map(|option| ("interval", option.span)),
+            transport.compression.as_ref().map(|option| ("compression", option.span)),
         ];
-        for (name, span) in said.iter().flatten() {
+        for (name, span) in options.iter().flatten() {
             let message = Mistake::Ends.of(format!("`{name}` has no meaning here: `{far}` is of this agent"));
             let help = "leave it out, or read a property of another agent: slate://agent/module/property";
-            self.complaints.add(*span, message, help);
+            self.collector.add(*span, message, help);
         }
-        said.iter().all(Option::is_none)
+        options.iter().all(Option::is_none)
     }
 
     /// Returns the property and the field at a path, for a link that leaves the agent.
-    /// `None` after a complaint.
+    /// `None` after an error.
     pub fn end(&mut self, span: Span, path: &str) -> Option<(LinkSource, String)> {
-        self.source(span, path).map(|TargetField { target, field, previous: _ }| (target, field))
+        self.resolve(span, path).map(|TargetField { target, field, previous: _ }| (target, field))
     }
 
     /// Returns whether a source takes messages.
@@ -147,17 +148,17 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         }
     }
 
-    pub fn complain(&mut self, span: Span, message: Message, help: &str) {
-        self.complaints.add(span, message, help);
+    pub fn report(&mut self, span: Span, message: Message, help: &str) {
+        self.collector.add(span, message, help);
     }
 
-    /// Resolves a path; `None` after a complaint.
-    fn source(&mut self, span: Span, path: &str) -> Option<TargetField> {
-        if let Some(source) = self.actuator(path).or_else(|| self.played(path)) {
+    /// Resolves a path; `None` after an error.
+    fn resolve(&mut self, span: Span, path: &str) -> Option<TargetField> {
+        if let Some(source) = self.resolve_actuator(path).or_else(|| self.resolve_played(path)) {
             return Some(source);
         }
         let Some((module, rest)) = split_module(self.modules(), path) else {
-            return self.of_no_module(span, path);
+            return self.resolve_outside_modules(span, path);
         };
         let (name, field) = split_port(&self.modules()[module].description.ports, rest);
         let field = field.to_owned();
@@ -167,7 +168,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             {
                 return source;
             }
-            if implied == Implied::Params && !self.has_an_end(module, &field) {
+            if implied == Implied::Params && !self.is_acyclic(module, &field) {
                 return None;
             }
             return Some(TargetField::new(LinkSource::Implied(module, implied), field));
@@ -180,14 +181,14 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             let help = without_slash(self.configuration, self.survey, span, path)
                 .unwrap_or_else(|| suggest(name, names()));
             let own = &self.modules()[module].module.name.value;
-            self.complaints.add(span, Mistake::Name.of(format!("`{own}` has no output `{name}`")), help);
+            self.collector.add(span, Mistake::Name.of(format!("`{own}` has no output `{name}`")), help);
             return None;
         };
-        self.port(span, path, (module, at), field)
+        self.resolve_port(span, path, (module, at), field)
     }
 
     /// Resolves a path that does not begin with a loaded module's name.
-    fn of_no_module(&mut self, span: Span, path: &str) -> Option<TargetField> {
+    fn resolve_outside_modules(&mut self, span: Span, path: &str) -> Option<TargetField> {
         if let Some(module) = owner(self.dormant, path) {
             return Some(self.absent(module, path));
         }
@@ -205,12 +206,12 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         let names: Vec<_> = modules.chain(gates).chain(hosts).chain(played).collect();
         let help = without_slash(self.configuration, self.survey, span, path)
             .unwrap_or_else(|| suggest(path, names.iter().copied()));
-        self.complaints.add(span, Mistake::Name.of(format!("nothing is called `/{path}`")), help);
+        self.collector.add(span, Mistake::Name.of(format!("nothing is called `/{path}`")), help);
         None
     }
 
     /// Resolves a path to a port of a module.
-    fn port(
+    fn resolve_port(
         &mut self,
         span: Span,
         path: &str,
@@ -227,7 +228,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             Direction::Output | Direction::Debug | Direction::Inbox => {
                 return Some(TargetField::new(LinkSource::Port(module, at), field));
             }
-            Direction::Command => past_gate(path),
+            Direction::Command => ungated_command(path),
             Direction::Aspect | Direction::Provider => {
                 (Mistake::Ends.of(format!("`/{path}` is a service")), SERVICE)
             }
@@ -236,7 +237,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
                 "write it as the source of an inbox: \"receiver/inbox\" = \"sender/outbox\"",
             ),
         };
-        self.complaints.add(span, message, help);
+        self.collector.add(span, message, help);
         None
     }
 
@@ -276,12 +277,12 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         let source = ends::target_name(self.configuration, self.survey, &self.absent, joint.target);
         let message = format!("`/{queue}` takes only some values of `/{source}`, by the filter of its link");
         let help = format!("link to `/{source}`, with the same filter if it is wanted");
-        self.complaints.add(span, Mistake::Ends.of(message), help);
+        self.collector.add(span, Mistake::Ends.of(message), help);
     }
 
     /// Returns whether the links to parameters of a module do not lead back to them.
     /// Their values are the module's own, so no other check applies to these links.
-    fn has_an_end(&mut self, module: usize, field: &str) -> bool {
+    fn is_acyclic(&mut self, module: usize, field: &str) -> bool {
         let meets = |sink: &Option<LinkSink>| {
             sink.as_ref().is_some_and(|sink| {
                 (sink.module, sink.wire) == (module, Wire::Params)
@@ -292,7 +293,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         links.into_iter().all(|link| self.joint(link).is_some())
     }
 
-    fn actuator(&self, path: &str) -> Option<TargetField> {
+    fn resolve_actuator(&self, path: &str) -> Option<TargetField> {
         self.configuration.actuators().iter().enumerate().find_map(|(index, actuator)| {
             let rest = path.strip_prefix(actuator.name.value.as_str())?.strip_prefix('/')?;
             let (name, field) = split_port(&[], rest);
@@ -306,7 +307,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
     }
 
     /// Returns the played property at a path; the rest of the path is a field.
-    fn played(&self, path: &str) -> Option<TargetField> {
+    fn resolve_played(&self, path: &str) -> Option<TargetField> {
         let mut played = self.survey.played.iter().enumerate();
         let (index, played) = played.find(|(_, played)| is_within(path, &played.path))?;
         let field = path[played.path.len()..].trim_start_matches('/');

@@ -8,11 +8,11 @@ use slate_blackboard::Access;
 use slate_blackboard::interface::Descriptor;
 use slate_record::ros::{self, Definition, Shown, Standard};
 
-use super::Out;
+use super::OutgoingMessage;
 use slate_control::{ControlSurface, Sample, frames, is_transform};
 
 /// Conversion of an interface's values to messages.
-pub(super) enum Form {
+pub(super) enum ChannelFormat {
     /// Standard message of ROS.
     Standard(Box<Standard>),
     /// Message type derived from the interface.
@@ -21,7 +21,7 @@ pub(super) enum Form {
     Shown(&'static Descriptor, Box<Shown>),
 }
 
-impl Form {
+impl ChannelFormat {
     /// Creates the form for an interface.
     /// `name` is that of the interface, or another one when two have it.
     fn new(descriptor: &'static Descriptor, name: &str) -> Self {
@@ -67,91 +67,93 @@ impl Form {
 #[derive(Default)]
 pub(super) struct Channels {
     /// Channels by number: the path, and the form of its messages.
-    present: BTreeMap<u32, (String, u64, Arc<Form>)>,
+    present: BTreeMap<u32, (String, u64, Arc<ChannelFormat>)>,
     /// Channels of the transforms: moving ones, and static ones.
     transforms: [Option<u32>; 2],
-    forms: BTreeMap<u64, Arc<Form>>,
+    formats: BTreeMap<u64, Arc<ChannelFormat>>,
     names: BTreeMap<&'static str, u32>,
     last: u32,
 }
 
 /// Topics of the transforms.
-const TRANSFORMS: [&str; 2] = ["/tf", "/tf_static"];
+const TRANSFORM_TOPICS: [&str; 2] = ["/tf", "/tf_static"];
 
 impl Channels {
-    pub fn get(&self, number: u32) -> Option<(&str, &Arc<Form>)> {
-        self.present.get(&number).map(|(path, _, form)| (path.as_str(), form))
+    pub fn get(&self, number: u32) -> Option<(&str, &Arc<ChannelFormat>)> {
+        self.present.get(&number).map(|(path, _, format)| (path.as_str(), format))
     }
 
     /// Returns whether a channel of transforms has static ones.
     /// `None` for any other channel.
     pub fn transforms(&self, number: u32) -> Option<bool> {
-        self.transforms.iter().position(|own| *own == Some(number)).map(|place| place == 1)
+        self.transforms.iter().position(|own| *own == Some(number)).map(|slot| slot == 1)
     }
 
     /// Returns the newly known transforms, as channels.
     fn new_transforms(&mut self, surface: &ControlSurface) -> Vec<Json> {
         let mut properties = surface.board().properties().into_iter();
-        let has_told = properties.any(|property| is_transform(&property));
+        let has_transforms = properties.any(|property| is_transform(&property));
         let has_places = || frames(surface, |_| true).has_places();
-        let mut came = Vec::new();
-        for (place, topic) in TRANSFORMS.into_iter().enumerate() {
-            if self.transforms[place].is_some() || !(has_told || place == 0 && has_places()) {
+        let mut added = Vec::new();
+        for (slot, topic) in TRANSFORM_TOPICS.into_iter().enumerate() {
+            if self.transforms[slot].is_some() || !(has_transforms || slot == 0 && has_places()) {
                 continue;
             }
             self.last += 1;
-            self.transforms[place] = Some(self.last);
+            self.transforms[slot] = Some(self.last);
             let definition = ros::transforms_definition();
-            came.push(advertised(self.last, topic, &definition));
+            added.push(advertised(self.last, topic, &definition));
         }
-        came
+        added
     }
 
     /// Tells of channels that came, and that went.
-    pub fn survey(&mut self, surface: &ControlSurface) -> Vec<Out> {
+    pub fn survey(&mut self, surface: &ControlSurface) -> Vec<OutgoingMessage> {
         let properties = surface.board().properties();
         let values = properties.iter().filter(|property| property.access() != Access::Messages);
-        let there: BTreeMap<&str, &'static Descriptor> =
+        let current: BTreeMap<&str, &'static Descriptor> =
             values.map(|property| (property.path(), property.descriptor())).collect();
-        let is_gone =
-            |(path, hash): (&String, u64)| there.get(path.as_str()).is_none_or(|of| of.hash != hash);
-        let gone: Vec<u32> = self
+        let is_vanished =
+            |(path, hash): (&String, u64)| current.get(path.as_str()).is_none_or(|of| of.hash != hash);
+        let vanished: Vec<u32> = self
             .present
             .iter()
-            .filter(|(_, (path, hash, _))| is_gone((path, *hash)))
+            .filter(|(_, (path, hash, _))| is_vanished((path, *hash)))
             .map(|(number, _)| *number)
             .collect();
-        gone.iter().for_each(|number| drop(self.present.remove(number)));
+        vanished.iter().for_each(|number| drop(self.present.remove(number)));
         let known: BTreeSet<String> = self.present.values().map(|(path, ..)| path.clone()).collect();
-        let mut came = self.new_transforms(surface);
-        for (path, descriptor) in there.into_iter().filter(|(path, _)| !known.contains(*path)) {
-            let form = self.form(descriptor);
+        let mut added = self.new_transforms(surface);
+        for (path, descriptor) in current.into_iter().filter(|(path, _)| !known.contains(*path)) {
+            let format = self.format(descriptor);
             self.last += 1;
-            came.push(advertised(self.last, &format!("/{path}"), form.definition()));
-            self.present.insert(self.last, (path.to_owned(), descriptor.hash, form));
+            added.push(advertised(self.last, &format!("/{path}"), format.definition()));
+            self.present.insert(self.last, (path.to_owned(), descriptor.hash, format));
         }
         let mut out = Vec::new();
-        if !gone.is_empty() {
-            out.push(Out::Text(json!({ "op": "unadvertise", "channelIds": gone }).to_string()));
+        if !vanished.is_empty() {
+            out.push(OutgoingMessage::Text(
+                json!({ "op": "unadvertise", "channelIds": vanished }).to_string(),
+            ));
         }
-        if !came.is_empty() {
-            out.push(Out::Text(json!({ "op": "advertise", "channels": came }).to_string()));
+        if !added.is_empty() {
+            out.push(OutgoingMessage::Text(json!({ "op": "advertise", "channels": added }).to_string()));
         }
         out
     }
 
-    fn form(&mut self, descriptor: &'static Descriptor) -> Arc<Form> {
-        if let Some(form) = self.forms.get(&descriptor.hash) {
-            return Arc::clone(form);
+    fn format(&mut self, descriptor: &'static Descriptor) -> Arc<ChannelFormat> {
+        if let Some(format) = self.formats.get(&descriptor.hash) {
+            return Arc::clone(format);
         }
         // To clients all messages of a name are the same.
         let count = self.names.entry(descriptor.name).or_default();
         *count += 1;
         let name =
             if *count == 1 { descriptor.name.to_owned() } else { format!("{}{count}", descriptor.name) };
-        let form = Arc::new(Form::new(descriptor, &name));
-        self.forms.insert(descriptor.hash, Arc::clone(&form));
-        form
+        let format = Arc::new(ChannelFormat::new(descriptor, &name));
+        self.formats.insert(descriptor.hash, Arc::clone(&format));
+        format
     }
 
     /// Returns the graph of publishing and reading modules.

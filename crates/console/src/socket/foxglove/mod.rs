@@ -22,38 +22,40 @@ use slate_runtime::Teleoperation;
 use tokio::sync::{Semaphore, mpsc};
 use tokio::time::Instant;
 
-use super::{Listener, Said, Sink, Visitor, hand, ping, say};
-use channels::{Channels, Form};
+use super::{ClientMessage, Listener, Sink, SocketClient, ping, send_bytes, send_text};
+use channels::{ChannelFormat, Channels};
 use request::FoxgloveRequest;
 use slate_control::operations::by_name;
-use slate_control::{Caller, ControlSurface, Dispatcher, Operation, TransformStream, Watcher, apart, frames};
+use slate_control::{
+    Caller, ControlSurface, Dispatcher, Operation, TransformStream, Watcher, frames, offload,
+};
 use slate_record::ros;
 
 /// Names of the protocol; both are the same.
 pub(super) const PROTOCOLS: [&str; 2] = ["foxglove.websocket.v1", "foxglove.sdk.v1"];
 
 /// Polling period for new values and for added or removed properties.
-const LOOK: Duration = Duration::from_millis(10);
-const SURVEY: Duration = Duration::from_secs(1);
+const POLL_PERIOD: Duration = Duration::from_millis(10);
+const SURVEY_PERIOD: Duration = Duration::from_secs(1);
 
 /// Period of time messages, when the agent has its own clock.
-const CLOCK: Duration = Duration::from_millis(100);
+const CLOCK_PERIOD: Duration = Duration::from_millis(100);
 
 /// Duration of sending after which a client is warned that it is slow.
-const SLOW: Duration = Duration::from_millis(250);
+const SLOW_SEND: Duration = Duration::from_millis(250);
 
 /// Size from which values are encoded in another thread, bytes.
-const LARGE: usize = 4096;
+const LARGE_SIZE: usize = 4096;
 
 /// Maximum size of a client's queued requests, bytes.
 /// They wait for the one before them; excess requests are refused.
-const WAITING: usize = 2 << 20;
+const MAX_WAITING_BYTES: usize = 2 << 20;
 
 /// Refusal of such a request.
-const OVERLOADED: &str = "too many requests of this client wait: one is refused";
+const OVERLOAD_MESSAGE: &str = "too many requests of this client wait: one is refused";
 
 /// Maximum number of subscriptions of a client.
-const MOST: usize = 512;
+const MAX_CHANNELS: usize = 512;
 
 /// Client's subscription of `/tf`, or of `/tf_static`.
 struct ClientTransforms {
@@ -63,23 +65,23 @@ struct ClientTransforms {
 
 impl ClientTransforms {
     /// Returns the message of the new values, and its time.
-    fn look(&mut self, surface: &ControlSurface) -> Option<(u64, Vec<u8>)> {
+    fn next_message(&mut self, surface: &ControlSurface) -> Option<(u64, Vec<u8>)> {
         let (time, moving, fixed) = self.stream.take(surface);
-        let told = if self.is_fixed { fixed } else { moving };
+        let transforms = if self.is_fixed { fixed } else { moving };
         let mut message = Vec::new();
-        ros::encode_transforms(&told, &mut message).ok().filter(|()| !told.is_empty())?;
+        ros::encode_transforms(&transforms, &mut message).ok().filter(|()| !transforms.is_empty())?;
         Some((time, message))
     }
 }
 
 /// Outgoing message.
-enum Out {
+enum OutgoingMessage {
     Text(String),
     Bytes(Vec<u8>),
 }
 
 /// Subscriptions of a client, and the state last sent to it.
-struct Session {
+struct FoxgloveSession {
     surface: Arc<ControlSurface>,
     dispatcher: Arc<Dispatcher>,
     caller: Caller,
@@ -89,7 +91,7 @@ struct Session {
     /// Subscriptions of transforms.
     transforms: BTreeMap<u32, ClientTransforms>,
     /// Channels that the client publishes, by its numbers.
-    published: BTreeMap<u32, publish::Channel>,
+    published: BTreeMap<u32, publish::PublishTarget>,
     /// Actuators that it drives.
     controls: BTreeMap<String, Teleoperation>,
     /// Parameters that it watches, with the values sent last.
@@ -101,24 +103,24 @@ struct Session {
 struct Subscription {
     channel: u32,
     watcher: Watcher,
-    form: Arc<Form>,
+    format: Arc<ChannelFormat>,
     /// Frame of its values.
     frame: String,
 }
 
-pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listener) {
+pub(super) async fn serve(client: SocketClient, mut sink: Sink, mut listener: Listener) {
     let (sender, mut requests) = mpsc::unbounded_channel();
-    let room = Arc::new(Semaphore::new(WAITING));
+    let capacity = Arc::new(Semaphore::new(MAX_WAITING_BYTES));
     let (answer, mut answers) = mpsc::unbounded_channel();
-    let (dispatcher, caller) = (Arc::clone(&visitor.dispatcher), visitor.caller());
-    let hears = async move {
-        while let Some(said) = listener.next().await {
+    let (dispatcher, caller) = (Arc::clone(&client.dispatcher), client.caller());
+    let receiving = async move {
+        while let Some(message) = listener.next().await {
             // A stop waits for no other request of this client.
-            let answered = match services::stop_call(&said) {
+            let answered = match services::stop_call(&message) {
                 Some(call) => answer.send(services::answer(&dispatcher, &caller, &call)).is_ok(),
-                None => match Arc::clone(&room).try_acquire_many_owned(said.size()) {
-                    Ok(permit) => sender.send((said, permit)).is_ok(),
-                    Err(_) => answer.send(status(1, OVERLOADED, None)).is_ok(),
+                None => match Arc::clone(&capacity).try_acquire_many_owned(message.size()) {
+                    Ok(permit) => sender.send((message, permit)).is_ok(),
+                    Err(_) => answer.send(status(1, OVERLOAD_MESSAGE, None)).is_ok(),
                 },
             };
             if !answered {
@@ -126,8 +128,8 @@ pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listen
             }
         }
     };
-    let tells = async move {
-        let mut session = Session::new(visitor);
+    let sending = async move {
+        let mut session = FoxgloveSession::new(client);
         let greeting = session.greeting();
         if !send(&mut sink, greeting).await {
             return;
@@ -136,15 +138,15 @@ pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listen
         let (mut surveyed, mut clocked, mut pinged) = (began, began, began);
         loop {
             let mut out = Vec::new();
-            match tokio::time::timeout(LOOK, requests.recv()).await {
+            match tokio::time::timeout(POLL_PERIOD, requests.recv()).await {
                 Ok(None) => return,
-                Ok(Some((said, _permit))) => {
-                    let carried = carry_out(session, &said);
-                    let Some((back, told)) = meanwhile(carried, &mut answers, &mut sink).await else {
+                Ok(Some((message, _permit))) => {
+                    let carried = carry_out(session, &message);
+                    let Some((back, messages)) = answer_while(carried, &mut answers, &mut sink).await else {
                         return;
                     };
                     session = back;
-                    out = told;
+                    out = messages;
                 }
                 Err(_) if !ping(&mut sink, &mut pinged).await => return,
                 Err(_) => {}
@@ -152,9 +154,9 @@ pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listen
             while let Ok(answer) = answers.try_recv() {
                 out.push(answer);
             }
-            if surveyed.elapsed() >= SURVEY {
+            if surveyed.elapsed() >= SURVEY_PERIOD {
                 surveyed = Instant::now();
-                let looked = apart(true, move || {
+                let looked = offload(true, move || {
                     let mut out = session.channels.survey(&session.surface);
                     out.extend(session.parameters_changed());
                     out.extend(session.graph_changed());
@@ -164,27 +166,30 @@ pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listen
                 session = back;
                 out.extend(news);
             }
-            if session.surface.is_lockstep && clocked.elapsed() >= CLOCK {
+            if session.surface.is_lockstep && clocked.elapsed() >= CLOCK_PERIOD {
                 clocked = Instant::now();
-                out.push(Out::Bytes([&[2][..], &session.surface.now().to_le_bytes()].concat()));
+                out.push(OutgoingMessage::Bytes([&[2][..], &session.surface.now().to_le_bytes()].concat()));
             }
             if !send(&mut sink, out).await {
                 return;
             }
-            let Some(back) = session.tell(&mut sink).await else { return };
+            let Some(back) = session.send_values(&mut sink).await else { return };
             session = back;
         }
     };
-    let (hears, tells) = (std::pin::pin!(hears), std::pin::pin!(tells));
-    futures_util::future::select(hears, tells).await;
+    let (receiving, sending) = (std::pin::pin!(receiving), std::pin::pin!(sending));
+    futures_util::future::select(receiving, sending).await;
 }
 
 /// Carries out a client's message in its turn, on a separate thread.
 /// It may take long or wait for modules.
-async fn carry_out(mut session: Session, said: &Said) -> Option<(Session, Vec<Out>)> {
-    let request = match said {
-        Said::Text(text) => FoxgloveRequest::parse(text),
-        Said::Binary(bytes) => FoxgloveRequest::parse_bytes(bytes),
+async fn carry_out(
+    mut session: FoxgloveSession,
+    message: &ClientMessage,
+) -> Option<(FoxgloveSession, Vec<OutgoingMessage>)> {
+    let request = match message {
+        ClientMessage::Text(text) => FoxgloveRequest::parse(text),
+        ClientMessage::Binary(bytes) => FoxgloveRequest::parse_bytes(bytes),
     };
     let request = match request {
         Ok(request) => request,
@@ -197,9 +202,9 @@ async fn carry_out(mut session: Session, said: &Said) -> Option<(Session, Vec<Ou
         },
         None => None,
     };
-    let carried = apart(true, move || {
+    let carried = offload(true, move || {
         let _turn = turn;
-        let out = session.take(request);
+        let out = session.handle(request);
         (session, out)
     });
     carried.await
@@ -207,9 +212,9 @@ async fn carry_out(mut session: Session, said: &Said) -> Option<(Session, Vec<Ou
 
 /// Waits for work, and sends answers in the meantime.
 /// `None` if the client is gone.
-async fn meanwhile<T>(
+async fn answer_while<T>(
     work: impl Future<Output = Option<T>>,
-    answers: &mut mpsc::UnboundedReceiver<Out>,
+    answers: &mut mpsc::UnboundedReceiver<OutgoingMessage>,
     sink: &mut Sink,
 ) -> Option<T> {
     let mut work = std::pin::pin!(work);
@@ -227,28 +232,28 @@ async fn meanwhile<T>(
 }
 
 /// Sends messages; false when the client is gone.
-async fn send(sink: &mut Sink, out: Vec<Out>) -> bool {
+async fn send(sink: &mut Sink, out: Vec<OutgoingMessage>) -> bool {
     for message in out {
-        let good = match message {
-            Out::Text(text) => say(sink, text).await,
-            Out::Bytes(bytes) => hand(sink, bytes).await,
+        let is_connected = match message {
+            OutgoingMessage::Text(text) => send_text(sink, text).await,
+            OutgoingMessage::Bytes(bytes) => send_bytes(sink, bytes).await,
         };
-        if !good {
+        if !is_connected {
             return false;
         }
     }
     true
 }
 
-impl Session {
-    fn new(visitor: Visitor) -> Self {
-        let caller = visitor.caller();
+impl FoxgloveSession {
+    fn new(client: SocketClient) -> Self {
+        let caller = client.caller();
         Self {
             channels: Channels::default(),
-            surface: visitor.surface,
-            dispatcher: visitor.dispatcher,
+            surface: client.surface,
+            dispatcher: client.dispatcher,
             caller,
-            who: visitor.who,
+            who: client.who,
             subscriptions: BTreeMap::new(),
             transforms: BTreeMap::new(),
             published: BTreeMap::new(),
@@ -260,7 +265,7 @@ impl Session {
     }
 
     /// Returns the first messages to a client.
-    fn greeting(&mut self) -> Vec<Out> {
+    fn greeting(&mut self) -> Vec<OutgoingMessage> {
         let mut capabilities =
             vec!["clientPublish", "parameters", "parametersSubscribe", "services", "connectionGraph"];
         if self.surface.is_lockstep {
@@ -274,15 +279,15 @@ impl Session {
             "metadata": { "slate": env!("CARGO_PKG_VERSION") },
             "sessionId": self.surface.session,
         });
-        let mut out = vec![Out::Text(info.to_string())];
+        let mut out = vec![OutgoingMessage::Text(info.to_string())];
         out.extend(self.channels.survey(&self.surface));
         out.push(services::advertise());
         out
     }
 
     /// Carries out a request.
-    fn take(&mut self, request: FoxgloveRequest) -> Vec<Out> {
-        self.make(request).unwrap_or_else(|reason| vec![status(1, &reason, None)])
+    fn handle(&mut self, request: FoxgloveRequest) -> Vec<OutgoingMessage> {
+        self.apply(request).unwrap_or_else(|reason| vec![status(1, &reason, None)])
     }
 
     /// Returns the operation of a request that must wait for its turn.
@@ -295,7 +300,7 @@ impl Session {
         }
     }
 
-    fn make(&mut self, request: FoxgloveRequest) -> Result<Vec<Out>, String> {
+    fn apply(&mut self, request: FoxgloveRequest) -> Result<Vec<OutgoingMessage>, String> {
         match request {
             FoxgloveRequest::Subscribe(pairs) => {
                 pairs.into_iter().try_for_each(|(id, channel)| self.subscribe(id, channel))?
@@ -308,10 +313,10 @@ impl Session {
             }
             FoxgloveRequest::Advertise(channels) => {
                 for (id, channel) in channels {
-                    if self.published.len() >= MOST {
-                        return Err(format!("a client publishes at most {MOST} channels"));
+                    if self.published.len() >= MAX_CHANNELS {
+                        return Err(format!("a client publishes at most {MAX_CHANNELS} channels"));
                     }
-                    self.published.insert(id, self.publishing(channel)?);
+                    self.published.insert(id, self.destination(channel)?);
                 }
             }
             FoxgloveRequest::Unadvertise(ids) => {
@@ -345,35 +350,35 @@ impl Session {
     }
 
     fn subscribe(&mut self, id: u32, channel: u32) -> Result<(), String> {
-        if self.subscriptions.len() + self.transforms.len() >= MOST {
-            return Err(format!("a client has at most {MOST} subscriptions"));
+        if self.subscriptions.len() + self.transforms.len() >= MAX_CHANNELS {
+            return Err(format!("a client has at most {MAX_CHANNELS} subscriptions"));
         }
         if let Some(is_fixed) = self.channels.transforms(channel) {
             let stream = TransformStream::new(&self.surface, |_| true);
             self.transforms.insert(id, ClientTransforms { is_fixed, stream });
             return Ok(());
         }
-        let Some((path, form)) = self.channels.get(channel) else {
+        let Some((path, format)) = self.channels.get(channel) else {
             return Err(format!("there is no channel {channel}"));
         };
         let watcher = Watcher::new(&self.surface, path, 0).map_err(|error| error.to_string())?;
-        let form = Arc::clone(form);
+        let format = Arc::clone(format);
         let frame = frames(&self.surface, |_| true).of(&format!("/{path}")).to_owned();
-        self.subscriptions.insert(id, Subscription { channel, watcher, form, frame });
+        self.subscriptions.insert(id, Subscription { channel, watcher, format, frame });
         Ok(())
     }
 
     /// Sends the new values; `None` when the client is gone.
-    async fn tell(mut self, sink: &mut Sink) -> Option<Self> {
+    async fn send_values(mut self, sink: &mut Sink) -> Option<Self> {
         let ids: Vec<u32> = self.subscriptions.keys().copied().collect();
         for id in ids {
             let Some(subscription) = self.subscriptions.get_mut(&id) else { continue };
-            if !subscription.watcher.has_news(&self.surface) {
+            if !subscription.watcher.has_update(&self.surface) {
                 continue;
             }
             let Some(mut subscription) = self.subscriptions.remove(&id) else { continue };
-            let large = subscription.watcher.size() > LARGE;
-            let encoded = apart(large, move || {
+            let large = subscription.watcher.size() > LARGE_SIZE;
+            let encoded = offload(large, move || {
                 let messages = encode(id, &mut subscription);
                 (subscription, messages)
             });
@@ -381,20 +386,20 @@ impl Session {
             let (channel, began) = (subscription.channel, Instant::now());
             self.subscriptions.insert(id, subscription);
             for message in messages {
-                if !hand(sink, message).await {
+                if !send_bytes(sink, message).await {
                     return None;
                 }
             }
-            if began.elapsed() > SLOW {
+            if began.elapsed() > SLOW_SEND {
                 let path = self.channels.get(channel).map_or("", |(path, _)| path);
                 let text = format!("this client reads slowly: of /{path} it gets the newest values");
                 send(sink, vec![status(1, &text, Some(path))]).await.then_some(())?;
             }
         }
         for (id, transforms) in &mut self.transforms {
-            let Some((time, message)) = transforms.look(&self.surface) else { continue };
+            let Some((time, message)) = transforms.next_message(&self.surface) else { continue };
             let head = [&[1][..], &id.to_le_bytes(), &time.to_le_bytes()].concat();
-            if !hand(sink, [head, message].concat()).await {
+            if !send_bytes(sink, [head, message].concat()).await {
                 return None;
             }
         }
@@ -402,7 +407,7 @@ impl Session {
     }
 
     /// Returns the changed graph of publishers and subscribers, if any.
-    fn graph_changed(&mut self) -> Vec<Out> {
+    fn graph_changed(&mut self) -> Vec<OutgoingMessage> {
         if !self.wants_graph {
             return Vec::new();
         }
@@ -415,7 +420,7 @@ impl Session {
         update["removedTopics"] = channels::removed(self.graph.as_ref(), &graph);
         update["removedServices"] = json!([]);
         self.graph = Some(graph);
-        vec![Out::Text(update.to_string())]
+        vec![OutgoingMessage::Text(update.to_string())]
     }
 }
 
@@ -432,17 +437,17 @@ fn encode(id: u32, subscription: &mut Subscription) -> Vec<Vec<u8>> {
         bytes.extend(id.to_le_bytes());
         bytes.extend(sample.stamp.time.to_le_bytes());
         // A value that can't be told is left out; another one may be.
-        subscription.form.encode(&sample, &subscription.frame, &mut bytes).ok().map(|()| bytes)
+        subscription.format.encode(&sample, &subscription.frame, &mut bytes).ok().map(|()| bytes)
     };
     samples.unwrap_or_default().into_iter().filter_map(message).collect()
 }
 
 /// Creates a status message for people.
 /// Level 0 is information, 1 a warning, 2 an error.
-fn status(level: u8, text: &str, id: Option<&str>) -> Out {
+fn status(level: u8, text: &str, id: Option<&str>) -> OutgoingMessage {
     let mut status = json!({ "op": "status", "level": level, "message": text });
     if let Some(id) = id {
         status["id"] = json!(id);
     }
-    Out::Text(status.to_string())
+    OutgoingMessage::Text(status.to_string())
 }

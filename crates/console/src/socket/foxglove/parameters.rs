@@ -4,9 +4,9 @@ use serde_json::{Value as Json, json};
 use slate_blackboard::Access;
 use slate_blackboard::interface::{Kind, Value};
 
-use super::{Out, Session, status};
+use super::{FoxgloveSession, OutgoingMessage, status};
 
-impl Session {
+impl FoxgloveSession {
     /// Returns the current values of all parameters, or of the named ones.
     fn values(&self, names: &[String]) -> Vec<(String, Json)> {
         let mut values = Vec::new();
@@ -19,20 +19,24 @@ impl Session {
                 let name = format!("/{}/{}", property.path(), field.name);
                 let of_field = value.get(field.name).filter(|_| !matches!(field.kind, Kind::Tail(_)));
                 if let Some(value) = of_field.filter(|_| names.is_empty() || names.contains(&name)) {
-                    values.push((name, told(value)));
+                    values.push((name, parameter_value(value)));
                 }
             }
         }
         values
     }
 
-    pub(super) fn parameters(&self, names: &[String], id: Option<&str>) -> Out {
+    pub(super) fn parameters(&self, names: &[String], id: Option<&str>) -> OutgoingMessage {
         message(self.values(names), id)
     }
 
     /// Sets parameters as a developer does over HTTP.
     /// The answer has their values afterwards.
-    pub(super) fn set_parameters(&mut self, values: &[(String, Json)], id: Option<&str>) -> Vec<Out> {
+    pub(super) fn set_parameters(
+        &mut self,
+        values: &[(String, Json)],
+        id: Option<&str>,
+    ) -> Vec<OutgoingMessage> {
         let mut out = Vec::new();
         for (name, value) in values {
             let path = name.trim_start_matches('/');
@@ -52,7 +56,7 @@ impl Session {
     }
 
     /// Returns the watched parameters that differ from the values sent last.
-    pub(super) fn parameters_changed(&mut self) -> Vec<Out> {
+    pub(super) fn parameters_changed(&mut self) -> Vec<OutgoingMessage> {
         if self.watched.is_empty() {
             return Vec::new();
         }
@@ -65,14 +69,14 @@ impl Session {
 }
 
 /// Converts a value for clients: numbers that are not finite become text.
-fn told(value: &Value) -> Json {
+fn parameter_value(value: &Value) -> Json {
     match value {
         Value::Float(number) if !number.is_finite() => json!(number.to_string()),
         value => serde_json::to_value(value).unwrap_or_default(),
     }
 }
 
-fn message(values: Vec<(String, Json)>, id: Option<&str>) -> Out {
+fn message(values: Vec<(String, Json)>, id: Option<&str>) -> OutgoingMessage {
     let parameters: Vec<_> = values
         .into_iter()
         .map(|(name, value)| {
@@ -89,5 +93,5 @@ fn message(values: Vec<(String, Json)>, id: Option<&str>) -> Out {
     if let Some(id) = id {
         message["id"] = json!(id);
     }
-    Out::Text(message.to_string())
+    OutgoingMessage::Text(message.to_string())
 }

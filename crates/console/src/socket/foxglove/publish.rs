@@ -4,29 +4,29 @@ use serde_json::{Value as Json, json};
 use slate_blackboard::Access;
 use slate_blackboard::interface::{Descriptor, Value};
 
-use super::Session;
+use super::FoxgloveSession;
 use super::request::Advertised;
 use slate_control::Operation;
 use slate_control::Role;
 use slate_control::operations::by_name;
 
 /// Destination of a channel's messages.
-pub(super) enum Channel {
+pub(super) enum PublishTarget {
     /// Actuator that receives the messages while they come.
     Actuator(String),
     /// Mailbox that receives the messages.
-    Mailbox(String),
+    Inbox(String),
     /// Input that is set to the messages.
     Setting(String),
 }
 
-impl Channel {
+impl PublishTarget {
     /// Returns the operation that a message of the channel is.
     /// `None` for a command of an actuator.
     pub fn operation(&self) -> Option<&'static Operation> {
         match self {
             Self::Actuator(_) => None,
-            Self::Mailbox(_) => by_name("send"),
+            Self::Inbox(_) => by_name("send"),
             Self::Setting(_) => by_name("write"),
         }
     }
@@ -34,17 +34,17 @@ impl Channel {
     pub fn actuator(&self) -> Option<&str> {
         match self {
             Self::Actuator(name) => Some(name),
-            Self::Mailbox(_) | Self::Setting(_) => None,
+            Self::Inbox(_) | Self::Setting(_) => None,
         }
     }
 }
 
-impl Session {
+impl FoxgloveSession {
     /// Returns the destination of a channel; an error if it has none.
-    pub(super) fn publishing(&self, channel: Advertised) -> Result<Channel, String> {
+    pub(super) fn destination(&self, channel: Advertised) -> Result<PublishTarget, String> {
         let topic = &channel.topic;
         if self.caller.role < Role::Operator {
-            return Err(format!("{} may not publish {topic}", self.caller.role.one()));
+            return Err(format!("{} may not publish {topic}", self.caller.role.with_article()));
         }
         if channel.encoding != "json" {
             return Err(format!("{topic} is published as `{}`; only json is taken", channel.encoding));
@@ -54,15 +54,15 @@ impl Session {
         if let Some((name, _)) =
             actuators.into_iter().find(|(name, _)| path == name || path == format!("{name}/command"))
         {
-            return Ok(Channel::Actuator(name));
+            return Ok(PublishTarget::Actuator(name));
         }
         let (property, field) = self.surface.board().find(path).map_err(|error| error.to_string())?;
         match property.access() {
             _ if !field.is_empty() || property.path() != path => {
                 Err(format!("{topic} is no property that takes values"))
             }
-            Access::Messages => Ok(Channel::Mailbox(path.into())),
-            Access::Setting => Ok(Channel::Setting(path.into())),
+            Access::Messages => Ok(PublishTarget::Inbox(path.into())),
+            Access::Setting => Ok(PublishTarget::Setting(path.into())),
             Access::Output => Err(format!("{topic} is written by its module")),
         }
     }
@@ -74,9 +74,9 @@ impl Session {
         let body: Json =
             serde_json::from_slice(payload).map_err(|error| format!("a message is no JSON: {error}"))?;
         let (name, path) = match to {
-            Channel::Setting(path) => ("write", path),
-            Channel::Mailbox(path) => ("send", path),
-            Channel::Actuator(name) => {
+            PublishTarget::Setting(path) => ("write", path),
+            PublishTarget::Inbox(path) => ("send", path),
+            PublishTarget::Actuator(name) => {
                 let name = name.clone();
                 return self.drive(&name, &body);
             }
@@ -93,7 +93,7 @@ impl Session {
             self.controls.insert(actuator.to_owned(), taken);
         }
         let Some(controls) = self.controls.get_mut(actuator) else { return Ok(()) };
-        let body = plain(controls.descriptor(), body);
+        let body = planar_twist(controls.descriptor(), body);
         let command: Value = serde_json::from_value(body).map_err(|error| error.to_string())?;
         controls.command(&command).map_err(|error| error.to_string())
     }
@@ -101,7 +101,7 @@ impl Session {
 
 /// Converts a ROS `Twist` to a planar one, if the robot takes that.
 /// Any other message stays unchanged.
-fn plain(descriptor: &Descriptor, body: &Json) -> Json {
+fn planar_twist(descriptor: &Descriptor, body: &Json) -> Json {
     let (forward, turning) = (body.pointer("/linear/x"), body.pointer("/angular/z"));
     match (forward, turning) {
         (Some(forward), Some(turning)) if descriptor.ros == "geometry_msgs/msg/Twist" => {

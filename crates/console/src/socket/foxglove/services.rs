@@ -5,16 +5,16 @@ use slate_control::operations::{STOP, by_name};
 use slate_control::{Caller, Dispatcher};
 
 use super::request::{Call, FoxgloveRequest};
-use super::{Out, Said};
+use super::{ClientMessage, OutgoingMessage};
 
 /// Operations that are services.
-const NAMES: [&str; 3] = [STOP, "reset", "arm"];
+const SERVICE_NAMES: [&str; 3] = [STOP, "reset", "arm"];
 
 /// Returns the advertisement of the services, numbered from 1.
-pub(super) fn advertise() -> Out {
+pub(super) fn advertise() -> OutgoingMessage {
     let schema =
         |text: &str| json!({ "type": "object", "properties": { text: { "type": "string" } } }).to_string();
-    let services: Vec<_> = NAMES
+    let services: Vec<_> = SERVICE_NAMES
         .iter()
         .zip(1..)
         .map(|(name, id)| {
@@ -31,23 +31,23 @@ pub(super) fn advertise() -> Out {
             })
         })
         .collect();
-    Out::Text(json!({ "op": "advertiseServices", "services": services }).to_string())
+    OutgoingMessage::Text(json!({ "op": "advertiseServices", "services": services }).to_string())
 }
 
 /// Returns the call of a stop in a message, if it is one.
-pub(super) fn stop_call(said: &Said) -> Option<Call> {
-    let Said::Binary(bytes) = said else { return None };
+pub(super) fn stop_call(message: &ClientMessage) -> Option<Call> {
+    let ClientMessage::Binary(bytes) = message else { return None };
     let Ok(FoxgloveRequest::Call(call)) = FoxgloveRequest::parse_bytes(bytes) else { return None };
     (name(&call) == Some(STOP)).then_some(call)
 }
 
 /// Returns the operation of a call.
 pub(super) fn name(call: &Call) -> Option<&'static str> {
-    (call.service as usize).checked_sub(1).and_then(|number| NAMES.get(number)).copied()
+    (call.service as usize).checked_sub(1).and_then(|number| SERVICE_NAMES.get(number)).copied()
 }
 
 /// Carries out a call; its answer.
-pub(super) fn answer(dispatcher: &Dispatcher, caller: &Caller, call: &Call) -> Out {
+pub(super) fn answer(dispatcher: &Dispatcher, caller: &Caller, call: &Call) -> OutgoingMessage {
     match carry_out(dispatcher, caller, call) {
         Ok(answer) => {
             let encoding = b"json";
@@ -57,13 +57,13 @@ pub(super) fn answer(dispatcher: &Dispatcher, caller: &Caller, call: &Call) -> O
             bytes.extend((encoding.len() as u32).to_le_bytes());
             bytes.extend(encoding);
             bytes.extend(answer.to_string().into_bytes());
-            Out::Bytes(bytes)
+            OutgoingMessage::Bytes(bytes)
         }
         Err(message) => {
             let (service, id) = (call.service, call.id);
             let text =
                 json!({ "op": "serviceCallFailure", "serviceId": service, "callId": id, "message": message });
-            Out::Text(text.to_string())
+            OutgoingMessage::Text(text.to_string())
         }
     }
 }
@@ -74,7 +74,11 @@ fn carry_out(dispatcher: &Dispatcher, caller: &Caller, call: &Call) -> Result<Js
     };
     if let Some(needed) = by_name(name).map(|operation| operation.role).filter(|needed| caller.role < *needed)
     {
-        return Err(format!("{} may not do this: ask with the token of {}", caller.role.one(), needed.one()));
+        return Err(format!(
+            "{} may not do this: ask with the token of {}",
+            caller.role.with_article(),
+            needed.with_article()
+        ));
     }
     // What comes with a stop is no reason not to stop.
     let body: Json = serde_json::from_slice(&call.payload).unwrap_or_default();

@@ -10,7 +10,7 @@ use super::{LogTarget, Record, level_name};
 #[derive(Debug, Default)]
 pub struct ConsoleTarget;
 
-static COLOURED: LazyLock<bool> = LazyLock::new(|| {
+static IS_COLOURED: LazyLock<bool> = LazyLock::new(|| {
     let variable = |name| std::env::var_os(name);
     wants_colour(
         std::io::stderr().is_terminal(),
@@ -21,8 +21,8 @@ static COLOURED: LazyLock<bool> = LazyLock::new(|| {
 
 impl LogTarget for ConsoleTarget {
     fn write(&mut self, record: &Record) {
-        let line = if *COLOURED { coloured(record) } else { format!("{record}\n") };
-        // In one piece, so that lines of other threads don't come between; a closed one is nobody's loss.
+        let line = if *IS_COLOURED { coloured(record) } else { format!("{record}\n") };
+        // In one piece, so that lines of other threads don't come between; a closed stream is ignored.
         let _ = std::io::stderr().write_all(line.as_bytes());
     }
 }

@@ -23,14 +23,14 @@ pub struct FileTarget {
     path: PathBuf,
     rotation: Rotation,
     /// Open file; `None` after an error, so that the next line opens it again.
-    file: Option<Opened>,
+    file: Option<OpenedFile>,
     outage: Outage,
     /// Name in messages.
-    place: String,
+    name: String,
 }
 
 #[derive(Debug)]
-struct Opened {
+struct OpenedFile {
     file: File,
     size: u64,
     /// True for a file on a disk, which can be renamed and truncated.
@@ -45,36 +45,36 @@ impl FileTarget {
     /// When it can't be opened for another reason.
     pub fn open(path: impl AsRef<Path>, rotation: Rotation) -> io::Result<Self> {
         let path = path.as_ref().to_owned();
-        let place = format!("the log file {}", slate_configuration::printable(&path));
-        let mut target = Self { path, rotation, file: None, outage: Outage::default(), place };
-        match target.opened() {
+        let name = format!("the log file {}", slate_configuration::printable(&path));
+        let mut target = Self { path, rotation, file: None, outage: Outage::default(), name };
+        match target.open_file() {
             Ok(opened) => target.file = Some(opened),
             Err(error) if matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded) => {
-                target.outage.look(&target.place, Err(error));
+                target.outage.record_result(&target.name, Err(error));
             }
             Err(error) => return Err(error),
         }
         Ok(target)
     }
 
-    fn opened(&self) -> io::Result<Opened> {
+    fn open_file(&self) -> io::Result<OpenedFile> {
         if let Some(folder) = self.path.parent() {
             fs::create_dir_all(folder)?;
         }
         let file = File::options().append(true).create(true).open(&self.path)?;
         let metadata = file.metadata()?;
-        Ok(Opened { file, size: metadata.len(), regular: metadata.is_file() })
+        Ok(OpenedFile { file, size: metadata.len(), regular: metadata.is_file() })
     }
 
     fn append(&mut self, line: &[u8]) -> io::Result<()> {
         let mut opened = match self.file.take() {
             Some(opened) => opened,
-            None => self.opened()?,
+            None => self.open_file()?,
         };
         if opened.regular && opened.size > 0 && opened.size + line.len() as u64 > self.rotation.size {
             drop(opened);
             self.rotate()?;
-            opened = self.opened()?;
+            opened = self.open_file()?;
         }
         if let Err(error) = opened.file.write_all(line) {
             if opened.regular {
@@ -113,10 +113,10 @@ impl FileTarget {
 impl LogTarget for FileTarget {
     fn write(&mut self, record: &Record) {
         let result = self.append(format!("{record}\n").as_bytes());
-        self.outage.look(&self.place, result);
+        self.outage.record_result(&self.name, result);
     }
 
-    fn complaint(&mut self) -> Option<String> {
-        self.outage.complaint()
+    fn diagnostic(&mut self) -> Option<String> {
+        self.outage.diagnostic()
     }
 }

@@ -30,7 +30,7 @@ pub trait LogTarget: Send {
 
     /// Returns a message about the target for the log, such as that its disk is full.
     /// Called after each line.
-    fn complaint(&mut self) -> Option<String> {
+    fn diagnostic(&mut self) -> Option<String> {
         None
     }
 }

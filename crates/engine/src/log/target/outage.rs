@@ -5,23 +5,23 @@ use std::io;
 #[derive(Debug, Default)]
 pub(super) struct Outage {
     lost: u64,
-    complaint: Option<String>,
+    diagnostic: Option<String>,
 }
 
 impl Outage {
-    /// Takes the result of writing a line to `place`.
-    pub fn look(&mut self, place: &str, result: io::Result<()>) {
+    /// Takes the result of writing a line to `name`.
+    pub fn record_result(&mut self, name: &str, result: io::Result<()>) {
         match result {
             Ok(()) if self.lost > 0 => {
-                self.complaint =
-                    Some(format!("{place} can be written again; lines missing there: {}", self.lost));
+                self.diagnostic =
+                    Some(format!("{name} can be written again; lines missing there: {}", self.lost));
                 self.lost = 0;
             }
             Ok(()) => {}
             Err(error) => {
                 if self.lost == 0 {
-                    self.complaint =
-                        Some(format!("{place} can't be written, so lines are missing there: {error}"));
+                    self.diagnostic =
+                        Some(format!("{name} can't be written, so lines are missing there: {error}"));
                 }
                 self.lost += 1;
             }
@@ -34,7 +34,7 @@ impl Outage {
     }
 
     /// Returns the message to report, once.
-    pub fn complaint(&mut self) -> Option<String> {
-        self.complaint.take()
+    pub fn diagnostic(&mut self) -> Option<String> {
+        self.diagnostic.take()
     }
 }

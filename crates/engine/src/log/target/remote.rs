@@ -32,13 +32,13 @@ struct Subscriber {
 }
 
 /// More subscribers are turned away.
-const SUBSCRIBERS: usize = 32;
+const SUBSCRIBER_LIMIT: usize = 32;
 
 /// Buffer for a slow subscriber, bytes; it may exceed this by one line.
-const WAITING: usize = 256 * 1024;
+const BUFFER_LIMIT: usize = 256 * 1024;
 
 /// Maximum wait at the end for a subscriber that is behind.
-const LAST_LINES: Duration = Duration::from_millis(50);
+const FINAL_WRITE_TIMEOUT: Duration = Duration::from_millis(50);
 
 impl RemoteTarget {
     /// Listens at an address; port 0 is any that is free.
@@ -61,7 +61,7 @@ impl RemoteTarget {
     fn accept(&mut self) {
         while let Ok((stream, _)) = self.listener.accept() {
             // One that is turned away sees the end of the stream.
-            if self.subscribers.len() < SUBSCRIBERS && stream.set_nonblocking(true).is_ok() {
+            if self.subscribers.len() < SUBSCRIBER_LIMIT && stream.set_nonblocking(true).is_ok() {
                 self.subscribers.push(Subscriber { stream, waiting: VecDeque::new(), lost: 0, lost_at: 0 });
             }
         }
@@ -80,7 +80,7 @@ impl LogTarget for RemoteTarget {
 
     fn idle(&mut self) -> bool {
         self.subscribers.retain_mut(|subscriber| subscriber.flush().is_ok());
-        self.subscribers.iter_mut().for_each(Subscriber::tell);
+        self.subscribers.iter_mut().for_each(Subscriber::report_lost);
         self.subscribers.iter().any(|subscriber| !subscriber.waiting.is_empty())
     }
 }
@@ -101,19 +101,19 @@ impl Subscriber {
         // What it says means nothing, but unread it would make the system throw away the last lines at the end.
         let _ = self.stream.read(&mut [0; 1024]);
         self.flush()?;
-        if self.waiting.len() > WAITING {
+        if self.waiting.len() > BUFFER_LIMIT {
             self.lost += 1;
             self.lost_at = time;
             return Ok(());
         }
-        self.tell();
+        self.report_lost();
         self.waiting.extend(line.as_bytes());
         self.flush()
     }
 
     /// Tells how many lines were lost, if there is room again.
-    fn tell(&mut self) {
-        if self.lost > 0 && self.waiting.len() <= WAITING {
+    fn report_lost(&mut self) {
+        if self.lost > 0 && self.waiting.len() <= BUFFER_LIMIT {
             let text = "lines were lost, as this subscriber reads too slowly";
             let record = Record::new(self.lost_at, Level::Warn, &Arc::from("agent"), text);
             let record = Record { dropped: std::mem::take(&mut self.lost), ..record };
@@ -143,7 +143,7 @@ impl Drop for Subscriber {
         }
         // One that is gone or still too slow has lost its last lines.
         let _ = self.stream.set_nonblocking(false);
-        let _ = self.stream.set_write_timeout(Some(LAST_LINES));
+        let _ = self.stream.set_write_timeout(Some(FINAL_WRITE_TIMEOUT));
         let _ = self.stream.write(self.waiting.make_contiguous());
     }
 }

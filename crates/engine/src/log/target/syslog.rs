@@ -22,7 +22,7 @@ pub struct SyslogTarget {
     outage: Outage,
     agent: String,
     /// Name in messages.
-    place: String,
+    name: String,
 }
 
 #[derive(Debug)]
@@ -35,18 +35,18 @@ enum Socket {
 const FACILITY: u8 = 1;
 
 /// Maximum wait for a full syslog; after that it is tried without waiting.
-const TIMEOUT: Duration = Duration::from_millis(10);
+const SEND_TIMEOUT: Duration = Duration::from_millis(10);
 
 impl SyslogTarget {
     /// Returns a target for the syslog at `address`, for the agent of that name.
     pub fn new(address: SyslogAddress, agent: &str) -> Self {
-        let place = match &address {
+        let name = match &address {
             SyslogAddress::Socket(path) => format!("the syslog at {}", slate_configuration::printable(path)),
             SyslogAddress::Server(address) => format!("the syslog at {address}"),
         };
         // The length that RFC 5424 allows.
         let agent = agent.chars().take(48).collect();
-        Self { address, socket: None, outage: Outage::default(), agent, place }
+        Self { address, socket: None, outage: Outage::default(), agent, name }
     }
 
     fn connected(&self) -> io::Result<Socket> {
@@ -54,7 +54,7 @@ impl SyslogTarget {
             SyslogAddress::Socket(path) => {
                 let socket = UnixDatagram::unbound()?;
                 socket.connect(path)?;
-                socket.set_write_timeout(Some(TIMEOUT))?;
+                socket.set_write_timeout(Some(SEND_TIMEOUT))?;
                 Socket::Local(socket)
             }
             SyslogAddress::Server(address) => {
@@ -88,11 +88,11 @@ impl SyslogTarget {
 impl LogTarget for SyslogTarget {
     fn write(&mut self, record: &Record) {
         let result = self.send(record);
-        self.outage.look(&self.place, result);
+        self.outage.record_result(&self.name, result);
     }
 
-    fn complaint(&mut self) -> Option<String> {
-        self.outage.complaint()
+    fn diagnostic(&mut self) -> Option<String> {
+        self.outage.diagnostic()
     }
 }
 

@@ -9,14 +9,14 @@ use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::{Text, View};
 use slate_module::{Direction, Flags, Frame, Level, PortSlot};
 
-use super::snapshot::{Carried, INBOX, INPUT, PortCopy, QUEUE, Snapshot};
+use super::snapshot::{INBOX, INPUT, PortCopy, PortShape, QUEUE, Snapshot};
 use super::{ShadowExchange, ShadowState};
 use crate::log::ModuleLog;
 use crate::runner::{AlignedMemory, Retired};
 
 /// State of the shadow's thread.
 pub(super) struct Follower {
-    pub ports: Vec<Carried>,
+    pub ports: Vec<PortShape>,
     pub params: usize,
     pub writer: Writer,
     pub log: Box<ModuleLog>,
@@ -63,7 +63,7 @@ impl Follower {
             // There is room for as many as there are.
             let _ = shared.free.push(snapshot);
         }
-        // It ends here, where a call that hangs holds nobody up.
+        // It ends here, where a call that hangs delays no other thread.
         let ended = shared.locked().take();
         drop(ended);
     }
@@ -131,7 +131,7 @@ impl Follower {
     }
 }
 
-fn differ(port: &Carried, old: &mut PortCopy, new: &mut PortCopy) -> bool {
+fn differ(port: &PortShape, old: &mut PortCopy, new: &mut PortCopy) -> bool {
     match port.direction {
         Direction::Output | Direction::Debug | Direction::Command => {
             let is_set = |copy: &PortCopy| copy.slot.flags.get() & Flags::SET != 0;

@@ -18,7 +18,7 @@ use slate_module::{Description, Frame, PortSlot, Random, interface};
 use super::Retired;
 use crate::log::ModuleLog;
 use follower::Follower;
-use snapshot::{Snapshot, carried};
+use snapshot::{Snapshot, port_shapes};
 
 /// Comparison of new code with the old, as the property `/module/shadow`.
 #[interface]
@@ -39,7 +39,7 @@ pub struct ShadowState {
 }
 
 /// Steps that the new code may lag behind.
-const LAG: usize = 16;
+const STEP_LAG_LIMIT: usize = 16;
 
 /// Shadow, at the side of the tick.
 pub struct Shadow {
@@ -56,23 +56,23 @@ struct ShadowExchange {
     skipped: AtomicU64,
     panics: AtomicU64,
     /// New code; the thread holds it during each call, and the tick never waits for it.
-    new: Mutex<Option<New>>,
+    new: Mutex<Option<ShadowCode>>,
 }
 
 /// New code.
-struct New {
+struct ShadowCode {
     code: Retired,
     /// Initial state, until it was restored.
     state: Option<Vec<u8>>,
 }
 
 impl ShadowExchange {
-    fn locked(&self) -> MutexGuard<'_, Option<New>> {
+    fn locked(&self) -> MutexGuard<'_, Option<ShadowCode>> {
         self.new.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Locks the new code; `None` while it is in a call.
-    fn try_locked(&self) -> Option<MutexGuard<'_, Option<New>>> {
+    fn try_locked(&self) -> Option<MutexGuard<'_, Option<ShadowCode>>> {
         match self.new.try_lock() {
             Ok(new) => Some(new),
             Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
@@ -94,17 +94,17 @@ impl Shadow {
         log: Box<ModuleLog>,
     ) -> std::io::Result<Self> {
         let params = description.params.size;
-        let ports = carried(description);
+        let ports = port_shapes(description);
         let shared = Arc::new(ShadowExchange {
-            free: ArrayQueue::new(LAG),
-            filled: ArrayQueue::new(LAG),
+            free: ArrayQueue::new(STEP_LAG_LIMIT),
+            filled: ArrayQueue::new(STEP_LAG_LIMIT),
             wake: Wake::new(),
             stop: AtomicBool::new(false),
             skipped: AtomicU64::new(0),
             panics: AtomicU64::new(0),
-            new: Mutex::new(Some(New { code: new, state: None })),
+            new: Mutex::new(Some(ShadowCode { code: new, state: None })),
         });
-        for _ in 0..LAG {
+        for _ in 0..STEP_LAG_LIMIT {
             // There is room for as many.
             let _ = shared.free.push(Box::new(Snapshot::new(&ports, params)));
         }
@@ -116,7 +116,7 @@ impl Shadow {
 
     /// Sets the initial state of the new code, which it restores in its own thread.
     pub fn begin_with(&self, state: Vec<u8>) {
-        // Nothing was given to it yet, so that nobody has it for long.
+        // It has no steps yet, so the lock is free soon.
         if let Some(new) = &mut *self.shared.locked() {
             new.state = Some(state);
         }
@@ -133,14 +133,14 @@ impl Shadow {
             self.shared.skipped.fetch_add(1, Ordering::Relaxed);
             return;
         };
-        snapshot.see(frame, slots, random);
+        snapshot.copy_inputs(frame, slots, random);
         self.current = Some(snapshot);
     }
 
     /// Records the outputs of the old code's step, and starts the new code's.
     pub fn after(&mut self, slots: &[PortSlot]) {
         if let Some(mut snapshot) = self.current.take() {
-            snapshot.keep(slots);
+            snapshot.copy_outputs(slots);
             // There is room for as many as there are.
             let _ = self.shared.filled.push(snapshot);
             self.shared.wake.notify(1);
@@ -154,7 +154,7 @@ impl Shadow {
 
     /// Returns true if the new code has made all steps of the old, and is in no call.
     pub fn has_caught_up(&self) -> bool {
-        let out = LAG - usize::from(self.current.is_some());
+        let out = STEP_LAG_LIMIT - usize::from(self.current.is_some());
         self.shared.free.len() == out
             && self.shared.try_locked().is_some_and(|new| new.as_ref().is_some_and(|new| new.state.is_none()))
     }
@@ -171,8 +171,8 @@ impl Shadow {
         self.stop();
         let mut waited = Duration::ZERO;
         while !self.thread.is_finished() && waited < limit {
-            std::thread::sleep(LOOK);
-            waited += LOOK;
+            std::thread::sleep(END_POLL_PERIOD);
+            waited += END_POLL_PERIOD;
         }
     }
 
@@ -183,7 +183,7 @@ impl Shadow {
 }
 
 /// Interval at which the end of the thread is polled.
-const LOOK: Duration = Duration::from_millis(1);
+const END_POLL_PERIOD: Duration = Duration::from_millis(1);
 
 impl Drop for Shadow {
     fn drop(&mut self) {

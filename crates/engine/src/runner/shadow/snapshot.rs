@@ -9,7 +9,7 @@ use slate_module::{Description, Direction, Entry, Flags, Frame, PortSlot, Random
 use crate::runner::AlignedMemory;
 
 /// Shape of a port's values, and their number.
-pub(super) struct Carried {
+pub(super) struct PortShape {
     pub name: String,
     pub direction: Direction,
     pub shape: Shape,
@@ -18,8 +18,8 @@ pub(super) struct Carried {
 }
 
 /// Returns the shapes of a module's ports.
-pub(super) fn carried(description: &Description) -> Vec<Carried> {
-    let of = |port: &slate_module::PortDescription| Carried {
+pub(super) fn port_shapes(description: &Description) -> Vec<PortShape> {
+    let of = |port: &slate_module::PortDescription| PortShape {
         name: port.name.clone(),
         direction: port.direction,
         shape: port.descriptor.shape(port.capacity),
@@ -55,7 +55,7 @@ pub(super) struct PortCopy {
 unsafe impl Send for Snapshot {}
 
 impl Snapshot {
-    pub fn new(ports: &[Carried], params: usize) -> Self {
+    pub fn new(ports: &[PortShape], params: usize) -> Self {
         Self {
             now: 0,
             elapsed: 0,
@@ -67,25 +67,25 @@ impl Snapshot {
         }
     }
 
-    pub fn see(&mut self, frame: &Frame, slots: &[PortSlot], random: Random) {
+    pub fn copy_inputs(&mut self, frame: &Frame, slots: &[PortSlot], random: Random) {
         (self.now, self.elapsed, self.number) = (frame.now, frame.elapsed, frame.number);
         (self.params_version, self.random) = (frame.params_version, random);
         // SAFETY: the frame points to a value of the parameters, and the copy is as large.
         unsafe { self.params.as_mut_ptr().copy_from_nonoverlapping(frame.params, frame.params_size) };
         for (copy, slot) in self.ports.iter_mut().zip(slots) {
-            copy.see(slot);
+            copy.copy_inputs(slot);
         }
     }
 
-    pub fn keep(&mut self, slots: &[PortSlot]) {
+    pub fn copy_outputs(&mut self, slots: &[PortSlot]) {
         for (copy, slot) in self.ports.iter_mut().zip(slots) {
-            copy.keep(slot);
+            copy.copy_outputs(slot);
         }
     }
 }
 
 impl PortCopy {
-    pub fn new(port: &Carried) -> Self {
+    pub fn new(port: &PortShape) -> Self {
         let size = port.shape.bytes(port.shape.capacity);
         let several = matches!(port.direction, Direction::Queue | Direction::Inbox | Direction::Outbox);
         let mut values: Vec<_> =
@@ -115,7 +115,7 @@ impl PortCopy {
     }
 
     /// Copies the inputs of a step.
-    pub fn see(&mut self, slot: &PortSlot) {
+    pub fn copy_inputs(&mut self, slot: &PortSlot) {
         let own = &mut self.slot;
         (own.schema, own.stamp, own.missed, own.capacity) =
             (slot.schema, slot.stamp, slot.missed, slot.capacity);
@@ -139,7 +139,7 @@ impl PortCopy {
     }
 
     /// Copies the outputs of a step.
-    pub fn keep(&mut self, slot: &PortSlot) {
+    pub fn copy_outputs(&mut self, slot: &PortSlot) {
         match self.slot.direction {
             INPUT | QUEUE | INBOX => {}
             OUTBOX => self.copy_entries(slot),

@@ -24,10 +24,10 @@ use crate::storage::Error;
 /// First bytes of a file.
 pub(super) const MAGIC: [u8; 4] = [0xff, 0xbb, 0xff, 0xbb];
 
-const HEADER: usize = 196;
+const HEADER_SIZE: usize = 196;
 
 /// Maximum size of an interface, bytes.
-const LARGEST: u32 = 1 << 20;
+const MAX_INTERFACE_SIZE: u32 = 1 << 20;
 
 /// The interfaces of lasers don't say how far one sees, metres.
 const RANGE_MAX: f64 = 100.0;
@@ -47,7 +47,7 @@ struct Head {
 }
 
 impl Head {
-    fn parse(bytes: &[u8; HEADER]) -> Result<Self, String> {
+    fn parse(bytes: &[u8; HEADER_SIZE]) -> Result<Self, String> {
         let word = |at: usize| [bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]];
         let version = u32::from_be_bytes(word(4));
         if version != 1 {
@@ -66,8 +66,10 @@ impl Head {
             if is_big { first << 32 | second } else { second << 32 | first }
         };
         let data_size = number(176);
-        if !(16..=LARGEST).contains(&data_size) {
-            return Err(format!("its values have {data_size} bytes, and 16 to {LARGEST} are read"));
+        if !(16..=MAX_INTERFACE_SIZE).contains(&data_size) {
+            return Err(format!(
+                "its values have {data_size} bytes, and 16 to {MAX_INTERFACE_SIZE} are read"
+            ));
         }
         let start = long(180).checked_mul(1_000_000).and_then(|time| time.checked_add(long(188)));
         Ok(Self {
@@ -98,12 +100,12 @@ pub(super) fn read<W: Write>(
     let failed = |source| Error::Read { path: path.into(), source };
     let damaged = |offset, what| Error::Damaged { path: path.into(), offset, what };
     let mut input = BufReader::with_capacity(1 << 16, File::open(path).map_err(failed)?);
-    let mut head = [0; HEADER];
+    let mut head = [0; HEADER_SIZE];
     let length = fill(&mut input, &mut head).map_err(failed)?;
-    if length < HEADER || head[..4] != MAGIC {
+    if length < HEADER_SIZE || head[..4] != MAGIC {
         return Err(damaged(
             0,
-            format!("it should begin with a head of {HEADER} bytes, which it does not have"),
+            format!("it should begin with a head of {HEADER_SIZE} bytes, which it does not have"),
         ));
     }
     let head = Head::parse(&head).map_err(|what| damaged(0, what))?;
@@ -121,7 +123,7 @@ pub(super) fn read<W: Write>(
     let mut log =
         Log { topic: format!("/{}/{}", head.interface, head.id), head, layout, output, buffer: Vec::new() };
     let mut entry = vec![0; 8 + log.head.data_size as usize];
-    let (mut place, mut count) = (HEADER as u64, 0_u32);
+    let (mut offset, mut count) = (HEADER_SIZE as u64, 0_u32);
     loop {
         let found = fill(&mut input, &mut entry).map_err(failed)?;
         if found == 0 {
@@ -130,14 +132,14 @@ pub(super) fn read<W: Write>(
         if found < entry.len() {
             let what =
                 format!("the file ends in a value: {} bytes should follow, there are {found}", entry.len());
-            return imported.wrong(options, damaged(place, what));
+            return imported.wrong(options, damaged(offset, what));
         }
         match log.value(&entry) {
             Ok(()) => {}
-            Err(ValueFault::Wrong(what)) => imported.wrong(options, damaged(place, what))?,
+            Err(ValueFault::Wrong(what)) => imported.wrong(options, damaged(offset, what))?,
             Err(ValueFault::Failed(error)) => return Err(error),
         }
-        place += entry.len() as u64;
+        offset += entry.len() as u64;
         count = count.saturating_add(1);
     }
     match log.head.items {
@@ -216,9 +218,9 @@ impl<W: Write> Log<'_, W> {
         let number = |name: &str| layout.numbers(values, name).first().copied().unwrap_or_default();
         let text = |name: &str| layout.text(values, name);
         let topic = |name: &str| format!("{}/{name}", self.topic);
-        let place = |name: &str, rotation: &str| {
-            let (place, turn) = (layout.numbers(values, name), layout.numbers(values, rotation));
-            let [x, y, z] = place[..] else { return None };
+        let pose = |name: &str, rotation: &str| {
+            let (position, turn) = (layout.numbers(values, name), layout.numbers(values, rotation));
+            let [x, y, z] = position[..] else { return None };
             let [qx, qy, qz, w] = turn[..] else { return None };
             Some((Position { x, y, z }, Quaternion { x: qx, y: qy, z: qz, w }))
         };
@@ -254,7 +256,7 @@ impl<W: Write> Log<'_, W> {
                 self.output.value(&topic("odometry"), time, &Odometry { pose, twist })
             }
             "Position3DInterface" | "TransformInterface" => {
-                let Some((translation, rotation)) = place("translation", "rotation") else { return Ok(()) };
+                let Some((translation, rotation)) = pose("translation", "rotation") else { return Ok(()) };
                 let child = match text("child_frame") {
                     child if child.is_empty() => self.head.id.clone(),
                     child => child,

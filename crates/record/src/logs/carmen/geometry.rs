@@ -27,7 +27,7 @@ struct LaserParameters {
 
 impl Geometry {
     pub fn parameter(&mut self, name: &str, value: &str) {
-        let told = match name {
+        let parameters = match name {
             name if name.contains("front") => &mut self.front,
             name if name.contains("rear") => &mut self.rear,
             _ => return,
@@ -38,9 +38,9 @@ impl Geometry {
         };
         match name {
             "laser_front_laser_resolution" | "laser_rear_laser_resolution" => {
-                told.resolution = Some(number * PI / 180.0);
+                parameters.resolution = Some(number * PI / 180.0);
             }
-            "robot_front_laser_max" | "robot_rear_laser_max" => told.range_max = Some(number),
+            "robot_front_laser_max" | "robot_rear_laser_max" => parameters.range_max = Some(number),
             _ => {}
         }
     }
@@ -48,7 +48,7 @@ impl Geometry {
     /// Returns the first beam's direction, the angle increment, and the maximum range.
     /// Angles in radians, range in metres.
     pub fn of(&self, topic: &str, beams: usize) -> (f64, f64, f64) {
-        let told = match topic {
+        let parameters = match topic {
             "flaser" => self.front,
             "rlaser" => self.rear,
             _ => LaserParameters::default(),
@@ -62,10 +62,10 @@ impl Geometry {
         // The beams of a laser that misses none, and what lies between them.
         let gaps = (beams / 2 * 2) as f64;
         let fits = |resolution: &f64| resolution * gaps <= 2.0 * PI;
-        let (first, step) = match told.resolution.filter(fits).or(usual) {
+        let (first, step) = match parameters.resolution.filter(fits).or(usual) {
             Some(step) => (-step * gaps / 2.0, step),
             None => (-FRAC_PI_2, PI / beams.saturating_sub(1).max(1) as f64),
         };
-        (first, step, told.range_max.unwrap_or(RANGE_MAX))
+        (first, step, parameters.range_max.unwrap_or(RANGE_MAX))
     }
 }

@@ -23,7 +23,7 @@ pub struct CarmenLog {
     pub unread: Vec<Unread>,
 }
 
-const HEAD: &str = "\
+const LOG_HEADER: &str = "\
 # CARMEN Logfile
 # file format is one message per line
 # message_name [message contents] ipc_timestamp ipc_hostname logger_timestamp
@@ -51,7 +51,7 @@ pub fn export_carmen(path: &Path, selection: &Selection, out: &Path) -> Result<C
     let mut decoder = Decoder::default();
     whole::write(out, |file| {
         let failed = |source| Error::Write { path: out.into(), source };
-        file.write_all(HEAD.as_bytes()).map_err(failed)?;
+        file.write_all(LOG_HEADER.as_bytes()).map_err(failed)?;
         let mut start = reader.start();
         selection.visit(&mut reader, |message| {
             let start = *start.get_or_insert(message.log_time);
@@ -65,14 +65,14 @@ pub fn export_carmen(path: &Path, selection: &Selection, out: &Path) -> Result<C
             file.write_all(log.line.as_bytes()).map_err(failed)?;
             Ok(true)
         })?;
-        log.told.unread = decoder.into_unread();
-        Ok(log.told)
+        log.result.unread = decoder.into_unread();
+        Ok(log.result)
     })
 }
 
 #[derive(Default)]
 struct Log {
-    told: CarmenLog,
+    result: CarmenLog,
     host: String,
     geometry: Geometry,
     /// The topic that odometry comes from.
@@ -95,7 +95,7 @@ impl Log {
         match (schema, topic.as_str()) {
             ("slate_msgs/msg/LaserScan" | "sensor_msgs/msg/LaserScan", _) => {
                 self.scan(topic, message.log_time, value)?;
-                self.told.scans += 1;
+                self.result.scans += 1;
             }
             ("slate_msgs/msg/Odometry" | "nav_msgs/msg/Odometry", _) => {
                 if let Some(other) = self.odometry.as_ref().filter(|other| *other != topic) {
@@ -103,24 +103,24 @@ impl Log {
                 }
                 self.odometry.get_or_insert_with(|| topic.clone());
                 self.odometry(topic, message.log_time, value)?;
-                self.told.odometry += 1;
+                self.result.odometry += 1;
             }
             ("carmen_msgs/msg/Parameter", _) => {
                 let [name, value] = ["name", "value"].map(|name| value.text(name).unwrap_or_default());
                 self.geometry.parameter(&name, &value);
                 let _ = write!(self.line, "PARAM {name} {value}");
-                self.told.others += 1;
+                self.result.others += 1;
             }
             ("carmen_msgs/msg/Sync", _) => {
                 let _ = write!(self.line, "SYNC {}", value.text("tag").unwrap_or_default());
-                self.told.others += 1;
+                self.result.others += 1;
             }
             (_, "/truepos/true_pose") => {
                 let odometry = self.at("/truepos/odometry_pose", message.log_time).and_then(Value::pose);
                 let (Some(own), Some(odometry)) = (value.pose(), odometry) else { return self.left_out() };
                 let _ = write!(self.line, "TRUEPOS");
                 self.numbers(own.iter().chain(&odometry));
-                self.told.others += 1;
+                self.result.others += 1;
             }
             _ if is_part(topic) => {
                 self.newest.insert(topic.clone(), (message.log_time, value.clone()));
@@ -134,7 +134,7 @@ impl Log {
     }
 
     fn left_out(&mut self) -> Result<(), String> {
-        self.told.left_out += 1;
+        self.result.left_out += 1;
         Ok(())
     }
 
@@ -213,13 +213,13 @@ impl Log {
                 format!("{}LASER{number}", if poses.is_some() { "ROBOT" } else { "RAW" })
             }
         };
-        let told = |name: &str| device.as_ref().and_then(|device| device.number(name));
+        let parameter = |name: &str| device.as_ref().and_then(|device| device.number(name));
         // Of an unknown laser.
-        let kind = told("laser_type").unwrap_or(99.0);
-        let view = told("field_of_view").unwrap_or(step * ranges.len().saturating_sub(1) as f64);
+        let kind = parameter("laser_type").unwrap_or(99.0);
+        let view = parameter("field_of_view").unwrap_or(step * ranges.len().saturating_sub(1) as f64);
         let _ = write!(self.line, "{name} {kind}");
         let (accuracy, mode) =
-            (told("accuracy").unwrap_or_default(), told("remission_mode").unwrap_or_default());
+            (parameter("accuracy").unwrap_or_default(), parameter("remission_mode").unwrap_or_default());
         self.numbers(&[first, view, step, most, accuracy, mode]);
         self.list(&ranges);
         self.list(&device.as_ref().map_or_else(Vec::new, |device| items(device, "remissions")));

@@ -6,7 +6,7 @@ use super::message::{BagMessageType, Count, Field, Item, Types};
 use crate::ros::Definition;
 
 /// Maximum nesting depth of messages.
-const DEEPEST: usize = 32;
+const MAX_NESTING: usize = 32;
 
 impl Types {
     /// Parses the definition of the message `name`, such as `sensor_msgs/LaserScan`.
@@ -42,16 +42,16 @@ impl Types {
         let mut heights = vec![None; types.kinds.len()];
         match types.height(0, 0, &mut heights) {
             Some(_) => Ok(types),
-            None => Err(format!("messages stand in themselves, or more than {DEEPEST} deep")),
+            None => Err(format!("messages stand in themselves, or more than {MAX_NESTING} deep")),
         }
     }
 
     fn height(&self, index: usize, depth: usize, known: &mut [Option<usize>]) -> Option<usize> {
-        if depth > DEEPEST {
+        if depth > MAX_NESTING {
             return None;
         }
         if let Some(height) = known[index] {
-            return (depth + height <= DEEPEST).then_some(height);
+            return (depth + height <= MAX_NESTING).then_some(height);
         }
         let mut own = 0;
         for field in &self.kinds[index].fields {

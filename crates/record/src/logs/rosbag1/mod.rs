@@ -54,19 +54,20 @@ pub(super) fn read<W: Write>(
     let mut records = Records::new(input, MAGIC.len() as u64);
     let mut resumes = 0;
     loop {
-        let place = records.place();
+        let offset = records.offset();
         match records.next() {
-            Ok(None) => return log.end(place),
-            Ok(Some(record)) => log.record(record, place, true)?,
+            Ok(None) => return log.end(offset),
+            Ok(Some(record)) => log.record(record, offset, true)?,
             // Where the next record begins is not known, but what a chunk looks like is.
             Err(what) => {
                 resumes += 1;
                 let mut file = File::open(path).map_err(failed)?;
-                let next = next_chunk(&mut file, place + 1).map_err(failed)?.filter(|_| resumes < RESUMES);
+                let next =
+                    next_chunk(&mut file, offset + 1).map_err(failed)?.filter(|_| resumes < MAX_RESUMPTIONS);
                 let Some(next) = next else {
-                    return log.wrong(place, format!("{what}; nothing behind it can be read"));
+                    return log.wrong(offset, format!("{what}; nothing behind it can be read"));
                 };
-                log.wrong(place, format!("{what}; a chunk that can be read begins at byte {next}"))?;
+                log.wrong(offset, format!("{what}; a chunk that can be read begins at byte {next}"))?;
                 file.seek(SeekFrom::Start(next)).map_err(failed)?;
                 records = Records::new(BufReader::with_capacity(1 << 16, file), next);
             }
@@ -75,7 +76,7 @@ pub(super) fn read<W: Write>(
 }
 
 /// Maximum number of resumptions in a damaged file.
-const RESUMES: u64 = 1000;
+const MAX_RESUMPTIONS: u64 = 1000;
 
 struct Log<'a, W> {
     output: &'a mut Output<W>,
@@ -109,10 +110,10 @@ impl<W: Write> Log<'_, W> {
         self.imported.wrong(self.options, Error::Damaged { path: self.path.into(), offset, what })
     }
 
-    fn record(&mut self, record: BagRecord, place: u64, is_outside: bool) -> Result<(), Error> {
+    fn record(&mut self, record: BagRecord, offset: u64, is_outside: bool) -> Result<(), Error> {
         let done = match record.number(b"op", 1) {
-            Ok(0x02) => return self.message(&record, place),
-            Ok(0x05) if is_outside => return self.chunk(&record, place),
+            Ok(0x02) => return self.message(&record, offset),
+            Ok(0x05) if is_outside => return self.chunk(&record, offset),
             Ok(0x07) => self.connection(&record),
             Ok(0x03) if is_outside => self.head(&record),
             // Indexes, and what is said of chunks.
@@ -120,7 +121,7 @@ impl<W: Write> Log<'_, W> {
             Ok(other) => Err(format!("a record of op {other:#04x} can't stand here")),
             Err(what) => Err(what),
         };
-        done.or_else(|what| self.wrong(place, what))
+        done.or_else(|what| self.wrong(offset, what))
     }
 
     fn head(&mut self, record: &BagRecord) -> Result<(), String> {
@@ -128,22 +129,22 @@ impl<W: Write> Log<'_, W> {
         Ok(())
     }
 
-    fn chunk(&mut self, record: &BagRecord, place: u64) -> Result<(), Error> {
+    fn chunk(&mut self, record: &BagRecord, offset: u64) -> Result<(), Error> {
         let unpacked = record.text(b"compression").and_then(|compression| {
             let size = record.number(b"size", 4)?;
             unpack(&compression, &record.data, size)
         });
         let bytes = match unpacked {
             Ok(bytes) => bytes,
-            Err(what) => return self.wrong(place, format!("a chunk: {what}")),
+            Err(what) => return self.wrong(offset, format!("a chunk: {what}")),
         };
         let mut records = Records::new(&bytes[..], 0);
         loop {
-            let inside = records.place();
+            let inside = records.offset();
             match records.next() {
                 Ok(None) => return Ok(()),
-                Ok(Some(record)) => self.record(record, place, false)?,
-                Err(what) => return self.wrong(place, format!("at byte {inside} of a chunk: {what}")),
+                Ok(Some(record)) => self.record(record, offset, false)?,
+                Err(what) => return self.wrong(offset, format!("at byte {inside} of a chunk: {what}")),
             }
         }
     }
@@ -182,16 +183,16 @@ impl<W: Write> Log<'_, W> {
         Ok(())
     }
 
-    fn message(&mut self, record: &BagRecord, place: u64) -> Result<(), Error> {
+    fn message(&mut self, record: &BagRecord, offset: u64) -> Result<(), Error> {
         let head =
             record.number(b"conn", 4).and_then(|number| Ok((number as u32, record.number(b"time", 8)?)));
         let (number, time) = match head {
             Ok(head) => head,
-            Err(what) => return self.wrong(place, what),
+            Err(what) => return self.wrong(offset, what),
         };
         let Some(connection) = self.connections.get(&number) else {
             return self.wrong(
-                place,
+                offset,
                 format!("a message is of connection {number}, which is not described before it"),
             );
         };
@@ -211,7 +212,7 @@ impl<W: Write> Log<'_, W> {
             }
             Err(what) => {
                 let what = format!("a message of `{}`: {what}", connection.topic);
-                self.wrong(place, what)
+                self.wrong(offset, what)
             }
         };
         self.buffer = buffer;

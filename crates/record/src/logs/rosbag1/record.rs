@@ -10,7 +10,7 @@ pub(super) struct BagRecord {
 }
 
 /// Headers say little, but a connection's may hold a definition.
-const LONGEST_HEADER: u64 = 16 << 20;
+const MAX_HEADER_SIZE: u64 = 16 << 20;
 
 impl BagRecord {
     /// Parses fields `name=value`, each with its length before it.
@@ -53,22 +53,22 @@ impl BagRecord {
 /// The records of a file or of a chunk.
 pub(super) struct Records<R> {
     input: R,
-    place: u64,
+    offset: u64,
 }
 
 impl<R: Read> Records<R> {
-    pub fn new(input: R, place: u64) -> Self {
-        Self { input, place }
+    pub fn new(input: R, offset: u64) -> Self {
+        Self { input, offset }
     }
 
     /// Returns the offset of the next record.
-    pub fn place(&self) -> u64 {
-        self.place
+    pub fn offset(&self) -> u64 {
+        self.offset
     }
 
     /// Returns the next record; `None` at the end.
     pub fn next(&mut self) -> Result<Option<BagRecord>, String> {
-        let Some(header) = self.part(LONGEST_HEADER, true)? else { return Ok(None) };
+        let Some(header) = self.part(MAX_HEADER_SIZE, true)? else { return Ok(None) };
         let header = BagRecord::fields(&header)?;
         let data = self.part(MAXIMUM_RECORD, false)?.unwrap_or_default();
         Ok(Some(BagRecord { header, data }))
@@ -99,7 +99,7 @@ impl<R: Read> Records<R> {
         let mut bytes = Vec::new();
         let read =
             (&mut self.input).take(length).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
-        self.place += read as u64;
+        self.offset += read as u64;
         Ok(bytes)
     }
 }

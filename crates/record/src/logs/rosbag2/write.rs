@@ -82,7 +82,7 @@ pub fn export_ros(
             let wrong = |error: ros::Error| unfit(format!("`{topic}`: {error}"));
             if time > latest {
                 // All messages of the time before are there.
-                log.transforms += tell(&mut frames, latest, &mut data, &mut output)?;
+                log.transforms += write_transforms(&mut frames, latest, &mut data, &mut output)?;
             }
             latest = latest.max(time);
             data.clear();
@@ -114,7 +114,7 @@ pub fn export_ros(
             }
             Ok(true)
         })?;
-        log.transforms += tell(&mut frames, latest, &mut data, &mut output)?;
+        log.transforms += write_transforms(&mut frames, latest, &mut data, &mut output)?;
         if let (Some(topic), false) = (export.pose, located) {
             return Err(unfit(format!("the selection of its topic `{topic}` has no poses")));
         }
@@ -158,7 +158,7 @@ fn own_definition(message: &Message<'_>) -> Definition {
 }
 
 /// Writes the transforms that have become known until that time; returns how many.
-fn tell<W: Write>(
+fn write_transforms<W: Write>(
     frames: &mut Frames,
     time: u64,
     data: &mut Vec<u8>,

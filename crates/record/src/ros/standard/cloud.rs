@@ -18,11 +18,11 @@ struct List<const N: usize> {
     count: Items,
     start: usize,
     size: usize,
-    places: [FieldLocation; N],
+    locations: [FieldLocation; N],
 }
 
 /// Bytes of a number of a point.
-const NUMBER: usize = 4;
+const NUMBER_SIZE: usize = 4;
 
 impl Cloud {
     /// Returns the cloud of a value with placements of sonars and as many echoes.
@@ -45,7 +45,7 @@ impl Cloud {
 
     /// Appends them, each with three numbers.
     pub fn points(&self, value: &ValueBytes<'_>, writer: &mut CdrWriter<'_>) -> Result<(), Error> {
-        writer.length(wire_length(self.heard(value).count() * AXES.len() * NUMBER)?);
+        writer.length(wire_length(self.heard(value).count() * AXES.len() * NUMBER_SIZE)?);
         for [x, y] in self.heard(value) {
             // Among bytes nothing is aligned.
             [x, y, 0.0].iter().for_each(|number| writer.raw(&(*number as f32).to_le_bytes()));
@@ -59,12 +59,12 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// Appends the description of a point's numbers.
 pub(super) fn axes(writer: &mut CdrWriter<'_>) -> Result<(), Error> {
     /// `FLOAT32` of `sensor_msgs/PointField`.
-    const SINGLE: u8 = 7;
+    const FLOAT32: u8 = 7;
     writer.length(wire_length(AXES.len())?);
     for (place, axis) in AXES.into_iter().enumerate() {
         writer.text(axis)?;
-        writer.length(wire_length(place * NUMBER)?);
-        writer.byte(SINGLE);
+        writer.length(wire_length(place * NUMBER_SIZE)?);
+        writer.byte(FLOAT32);
         writer.length(1);
     }
     Ok(())
@@ -75,18 +75,18 @@ impl<const N: usize> List<N> {
         let place = find(descriptor, list).ok()?;
         let Kind::Sequence(item, capacity) = *place.kind() else { return None };
         let Kind::Nested(inner) = item else { return None };
-        let mut places = [FieldLocation(Primitive::F64, 0); N];
-        for (own, name) in places.iter_mut().zip(names) {
+        let mut locations = [FieldLocation(Primitive::F64, 0); N];
+        for (own, name) in locations.iter_mut().zip(names) {
             let found = find(inner, name).ok()?;
             *own = FieldLocation(Primitive::of(found.kind())?, found.offset());
         }
         let count = Items::Counted(place.offset(), capacity);
-        Some(Self { count, start: place.offset() + 8, size: item.size(), places })
+        Some(Self { count, start: place.offset() + 8, size: item.size(), locations })
     }
 
     fn numbers(&self, value: &ValueBytes<'_>, item: usize) -> [f64; N] {
         let bytes = &value.bytes[self.start + item * self.size..][..self.size];
         let item = ValueBytes { bytes, tail: 0 };
-        self.places.each_ref().map(|place| item.read(place).float())
+        self.locations.each_ref().map(|place| item.read(place).float())
     }
 }

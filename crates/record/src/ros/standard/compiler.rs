@@ -185,14 +185,14 @@ impl<'a> Compiler<'a> {
 
     fn stamp(&self, path: &str) -> EncodeStep {
         EncodeStep::Stamp(self.rules(path).find_map(|origin| match origin {
-            FieldOrigin::Time { time, unless } => Some((self.place(time)?, self.place(unless)?)),
+            FieldOrigin::Time { time, unless } => Some((self.location(time)?, self.location(unless)?)),
             _ => None,
         }))
     }
 
     fn one_number(&mut self, path: &str, kind: Primitive, same: Option<&str>) -> Option<EncodeStep> {
         let ruled = self.rules(path).find_map(|origin| self.number(origin));
-        let own = same.and_then(|same| Some(NumberSource::Field(self.place(same)?)));
+        let own = same.and_then(|same| Some(NumberSource::Field(self.location(same)?)));
         let number = self.first(ruled, own);
         self.used |= number.is_some();
         let constant = self.rules(path).find_map(|origin| match origin {
@@ -233,7 +233,7 @@ impl<'a> Compiler<'a> {
         let own = self.rules(path).find_map(|origin| match origin {
             FieldOrigin::Covariance(field) => Some(EncodeStep::Covariance(self.covariance(field)?)),
             FieldOrigin::Listed(fields) if fixed.is_none() => {
-                Some(EncodeStep::Listed(kind, self.places(fields)?))
+                Some(EncodeStep::Listed(kind, self.locations(fields)?))
             }
             FieldOrigin::Points => Some(EncodeStep::Points(Cloud::of(self.descriptor)?)),
             _ => None,
@@ -250,7 +250,7 @@ impl<'a> Compiler<'a> {
 
     fn texts(&self, path: &str) -> EncodeStep {
         let called = self.rules(path).find_map(|origin| match origin {
-            FieldOrigin::Called(names) => self.places(names).map(|_| names),
+            FieldOrigin::Called(names) => self.locations(names).map(|_| names),
             _ => None,
         });
         let names = called.into_iter().flat_map(|names| names.iter());
@@ -279,38 +279,38 @@ impl<'a> Compiler<'a> {
     }
 
     fn find(&self, path: &str) -> Option<(Kind, usize)> {
-        let place = find(self.descriptor, path).ok()?;
-        Some((*place.kind(), place.offset()))
+        let location = find(self.descriptor, path).ok()?;
+        Some((*location.kind(), location.offset()))
     }
 
-    fn place(&self, path: &str) -> Option<FieldLocation> {
+    fn location(&self, path: &str) -> Option<FieldLocation> {
         let (kind, offset) = self.find(path)?;
         Some(FieldLocation(Primitive::of(&kind)?, offset))
     }
 
-    fn places(&self, fields: &[(&str, &str)]) -> Option<Vec<FieldLocation>> {
-        fields.iter().map(|(_, field)| self.place(field)).collect()
+    fn locations(&self, fields: &[(&str, &str)]) -> Option<Vec<FieldLocation>> {
+        fields.iter().map(|(_, field)| self.location(field)).collect()
     }
 
     fn number(&self, origin: &FieldOrigin) -> Option<NumberSource> {
         Some(match origin {
-            FieldOrigin::Field(field) => NumberSource::Field(self.place(field)?),
-            FieldOrigin::HalfSine(field) => NumberSource::HalfSine(self.place(field)?),
-            FieldOrigin::HalfCosine(field) => NumberSource::HalfCosine(self.place(field)?),
+            FieldOrigin::Field(field) => NumberSource::Field(self.location(field)?),
+            FieldOrigin::HalfSine(field) => NumberSource::HalfSine(self.location(field)?),
+            FieldOrigin::HalfCosine(field) => NumberSource::HalfCosine(self.location(field)?),
             FieldOrigin::When { number, holds } => {
-                NumberSource::When { number: self.place(number)?, holds: self.place(holds)? }
+                NumberSource::When { number: self.location(number)?, holds: self.location(holds)? }
             }
             FieldOrigin::Last { first, step, items } => NumberSource::Last {
-                first: self.place(first)?,
-                step: self.place(step)?,
+                first: self.location(first)?,
+                step: self.location(step)?,
                 items: self.items(items)?.0,
             },
-            FieldOrigin::Among(field, numbers) => NumberSource::Among(self.place(field)?, numbers),
+            FieldOrigin::Among(field, numbers) => NumberSource::Among(self.location(field)?, numbers),
             FieldOrigin::Along { range, bearing } => {
-                NumberSource::Along { range: self.place(range)?, bearing: self.place(bearing)? }
+                NumberSource::Along { range: self.location(range)?, bearing: self.location(bearing)? }
             }
             FieldOrigin::Across { range, bearing } => {
-                NumberSource::Across { range: self.place(range)?, bearing: self.place(bearing)? }
+                NumberSource::Across { range: self.location(range)?, bearing: self.location(bearing)? }
             }
             FieldOrigin::Heard(times) => NumberSource::Heard(Cloud::of(self.descriptor)?, *times),
             _ => return None,
@@ -326,7 +326,7 @@ impl<'a> Compiler<'a> {
             },
             FieldOrigin::Name(field) => match self.find(field)? {
                 (Kind::Enumeration(enumeration), _) => {
-                    Some(TextSource::Name(self.place(field)?, enumeration))
+                    Some(TextSource::Name(self.location(field)?, enumeration))
                 }
                 _ => None,
             },

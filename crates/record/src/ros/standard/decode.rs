@@ -16,10 +16,10 @@ impl Standard {
     /// # Errors
     /// The field of the interface that no message carries, in words.
     pub fn check_decodable(&self) -> Result<(), String> {
-        let mut told = vec![false; self.descriptor.size];
+        let mut carried = vec![false; self.descriptor.size];
         let mut has_tail = self.descriptor.tail().is_none();
-        self.steps.iter().for_each(|step| note(&step.encode, &mut told, &mut has_tail));
-        let missing = untold(self.descriptor, 0, &told)
+        self.steps.iter().for_each(|step| note(&step.encode, &mut carried, &mut has_tail));
+        let missing = missing_field(self.descriptor, 0, &carried)
             .or_else(|| self.descriptor.fields.last().filter(|_| !has_tail).map(|tail| tail.name.into()));
         match missing {
             Some(field) => {
@@ -54,22 +54,26 @@ struct DecodedValue {
 }
 
 /// Marks the bytes of a value that a message carries, by the first of each field.
-fn note(step: &EncodeStep, told: &mut [bool], has_tail: &mut bool) {
-    let mut mark = |offset: usize| told[offset] = true;
+fn note(step: &EncodeStep, carried: &mut [bool], has_tail: &mut bool) {
+    let mut mark = |offset: usize| carried[offset] = true;
     match step {
-        EncodeStep::Number(_, NumberSource::Field(place) | NumberSource::HalfSine(place)) => mark(place.1),
-        EncodeStep::Stamp(Some((time, unless))) => [time, unless].iter().for_each(|place| mark(place.1)),
+        EncodeStep::Number(_, NumberSource::Field(location) | NumberSource::HalfSine(location)) => {
+            mark(location.1)
+        }
+        EncodeStep::Stamp(Some((time, unless))) => {
+            [time, unless].iter().for_each(|location| mark(location.1))
+        }
         EncodeStep::Text(TextSource::Field(offset, _) | TextSource::Named(offset, _)) => mark(*offset),
-        EncodeStep::Text(TextSource::Name(place, _)) => mark(place.1),
-        EncodeStep::Listed(_, places) => places.iter().for_each(|place| mark(place.1)),
+        EncodeStep::Text(TextSource::Name(location, _)) => mark(location.1),
+        EncodeStep::Listed(_, locations) => locations.iter().for_each(|location| mark(location.1)),
         EncodeStep::Covariance(start) => mark(*start),
         EncodeStep::List { count, start, .. } | EncodeStep::TextList { count, start, .. } => {
             note_items(*count, *start, mark, has_tail);
         }
         EncodeStep::Messages { count, start, item, steps, .. } => {
-            let mut told = vec![false; item.size];
-            steps.iter().for_each(|step| note(&step.encode, &mut told, &mut false));
-            if untold(item, 0, &told).is_none() {
+            let mut carried = vec![false; item.size];
+            steps.iter().for_each(|step| note(&step.encode, &mut carried, &mut false));
+            if missing_field(item, 0, &carried).is_none() {
                 note_items(*count, *start, mark, has_tail);
             }
         }
@@ -86,14 +90,14 @@ fn note_items(count: Items, start: usize, mut mark: impl FnMut(usize), has_tail:
 }
 
 /// Returns the path of the first field that the message does not carry.
-fn untold(descriptor: &Descriptor, offset: usize, told: &[bool]) -> Option<String> {
+fn missing_field(descriptor: &Descriptor, offset: usize, carried: &[bool]) -> Option<String> {
     descriptor.fields.iter().find_map(|field| match field.kind {
         Kind::Tail(_) => None,
         Kind::Nested(inner) => {
-            let own = untold(inner, offset + field.offset, told)?;
+            let own = missing_field(inner, offset + field.offset, carried)?;
             Some(format!("{}/{own}", field.name))
         }
-        _ => (!told.get(offset + field.offset)?).then(|| field.name.to_owned()),
+        _ => (!carried.get(offset + field.offset)?).then(|| field.name.to_owned()),
     })
 }
 
@@ -102,15 +106,15 @@ fn fill(steps: &[MessageStep], prefix: &str, message: &Value, value: &mut Decode
     let mut names: (&[&str], Vec<&str>) = (&[], Vec::new());
     for step in steps {
         let path = step.field.strip_prefix(prefix).unwrap_or(&step.field).trim_start_matches('/');
-        let Some(field) = look(message, path) else { continue };
+        let Some(field) = field_at(message, path) else { continue };
         let wrong = |reason: String| Error::Field { field: step.field.clone(), reason };
         match &step.encode {
-            EncodeStep::Number(_, NumberSource::Field(place)) => {
-                value.store(place, number(field).ok_or_else(|| wrong("is no number".into()))?);
+            EncodeStep::Number(_, NumberSource::Field(location)) => {
+                value.store(location, number(field).ok_or_else(|| wrong("is no number".into()))?);
             }
-            EncodeStep::Number(_, NumberSource::HalfSine(place)) => {
-                let cosine = path.strip_suffix('z').and_then(|turn| look(message, &format!("{turn}w")));
-                value.store(place, Scalar::Float(angle(field, cosine)));
+            EncodeStep::Number(_, NumberSource::HalfSine(location)) => {
+                let cosine = path.strip_suffix('z').and_then(|turn| field_at(message, &format!("{turn}w")));
+                value.store(location, Scalar::Float(angle(field, cosine)));
             }
             EncodeStep::Stamp(Some((time, unless))) => {
                 value.store(time, Scalar::Whole(nanoseconds(field)));
@@ -119,15 +123,15 @@ fn fill(steps: &[MessageStep], prefix: &str, message: &Value, value: &mut Decode
             EncodeStep::Text(TextSource::Field(offset, capacity) | TextSource::Named(offset, capacity)) => {
                 value.text(*offset, *capacity, field.as_str().unwrap_or_default()).map_err(wrong)?;
             }
-            EncodeStep::Text(TextSource::Name(place, enumeration)) => {
+            EncodeStep::Text(TextSource::Name(location, enumeration)) => {
                 let number = constant(enumeration, field.as_str().unwrap_or_default()).map_err(wrong)?;
-                value.store(place, Scalar::Whole(number));
+                value.store(location, Scalar::Whole(number));
             }
             EncodeStep::Texts(expected) => {
                 let Value::List(items) = field else { continue };
                 names = (expected, items.iter().filter_map(Value::as_str).collect());
             }
-            EncodeStep::Listed(_, places) => value.named(places, &names, field).map_err(wrong)?,
+            EncodeStep::Listed(_, locations) => value.named(locations, &names, field).map_err(wrong)?,
             EncodeStep::Covariance(start) => value.covariance(*start, field),
             EncodeStep::List { count, start, from, .. } => {
                 let Value::Numbers(numbers) = field else { continue };
@@ -164,8 +168,8 @@ fn fill(steps: &[MessageStep], prefix: &str, message: &Value, value: &mut Decode
 }
 
 impl DecodedValue {
-    fn store(&mut self, place: &FieldLocation, number: Scalar) {
-        store(place.0, number, &mut self.bytes[place.1..]);
+    fn store(&mut self, location: &FieldLocation, number: Scalar) {
+        store(location.0, number, &mut self.bytes[location.1..]);
     }
 
     /// Returns the buffer of the items of a list.
@@ -204,16 +208,16 @@ impl DecodedValue {
     /// Reads the numbers of items by their names.
     fn named(
         &mut self,
-        places: &[FieldLocation],
+        locations: &[FieldLocation],
         (expected, names): &(&[&str], Vec<&str>),
         field: &Value,
     ) -> Result<(), String> {
         let Value::Numbers(numbers) = field else { return Ok(()) };
-        for (place, name) in places.iter().zip(*expected) {
+        for (location, name) in locations.iter().zip(*expected) {
             let index = names.iter().position(|own| own == name);
             let own = index.and_then(|index| numbers.get(index));
             let own = own.as_ref().and_then(number);
-            self.store(place, own.ok_or_else(|| format!("has no number of `{name}`"))?);
+            self.store(location, own.ok_or_else(|| format!("has no number of `{name}`"))?);
         }
         Ok(())
     }
@@ -223,15 +227,15 @@ impl DecodedValue {
         const IN_SPACE: [usize; 3] = [0, 1, 5];
         let Value::Numbers(numbers) = field else { return };
         let pairs = IN_SPACE.iter().flat_map(|row| IN_SPACE.iter().map(move |column| 6 * row + column));
-        for (index, place) in pairs.enumerate() {
-            let own = numbers.get(place).as_ref().and_then(number).unwrap_or(Scalar::Whole(0));
+        for (index, location) in pairs.enumerate() {
+            let own = numbers.get(location).as_ref().and_then(number).unwrap_or(Scalar::Whole(0));
             store(Primitive::F64, own, &mut self.bytes[start + 8 * index..]);
         }
     }
 }
 
 /// Returns the field at a path.
-fn look<'a>(value: &'a Value, path: &str) -> Option<&'a Value> {
+fn field_at<'a>(value: &'a Value, path: &str) -> Option<&'a Value> {
     path.split('/').filter(|name| !name.is_empty()).try_fold(value, |value, name| value.get(name))
 }
 

@@ -251,8 +251,8 @@ fn append(
             EncodeStep::Text(TextSource::Field(offset, capacity)) => {
                 writer.text(value.text(*offset, *capacity))?
             }
-            EncodeStep::Text(TextSource::Name(place, enumeration)) => {
-                write_name(writer, value.read(place), enumeration)?
+            EncodeStep::Text(TextSource::Name(location, enumeration)) => {
+                write_name(writer, value.read(location), enumeration)?
             }
             EncodeStep::List { kind, counted, count, start, from } => {
                 let count = begin_list(writer, value, *count, *counted)?;
@@ -280,9 +280,9 @@ fn append(
                 }
             }
             EncodeStep::Covariance(start) => covariance(value, *start, writer),
-            EncodeStep::Listed(kind, places) => {
-                writer.length(wire_length(places.len())?);
-                places.iter().for_each(|place| write(writer, *kind, value.read(place)));
+            EncodeStep::Listed(kind, locations) => {
+                writer.length(wire_length(locations.len())?);
+                locations.iter().for_each(|location| write(writer, *kind, value.read(location)));
             }
             EncodeStep::Texts(texts) => {
                 writer.length(wire_length(texts.len())?);

@@ -76,12 +76,12 @@ pub(super) struct ValueBytes<'a> {
 }
 
 impl ValueBytes<'_> {
-    pub fn read(&self, place: &FieldLocation) -> Scalar {
-        scalar(place.0, &self.bytes[place.1..])
+    pub fn read(&self, location: &FieldLocation) -> Scalar {
+        scalar(location.0, &self.bytes[location.1..])
     }
 
-    pub fn holds(&self, place: &FieldLocation) -> bool {
-        self.read(place).float() != 0.0
+    pub fn holds(&self, location: &FieldLocation) -> bool {
+        self.read(location).float() != 0.0
     }
 
     pub fn count(&self, items: Items) -> usize {
@@ -106,16 +106,16 @@ impl ValueBytes<'_> {
     }
 
     pub fn number(&self, number: &NumberSource) -> Scalar {
-        let float = |place: &FieldLocation| self.read(place).float();
+        let float = |location: &FieldLocation| self.read(location).float();
         match number {
             NumberSource::Constant(number) => Scalar::Float(*number),
-            NumberSource::Field(place) => self.read(place),
-            NumberSource::HalfSine(place) => Scalar::Float(libm::sin(float(place) / 2.0)),
-            NumberSource::HalfCosine(place) => Scalar::Float(libm::cos(float(place) / 2.0)),
+            NumberSource::Field(location) => self.read(location),
+            NumberSource::HalfSine(location) => Scalar::Float(libm::sin(float(location) / 2.0)),
+            NumberSource::HalfCosine(location) => Scalar::Float(libm::cos(float(location) / 2.0)),
             NumberSource::When { number, holds } if self.holds(holds) => self.read(number),
             NumberSource::When { .. } => Scalar::Float(f64::INFINITY),
-            NumberSource::Among(place, numbers) => {
-                let own = numbers.get(float(place) as usize);
+            NumberSource::Among(location, numbers) => {
+                let own = numbers.get(float(location) as usize);
                 Scalar::Float(own.or(numbers.last()).copied().unwrap_or(0.0))
             }
             NumberSource::Along { range, bearing } => Scalar::Float(float(range) * libm::cos(float(bearing))),

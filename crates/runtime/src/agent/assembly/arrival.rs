@@ -55,7 +55,7 @@ impl Assembly {
                 description: Arc::new(surveyed.description.clone()),
                 own_thread: self.resources.has_own_thread(surveyed),
                 isolation,
-                leads: survey.leads(configuration, *index),
+                leads: survey.link_signatures(configuration, *index),
             };
             self.modules.insert(name(index).to_owned(), loaded);
         }

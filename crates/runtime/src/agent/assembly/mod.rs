@@ -58,7 +58,7 @@ impl Assembly {
             let names = level.iter().map(|index| survey.modules[*index].module.name.value.as_str());
             names
                 .map(|name| &self.modules[name])
-                .filter(|loaded| !loaded.own_thread || loaded.seat.is_kicked())
+                .filter(|loaded| !loaded.own_thread || loaded.seat.is_turn_signalled())
                 .map(|loaded| Arc::clone(&loaded.seat))
                 .collect()
         };
@@ -134,7 +134,7 @@ impl Assembly {
         let mut changed = BTreeMap::new();
         for (m, surveyed) in survey.modules.iter().enumerate() {
             let Some(loaded) = self.modules.get(&surveyed.module.name.value) else { continue };
-            let new = survey.leads(configuration, m);
+            let new = survey.link_signatures(configuration, m);
             let wires: BTreeSet<Wire> = loaded.leads.keys().chain(new.keys()).copied().collect();
             let wires: BTreeSet<Wire> =
                 wires.into_iter().filter(|wire| loaded.leads.get(wire) != new.get(wire)).collect();

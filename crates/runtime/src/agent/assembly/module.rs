@@ -7,7 +7,7 @@ use std::time::Duration;
 use slate_module::{Description, Level, ModuleKind};
 
 use crate::agent::build::HostResources;
-use slate_composition::{Lead, Wire};
+use slate_composition::{LinkSignature, Wire};
 use slate_engine::isolation::Isolation;
 use slate_engine::main_loop::{Seat, SharedLoop};
 use slate_engine::runner::ModuleCondition;
@@ -16,7 +16,7 @@ use slate_engine::runner::ModuleCondition;
 const LETTING_GO: Duration = Duration::from_secs(1);
 
 /// The links of a module, by its ports.
-pub(in crate::agent) type Leads = BTreeMap<Wire, Vec<Lead>>;
+pub(in crate::agent) type Leads = BTreeMap<Wire, Vec<LinkSignature>>;
 
 /// Loaded module.
 pub(in crate::agent) struct LoadedModule {

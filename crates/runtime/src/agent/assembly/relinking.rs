@@ -10,10 +10,10 @@ use slate_blackboard::{Board, Placement, Property};
 use super::module::Leads;
 use super::{Assembly, Levels, Unlinked, listeners};
 use crate::agent::build::{BuildMoment, Rewiring, rewire};
-use slate_composition::{Catalogue, Complaints, Misfit, survey};
+use slate_composition::{Catalogue, DiagnosticCollector, Misfit, survey};
 use slate_configuration::{Configuration, Report};
 use slate_engine::main_loop::{Seat, SharedLoop};
-use slate_engine::runner::{Unwired, Wiring};
+use slate_engine::runner::{ReplacedHandles, Wiring};
 
 /// Change of one module's links.
 struct Rewire {
@@ -27,7 +27,7 @@ struct Rewire {
 type Reserved = (Arc<Property>, Vec<(String, String)>);
 
 /// Result of an exchange: the replaced links, or a module that blocks it.
-type LinkExchange = Result<Vec<(Unwired, Vec<Vec<Arc<Wake>>>)>, String>;
+type LinkExchange = Result<Vec<(ReplacedHandles, Vec<Vec<Arc<Wake>>>)>, String>;
 
 /// New links for present modules: prepared, but not exchanged yet.
 pub(in crate::agent) struct Relinking {
@@ -54,7 +54,7 @@ impl Relinking {
         catalogue: &Catalogue,
         shared: &SharedLoop,
     ) -> Result<Self, Unlinked> {
-        let mut complaints = Complaints::new(configuration);
+        let mut complaints = DiagnosticCollector::new(configuration);
         let survey = survey(configuration, catalogue, &mut complaints);
         if !complaints.diagnostics.is_empty() {
             return Err(Report::from(complaints.diagnostics).into());
@@ -75,7 +75,7 @@ impl Relinking {
             .keys()
             .map(|module| {
                 let name = survey.modules[*module].module.name.value.clone();
-                (name, survey.leads(configuration, *module))
+                (name, survey.link_signatures(configuration, *module))
             })
             .collect();
         let sources = leads.values().flat_map(BTreeMap::values).flatten();
@@ -147,7 +147,7 @@ impl Relinking {
         let mut held: Vec<&Arc<Seat>> = Vec::new();
         let mut exchanged: Option<LinkExchange> = None;
         let late = threaded.iter().find(|loaded| {
-            let claimed = loaded.seat.claim_patiently();
+            let claimed = loaded.seat.claim_when_idle();
             if claimed {
                 held.push(&loaded.seat);
             }
@@ -160,7 +160,7 @@ impl Relinking {
             exchanged = assembly.compose_with(stages, shared, work);
         }
         for seat in held {
-            seat.unclaim();
+            seat.release();
             // What is new is looked at now.
             seat.wake.notify(1);
         }
@@ -226,7 +226,7 @@ fn rewires(
         let wiring = wirings.remove(name);
         if let Some(wiring) = &wiring {
             // One that is early in vain does nothing, so this may come before the exchange.
-            loaded.seat.set_early(wiring.is_early() || loaded.seat.is_early());
+            loaded.seat.set_reads_previous(wiring.reads_previous() || loaded.seat.reads_previous());
         }
         if wiring.is_some() || !wakes.is_empty() {
             rewires.insert(name.clone(), Rewire { seat: Arc::clone(&loaded.seat), wiring, wakes });
@@ -238,7 +238,7 @@ fn rewires(
 /// Exchanges the modules' sources and woken threads.
 /// No module is in a step meanwhile.
 fn exchange(rewires: Vec<Rewire>, on_loop: &[Arc<Seat>]) -> LinkExchange {
-    if let Some(late) = on_loop.iter().find(|seat| !seat.is_idle() && !seat.readmit()) {
+    if let Some(late) = on_loop.iter().find(|seat| !seat.is_idle() && !seat.reclaim()) {
         return Err(late.name.to_string());
     }
     let mut unwired = Vec::new();

@@ -35,7 +35,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
             // What is wrong was complained about.
             if let Ok(Some(actuator)) = self.actuator(i, wanted) {
                 for wake in self.builder.wakes(&format!("{}/command", wanted.name.value)) {
-                    actuator.wakes(wake);
+                    actuator.add_wake(wake);
                 }
                 self.builder.resources.actuators.insert(wanted.name.value.clone(), Arc::new(actuator));
             }

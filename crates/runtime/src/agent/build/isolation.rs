@@ -123,7 +123,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         let surveyed = self.plan.surveyed(m);
         let (wanted, lockstep) = (surveyed.module.isolation, self.builder.resources.lockstep);
         let hang = self.plan.configuration.hang().value;
-        let timeout = match surveyed.deadline {
+        let tick_timeout = match surveyed.deadline {
             // What a run in lockstep comes to does not depend on how fast the machine is.
             Some(deadline) if !lockstep => hang.min(deadline.saturating_mul(DEADLINES)),
             _ => hang,
@@ -132,15 +132,15 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
             name: surveyed.setup.name.clone(),
             program: self.builder.resources.arenas.program.clone(),
             memory: wanted.memory,
-            timeout: Duration::from_nanos(timeout),
-            hang: Duration::from_nanos(hang),
+            tick_timeout: Duration::from_nanos(tick_timeout),
+            call_timeout: Duration::from_nanos(hang),
             own,
             readable,
             ports: surveyed.description.ports.clone(),
             params_size: surveyed.description.params.size,
-            account: Default::default(),
+            process_record: Default::default(),
         };
-        let is_kicked = !lockstep && surveyed.trigger == Trigger::Stage;
+        let is_turn_signalled = !lockstep && surveyed.trigger == Trigger::Stage;
         let process = self.builder.implied_writer(
             m,
             "process",
@@ -151,10 +151,10 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
             isolation: Arc::new(isolation),
             supervisor: Supervisor::default(),
             rearm: wanted.rearm,
-            is_kicked,
+            is_turn_signalled,
             process,
             restarts: 0,
-            shown: 0,
+            written: 0,
         })
     }
 }

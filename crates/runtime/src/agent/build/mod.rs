@@ -28,7 +28,7 @@ use properties::PropertyBuilder;
 pub(super) use resources::{HostResources, ResourceMark};
 pub(super) use rewiring::{Rewiring, rewire};
 use runners::RunnerBuilder;
-use slate_composition::{Complaints, Survey, Wire};
+use slate_composition::{DiagnosticCollector, Survey, Wire};
 use slate_configuration::{Configuration, Diagnostic};
 use slate_engine::runner::Runner;
 use wiring::WiringBuilder;
@@ -74,7 +74,7 @@ struct Failed;
 struct ModuleBuilder<'a, 's> {
     plan: BuildPlan<'a, 's>,
     resources: &'s mut HostResources,
-    complaints: Complaints<'a>,
+    complaints: DiagnosticCollector<'a>,
     /// Placements on the board at the exchange of links.
     placements: Vec<Placement>,
     /// Ports that links filled before, and fill again.
@@ -84,7 +84,7 @@ struct ModuleBuilder<'a, 's> {
 
 impl<'a, 's> ModuleBuilder<'a, 's> {
     fn new(plan: BuildPlan<'a, 's>, resources: &'s mut HostResources, made: BuildMoment) -> Self {
-        let complaints = Complaints::new(plan.configuration);
+        let complaints = DiagnosticCollector::new(plan.configuration);
         Self { plan, resources, complaints, placements: Vec::new(), kept: BTreeSet::new(), made }
     }
 

@@ -13,7 +13,7 @@ use slate_module::aspect::{MainLoop, Service};
 use slate_safety::StopLatch;
 
 use crate::agent::Mode;
-use crate::aspects::{Means, ServicePlace};
+use crate::aspects::{Means, ServiceSlot};
 use slate_composition::{Surveyed, needs};
 use slate_engine::actuators::Actuator;
 use slate_engine::isolation::Arenas;
@@ -34,7 +34,7 @@ pub(in crate::agent) struct HostResources {
     /// Actuators by name.
     pub actuators: BTreeMap<String, Arc<Actuator>>,
     /// Services that modules provide, by the path of the port.
-    pub services: BTreeMap<String, Arc<ServicePlace>>,
+    pub services: BTreeMap<String, Arc<ServiceSlot>>,
     /// Means of the host's services.
     pub means: Means,
     /// Number of outputs, for the digest.
@@ -133,7 +133,7 @@ impl HostResources {
     }
 
     /// Returns the place of a port's service.
-    pub fn service(&mut self, path: &str) -> Arc<ServicePlace> {
+    pub fn service(&mut self, path: &str) -> Arc<ServiceSlot> {
         Arc::clone(self.services.entry(path.into()).or_default())
     }
 

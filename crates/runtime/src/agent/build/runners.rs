@@ -179,10 +179,10 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
 
     /// Makes the instance of a module.
     fn set_up(&mut self, m: usize, runner: &mut Runner) -> Option<()> {
-        match runner.create_patiently() {
+        match runner.create_with_timeout() {
             Ok(instance) => {
                 runner.code.set_instance(instance);
-                runner.show_process(0, true);
+                runner.write_process(0, true);
                 Some(())
             }
             Err(refusal) => {
@@ -194,9 +194,9 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
                     (Some(place), Some((message, help))) => {
                         complaints.add(place, Mistake::Value.of(message.to_owned()), help);
                     }
-                    (Some(place), None) => complaints.add_plain(place, Mistake::Value.of(message)),
+                    (Some(place), None) => complaints.add_without_help(place, Mistake::Value.of(message)),
                     (None, _) => match configuration.place_of(&refusal.0) {
-                        Some(place) => complaints.add_plain(place, message),
+                        Some(place) => complaints.add_without_help(place, message),
                         None => complaints.add(module.name.span, message, "fix its parameters or its setup"),
                     },
                 }
@@ -248,7 +248,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             safe: port.safe.clone().map(Vec::into_boxed_slice),
             actuator,
             wakes,
-            aside: None,
+            late_draft: None,
         })
     }
 
@@ -270,7 +270,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             slot: p,
             sender: None,
             sent: 0,
-            open: memory.iter().map(|_| None).collect(),
+            tickets: memory.iter().map(|_| None).collect(),
             memory,
             entries,
             size: port.descriptor.size,

@@ -218,7 +218,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             },
             triggers,
             wakes: triggers && !read.early,
-            is_early: read.early,
+            is_previous: read.early,
             is_written: is_converted
                 || self.plan.joint(m, wire).is_some_and(|joint| self.is_written(joint.target)),
             writer,
@@ -278,7 +278,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
 
     /// Returns the conversion of a link; `None` while its source does not exist.
     fn program(&self, joint: &ResolvedLink<'_>) -> Option<Arc<Program>> {
-        match &joint.way {
+        match &joint.conversion {
             LinkConversion::Plain => None,
             LinkConversion::Converted(program) => Some(Arc::clone(program)),
             // It may be on the board by now; it is linked anew when it is known to be there.
@@ -397,19 +397,19 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             Some(self.builder.granted(m, wire, &property, reader)?)
         };
         let path = self.plan.port_path(m, p);
-        let farewell = format!(
+        let eviction_message = format!(
             "`{}` fell behind and reads no more, as its link says: unlink and link it to let it read again",
             port.name
         );
         let gauge = Arc::clone(self.builder.resources.gauges.entry(path).or_default());
         Some(QueueWiring {
             gauge,
-            farewell: farewell.into(),
+            eviction_message: eviction_message.into(),
             slot: p,
             triggers: self.plan.triggers(m, p),
             reader,
             window: window.max(16),
-            is_early: joint.is_some_and(|joint| self.is_early(joint)),
+            is_previous: joint.is_some_and(|joint| self.is_early(joint)),
             filter: joint.and_then(|joint| joint.filter.clone()),
         })
     }
@@ -461,13 +461,13 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
 fn begin_group(wiring: &mut Wiring, early: bool, signals: Option<&ModuleSignals>) {
     let (first, first_source) = (wiring.inputs.len() as u32, wiring.sources.len() as u32);
     let word = signals.map_or_else(CommitWord::new, |signals| signals.commit.clone());
-    let groups = if early { &mut wiring.early } else { &mut wiring.groups };
+    let groups = if early { &mut wiring.previous_groups } else { &mut wiring.groups };
     groups.push(Group { word, first, end: first, first_source, end_source: first_source });
 }
 
 /// Extends the last group by the source that was added last.
 fn extend_group(wiring: &mut Wiring, early: bool) {
-    let groups = if early { &mut wiring.early } else { &mut wiring.groups };
+    let groups = if early { &mut wiring.previous_groups } else { &mut wiring.groups };
     if let Some(group) = groups.last_mut() {
         group.end = wiring.inputs.len() as u32;
         group.end_source = wiring.sources.len() as u32;

@@ -9,7 +9,7 @@ use slate_module::Level;
 use super::Composition;
 use crate::agent::assembly::Unlinked;
 use crate::sharing::RemotePath;
-use slate_composition::{Complaints, Wired, survey};
+use slate_composition::{DiagnosticCollector, Wired, survey};
 use slate_configuration::{Configuration, Report};
 use slate_engine::main_loop::SharedLoop;
 
@@ -112,7 +112,7 @@ impl Composition {
     pub fn unmade(&self) -> BTreeMap<String, String> {
         let Some(unlinked) = &self.waiting.unlinked else { return BTreeMap::new() };
         let configuration = &self.configuration;
-        let mut complaints = Complaints::new(configuration);
+        let mut complaints = DiagnosticCollector::new(configuration);
         let survey = survey(configuration, &self.catalogue, &mut complaints);
         let changed = self.assembly.changed(configuration, &survey);
         let ports = changed
@@ -133,10 +133,11 @@ impl Composition {
     pub fn check_returned(&self, configuration: &Configuration) -> Result<(), Report> {
         let wired = self.rewired(configuration);
         let configuration = &**wired.configuration();
-        let mut complaints = Complaints::new(configuration);
+        let mut complaints = DiagnosticCollector::new(configuration);
         let survey = survey(configuration, &self.catalogue, &mut complaints);
         let changed = self.assembly.changed(configuration, &survey);
-        let leads = changed.keys().flat_map(|module| survey.leads(configuration, *module).into_values());
+        let leads =
+            changed.keys().flat_map(|module| survey.link_signatures(configuration, *module).into_values());
         let writers = leads.flatten().filter_map(|lead| self.assembly.owner(&lead.path));
         let readers = changed.keys().map(|module| survey.modules[*module].module.name.value.clone());
         let involved: BTreeSet<String> = readers.chain(writers).collect();

@@ -61,7 +61,7 @@ impl ChangeRecorder {
         let module = BY_MODULE.with_borrow(Option::clone);
         let before = self.shared.order();
         let (cycle, result) = match self.shared.lockstep && module.is_none() {
-            true => self.shared.between_two(timeout, make),
+            true => self.shared.hold_between_cycles(timeout, make),
             false => (None, make()),
         };
         let (now, cycles) = (self.shared.clock.now(), self.shared.cycles());

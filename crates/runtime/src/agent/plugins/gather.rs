@@ -242,7 +242,7 @@ impl<'a> PluginSources<'a> {
     /// A damaged one is refused.
     pub fn look(&self, file: &Path) -> Result<(), LibraryError> {
         let Some(watch) = self.watch else { return Ok(()) };
-        if watch.known.look(file)? {
+        if watch.known.check(file)? {
             let text = format!(
                 "{} was built or copied anew since it was loaded last",
                 slate_configuration::printable(file)

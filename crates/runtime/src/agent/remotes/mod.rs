@@ -69,7 +69,7 @@ impl Remotes {
         if catalogue.remote.get(path).is_some_and(|known| known.path == property) {
             return false;
         }
-        let place = RemotePath { path: property.into(), ..path.clone() }.place();
+        let place = RemotePath { path: property.into(), ..path.clone() }.mirror_path();
         let Some((found, field)) = board.get(&place) else { return false };
         if !field.is_empty() {
             return false;

@@ -7,7 +7,7 @@ use slate_module::Direction;
 
 use crate::agent::assembly::LoadedModule;
 use crate::sharing::{Expected, Pace, RemotePath, Want};
-use slate_composition::{elsewhere, remote_path};
+use slate_composition::{carrier_misfit, remote_path};
 use slate_configuration::{Compression, Configuration, Link, LinkMode, LinkRate};
 
 /// Returns the demand of a configuration's links from other agents.
@@ -21,7 +21,7 @@ pub(super) fn wants(
     for link in configuration.links() {
         let Some(path) = remote_path(configuration, link) else { continue };
         // It is carried in another way than the link asks for, so others of the property are not to follow it.
-        if elsewhere(configuration, link).is_some() {
+        if carrier_misfit(configuration, link).is_some() {
             continue;
         }
         let want = want(modules, link);

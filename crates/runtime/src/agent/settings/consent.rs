@@ -8,7 +8,7 @@ use slate_module::{Description, ModuleKind};
 
 use crate::agent::assembly::Assembly;
 use slate_composition::parameters;
-use slate_composition::{Catalogue, Complaints, Surveyed};
+use slate_composition::{Catalogue, DiagnosticCollector, Surveyed};
 use slate_configuration::{Configuration, Diagnostic, Report, Span};
 use slate_engine::runner::{CallTimeout, OwnSetup, Retired};
 
@@ -45,7 +45,7 @@ pub(super) fn check_dormant(
     configuration: &Configuration,
     catalogue: &Catalogue,
     last_known: &BTreeMap<String, Description>,
-    complaints: &mut Complaints<'_>,
+    complaints: &mut DiagnosticCollector<'_>,
 ) {
     for module in configuration.modules() {
         if catalogue.is_dormant(&module.kind.value)

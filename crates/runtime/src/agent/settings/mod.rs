@@ -18,7 +18,7 @@ use super::remote_links::RemoteLinks;
 use crate::recording::Change as Recorded;
 use consent::{ConsentQuestion, ask, check_dormant};
 use live::{LiveSetting, OtherModules};
-use slate_composition::{Complaints, Surveyed, survey};
+use slate_composition::{DiagnosticCollector, Surveyed, survey};
 use slate_configuration::{Change, Configuration, Database, Edit, Report, Subscription, Watch};
 use toml_edit::Key;
 
@@ -162,7 +162,7 @@ impl<'c> SettingsChanger<'c> {
         let configuration = &**wired.configuration();
         let Composition { configuration: current, catalogue, assembly, .. } = &mut *composition;
         let later = OtherModules::of(current, configuration).refusals(changes);
-        let mut complaints = wired.complaints();
+        let mut complaints = wired.collector();
         let survey = survey(configuration, catalogue, &mut complaints);
         check_dormant(configuration, catalogue, &assembly.last_known, &mut complaints);
         let mut diagnostics = std::mem::take(&mut complaints.diagnostics);
@@ -249,7 +249,7 @@ impl<'c> SettingsChanger<'c> {
                 let modules = composition.settle_links(&configuration, &self.agent.shared);
                 self.agent.tell_links(&modules);
             }
-            let mut complaints = Complaints::new(&configuration);
+            let mut complaints = DiagnosticCollector::new(&configuration);
             let survey = survey(&configuration, &composition.catalogue, &mut complaints);
             for surveyed in &survey.modules {
                 let Some(change) = of_modules.get(surveyed.module.name.value.as_str()) else { continue };

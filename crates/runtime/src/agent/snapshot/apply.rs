@@ -37,7 +37,7 @@ impl Thaw {
     pub fn judged(self, shared: &SharedLoop) -> Result<Self, SnapshotError> {
         let Self { subjects, ready } = &self;
         for subject in subjects.iter().filter(|subject| !subject.own_thread) {
-            if !subject.seat.is_idle() && !subject.seat.readmit() {
+            if !subject.seat.is_idle() && !subject.seat.reclaim() {
                 let limit = std::time::Duration::ZERO;
                 return Err(SnapshotError::Busy { module: subject.name.clone(), limit });
             }
@@ -143,7 +143,7 @@ fn messages(board: &Board, subjects: &[SnapshotSubject], image: &SnapshotImage) 
     }
     for subject in subjects {
         // SAFETY: as above.
-        unsafe { subject.seat.runner() }.entries.outboxes.iter_mut().for_each(OutboxPort::give_up);
+        unsafe { subject.seat.runner() }.entries.outboxes.iter_mut().for_each(OutboxPort::mark_waiting_lost);
     }
 }
 
@@ -165,7 +165,7 @@ fn send(
             if outbox.sender.as_ref().is_some_and(|sender| sender.is_of(mailbox))
                 && was == Some(message.sender)
             {
-                outbox.send_again(&message.bytes, message.items, message.time, later);
+                outbox.resend(&message.bytes, message.items, message.time, later);
                 return;
             }
         }

@@ -50,7 +50,7 @@ pub(super) struct HeldSeats(Vec<Arc<Seat>>);
 impl Drop for HeldSeats {
     fn drop(&mut self) {
         for seat in &self.0 {
-            seat.unclaim();
+            seat.release();
             // What came meanwhile was told to a thread that could not do anything about it.
             seat.wake.notify(1);
         }
@@ -67,7 +67,7 @@ impl HeldSeats {
                 if monotonic() > end || subject.seat.is_late() {
                     return Err(SnapshotError::Busy { module: subject.name.clone(), limit: LIMIT });
                 }
-                if !subject.seat.readmit() {
+                if !subject.seat.reclaim() {
                     std::thread::sleep(Duration::from_micros(50));
                 }
             }
@@ -105,7 +105,7 @@ impl SnapshotSubjects {
     /// The caller must hold the token, between two cycles, and the modules with threads of their own.
     pub fn capture(&self, shared: &SharedLoop) -> Option<Result<SnapshotImage, SnapshotError>> {
         for subject in self.modules.iter().filter(|subject| !subject.own_thread) {
-            if !subject.seat.is_idle() && !subject.seat.readmit() {
+            if !subject.seat.is_idle() && !subject.seat.reclaim() {
                 return Some(Err(SnapshotError::Busy {
                     module: subject.name.clone(),
                     limit: Duration::ZERO,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::agent::composition::Composition;
-use slate_composition::{Complaints, described_limits, survey};
+use slate_composition::{DiagnosticCollector, described_limits, survey};
 use slate_configuration::{Configuration, Layered, PluginEntry, SourceKind, Value, limit_setting};
 
 /// Returns all settings, one per line, as they are now.
@@ -25,7 +25,7 @@ pub(super) fn expanded(composition: &Composition, agent: &str) -> String {
 /// Returns the gates' limits that are not written, a line each.
 fn limits(composition: &Composition) -> Vec<String> {
     let configuration = &composition.configuration;
-    let survey = survey(configuration, &composition.catalogue, &mut Complaints::new(configuration));
+    let survey = survey(configuration, &composition.catalogue, &mut DiagnosticCollector::new(configuration));
     let mut lines = Vec::new();
     for actuator in configuration.actuators() {
         for limit in described_limits(&survey, actuator).iter().flat_map(|described| &described.limits) {

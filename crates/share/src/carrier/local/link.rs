@@ -14,15 +14,15 @@ use rustix::net::{
 use slate_blackboard::channel::LentBytes;
 
 use super::memory::{Region, Regions};
-use super::ready;
+use super::wait_ready;
 use crate::carrier::{Link, SharedMemory};
 
 /// Largest packet, bytes; a few of them fit into a socket's buffer.
-const LARGEST: usize = 48 << 10;
+const MAX_PACKET_SIZE: usize = 48 << 10;
 
 /// First byte of a packet that transfers memory, and is none of a session.
 /// The memory is for this end to fill.
-const MEMORY: u8 = b'M';
+const MEMORY_MARKER: u8 = b'M';
 
 /// Link between two processes, or two agents in one.
 #[derive(Debug)]
@@ -35,7 +35,7 @@ pub(super) struct LocalLink {
     others: Mutex<Regions>,
 }
 
-fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -56,17 +56,18 @@ impl LocalLink {
     }
 
     /// Transfers memory to the other end; false if the packet can't be sent now.
-    fn hand_over(&self, class: u8, file: BorrowedFd<'_>) -> bool {
+    fn send_file(&self, class: u8, file: BorrowedFd<'_>) -> bool {
         let files = [file];
         let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
         let mut control = SendAncillaryBuffer::new(&mut space);
         control.push(SendAncillaryMessage::ScmRights(&files));
         let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
-        rustix::net::sendmsg(&self.socket, &[IoSlice::new(&[MEMORY, class])], &mut control, flags).is_ok()
+        rustix::net::sendmsg(&self.socket, &[IoSlice::new(&[MEMORY_MARKER, class])], &mut control, flags)
+            .is_ok()
     }
 
-    fn wait_at_most(&self, limit: Duration) -> io::Result<()> {
-        let mut timeout = locked(&self.timeout);
+    fn set_timeout(&self, limit: Duration) -> io::Result<()> {
+        let mut timeout = lock(&self.timeout);
         if *timeout != limit {
             // None at all would mean to wait for ever.
             let at_least = limit.max(Duration::from_micros(1));
@@ -87,11 +88,11 @@ impl Link for LocalLink {
     }
 
     fn wait_for_room(&self, limit: Duration) -> io::Result<()> {
-        ready(&self.socket, PollFlags::OUT, limit).map(drop)
+        wait_ready(&self.socket, PollFlags::OUT, limit).map(drop)
     }
 
     fn receive(&self, packet: &mut [u8], limit: Duration) -> io::Result<Option<usize>> {
-        self.wait_at_most(limit)?;
+        self.set_timeout(limit)?;
         let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
         let mut control = RecvAncillaryBuffer::new(&mut space);
         let received = rustix::net::recvmsg(
@@ -113,7 +114,7 @@ impl Link for LocalLink {
             // No agent sends such a packet.
             return Ok(None);
         }
-        if packet[0] != MEMORY {
+        if packet[0] != MEMORY_MARKER {
             return Ok(Some(received.bytes));
         }
         let files = control.drain().filter_map(|message| match message {
@@ -121,15 +122,15 @@ impl Link for LocalLink {
             _ => None,
         });
         if let (Some(file), 2) = (files.flatten().next(), received.bytes)
-            && let Some(region) = Region::theirs(packet[1], file)
+            && let Some(region) = Region::map_received(packet[1], file)
         {
-            locked(&self.others).add(region);
+            lock(&self.others).add(region);
         }
         Ok(None)
     }
 
     fn largest(&self) -> usize {
-        LARGEST
+        MAX_PACKET_SIZE
     }
 
     fn close(&self) {
@@ -144,15 +145,15 @@ impl Link for LocalLink {
 
 impl SharedMemory for LocalLink {
     fn place(&self, bytes: &[u8], reference: &mut Vec<u8>) -> bool {
-        let mut own = locked(&self.own);
-        own.place(bytes, reference, |class, file| self.hand_over(class, file))
+        let mut own = lock(&self.own);
+        own.place(bytes, reference, |class, file| self.send_file(class, file))
     }
 
     fn read(&self, reference: &[u8], length: usize, take: &mut dyn FnMut(&[u8])) -> bool {
-        locked(&self.others).read(reference, length, take)
+        lock(&self.others).read(reference, length, take)
     }
 
     fn lend(&self, reference: &[u8], length: usize) -> Option<Box<dyn LentBytes>> {
-        locked(&self.others).lend(reference, length)
+        lock(&self.others).lend(reference, length)
     }
 }

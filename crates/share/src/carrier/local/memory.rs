@@ -26,25 +26,25 @@ use slate_blackboard::channel::LentBytes;
 
 /// Slots of a region, for all properties of that size.
 /// Enough for a few properties with a few readers each.
-const SLOTS: usize = 32;
+const SLOT_COUNT: usize = 32;
 
 /// Largest number of lent slots.
 /// The others always return at once, so a reader that never releases a value does not block the other end.
-const LENT: usize = 24;
+const MAX_LENT_SLOTS: usize = 24;
 
 /// Word of a slot whose value is lent, which is no number of a value.
-const ON_LOAN: u32 = u32::MAX;
+const LENT_WORD: u32 = u32::MAX;
 
 /// Largest alignment of values, bytes.
-const ALIGN: usize = 64;
+const MAX_ALIGNMENT: usize = 64;
 
 /// Size of the header, bytes: a cache line per slot's word, padded to a page.
-const HEAD: usize = 4096;
+const HEADER_SIZE: usize = 4096;
 
-const LINE: usize = 64;
+const CACHE_LINE: usize = 64;
 
 /// Binary logarithms of the slot sizes, bytes.
-const CLASSES: std::ops::RangeInclusive<u8> = 14..=26;
+const SIZE_CLASSES: std::ops::RangeInclusive<u8> = 14..=26;
 
 /// Region of slots of one size.
 #[derive(Debug)]
@@ -64,7 +64,7 @@ unsafe impl Sync for Region {}
 
 impl Region {
     fn length(class: u8) -> usize {
-        HEAD + SLOTS * (1 << class)
+        HEADER_SIZE + SLOT_COUNT * (1 << class)
     }
 
     fn map(class: u8, file: BorrowedFd<'_>) -> Option<Self> {
@@ -78,7 +78,7 @@ impl Region {
     }
 
     /// Creates memory that this process fills, and its file for the other one.
-    fn own(class: u8) -> Option<(Self, OwnedFd)> {
+    fn create(class: u8) -> Option<(Self, OwnedFd)> {
         let file = memfd_create("slate-share", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING).ok()?;
         ftruncate(&file, Self::length(class) as u64).ok()?;
         fcntl_add_seals(&file, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL).ok()?;
@@ -86,8 +86,8 @@ impl Region {
     }
 
     /// Maps memory that the other process fills; `None` if it is invalid.
-    pub fn theirs(class: u8, file: OwnedFd) -> Option<Self> {
-        if !CLASSES.contains(&class) {
+    pub fn map_received(class: u8, file: OwnedFd) -> Option<Self> {
+        if !SIZE_CLASSES.contains(&class) {
             return None;
         }
         // If it could be cut off, reading it would end this process.
@@ -98,18 +98,18 @@ impl Region {
 
     fn word(&self, slot: usize) -> &AtomicU32 {
         // SAFETY: inside the mapping, aligned, and used as an atomic only.
-        unsafe { AtomicU32::from_ptr(self.base.add(slot * LINE).as_ptr().cast()) }
+        unsafe { AtomicU32::from_ptr(self.base.add(slot * CACHE_LINE).as_ptr().cast()) }
     }
 
     fn slot(&self, slot: usize) -> *mut u8 {
         // SAFETY: inside the mapping.
-        unsafe { self.base.add(HEAD + slot * (1 << self.class)).as_ptr() }
+        unsafe { self.base.add(HEADER_SIZE + slot * (1 << self.class)).as_ptr() }
     }
 
     /// Stores a value in a free slot; returns the slot and the value's number.
     fn put(&mut self, bytes: &[u8]) -> Option<(u8, u32)> {
-        let slot = (0..SLOTS).find(|slot| self.word(*slot).load(Ordering::Acquire) == 0)?;
-        self.number = self.number % (ON_LOAN - 1) + 1;
+        let slot = (0..SLOT_COUNT).find(|slot| self.word(*slot).load(Ordering::Acquire) == 0)?;
+        self.number = self.number % (LENT_WORD - 1) + 1;
         // SAFETY: the slot has room for it, and the other process leaves free slots alone. If it did not, it would
         // spoil what it reads itself.
         unsafe { self.slot(slot).copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
@@ -121,18 +121,18 @@ impl Region {
     fn lend(self: &Arc<Self>, slot: u8, number: u32, length: usize) -> Option<LentMemory> {
         let slot = usize::from(slot);
         let size = 1 << self.class;
-        if slot >= SLOTS || length > size || number == 0 || number == ON_LOAN {
+        if slot >= SLOT_COUNT || length > size || number == 0 || number == LENT_WORD {
             return None;
         }
-        // Whoever calls this has the regions locked, so nobody else adds to it meanwhile.
-        if self.lent.load(Ordering::Relaxed) >= LENT {
+        // The caller has locked the regions, so the count does not rise meanwhile.
+        if self.lent.load(Ordering::Relaxed) >= MAX_LENT_SLOTS {
             return None;
         }
         let word = self.word(slot);
         // A reference that comes again must not lend it again.
-        word.compare_exchange(number, ON_LOAN, Ordering::Acquire, Ordering::Relaxed).ok()?;
+        word.compare_exchange(number, LENT_WORD, Ordering::Acquire, Ordering::Relaxed).ok()?;
         self.lent.fetch_add(1, Ordering::Relaxed);
-        let whole = length.next_multiple_of(ALIGN).min(size);
+        let whole = length.next_multiple_of(MAX_ALIGNMENT).min(size);
         // SAFETY: inside the slot, which belongs to this end until it is given back.
         unsafe { self.slot(slot).add(length).write_bytes(0, whole - length) };
         Some(LentMemory { region: Arc::clone(self), slot, length: whole })
@@ -140,7 +140,7 @@ impl Region {
 
     fn take(&self, slot: u8, number: u32, length: usize, take: &mut dyn FnMut(&[u8])) -> bool {
         let slot = usize::from(slot);
-        if slot >= SLOTS || length > 1 << self.class || number == 0 || number == ON_LOAN {
+        if slot >= SLOT_COUNT || length > 1 << self.class || number == 0 || number == LENT_WORD {
             return false;
         }
         if self.word(slot).load(Ordering::Acquire) != number {
@@ -174,7 +174,7 @@ struct LentMemory {
 unsafe impl LentBytes for LentMemory {
     fn bytes(&self) -> NonNull<[u8]> {
         // SAFETY: inside the mapping.
-        let first = unsafe { self.region.base.add(HEAD + self.slot * (1 << self.region.class)) };
+        let first = unsafe { self.region.base.add(HEADER_SIZE + self.slot * (1 << self.region.class)) };
         NonNull::slice_from_raw_parts(first, self.length)
     }
 }
@@ -201,17 +201,17 @@ impl Regions {
         &mut self,
         bytes: &[u8],
         reference: &mut Vec<u8>,
-        hand_over: impl FnOnce(u8, BorrowedFd<'_>) -> bool,
+        send_file: impl FnOnce(u8, BorrowedFd<'_>) -> bool,
     ) -> bool {
-        let class = (bytes.len().next_power_of_two().trailing_zeros() as u8).max(*CLASSES.start());
-        if class > *CLASSES.end() {
+        let class = (bytes.len().next_power_of_two().trailing_zeros() as u8).max(*SIZE_CLASSES.start());
+        if class > *SIZE_CLASSES.end() {
             return false;
         }
         let region = match self.0.entry(class) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(place) => {
-                let Some((region, file)) = Region::own(class) else { return false };
-                if !hand_over(class, file.as_fd()) {
+                let Some((region, file)) = Region::create(class) else { return false };
+                if !send_file(class, file.as_fd()) {
                     return false;
                 }
                 place.insert(Arc::new(region))

@@ -4,9 +4,9 @@
 //! Endpoints are `local:NAME`, which is `$XDG_RUNTIME_DIR/slate/NAME.share`, and `local:/a/path`. Only the user who runs
 //! an agent reaches it.
 
+mod address;
 mod link;
 mod memory;
-mod place;
 
 use std::io;
 use std::os::fd::OwnedFd;
@@ -17,9 +17,9 @@ use rustix::event::PollFlags;
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType};
 
-use super::{Carrier, CarrierError, Link, Listener, ready};
+use super::{Carrier, CarrierError, Link, Listener, wait_ready};
+use address::LocalAddress;
 use link::LocalLink;
-use place::LocalAddress;
 
 /// Largest number of links that wait to be accepted.
 const BACKLOG: i32 = 64;
@@ -43,11 +43,11 @@ impl Carrier for Local {
     }
 
     fn check(&self, endpoint: &str) -> Result<(), CarrierError> {
-        place::path(endpoint).map(drop)
+        address::path(endpoint).map(drop)
     }
 
     fn dial(&self, endpoint: &str) -> Result<Arc<dyn Link>, CarrierError> {
-        let path = place::path(endpoint)?;
+        let path = address::path(endpoint)?;
         // If it did wait, an agent that accepts nobody would hold this one up.
         let socket = socket(SocketFlags::NONBLOCK).map_err(|error| system(endpoint, error))?;
         let address = SocketAddrUnix::new(&path).map_err(|error| system(endpoint, error))?;
@@ -92,7 +92,7 @@ struct LocalListener {
 
 impl Listener for LocalListener {
     fn accept(&self, limit: Duration) -> io::Result<Option<Arc<dyn Link>>> {
-        if ready(&self.socket, PollFlags::IN, limit)?.is_empty() {
+        if wait_ready(&self.socket, PollFlags::IN, limit)?.is_empty() {
             return Ok(None);
         }
         match rustix::net::accept_with(&self.socket, SocketFlags::CLOEXEC) {

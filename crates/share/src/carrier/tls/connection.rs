@@ -8,26 +8,26 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use rustls::pki_types::ServerName;
 use rustls::{ClientConnection, ServerConnection};
 
-use super::credentials::{LoadedCredentials, common_name, expires, explain};
+use super::credentials::{LoadedCredentials, common_name, expiry, explain};
 use super::settings::{client, server};
 use slate_tls::ShownCertificate;
 
 /// Largest packet, bytes.
-pub(super) const LARGEST: usize = 31 << 10;
+pub(super) const MAX_PACKET_SIZE: usize = 31 << 10;
 
-const HEAD: usize = 2;
+const HEADER_SIZE: usize = 2;
 
 /// Capacity of the decrypted buffer that is kept while idle, bytes.
-const KEPT: usize = 32 << 10;
+const IDLE_BUFFER_CAPACITY: usize = 32 << 10;
 
 /// One end of the stream, which never blocks.
 pub(super) struct TlsConnection {
     tls: rustls::Connection,
     /// Decrypted bytes; the number of consumed ones follows.
     incoming: Vec<u8>,
-    taken: usize,
+    consumed: usize,
     /// Expiry of the first of both certificates, s since 1970.
-    expires: i64,
+    expiry: i64,
     /// Name in the other end's certificate.
     agent: Option<String>,
     shown: ShownCertificate,
@@ -35,25 +35,25 @@ pub(super) struct TlsConnection {
 
 impl TlsConnection {
     pub fn dial(loaded: LoadedCredentials) -> io::Result<Self> {
-        let expires = expires(&loaded.chain[0]);
+        let expiry = expiry(&loaded.chain[0]);
         // Nobody is looked for by this name, and nobody is told it.
         let name = ServerName::try_from("agent").map_err(io::Error::other)?;
         let shown = ShownCertificate::default();
         let tls = client(loaded, shown.clone()).and_then(|settings| ClientConnection::new(settings, name));
-        Ok(Self::new(tls.map_err(io::Error::other)?.into(), expires, shown))
+        Ok(Self::new(tls.map_err(io::Error::other)?.into(), expiry, shown))
     }
 
     pub fn accept(loaded: LoadedCredentials) -> io::Result<Self> {
-        let expires = expires(&loaded.chain[0]);
+        let expiry = expiry(&loaded.chain[0]);
         let shown = ShownCertificate::default();
         let tls = server(loaded, shown.clone()).and_then(ServerConnection::new);
-        Ok(Self::new(tls.map_err(io::Error::other)?.into(), expires, shown))
+        Ok(Self::new(tls.map_err(io::Error::other)?.into(), expiry, shown))
     }
 
-    fn new(mut tls: rustls::Connection, expires: i64, shown: ShownCertificate) -> Self {
+    fn new(mut tls: rustls::Connection, expiry: i64, shown: ShownCertificate) -> Self {
         // A packet is put in only when there is none.
         tls.set_buffer_limit(None);
-        Self { tls, incoming: Vec::new(), taken: 0, expires, agent: None, shown }
+        Self { tls, incoming: Vec::new(), consumed: 0, expiry, agent: None, shown }
     }
 
     /// Returns the name in the other end's certificate, once it is proven.
@@ -93,7 +93,7 @@ impl TlsConnection {
             if let Some(whole) = self.whole()? {
                 let fits = whole.len().min(packet.len());
                 packet[..fits].copy_from_slice(&whole[..fits]);
-                self.taken += HEAD + whole.len();
+                self.consumed += HEADER_SIZE + whole.len();
                 return Ok(Some(fits));
             }
             self.check_certificates()?;
@@ -105,11 +105,12 @@ impl TlsConnection {
 
     /// Returns the next packet if it is complete.
     fn whole(&self) -> io::Result<Option<&[u8]>> {
-        let waiting = &self.incoming[self.taken..];
-        let Some((head, rest)) = waiting.split_first_chunk::<HEAD>() else { return Ok(None) };
+        let waiting = &self.incoming[self.consumed..];
+        let Some((head, rest)) = waiting.split_first_chunk::<HEADER_SIZE>() else { return Ok(None) };
         let length = usize::from(u16::from_le_bytes(*head));
-        if length > LARGEST {
-            let reason = format!("a packet of {length} bytes came, and the largest one has {LARGEST}");
+        if length > MAX_PACKET_SIZE {
+            let reason =
+                format!("a packet of {length} bytes came, and the largest one has {MAX_PACKET_SIZE}");
             return Err(io::Error::new(ErrorKind::InvalidData, reason));
         }
         Ok(rest.get(..length))
@@ -118,7 +119,7 @@ impl TlsConnection {
     /// Reads available bytes; false if there are none.
     fn advance(&mut self, mut socket: &TcpStream) -> io::Result<bool> {
         match self.tls.read_tls(&mut socket) {
-            Ok(0) => return Err(ended()),
+            Ok(0) => return Err(end_of_stream()),
             Ok(_) => {}
             Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(false),
             Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(true),
@@ -128,23 +129,23 @@ impl TlsConnection {
         let state = handled.map_err(|error| {
             io::Error::new(
                 ErrorKind::PermissionDenied,
-                words(&error, self.shown.get().and_then(common_name).as_deref()),
+                describe_error(&error, self.shown.get().and_then(common_name).as_deref()),
             )
         })?;
-        self.incoming.drain(..std::mem::take(&mut self.taken));
+        self.incoming.drain(..std::mem::take(&mut self.consumed));
         let had = self.incoming.len();
         self.incoming.resize(had + state.plaintext_bytes_to_read(), 0);
         self.tls.reader().read_exact(&mut self.incoming[had..])?;
-        self.incoming.shrink_to(KEPT.max(self.incoming.len()));
+        self.incoming.shrink_to(IDLE_BUFFER_CAPACITY.max(self.incoming.len()));
         if state.peer_has_closed() && self.whole()?.is_none() {
-            return Err(ended());
+            return Err(end_of_stream());
         }
-        self.learn_agent()?;
+        self.read_agent()?;
         Ok(true)
     }
 
     /// Stores the name of the other agent once the handshake is complete.
-    fn learn_agent(&mut self) -> io::Result<()> {
+    fn read_agent(&mut self) -> io::Result<()> {
         if self.agent.is_none()
             && !self.tls.is_handshaking()
             && let Some([certificate, ..]) = self.tls.peer_certificates()
@@ -152,7 +153,7 @@ impl TlsConnection {
             let name = common_name(certificate).ok_or_else(|| {
                 io::Error::new(ErrorKind::PermissionDenied, "the certificate there has no common name")
             })?;
-            self.expires = self.expires.min(expires(certificate));
+            self.expiry = self.expiry.min(expiry(certificate));
             self.agent = Some(name);
         }
         Ok(())
@@ -161,7 +162,7 @@ impl TlsConnection {
     #[allow(clippy::disallowed_methods, reason = "certificates go by the calendar")]
     fn check_certificates(&self) -> io::Result<()> {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
-        if i64::try_from(now).is_ok_and(|now| now <= self.expires) {
+        if i64::try_from(now).is_ok_and(|now| now <= self.expiry) {
             return Ok(());
         }
         Err(io::Error::new(ErrorKind::PermissionDenied, "a certificate of the link has expired"))
@@ -175,12 +176,12 @@ impl TlsConnection {
     }
 }
 
-fn ended() -> io::Error {
+fn end_of_stream() -> io::Error {
     io::Error::new(ErrorKind::ConnectionAborted, "the other end closed the link")
 }
 
 /// Describes a TLS error for an agent whose certificate has the name `shown`.
-fn words(error: &rustls::Error, shown: Option<&str>) -> String {
+fn describe_error(error: &rustls::Error, shown: Option<&str>) -> String {
     match error {
         rustls::Error::InvalidCertificate(_) => {
             let name = shown.map(|name| format!(", in the name of `{name}`,")).unwrap_or_default();

@@ -29,7 +29,7 @@ pub struct Credentials {
 }
 
 /// Time before expiry at which a certificate causes a warning, s.
-const WEEK: i64 = 7 * 24 * 3600;
+const EXPIRY_WARNING: i64 = 7 * 24 * 3600;
 
 /// Content of the files.
 pub(super) struct LoadedCredentials {
@@ -79,8 +79,8 @@ impl Credentials {
             Err(error) => return Some(format!("no link can begin: {}", error.message)),
         };
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let left = expires(&loaded.chain[0]).saturating_sub(i64::try_from(now.as_secs()).unwrap_or(i64::MAX));
-        (left < WEEK).then(|| {
+        let left = expiry(&loaded.chain[0]).saturating_sub(i64::try_from(now.as_secs()).unwrap_or(i64::MAX));
+        (left < EXPIRY_WARNING).then(|| {
             let path = self.certificate.display();
             let left = match left {
                 ..3600 => format!("{} minutes", left / 60),
@@ -161,7 +161,7 @@ fn check_name(certificate: &CertificateDer<'_>, path: &Path, agent: &str) -> Res
 }
 
 /// Returns the expiry of a certificate, s since 1970.
-pub(super) fn expires(certificate: &CertificateDer<'_>) -> i64 {
+pub(super) fn expiry(certificate: &CertificateDer<'_>) -> i64 {
     X509Certificate::from_der(certificate)
         .map_or(i64::MIN, |(_, parsed)| parsed.validity().not_after.timestamp())
 }

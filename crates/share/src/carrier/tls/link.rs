@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 use rustix::event::PollFlags;
 use rustix::net::sockopt::set_socket_send_buffer_size;
 
-use super::connection::{LARGEST, TlsConnection};
-use super::{Credentials, TIMEOUT};
-use crate::carrier::{CarrierError, Link, ready};
+use super::connection::{MAX_PACKET_SIZE, TlsConnection};
+use super::{CONNECT_TIMEOUT, Credentials};
+use crate::carrier::{CarrierError, Link, wait_ready};
 
 /// Requested size of the send buffer, bytes; the system may allow less.
-const ROOM: usize = 512 << 10;
+const SEND_BUFFER_SIZE: usize = 512 << 10;
 
 /// Link to one agent.
 pub(super) struct TlsLink {
@@ -40,7 +40,7 @@ impl fmt::Debug for TlsLink {
 fn set_up(socket: &TcpStream) -> io::Result<()> {
     socket.set_nonblocking(true)?;
     socket.set_nodelay(true)?;
-    Ok(set_socket_send_buffer_size(socket, ROOM)?)
+    Ok(set_socket_send_buffer_size(socket, SEND_BUFFER_SIZE)?)
 }
 
 /// Returns a function for the time left until `limit` from now.
@@ -68,10 +68,11 @@ impl TlsLink {
         credentials: &Credentials,
     ) -> Result<Self, CarrierError> {
         let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
-        let socket = TcpStream::connect_timeout(&address, TIMEOUT).map_err(|error| match error.kind() {
-            ErrorKind::ConnectionRefused => CarrierError::Nobody { endpoint: endpoint.into() },
-            _ => system(error),
-        })?;
+        let socket =
+            TcpStream::connect_timeout(&address, CONNECT_TIMEOUT).map_err(|error| match error.kind() {
+                ErrorKind::ConnectionRefused => CarrierError::Nobody { endpoint: endpoint.into() },
+                _ => system(error),
+            })?;
         let begin = || {
             let loaded = credentials.read().map_err(|error| io::Error::other(error.message))?;
             let connection = Box::new(TlsConnection::dial(loaded)?);
@@ -83,7 +84,7 @@ impl TlsLink {
     }
 
     fn shake_hands(&self) -> io::Result<()> {
-        let left = timer(TIMEOUT);
+        let left = timer(CONNECT_TIMEOUT);
         while self.agent.get().is_none() {
             // Nothing is sent before, so no packet comes that would be lost here.
             let waits_for = self.listen(|connection| {
@@ -92,11 +93,11 @@ impl TlsLink {
                 Ok(interest(connection))
             })?;
             if left().is_zero() {
-                let late = format!("nobody shook hands within {} ms", TIMEOUT.as_millis());
+                let late = format!("nobody shook hands within {} ms", CONNECT_TIMEOUT.as_millis());
                 return Err(io::Error::new(ErrorKind::TimedOut, late));
             }
             if self.agent.get().is_none() {
-                ready(&self.socket, waits_for, left())?;
+                wait_ready(&self.socket, waits_for, left())?;
             }
         }
         Ok(())
@@ -174,7 +175,7 @@ impl Link for TlsLink {
         self.write(|connection| {
             connection.flush(&self.socket)?;
             // The system says so when a third is free, so all of the packet has room then.
-            if connection.is_full() || ready(&self.socket, PollFlags::OUT, Duration::ZERO)?.is_empty() {
+            if connection.is_full() || wait_ready(&self.socket, PollFlags::OUT, Duration::ZERO)?.is_empty() {
                 return Ok(false);
             }
             connection.put(packet)?;
@@ -184,7 +185,7 @@ impl Link for TlsLink {
     }
 
     fn wait_for_room(&self, limit: Duration) -> io::Result<()> {
-        ready(&self.socket, PollFlags::OUT, limit)?;
+        wait_ready(&self.socket, PollFlags::OUT, limit)?;
         self.write(|connection| connection.flush(&self.socket))
     }
 
@@ -200,12 +201,12 @@ impl Link for TlsLink {
             if length.is_some() || left().is_zero() {
                 return Ok(length);
             }
-            ready(&self.socket, waits_for, left())?;
+            wait_ready(&self.socket, waits_for, left())?;
         }
     }
 
     fn largest(&self) -> usize {
-        LARGEST
+        MAX_PACKET_SIZE
     }
 
     fn authenticated(&self) -> Option<&str> {

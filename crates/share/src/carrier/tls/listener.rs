@@ -7,7 +7,7 @@ use rustix::event::PollFlags;
 
 use super::Credentials;
 use super::link::TlsLink;
-use crate::carrier::{CarrierError, Link, Listener, ready};
+use crate::carrier::{CarrierError, Link, Listener, wait_ready};
 
 /// Listener at one address.
 #[derive(Debug)]
@@ -33,12 +33,12 @@ impl TlsListener {
 
 impl Listener for TlsListener {
     fn accept(&self, limit: Duration) -> io::Result<Option<Arc<dyn Link>>> {
-        if ready(&self.socket, PollFlags::IN, limit)?.is_empty() {
+        if wait_ready(&self.socket, PollFlags::IN, limit)?.is_empty() {
             return Ok(None);
         }
         let gone = [ErrorKind::WouldBlock, ErrorKind::ConnectionAborted, ErrorKind::Interrupted];
         match self.socket.accept() {
-            // Who it is turns out when it is listened to, in a thread that nobody waits for.
+            // The handshake authenticates it later, in a thread of its own.
             Ok((socket, from)) => {
                 let link = TlsLink::accepted(socket, from, self.credentials.clone())?;
                 Ok(Some(Arc::new(link)))

@@ -14,16 +14,16 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::address::Address;
-use super::{Carrier, CarrierError, Link, Listener, first_of};
+use super::{Carrier, CarrierError, Link, Listener, first_success};
 pub use credentials::{Credentials, Files};
 use link::TlsLink;
 use listener::TlsListener;
 
 /// Timeout of name resolution, of connecting and of the handshake, each.
 /// Only the thread of the dialled agent waits for it. A lost first packet is sent again after 1 s.
-const TIMEOUT: Duration = Duration::from_secs(2);
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(2);
 
-const EXPECTED: &str = "tls:HOST:PORT, such as tls:192.168.1.5:7447 or tls:[::1]:7447";
+const EXPECTED_ENDPOINT: &str = "tls:HOST:PORT, such as tls:192.168.1.5:7447 or tls:[::1]:7447";
 
 /// Carrier over TLS.
 #[derive(Clone, Debug, Default)]
@@ -54,23 +54,23 @@ impl Tls {
         Ok(credentials)
     }
 
-    fn place(&self, endpoint: &str) -> Result<(Vec<SocketAddr>, &Credentials), CarrierError> {
-        let addresses = parse(endpoint)?.resolve(endpoint, TIMEOUT)?;
+    fn resolve(&self, endpoint: &str) -> Result<(Vec<SocketAddr>, &Credentials), CarrierError> {
+        let addresses = parse(endpoint)?.resolve(endpoint, CONNECT_TIMEOUT)?;
         let is_here = addresses.iter().all(|address| address.ip().is_loopback());
         Ok((addresses, self.credentials(endpoint, is_here)?))
     }
 }
 
 fn parse(endpoint: &str) -> Result<Address, CarrierError> {
-    let wrong = || CarrierError::NoEndpoint { endpoint: endpoint.into(), expected: EXPECTED };
+    let wrong = || CarrierError::NoEndpoint { endpoint: endpoint.into(), expected: EXPECTED_ENDPOINT };
     endpoint.strip_prefix("tls:").and_then(Address::parse).ok_or_else(wrong)
 }
 
 impl Carrier for Tls {
     fn listen(&self, endpoint: &str) -> Result<Box<dyn Listener>, CarrierError> {
-        let (addresses, credentials) = self.place(endpoint)?;
+        let (addresses, credentials) = self.resolve(endpoint)?;
         let listen = |address| TlsListener::new(endpoint, address, credentials.clone());
-        Ok(Box::new(first_of(&addresses[..1], endpoint, listen)?))
+        Ok(Box::new(first_success(&addresses[..1], endpoint, listen)?))
     }
 
     fn check(&self, endpoint: &str) -> Result<(), CarrierError> {
@@ -78,8 +78,8 @@ impl Carrier for Tls {
     }
 
     fn dial(&self, endpoint: &str) -> Result<Arc<dyn Link>, CarrierError> {
-        let (addresses, credentials) = self.place(endpoint)?;
+        let (addresses, credentials) = self.resolve(endpoint)?;
         let dial = |address| TlsLink::dial(endpoint, address, credentials);
-        Ok(Arc::new(first_of(&addresses, endpoint, dial)?))
+        Ok(Arc::new(first_success(&addresses, endpoint, dial)?))
     }
 }

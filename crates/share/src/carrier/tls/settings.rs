@@ -19,7 +19,7 @@ pub(super) fn client(
         .dangerous()
         .with_custom_certificate_verifier(Arc::new(verifier))
         .with_client_auth_cert(chain, key)?;
-    // Each link proves anew who is there.
+    // Each link authenticates both ends anew.
     settings.resumption = rustls::client::Resumption::disabled();
     Ok(Arc::new(settings))
 }

@@ -69,7 +69,7 @@ impl HeldLives {
             claims.retain(|claim| !self.stages.contains_key(&(claim.origin, claim.epoch)));
             let staged = self.stages.keys().filter(|(origin, _)| *origin >= first);
             claims.extend(staged.map(|(origin, epoch)| self.claim(*origin, *epoch)));
-            claims.sort_by_key(Claim::place);
+            claims.sort_by_key(Claim::life_id);
         }
         claims
     }

@@ -31,7 +31,7 @@ pub struct Replica {
     /// Epoch of the current life, from its first statement on.
     epoch: u64,
     /// Number of additional lives begun in this run.
-    rises: u32,
+    renewals: u32,
     held: HeldLives,
     spreader: Spreader,
     counters: Counters,
@@ -63,7 +63,7 @@ impl Replica {
             robot,
             limits,
             epoch: epoch(1, random),
-            rises: 0,
+            renewals: 0,
             held: HeldLives::default(),
             spreader: Spreader::new(limits, Random::new(u64::from(robot) << 32 | u64::from(random))),
             counters: Counters::default(),
@@ -76,16 +76,16 @@ impl Replica {
     }
 
     /// Adds a neighbour that messages reach.
-    pub fn meet(&mut self, robot: u32) {
+    pub fn add_neighbour(&mut self, robot: u32) {
         if robot != self.robot {
-            self.spreader.meet(robot);
+            self.spreader.add_neighbour(robot);
         }
     }
 
     /// Removes a neighbour that messages no longer reach.
     /// Messages that wait for it are dropped.
-    pub fn part(&mut self, robot: u32) {
-        self.spreader.part(robot);
+    pub fn remove_neighbour(&mut self, robot: u32) {
+        self.spreader.remove_neighbour(robot);
     }
 
     /// Compares the stored versions with some neighbours.
@@ -176,7 +176,7 @@ impl Replica {
         while !reader.is_empty() {
             let length = u32::from_le_bytes(reader.fixed()?);
             let message = reader.bytes(length as usize)?;
-            replica.take_back(message)?;
+            replica.restore_sections(message)?;
         }
         Ok(replica)
     }

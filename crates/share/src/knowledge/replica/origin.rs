@@ -45,7 +45,7 @@ impl OriginLives {
     }
 
     /// Returns the last statement about the key, from the newest life with one.
-    pub fn last_word(&self, key: &[u8]) -> Option<(Version, &LifeEntry)> {
+    pub fn last_statement(&self, key: &[u8]) -> Option<(Version, &LifeEntry)> {
         self.lives.iter().find_map(|life| {
             let (sequence, entry) = life.entry(key)?;
             Some((Version { epoch: life.epoch, sequence }, entry))
@@ -53,7 +53,7 @@ impl OriginLives {
     }
 
     pub fn fact<'a>(&'a self, origin: u32, key: &[u8]) -> Option<Fact<'a>> {
-        let (version, entry) = self.last_word(key)?;
+        let (version, entry) = self.last_statement(key)?;
         let body = entry.body.as_ref()?;
         let statement = Statement { schema: body.schema, certainty: body.certainty, value: &body.value };
         Some(Fact { key: &entry.key, origin, version, time: entry.time, order: entry.order, statement })

@@ -7,7 +7,7 @@ use crate::knowledge::{Refusal, Statement, Version};
 /// Largest number of additional lives in one run.
 /// After a lost disk one is begun for each life that it hears of late. More are needed only if another robot has the
 /// same number.
-const RISES: u32 = 8;
+const MAX_RENEWALS: u32 = 8;
 
 impl Replica {
     /// States a fact; it replaces this robot's earlier statement about the key.
@@ -84,7 +84,7 @@ impl Replica {
     /// Adds a statement to the present life.
     fn write(&mut self, entry: LifeEntry) -> Version {
         let known = self.own_life().map_or(0, |life| life.version);
-        self.spreader.tell_of(self.robot, self.epoch, Fresh { after: known, from: None });
+        self.spreader.mark_fresh(self.robot, self.epoch, Fresh { after: known, from: None });
         self.held.changed.extend([entry.key.clone()], self.limits.facts);
         let own = self.held.origins.entry(self.robot).or_default();
         let life = own.life_mut(self.epoch);
@@ -113,7 +113,7 @@ impl Replica {
     /// This is a new version of the current life.
     fn close(&mut self, floor: u64) {
         let known = self.own_life().map_or(0, |life| life.version);
-        self.spreader.tell_of(self.robot, self.epoch, Fresh { after: known, from: None });
+        self.spreader.mark_fresh(self.robot, self.epoch, Fresh { after: known, from: None });
         let own = self.held.origins.entry(self.robot).or_default();
         let life = own.life_mut(self.epoch);
         life.version += 1;
@@ -132,7 +132,8 @@ impl Replica {
         for life in own.lives.iter().skip(rank.saturating_sub(ahead)) {
             let stands = life.after(0).filter(|(sequence, entry)| {
                 let version = Version { epoch: life.epoch, sequence: *sequence };
-                entry.body.is_some() && own.last_word(&entry.key).is_some_and(|(last, _)| last == version)
+                entry.body.is_some()
+                    && own.last_statement(&entry.key).is_some_and(|(last, _)| last == version)
             });
             adopted.extend(stands.map(|(_, entry)| entry.clone()));
         }
@@ -154,9 +155,9 @@ impl Replica {
 
     /// Begins a new life after epoch `seen`.
     /// All statements of this run are stated in it again.
-    pub(super) fn rise_above(&mut self, seen: u64) {
+    pub(super) fn begin_life_after(&mut self, seen: u64) {
         let next = number(seen).max(number(self.epoch)).checked_add(1);
-        let Some(next) = next.filter(|_| self.rises < RISES) else {
+        let Some(next) = next.filter(|_| self.renewals < MAX_RENEWALS) else {
             self.counters.contested = true;
             return;
         };
@@ -165,7 +166,7 @@ impl Replica {
         let Some(life) = self.held.origins.get(&self.robot).and_then(|own| own.life(former)).cloned() else {
             return;
         };
-        self.rises += 1;
+        self.renewals += 1;
         for (_, entry) in life.after(0) {
             self.write(entry.clone());
         }

@@ -8,7 +8,7 @@ use crate::knowledge::life::Life;
 use crate::knowledge::wire::{Claim, LifeSection, Message};
 
 /// Result of a received part of a life.
-enum Learned {
+enum SectionResult {
     Nothing,
     /// New facts, which were applied.
     Something,
@@ -27,17 +27,17 @@ impl Replica {
         match Message::decode(message, &self.limits)? {
             Message::Digest { first, last, claims } => self.compare(from, first, last, &claims),
             Message::Request { claims } => {
-                self.defend(&claims);
+                self.reassert(&claims);
                 let offers = claims.iter().map(LifeOffer::beyond).collect();
                 self.spreader.answer(&self.held, from, offers);
             }
             Message::Sections { more, sections } => {
-                let (mut wants, mut progress) = (Vec::new(), false);
+                let (mut requests, mut progress) = (Vec::new(), false);
                 for section in &sections {
-                    let learned = self.learn(section, Some(from));
-                    progress |= matches!(learned, Learned::Something | Learned::Part);
-                    if matches!(learned, Learned::Part | Learned::Gap) {
-                        wants.push(self.held.claim(section.origin, section.epoch));
+                    let learned = self.receive_section(section, Some(from));
+                    progress |= matches!(learned, SectionResult::Something | SectionResult::Part);
+                    if matches!(learned, SectionResult::Part | SectionResult::Gap) {
+                        requests.push(self.held.claim(section.origin, section.epoch));
                     }
                 }
                 if sections.iter().any(|section| section.origin == self.robot) {
@@ -51,7 +51,7 @@ impl Replica {
                         .digest(&self.held, sections.first().map_or(0, |section| section.origin));
                     self.spreader.send(from, digest);
                 } else {
-                    self.spreader.request(from, wants);
+                    self.spreader.request(from, requests);
                 }
             }
         }
@@ -60,35 +60,35 @@ impl Replica {
 
     /// Compares a digest: sends newer lives, and requests those that are newer there.
     fn compare(&mut self, from: u32, first: u32, last: u32, claims: &[Claim]) {
-        self.defend(claims);
-        let (mut offers, mut wants) = (Vec::new(), Vec::new());
+        self.reassert(claims);
+        let (mut offers, mut requests) = (Vec::new(), Vec::new());
         let mut theirs = claims.iter().peekable();
         if first <= last {
             for (origin, held) in self.held.origins.range(first..=last) {
                 for life in &held.lives {
-                    let mine = Claim::known(*origin, life.epoch, life.version);
-                    while let Some(claim) = theirs.next_if(|claim| claim.place() < mine.place()) {
-                        self.want(claim, &mut wants);
+                    let held_claim = Claim::known(*origin, life.epoch, life.version);
+                    while let Some(claim) = theirs.next_if(|claim| claim.life_id() < held_claim.life_id()) {
+                        self.collect_request(claim, &mut requests);
                     }
-                    match theirs.next_if(|claim| claim.place() == mine.place()) {
+                    match theirs.next_if(|claim| claim.life_id() == held_claim.life_id()) {
                         None => offers.push(LifeOffer::whole(*origin, life.epoch)),
                         Some(claim) => match claim.known.cmp(&life.version) {
                             Ordering::Less => offers.push(LifeOffer::beyond(claim)),
                             Ordering::Equal => {}
-                            Ordering::Greater => self.want(claim, &mut wants),
+                            Ordering::Greater => self.collect_request(claim, &mut requests),
                         },
                     }
                 }
             }
         }
         for claim in theirs {
-            self.want(claim, &mut wants);
+            self.collect_request(claim, &mut requests);
         }
         self.spreader.answer(&self.held, from, offers);
-        self.spreader.request(from, wants);
+        self.spreader.request(from, requests);
     }
 
-    fn want(&self, claim: &Claim, wants: &mut Vec<Claim>) {
+    fn collect_request(&self, claim: &Claim, requests: &mut Vec<Claim>) {
         let present = claim.origin == self.robot && claim.epoch >= self.epoch;
         let void = self
             .held
@@ -96,67 +96,67 @@ impl Replica {
             .get(&claim.origin)
             .is_some_and(|origin| origin.is_void(claim.epoch, &self.limits));
         if claim.known > 0 && !present && !void {
-            wants.push(self.held.claim(claim.origin, claim.epoch));
+            requests.push(self.held.claim(claim.origin, claim.epoch));
         }
     }
 
     /// Ensures that this robot has the last statement about itself.
-    fn defend(&mut self, claims: &[Claim]) {
+    fn reassert(&mut self, claims: &[Claim]) {
         let own = claims.partition_point(|claim| claim.origin < self.robot);
         // The newest of its lives stands first.
         if let Some(claim) = claims.get(own).filter(|claim| claim.origin == self.robot)
             && self.is_overruled_by(claim.epoch, claim.known)
         {
-            self.rise_above(claim.epoch);
+            self.begin_life_after(claim.epoch);
         }
     }
 
     /// Restores the saved lives from a message.
-    pub(super) fn take_back(&mut self, message: &[u8]) -> Result<(), MessageError> {
+    pub(super) fn restore_sections(&mut self, message: &[u8]) -> Result<(), MessageError> {
         if let Message::Sections { sections, .. } = Message::decode(message, &self.limits)? {
             for section in &sections {
-                self.learn(section, None);
+                self.receive_section(section, None);
             }
         }
-        self.spreader.forget_fresh();
+        self.spreader.clear_fresh();
         Ok(())
     }
 
-    fn learn(&mut self, section: &LifeSection<'_>, from: Option<u32>) -> Learned {
+    fn receive_section(&mut self, section: &LifeSection<'_>, from: Option<u32>) -> SectionResult {
         if section.origin == self.robot {
             if self.is_overruled_by(section.epoch, section.version) {
-                self.rise_above(section.epoch);
+                self.begin_life_after(section.epoch);
             }
             if section.epoch >= self.epoch {
-                return Learned::Nothing;
+                return SectionResult::Nothing;
             }
         }
         let mut known = 0;
         match self.held.origins.get(&section.origin) {
-            Some(origin) if origin.is_void(section.epoch, &self.limits) => return Learned::Nothing,
+            Some(origin) if origin.is_void(section.epoch, &self.limits) => return SectionResult::Nothing,
             Some(origin) => known = origin.version(section.epoch),
             None if self.held.origins.len() >= self.limits.robots => {
                 self.counters.refused += 1;
-                return Learned::Nothing;
+                return SectionResult::Nothing;
             }
             None => {}
         }
         if section.version <= known {
-            return Learned::Nothing;
+            return SectionResult::Nothing;
         }
-        let place = (section.origin, section.epoch);
+        let life_id = (section.origin, section.epoch);
         let changes = section.after <= known && section.floor <= known;
         let whole = section.after == 0;
-        let stage = match self.held.stages.remove(&place) {
+        let stage = match self.held.stages.remove(&life_id) {
             Some(stage) if stage.takes(section) => stage,
             // A part that is there already, or that can't continue. The stage is given up only when it must be.
             Some(stage) if !whole || section.floor <= stage.base && section.through < section.version => {
-                self.held.stages.insert(place, stage);
-                return Learned::Nothing;
+                self.held.stages.insert(life_id, stage);
+                return SectionResult::Nothing;
             }
-            _ if !changes && !whole => return Learned::Gap,
+            _ if !changes && !whole => return SectionResult::Gap,
             _ if section.through < section.version && self.held.stages.len() >= self.limits.stages => {
-                return Learned::Nothing;
+                return SectionResult::Nothing;
             }
             _ => LifeStage::new(section, known, !changes),
         };
@@ -164,20 +164,25 @@ impl Replica {
     }
 
     /// Adds a part, and takes the life over when it is the last one.
-    fn extend(&mut self, mut stage: LifeStage, section: &LifeSection<'_>, from: Option<u32>) -> Learned {
+    fn extend(
+        &mut self,
+        mut stage: LifeStage,
+        section: &LifeSection<'_>,
+        from: Option<u32>,
+    ) -> SectionResult {
         if !stage.extend(section, &self.limits) {
             self.counters.refused += 1;
-            return Learned::Nothing;
+            return SectionResult::Nothing;
         }
         if section.through == section.version {
             return self.take_over(section.origin, section.epoch, stage, from);
         }
         self.held.stages.insert((section.origin, section.epoch), stage);
-        Learned::Part
+        SectionResult::Part
     }
 
     /// Applies all parts of a life that were put aside.
-    fn take_over(&mut self, robot: u32, epoch: u64, stage: LifeStage, from: Option<u32>) -> Learned {
+    fn take_over(&mut self, robot: u32, epoch: u64, stage: LifeStage, from: Option<u32>) -> SectionResult {
         let held = self.held.origins.get(&robot).and_then(|origin| origin.life(epoch));
         let known = held.map_or(0, |held| held.version);
         let held = held.filter(|_| !stage.whole);
@@ -188,10 +193,10 @@ impl Replica {
             stage.clone().finish(&mut outcome);
             if outcome.exceeds(&self.limits) {
                 self.counters.refused += 1;
-                return Learned::Nothing;
+                return SectionResult::Nothing;
             }
         }
-        self.spreader.tell_of(robot, epoch, Fresh { after: known, from });
+        self.spreader.mark_fresh(robot, epoch, Fresh { after: known, from });
         let origin = self.held.origins.entry(robot).or_default();
         let life = origin.life_mut(epoch);
         if stage.whole {
@@ -201,6 +206,6 @@ impl Replica {
         self.held.changed.extend(stage.entries.iter().map(|(_, entry)| entry.key.clone()), self.limits.facts);
         stage.finish(life);
         origin.drop_void(&self.limits, &mut self.held.changed);
-        Learned::Something
+        SectionResult::Something
     }
 }

@@ -6,10 +6,10 @@ use crate::knowledge::Limits;
 use crate::knowledge::wire::{Claim, Message, WireWriter, write_section};
 
 /// Number of neighbours that a tick compares with.
-const COMPARED: usize = 2;
+const COMPARED_NEIGHBOURS: usize = 2;
 
 /// Number of neighbours that receive fresh facts at once.
-const TOLD: usize = 2;
+const FRESH_RECEIVERS: usize = 2;
 
 /// Outgoing message.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -76,7 +76,7 @@ impl Spreader {
     }
 
     /// Adds a neighbour that messages reach.
-    pub fn meet(&mut self, robot: u32) {
+    pub fn add_neighbour(&mut self, robot: u32) {
         if let Err(at) = self.neighbours.binary_search(&robot) {
             self.neighbours.insert(at, robot);
         }
@@ -84,13 +84,13 @@ impl Spreader {
 
     /// Removes a neighbour that messages no longer reach.
     /// Messages that wait for it are dropped.
-    pub fn part(&mut self, robot: u32) {
+    pub fn remove_neighbour(&mut self, robot: u32) {
         self.neighbours.retain(|neighbour| *neighbour != robot);
         self.outgoing.retain(|message| message.to != robot);
     }
 
     /// Marks a life as fresh, to be sent to neighbours.
-    pub fn tell_of(&mut self, origin: u32, epoch: u64, fresh: Fresh) {
+    pub fn mark_fresh(&mut self, origin: u32, epoch: u64, fresh: Fresh) {
         // What has no room is left to comparison.
         if self.fresh.len() < self.limits.robots.saturating_mul(self.limits.lives) {
             self.fresh.entry((origin, epoch)).or_insert(fresh);
@@ -98,7 +98,7 @@ impl Spreader {
     }
 
     /// Clears the fresh lives without sending them.
-    pub fn forget_fresh(&mut self) {
+    pub fn clear_fresh(&mut self) {
         self.fresh.clear();
     }
 
@@ -111,7 +111,7 @@ impl Spreader {
     pub fn compare(&mut self, held: &HeldLives) {
         let (digest, next) = self.digest(held, self.cursor);
         self.cursor = next;
-        for to in self.some_neighbours(COMPARED) {
+        for to in self.some_neighbours(COMPARED_NEIGHBOURS) {
             self.send(to, digest.clone());
         }
     }
@@ -128,7 +128,7 @@ impl Spreader {
     /// The comparison covers the rest.
     fn tell(&mut self, held: &HeldLives) {
         let fresh = std::mem::take(&mut self.fresh);
-        for to in self.some_neighbours(TOLD) {
+        for to in self.some_neighbours(FRESH_RECEIVERS) {
             let mut writer = Message::sections();
             for ((origin, epoch), Fresh { after, from }) in &fresh {
                 if *from == Some(to) {
@@ -217,13 +217,13 @@ impl Spreader {
     }
 
     /// Requests lives that are newer than the claims.
-    pub fn request(&mut self, to: u32, wants: Vec<Claim>) {
-        if wants.is_empty() {
+    pub fn request(&mut self, to: u32, requests: Vec<Claim>) {
+        if requests.is_empty() {
             return;
         }
-        let mut claims = wants;
-        claims.sort_by_key(Claim::place);
-        claims.dedup_by_key(|claim| claim.place());
+        let mut claims = requests;
+        claims.sort_by_key(Claim::life_id);
+        claims.dedup_by_key(|claim| claim.life_id());
         let mut writer = Message::request();
         for claim in claims {
             let length = writer.length();

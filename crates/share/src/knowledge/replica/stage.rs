@@ -4,7 +4,7 @@ use crate::knowledge::wire::LifeSection;
 
 /// Ticks without another part after which a partly received life is dropped.
 /// The sender may never return.
-const IDLE_TICKS: u32 = 8;
+const STAGE_TIMEOUT: u32 = 8;
 
 /// Partly received newer version of a life.
 ///
@@ -82,6 +82,6 @@ impl LifeStage {
     /// Counts a tick; returns false if the stage has timed out.
     pub fn wait(&mut self) -> bool {
         self.idle += 1;
-        self.idle <= IDLE_TICKS
+        self.idle <= STAGE_TIMEOUT
     }
 }

@@ -24,7 +24,7 @@ impl Claim {
     }
 
     /// Sort key of claims in a message: origins ascending, an origin's newest first.
-    pub fn place(&self) -> (u32, std::cmp::Reverse<u64>) {
+    pub fn life_id(&self) -> (u32, std::cmp::Reverse<u64>) {
         (self.origin, std::cmp::Reverse(self.epoch))
     }
 
@@ -58,7 +58,7 @@ impl Claim {
         let mut claims: Vec<Self> = Vec::new();
         while !reader.is_empty() {
             let claim = Self::read(reader)?;
-            if claims.last().is_some_and(|last| last.place() >= claim.place()) {
+            if claims.last().is_some_and(|last| last.life_id() >= claim.life_id()) {
                 return Err(reader.expected("lives in order"));
             }
             claims.push(claim);

@@ -17,7 +17,7 @@ pub(crate) use writer::WireWriter;
 use super::{Limits, MessageError};
 
 /// Version of the format; messages of others are refused.
-const FORMAT: u8 = 1;
+const FORMAT_VERSION: u8 = 1;
 
 const DIGEST: u8 = 0;
 const REQUEST: u8 = 1;
@@ -39,7 +39,7 @@ impl<'a> Message<'a> {
         if bytes.len() > limits.message {
             return Err(reader.expected("no message of that length"));
         }
-        if reader.byte()? != FORMAT {
+        if reader.byte()? != FORMAT_VERSION {
             return Err(reader.expected("a format that this version of Slate knows"));
         }
         match reader.byte()? {
@@ -65,19 +65,19 @@ impl<'a> Message<'a> {
     }
 
     pub fn digest(first: u32, last: u32) -> WireWriter {
-        let mut writer = WireWriter::new(&[FORMAT, DIGEST]);
+        let mut writer = WireWriter::new(&[FORMAT_VERSION, DIGEST]);
         writer.number(first.into());
         writer.number(last.into());
         writer
     }
 
     pub fn request() -> WireWriter {
-        WireWriter::new(&[FORMAT, REQUEST])
+        WireWriter::new(&[FORMAT_VERSION, REQUEST])
     }
 
     /// Begins a message of sections; `more` is set later.
     pub fn sections() -> WireWriter {
-        WireWriter::new(&[FORMAT, SECTIONS, 0])
+        WireWriter::new(&[FORMAT_VERSION, SECTIONS, 0])
     }
 
     /// Sets the flag `more` in a message of sections.

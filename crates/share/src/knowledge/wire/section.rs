@@ -134,7 +134,7 @@ fn entry_length(step: u64, entry: &LifeEntry) -> usize {
 
 /// Largest header of a section, bytes.
 /// It has the origin, the epoch, four versions, a flag and a count.
-const HEADER: usize = 5 + 9 + 4 * 10 + 1 + 10;
+const MAX_HEADER_SIZE: usize = 5 + 9 + 4 * 10 + 1 + 10;
 
 /// Writes the entries of a life after a statement, as far as they fit the length.
 /// Returns the last statement written; writes nothing if not even one entry fits.
@@ -145,7 +145,7 @@ pub(crate) fn write_section(
     after: u64,
     limit: usize,
 ) -> Option<u64> {
-    let mut room = limit.checked_sub(writer.length() + HEADER)?;
+    let mut room = limit.checked_sub(writer.length() + MAX_HEADER_SIZE)?;
     let (mut count, mut through, mut complete) = (0_u64, after, true);
     for (sequence, entry) in life.after(after) {
         match room.checked_sub(entry_length(sequence - through, entry)) {

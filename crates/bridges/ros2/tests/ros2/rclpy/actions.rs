@@ -111,10 +111,10 @@ impl Module for Seeker {
 
     fn tick(state: &mut (u64, f64, f64), io: &SeekerIo, _: &(), _: &Tick) -> Outcome {
         if let Some(wish) = io.wish.updated() {
-            state.0 = io.orders.post(*wish).unwrap_or(0);
+            state.0 = io.orders.send_tracked(*wish).unwrap_or(0);
         }
         if let Some(enough) = io.enough.updated() {
-            io.stops.post(*enough);
+            io.stops.send_tracked(*enough);
         }
         state.1 += if io.progress.updated().is_some() { 1.0 } else { 0.0 };
         if let Some(counted) = io.counted.updated() {

@@ -9,23 +9,23 @@ use super::block::{
     ACTUATION, ACTUATOR_STATUS, Block, CHANGE, MEASUREMENT, PERCEPT, REFLEX, binds, is_percept,
 };
 use super::commander::{commands_actuator, decides, is_of_actuator};
-use super::crossing::crossing;
-use super::known::known_output;
+use super::knowledge_inputs::known_output;
 use super::limits::wide_limits;
-use super::loose_reflexes::{astray, unmeasured};
 use super::names::{in_scope, line};
+use super::reflex_warnings::{undelivered_reflex, unmeasured};
+use super::robot_crossing::crossing;
 use super::switched_off::switched_off;
 use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic, Mistake, empty_robots};
 
 /// Warns of ports and actuators without a counterpart.
-pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
+pub fn unlinked_warnings(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     // A module that is switched off does nothing, with or without a link.
     let enabled = survey.modules.iter().enumerate().filter(|(_, surveyed)| surveyed.module.enabled.value);
     for (module, surveyed) in enabled {
         for port in 0..surveyed.description.ports.len() {
-            if let Some((message, help)) = loose_port(configuration, survey, module, port) {
+            if let Some((message, help)) = unlinked_port(configuration, survey, module, port) {
                 let message = Mistake::Loose.of(message);
                 found.push(configuration.diagnostic(surveyed.module.name.span, message, Some(help)));
             }
@@ -42,12 +42,12 @@ pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
     }));
     // Another agent may read it.
     if configuration.share().is_none() {
-        found.extend(loose_gates(configuration, survey));
+        found.extend(unread_gates(configuration, survey));
     }
     found
 }
 
-fn loose_port(
+fn unlinked_port(
     configuration: &Configuration,
     survey: &Survey<'_>,
     module: usize,
@@ -61,7 +61,7 @@ fn loose_port(
         || configuration.is_bridged(&path);
     let is_reflex = Block::of(&surveyed.description) == Some(Block::Reactive);
     if is_reflex && own.role == REFLEX {
-        return astray(survey, (module, port), &path);
+        return undelivered_reflex(survey, (module, port), &path);
     }
     if is_reflex
         && !is_linked
@@ -89,8 +89,8 @@ fn loose_port(
         Direction::Input | Direction::Queue if is_needed(survey, module, own) => {
             Some((format!("input `{path}` has no source"), source_help(survey, module, own, &path)))
         }
-        Direction::Queue if own.role == CHANGE => unnoticed(survey, module, own, &path),
-        Direction::Input if judges(configuration, &surveyed.module.name.value) => {
+        Direction::Queue if own.role == CHANGE => unanalyzed(survey, module, own, &path),
+        Direction::Input if decides_outcome(configuration, &surveyed.module.name.value) => {
             let message =
                 format!("input `{path}` has no source, and its module decides the mission's outcome");
             Some((message, source_help(survey, module, own, &path)))
@@ -152,20 +152,20 @@ fn unsent(survey: &Survey<'_>, module: usize, own: &PortDescription, path: &str)
 
 /// Warns of an input of a Plan that no Analyze fills.
 /// The robot has a percept or a measurement of that type.
-fn unnoticed(
+fn unanalyzed(
     survey: &Survey<'_>,
     module: usize,
     own: &PortDescription,
     path: &str,
 ) -> Option<(String, String)> {
-    let tells = |other: &PortDescription| {
+    let measures = |other: &PortDescription| {
         other.direction == Direction::Output
             && (other.role == PERCEPT || other.role == MEASUREMENT)
             && other.descriptor.hash == own.descriptor.hash
     };
-    let told = in_scope(survey, module, tells).into_iter().next()?;
+    let measured = in_scope(survey, module, measures).into_iter().next()?;
     let what = own.descriptor.name;
-    let message = format!("input `{path}` has no source, although `{told}` has a {what}");
+    let message = format!("input `{path}` has no source, although `{measured}` has a {what}");
     let help = format!(
         "add an Analyze whose change is a {what}, or write \"/{path}\" = false if the Plan is to do without it"
     );
@@ -227,7 +227,7 @@ fn reads(port: &PortDescription) -> bool {
 }
 
 /// Returns whether a module provides the mission's outcome.
-fn judges(configuration: &Configuration, module: &str) -> bool {
+fn decides_outcome(configuration: &Configuration, module: &str) -> bool {
     configuration.mission().is_some_and(|mission| {
         let outcome = &mission.outcome.value;
         let is_own = outcome.agent().is_none_or(|agent| agent == configuration.agent_name());
@@ -284,7 +284,7 @@ fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool
 }
 
 /// Warns of actuators whose commands pass the gate and reach no driver.
-fn loose_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
+fn unread_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for (index, actuator) in configuration.actuators().iter().enumerate() {
         let name = &actuator.name.value;

@@ -10,7 +10,7 @@ use super::timeline::Timeline;
 use crate::recorder::{selects, thins};
 
 /// Check for missing parts of the recording of a run.
-pub(super) struct Lacks<'a> {
+pub(super) struct GapCheck<'a> {
     run: &'a Run,
     timeline: &'a Timeline,
     /// Set if every written value is there.
@@ -18,7 +18,7 @@ pub(super) struct Lacks<'a> {
     rules: Option<RecordSelection>,
 }
 
-impl<'a> Lacks<'a> {
+impl<'a> GapCheck<'a> {
     pub fn new(run: &'a Run, timeline: &'a Timeline) -> Self {
         let is_whole = run.has_all_of(&timeline.coverage);
         Self { run, timeline, is_whole, rules: run.selection() }
@@ -38,39 +38,39 @@ impl<'a> Lacks<'a> {
 
     /// Lists the missing inputs of modules, in words.
     /// `watched` are written only while they are observed.
-    pub fn told(
+    pub fn missing_inputs(
         &self,
         reads: &BTreeSet<String>,
         watched: &BTreeSet<String>,
         inboxes: &BTreeSet<String>,
     ) -> Vec<String> {
         let is_missed = |path: &str| watched.contains(path) && !self.watched(path);
-        let mut told: Vec<String> = self.run.late_begin().into_iter().collect();
+        let mut gaps: Vec<String> = self.run.late_begin().into_iter().collect();
         for path in reads {
             let is_played = self.timeline.tracks.iter().any(|track| is_within(path, &track.path));
             match self.timeline.coverage.of(path) {
                 None if self.is_whole || (self.run.is_unwritten(path) && !is_missed(path)) => {}
-                None => told.push(format!("nothing of /{path} is recorded")),
-                Some(_) if !is_played => told.push(format!("/{path} is left out")),
+                None => gaps.push(format!("nothing of /{path} is recorded")),
+                Some(_) if !is_played => gaps.push(format!("/{path} is left out")),
                 Some(own) if own.has_gaps() => {
-                    told.push(format!(
+                    gaps.push(format!(
                         "only {} of {} values of /{path} are recorded",
                         own.count, own.written
                     ));
                 }
                 Some(_) if self.is_ruled(path) => {
-                    told.push(format!("not every value of /{path} is recorded (`record.rules`)"));
+                    gaps.push(format!("not every value of /{path} is recorded (`record.rules`)"));
                 }
                 Some(_) => {}
             }
         }
         let ruled = inboxes.iter().filter(|path| self.is_ruled(path));
-        told.extend(ruled.map(|path| format!("not every message to /{path} is recorded (`record.rules`)")));
-        told
+        gaps.extend(ruled.map(|path| format!("not every message to /{path} is recorded (`record.rules`)")));
+        gaps
     }
 
     /// Returns the properties of which not every written value is recorded.
-    pub fn thin(&self) -> BTreeSet<String> {
+    pub fn incomplete(&self) -> BTreeSet<String> {
         let tracks = self.timeline.tracks.iter().map(|track| &track.path);
         let has_gaps = |path: &str| self.timeline.coverage.of(path).is_some_and(|own| own.has_gaps());
         tracks.filter(|path| has_gaps(path) || self.is_ruled(path)).cloned().collect()

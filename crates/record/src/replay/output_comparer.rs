@@ -19,15 +19,15 @@ use crate::recorder::{Channel, Drain, Hub, Sink};
 use crate::storage::Error;
 
 /// Observer of the modules' outputs, which it compares with the recording.
-pub(super) struct Witness {
+pub(super) struct OutputComparer {
     hub: Arc<Hub>,
     drain: Drain,
     /// The modules that are not looked at.
     stand_ins: BTreeSet<String>,
-    comparer: Comparer,
+    comparer: ValueComparer,
 }
 
-struct Comparer {
+struct ValueComparer {
     reel: SharedReel,
     /// Set if values of one time belong together.
     /// On the wall clock only their order assigns them.
@@ -37,97 +37,98 @@ struct Comparer {
     /// Set if every written value is recorded.
     is_whole: bool,
     /// The properties of which not every value is.
-    thin: BTreeSet<String>,
+    incomplete: BTreeSet<String>,
     /// The properties that are played.
     played: BTreeSet<String>,
     /// The track of each property that is compared, and its next value.
     tracks: BTreeMap<String, (usize, usize)>,
     /// By mailbox whose senders and receiver run, the places of its pending messages.
-    letters: BTreeMap<String, VecDeque<usize>>,
+    messages: BTreeMap<String, VecDeque<usize>>,
     /// By mailbox of which only the senders run, the places of its pending messages.
     /// The recorded receiver may have taken the messages later.
     sent: BTreeMap<String, VecDeque<usize>>,
     /// The interfaces of these.
-    deaf: BTreeMap<String, &'static Descriptor>,
+    sender_only: BTreeMap<String, &'static Descriptor>,
     /// Messages sent after the last one was taken: path and time.
-    untaken: Vec<(String, u64)>,
+    unreceived: Vec<(String, u64)>,
     found: BTreeMap<String, Recomputed>,
     first: Option<Difference>,
     failure: Option<Error>,
 }
 
-impl Witness {
+impl OutputComparer {
     /// Creates a witness of the agent's outputs.
-    /// `thin` are properties of which not every value is recorded; on the wall clock it is unknown which ones those
-    /// are. `mailboxes` are those whose messages are compared, and `deaf` those among them of which only the senders
+    /// `incomplete` are properties of which not every value is recorded; on the wall clock it is unknown which ones those
+    /// are. `mailboxes` are those whose messages are compared, and `sender_only` those among them of which only the senders
     /// run. Modules of the `excerpt` that the recorded agent did not have are not compared.
     pub fn new(
         reel: &SharedReel,
         is_whole: bool,
-        thin: BTreeSet<String>,
+        incomplete: BTreeSet<String>,
         mailboxes: impl Iterator<Item = String>,
-        deaf: BTreeMap<String, &'static Descriptor>,
+        sender_only: BTreeMap<String, &'static Descriptor>,
         excerpt: &Excerpt,
     ) -> Self {
         let mut tracks = BTreeMap::new();
         let own = reel.get();
         for (track, _) in own.played.iter().enumerate().filter(|(_, played)| played.is_none()) {
-            if !own.has_cycles && thin.contains(&own.timeline.tracks[track].path) {
+            if !own.has_cycles && incomplete.contains(&own.timeline.tracks[track].path) {
                 continue;
             }
-            let next = own.timeline.place_after(track, own.begin.checked_sub(1));
+            let next = own.timeline.number_after(track, own.begin.checked_sub(1));
             tracks.insert(own.timeline.tracks[track].path.clone(), (track, next));
         }
-        let mut letters: BTreeMap<_, _> = mailboxes.map(|path| (path, VecDeque::new())).collect();
-        for (place, letter) in
-            own.timeline.letters.iter().enumerate().filter(|(_, letter)| letter.time >= own.begin)
+        let mut messages: BTreeMap<_, _> = mailboxes.map(|path| (path, VecDeque::new())).collect();
+        for (index, entry) in
+            own.timeline.messages.iter().enumerate().filter(|(_, entry)| entry.time >= own.begin)
         {
-            let mailbox = letters.get_mut(&own.timeline.mailboxes[letter.mailbox].path);
-            mailbox.into_iter().for_each(|places| places.push_back(place));
+            let mailbox = messages.get_mut(&own.timeline.mailboxes[entry.mailbox].path);
+            mailbox.into_iter().for_each(|indices| indices.push_back(index));
         }
-        let mut sent: BTreeMap<_, _> = deaf.keys().map(|path| (path.clone(), VecDeque::new())).collect();
-        for (place, letter) in
-            own.timeline.letters.iter().enumerate().filter(|(_, letter)| letter.sent >= own.begin)
+        let mut sent: BTreeMap<_, _> =
+            sender_only.keys().map(|path| (path.clone(), VecDeque::new())).collect();
+        for (index, entry) in
+            own.timeline.messages.iter().enumerate().filter(|(_, entry)| entry.sent >= own.begin)
         {
-            let mailbox = &own.timeline.mailboxes[letter.mailbox];
-            let from = mailbox.from.get(&letter.sender);
+            let mailbox = &own.timeline.mailboxes[entry.mailbox];
+            let from = mailbox.from.get(&entry.sender);
             if from.is_none_or(|from| excerpt.outboxes.contains_key(from))
-                && let Some(places) = sent.get_mut(&mailbox.path)
+                && let Some(indices) = sent.get_mut(&mailbox.path)
             {
-                places.push_back(place);
+                indices.push_back(index);
             }
         }
         let played = own.timeline.tracks.iter().zip(&own.played).filter(|(_, played)| played.is_some());
-        let comparer = Comparer {
+        let comparer = ValueComparer {
             played: played.map(|(track, _)| track.path.clone()).collect(),
             reel: reel.clone(),
             has_times: own.has_cycles,
             fresh_from: own.timeline.span().filter(|span| span.0 < own.begin).map(|_| own.begin),
             is_whole,
-            thin,
+            incomplete,
             tracks,
-            letters,
+            messages,
             sent,
-            deaf,
-            untaken: Vec::new(),
+            sender_only,
+            unreceived: Vec::new(),
             found: BTreeMap::new(),
             first: None,
             failure: None,
         };
         drop(own);
         let hub = Hub::new(Record::default().buffer);
-        hub.want(0, Box::new(|_| true));
+        hub.add_recording(0, Box::new(|_| true));
         Self { hub, drain: Drain::default(), stand_ins: excerpt.stand_ins.clone(), comparer }
     }
 
     /// Returns the recording of the agent whose values are seen.
     pub fn recording(&self) -> Arc<dyn Recording> {
-        Arc::new(Eye(Arc::clone(&self.hub), self.stand_ins.clone()))
+        Arc::new(OutputTaps(Arc::clone(&self.hub), self.stand_ins.clone()))
     }
 
     /// Compares the values written so far.
-    pub fn look(&mut self) -> Result<(), Error> {
-        while self.drain.turn(&self.hub, &mut self.comparer) {}
+    pub fn compare_values(&mut self) -> Result<(), Error> {
+        while self.drain.take_values(&self.hub, &mut self.comparer) {}
         self.comparer.failure.take().map_or(Ok(()), Err)
     }
 
@@ -136,18 +137,18 @@ impl Witness {
         let reel = self.comparer.reel.get();
         let timeline = &reel.timeline;
         self.comparer.computed(timeline).all(|(track, next)| {
-            let place = timeline.computed(track, next).map(|(place, _)| place);
-            place.and_then(|place| timeline.time(place)).is_none_or(|next| next > time)
+            let index = timeline.computed(track, next).map(|(index, _)| index);
+            index.and_then(|index| timeline.time(index)).is_none_or(|next| next > time)
         })
     }
 
     /// Returns true if a property was written in nearly each cycle of that period.
-    pub fn counts_cycles(&self, period: u64) -> bool {
+    pub fn has_cyclic_property(&self, period: u64) -> bool {
         let reel = self.comparer.reel.get();
         let timeline = &reel.timeline;
         self.comparer.computed(timeline).any(|(track, _)| {
             let count = timeline.tracks[track].values.len();
-            let time = |number: usize| timeline.time(timeline.place(track, number)?);
+            let time = |number: usize| timeline.time(timeline.index(track, number)?);
             let span = time(0).zip(time(count.saturating_sub(1))).map_or(0, |(first, last)| last - first);
             count > 1 && span / (count as u64 - 1) < period.saturating_add(period / 2)
         })
@@ -155,13 +156,13 @@ impl Witness {
 
     /// Compares messages that were sent to modules that do not run.
     /// Each has its mailbox, its time, and its bytes.
-    pub fn hear(&mut self, sent: Vec<(String, u64, Vec<u8>)>) -> Result<(), Error> {
+    pub fn compare_sent_messages(&mut self, sent: Vec<(String, u64, Vec<u8>)>) -> Result<(), Error> {
         sent.into_iter().try_for_each(|(path, time, bytes)| self.comparer.compare_sent(&path, time, &bytes))
     }
 
     /// Returns the result, when all was played until that time.
     pub fn outcome(&mut self, end: u64) -> Result<Recomputation, Error> {
-        self.look()?;
+        self.compare_values()?;
         let comparer = &mut self.comparer;
         let reel = comparer.reel.clone();
         let mut reel = reel.get();
@@ -169,28 +170,28 @@ impl Witness {
             if reel.timeline.is_compared(track) {
                 // A property that nothing was written to is there too.
                 comparer.of(&path);
-                comparer.miss(&mut reel, &path, track, next, |time| time <= end)?;
+                comparer.skip_missing(&mut reel, &path, track, next, |time| time <= end)?;
             }
         }
-        for (path, places) in comparer.letters.clone() {
-            let times = places.into_iter().map(|place| reel.timeline.letters[place].time);
+        for (path, indices) in comparer.messages.clone() {
+            let times = indices.into_iter().map(|index| reel.timeline.messages[index].time);
             for time in times.filter(|time| *time <= end) {
-                comparer.miss_letter(&path, time);
+                comparer.note_missing_message(&path, time);
             }
         }
-        for (path, places) in comparer.sent.clone() {
+        for (path, indices) in comparer.sent.clone() {
             // There were none is something to know too.
             comparer.of(&path);
-            for time in places.into_iter().map(|place| reel.timeline.letters[place].sent) {
+            for time in indices.into_iter().map(|index| reel.timeline.messages[index].sent) {
                 if time <= end {
-                    comparer.miss_letter(&path, time);
+                    comparer.note_missing_message(&path, time);
                 }
             }
         }
         // Messages sent at the very end may not have been taken.
-        for (path, time) in std::mem::take(&mut comparer.untaken) {
+        for (path, time) in std::mem::take(&mut comparer.unreceived) {
             if time < end {
-                comparer.extra_letter(&path, time);
+                comparer.note_extra_message(&path, time);
             }
         }
         // Values written before they began are not theirs.
@@ -204,9 +205,9 @@ impl Witness {
 }
 
 /// Observer of the agent's outputs.
-struct Eye(Arc<Hub>, BTreeSet<String>);
+struct OutputTaps(Arc<Hub>, BTreeSet<String>);
 
-impl Taps for Eye {
+impl Taps for OutputTaps {
     fn tap(&self, property: &Property) -> Option<Arc<dyn Tap>> {
         let Self(hub, stand_ins) = self;
         let is_meant = !stand_ins.iter().any(|module| is_within(property.path(), module));
@@ -214,11 +215,11 @@ impl Taps for Eye {
     }
 }
 
-impl Recording for Eye {
+impl Recording for OutputTaps {
     fn changed(&self, _: u64, _: u64, _: &Change) {}
 }
 
-impl Comparer {
+impl ValueComparer {
     /// Iterates over compared tracks that modules compute, with their next values.
     /// The host writes a module's state, and not in every run at the same place.
     fn computed(&self, timeline: &Timeline) -> impl Iterator<Item = (usize, usize)> {
@@ -234,7 +235,7 @@ impl Comparer {
         self.found.entry(path.to_owned()).or_insert_with(new)
     }
 
-    fn differs(&mut self, difference: Difference) {
+    fn note_difference(&mut self, difference: Difference) {
         if self.first.as_ref().is_none_or(|first| difference.time < first.time) {
             self.first = Some(difference);
         }
@@ -242,7 +243,7 @@ impl Comparer {
 
     /// Skips recorded values of such times, which were not written.
     /// Returns the next one.
-    fn miss(
+    fn skip_missing(
         &mut self,
         reel: &mut Reel,
         path: &str,
@@ -250,12 +251,12 @@ impl Comparer {
         mut next: usize,
         is_missed: impl Fn(u64) -> bool,
     ) -> Result<usize, Error> {
-        while let Some((place, number)) = reel.timeline.computed(track, next)
-            && let Some(time) = reel.timeline.time(place).filter(|time| is_missed(*time))
+        while let Some((index, number)) = reel.timeline.computed(track, next)
+            && let Some(time) = reel.timeline.time(index).filter(|time| is_missed(*time))
         {
-            let sequence = reel.timeline.value(place)?.sequence;
+            let sequence = reel.timeline.value(index)?.sequence;
             self.of(path).only_recorded += 1;
-            self.differs(Difference {
+            self.note_difference(Difference {
                 time,
                 url: format!("/{path}"),
                 field: String::new(),
@@ -270,7 +271,7 @@ impl Comparer {
     fn compare(&mut self, channel: &Channel, items: usize, stamp: Stamp, bytes: &[u8]) -> Result<(), Error> {
         let path = channel.path.as_str();
         if channel.access == Access::Messages {
-            return self.compare_letter(channel, items, stamp, bytes);
+            return self.compare_message(channel, items, stamp, bytes);
         }
         if channel.descriptor.name == "ModuleState"
             && self.fresh_from.is_some_and(|begin| stamp.time <= begin)
@@ -279,25 +280,26 @@ impl Comparer {
             return Ok(());
         }
         let Some((track, next)) = self.tracks.get(path).copied() else {
-            if self.is_whole && !self.thin.contains(path) {
+            if self.is_whole && !self.incomplete.contains(path) {
                 self.of(path).only_recomputed += 1;
-                self.differs(extra(path, stamp));
+                self.note_difference(extra(path, stamp));
             }
             return Ok(());
         };
         let reel = self.reel.clone();
         let mut reel = reel.get();
         let has_times = self.has_times;
-        let mut next = self.miss(&mut reel, path, track, next, |time| has_times && time < stamp.time)?;
-        let place = reel.timeline.computed(track, next);
-        let place = place.filter(|(place, _)| !has_times || reel.timeline.time(*place) == Some(stamp.time));
-        if let Some((place, number)) = place {
+        let mut next =
+            self.skip_missing(&mut reel, path, track, next, |time| has_times && time < stamp.time)?;
+        let index = reel.timeline.computed(track, next);
+        let index = index.filter(|(index, _)| !has_times || reel.timeline.time(*index) == Some(stamp.time));
+        if let Some((index, number)) = index {
             next = number + 1;
-            let recorded = reel.timeline.value(place)?;
+            let recorded = reel.timeline.value(index)?;
             let form = &reel.timeline.tracks[track].form;
             if form.descriptor.hash != channel.descriptor.hash {
                 self.of(path).different += 1;
-                self.differs(Difference {
+                self.note_difference(Difference {
                     time: stamp.time,
                     url: format!("/{path}"),
                     field: String::new(),
@@ -307,17 +309,22 @@ impl Comparer {
                 self.tracks.insert(path.to_owned(), (track, next));
                 return Ok(());
             }
-            self.judge((path, channel.descriptor), stamp.time, &recorded.bytes, channel.value(items, bytes));
-        } else if !self.thin.contains(path) {
+            self.compare_bytes(
+                (path, channel.descriptor),
+                stamp.time,
+                &recorded.bytes,
+                channel.value(items, bytes),
+            );
+        } else if !self.incomplete.contains(path) {
             self.of(path).only_recomputed += 1;
-            self.differs(extra(path, stamp));
+            self.note_difference(extra(path, stamp));
         }
         self.tracks.insert(path.to_owned(), (track, next));
         Ok(())
     }
 
     /// Compares a value of a property, or a message, with the recorded one.
-    fn judge(
+    fn compare_bytes(
         &mut self,
         (path, descriptor): (&str, &'static Descriptor),
         time: u64,
@@ -334,18 +341,24 @@ impl Comparer {
         let _ = crate::ros::encode(descriptor, recorded, &mut one);
         let _ = crate::ros::encode(descriptor, own, &mut other);
         let [field, recorded, replayed] = difference::field(descriptor, &one, &other);
-        self.differs(Difference { time, url: format!("/{path}"), field, recorded, replayed });
+        self.note_difference(Difference { time, url: format!("/{path}"), field, recorded, replayed });
     }
 
     /// Notes a recorded message that did not come.
-    fn miss_letter(&mut self, path: &str, time: u64) {
+    fn note_missing_message(&mut self, path: &str, time: u64) {
         self.of(path).only_recorded += 1;
         let (recorded, replayed) = ("a message".into(), "no such message".into());
-        self.differs(Difference { time, url: format!("/{path}"), field: String::new(), recorded, replayed });
+        self.note_difference(Difference {
+            time,
+            url: format!("/{path}"),
+            field: String::new(),
+            recorded,
+            replayed,
+        });
     }
 
     /// Compares a message that was taken with the one that was taken in its place.
-    fn compare_letter(
+    fn compare_message(
         &mut self,
         channel: &Channel,
         items: usize,
@@ -353,53 +366,59 @@ impl Comparer {
         bytes: &[u8],
     ) -> Result<(), Error> {
         let path = channel.path.as_str();
-        let Some(mut places) = self.letters.remove(path) else { return Ok(()) };
+        let Some(mut indices) = self.messages.remove(path) else { return Ok(()) };
         let reel = self.reel.clone();
         let mut reel = reel.get();
         let has_times = self.has_times;
-        let time = |place: &usize| reel.timeline.letters[*place].time;
-        while let Some(missed) = places.pop_front_if(|place| has_times && time(place) < stamp.time) {
-            self.miss_letter(path, time(&missed));
+        let time = |index: &usize| reel.timeline.messages[*index].time;
+        while let Some(missed) = indices.pop_front_if(|index| has_times && time(index) < stamp.time) {
+            self.note_missing_message(path, time(&missed));
         }
-        let place = places.pop_front_if(|place| !has_times || time(place) == stamp.time);
-        self.letters.insert(path.to_owned(), places);
-        let Some(place) = place else {
-            self.extra_letter(path, stamp.time);
+        let index = indices.pop_front_if(|index| !has_times || time(index) == stamp.time);
+        self.messages.insert(path.to_owned(), indices);
+        let Some(index) = index else {
+            self.note_extra_message(path, stamp.time);
             return Ok(());
         };
-        let (recorded, _) = reel.timeline.letter(place)?;
-        self.judge((path, channel.descriptor), stamp.time, &recorded, channel.value(items, bytes));
+        let (recorded, _) = reel.timeline.message(index)?;
+        self.compare_bytes((path, channel.descriptor), stamp.time, &recorded, channel.value(items, bytes));
         Ok(())
     }
 
     /// Notes a message that is not recorded.
-    fn extra_letter(&mut self, path: &str, time: u64) {
+    fn note_extra_message(&mut self, path: &str, time: u64) {
         self.of(path).only_recomputed += 1;
         let (recorded, replayed) = ("no such message".into(), "a message".into());
-        self.differs(Difference { time, url: format!("/{path}"), field: String::new(), recorded, replayed });
+        self.note_difference(Difference {
+            time,
+            url: format!("/{path}"),
+            field: String::new(),
+            recorded,
+            replayed,
+        });
     }
 
     /// Compares a message to a module that does not run with the recorded one.
     fn compare_sent(&mut self, path: &str, time: u64, bytes: &[u8]) -> Result<(), Error> {
-        let Some(descriptor) = self.deaf.get(path).copied() else { return Ok(()) };
-        let mut places = self.sent.remove(path).unwrap_or_default();
+        let Some(descriptor) = self.sender_only.get(path).copied() else { return Ok(()) };
+        let mut indices = self.sent.remove(path).unwrap_or_default();
         let reel = self.reel.clone();
         let mut reel = reel.get();
         let has_times = self.has_times;
-        let sent = |place: &usize| reel.timeline.letters[*place].sent;
-        while let Some(missed) = places.pop_front_if(|place| has_times && sent(place) < time) {
-            self.miss_letter(path, sent(&missed));
+        let sent = |index: &usize| reel.timeline.messages[*index].sent;
+        while let Some(missed) = indices.pop_front_if(|index| has_times && sent(index) < time) {
+            self.note_missing_message(path, sent(&missed));
         }
-        let place = places.pop_front_if(|place| !has_times || sent(place) == time);
-        let was_last = places.is_empty();
-        self.sent.insert(path.to_owned(), places);
-        match place {
-            Some(place) => {
-                let (recorded, _) = reel.timeline.letter(place)?;
-                self.judge((path, descriptor), time, &recorded, bytes);
+        let index = indices.pop_front_if(|index| !has_times || sent(index) == time);
+        let was_last = indices.is_empty();
+        self.sent.insert(path.to_owned(), indices);
+        match index {
+            Some(index) => {
+                let (recorded, _) = reel.timeline.message(index)?;
+                self.compare_bytes((path, descriptor), time, &recorded, bytes);
             }
-            None if was_last => self.untaken.push((path.to_owned(), time)),
-            None => self.extra_letter(path, time),
+            None if was_last => self.unreceived.push((path.to_owned(), time)),
+            None => self.note_extra_message(path, time),
         }
         Ok(())
     }
@@ -415,7 +434,7 @@ fn extra(path: &str, stamp: Stamp) -> Difference {
     }
 }
 
-impl Sink for Comparer {
+impl Sink for ValueComparer {
     fn value(&mut self, channel: Option<&Channel>, _: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
         let Some(channel) = channel else { return };
         // Set values are not computed.
@@ -429,7 +448,7 @@ impl Sink for Comparer {
 }
 
 /// Two that see the same agent.
-pub(super) struct Both(pub Arc<dyn Recording>, pub Arc<dyn Recording>);
+pub(super) struct BothRecordings(pub Arc<dyn Recording>, pub Arc<dyn Recording>);
 
 /// Two that see the same values.
 struct BothTaps(Arc<dyn Tap>, Arc<dyn Tap>);
@@ -446,7 +465,7 @@ impl Tap for BothTaps {
     }
 }
 
-impl Taps for Both {
+impl Taps for BothRecordings {
     fn tap(&self, property: &Property) -> Option<Arc<dyn Tap>> {
         match (self.0.tap(property), self.1.tap(property)) {
             (Some(one), Some(other)) => Some(Arc::new(BothTaps(one, other))),
@@ -455,7 +474,7 @@ impl Taps for Both {
     }
 }
 
-impl Recording for Both {
+impl Recording for BothRecordings {
     fn changed(&self, cycle: u64, time: u64, change: &Change) {
         self.0.changed(cycle, time, change);
         self.1.changed(cycle, time, change);

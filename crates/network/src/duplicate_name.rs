@@ -1,4 +1,4 @@
-//! Finds another agent of the same name.
+//! Check for another agent of the same name.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,30 +12,30 @@ use zenoh::sample::Locality;
 use crate::key::alive_key;
 use crate::shared::NetworkShared;
 
-/// Period of the search.
-const PERIOD: Duration = Duration::from_secs(5);
+/// Period of the check.
+const CHECK_PERIOD: Duration = Duration::from_secs(5);
 
-/// Periodic search for another agent of the same name.
+/// Periodic check for another agent of the same name.
 /// Readers take two agents of a name for one.
-pub struct NamesakeSearch {
+pub struct DuplicateNameCheck {
     shared: Arc<NetworkShared>,
-    /// Time of the next look, ns.
+    /// Time of the next check, ns.
     next: u64,
     is_found: Arc<AtomicBool>,
 }
 
-impl NamesakeSearch {
+impl DuplicateNameCheck {
     pub fn new(shared: Arc<NetworkShared>) -> Self {
         Self { shared, next: 0, is_found: Arc::default() }
     }
 
-    /// Asks once in a while, until one is found, which is logged once.
-    pub fn look(&mut self) {
+    /// Queries periodically until one is found, and logs it once.
+    pub fn check(&mut self) {
         let now = self.shared.surface.agent.composer().steady_now();
         if now < self.next || self.is_found.load(Ordering::Relaxed) {
             return;
         }
-        self.next = now + PERIOD.as_nanos() as u64;
+        self.next = now + CHECK_PERIOD.as_nanos() as u64;
         let (shared, is_found) = (Arc::clone(&self.shared), Arc::clone(&self.is_found));
         let found = move |_: Reply| {
             if !is_found.swap(true, Ordering::Relaxed) {
@@ -48,7 +48,7 @@ impl NamesakeSearch {
             }
         };
         let get = self.shared.session.get(alive_key(self.shared.board().agent()));
-        // What can't be asked now is asked at the next look.
-        let _ = get.allowed_destination(Locality::Remote).timeout(PERIOD).callback(found).wait();
+        // A query that fails is repeated at the next check.
+        let _ = get.allowed_destination(Locality::Remote).timeout(CHECK_PERIOD).callback(found).wait();
     }
 }

@@ -7,18 +7,18 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::context::{PeerContext, impostor, locked};
-use super::lines::LineTable;
+use super::connections::ConnectionTable;
+use super::context::{PeerContext, impostor, lock};
 use crate::carrier::{CarrierError, Link};
 use crate::session::{Application, Event, Identity, Session, refusal};
 
 /// Timeout of the greeting of an incoming link.
-const GREETING: Duration = Duration::from_secs(2);
+const GREETING_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Largest number of links without a greeting; below, that of one machine.
 /// The limits are those of one listener.
-const PENDING: usize = 32;
-const OF_ONE: usize = 8;
+const MAX_PENDING_LINKS: usize = 32;
+const MAX_PENDING_LINKS_PER_MACHINE: usize = 8;
 
 /// Links without a greeting, oldest first.
 /// If there are too many, the oldest is closed: silent ones make room for others.
@@ -29,25 +29,27 @@ struct Pending(Mutex<Vec<PendingLink>>);
 type PendingLink = (Option<String>, Arc<dyn Link>);
 
 impl Pending {
-    fn enter(&self, link: &Arc<dyn Link>) {
+    fn add(&self, link: &Arc<dyn Link>) {
         let from = link.origin().map(|origin| network(&origin));
-        let mut pending = locked(&self.0);
-        let of_it = |(other, _): &PendingLink| from.is_some() && *other == from;
-        let oldest = if pending.iter().filter(|other| of_it(other)).count() >= OF_ONE {
-            pending.iter().position(of_it)
+        let mut pending = lock(&self.0);
+        let is_same_machine = |(other, _): &PendingLink| from.is_some() && *other == from;
+        let oldest = if pending.iter().filter(|other| is_same_machine(other)).count()
+            >= MAX_PENDING_LINKS_PER_MACHINE
+        {
+            pending.iter().position(is_same_machine)
         } else {
-            (pending.len() >= PENDING).then_some(0)
+            (pending.len() >= MAX_PENDING_LINKS).then_some(0)
         };
         if let Some(oldest) = oldest {
-            // Its thread sees that, and ends.
+            // This ends its thread.
             pending.remove(oldest).1.close();
         }
         pending.push((from, Arc::clone(link)));
     }
 
     /// Removes a link; returns false if it was closed before.
-    fn leave(&self, link: &Arc<dyn Link>) -> bool {
-        let mut pending = locked(&self.0);
+    fn remove(&self, link: &Arc<dyn Link>) -> bool {
+        let mut pending = lock(&self.0);
         let at = pending.iter().position(|(_, other)| Arc::ptr_eq(other, link));
         at.map(|at| pending.remove(at)).is_some()
     }
@@ -66,15 +68,18 @@ fn network(origin: &str) -> String {
 }
 
 /// Listens at an endpoint in a separate thread.
-pub(super) fn open_listener(lines: &Arc<LineTable>, endpoint: &str) -> Result<JoinHandle<()>, CarrierError> {
-    let socket = lines.context.carrier(endpoint)?.listen(endpoint)?;
+pub(super) fn start_listener(
+    connections: &Arc<ConnectionTable>,
+    endpoint: &str,
+) -> Result<JoinHandle<()>, CarrierError> {
+    let listener = connections.context.carrier(endpoint)?.listen(endpoint)?;
     let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
-    let shared = Arc::clone(lines);
-    let listener = Arc::new(AgentListener { endpoint: endpoint.into(), pending: Pending::default() });
+    let shared = Arc::clone(connections);
+    let agent_listener = Arc::new(AgentListener { endpoint: endpoint.into(), pending: Pending::default() });
     let accept = move || {
         while !shared.context.ended.load(Ordering::Acquire) {
-            match socket.accept(Duration::from_millis(100)) {
-                Ok(Some(link)) => let_in(&shared, &listener, link),
+            match listener.accept(Duration::from_millis(100)) {
+                Ok(Some(link)) => accept_link(&shared, &agent_listener, link),
                 Ok(None) => {}
                 // The system has no more files, perhaps; later it may.
                 Err(_) => thread::sleep(Duration::from_millis(100)),
@@ -90,23 +95,24 @@ struct AgentListener {
 }
 
 /// Waits for the greeting in a separate thread, so later links do not wait for it.
-fn let_in(lines: &Arc<LineTable>, listener: &Arc<AgentListener>, link: Arc<dyn Link>) {
-    listener.pending.enter(&link);
-    let (shared, at, came) = (Arc::clone(lines), Arc::clone(listener), Arc::clone(&link));
-    let greet = move || greet(&shared, &at, &came);
+fn accept_link(connections: &Arc<ConnectionTable>, agent_listener: &Arc<AgentListener>, link: Arc<dyn Link>) {
+    agent_listener.pending.add(&link);
+    let (shared, listener, greeted) =
+        (Arc::clone(connections), Arc::clone(agent_listener), Arc::clone(&link));
+    let greet = move || greet(&shared, &listener, &greeted);
     if thread::Builder::new().name("greeting".into()).spawn(greet).is_err() {
-        listener.pending.leave(&link);
+        agent_listener.pending.remove(&link);
         link.close();
     }
 }
 
 /// Waits for the first packet; returns its length.
 #[allow(clippy::disallowed_methods, reason = "the host says how long it waits for a network")]
-fn first(link: &dyn Link, packet: &mut [u8]) -> io::Result<Option<usize>> {
+fn receive_first(link: &dyn Link, packet: &mut [u8]) -> io::Result<Option<usize>> {
     let start = Instant::now();
     loop {
-        let left = GREETING.saturating_sub(start.elapsed());
-        // Some come back early, with nothing.
+        let left = GREETING_TIMEOUT.saturating_sub(start.elapsed());
+        // A carrier may return early without a packet.
         match link.receive(packet, left)? {
             None if !left.is_zero() => {}
             length => return Ok(length),
@@ -114,36 +120,38 @@ fn first(link: &dyn Link, packet: &mut [u8]) -> io::Result<Option<usize>> {
     }
 }
 
-fn greet(lines: &Arc<LineTable>, listener: &AgentListener, link: &Arc<dyn Link>) {
-    let context = &lines.context;
+fn greet(connections: &Arc<ConnectionTable>, agent_listener: &AgentListener, link: &Arc<dyn Link>) {
+    let context = &connections.context;
     let mut packet = vec![0; link.largest() + 1];
-    let length = first(link.as_ref(), &mut packet);
-    let from = |who: Option<&str>| match (who, link.origin()) {
-        (Some(agent), Some(origin)) => format!("agent `{agent}`, {origin} at {}", listener.endpoint),
+    let length = receive_first(link.as_ref(), &mut packet);
+    let from = |name: Option<&str>| match (name, link.origin()) {
+        (Some(agent), Some(origin)) => format!("agent `{agent}`, {origin} at {}", agent_listener.endpoint),
         (Some(agent), None) => format!("agent `{agent}`"),
-        (None, origin) => format!("{} at {}", origin.unwrap_or_else(|| "somebody".into()), listener.endpoint),
+        (None, origin) => {
+            format!("{} at {}", origin.unwrap_or_else(|| "somebody".into()), agent_listener.endpoint)
+        }
     };
     let refuse = |reason: &str| {
-        // Some have proven who they are, whatever else they say.
-        context.rejected("", &from(link.authenticated()), reason);
+        // The link may be authenticated even if its greeting is invalid.
+        context.report_rejection("", &from(link.authenticated()), reason);
         link.close();
     };
-    let had_time = listener.pending.leave(link);
+    let in_time = agent_listener.pending.remove(link);
     let length = match length {
-        _ if !had_time => return refuse("no greeting, and others came"),
+        _ if !in_time => return refuse("no greeting, and others came"),
         Ok(Some(length)) => length,
-        Ok(None) => return refuse(&format!("no greeting within {} s", GREETING.as_secs())),
+        Ok(None) => return refuse(&format!("no greeting within {} s", GREETING_TIMEOUT.as_secs())),
         Err(error) if error.kind() == ErrorKind::PermissionDenied => return refuse(&error.to_string()),
-        // It went away again.
+        // The other end closed the link.
         Err(_) => return link.close(),
     };
     let packet = &packet[..length];
     let Some(identity) =
         Session::greeting(packet).filter(|identity| identity.agent != context.identity.agent)
     else {
-        let (reason, answer) = answer_to_stranger(context, packet);
+        let (reason, answer) = rejection(context, packet);
         if let Some(answer) = answer {
-            // Whoever does not read it learns from the link's end that it is not wanted.
+            // The closed link also tells of the refusal if this is not received.
             let _ = link.send(&answer);
         }
         return refuse(&reason);
@@ -151,10 +159,10 @@ fn greet(lines: &Arc<LineTable>, listener: &AgentListener, link: &Arc<dyn Link>)
     let agent = &identity.agent;
     let denied = impostor(link.as_ref(), agent)
         .or_else(|| context.rights.of(&context.identity.agent, agent).err())
-        .map_or_else(|| admit(lines, link, &identity, packet), |reason| Err(Some(reason)));
+        .map_or_else(|| admit(connections, link, &identity, packet), |reason| Err(Some(reason)));
     if let Err(reason) = denied {
         if let Some(reason) = reason {
-            context.rejected(agent, &from(Some(agent)), &reason);
+            context.report_rejection(agent, &from(Some(agent)), &reason);
             // As above.
             let _ = link.send(&refusal(&reason));
         }
@@ -162,21 +170,21 @@ fn greet(lines: &Arc<LineTable>, listener: &AgentListener, link: &Arc<dyn Link>)
     }
 }
 
-/// Hands the link to the line of that agent.
+/// Hands the link to the connection of that agent.
 /// The error is the reason of a refusal, `None` if the other agent need not know it.
 fn admit(
-    lines: &Arc<LineTable>,
+    connections: &Arc<ConnectionTable>,
     link: &Arc<dyn Link>,
     identity: &Identity,
     packet: &[u8],
 ) -> Result<(), Option<String>> {
-    let line = lines.line_to(&identity.agent).map_err(|error| Some(error.to_string()))?;
-    line.adopt(&lines.context, Arc::clone(link), identity.instance, packet)
+    let connection = connections.connection_to(&identity.agent).map_err(|error| Some(error.to_string()))?;
+    connection.adopt(&connections.context, Arc::clone(link), identity.instance, packet)
 }
 
 /// Returns the reason against a stranger, and the answer to send, if any.
 /// A stranger has another version, this agent's name, or sent no greeting.
-fn answer_to_stranger(context: &PeerContext, packet: &[u8]) -> (String, Option<Vec<u8>>) {
+fn rejection(context: &PeerContext, packet: &[u8]) -> (String, Option<Vec<u8>>) {
     let mut session = Session::new(context.identity.clone(), None, context.limits);
     let (now, mut answer) = (context.now(), Vec::new());
     session.receive(now, packet, &mut NoApplication);

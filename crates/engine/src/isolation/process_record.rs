@@ -25,10 +25,10 @@ pub struct ModuleProcess {
 
 /// Account of the processes of a module: id, memory and last failure.
 #[derive(Debug, Default)]
-pub struct Account(Mutex<AccountState>);
+pub struct ProcessRecord(Mutex<ProcessRecordState>);
 
 #[derive(Debug, Default)]
-struct AccountState {
+struct ProcessRecordState {
     id: u32,
     /// File of `/proc` with the memory in use.
     sizes: Option<File>,
@@ -37,13 +37,13 @@ struct AccountState {
     stream: Option<Arc<UnixStream>>,
 }
 
-impl Account {
-    fn locked(&self) -> MutexGuard<'_, AccountState> {
+impl ProcessRecord {
+    fn locked(&self) -> MutexGuard<'_, ProcessRecordState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Records the begin of a process, with the connection to it.
-    pub fn began(&self, id: u32, stream: Arc<UnixStream>) {
+    pub fn record_start(&self, id: u32, stream: Arc<UnixStream>) {
         let mut inner = self.locked();
         inner.id = id;
         inner.stream = Some(stream);
@@ -52,7 +52,7 @@ impl Account {
     }
 
     /// Records the end of a process; `fault` describes a failure.
-    pub fn ended(&self, id: u32, fault: Option<&str>) {
+    pub fn record_exit(&self, id: u32, fault: Option<&str>) {
         let mut inner = self.locked();
         if inner.id == id {
             inner.id = 0;

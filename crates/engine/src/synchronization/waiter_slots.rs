@@ -7,50 +7,50 @@ use super::sync::{AtomicBool, Ordering};
 /// Seats for sleeping threads, one each.
 /// Their number is the maximum of simultaneous sleepers so far; none is removed, so a wake-up needs no lock.
 #[derive(Debug, Default)]
-pub(super) struct Seats {
-    first: OnceLock<Box<Seat>>,
+pub(super) struct WaiterSlots {
+    first: OnceLock<Box<WaiterSlot>>,
 }
 
 #[derive(Debug, Default)]
-struct Seat {
+struct WaiterSlot {
     taken: AtomicBool,
     wake: Wake,
-    next: OnceLock<Box<Seat>>,
+    next: OnceLock<Box<WaiterSlot>>,
 }
 
 /// Seat taken by this thread, until it is dropped.
-pub(super) struct Taken<'a>(&'a Seat);
+pub(super) struct AcquiredSlot<'a>(&'a WaiterSlot);
 
-impl Seats {
+impl WaiterSlots {
     /// Takes a free seat, or makes one.
-    pub fn sit(&self) -> Taken<'_> {
-        let mut seat = self.first.get_or_init(Box::default);
-        while seat.taken.swap(true, Ordering::AcqRel) {
-            seat = seat.next.get_or_init(Box::default);
+    pub fn acquire(&self) -> AcquiredSlot<'_> {
+        let mut slot = self.first.get_or_init(Box::default);
+        while slot.taken.swap(true, Ordering::AcqRel) {
+            slot = slot.next.get_or_init(Box::default);
         }
-        Taken(seat)
+        AcquiredSlot(slot)
     }
 
     /// Wakes all sleeping threads.
     #[inline]
     pub fn wake(&self) {
         let mut next = self.first.get();
-        while let Some(seat) = next {
-            if seat.taken.load(Ordering::Acquire) {
-                seat.wake.notify(1);
+        while let Some(slot) = next {
+            if slot.taken.load(Ordering::Acquire) {
+                slot.wake.notify(1);
             }
-            next = seat.next.get();
+            next = slot.next.get();
         }
     }
 }
 
-impl Taken<'_> {
+impl AcquiredSlot<'_> {
     pub fn wake(&self) -> &Wake {
         &self.0.wake
     }
 }
 
-impl Drop for Taken<'_> {
+impl Drop for AcquiredSlot<'_> {
     fn drop(&mut self) {
         self.0.taken.store(false, Ordering::Release);
     }

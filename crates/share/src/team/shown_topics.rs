@@ -7,25 +7,25 @@ use slate_blackboard::Board;
 use slate_runtime::sharing::is_topic;
 
 use super::shown::ShownFacts;
-use super::stating::Stating;
-use super::{Known, Layout, Member, Topics};
+use super::stated_topic::StatedTopic;
+use super::{Layout, Member, TeamFact, Topics};
 
 /// Largest number of shown topics that are neither read nor stated here.
 /// Topics of other robots have no other limit.
-const UNUSED: usize = 64;
+const MAX_UNUSED_TOPICS: usize = 64;
 
 /// Topics on the board.
-pub(super) struct Showing {
+pub(super) struct ShownTopics {
     board: Arc<Board>,
     room: usize,
     shown: BTreeMap<String, ShownFacts>,
     /// Reasons why topics can't be shown.
-    troubles: BTreeMap<String, String>,
+    errors: BTreeMap<String, String>,
 }
 
 /// Result of an update.
 #[derive(Default)]
-pub(super) struct Sight {
+pub(super) struct TopicUpdate {
     /// Number of known facts.
     pub facts: u64,
     /// Facts that are not on the board, except unfitting ones.
@@ -36,61 +36,67 @@ pub(super) struct Sight {
     /// True if it replaces one with another layout.
     pub topics: Vec<(String, Result<bool, String>)>,
     /// New problems, for the log.
-    pub troubles: Vec<String>,
+    pub errors: Vec<String>,
 }
 
-impl Showing {
+impl ShownTopics {
     pub fn new(board: &Arc<Board>, room: usize) -> Self {
-        Self { board: Arc::clone(board), room, shown: BTreeMap::new(), troubles: BTreeMap::new() }
+        Self { board: Arc::clone(board), room, shown: BTreeMap::new(), errors: BTreeMap::new() }
     }
 
     /// Shows the known facts at this agent's time `now`, ns.
-    pub fn update(&mut self, member: &Member, read: &Topics, stating: &[Stating], now: u64) -> Sight {
+    pub fn update(
+        &mut self,
+        member: &Member,
+        read: &Topics,
+        stated: &[StatedTopic],
+        now: u64,
+    ) -> TopicUpdate {
         let mut known = member.known();
-        let mut sight = Sight { facts: count(&known), ..Sight::default() };
-        let mut troubles = BTreeMap::new();
-        for topic in self.choose(&known, read, stating) {
+        let mut result = TopicUpdate { facts: count(&known), ..TopicUpdate::default() };
+        let mut errors = BTreeMap::new();
+        for topic in self.choose(&known, read, stated) {
             let facts = known.remove(topic.as_str()).unwrap_or_default();
-            let layout = self.layout(&topic, &facts, member, read, stating);
+            let layout = self.layout(&topic, &facts, member, read, stated);
             let placed = self.place(&topic, layout);
             if let Err(reason) = &placed {
-                if self.troubles.get(&topic) != Some(reason) {
-                    sight.troubles.push(format!("team/{topic}: {reason}"));
+                if self.errors.get(&topic) != Some(reason) {
+                    result.errors.push(format!("team/{topic}: {reason}"));
                 }
-                troubles.insert(topic.clone(), reason.clone());
+                errors.insert(topic.clone(), reason.clone());
             }
             match self.shown.get_mut(&topic) {
                 Some(shown) => {
-                    sight.troubles.extend(shown.update(&topic, facts, member, now));
-                    sight.unfit += u64::from(shown.unfit_facts());
+                    result.errors.extend(shown.update(&topic, facts, member, now));
+                    result.unfit += u64::from(shown.unfit_facts());
                 }
-                None => sight.unshown += facts.len() as u64,
+                None => result.unshown += facts.len() as u64,
             }
-            sight.topics.push((topic, placed));
+            result.topics.push((topic, placed));
         }
-        self.troubles = troubles;
-        sight.unshown += count(&known);
-        sight
+        self.errors = errors;
+        result.unshown += count(&known);
+        result
     }
 
     /// Selects all topics that are used here, and others as far as there is room.
     /// Of the others, those already shown come first.
     fn choose(
         &mut self,
-        known: &BTreeMap<&str, Vec<Known<'_>>>,
+        known: &BTreeMap<&str, Vec<TeamFact<'_>>>,
         read: &Topics,
-        stating: &[Stating],
+        stated: &[StatedTopic],
     ) -> BTreeSet<String> {
-        let stated = stating.iter().map(|stating| stating.topic.clone());
+        let stated = stated.iter().map(|stated| stated.topic.clone());
         let used: BTreeSet<String> = read.keys().cloned().chain(stated).collect();
         let unused = |shown: &BTreeMap<String, ShownFacts>| {
             shown.keys().filter(|topic| !used.contains(*topic)).count()
         };
-        if unused(&self.shown) >= UNUSED {
-            // An empty one makes room.
+        if unused(&self.shown) >= MAX_UNUSED_TOPICS {
+            // Drops empty topics.
             self.shown.retain(|topic, _| used.contains(topic) || known.contains_key(topic.as_str()));
         }
-        let room = UNUSED.saturating_sub(unused(&self.shown));
+        let room = MAX_UNUSED_TOPICS.saturating_sub(unused(&self.shown));
         let is_new =
             |topic: &&str| is_topic(topic) && !used.contains(*topic) && !self.shown.contains_key(*topic);
         let new = known.keys().copied().filter(is_new).take(room).map(str::to_owned);
@@ -102,19 +108,19 @@ impl Showing {
     fn layout(
         &self,
         topic: &str,
-        facts: &[Known<'_>],
+        facts: &[TeamFact<'_>],
         member: &Member,
         read: &Topics,
-        stating: &[Stating],
+        stated: &[StatedTopic],
     ) -> Result<Layout, String> {
         if let Some(descriptor) = read.get(topic).copied().flatten() {
             return Layout::of(descriptor);
         }
-        let own = stating.iter().find(|stating| stating.topic == topic);
+        let own = stated.iter().find(|stated| stated.topic == topic);
         if let Some(table) = own.and_then(|own| own.table(&self.board)) {
             return table.map(|(_, layout)| layout);
         }
-        // Robots of several versions may differ, and whoever looks at it here must not see it change to and fro.
+        // Robots of several versions may differ, and the layout shown here must not alternate.
         if let Some(shown) = self.shown.get(topic)
             && (facts.is_empty() || facts.iter().any(|known| shown.fits(known)))
         {
@@ -147,6 +153,6 @@ impl Showing {
     }
 }
 
-fn count(known: &BTreeMap<&str, Vec<Known<'_>>>) -> u64 {
+fn count(known: &BTreeMap<&str, Vec<TeamFact<'_>>>) -> u64 {
     known.values().map(|facts| facts.len() as u64).sum()
 }

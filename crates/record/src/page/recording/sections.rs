@@ -2,22 +2,22 @@
 
 use super::super::table::{Table, seconds};
 use super::super::tracks::Series;
-use super::super::{Known, Section, SectionPart, Story};
+use super::super::{Known, PageContent, Section, SectionPart};
 use super::Recording;
 use crate::plot::{self, Drawing};
 use crate::storage::{ChannelTopic, Error, Unread};
 use crate::{Scene, Trajectory};
 
 impl Recording {
-    fn about(&self, text: &str, key: &str) -> Option<&String> {
+    fn metadata_value(&self, text: &str, key: &str) -> Option<&String> {
         self.texts.get(text)?.get(key)
     }
 
     /// Returns the title of the page.
     fn title(&self) -> String {
         let file = self.path.file_name().unwrap_or_default().to_string_lossy();
-        let name = self.about("run", "agent").cloned().unwrap_or_else(|| file.into_owned());
-        let seed = self.about("run", "seed").map_or(String::new(), |seed| format!(", seed {seed}"));
+        let name = self.metadata_value("run", "agent").cloned().unwrap_or_else(|| file.into_owned());
+        let seed = self.metadata_value("run", "seed").map_or(String::new(), |seed| format!(", seed {seed}"));
         let verdict = self.verdict.clone().unwrap_or_else(|| "recorded".into());
         let link = if self.verdict.is_some() { "after" } else { "for" };
         format!("{name}{seed}: {verdict} {link} {:.1} s", self.length as f64 * 1e-9)
@@ -28,17 +28,22 @@ impl Recording {
     }
 
     /// Returns the page of a recording alone.
-    pub fn tell(mut self, known: &Known) -> Result<Story, Error> {
+    pub fn content(mut self, known: &Known) -> Result<PageContent, Error> {
         let (title, source) = (self.title(), format!("From the recording {}.", self.file()));
         let mut sections = vec![self.summary()];
         let trajectory = std::mem::take(&mut self.tracks).trajectory();
-        sections.extend(ways(&title, &format!("recording {}", self.file()), &known.scene, &trajectory)?);
+        sections.extend(path_pictures(
+            &title,
+            &format!("recording {}", self.file()),
+            &known.scene,
+            &trajectory,
+        )?);
         let distances = self.distances(&trajectory)?;
         sections
             .extend(Some(distances).filter(|section| section.has_table() || self.texts.contains_key("run")));
         sections.extend(self.sections());
         let scene = known.scene.clone();
-        Ok(Story { title, source, sections, unread: self.unread, scene, trajectory })
+        Ok(PageContent { title, source, sections, unread: self.unread, scene, trajectory })
     }
 
     /// Messages that can't be decoded.
@@ -69,7 +74,7 @@ impl Recording {
         for (text, key) in
             [("run", "agent"), ("run", "seed"), ("run", "clock"), ("end", "cycles"), ("end", "digest")]
         {
-            if let Some(value) = self.about(text, key) {
+            if let Some(value) = self.metadata_value(text, key) {
                 row(key, value.clone());
             }
         }
@@ -176,7 +181,7 @@ fn start_title(title: &str) -> String {
 }
 
 /// Returns the pictures of the robots' paths.
-fn ways(
+fn path_pictures(
     title: &str,
     caption: &str,
     scene: &Scene,
@@ -203,18 +208,18 @@ fn ways(
 /// They are between the points that their poses refer to.
 pub(in crate::page) fn between(trajectory: &Trajectory) -> Vec<(String, Series)> {
     /// Maximum number of robots in a readable picture.
-    const MOST: usize = 4;
+    const MAX_LINES: usize = 4;
     let robots = trajectory.robots();
     let mut pairs = Vec::new();
-    for (i, one) in robots.iter().enumerate().take(MOST) {
-        for other in robots.iter().take(MOST).skip(i + 1) {
+    for (i, one) in robots.iter().enumerate().take(MAX_LINES) {
+        for other in robots.iter().take(MAX_LINES).skip(i + 1) {
             let mut series = Series::default();
             let (mut at_one, mut at_other) = (None, None);
             for sample in &trajectory.samples {
-                let place = (sample.x, sample.y);
+                let position = (sample.x, sample.y);
                 match sample.robot.as_str() {
-                    name if name == *one => at_one = Some(place),
-                    name if name == *other => at_other = Some(place),
+                    name if name == *one => at_one = Some(position),
+                    name if name == *other => at_other = Some(position),
                     _ => continue,
                 }
                 if let Some(((x, y), (u, v))) = at_one.zip(at_other) {

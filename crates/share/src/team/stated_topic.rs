@@ -8,20 +8,20 @@ use slate_blackboard::{Board, Property};
 use super::{Layout, Member};
 
 /// Property with this robot's statements about a topic.
-pub(super) struct Stating {
+pub(super) struct StatedTopic {
     pub topic: String,
     path: String,
     /// Passed-on statements, by key.
-    seen: BTreeMap<String, Vec<u8>>,
+    forwarded: BTreeMap<String, Vec<u8>>,
     /// Number and writer of the last table.
     stamp: (u64, u64),
-    pub trouble: Option<String>,
+    pub error: Option<String>,
 }
 
-impl Stating {
+impl StatedTopic {
     pub fn new(topic: &str, path: &str) -> Self {
         let (topic, path) = (topic.to_owned(), path.to_owned());
-        Self { topic, path, seen: BTreeMap::new(), stamp: (0, 0), trouble: None }
+        Self { topic, path, forwarded: BTreeMap::new(), stamp: (0, 0), error: None }
     }
 
     /// Returns the property and the layout of its table, if it exists.
@@ -36,16 +36,16 @@ impl Stating {
 
     /// Passes on changed statements.
     /// `date` is the calendar time at this agent's time `now`, both in ns.
-    pub fn look(&mut self, board: &Board, member: &mut Member, now: u64, date: u64) {
+    pub fn forward(&mut self, board: &Board, member: &mut Member, now: u64, date: u64) {
         let table = self.table(board).unwrap_or_else(|| Err("there is no such property yet".into()));
         let (property, layout) = match table {
             Ok(table) => table,
             Err(reason) => {
-                self.trouble = Some(format!("/{}: {reason}", self.path));
+                self.error = Some(format!("/{}: {reason}", self.path));
                 return;
             }
         };
-        self.trouble = None;
+        self.error = None;
         let Ok(Some((bytes, items, stamp))) = property.newest() else { return };
         let stamp = (stamp.generation, stamp.sequence);
         if self.stamp == stamp {
@@ -53,7 +53,9 @@ impl Stating {
         }
         self.stamp = stamp;
         for entry in layout.entries(&bytes, items) {
-            if entry.key.is_empty() || self.seen.get(entry.key).is_some_and(|seen| seen == entry.bytes) {
+            if entry.key.is_empty()
+                || self.forwarded.get(entry.key).is_some_and(|forwarded| forwarded == entry.bytes)
+            {
                 continue;
             }
             let time = date.saturating_sub(now.saturating_sub(entry.time));
@@ -63,17 +65,17 @@ impl Stating {
                 member.state(time, (&self.topic, entry.key), &layout, entry.certainty, entry.value)
             };
             match done {
-                Ok(()) => drop(self.seen.insert(entry.key.to_owned(), entry.bytes.to_vec())),
+                Ok(()) => drop(self.forwarded.insert(entry.key.to_owned(), entry.bytes.to_vec())),
                 Err(refusal) => {
-                    self.trouble = Some(format!("/{}, `{}`: {refusal}", self.path, entry.key));
-                    // It is tried again.
+                    self.error = Some(format!("/{}, `{}`: {refusal}", self.path, entry.key));
+                    // Retries at the next call.
                     self.stamp = (0, 0);
                 }
             }
         }
         let stays = |key: &str| layout.entries(&bytes, items).any(|entry| entry.key == key);
-        if self.seen.len() > items {
-            self.seen.retain(|key, _| stays(key));
+        if self.forwarded.len() > items {
+            self.forwarded.retain(|key, _| stays(key));
         }
     }
 }

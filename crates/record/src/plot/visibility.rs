@@ -7,15 +7,15 @@ use crate::{Cone, Robot, Scene};
 pub(super) fn visible(scene: &Scene, robot: &Robot, cone: &Cone) -> Vec<[f64; 2]> {
     /// Number of rays, about one for each degree, and limited for all directions.
     const RAYS_PER_RADIAN: f64 = 60.0;
-    const MOST_RAYS: f64 = 400.0;
+    const MAX_RAYS: f64 = 400.0;
     let rays = libm::ceil(cone.opening.abs() * RAYS_PER_RADIAN);
-    let rays = if rays < MOST_RAYS { rays } else { MOST_RAYS };
+    let rays = if rays < MAX_RAYS { rays } else { MAX_RAYS };
     let origin = robot.to_world([cone.x, cone.y]);
     let first = robot.theta + cone.direction - cone.opening / 2.0;
     let ends = (0..=rays as u32).map(|ray| {
         let angle = first + cone.opening * f64::from(ray) / rays;
         let direction = [libm::cos(angle), libm::sin(angle)];
-        let range = free_way(scene, origin, direction, cone.range);
+        let range = free_distance(scene, origin, direction, cone.range);
         [origin[0] + range * direction[0], origin[1] + range * direction[1]]
     });
     [origin].into_iter().chain(ends).collect()
@@ -23,10 +23,10 @@ pub(super) fn visible(scene: &Scene, robot: &Robot, cone: &Cone) -> Vec<[f64; 2]
 
 /// Returns the distance from `origin` to the first obstacle, at most `range`.
 /// The direction has length 1.
-fn free_way(scene: &Scene, origin: [f64; 2], direction: [f64; 2], range: f64) -> f64 {
+fn free_distance(scene: &Scene, origin: [f64; 2], direction: [f64; 2], range: f64) -> f64 {
     let sides = scene.polygons.iter().flat_map(|polygon| {
         let next = polygon.points.iter().cycle().skip(1);
-        polygon.points.iter().zip(next).filter_map(|(a, b)| way_to_side(origin, direction, *a, *b))
+        polygon.points.iter().zip(next).filter_map(|(a, b)| distance_to_side(origin, direction, *a, *b))
     });
     let circles = scene.circles.iter().filter_map(|circle| {
         let center = minus(circle.center, origin);
@@ -40,7 +40,7 @@ fn free_way(scene: &Scene, origin: [f64; 2], direction: [f64; 2], range: f64) ->
         .fold(range, |least, way| if way < least { way } else { least })
 }
 
-fn way_to_side(origin: [f64; 2], direction: [f64; 2], a: [f64; 2], b: [f64; 2]) -> Option<f64> {
+fn distance_to_side(origin: [f64; 2], direction: [f64; 2], a: [f64; 2], b: [f64; 2]) -> Option<f64> {
     let (side, to_a) = (minus(b, a), minus(a, origin));
     let determinant = cross(direction, side);
     let share = cross(to_a, direction) / determinant;

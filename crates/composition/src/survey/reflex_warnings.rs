@@ -8,7 +8,7 @@ use super::{LinkSource, ResolvedLink, Survey, Wire, scope};
 
 /// Warns of a reflex that reaches no Execute of its robot.
 /// Also when the link is left out on purpose: nothing stops the robot then.
-pub(super) fn astray(
+pub(super) fn undelivered_reflex(
     survey: &Survey<'_>,
     (module, port): (usize, usize),
     path: &str,

@@ -4,21 +4,21 @@
 use slate_configuration::{Configuration, Message};
 
 use super::names::port_at;
-use super::{Survey, actuation, known};
-use crate::complaints::Complaints;
+use super::{Survey, actuation, knowledge_inputs};
+use crate::diagnostic_collector::DiagnosticCollector;
 
 /// Reports configured values of inputs that reject manual values.
 pub(super) fn check_values<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
-    complaints: &mut Complaints<'a>,
+    collector: &mut DiagnosticCollector<'a>,
 ) {
     for (module, surveyed) in survey.modules.iter().enumerate() {
         for port in surveyed.inputs.keys() {
             let Some((message, help)) = refusal(configuration, survey, (module, *port)) else { continue };
             let name = surveyed.description.ports[*port].name.as_str();
             let place = surveyed.module.inputs.iter().find(|(own, _)| *own == name);
-            complaints.add(place.map_or(surveyed.module.name.span, |(_, entry)| entry.key), message, help);
+            collector.add(place.map_or(surveyed.module.name.span, |(_, entry)| entry.key), message, help);
         }
     }
 }
@@ -30,11 +30,11 @@ fn refusal(
     port: (usize, usize),
 ) -> Option<(Message, String)> {
     actuation::value_refusal(configuration, survey, port)
-        .or_else(|| known::value_refusal(configuration, survey, port))
+        .or_else(|| knowledge_inputs::value_refusal(configuration, survey, port))
 }
 
 /// Returns the error and the advice if the input at a path rejects manual values.
-pub fn hand_refusal(
+pub fn manual_value_refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,
     path: &str,

@@ -22,21 +22,21 @@ pub(super) fn check<'d>(header: &FileHeader64<Endianness>, bytes: impl ReadRef<'
     }
     let segments = header.program_headers(endian, bytes).map_err(damaged)?;
     let sections = header.sections(endian, bytes).map_err(damaged)?;
-    let view = View { endian, segments };
-    view.loads()?;
+    let view = LoadedHeaders { endian, segments };
+    view.check_load_order()?;
     for (i, segment) in segments.iter().enumerate() {
-        let checked = in_file(segment.file_range(endian), size).and_then(|()| view.segment(segment));
+        let checked = in_file(segment.file_range(endian), size).and_then(|()| view.check_segment(segment));
         checked.map_err(|problem| format!("is damaged: segment {i} {problem}"))?;
     }
     for (index, section) in sections.enumerate() {
         let checked = section.file_range(endian).map_or(Ok(()), |range| in_file(range, size));
-        checked.and_then(|()| view.section(section)).map_err(|problem| {
+        checked.and_then(|()| view.check_section(section)).map_err(|problem| {
             let name = sections.section_name(endian, section).unwrap_or_default();
             format!("is damaged: section {} `{}` {problem}", index.0, String::from_utf8_lossy(name))
         })?;
     }
-    view.dynamic(&sections)?;
-    view.read_only_later(&sections)
+    view.check_dynamic(&sections)?;
+    view.check_read_only(&sections)
 }
 
 fn in_file((start, length): (u64, u64), size: u64) -> Result<(), &'static str> {
@@ -47,12 +47,12 @@ fn in_file((start, length): (u64, u64), size: u64) -> Result<(), &'static str> {
 /// Smallest page of any machine.
 const PAGE: u64 = 4096;
 
-struct View<'a> {
+struct LoadedHeaders<'a> {
     endian: Endianness,
     segments: &'a [Segment],
 }
 
-impl View<'_> {
+impl LoadedHeaders<'_> {
     fn of_type(&self, kind: elf::ProgramType) -> impl Iterator<Item = &Segment> {
         self.segments.iter().filter(move |segment| segment.p_type(self.endian) == kind)
     }
@@ -65,7 +65,7 @@ impl View<'_> {
 
     /// Checks that loadable segments are ordered and lie in the file as in memory.
     /// Up to whole pages.
-    fn loads(&self) -> Result<(), String> {
+    fn check_load_order(&self) -> Result<(), String> {
         let mut last = 0;
         for segment in self.of_type(elf::PT_LOAD) {
             let align = segment.p_align(self.endian).max(1);
@@ -98,7 +98,7 @@ impl View<'_> {
     }
 
     /// Checks that a segment which the loader reads is mapped.
-    fn segment(&self, segment: &Segment) -> Result<(), &'static str> {
+    fn check_segment(&self, segment: &Segment) -> Result<(), &'static str> {
         let kind = segment.p_type(self.endian);
         if matches!(kind, elf::PT_LOAD | elf::PT_NULL | elf::PT_GNU_STACK) {
             return Ok(());
@@ -112,7 +112,7 @@ impl View<'_> {
     }
 
     /// Checks that a section in use is mapped with suitable permissions.
-    fn section(&self, section: &Section) -> Result<(), &'static str> {
+    fn check_section(&self, section: &Section) -> Result<(), &'static str> {
         let flags = section.sh_flags(self.endian);
         let is_empty = section.sh_type(self.endian) == elf::SHT_NOBITS;
         if !flags.contains(elf::SHF_ALLOC) || (is_empty && flags.contains(elf::SHF_TLS)) {
@@ -131,20 +131,20 @@ impl View<'_> {
     }
 
     /// Checks that the dynamic segment and section agree; the loader reads the segment.
-    fn dynamic<'d, R: ReadRef<'d>>(
+    fn check_dynamic<'d, R: ReadRef<'d>>(
         &self,
         sections: &SectionTable<'d, FileHeader64<Endianness>, R>,
     ) -> Result<(), String> {
         let endian = self.endian;
-        let mut said = self.of_type(elf::PT_DYNAMIC);
+        let mut dynamic_segments = self.of_type(elf::PT_DYNAMIC);
         let section = sections.iter().find(|section| section.sh_type(endian) == elf::SHT_DYNAMIC);
-        let agree = said.next().zip(section).is_some_and(|(segment, section)| {
+        let agree = dynamic_segments.next().zip(section).is_some_and(|(segment, section)| {
             segment.p_vaddr(endian) == section.sh_addr(endian)
                 && segment.p_memsz(endian) == section.sh_size(endian)
         });
         let threads = |section: &Section| section.sh_flags(endian).contains(elf::SHF_TLS);
         let has_threads = self.of_type(elf::PT_TLS).count() == usize::from(sections.iter().any(threads));
-        if agree && said.next().is_none() && has_threads {
+        if agree && dynamic_segments.next().is_none() && has_threads {
             Ok(())
         } else {
             Err("is damaged: its segments and sections do not agree".into())
@@ -152,7 +152,7 @@ impl View<'_> {
     }
 
     /// Checks that no section is written that becomes read-only after loading (RELRO).
-    fn read_only_later<'d, R: ReadRef<'d>>(
+    fn check_read_only<'d, R: ReadRef<'d>>(
         &self,
         sections: &SectionTable<'d, FileHeader64<Endianness>, R>,
     ) -> Result<(), String> {

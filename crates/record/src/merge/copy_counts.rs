@@ -3,16 +3,16 @@
 
 use std::collections::BTreeMap;
 
-use super::together::under;
-use crate::recorder::{DROPPED, TOPICS};
+use super::merge_check::prefixed_topic;
+use crate::recorder::{DROPPED_TOPIC, TOPICS};
 use crate::storage::{Decoder, Message, Metadata, Selection};
 
 /// The records of metadata that count messages, or say when they are.
-const TOLD: [&str; 3] = ["dropped", "end", "flight"];
+const COUNTED_METADATA: [&str; 3] = ["dropped", "end", "flight"];
 
 /// Counts of one file.
 #[derive(Default)]
-pub(super) struct Recount {
+pub(super) struct CopyCounts {
     /// Metadata of the file, until all is counted.
     waiting: Vec<Metadata>,
     /// Offset from the agent's time to that of the file, nanoseconds.
@@ -25,7 +25,7 @@ pub(super) struct Recount {
     decoder: Decoder,
 }
 
-impl Recount {
+impl CopyCounts {
     /// Creates the counts of an agent's recording from the metadata of its run.
     /// The metadata says when the run began; for other files nothing is counted.
     pub fn new(run: Option<&Metadata>) -> Self {
@@ -35,7 +35,7 @@ impl Recount {
 
     /// Keeps metadata to be counted anew, and returns other metadata.
     pub fn keep(&mut self, metadata: Metadata) -> Option<Metadata> {
-        if !TOLD.contains(&metadata.name.as_str()) {
+        if !COUNTED_METADATA.contains(&metadata.name.as_str()) {
             return Some(metadata);
         }
         self.waiting.push(metadata);
@@ -43,9 +43,9 @@ impl Recount {
     }
 
     /// Notes the drops that a message of the file reports, copied or not.
-    pub fn look(&mut self, message: &Message, start: u64, selection: &Selection) {
-        let is_told = message.channel.topic == DROPPED.name
-            && message.schema.is_some_and(|schema| schema.name == DROPPED.schema);
+    pub fn note_drops(&mut self, message: &Message, start: u64, selection: &Selection) {
+        let is_told = message.channel.topic == DROPPED_TOPIC.name
+            && message.schema.is_some_and(|schema| schema.name == DROPPED_TOPIC.schema);
         let time = message.log_time.saturating_sub(start);
         if !is_told || selection.to.is_some_and(|to| time > to) {
             return;
@@ -68,20 +68,20 @@ impl Recount {
     }
 
     /// Returns the renewed metadata.
-    pub fn told(self, selection: &Selection, prefix: &str) -> Vec<Metadata> {
-        let said = self.waiting.iter().find(|metadata| metadata.name == "dropped");
-        let counts: BTreeMap<String, u64> = match said.filter(|_| !selection.is_span()) {
-            Some(said) => {
+    pub fn renewed_metadata(self, selection: &Selection, prefix: &str) -> Vec<Metadata> {
+        let dropped_metadata = self.waiting.iter().find(|metadata| metadata.name == "dropped");
+        let counts: BTreeMap<String, u64> = match dropped_metadata.filter(|_| !selection.is_span()) {
+            Some(dropped_metadata) => {
                 let count = |(url, count): (&String, &String)| Some((url.clone(), count.parse().ok()?));
-                said.metadata.iter().filter_map(count).collect()
+                dropped_metadata.metadata.iter().filter_map(count).collect()
             }
             None => self.drops.into_iter().map(|(url, (before, until))| (url, until - before)).collect(),
         };
         let drops = counts.into_iter().filter(|(url, count)| *count > 0 && selection.has(url));
-        let drops: BTreeMap<_, _> = drops.map(|(url, count)| (under(prefix, &url), count)).collect();
+        let drops: BTreeMap<_, _> = drops.map(|(url, count)| (prefixed_topic(prefix, &url), count)).collect();
         let dropped: u64 = drops.values().sum();
         let agent_time = |time: u64| time.saturating_sub(self.epoch).to_string();
-        let told = self.waiting.into_iter().map(|mut metadata| {
+        let renewed = self.waiting.into_iter().map(|mut metadata| {
             let texts = &mut metadata.metadata;
             let mut set = |key: &str, text: String| {
                 if let Some(own) = texts.get_mut(key) {
@@ -109,6 +109,6 @@ impl Recount {
             }
             metadata
         });
-        told.collect()
+        renewed.collect()
     }
 }

@@ -8,7 +8,7 @@ use slate_runtime::recording::configuration;
 
 use super::flight::{Captured, Past};
 use super::host::Host;
-use super::run::{CONFIGURATION, Preface, absolute, told_stages};
+use super::run::{CONFIGURATION, Preface, inbox_url, stage_modules};
 
 /// Returns the preface of a file with the last seconds.
 /// Changes within them are messages of the file.
@@ -38,32 +38,32 @@ fn changed(first: &Preface, past: &Past) -> Option<Preface> {
     let mut preface = first.clone();
     if let Some(order) = past.stages.clone() {
         let stages = preface.metadata.iter_mut().filter(|(name, _)| *name == "stages");
-        stages.for_each(|(_, stages)| *stages = told_stages(order.clone()));
+        stages.for_each(|(_, stages)| *stages = stage_modules(order.clone()));
     }
     if past.settings.is_empty() {
         return Some(preface);
     }
     let (name, _, bytes) = preface.attachments.iter_mut().find(|(name, ..)| name == CONFIGURATION)?;
-    let text = with(&String::from_utf8_lossy(bytes), past);
+    let text = merge_changes(&String::from_utf8_lossy(bytes), past);
     let current = configuration(name, &text, Vec::new()).ok()?.current();
     *bytes = text.into_bytes();
     for (_, links) in preface.metadata.iter_mut().filter(|(name, _)| *name == "links") {
         let inboxes: BTreeSet<String> = links.values().cloned().collect();
-        let told = |link: &Link| {
+        let entry = |link: &Link| {
             let (to, from) = (link.to.value.clone(), link.from.value.to_string());
             // An inbox stays one.
-            match absolute(&to) {
+            match inbox_url(&to) {
                 inbox if inboxes.contains(&inbox) => (from.trim_start_matches('/').to_owned(), inbox),
                 _ => (to, from),
             }
         };
-        *links = current.links().iter().map(told).collect();
+        *links = current.links().iter().map(entry).collect();
     }
     Some(preface)
 }
 
 /// Returns the configuration with the changes, a line for each setting.
-fn with(text: &str, past: &Past) -> String {
+fn merge_changes(text: &str, past: &Past) -> String {
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     for (path, value) in &past.settings {
         let value = match value {

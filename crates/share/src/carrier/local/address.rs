@@ -9,11 +9,11 @@ use slate_runtime::directory::{Lock, folder};
 
 use crate::carrier::CarrierError;
 
-const EXPECTED: &str = "local:NAME (letters, digits, _ and -) or local:/a/path";
+const EXPECTED_ENDPOINT: &str = "local:NAME (letters, digits, _ and -) or local:/a/path";
 
 /// Returns the path of an endpoint's socket.
 pub(super) fn path(endpoint: &str) -> Result<PathBuf, CarrierError> {
-    let wrong = || CarrierError::NoEndpoint { endpoint: endpoint.into(), expected: EXPECTED };
+    let wrong = || CarrierError::NoEndpoint { endpoint: endpoint.into(), expected: EXPECTED_ENDPOINT };
     let name = endpoint.strip_prefix("local:").ok_or_else(wrong)?;
     if name.starts_with('/') {
         return Ok(name.into());
@@ -83,7 +83,7 @@ impl LocalAddress {
 
 impl Drop for LocalAddress {
     fn drop(&mut self) {
-        // Who removed it before did the same.
+        // It may be removed already.
         let _ = fs::remove_file(&self.path);
     }
 }

@@ -9,15 +9,15 @@ use slate_module::Level;
 use super::choice::Choice;
 use super::form::ValueForm;
 use super::track::{LogLine, Mailbox, PropertyTrack};
-use crate::recorder::CHANGE;
+use crate::recorder::CHANGE_TOPIC;
 use crate::ros;
 use crate::storage::Message;
 
 /// The topic and the type of a recorded log.
-const LOG: (&str, &str) = ("/log", "rcl_interfaces/msg/Log");
+const LOG_SCHEMA: (&str, &str) = ("/log", "rcl_interfaces/msg/Log");
 
 /// Treatment of a channel of the file.
-pub(super) enum Fate {
+pub(super) enum ChannelTreatment {
     Played {
         track: usize,
         is_setting: bool,
@@ -31,16 +31,16 @@ pub(super) enum Fate {
 
 /// Determines the treatment of the messages to a mailbox.
 /// The error says why they are left out.
-fn letters(
+fn messages(
     mailboxes: &mut Vec<Mailbox>,
     message: &Message<'_>,
     known: &BTreeMap<u64, &'static Descriptor>,
-) -> Result<Fate, String> {
+) -> Result<ChannelTreatment, String> {
     let path = message.channel.topic.trim_start_matches('/');
     let sender = message.channel.metadata.get("sender").and_then(|sender| sender.parse().ok());
     let sender = sender.ok_or("its channel says no number of the sender")?;
-    let place = match mailboxes.iter().position(|mailbox| mailbox.path == path) {
-        Some(place) => place,
+    let index = match mailboxes.iter().position(|mailbox| mailbox.path == path) {
+        Some(index) => index,
         None => {
             let form = ValueForm::of(message, known)?;
             mailboxes.push(Mailbox { path: path.into(), form, senders: 0, from: BTreeMap::new() });
@@ -48,35 +48,35 @@ fn letters(
         }
     };
     let from = message.channel.metadata.get("from").map(|from| from.trim_start_matches('/').to_owned());
-    mailboxes[place].from.extend(from.map(|from| (sender, from)));
-    Ok(Fate::Sent(place, sender))
+    mailboxes[index].from.extend(from.map(|from| (sender, from)));
+    Ok(ChannelTreatment::Sent(index, sender))
 }
 
 /// Determines the treatment of a message's channel.
 /// The error says why it is left out, unless that is obvious.
-pub(super) fn fate(
+pub(super) fn treatment(
     tracks: &mut Vec<PropertyTrack>,
     mailboxes: &mut Vec<Mailbox>,
     message: &Message<'_>,
     is_chosen: bool,
     choice: &Choice,
     known: &BTreeMap<u64, &'static Descriptor>,
-) -> Result<Fate, Option<String>> {
+) -> Result<ChannelTreatment, Option<String>> {
     let topic = &message.channel.topic;
-    if *topic == CHANGE.name {
-        return Ok(Fate::Changes);
+    if *topic == CHANGE_TOPIC.name {
+        return Ok(ChannelTreatment::Changes);
     }
     if !is_chosen {
         return Err(None);
     }
     if message.channel.metadata.get("access").is_some_and(|access| access == "messages") {
-        return letters(mailboxes, message, known).map_err(Some);
+        return messages(mailboxes, message, known).map_err(Some);
     }
-    let schema = message.schema.filter(|schema| *topic == LOG.0 && schema.name == LOG.1);
+    let schema = message.schema.filter(|schema| *topic == LOG_SCHEMA.0 && schema.name == LOG_SCHEMA.1);
     if let Some(schema) = schema {
         let text = std::str::from_utf8(&schema.data).unwrap_or_default();
         return ros::Schema::parse(&schema.name, text)
-            .map(Fate::Log)
+            .map(ChannelTreatment::Log)
             .map_err(|error| Some(error.to_string()));
     }
     let path = choice.map.get(topic).unwrap_or(topic).trim_start_matches('/');
@@ -88,10 +88,10 @@ pub(super) fn fate(
         return Err(Some(format!("{error}: play it elsewhere with --map '{topic}=/a/path'")));
     }
     let form = ValueForm::of(message, known).map_err(Some)?;
-    let said = |key: &str| message.channel.metadata.get(key).cloned();
-    let (origin, access) = (said("hash"), said("access").unwrap_or_default());
+    let metadata = |key: &str| message.channel.metadata.get(key).cloned();
+    let (origin, access) = (metadata("hash"), metadata("access").unwrap_or_default());
     let is_setting = access == "setting";
-    let is_compared = said("repeats").is_some_and(|repeats| repeats == "true") && access == "output";
+    let is_compared = metadata("repeats").is_some_and(|repeats| repeats == "true") && access == "output";
     // An input that is set at times and filled by links at others is one property.
     let is_other_half = |track: &PropertyTrack| {
         track.topic == *topic
@@ -99,11 +99,11 @@ pub(super) fn fate(
             && track.origin == origin
             && !track.accesses.contains(&access)
     };
-    if let Some(place) = tracks.iter().position(is_other_half) {
-        let track = &mut tracks[place];
+    if let Some(index) = tracks.iter().position(is_other_half) {
+        let track = &mut tracks[index];
         track.accesses.insert(access);
         track.is_compared |= is_compared;
-        return Ok(Fate::Played { track: place, is_setting });
+        return Ok(ChannelTreatment::Played { track: index, is_setting });
     }
     tracks.push(PropertyTrack {
         topic: topic.clone(),
@@ -120,14 +120,14 @@ pub(super) fn fate(
         values: Vec::new(),
     });
     // The format has no more channels than that.
-    Ok(Fate::Played { track: tracks.len() - 1, is_setting })
+    Ok(ChannelTreatment::Played { track: tracks.len() - 1, is_setting })
 }
 
 /// Checks that each property has one writer.
 pub(super) fn check_writers(tracks: &[PropertyTrack]) -> Result<(), String> {
-    let mut places: BTreeMap<&str, &PropertyTrack> = BTreeMap::new();
+    let mut indices: BTreeMap<&str, &PropertyTrack> = BTreeMap::new();
     for track in tracks {
-        let Some(other) = places.insert(&track.path, track) else { continue };
+        let Some(other) = indices.insert(&track.path, track) else { continue };
         let what = match other.topic == track.topic {
             true => format!("{} has two writers in it, as after a merge of two recordings", track.topic),
             false => format!("{} and {} are both to be played at /{}", other.topic, track.topic, track.path),

@@ -6,7 +6,7 @@ use slate_blackboard::nearest_paths;
 use slate_configuration::{Configuration, Diagnostic, Message, Span};
 
 /// Collector of diagnostics.
-pub struct Complaints<'a> {
+pub struct DiagnosticCollector<'a> {
     configuration: &'a Configuration,
     /// Ports with several possible links and no other diagnostic.
     pub undecided: BTreeSet<String>,
@@ -14,29 +14,29 @@ pub struct Complaints<'a> {
     pub diagnostics: Vec<Diagnostic>,
     /// Deferred diagnostics at settings that parameters follow.
     /// The module that owns the setting may report the same mistake.
-    of_followers: Vec<Diagnostic>,
+    deferred: Vec<Diagnostic>,
 }
 
-impl<'a> Complaints<'a> {
+impl<'a> DiagnosticCollector<'a> {
     /// Creates a collector without diagnostics.
     pub fn new(configuration: &'a Configuration) -> Self {
-        Self { configuration, undecided: BTreeSet::new(), diagnostics: Vec::new(), of_followers: Vec::new() }
+        Self { configuration, undecided: BTreeSet::new(), diagnostics: Vec::new(), deferred: Vec::new() }
     }
 
     /// Defers the diagnostics from index `from` on that are at the given settings.
     /// Parameters follow these settings.
-    pub fn set_followers_aside(&mut self, from: usize, settings: impl Iterator<Item = Span>) {
+    pub fn defer_at(&mut self, from: usize, settings: impl Iterator<Item = Span>) {
         let settings: Vec<_> = settings.map(|span| self.configuration.diagnostic(span, "", None)).collect();
         let is_at_setting = |one: &Diagnostic| settings.iter().any(|setting| one.is_at_place_of(setting));
-        let (aside, own) = self.diagnostics.split_off(from).into_iter().partition(is_at_setting);
+        let (at_settings, own) = self.diagnostics.split_off(from).into_iter().partition(is_at_setting);
         self.diagnostics.extend::<Vec<_>>(own);
-        self.of_followers.extend::<Vec<_>>(aside);
+        self.deferred.extend::<Vec<_>>(at_settings);
     }
 
     /// Adds the deferred diagnostics, except at places that already have one.
     /// One mistake has one diagnostic.
-    pub fn add_followers(&mut self) {
-        for one in std::mem::take(&mut self.of_followers) {
+    pub fn add_deferred(&mut self) {
+        for one in std::mem::take(&mut self.deferred) {
             if !self.diagnostics.iter().any(|other| other.is_at_place_of(&one)) {
                 self.diagnostics.push(one);
             }
@@ -62,7 +62,7 @@ impl<'a> Complaints<'a> {
     }
 
     /// Adds a diagnostic whose message contains the advice.
-    pub fn add_plain(&mut self, span: Span, message: impl Into<Message>) {
+    pub fn add_without_help(&mut self, span: Span, message: impl Into<Message>) {
         self.diagnostics.push(self.configuration.diagnostic(span, message, None));
     }
 }

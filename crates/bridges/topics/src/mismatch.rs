@@ -7,7 +7,7 @@ use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span};
 /// Property that does not fit its topic.
 #[derive(Debug, thiserror::Error)]
 #[error("/{property} and {topic}: {reason}")]
-pub struct TopicMisfit {
+pub struct TopicMismatch {
     /// Path of the property.
     pub property: String,
     /// Topic.
@@ -20,8 +20,8 @@ pub struct TopicMisfit {
     pub place: Option<Span>,
 }
 
-impl TopicMisfit {
-    /// Creates a misfit of a property and a topic.
+impl TopicMismatch {
+    /// Creates a mismatch of a property and a topic.
     pub fn new(property: &str, topic: &str, reason: impl Into<String>, help: &'static str) -> Box<Self> {
         let (property, topic) = (property.into(), topic.into());
         Box::new(Self { property, topic, reason: reason.into(), help, place: None })
@@ -49,22 +49,23 @@ impl TopicMisfit {
 ///
 /// # Errors
 /// When it is missing, a link fills it, or a field of it is named.
-pub fn input(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Property>, Box<TopicMisfit>> {
+pub fn input(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Property>, Box<TopicMismatch>> {
     let found = composer.external_input(path);
-    let (property, field) = found.map_err(|error| TopicMisfit::new(path, topic, error.reason, error.help))?;
+    let (property, field) =
+        found.map_err(|error| TopicMismatch::new(path, topic, error.reason, error.help))?;
     if field.is_empty() {
         return Ok(property);
     }
     let reason = format!("`{field}` is a field, and a topic has a whole value");
-    Err(TopicMisfit::new(path, topic, reason, "name the input alone"))
+    Err(TopicMismatch::new(path, topic, reason, "name the input alone"))
 }
 
 /// Returns the property whose values a topic has.
 ///
 /// # Errors
 /// When it is missing, it has no value, or a field of it is named.
-pub fn output(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Property>, Box<TopicMisfit>> {
-    let wrong = |reason: String, help| TopicMisfit::new(path, topic, reason, help);
+pub fn output(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Property>, Box<TopicMismatch>> {
+    let wrong = |reason: String, help| TopicMismatch::new(path, topic, reason, help);
     let found = composer.board().find(path);
     let (property, field) =
         found.map_err(|error| wrong(error.to_string(), "`slate list` shows the properties"))?;

@@ -2,14 +2,14 @@ use crate::Outcome;
 
 /// Result of a step of a [`Fixture`](super::Fixture).
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ticked {
+pub enum TickResult {
     /// Outcome of a step that ran.
     Ran(Outcome),
     /// Name of a required input without a value, for which no step ran.
     Waiting(String),
 }
 
-impl Ticked {
+impl TickResult {
     /// Returns the outcome if the module ran.
     pub fn outcome(&self) -> Option<Outcome> {
         match self {
@@ -27,7 +27,7 @@ impl Ticked {
     }
 }
 
-impl PartialEq<Outcome> for Ticked {
+impl PartialEq<Outcome> for TickResult {
     fn eq(&self, other: &Outcome) -> bool {
         self.outcome() == Some(*other)
     }

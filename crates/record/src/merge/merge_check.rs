@@ -15,7 +15,7 @@ pub struct Part<'a> {
 }
 
 /// Returns a topic under a prefix.
-pub(super) fn under(prefix: &str, topic: &str) -> String {
+pub(super) fn prefixed_topic(prefix: &str, topic: &str) -> String {
     match prefix.trim_matches('/') {
         "" => topic.into(),
         prefix => format!("/{prefix}/{}", topic.trim_start_matches('/')),
@@ -25,7 +25,7 @@ pub(super) fn under(prefix: &str, topic: &str) -> String {
 /// Check whether several files can be merged into one.
 /// Messages that several recordings of one run share are written once; messages of different runs must not mix, because
 /// they could not be told apart afterwards.
-pub(crate) struct Together {
+pub(crate) struct MergeCheck {
     /// By file, the first file of the same run.
     groups: Vec<usize>,
     /// By topic, the time span of each group's messages.
@@ -37,15 +37,15 @@ pub(crate) struct Together {
 
 /// Number of remembered messages.
 /// Recordings of one run have the same order, except for values of several threads.
-const REMEMBERED: usize = 1 << 14;
+const MAX_REMEMBERED_MESSAGES: usize = 1 << 14;
 
-impl Together {
+impl MergeCheck {
     /// Creates the check for files of these runs.
     /// A file that names no run is of a run of its own.
     pub fn new(runs: &[Option<String>]) -> Self {
-        let first = |(place, run): (usize, &Option<String>)| {
+        let first = |(index, run): (usize, &Option<String>)| {
             let is_same = |other: &Option<String>| run.is_some() && other == run;
-            runs.iter().position(is_same).unwrap_or(place)
+            runs.iter().position(is_same).unwrap_or(index)
         };
         Self {
             groups: runs.iter().enumerate().map(first).collect(),
@@ -80,7 +80,7 @@ impl Together {
     }
 
     fn forget(&mut self) {
-        if self.order.len() > REMEMBERED
+        if self.order.len() > MAX_REMEMBERED_MESSAGES
             && let Some(oldest) = self.order.pop_front()
             && let Some(copies) = self.seen.get_mut(&oldest)
         {
@@ -103,8 +103,13 @@ impl Together {
         if mixed.is_empty() {
             return Ok(());
         }
-        let named = mixed.iter().take(NAMED).map(|topic| format!("`{topic}`")).collect::<Vec<_>>().join(", ");
-        let more = match mixed.len().saturating_sub(NAMED) {
+        let named = mixed
+            .iter()
+            .take(MAX_NAMED_TOPICS)
+            .map(|topic| format!("`{topic}`"))
+            .collect::<Vec<_>>()
+            .join(", ");
+        let more = match mixed.len().saturating_sub(MAX_NAMED_TOPICS) {
             0 => String::new(),
             more => format!(" and {more} more"),
         };
@@ -117,4 +122,4 @@ impl Together {
 }
 
 /// Maximum number of named topics.
-const NAMED: usize = 5;
+const MAX_NAMED_TOPICS: usize = 5;

@@ -11,13 +11,13 @@ use slate_configuration::{Configuration, Diagnostic, Mistake};
 
 /// Warns of commands that cross from one robot to another.
 pub fn crossing(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
-    let mut found = sent(configuration, survey);
-    found.extend(commanded(configuration));
+    let mut found = crossing_messages(configuration, survey);
+    found.extend(crossing_commands(configuration));
     found
 }
 
 /// Warns of messages to another robot's Execute, and of commands to its driver.
-fn sent(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
+fn crossing_messages(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let name = |module: usize| survey.modules[module].module.name.value.as_str();
     let warn = |joint: &super::ResolvedLink<'_>| {
         let (own, wire) = joint.port;
@@ -63,7 +63,7 @@ fn driven_robot<'a>(survey: &'a Survey<'_>, module: usize, port: usize) -> &'a s
 }
 
 /// Warns of actuators whose commands come from a block of another robot.
-fn commanded(configuration: &Configuration) -> Vec<Diagnostic> {
+fn crossing_commands(configuration: &Configuration) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for actuator in configuration.actuators() {
         let to = scope(&actuator.name.value);

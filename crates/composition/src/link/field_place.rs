@@ -29,12 +29,12 @@ impl FieldPlace {
         let kind = Kind::Nested(descriptor);
         let mut place = Self { kind, unit: "", offset: 0, guards: Vec::new(), tail: None };
         for name in path.split('/').filter(|name| !name.is_empty()) {
-            place = place.below(name)?;
+            place = place.select_field(name)?;
         }
         Ok(place)
     }
 
-    fn below(mut self, name: &str) -> Result<Self, NoField> {
+    fn select_field(mut self, name: &str) -> Result<Self, NoField> {
         let missing = |count: String| NoField {
             message: format!("unknown item `{name}`"),
             help: format!("it has {count}, counted from 0"),

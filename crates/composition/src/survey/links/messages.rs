@@ -6,11 +6,11 @@ use slate_configuration::{Message, Mistake};
 use crate::survey::block::Block;
 
 /// Advice: the rule of links.
-pub(super) const HELP: &str = "both ends of a link carry the same interface, or one that converts exactly: to wider numbers, whole \
+pub(super) const LINK_RULE: &str = "both ends of a link carry the same interface, or one that converts exactly: to wider numbers, whole \
                     numbers to a smaller unit, and interfaces with such fields of the same names";
 
 /// Returns the error and the advice for a command that did not pass a gate.
-pub fn past_gate(path: &str) -> (Message, &'static str) {
+pub fn ungated_command(path: &str) -> (Message, &'static str) {
     let message = Mistake::PastGate.of(format!("`/{path}` is a command that has not passed its gate"));
     (message, "link to the command that passed its gate: `<actuator>/command`")
 }

@@ -5,11 +5,11 @@ use std::io::{Read, Seek};
 
 use super::{Message, Reader};
 use crate::storage::Error;
-use crate::storage::record::{Chunk, FRAME, Record};
+use crate::storage::record::{Chunk, FRAME_SIZE, Record};
 
 /// Location of a message in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Spot {
+pub(crate) struct MessageLocation {
     /// The chunk, or the record outside of chunks.
     at: u64,
     start: u32,
@@ -18,7 +18,7 @@ pub(crate) struct Spot {
 
 /// Cache of chunks, each with the time of its last use.
 #[derive(Default)]
-pub(super) struct Kept {
+pub(super) struct ChunkCache {
     chunks: BTreeMap<u64, (u64, Vec<u8>)>,
     bytes: usize,
     wanted: u64,
@@ -26,16 +26,16 @@ pub(super) struct Kept {
 
 /// Size of an uncompressed chunk's header, bytes.
 /// It has two times, a length, a checksum, an empty text, and a length.
-const UNCOMPRESSED: u64 = 8 + 8 + 8 + 4 + 4 + 8;
+const UNCOMPRESSED_HEAD_SIZE: u64 = 8 + 8 + 8 + 4 + 4 + 8;
 
 /// Maximum size of the kept chunks besides the last one, bytes.
-const KEPT: usize = 32 << 20;
+const MAX_CACHE_SIZE: usize = 32 << 20;
 
-impl Kept {
+impl ChunkCache {
     fn put(&mut self, at: u64, records: Vec<u8>) {
         self.bytes += records.len();
         self.chunks.insert(at, (self.wanted, records));
-        while self.bytes > KEPT && self.chunks.len() > 1 {
+        while self.bytes > MAX_CACHE_SIZE && self.chunks.len() > 1 {
             let oldest = self.chunks.iter().min_by_key(|(_, (wanted, _))| *wanted).map(|(at, _)| *at);
             let Some((_, records)) = oldest.and_then(|oldest| self.chunks.remove(&oldest)) else { break };
             self.bytes -= records.len();
@@ -52,19 +52,19 @@ impl Kept {
 
 impl<R: Read + Seek> Reader<R> {
     /// Returns the next message, its location, and the checksum of its record.
-    pub(crate) fn next_spot(&mut self) -> Result<Option<(Spot, u32, Message<'_>)>, Error> {
+    pub(crate) fn next_located(&mut self) -> Result<Option<(MessageLocation, u32, Message<'_>)>, Error> {
         let Some((start, end)) = self.find()? else { return Ok(None) };
         // A chunk is not longer than that.
-        let spot = Spot { at: self.at, start: start as u32, end: end as u32 };
+        let location = MessageLocation { at: self.at, start: start as u32, end: end as u32 };
         let record = &self.records[start..end];
-        Ok(Some((spot, crc32fast::hash(record), self.message(record)?)))
+        Ok(Some((location, crc32fast::hash(record), self.message(record)?)))
     }
 
     /// Returns a message again, once all of the file was read.
-    pub(crate) fn message_at(&mut self, spot: Spot) -> Result<Message<'_>, Error> {
-        if !self.kept.has(spot.at) {
+    pub(crate) fn message_at(&mut self, location: MessageLocation) -> Result<Message<'_>, Error> {
+        if !self.chunk_cache.has(location.at) {
             self.records.clear();
-            self.source.seek(spot.at)?;
+            self.source.seek(location.at)?;
             let frame = self.source.frame()?;
             self.source.body(frame, &mut self.body)?;
             if frame.opcode == Chunk::OPCODE {
@@ -73,32 +73,36 @@ impl<R: Read + Seek> Reader<R> {
                 self.records.extend(frame.bytes());
                 self.records.extend(&self.body);
             }
-            self.kept.put(spot.at, std::mem::take(&mut self.records));
+            self.chunk_cache.put(location.at, std::mem::take(&mut self.records));
         }
-        let records = self.kept.chunks.get(&spot.at).map(|(_, records)| records);
-        let record = records.and_then(|records| records.get(spot.start as usize..spot.end as usize));
-        self.message(record.ok_or_else(|| self.changed(spot))?)
+        let records = self.chunk_cache.chunks.get(&location.at).map(|(_, records)| records);
+        let record = records.and_then(|records| records.get(location.start as usize..location.end as usize));
+        self.message(record.ok_or_else(|| self.changed(location))?)
     }
 
     /// Reads a message as [`message_at`](Reader::message_at), without those around it.
     /// Only its record is read, unless its chunk is compressed, and checked by its checksum.
-    pub(crate) fn message_alone(&mut self, spot: Spot, checksum: u32) -> Result<Message<'_>, Error> {
+    pub(crate) fn message_alone(
+        &mut self,
+        location: MessageLocation,
+        checksum: u32,
+    ) -> Result<Message<'_>, Error> {
         let chunks = &self.outline.chunks;
-        let chunk = chunks.binary_search_by_key(&spot.at, |chunk| chunk.chunk_start_offset);
-        let first = match chunk.map(|place| &chunks[place]) {
-            Ok(chunk) if !chunk.compression.is_empty() => return self.message_at(spot),
-            Ok(chunk) => chunk.chunk_start_offset + FRAME + UNCOMPRESSED,
-            Err(_) => spot.at,
+        let chunk = chunks.binary_search_by_key(&location.at, |chunk| chunk.chunk_start_offset);
+        let first = match chunk.map(|index| &chunks[index]) {
+            Ok(chunk) if !chunk.compression.is_empty() => return self.message_at(location),
+            Ok(chunk) => chunk.chunk_start_offset + FRAME_SIZE + UNCOMPRESSED_HEAD_SIZE,
+            Err(_) => location.at,
         };
-        self.source.seek(first + u64::from(spot.start))?;
-        self.source.part((spot.end - spot.start).into(), &mut self.body)?;
+        self.source.seek(first + u64::from(location.start))?;
+        self.source.part((location.end - location.start).into(), &mut self.body)?;
         if crc32fast::hash(&self.body) != checksum {
-            return Err(self.changed(spot));
+            return Err(self.changed(location));
         }
         self.message(&self.body)
     }
 
-    fn changed(&self, spot: Spot) -> Error {
-        self.source.damaged(spot.at, "the file has become another one while it was read")
+    fn changed(&self, location: MessageLocation) -> Error {
+        self.source.damaged(location.at, "the file has become another one while it was read")
     }
 }
