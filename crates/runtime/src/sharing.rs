@@ -212,7 +212,7 @@ pub enum About {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Want {
     /// Values of a property.
-    /// A property of the same interface must be at [`RemotePath::place`] of the board, with the path of the whole
+    /// A property of the same interface must be at [`RemotePath::mirror_path`] of the board, with the path of the whole
     /// property.
     Values {
         /// True if lost values are sent again.
@@ -226,7 +226,7 @@ pub enum Want {
         /// Interface of a port that reads the whole property, if any.
         interface: Option<Expected>,
     },
-    /// Messages from the mailbox at [`RemotePath::place`] of the board.
+    /// Messages from the mailbox at [`RemotePath::mirror_path`] of the board.
     /// They are sent to the other agent's mailbox.
     Messages,
 }
