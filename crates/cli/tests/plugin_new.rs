@@ -74,7 +74,7 @@ fn a_struct_is_a_state_with_its_line_in_the_manifest() {
     edit(
         "src/lib.rs",
         &[
-            ("/// The module;", &format!("{state}\n/// The module;")),
+            ("/// Module;", &format!("{state}\n/// Module;")),
             ("type State = ();", "type State = Kept;"),
             ("fn tick(_: &mut (), ", "fn tick(kept: &mut Kept, "),
             ("-> Outcome {\n", "-> Outcome {\n        kept.steps += 1;\n"),

@@ -102,7 +102,7 @@ fn a_playback_is_paused_stepped_sought_and_looped_on_request() {
             assert_eq!(order("loop", json!({ "section": null })).json()["section"], json!(null));
             // What makes no sense is refused, and so is who may only look.
             assert!(order("seek", json!({ "time": 491 * MS })).problem(409).contains("0.490 s"));
-            assert!(order("rate", json!({ "factor": -1.0 })).problem(409).contains("not a rate"));
+            assert!(order("rate", json!({ "factor": -1.0 })).problem(409).contains("positive factor"));
             assert!(order("step", json!({ "cycles": 0 })).problem(422).contains("1000000"));
             assert!(order("seek", json!({ "time": "now" })).problem(422).contains("body"));
             let viewer = client("viewer").send("POST", "/playback/resume", None);
