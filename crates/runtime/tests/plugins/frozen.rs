@@ -48,7 +48,7 @@ fn they_go_on_with_their_state_and_other_code_is_told() {
     folder.copy(&libraries().counter("more"));
     let (mut third, warnings) = resumed(&snapshot);
     assert!(
-        warnings.iter().any(|line| line.contains("plugin `counter` has other code than when the snapshot")),
+        warnings.iter().any(|line| line.contains("plugin `counter` has other code than in the snapshot")),
         "{warnings:?}"
     );
     step(&mut third, 30);
