@@ -27,7 +27,9 @@ class Client(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory()
         cls.old = os.getcwd()
         os.chdir(cls.folder.name)
-        cls.running = slate.start("exp1", seed=0, out=f"{cls.folder.name}/out")
+        # A mission that never ends, however slow the machine is.
+        endless = {"modules.referee.params.goal_tolerance": 0.0}
+        cls.running = slate.start("exp1", seed=0, set=endless, out=f"{cls.folder.name}/out")
         cls.agent = cls.running.__enter__()
 
     @classmethod
