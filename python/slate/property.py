@@ -122,7 +122,11 @@ class Property:
         after = None
         while True:
             rest = None if until is None else max(0.0, until - time.monotonic())
-            for sample in self._agent._news(self._url, after, rest, WAIT):
+            try:
+                news = self._agent._news(self._url, after, rest, WAIT)
+            except TimeoutError:
+                raise TimeoutError(f"no value of {self._url} fulfils the condition within {timeout} s") from None
+            for sample in news:
                 after = sample.sequence
                 if condition is None or condition(sample.value):
                     return sample
