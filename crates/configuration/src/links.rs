@@ -114,7 +114,7 @@ impl<'a> LinkReader<'a> {
         self.external.push(ExternalLink { path, other, direction: ExternalDirection::Out, options });
     }
 
-    /// Reads a link from an external program; false if the source is none.
+    /// Reads a link from an external program; false for another source.
     fn arriving(&mut self, to: &Spanned<String>, from: &Spanned<String>, table: &Table) -> bool {
         let Some(url) = ExternalUrl::parse(from) else { return false };
         if to.value.starts_with("slate://") {

@@ -9,7 +9,7 @@ pub struct Descriptor {
     /// Documentation of the values.
     pub doc: &'static str,
     /// The matching ROS 2 message, such as `geometry_msgs/msg/Pose2D`.
-    /// Empty if there is none.
+    /// Empty without one.
     pub ros: &'static str,
     /// The fields in the order of their offsets; a tail comes last.
     pub fields: &'static [Field],

@@ -43,7 +43,7 @@ fn pack_integer(whole: i64, bytes: &mut Vec<u8>) {
 }
 
 /// Appends a type and a length, using the type with one, two or four length bytes.
-/// The first two types are equal where there is none with one byte.
+/// The first two types are equal if no type has a length of one byte.
 fn pack_length([short, middle, long]: [u8; 3], length: usize, bytes: &mut Vec<u8>) {
     match (u8::try_from(length), u16::try_from(length)) {
         (Ok(length), _) if short != middle => bytes.extend([short, length]),

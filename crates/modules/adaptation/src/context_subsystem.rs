@@ -17,7 +17,7 @@ pub struct ContextSubsystemIo {
     advice: Output<ContextAdvice>,
 }
 
-/// Roughness of the ground, in the unit of whoever measures it.
+/// Roughness of the ground, in the unit of its sensor.
 #[interface]
 #[derive(PartialEq)]
 pub struct TerrainReading {

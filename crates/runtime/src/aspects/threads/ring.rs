@@ -73,7 +73,7 @@ impl RingOutlet {
         self.visible = self.consumer.slots();
     }
 
-    /// Takes the next value; false if there is none.
+    /// Takes the next value; false without one.
     ///
     /// # Errors
     /// When the value has another type than expected; it is lost then.

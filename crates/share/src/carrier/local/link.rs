@@ -20,7 +20,7 @@ use crate::carrier::{Link, SharedMemory};
 /// Largest packet, bytes; a few of them fit into a socket's buffer.
 const MAX_PACKET_SIZE: usize = 48 << 10;
 
-/// First byte of a packet that transfers memory, and is none of a session.
+/// First byte of a packet that transfers memory, unlike packets of a session.
 /// The memory is for this end to fill.
 const MEMORY_MARKER: u8 = b'M';
 
