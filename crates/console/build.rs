@@ -38,10 +38,16 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn announced(page: &str, paths: &[String]) -> Result<String, Box<dyn Error>> {
     let (head, rest) = page.split_once("</head>").ok_or("index.html has no head")?;
     let mut announced = head.to_owned();
-    for path in paths.iter().filter(|path| path.ends_with(".js") && !head.contains(path.as_str())) {
+    for path in paths.iter().filter(|path| is_preloaded(path) && !head.contains(path.as_str())) {
         writeln!(announced, "  <link rel=\"modulepreload\" href=\"{path}\">")?;
     }
     Ok(format!("{announced}</head>{rest}"))
+}
+
+/// Returns whether an agent's page imports a file.
+/// `recorded` is for exported pages.
+fn is_preloaded(path: &str) -> bool {
+    path.ends_with(".js") && !path.starts_with("/recorded/")
 }
 
 /// Collects the files that a browser requests.

@@ -24,6 +24,8 @@ mod duration;
 mod endpoint;
 mod evaluate;
 mod examples;
+#[cfg(feature = "console")]
+mod export;
 mod failure;
 mod features;
 mod gates;

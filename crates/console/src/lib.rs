@@ -17,6 +17,7 @@
 //! # }
 //! ```
 
+mod export;
 mod guard;
 mod pages;
 mod reserve;
@@ -25,6 +26,7 @@ mod settings;
 mod socket;
 mod token;
 
+pub use export::{RecordedRun, RecordedSample, exported_page};
 pub use server::{Console, StartError};
 pub use settings::Settings;
 pub use slate_control::{Document, Page, Role};

@@ -14,7 +14,7 @@ use slate_control::Page;
 use slate_control::operations::{PROJECT_FOLDER, is_plain};
 
 /// Files that are built in, by their paths.
-const BUILT_IN: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/pages.rs"));
+pub(crate) const BUILT_IN: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/pages.rs"));
 
 /// Path prefix of a project's own files.
 const PROJECT_PREFIX: &str = "/project/";

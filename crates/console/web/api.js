@@ -1,4 +1,11 @@
 // HTTP client of the agent. The token is in the fragment of the printed link, which no log contains.
+// An exported page has `recorded/api.js` in its place, with the same exports.
+import { at, methods, Problem } from "/operations.js";
+
+export { at, Problem };
+
+/** Whether the page shows a recorded run without an agent. */
+export const isRecorded = false;
 
 const BASE = "/api/v1";
 const KEY = "slate.token";
@@ -21,14 +28,6 @@ export const token = () => sessionStorage.getItem(KEY) ?? "";
 export function giveToken(text) {
   const found = text.trim().match(/token=([^&\s]+)/)?.[1] ?? text.trim();
   sessionStorage.setItem(KEY, found);
-}
-
-/** A refusal of the agent, with its remedy. */
-export class Problem extends Error {
-  constructor(status, detail, help = "", report = "") {
-    super(detail);
-    Object.assign(this, { status, help, report });
-  }
 }
 
 /** Time of the last message from the agent, ms of `performance.now`. */
@@ -59,17 +58,10 @@ async function read(response) {
   return (response.headers.get("content-type") ?? "").includes("json") ? JSON.parse(text) : text;
 }
 
-const ask = async (method, path, body) => read(await request(method, path, { body }));
+export const { get, put, patch, post, remove } = methods(async (method, path, body) => read(await request(method, path, { body })));
 
-export const get = (path) => ask("GET", path);
-export const put = (path, body) => ask("PUT", path, body);
-export const patch = (path, body) => ask("PATCH", path, body);
-export const post = (path, body) => ask("POST", path, body);
-export const remove = (path) => ask("DELETE", path);
-
-/** The path of an operation on a property, such as `/slate/exp1/r2/planner/params`. */
-export const at = (agent, path, kind = "slate") =>
-  `/${kind}/${encodeURIComponent(agent)}/${path.split("/").map(encodeURIComponent).join("/")}`;
+/** Modules of the panels, as specifiers of an import. */
+export const panels = async () => (await fetch("/panels.json")).json();
 
 /** The address of an image, for elements that cannot set a header. */
 export const source = (agent, path, query) =>

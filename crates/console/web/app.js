@@ -1,6 +1,6 @@
 // The page: head, choice of the layout, tiles.
 import { html, render, useEffect, useMemo, useState } from "/lib/preact.js";
-import { get, giveToken, Problem, token } from "/api.js";
+import { get, giveToken, panels as panelModules, Problem, token } from "/api.js";
 import { connect, connection, onConnection } from "/live.js";
 import { BUILT_IN, isFit, read, withPanel, write } from "/layouts.js";
 import { follow, reloadAll, useAgent } from "/store.js";
@@ -22,7 +22,7 @@ const broken = [];
 
 // A panel of the project replaces a built-in one with the same id.
 async function loadPanels() {
-  const paths = await (await fetch("/panels.json")).json();
+  const paths = await panelModules();
   const loaded = await Promise.allSettled(paths.map((path) => import(path)));
   loaded.forEach(({ value, reason }, place) => {
     const panel = value?.default;

@@ -1,6 +1,6 @@
 // The bar at the bottom: recordings, history, and the controls of a playback.
 import { html, useEffect, useRef, useState } from "/lib/preact.js";
-import { post, Problem } from "/api.js";
+import { isRecorded, post, Problem } from "/api.js";
 import { clock, isPast, lookBack, lookLive, onConnection } from "/live.js";
 import { rememberedBy } from "/history.js";
 import { reload, useOver, usePlayback, useResource } from "/store.js";
@@ -102,7 +102,7 @@ export function Bar({ agent }) {
     }
     reload("/recordings", "/playback");
   };
-  const isAllowed = agent && agent.role !== "viewer";
+  const isAllowed = isRecorded || (agent && agent.role !== "viewer");
   return html`<footer class="foot" aria-label="Record and replay" data-past=${isPast() ? "true" : undefined}>
     <${Trouble} problem=${problem} />
     ${playback ? html`<${Playback} playback=${playback} act=${act} isAllowed=${isAllowed} />` : html`<${Recording} recordings=${recordings} act=${act} isAllowed=${isAllowed} />

@@ -38,7 +38,7 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
     setTimeout(() => setNote(""), 4000);
   };
   const share = async () => {
-    const link = `${location.origin}/#view=${view.name}&layout=${write(layout)}`;
+    const link = `${location.href.replace(/#.*/, "")}#view=${view.name}&layout=${write(layout)}`;
     try {
       await navigator.clipboard.writeText(link);
       tell("Link copied (without a token)");
@@ -87,7 +87,7 @@ export function Head(properties) {
   const isBack = state === "live" && (isPast() || isPlayed);
   return html`<header class="head">
     <div class="title">
-      <img src="/icon.svg" alt="" width="28" height="28" />
+      <img src=${document.getElementById("icon").href} alt="" width="28" height="28" />
       <h1>${agent?.name ?? "Slate"}</h1>
       <span class="connection" data-state=${isBack ? "past" : isOver ? "over" : state}>${isBack ? (isPlayed ? "Playback" : "History") : isOver ? "Run ended" : names[state]}</span>
       <${Clock} />

@@ -94,6 +94,10 @@ impl Failure {
                     near => format!("did you mean {near}?"),
                 }
             }
+            #[cfg(feature = "console")]
+            Self::NothingToExport { .. } => {
+                "switch on `[record.flight]`, or name a recording: slate console RECORDING --export FOLDER".into()
+            }
             Self::NoConsole { agent } => format!(
                 "its web console is off: start it without --headless, or with --set console.port=0 (any free port); of \
                  several agents in one file, only the one with the mission has a console, or the first, unless \

@@ -132,6 +132,9 @@ pub enum Failure {
     NothingBelow { pattern: String, above: String, missing: String, names: Vec<String> },
     #[error("`--csv` takes one property, not several: {}", .urls.join(", "))]
     SeveralInTable { urls: Vec<String> },
+    #[cfg(feature = "console")]
+    #[error("agent `{agent}` keeps no values to export: its flight recorder is off")]
+    NothingToExport { agent: String },
     #[error("agent `{agent}` has no HTTP address")]
     NoConsole { agent: String },
     #[error("{0}")]

@@ -5,6 +5,8 @@ mod order;
 mod play;
 mod trial;
 mod verify;
+#[cfg(feature = "console")]
+mod visit;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -16,6 +18,8 @@ use crate::failure::Failure;
 use crate::recording::parse_offset;
 use order::OrderVerb;
 pub use trial::{TryOptions, try_module};
+#[cfg(feature = "console")]
+pub use visit::with_playback;
 
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]

@@ -5,7 +5,8 @@ const path = require("node:path");
 const axe = fs.readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
 
 const [link, pictures, executable] = process.argv.slice(2);
-const origin = new URL(link).origin;
+// A page from the disk has no origin.
+const origin = link.startsWith("file:") ? link : new URL(link).origin;
 
 function fail(text) {
   console.error(text);

@@ -1,0 +1,45 @@
+// The live socket of a recorded run: values at their recorded times, as the agent sends them.
+import { find, newest, playback, reading } from "/recorded/run.js";
+
+// ms.
+const PERIOD = 20;
+
+/** A socket with the interface of a `WebSocket`. */
+export class RecordedSocket {
+  readyState = WebSocket.CONNECTING;
+  subscriptions = new Map();
+
+  constructor() {
+    setTimeout(() => {
+      this.readyState = WebSocket.OPEN;
+      this.onopen?.();
+      setInterval(() => this.deliver(), PERIOD);
+    });
+  }
+
+  send(text) {
+    const { subscribe = [], unsubscribe = [] } = JSON.parse(text);
+    for (const id of unsubscribe) this.subscriptions.delete(id);
+    for (const { id, url, rate = 10, every = false, pointer = "", select } of subscribe) {
+      const found = find(url.replace(/^\//, ""));
+      if (found === null || select) this.say({ id, problem: { status: 404, detail: `${url} was not exported`, help: "" } });
+      else this.subscriptions.set(id, { samples: found.samples, pointer: found.pointer + pointer, every, period: 1000 / rate, due: 0, last: -1 });
+    }
+  }
+
+  say(message) {
+    setTimeout(() => this.onmessage?.({ data: JSON.stringify(message) }));
+  }
+
+  deliver() {
+    const [now, time] = [performance.now(), playback.now()];
+    for (const [id, subscription] of this.subscriptions) {
+      const { samples, pointer, every, period, due, last } = subscription;
+      const place = newest(samples, time);
+      if (place < 0 || place === last || now < due) continue;
+      Object.assign(subscription, { last: place, due: now + period });
+      const first = every && place > last ? last + 1 : place;
+      for (const sample of samples.slice(first, place + 1)) this.say({ id, ...reading(sample, pointer) });
+    }
+  }
+}
