@@ -130,6 +130,9 @@ impl MissionRun {
         let course = RunHistory::new(&application.name, memories(&agent));
         course.note_variants(&application.configuration, 0);
         agent.composer().keep(run_history::SNAPSHOT_KEY, Arc::new(course.clone()));
+        if let Some(recorder) = &recorder {
+            recorder.note_content(&agent);
+        }
         Ok(Self {
             agent,
             observation,
@@ -204,7 +207,11 @@ impl MissionRun {
 
     /// Resumes from a snapshot, with the settings that the application was loaded with.
     pub fn resume(&self, snapshot: &Snapshot) -> Result<(), RunError> {
-        Ok(self.agent.restore_under_own_settings(snapshot)?)
+        self.agent.restore_under_own_settings(snapshot)?;
+        if let Some(recorder) = &self.recorder {
+            recorder.note_content(&self.agent);
+        }
+        Ok(())
     }
 
     /// Adds the use of the routes to the figures of the `first` and other robots.

@@ -17,9 +17,10 @@ use slate_configuration::{RATE, RecordRule, RecordSelection, period};
 /// Recorder of an agent.
 /// It sees the values of each property that it has a [tap](Taps::tap) for, in the threads that write them.
 pub trait Recording: Taps {
-    /// Notes a change of the agent, from outside or for one of its modules.
-    /// In lockstep the change takes place between the cycle of that number and the next one.
-    fn changed(&self, cycle: u64, time: u64, change: &Change);
+    /// Notes changes of the agent that were made at once.
+    /// They come from outside, or a module requested them. In lockstep they take place between the cycle of that number and
+    /// the next one, in the order of the calls. `time` is the agent's, ns.
+    fn changed(&self, cycle: u64, time: u64, changes: &[Change]);
 
     /// Waits for a short time until noted changes are stored durably.
     /// Stored changes outlive this process. The requester of a change calls it before the change is acknowledged.

@@ -23,6 +23,8 @@ use crate::common::plugins;
 #[derive(Default)]
 struct Scribe {
     changes: Mutex<Vec<Change>>,
+    /// Cycle and time of each stop.
+    moments: Mutex<Vec<(u64, u64)>>,
     armed: Arc<AtomicBool>,
 }
 
@@ -42,8 +44,11 @@ impl Taps for Scribe {
 }
 
 impl Recording for Scribe {
-    fn changed(&self, _: u64, _: u64, change: &Change) {
-        self.changes.lock().unwrap().push(change.clone());
+    fn changed(&self, cycle: u64, time: u64, changes: &[Change]) {
+        if let [Change::Stop { .. }] = changes {
+            self.moments.lock().unwrap().push((cycle, time));
+        }
+        self.changes.lock().unwrap().extend_from_slice(changes);
     }
 }
 
@@ -105,4 +110,31 @@ fn loop_goes_on_after_a_change_that_panics() {
     goes_on();
     stopper.stop();
     running.join().unwrap().unwrap();
+}
+
+#[test]
+fn changes_are_told_before_the_next_cycle_and_the_next_change() {
+    let (mut agent, scribe) = recorded(ROBOT);
+    agent.set_rate(Rate::Max);
+    let composer = agent.composer();
+    let stopper = agent.stopper();
+    let threads = ["one", "other"].map(|reason| {
+        let composer = composer.clone();
+        std::thread::spawn(move || (0..200).for_each(|_| composer.stop_actuators(reason)))
+    });
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            threads.into_iter().for_each(|thread| thread.join().unwrap());
+            stopper.stop();
+        });
+        agent.run(Box::new(|_| Control::Continue)).unwrap();
+    });
+    let moments = scribe.moments.lock().unwrap();
+    // On a busy machine one may not wait for the end of a cycle any longer.
+    assert!(moments.len() > 100, "{moments:?}");
+    assert!(moments.is_sorted(), "they are told in their order");
+    // Each with the time of the cycle that it came after.
+    let period = 2_000_000;
+    let is_later = |(cycle, time): &&(u64, u64)| *time != cycle.saturating_sub(1) * period;
+    assert_eq!(moments.iter().filter(is_later).collect::<Vec<_>>(), Vec::<&(u64, u64)>::new());
 }

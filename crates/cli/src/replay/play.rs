@@ -43,7 +43,7 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
         let path = settings.file.as_ref().map(|file| file.value.clone());
         recorder.begin(&agent, &path.unwrap_or_else(|| PathBuf::from("recomputed.mcap")));
         // A run on replayed values can't be repeated from its configuration.
-        recorder.changed(0, 0, &Change::Other { what: format!("a playback of {}", printable(file)) });
+        recorder.changed(0, 0, &[Change::Other { what: format!("a playback of {}", printable(file)) }]);
     }
     agent.composer().control_playback(player.control());
     let stop = stop_on_interrupt();

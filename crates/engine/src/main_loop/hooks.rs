@@ -45,8 +45,9 @@ pub trait RequestedChanges: Send + Sync {
     /// Returns true if changes are pending; the check costs a load.
     fn is_pending(&self) -> bool;
 
-    /// Applies the requested changes; the loop's token must be free.
-    fn apply(&self);
+    /// Applies the requested changes, and calls `before` before each request.
+    /// The loop's token must be free.
+    fn apply(&self, before: &mut dyn FnMut());
 }
 
 /// Callbacks of others at certain moments.

@@ -111,14 +111,14 @@ impl SharedLoop {
         }
     }
 
-    /// Does `work` in this thread between two cycles; returns the last cycle's number.
+    /// Does `work` in this thread between two cycles, with the last cycle's number.
     /// All other work between cycles that it requires is done there too. The number is `None` if no cycle has ended
     /// within `timeout`, as this thread may be one that the loop waits for.
     pub fn hold_between_cycles<R>(
         self: &Arc<Self>,
         timeout: Duration,
-        work: impl FnOnce() -> R,
-    ) -> (Option<u64>, R) {
+        work: impl FnOnce(Option<u64>) -> R,
+    ) -> R {
         let (begin, cycles) = channel();
         let (sender, jobs) = channel::<Job>();
         let between = move |shared: &SharedLoop| {
@@ -139,7 +139,7 @@ impl SharedLoop {
         let cycle = helper.ok().and_then(|_| cycles.recv_timeout(timeout).ok());
         drop(cycles);
         let _hold = LoopHold::new(cycle.map(|_| sender));
-        (cycle, work())
+        work(cycle)
     }
 
     /// Does `work` while none of the seats is in a step.
@@ -182,10 +182,10 @@ impl SharedLoop {
     }
 
     /// Applies the changes that modules have requested in the last cycle, in lockstep.
-    /// Nobody has the token meanwhile.
-    pub fn apply_changes(&self) {
+    /// Nobody has the token meanwhile. `before` is called before each request.
+    pub fn apply_changes(&self, before: &mut dyn FnMut()) {
         if let Some(changes) = self.hooks.pending_changes().filter(|_| self.lockstep) {
-            changes.apply();
+            changes.apply(before);
         }
     }
 
@@ -194,7 +194,7 @@ impl SharedLoop {
     pub fn apply_changes_with_token(&self) {
         if self.lockstep && self.hooks.pending_changes().is_some() {
             self.release_token();
-            self.apply_changes();
+            self.apply_changes(&mut || ());
             self.take_token();
         }
     }

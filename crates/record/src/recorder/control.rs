@@ -18,7 +18,7 @@ use slate_runtime::recording::{
 
 use super::file::{File, Limits};
 use super::flight::Captured;
-use super::host::Host;
+use super::host::{AgentContent, Host};
 use super::lock::lock;
 use super::save::save_to;
 use super::target::{ActiveRecording, Progress};
@@ -132,7 +132,7 @@ impl RecordingControl for Recorder {
         };
         let disk = OpenOptions::new().write(true).create_new(true).open(file);
         let disk = disk.map_err(|error| unwritten(error.to_string()))?;
-        let preface = host.preface(agent, selection::is_whole(what), false);
+        let preface = host.preface(&AgentContent::of(agent), agent.board(), selection::is_whole(what), false);
         let (number, limits, within) = {
             let mut state = self.state();
             state.count += 1;

@@ -7,13 +7,13 @@ use slate_runtime::recording::RecordedAgent;
 use slate_runtime::recording::configuration;
 
 use super::flight::{Captured, Past};
-use super::host::Host;
+use super::host::{AgentContent, Host};
 use super::run::{CONFIGURATION, Preface, inbox_url, stage_modules};
 
 /// Returns the preface of a file with the last seconds.
 /// Changes within them are messages of the file.
 pub(super) fn preface(host: &Host, composer: &dyn RecordedAgent, captured: &Captured) -> Preface {
-    let now = || host.preface(composer, false, false);
+    let now = || host.preface(&AgentContent::of(composer), composer.board(), false, false);
     let Some((began, first)) = &host.began else { return now() };
     // New code brings modules with settings of their own: what holds now is nearer to it than what held at the beginning.
     let known = if captured.past.has_new_code { None } else { changed(first, &captured.past) };

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 
+use slate_blackboard::Board;
 use slate_runtime::log::Logger;
 use slate_runtime::recording::RecordedAgent;
 use slate_runtime::{Agent, WeakComposer};
@@ -76,40 +77,54 @@ impl Host {
 
     /// Returns the preface of a file.
     /// `is_whole` says whether all is recorded, and `is_first` whether the recording covers the run from its start.
-    pub fn preface(&self, composer: &dyn RecordedAgent, is_whole: bool, is_first: bool) -> Preface {
+    pub fn preface(&self, content: &AgentContent, board: &Board, is_whole: bool, is_first: bool) -> Preface {
         let mut run = self.run.clone();
-        run.insert("from_cycle".into(), composer.cycles().to_string());
+        run.insert("from_cycle".into(), content.cycles.to_string());
         run.insert("whole".into(), is_whole.to_string());
         // Recordings of before have none.
         run.insert("messages".into(), "true".into());
         run.insert("begins".into(), if is_first { "with the run" } else { "in the run" }.into());
-        let plugins = composer
-            .plugin_marks()
-            .into_iter()
-            .map(|plugin| (plugin.name, format!("{} {:016x}", plugin.version, plugin.hash)));
-        let inboxes: BTreeMap<_, _> =
-            composer.inboxes().into_iter().map(|inbox| (inbox, String::new())).collect();
-        let mut metadata = vec![
-            ("run", run),
-            ("plugins", plugins.collect()),
-            ("memories", self.memories.clone()),
-            ("modules", composer.kinds().into_iter().collect()),
-            ("stages", stage_modules(composer.order())),
-            ("links", composer.links().into_iter().collect()),
-        ];
-        let properties = composer.board().properties();
+        let mut metadata = vec![("run", run), ("memories", self.memories.clone())];
+        metadata.extend(content.metadata.iter().cloned());
+        let properties = board.properties();
         let external = properties.iter().map(|property| (property.path().to_owned(), property.external()));
         let external: BTreeMap<_, _> = external.filter(|(_, source)| !source.is_empty()).collect();
         if !external.is_empty() {
             metadata.push(("external", external));
         }
-        if !inboxes.is_empty() {
-            metadata.push(("inboxes", inboxes));
-        }
-        let text = composer.configuration_text();
-        let own = (CONFIGURATION.to_owned(), "application/toml", text.into_bytes());
+        let text = content.configuration.clone().into_bytes();
+        let own = (CONFIGURATION.to_owned(), "application/toml", text);
         let others = self.files.iter().map(|(name, bytes)| (name.clone(), "application/toml", bytes.clone()));
         let attachments = std::iter::once(own).chain(others).collect();
         Preface { epoch: self.epoch, metadata, attachments }
+    }
+}
+
+/// Plugins, modules, links and configuration of an agent at one moment.
+pub(super) struct AgentContent {
+    /// Cycles begun.
+    cycles: u64,
+    /// Plugins, modules, stages and links.
+    metadata: Vec<(&'static str, BTreeMap<String, String>)>,
+    /// The configuration, as TOML.
+    configuration: String,
+}
+
+impl AgentContent {
+    pub fn of(agent: &dyn RecordedAgent) -> Self {
+        let plugins = agent.plugin_marks().into_iter();
+        let plugins = plugins.map(|plugin| (plugin.name, format!("{} {:016x}", plugin.version, plugin.hash)));
+        let mut metadata = vec![
+            ("plugins", plugins.collect()),
+            ("modules", agent.kinds().into_iter().collect()),
+            ("stages", stage_modules(agent.order())),
+            ("links", agent.links().into_iter().collect()),
+        ];
+        let inboxes: BTreeMap<_, _> =
+            agent.inboxes().into_iter().map(|inbox| (inbox, String::new())).collect();
+        if !inboxes.is_empty() {
+            metadata.push(("inboxes", inboxes));
+        }
+        Self { cycles: agent.cycles(), metadata, configuration: agent.configuration_text() }
     }
 }

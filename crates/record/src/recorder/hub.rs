@@ -329,9 +329,9 @@ impl Hub {
     }
 
     /// Hands something over that is encoded already.
-    pub fn push_whole(&self, id: u32, time: u64, bytes: &[u8]) {
+    pub fn push_whole(&self, id: u32, sequence: u64, time: u64, bytes: &[u8]) {
         if self.wants_topics.load(Ordering::Relaxed) {
-            self.push(id, 0, 0, time, [bytes]);
+            self.push(id, 0, sequence, time, [bytes]);
         }
     }
 

@@ -19,7 +19,7 @@ impl Lines {
 
 impl LogTarget for Lines {
     fn write(&mut self, record: &Record) {
-        self.hub.push_whole(messages::LOG_TOPIC.id, record.time, &messages::log(record, record.time));
+        self.hub.push_whole(messages::LOG_TOPIC.id, 0, record.time, &messages::log(record, record.time));
         if record.level == Level::Error {
             self.hub.request_write();
         }

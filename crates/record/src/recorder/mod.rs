@@ -44,7 +44,7 @@ pub(crate) use selection::{selects, thins};
 pub use state::RecordState;
 
 use file::{File, Limits};
-use host::Host;
+use host::{AgentContent, Host};
 use lock::lock;
 use recording_file::RecordingFile;
 use save::Saves;
@@ -75,6 +75,9 @@ pub struct Recorder {
 /// Changes that were reported to the recorder.
 #[derive(Default)]
 struct ReportedChanges {
+    /// Number of the last changes that were made at once, among all.
+    next: AtomicU64,
+    /// Number of them that were handed over.
     count: AtomicU64,
     /// Number of them in the hands of the system, or given up.
     settled: Mutex<u64>,
@@ -96,6 +99,8 @@ struct RecorderState {
     settings: Record,
     /// Files attached to each recording beside the configuration: names and content.
     files: Vec<(String, Vec<u8>)>,
+    /// Content of the agent before any change, until the recording has begun.
+    content: Option<Arc<AgentContent>>,
     /// Recorded agent, once the recording has begun.
     host: Option<Arc<Host>>,
     thread: Option<Thread>,
@@ -173,6 +178,7 @@ impl Recorder {
         let state = RecorderState {
             settings: settings.clone(),
             files: Vec::new(),
+            content: None,
             host: None,
             thread: None,
             saves: None,
@@ -206,6 +212,19 @@ impl Recorder {
     /// Called before the recording begins.
     pub fn accompany(&self, files: Vec<(String, Vec<u8>)>) {
         self.state().files = files;
+    }
+
+    /// Notes what the agent is made of, before tools reach it and change it.
+    /// The recording then begins with that, and has those changes as well. Without it, it begins with what the agent is
+    /// made of when it [begins](Self::begin).
+    pub fn note_content(&self, agent: &Agent) {
+        self.state().content = Some(Arc::new(AgentContent::of(&agent.composer())));
+    }
+
+    /// Returns what the agent is made of at the beginning.
+    fn first_content(&self, agent: &Agent) -> Arc<AgentContent> {
+        let noted = self.state().content.clone();
+        noted.unwrap_or_else(|| Arc::new(AgentContent::of(&agent.composer())))
     }
 
     /// Returns the agent in the form that recordings use.
@@ -261,7 +280,7 @@ impl Recorder {
         let settings = self.state().settings.clone();
         let is_whole = selection::is_whole(&settings.selection);
         let host = self.host(agent);
-        let preface = host.preface(&agent.composer(), is_whole, true);
+        let preface = host.preface(&self.first_content(agent), agent.board(), is_whole, true);
         let limits = Limits { chunk: settings.chunk, buffer: settings.buffer };
         match File::create(writer, preface, limits) {
             Ok(file) => {
@@ -293,8 +312,10 @@ impl Recorder {
                 agent.logger().log(agent.now(), Level::Warn, &format!("{own}: {}", own.help));
             }
         }
+        let content = state.content.take();
         if state.settings.flight.enabled {
-            host.began = Some((agent.now(), host.preface(&agent.composer(), false, false)));
+            let content = content.unwrap_or_else(|| Arc::new(AgentContent::of(&agent.composer())));
+            host.began = Some((agent.now(), host.preface(&content, agent.board(), false, false)));
         }
         let host = Arc::new(host);
         let limits = Limits { chunk: state.settings.chunk, buffer: state.settings.buffer };
@@ -412,8 +433,13 @@ impl Taps for Recorder {
 }
 
 impl Recording for Recorder {
-    fn changed(&self, cycle: u64, time: u64, change: &Change) {
-        self.hub.push_whole(messages::CHANGE_TOPIC.id, time, &messages::change(cycle, change));
+    fn changed(&self, cycle: u64, time: u64, changes: &[Change]) {
+        // Several threads make changes, and only this number tells their order in the file.
+        let sequence = self.changes.next.fetch_add(1, Ordering::Relaxed) + 1;
+        for change in changes {
+            let bytes = messages::change(cycle, change);
+            self.hub.push_whole(messages::CHANGE_TOPIC.id, sequence, time, &bytes);
+        }
         self.hub.request_write();
         self.changes.count.fetch_add(1, Ordering::Release);
     }

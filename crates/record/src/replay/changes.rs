@@ -8,6 +8,24 @@ use slate_runtime::configuration::Database;
 use slate_runtime::playback::Excerpt;
 use slate_runtime::recording::Change;
 
+/// A change that was made while a run was recorded.
+#[derive(Clone, Debug)]
+pub(super) struct PastChange {
+    /// Cycle after which it was made, or its time on the wall clock, ns.
+    pub after: u64,
+    /// Number of the changes that were made at once; 0 if it is not recorded.
+    /// It counts those of the run.
+    pub number: u32,
+    pub change: Change,
+}
+
+impl PastChange {
+    /// Returns true for a change that a module requested, and for its answer.
+    fn is_requested(&self) -> bool {
+        matches!(self.change, Change::Own { .. } | Change::Asked { .. })
+    }
+}
+
 /// Returns the module that a change switches on or off, past the configuration.
 fn switched(path: &str) -> Option<&str> {
     path.strip_suffix("/enabled").filter(|module| !module.contains('.'))
@@ -90,17 +108,17 @@ fn is_below(path: &str, other: &str) -> bool {
 /// Why one of them can't be made.
 pub(super) fn make_until(
     agent: &Agent,
-    changes: &mut VecDeque<(u64, Change)>,
+    changes: &mut VecDeque<PastChange>,
     until: u64,
     moment: &str,
 ) -> Result<(), String> {
     let mut edit = Edit::default();
-    while let Some((_, change)) = changes.pop_front_if(|(after, _)| *after <= until) {
+    while let Some(PastChange { number, change, .. }) = changes.pop_front_if(|own| own.after <= until) {
         let made = match setting(&change) {
             Some(own) => {
                 edit.add(own);
-                let next = changes.front().filter(|(after, _)| *after <= until);
-                if next.and_then(|(_, next)| setting(next)).is_some_and(|next| edit.fits(next)) {
+                let next = changes.front().filter(|next| next.after <= until && next.number == number);
+                if next.and_then(|next| setting(&next.change)).is_some_and(|next| edit.fits(next)) {
                     continue;
                 }
                 std::mem::take(&mut edit).make(agent)
@@ -110,6 +128,51 @@ pub(super) fn make_until(
         made.map_err(|error| format!("a change {moment} can't be made again: {error}"))?;
     }
     Ok(())
+}
+
+/// Changes after one cycle, in their place among those that modules request.
+pub(super) struct CycleChanges<'a> {
+    changes: &'a mut VecDeque<PastChange>,
+    cycle: u64,
+    /// True once the rerun carries out a request.
+    has_request: bool,
+}
+
+impl<'a> CycleChanges<'a> {
+    pub fn new(changes: &'a mut VecDeque<PastChange>, cycle: u64) -> Self {
+        Self { changes, cycle, has_request: false }
+    }
+
+    /// Repeats the changes that came before the next request of a module.
+    /// The module makes those that it requests itself.
+    ///
+    /// # Errors
+    /// Why one of them can't be made.
+    pub fn make_before_request(&mut self, agent: &Agent) -> Result<(), String> {
+        let cycle = self.cycle;
+        let due = || self.changes.iter().take_while(move |own| own.after <= cycle);
+        // The answer to a request is behind its changes.
+        let is_answer = |own: &PastChange| matches!(own.change, Change::Asked { .. });
+        let answered = if self.has_request { due().position(is_answer).map_or(0, |at| at + 1) } else { 0 };
+        let rest = due().skip(answered);
+        let count = answered + rest.take_while(|own| !own.is_requested()).count();
+        self.has_request = true;
+        let mut made = self.changes.drain(..count).collect();
+        make_until(agent, &mut made, self.cycle, &after_cycle(self.cycle))
+    }
+
+    /// Repeats all that are left.
+    ///
+    /// # Errors
+    /// Why one of them can't be made.
+    pub fn make_rest(self, agent: &Agent) -> Result<(), String> {
+        make_until(agent, self.changes, self.cycle, &after_cycle(self.cycle))
+    }
+}
+
+/// Names the moment after a cycle in messages.
+pub(super) fn after_cycle(cycle: u64) -> String {
+    format!("after cycle {cycle}")
 }
 
 fn database(agent: &Agent) -> Result<&Database, String> {

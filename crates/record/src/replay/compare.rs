@@ -13,7 +13,7 @@ use slate_runtime::configuration::Record;
 use slate_runtime::recording::{Change, Recording};
 use slate_runtime::snapshot::PluginMark;
 
-use super::changes;
+use super::changes::CycleChanges;
 use super::comparer::{Comparer, ComparisonProgress, mark_cycle_end};
 use super::expected::Expected;
 use super::external::{ExternalSelection, ExternalValues};
@@ -129,22 +129,28 @@ fn drive(
     external: &mut ExternalValues,
 ) -> Result<(), String> {
     let mut changes = run.changes.iter().cloned().collect();
+    CycleChanges::new(&mut changes, 0).make_rest(agent)?;
+    mark_cycle_end(hub, 0, agent.now());
     let mut cycle = 0;
-    loop {
-        changes::make_until(agent, &mut changes, cycle, &format!("after cycle {cycle}"))?;
-        // None is taken before the first cycle.
-        if cycle > 0 {
-            external.set_until(agent, agent.now())?;
-        }
-        mark_cycle_end(hub, cycle, agent.now());
-        if course.is_enough.load(Ordering::Acquire) || run.cycles().is_some_and(|cycles| cycle >= cycles) {
-            return Ok(());
-        }
-        if !agent.step() {
+    while !course.is_enough.load(Ordering::Acquire) && run.cycles().is_none_or(|cycles| cycle < cycles) {
+        cycle += 1;
+        let mut made = Ok(());
+        let mut due = CycleChanges::new(&mut changes, cycle);
+        let has_returned = agent.step_with(|agent| {
+            if made.is_ok() {
+                made = due.make_before_request(agent);
+            }
+        });
+        if !has_returned {
             return Err("a module does not return from its tick".into());
         }
-        cycle += 1;
+        made?;
+        due.make_rest(agent)?;
+        // None is taken before the first cycle.
+        external.set_until(agent, agent.now())?;
+        mark_cycle_end(hub, cycle, agent.now());
     }
+    Ok(())
 }
 
 /// Inboxes with messages that no module sent, such as those of a person.
@@ -168,7 +174,7 @@ impl Taps for RunTaps {
 }
 
 impl Recording for RunTaps {
-    fn changed(&self, _: u64, _: u64, _: &Change) {}
+    fn changed(&self, _: u64, _: u64, _: &[Change]) {}
 }
 
 /// Returns the reason why an agent is not the recorded one, if there is one.

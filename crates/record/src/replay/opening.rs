@@ -11,7 +11,7 @@ use slate_runtime::playback::{Excerpt, excerpt, interfaces};
 use slate_runtime::plugin::load;
 use slate_runtime::recording::{Change, configuration};
 
-use super::changes::{concerns, of_readers, played};
+use super::changes::{PastChange, concerns, of_readers, played};
 use super::coverage::abbreviated_list;
 use super::external::{ExternalSelection, ExternalValues};
 use super::gap_check::GapCheck;
@@ -50,7 +50,7 @@ pub(super) struct ReplacedModules {
 pub(super) struct PastChanges {
     /// Changes in the modules that run, each with its cycle.
     /// On the wall clock each has its time instead.
-    pub changes: VecDeque<(u64, Change)>,
+    pub changes: VecDeque<PastChange>,
     /// Changes that can't be repeated, in words.
     pub unrepeated: Vec<String>,
 }
@@ -138,7 +138,8 @@ impl Opening<'_> {
         let modules = &self.plan.modules;
         let (codes, gates) = (self.codes(), gates(&excerpt.text)?);
         let mut past = PastChanges::default();
-        for (cycle, time, change) in std::mem::take(&mut reel.timeline.changes) {
+        for (time, PastChange { after: cycle, number, change }) in std::mem::take(&mut reel.timeline.changes)
+        {
             match played(change) {
                 Change::Asked { module, lines, answer } if modules.contains(&module) && time >= begin => {
                     reel.requests.add(time, module, lines, answer);
@@ -153,7 +154,7 @@ impl Opening<'_> {
                         false => of_readers(&change, excerpt),
                     };
                     let after = if self.is_lockstep() { cycle } else { time };
-                    past.changes.extend(own.into_iter().map(|change| (after, change)));
+                    past.changes.extend(own.into_iter().map(|change| PastChange { after, number, change }));
                 }
             }
         }

@@ -216,7 +216,7 @@ impl Taps for OutputTaps {
 }
 
 impl Recording for OutputTaps {
-    fn changed(&self, _: u64, _: u64, _: &Change) {}
+    fn changed(&self, _: u64, _: u64, _: &[Change]) {}
 }
 
 impl ValueComparer {
@@ -475,9 +475,9 @@ impl Taps for BothRecordings {
 }
 
 impl Recording for BothRecordings {
-    fn changed(&self, cycle: u64, time: u64, change: &Change) {
-        self.0.changed(cycle, time, change);
-        self.1.changed(cycle, time, change);
+    fn changed(&self, cycle: u64, time: u64, changes: &[Change]) {
+        self.0.changed(cycle, time, changes);
+        self.1.changed(cycle, time, changes);
     }
 
     fn settle(&self) {

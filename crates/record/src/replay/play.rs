@@ -7,7 +7,7 @@ use slate_runtime::playback::{LoopSection, Order, PlaybackStatus};
 use slate_runtime::recording::Change;
 use slate_runtime::{Agent, Rate};
 
-use super::changes::make_until;
+use super::changes::{after_cycle, make_until};
 use super::orders::OrderOutcome;
 use super::plan::{PlayError, PlayedRun};
 use super::player::{Player, rate};
@@ -114,8 +114,8 @@ impl Player {
         on_cycle: &mut impl FnMut(&mut Agent),
     ) -> Result<(), PlayError> {
         let (until, moment) = self.due(position);
-        let due = self.changes.iter().filter(|(after, _)| *after <= until);
-        let mut orders = due.filter_map(|(_, change)| match change {
+        let due = self.changes.iter().filter(|own| own.after <= until);
+        let mut orders = due.filter_map(|own| match &own.change {
             Change::Order { stages } => Some(stages),
             _ => None,
         });
@@ -160,7 +160,7 @@ impl Player {
     fn due(&self, position: &PlaybackPosition) -> (u64, String) {
         let Some(period) = self.period else {
             let cycle = self.skipped + position.cycles;
-            return (cycle, format!("after cycle {cycle}"));
+            return (cycle, after_cycle(cycle));
         };
         let next = if position.has_begun { position.time.saturating_add(period) } else { self.bounds.0 };
         // Cycles were not made exactly when they were due, and some not at all: values that were written in each cycle say
@@ -176,7 +176,7 @@ impl Player {
         let is_due = |time: u64| {
             if counts { has_come(time) } else { time <= next && (is_late(time) || has_come(time)) }
         };
-        let due = self.changes.iter().map(|(time, _)| *time).take_while(|time| is_due(*time)).last();
+        let due = self.changes.iter().map(|own| own.after).take_while(|time| is_due(*time)).last();
         let until = due.unwrap_or(0);
         (until, format!("at {:.3} s", until as f64 * 1e-9))
     }

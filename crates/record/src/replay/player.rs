@@ -9,8 +9,9 @@ use slate_module::Plugin;
 use slate_runtime::Rate;
 use slate_runtime::configuration::{Database, Report};
 use slate_runtime::playback::{Playback, PlaybackControl};
-use slate_runtime::recording::{Change, Recording, configuration};
+use slate_runtime::recording::{Recording, configuration};
 
+use super::changes::PastChange;
 use super::external::ExternalValues;
 use super::opening::{Opening, PastChanges, ReplacedModules, with_libraries};
 use super::orders::{OrderReceiver, OrderSender, orders};
@@ -44,7 +45,7 @@ pub struct Player {
     pub(super) reached: u64,
     /// Changes in the modules that run, made while the run was recorded.
     /// Each has the cycle after which it was made, or on the wall clock its time.
-    pub(super) changes: VecDeque<(u64, Change)>,
+    pub(super) changes: VecDeque<PastChange>,
     /// Values that came from outside to inputs of the modules that run.
     pub(super) external: ExternalValues,
     /// Cycle period of a run on the wall clock, nanoseconds.

@@ -8,6 +8,7 @@ use slate_blackboard::is_within;
 use slate_runtime::configuration::{Configuration, Database, Link, RecordSelection, Report};
 use slate_runtime::recording::{Change, configuration};
 
+use super::changes::PastChange;
 use super::coverage::{Coverage, abbreviated_list};
 use super::timeline::Timeline;
 use crate::recorder::{CHANGE_TOPIC, CONFIGURATION, DROPPED_TOPIC, read_change};
@@ -41,8 +42,8 @@ pub struct Run {
     unwritten: Texts,
     /// Set if the recording is of the last seconds, which were kept in memory.
     is_flight: bool,
-    /// Changes from outside, each after the cycle of that number.
-    pub(super) changes: Vec<(u64, Change)>,
+    /// Changes from outside, each after a cycle, in the order in which they were made.
+    pub(super) changes: Vec<PastChange>,
     end: Option<Texts>,
     drops: bool,
     /// Set if the file has another run.
@@ -75,7 +76,8 @@ impl Run {
         let mut note = |message: &Message<'_>| {
             match message.channel.topic.as_str() {
                 topic if topic == CHANGE_TOPIC.name => {
-                    changes.push(read_change(message.data).ok_or_else(unread)?);
+                    let (after, change) = read_change(message.data).ok_or_else(unread)?;
+                    changes.push(PastChange { after, number: message.sequence, change });
                 }
                 topic => drops |= topic == DROPPED_TOPIC.name,
             }
@@ -96,8 +98,8 @@ impl Run {
             }
         }
         (run.changes, run.drops) = (changes, drops);
-        // Those of one cycle stay in their order.
-        run.changes.sort_by_key(|(cycle, _)| *cycle);
+        // Those without a number stay in the order of the file.
+        run.changes.sort_by_key(|own| (own.after, own.number));
         Ok(run)
     }
 
@@ -413,8 +415,8 @@ impl Run {
                  that recorded it can make the run again"
             ));
         }
-        let other = self.changes.iter().find_map(|(cycle, change)| match change {
-            Change::Other { what } => Some(format!("after cycle {cycle} there was {what}")),
+        let other = self.changes.iter().find_map(|PastChange { after, change, .. }| match change {
+            Change::Other { what } => Some(format!("after cycle {after} there was {what}")),
             _ => None,
         });
         other.map(|other| format!("{other}, which can't be made again"))

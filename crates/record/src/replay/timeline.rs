@@ -7,8 +7,8 @@ use std::io::BufReader;
 use std::path::Path;
 
 use slate_blackboard::interface::Descriptor;
-use slate_runtime::recording::Change;
 
+use super::changes::PastChange;
 use super::choice::Choice;
 use super::coverage::Coverage;
 use super::track::{LogLine, Mailbox, PropertyTrack};
@@ -55,8 +55,8 @@ pub(super) struct Timeline {
     span: Option<(u64, u64)>,
     /// Coverage of the file's values, also of those not played.
     pub coverage: Coverage,
-    /// Changes from outside while it was recorded, each with its cycle and time.
-    pub changes: Vec<(u64, u64, Change)>,
+    /// Changes from outside while it was recorded, each with its time.
+    pub changes: Vec<(u64, PastChange)>,
     /// Topics that are not played, and why.
     pub left_out: Vec<(String, String)>,
 }
@@ -177,7 +177,10 @@ impl Timeline {
                 }
                 ChannelTreatment::Changes => {
                     let change = read_change(message.data);
-                    timeline.changes.extend(change.map(|(cycle, change)| (cycle, time, change)));
+                    let number = message.sequence;
+                    timeline
+                        .changes
+                        .extend(change.map(|(after, change)| (time, PastChange { after, number, change })));
                 }
                 ChannelTreatment::LeftOut => {}
             }
@@ -228,7 +231,7 @@ impl Timeline {
         self.times.dedup();
         self.messages.sort_by_key(|entry| (entry.time, entry.mailbox, entry.sequence));
         self.lines.sort_by_key(|line| line.time);
-        self.changes.sort_by_key(|(cycle, time, _)| (*cycle, *time));
+        self.changes.sort_by_key(|(time, own)| (own.after, own.number, *time));
         self.tracks.iter_mut().for_each(|track| track.values.clear());
         for (index, entry) in self.entries.iter().enumerate() {
             self.tracks[usize::from(entry.track)].values.push(index as u32);

@@ -5,6 +5,7 @@ mod editions;
 mod external;
 mod files;
 mod flight;
+mod order;
 mod orders;
 mod places;
 mod playback;

@@ -13,6 +13,8 @@ use slate_record::replay::{Plan, PlayedRun, Player, Recomputation};
 use slate_runtime::configuration::{Database, Options as Layers};
 use slate_runtime::{Agent, Control, Cycle, Options, RecordedTimes};
 
+use crate::replay::order::{Asker, Driver};
+
 /// A number.
 #[interface]
 pub struct Number {
@@ -171,6 +173,8 @@ pub fn plugins() -> Vec<Plugin> {
             Plugin::linked::<Scale>(),
             Plugin::linked::<Gatherer>(),
             Plugin::linked::<Seen>(),
+            Plugin::linked::<Driver>(),
+            Plugin::linked::<Asker>(),
         ]
         .iter()
         .flat_map(Plugin::kinds)

@@ -24,9 +24,11 @@ impl<'c> GateOperator<'c> {
 
     /// Stops all actuators, until they are reset and armed.
     pub fn stop_actuators(&self, reason: &str) {
-        self.with_actuators(Change::Stop { reason: reason.into() }, || {
+        let change = Change::Stop { reason: reason.into() };
+        let Ok(()) = self.agent.recorder.make_within(TIMEOUT, vec![change], || {
             let now = self.agent.now();
             self.agent.shared.actuators().iter().for_each(|actuator| actuator.stop(reason, now));
+            Ok::<_, Infallible>(())
         });
         self.agent.log(Level::Warn, &format!("the actuators are stopped: {reason}"));
     }
@@ -62,7 +64,7 @@ impl<'c> GateOperator<'c> {
     }
 
     fn with_actuators<R>(&self, change: Change, make: impl FnOnce() -> R) -> R {
-        let Ok(done) = self.agent.recorder.make_within(TIMEOUT, vec![change], || Ok::<_, Infallible>(make()));
+        let Ok(done) = self.agent.recorder.make(vec![change], || Ok::<_, Infallible>(make()));
         done
     }
 

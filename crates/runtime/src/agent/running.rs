@@ -19,18 +19,28 @@ impl Agent {
 
     /// Runs one cycle of the main loop, in the caller's thread and without a watchdog.
     ///
-    /// Only in lockstep: on the wall clock modules have threads of their own.
+    /// Only in lockstep: on the wall clock modules have threads of their own. False there, and if a step did not return.
     pub fn step(&mut self) -> bool {
+        self.step_with(|_| ())
+    }
+
+    /// Runs one cycle as [`step`](Agent::step), and calls `between` at its end.
+    /// Modules may request changes of the settings in the cycle. `between` is called before each request is carried out,
+    /// and after the last one, so that a rerun makes other changes in the same order as the recorded run.
+    pub fn step_with(&mut self, mut between: impl FnMut(&Agent)) -> bool {
         if !self.handle.shared.lockstep {
             return false;
         }
         self.handle.shared.take_token();
         let flow = cycle(&self.handle.shared);
         self.handle.shared.release_token();
-        if flow != Flow::Lost {
-            self.handle.shared.apply_changes();
+        if flow == Flow::Lost {
+            return false;
         }
-        flow != Flow::Lost
+        let agent = &*self;
+        agent.handle.shared.apply_changes(&mut || between(agent));
+        between(agent);
+        true
     }
 
     /// Runs until the observer, a [`Stopper`] or a fault ends it.
@@ -87,7 +97,7 @@ impl Agent {
         shared.release_token();
         if end == End::Stopped && started.is_ok() {
             // What modules asked for in the last cycle, as after each step.
-            shared.apply_changes();
+            shared.apply_changes(&mut || ());
         }
         let automatic = self.handle.composition().snapshots.automatic.clone();
         if let Some(automatic) = automatic {

@@ -61,7 +61,7 @@ impl SettingsControl {
         if !self.lockstep {
             let control = Arc::clone(self);
             let thread = std::thread::Builder::new().name("settings".into());
-            if thread.spawn(move || control.apply()).is_err() {
+            if thread.spawn(move || control.apply(&mut || ())).is_err() {
                 // Without a thread nothing can be changed now.
                 for request in locked(&self.requests).drain(..) {
                     request.answer.give(Err("the host has no thread for it".into()));
@@ -76,12 +76,13 @@ impl RequestedChanges for SettingsControl {
         self.asked.load(Ordering::Acquire)
     }
 
-    fn apply(&self) {
+    fn apply(&self, before: &mut dyn FnMut()) {
         let _turn = locked(&self.turn);
         self.asked.store(false, Ordering::Relaxed);
         // A change waits until no module runs, and one that runs may ask meanwhile: nothing is locked for that long.
         let requests = std::mem::take(&mut *locked(&self.requests));
         for request in requests {
+            before();
             let answer = self.changes.get().map_or(Err("the agent ends".into()), |changes| {
                 changes.change_settings(&request.module, &request.lines)
             });

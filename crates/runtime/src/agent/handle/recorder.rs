@@ -45,53 +45,64 @@ impl ChangeRecorder {
     }
 
     /// Makes changes and reports them to the recorder.
-    /// In lockstep they are made between two cycles, so that a rerun can make them again.
+    /// In lockstep they are made between two cycles, so that a rerun can make them again. They are reported before the
+    /// next cycle and the next change, so that the recorder receives all changes in their order.
     pub fn make<R, E>(&self, changes: Vec<Recorded>, make: impl FnOnce() -> Result<R, E>) -> Result<R, E> {
         self.make_within(TIMEOUT, changes, make)
     }
 
-    /// Makes changes as [`make`](ChangeRecorder::make), after at most `patience`.
+    /// Makes changes as [`make`](ChangeRecorder::make), after at most `timeout`.
     pub fn make_within<R, E>(
         &self,
         timeout: Duration,
         changes: Vec<Recorded>,
         make: impl FnOnce() -> Result<R, E>,
     ) -> Result<R, E> {
-        let Some(recording) = &self.recording else { return make() };
+        if self.recording.is_none() {
+            return make();
+        }
         let module = BY_MODULE.with_borrow(Option::clone);
-        let before = self.shared.order();
-        let (cycle, result) = match self.shared.lockstep && module.is_none() {
-            true => self.shared.hold_between_cycles(timeout, make),
-            false => (None, make()),
+        let make_and_report = |cycle: Option<u64>, has_gap: bool| {
+            let before = self.shared.order();
+            let result = make();
+            let mut made = match module {
+                // The loop makes it itself in lockstep, and is between two cycles. Of a failure only the module is told.
+                Some(module) => {
+                    let settings = changes.into_iter().filter(|_| result.is_ok());
+                    settings.filter_map(|change| change.of(&module)).collect()
+                }
+                None if result.is_err() => vec![other("a change that failed")],
+                None if has_gap && cycle.is_none() => vec![other("a change in the middle of a cycle")],
+                None => changes,
+            };
+            let stages = self.shared.order();
+            if stages != before {
+                made.push(Recorded::Order { stages });
+            }
+            self.report(cycle, &made);
+            result
         };
-        let (now, cycles) = (self.shared.clock.now(), self.shared.cycles());
-        let tell = |change: &Recorded| recording.changed(cycle.unwrap_or(cycles), now, change);
-        match module {
-            // The loop makes it itself in lockstep, and is between two cycles. Of a failure only the module is told.
-            Some(module) => {
-                let settings = changes.into_iter().filter(|_| result.is_ok());
-                settings.filter_map(|change| change.of(&module)).for_each(|change| tell(&change));
-            }
-            None if result.is_err() => self.tell("a change that failed"),
-            None if self.shared.lockstep && cycle.is_none() => {
-                self.tell("a change in the middle of a cycle");
-            }
-            None => changes.iter().for_each(tell),
+        match self.shared.lockstep && BY_MODULE.with_borrow(Option::is_none) {
+            true => self.shared.hold_between_cycles(timeout, |cycle| make_and_report(cycle, true)),
+            false => make_and_report(None, false),
         }
-        let stages = self.shared.order();
-        if stages != before {
-            tell(&Recorded::Order { stages });
+    }
+
+    /// Reports changes that were made at once, after that cycle or the present one.
+    fn report(&self, cycle: Option<u64>, changes: &[Recorded]) {
+        if let Some(recording) = self.recording.as_ref().filter(|_| !changes.is_empty()) {
+            recording.changed(
+                cycle.unwrap_or_else(|| self.shared.cycles()),
+                self.shared.clock.now(),
+                changes,
+            );
         }
-        result
     }
 
     /// Reports the answer to a module's change of settings to the recorder.
     pub fn tell_asked(&self, module: &str, lines: &str, answer: &Result<String, String>) {
-        if let Some(recording) = &self.recording {
-            let (module, lines, answer) = (module.to_owned(), lines.to_owned(), answer.clone());
-            let change = Recorded::Asked { module, lines, answer };
-            recording.changed(self.shared.cycles(), self.shared.clock.now(), &change);
-        }
+        let (module, lines, answer) = (module.to_owned(), lines.to_owned(), answer.clone());
+        self.report(None, &[Recorded::Asked { module, lines, answer }]);
     }
 
     /// Waits for a short time until the recorder has stored all changes.
@@ -103,11 +114,13 @@ impl ChangeRecorder {
 
     /// Reports a change that can't be reproduced to the recorder.
     pub fn tell(&self, what: &str) {
-        if let Some(recording) = &self.recording {
-            let change = Recorded::Other { what: what.into() };
-            recording.changed(self.shared.cycles(), self.shared.clock.now(), &change);
-        }
+        self.report(None, &[other(what)]);
     }
+}
+
+/// Returns a change that can't be reproduced.
+fn other(what: &str) -> Recorded {
+    Recorded::Other { what: what.into() }
 }
 
 impl Recorded {
