@@ -43,25 +43,26 @@ impl Machine {
     }
 }
 
-/// What depends on time: periods, time-outs, deadlines, ages of values and of commands.
+/// What depends on time: periods, time-outs, deadlines, ages of values and of commands. The limits are shorter than an hour, and longer
+/// than any pause of a busy machine.
 const ROBOT: &str = r#"
 [loop]
 period = "2ms"
-hang = "2s"
-timeouts.Act = "1s"
+hang = "120s"
+timeouts.Act = "60s"
 [modules.counter]
-deadline = "1s"
+deadline = "60s"
 [modules.periodic]
 kind = "counter"
 every = "4ms"
 [modules.relay]
 [modules.driver]
 [links]
-"relay/input" = { from = "counter/number", stale = "1s" }
+"relay/input" = { from = "counter/number", stale = "60s" }
 "driver/input" = "relay/output"
 [actuators.wheel]
 command = "driver/wheel"
-time_to_live = "1s"
+time_to_live = "60s"
 limits = { value = [-1000.0, 1000.0] }
 "#;
 
