@@ -80,6 +80,7 @@ impl<M: Module> Instance for ModuleInstance<M> {
         Ok(Self { state: M::create(setup, &params)?, module: PhantomData })
     }
 
+    #[inline]
     fn tick(&mut self, ports: &mut PortCursor, params: &[u8], now: &Tick) -> Outcome {
         // SAFETY: the host passes a whole, aligned value of the parameter interface.
         let params = unsafe { M::Params::from_raw(params.as_ptr(), 0) };

@@ -62,10 +62,16 @@ pub(crate) fn catch_silently<R>(call: impl FnOnce() -> R) -> std::thread::Result
 
 #[inline]
 fn run_caught<R>(is_caught: bool, call: impl FnOnce() -> R) -> std::thread::Result<R> {
-    let before = IS_CAUGHT.replace(is_caught);
+    let before = exchange_caught(is_caught);
     let result = catch_unwind(AssertUnwindSafe(call));
-    IS_CAUGHT.set(before);
+    exchange_caught(before);
     result
+}
+
+/// Sets whether this thread's next panic is caught; returns what was set before.
+/// It is a function, as the access to a thread's variable takes several calls in the crates of modules.
+fn exchange_caught(is_caught: bool) -> bool {
+    IS_CAUGHT.replace(is_caught)
 }
 
 /// Takes the location of this thread's last panic.

@@ -72,10 +72,12 @@ unsafe impl Interface for () {
         hash: schema_hash("Nothing", &[]),
     };
 
+    #[inline]
     unsafe fn from_raw<'a>(_: *const u8, _: usize) -> &'a Self {
         &()
     }
 
+    #[inline]
     unsafe fn from_raw_mut<'a>(_: *mut u8, _: usize) -> &'a mut Self {
         // SAFETY: a reference to nothing may point anywhere.
         unsafe { std::ptr::NonNull::<()>::dangling().as_mut() }

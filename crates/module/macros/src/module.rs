@@ -121,7 +121,18 @@ pub fn expand(arguments: Tokens, item: Tokens) -> Result<Tokens> {
             }
         })?);
     }
+    input.items.iter_mut().for_each(inline_tick);
     Ok(quote!(#input))
+}
+
+/// Lets the compiler inline a tick where the host's call of it is made.
+fn inline_tick(item: &mut ImplItem) {
+    if let ImplItem::Fn(function) = item
+        && function.sig.ident == "tick"
+        && !function.attrs.iter().any(|attribute| attribute.path().is_ident("inline"))
+    {
+        function.attrs.push(syn::parse_quote!(#[inline]));
+    }
 }
 
 fn port_names(on: &Expr) -> Result<Vec<String>> {

@@ -69,6 +69,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
                 ports
             }
 
+            #[inline]
             unsafe fn bind(cursor: &mut #root::PortCursor) -> Self {
                 let _ = &cursor;
                 Self { #(#bindings),* }

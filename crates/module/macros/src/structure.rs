@@ -146,11 +146,13 @@ impl FieldLayout {
             unsafe impl interface::Interface for #name {
                 const DESCRIPTOR: &'static interface::Descriptor = DESCRIPTOR;
 
+                #[inline]
                 unsafe fn from_raw<'a>(data: *const u8, items: usize) -> &'a Self {
                     // SAFETY: passed on to the caller.
                     unsafe { &*(::core::ptr::slice_from_raw_parts(data, items) as *const Self) }
                 }
 
+                #[inline]
                 unsafe fn from_raw_mut<'a>(data: *mut u8, items: usize) -> &'a mut Self {
                     // SAFETY: passed on to the caller.
                     unsafe { &mut *(::core::ptr::slice_from_raw_parts_mut(data, items) as *mut Self) }
@@ -167,11 +169,13 @@ fn plain_access(name: &Ident) -> Tokens {
         unsafe impl interface::Interface for #name {
             const DESCRIPTOR: &'static interface::Descriptor = DESCRIPTOR;
 
+            #[inline]
             unsafe fn from_raw<'a>(data: *const u8, _: usize) -> &'a Self {
                 // SAFETY: passed on to the caller.
                 unsafe { &*data.cast::<Self>() }
             }
 
+            #[inline]
             unsafe fn from_raw_mut<'a>(data: *mut u8, _: usize) -> &'a mut Self {
                 // SAFETY: passed on to the caller.
                 unsafe { &mut *data.cast::<Self>() }

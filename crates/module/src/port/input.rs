@@ -10,27 +10,32 @@ use crate::{Direction, Flags, PortDescription};
 
 impl<T: Interface + ?Sized> Input<T> {
     /// Returns the newest value, however old; `None` before the first write.
+    #[inline]
     pub fn get(&self) -> Option<&T> {
         self.has_value().then(|| self.value())
     }
 
     /// Returns the newest value unless it is stale.
+    #[inline]
     pub fn fresh(&self) -> Option<&T> {
         (self.has_value() && !self.is_stale()).then(|| self.value())
     }
 
     /// Returns the newest value if it was written since this module's last tick.
+    #[inline]
     pub fn updated(&self) -> Option<&T> {
         self.is_new().then(|| self.value())
     }
 
     /// Returns true if the value was written since this module's last tick.
+    #[inline]
     pub fn is_new(&self) -> bool {
         self.slot().flags.get() & Flags::NEW != 0
     }
 
     /// Returns true if the value is too old or missing, or its writer is gone or late.
     /// Too old means older than declared.
+    #[inline]
     pub fn is_stale(&self) -> bool {
         self.slot().flags.get() & Flags::STALE != 0
     }
@@ -57,11 +62,13 @@ impl<T: Interface + ?Sized> Input<T> {
         self.slot().items.get()
     }
 
+    #[inline]
     fn has_value(&self) -> bool {
         self.slot().stamp.sequence > 0
     }
 
     /// Returns the newest value, in the slot; zeros before the first write.
+    #[inline]
     fn value(&self) -> &T {
         let slot = self.slot();
         // SAFETY: the host sets `data` to a value of this interface and keeps it unchanged during the tick.
@@ -123,6 +130,7 @@ impl<T: Interface + ?Sized> Port for Required<T> {
         PortDescription { required: true, ..Input::<T>::describe(name, doc) }
     }
 
+    #[inline]
     unsafe fn bind(cursor: &mut PortCursor) -> Self {
         // SAFETY: passed on to the caller.
         Self(unsafe { Input::bind(cursor) })
@@ -135,21 +143,25 @@ impl<T: Interface + ?Sized> Port for Required<T> {
 
 impl<T: Interface + ?Sized> Required<T> {
     /// Returns the value unless it is stale.
+    #[inline]
     pub fn fresh(&self) -> Option<&T> {
         (!self.is_stale()).then(|| self.0.value())
     }
 
     /// Returns the value if it was written since this module's last tick.
+    #[inline]
     pub fn updated(&self) -> Option<&T> {
         self.0.updated()
     }
 
     /// Returns true if the value was written since this module's last tick.
+    #[inline]
     pub fn is_new(&self) -> bool {
         self.0.is_new()
     }
 
     /// Returns true if the value is older than declared, or its writer is gone or late.
+    #[inline]
     pub fn is_stale(&self) -> bool {
         self.0.is_stale()
     }
@@ -176,6 +188,7 @@ impl<T: Interface + ?Sized> Required<T> {
 impl<T: Interface + ?Sized> Deref for Required<T> {
     type Target = T;
 
+    #[inline]
     fn deref(&self) -> &T {
         self.0.value()
     }

@@ -54,6 +54,7 @@ impl Ports for () {
         Vec::new()
     }
 
+    #[inline]
     unsafe fn bind(_: &mut PortCursor) -> Self {}
 }
 
@@ -68,6 +69,7 @@ impl<A: Ports, B: Ports> Ports for (A, B) {
         ports
     }
 
+    #[inline]
     unsafe fn bind(cursor: &mut PortCursor) -> Self {
         // SAFETY: passed on to the caller.
         unsafe { (A::bind(cursor), B::bind(cursor)) }
@@ -138,6 +140,7 @@ impl PortCursor {
 
     /// Lends the next ports to `work`.
     /// For modules whose ports are only known from their configuration.
+    #[inline]
     pub fn with<P: Ports, R>(&mut self, work: impl FnOnce(&P) -> R) -> R {
         // SAFETY: the slots are checked one by one, and the ports, which can't be copied, end here.
         let ports = unsafe { P::bind(self) };
@@ -195,6 +198,7 @@ macro_rules! handle {
                 described::<T>(name, doc, Direction::$direction)
             }
 
+            #[inline]
             unsafe fn bind(cursor: &mut PortCursor) -> Self {
                 Self { slot: cursor.take(T::DESCRIPTOR.hash, Direction::$direction), interface: PhantomData }
             }
@@ -203,6 +207,7 @@ macro_rules! handle {
         }
 
         impl<T: Interface + ?Sized> $name<T> {
+            #[inline]
             fn slot(&self) -> &PortSlot {
                 // SAFETY: `bind` requires the slot to outlive the handle.
                 unsafe { &*self.slot }
@@ -300,6 +305,7 @@ impl<T: Interface + ?Sized> Received<'_, T> {
 impl<T: Interface + ?Sized> Deref for Received<'_, T> {
     type Target = T;
 
+    #[inline]
     fn deref(&self) -> &T {
         self.value
     }
@@ -364,6 +370,7 @@ impl Drop for Busy<'_> {
     }
 }
 
+#[inline]
 fn put<T: Interface>(slot: &PortSlot, value: T) {
     refuse_busy(slot);
     // SAFETY: the host lends the working slot to this tick alone, and it fits the interface. Nothing of the author's runs
@@ -405,6 +412,7 @@ fn copy<T: Interface + ?Sized>(slot: &PortSlot, from: &PortSlot) -> bool {
 
 impl<T: Interface> Output<T> {
     /// Writes the property; readers see it after the tick. The last call counts.
+    #[inline]
     pub fn set(&self, value: T) {
         put(self.slot(), value);
     }
